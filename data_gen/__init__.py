@@ -1,0 +1,1 @@
+"""Scenes and data sets for denoisers, made with the simulator."""

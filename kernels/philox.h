@@ -1,0 +1,28 @@
+// Philox4x32-10, a counter-based generator (Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3").
+// The same counter and key give the same four words on every device, in any order of work.
+#ifndef PHILOX_H
+#define PHILOX_H
+#include "conventions.h"
+
+struct words { uint a, b, c, d; };
+
+// counter: 128 bits, key: 64 bits -> 128 random bits. Held in 64-bit lanes of which the low halves count: the multiplier of
+// vector units takes just those, and widening in every round would cost more than the product.
+INLINE struct words philox(const struct words counter, const uint key0, const uint key1) {
+    ulong a = counter.a, b = counter.b, c = counter.c, d = counter.d;
+#define LOW(v) ((v) & 0xFFFFFFFFul)
+#define ROUND(n) { \
+        const ulong product0 = LOW(a) * 0xD2511F53ul, product1 = LOW(c) * 0xCD9E8D57ul; \
+        a = (product1 >> 32) ^ b ^ (uint)(key0 + (n) * 0x9E3779B9u); \
+        c = (product0 >> 32) ^ d ^ (uint)(key1 + (n) * 0xBB67AE85u); \
+        b = LOW(product1); \
+        d = LOW(product0); \
+    }
+    ROUND(0u) ROUND(1u) ROUND(2u) ROUND(3u) ROUND(4u) ROUND(5u) ROUND(6u) ROUND(7u) ROUND(8u) ROUND(9u)
+#undef ROUND
+#undef LOW
+    const struct words result = {(uint)a, (uint)b, (uint)c, (uint)d};
+    return result;
+}
+
+#endif

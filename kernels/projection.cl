@@ -1,0 +1,71 @@
+// Projection of the scene's grid onto photosites: each photosite averages SAMPLES x SAMPLES points of its own square,
+// read bilinearly (or the nearest pixel, NEAREST). Outside the grid the edge pixel goes on.
+//
+// planes:  (channels, scene_height, scene_width) float32, electron radiance [e- s^-1 um^-2 sr^-1].
+// mosaic:  (rows, columns) float32, the photosite's own colour only (kernel projection_mosaic).
+// sampled: (channels, rows, columns) float32, all colours, for a lens blur (kernel projection_planes).
+// layers:  (rows, columns) uchar, depth layer of the photosite's centre (kernel projection_layers).
+// origin_x, origin_y: photosite on the sensor at [0, 0] of the output; negative in the margin a blur needs.
+// scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's left and upper edge.
+#include "conventions.h"
+#include "cfa.h"
+
+INLINE int whole(const float v) { return (int)v - (v < (float)(int)v ? 1 : 0); }
+INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
+
+// Value of a plane at (u, v) [px]; pixel i covers [i, i + 1) and its value stands at i + 1/2.
+INLINE float point(global const float *plane, const float u, const float v, const uint scene_width, const uint scene_height) {
+#if NEAREST
+    return plane[(size_t)clamped(whole(v), scene_height) * scene_width + clamped(whole(u), scene_width)];
+#else
+    const int left = whole(u - 0.5f), top = whole(v - 0.5f);
+    const float s = (u - 0.5f) - (float)left, t = (v - 0.5f) - (float)top;
+    const size_t x0 = clamped(left, scene_width), x1 = clamped(left + 1, scene_width);
+    const size_t y0 = (size_t)clamped(top, scene_height) * scene_width, y1 = (size_t)clamped(top + 1, scene_height) * scene_width;
+    const float upper = plane[y0 + x0] + s * (plane[y0 + x1] - plane[y0 + x0]);
+    const float lower = plane[y1 + x0] + s * (plane[y1 + x1] - plane[y1 + x0]);
+    return upper + t * (lower - upper);
+#endif
+}
+
+INLINE float photosite(global const float *plane, const int x, const int y, const uint scene_width, const uint scene_height,
+                       const float scale, const float offset_x, const float offset_y) {
+    float sum = 0.0f;
+    __attribute__((opencl_unroll_hint(SAMPLES)))
+    for (uint j = 0; j < SAMPLES; j++)
+        __attribute__((opencl_unroll_hint(SAMPLES)))
+        for (uint i = 0; i < SAMPLES; i++) {
+            const float u = offset_x + scale * ((float)x + ((float)i + 0.5f) * (1.0f / SAMPLES));
+            const float v = offset_y + scale * ((float)y + ((float)j + 0.5f) * (1.0f / SAMPLES));
+            sum += point(plane, u, v, scene_width, scene_height);
+        }
+    return sum * (1.0f / (SAMPLES * SAMPLES));
+}
+
+kernel void projection_mosaic(global const float *restrict planes, global float *restrict mosaic, const uint scene_width,
+                              const uint scene_height, const int origin_x, const int origin_y, const float scale,
+                              const float offset_x, const float offset_y) {
+    const size_t column = get_global_id(0), row = get_global_id(1);
+    global const float *plane = planes + (size_t)cfa_plane(column, row) * scene_width * scene_height;
+    mosaic[row * get_global_size(0) + column] = photosite(plane, origin_x + (int)column, origin_y + (int)row, scene_width,
+                                                          scene_height, scale, offset_x, offset_y);
+}
+
+kernel void projection_planes(global const float *restrict planes, global float *restrict sampled, const uint scene_width,
+                              const uint scene_height, const int origin_x, const int origin_y, const float scale,
+                              const float offset_x, const float offset_y) {
+    const size_t column = get_global_id(0), row = get_global_id(1), channel = get_global_id(2);
+    global const float *plane = planes + channel * scene_width * scene_height;
+    sampled[(channel * get_global_size(1) + row) * get_global_size(0) + column] = photosite(
+        plane, origin_x + (int)column, origin_y + (int)row, scene_width, scene_height, scale, offset_x, offset_y);
+}
+
+kernel void projection_layers(global const uchar *restrict scene_layers, global uchar *restrict layers, const uint scene_width,
+                              const uint scene_height, const int origin_x, const int origin_y, const float scale,
+                              const float offset_x, const float offset_y) {
+    const size_t column = get_global_id(0), row = get_global_id(1);
+    const float u = offset_x + scale * ((float)(origin_x + (int)column) + 0.5f);
+    const float v = offset_y + scale * ((float)(origin_y + (int)row) + 0.5f);
+    layers[row * get_global_size(0) + column] =
+        scene_layers[(size_t)clamped(whole(v), scene_height) * scene_width + clamped(whole(u), scene_width)];
+}

@@ -1,0 +1,22 @@
+// Least and greatest value of each column of each row of tiles, so that code for rare cases runs only where it is needed.
+//
+// image: (height, width) float32. edges: (tile_rows + 1,) uint32, first row of each tile row and, last, the height; at most
+// TILE_HEIGHT rows each. range: (2, tile_rows, width) float32, least and greatest.
+// One work-item per column (dimension 0) and tile row (dimension 1). The trip count is fixed so that it can be unrolled:
+// past the last row of a tile that row is read again.
+#include "plain_math.h"
+
+kernel void tile_range(global const float *restrict image, global float *restrict range, global const uint *restrict edges) {
+    const size_t column = get_global_id(0), tile = get_global_id(1), width = get_global_size(0);
+    const size_t first = edges[tile], last = edges[tile + 1] - 1;
+    float least = image[first * width + column], greatest = least;
+    __attribute__((opencl_unroll_hint(TILE_HEIGHT)))
+    for (size_t step = 1; step < TILE_HEIGHT; step++) {
+        const size_t row = first + step < last ? first + step : last;
+        const float value = image[row * width + column];
+        least = smaller(least, value);
+        greatest = larger(greatest, value);
+    }
+    range[tile * width + column] = least;
+    range[(get_global_size(1) + tile) * width + column] = greatest;
+}

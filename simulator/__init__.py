@@ -1,0 +1,51 @@
+"""Photosite: a raw-sensor image-formation simulator on OpenCL.
+
+    >>> import simulator
+    >>> shot = simulator.load_shot("configs/shots/color_checker.yaml", ["exposure.iso=400"])
+    >>> raw = simulator.simulate(shot)
+    >>> simulator.save(raw, "out")
+
+The names below are imported when they are first used, so that importing the package costs nothing.
+"""
+
+import importlib
+import sys
+from types import ModuleType
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "load_shot": "simulator.config",
+    "load_sweep": "simulator.config",
+    "schema": "simulator.config",
+    "shot_warnings": "simulator.config",
+    "simulate": "simulator.pipeline",
+    "Raw": "simulator.pipeline",
+    "Shot": "simulator.shot",
+    "save": "simulator.raw.save",
+    "develop": "simulator.develop",
+    "PhotositeError": "simulator.errors",
+}
+__all__ = ["__version__", *_HOMES]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'simulator' has no attribute {name!r}")
+    globals()[name] = value = getattr(importlib.import_module(_HOMES[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})
+
+
+class _Package(ModuleType):
+    """Keeps the function `simulator.develop` visible: importing the module of that name would hide it."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _HOMES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

@@ -1,0 +1,113 @@
+"""Commands, options and their help."""
+
+import json
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="photosite",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    help="Raw-sensor image formation: a scene through lens, exposure, sensor and ADC into a DNG.",
+    epilog="Try: photosite simulate configs/shots/color_checker.yaml --set exposure.iso=1600 --out frames",
+)
+
+ShotFile = Annotated[Path, typer.Argument(metavar="SHOT.yaml", help="Shot file; see configs/shots for examples.")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Set one value by its dotted path, e.g. lens.f_number=f/8. Repeatable."),
+]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from simulator import __version__
+
+        print(f"photosite {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", hidden=True)] = False,
+) -> None:
+    """Read the options that stand before the command."""
+    if debug:
+        os.environ["PHOTOSITE_DEBUG"] = "1"
+
+
+@app.command(epilog="Example: photosite simulate shot.yaml --set lens.f_number=f/8 --set exposure.time='1/30 s' --out frames")
+def simulate(
+    shot: ShotFile,
+    settings: Settings = None,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the files; made when it is missing.")] = Path(
+        "."
+    ),
+    device: Annotated[str | None, typer.Option(help="Part of an OpenCL device's name; see `photosite devices`.")] = None,
+    redo: Annotated[bool, typer.Option("--redo", help="Take the points of a sweep again even when their files stand.")] = False,
+) -> None:
+    """Take the shot, or every point of its sweep: NAME.dng, NAME.truth.exr and NAME.json.
+
+    A sweep also writes NAME.yaml for every point and a manifest.csv, and goes on where it was interrupted.
+    """
+    from simulator.command_line.simulation import simulate_file
+
+    simulate_file(shot, settings or [], out, device, redo)
+
+
+@app.command(epilog="Example: photosite develop frame.dng --out frame.png --exposure 1.5")
+def develop(
+    raw: Annotated[Path, typer.Argument(metavar="RAW", help="A raw file: DNG, or any that LibRaw reads.")],
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="png, tiff, jpg or exr; default RAW.png.")] = None,
+    output: Annotated[str, typer.Option(help="Colour space: srgb, linear_srgb, xyz or camera.")] = "srgb",
+    demosaic: Annotated[str, typer.Option(help="Demosaicing method, e.g. ahd, dcb, linear.")] = "ahd",
+    half_size: Annotated[bool, typer.Option("--half-size", help="One pixel per 2x2 block, without demosaicing.")] = False,
+    white_balance: Annotated[str, typer.Option(help="camera, daylight, or three factors R,G,B.")] = "camera",
+    exposure: Annotated[float, typer.Option(metavar="EV", help="Lighten by 2^EV.")] = 0.0,
+    bits: Annotated[int | None, typer.Option(help="8 or 16 bits per channel; default 8 for jpg and png, else 16.")] = None,
+) -> None:
+    """Develop a raw file to a picture with LibRaw."""
+    from simulator.command_line.development import develop_file
+
+    settings = {"output": output, "demosaic": demosaic, "half_size": half_size, "exposure_ev": exposure}
+    print(develop_file(raw, out, settings, white_balance, bits))
+
+
+@app.command()
+def devices() -> None:
+    """List the OpenCL devices; the first is used unless --device or $PHOTOSITE_DEVICE names another."""
+    from simulator.command_line.tables import show_devices
+
+    show_devices()
+
+
+@app.command(epilog="Example: photosite explain shot.yaml --set lens.f_number=f/1.4")
+def explain(shot: ShotFile, settings: Settings = None) -> None:
+    """Show the plan of a shot: which steps run or are skipped and why, the lens in numbers, and where white lands."""
+    from simulator.command_line.tables import show_plan
+
+    show_plan(shot, settings or [])
+
+
+@app.command(epilog="Example: photosite schema --out photosite.schema.json")
+def schema(
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write here instead of to the screen.")] = None,
+) -> None:
+    """Print the JSON Schema of a shot file, for editors that complete and check YAML."""
+    from simulator.config import schema as shot_schema
+
+    text = json.dumps(shot_schema(), indent=2, ensure_ascii=False)
+    if out is None:
+        print(text)
+        return
+    from simulator.raw.files import atomic_write
+
+    with atomic_write(out) as path:
+        path.write_text(text + "\n", encoding="utf-8")
+    print(out)

@@ -1,0 +1,108 @@
+"""What a lens and an exposure amount to, in numbers with their formulas."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from simulator.planner import Plan
+from simulator.shot import Shot
+from simulator.spectra import electron_radiance_weights, luminance_cd_m2
+
+SHARP_DIAMETER_PX = 2.0  # a blur circle within one 2x2 block of the filter mosaic counts as sharp
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A quantity, its value with unit, and the formula it comes from."""
+
+    quantity: str
+    value: str
+    formula: str
+
+
+def lens_facts(shot: Shot) -> list[Fact]:
+    """Field of view, pupil, depth of field and light gathering of the shot's thin lens."""
+    lens, camera = shot.lens, shot.camera
+    width_mm, height_mm = camera.sensor_mm
+    near_m, far_m = depth_of_field_m(shot)
+    angles = f"{lens.field_of_view_deg(width_mm):.2f} deg x {lens.field_of_view_deg(height_mm):.2f} deg"
+    far_px = abs(2.0 * float(lens.blur_radius_um(math.inf))) / camera.pixel_pitch_um
+    diagonal_mm = math.hypot(width_mm, height_mm)
+    circle = f"{SHARP_DIAMETER_PX:g} photosites"
+    return [
+        Fact(
+            "focal length", f"{lens.focal_length_mm:g} mm", f"{lens.focal_length_35mm_mm(diagonal_mm):.1f} mm on 36 mm x 24 mm"
+        ),
+        Fact("pupil diameter", f"{lens.pupil_diameter_mm:.3f} mm", "A = f / N"),
+        Fact("image distance", f"{lens.image_distance_mm:.3f} mm", "1/f = 1/z_i + 1/z_o"),
+        Fact("magnification", f"{lens.magnification:.5f}", "m = z_i / z_o"),
+        Fact("field of view", angles, "2 atan(extent / 2 z_i)"),
+        Fact("depth of field", f"{_metres(near_m)} to {_metres(far_m)}", f"blur circle within {circle}"),
+        Fact("hyperfocal distance", _metres(hyperfocal_m(shot)), f"f^2 / (N C) + f with C = {circle}"),
+        Fact("blur circle at infinity", f"{far_px:.2f} photosites", "C = A |z_s - z_i| / z_i"),
+        Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.5f} sr", _irradiance_formula(lens.irradiance)),
+    ]
+
+
+def hyperfocal_m(shot: Shot) -> float:
+    """Focus distance from which everything up to infinity is sharp: f^2 / (N C) + f [m]."""
+    lens = shot.lens
+    circle_mm = SHARP_DIAMETER_PX * shot.camera.pixel_pitch_um * 1e-3
+    return 1e-3 * (lens.focal_length_mm**2 / (lens.f_number * circle_mm) + lens.focal_length_mm)
+
+
+def depth_of_field_m(shot: Shot) -> tuple[float, float]:
+    """Nearest and farthest distance [m] whose blur circle is at most SHARP_DIAMETER_PX photosites wide.
+
+    The blur is linear in 1/z: C = A z_i |1/z_focus - 1/z|.
+    """
+    lens = shot.lens
+    circle_mm = SHARP_DIAMETER_PX * shot.camera.pixel_pitch_um * 1e-3
+    diopters = 1e3 * circle_mm / (lens.pupil_diameter_mm * lens.image_distance_mm)  # 1/mm to 1/m
+    focus = 1.0 / lens.focus_distance_m
+    return 1.0 / (focus + diopters), (1.0 / (focus - diopters) if focus > diopters else math.inf)
+
+
+def white_facts(shot: Shot, planned: Plan) -> list[Fact]:
+    """Luminous exposure, electrons and codes of a white surface that has the scene's stated luminance."""
+    luminance = getattr(shot.scene, "luminance_cd_m2", None)
+    if luminance is None:
+        return [Fact("luminance", "not stated", "the scene gives absolute radiance")]
+    lens, camera, setting = shot.lens, shot.camera, shot.camera.iso_setting(shot.exposure.iso)
+    illuminance_lx = luminance * lens.irradiance_per_radiance_sr()
+    electrons = white_electrons(shot, planned)
+    full_e = (planned.white_level_dn() - camera.black_level_dn) / setting.gain_dn_per_e
+    facts = [
+        Fact("luminance", f"{luminance:g} cd/m^2", "L"),
+        Fact("illuminance on the sensor", f"{illuminance_lx:.4g} lx", "E = L * irradiance per radiance"),
+        Fact("luminous exposure", f"{illuminance_lx * shot.exposure.time_s:.4g} lx s", "H = E t"),
+    ]
+    for color, mean in zip(("red", "green", "blue") if len(electrons) == 3 else ("mono",), electrons, strict=True):
+        stops = math.log2(full_e / mean) if mean > 0 else math.inf
+        where = f"{stops:.2f} stops below clipping" if stops > 0 else f"clipped, {-stops:.2f} stops over"
+        moments = planned.moments(float(mean))
+        noise = math.sqrt(moments.variance)
+        signal_to_noise = f"SNR {(moments.mean - camera.black_level_dn) / noise:.1f}" if noise > 0 else ""
+        facts.append(Fact(f"electrons, {color}", f"{mean:.1f} e-", f"{where}  {signal_to_noise}".strip()))
+    facts.append(Fact("clipping", f"{full_e:.0f} e-", f"gain {setting.gain_dn_per_e:g} DN/e- at ISO {shot.exposure.iso}"))
+    return facts
+
+
+def white_electrons(shot: Shot, planned: Plan) -> np.ndarray:
+    """Mean electrons of a white surface per colour, (channels,): n = A FF t * (E/L) * integral L QE lambda/(hc)."""
+    scene, camera = planned.scene, shot.camera
+    light = scene.illuminant[np.newaxis, :]
+    scale = shot.scene.luminance_cd_m2 / float(luminance_cd_m2(light[0], scene.wavelengths_nm))
+    white = replace(scene, spectra_w_m2_sr_nm=light * scale, planes=np.ones((1, 1, 1), np.float32), depth_m=math.inf)
+    rate = electron_radiance_weights(white, camera.response.wavelengths_nm, camera.response.quantum_efficiency)[0]
+    area_um2 = camera.pixel_pitch_um**2 * camera.fill_factor
+    return rate * shot.lens.irradiance_per_radiance_sr() * area_um2 * shot.exposure.time_s
+
+
+def _irradiance_formula(kind: str) -> str:
+    return "pi tau / (1 + 4 N^2 (1 + m)^2)" if kind == "thin_lens" else "pi tau / (4 N^2 (1 + m)^2)"
+
+
+def _metres(distance_m: float) -> str:
+    return "infinity" if math.isinf(distance_m) else f"{distance_m:.4g} m"

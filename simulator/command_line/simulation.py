@@ -1,0 +1,80 @@
+"""`photosite simulate`: one shot or a sweep, with progress."""
+
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from simulator.command_line.sweep_runner import Row, run_sweep, take
+from simulator.config import Sweep, load_shot, load_sweep, shot_warnings
+from simulator.pipeline import simulate
+from simulator.raw.files import atomic_write
+from simulator.raw.save import save
+from simulator.shot import Shot
+
+log = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def simulate_file(path: Path, settings: list[str], out: Path, device: str | None, redo: bool) -> None:
+    """Take what a shot file describes; paths of the files go to stdout, everything else to stderr.
+
+    Raises PhotositeError; typer.Exit(1) when points of a sweep failed.
+    """
+    sweep = load_sweep(path, settings)
+    shot = load_shot(path, settings) if sweep is None else sweep[0].shot()
+    for warning in shot_warnings(shot):
+        log.print(f"warning: {escape(warning)}")
+    _check_folder(out)
+    if sweep is None:
+        simulate_shot(shot, out, device)
+    elif failed := simulate_sweep(sweep, out, device, redo):
+        log.print(f"error: {failed} of {len(sweep)} points failed; the column status of {out / 'manifest.csv'} says why")
+        raise typer.Exit(1)
+
+
+def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
+    """Take and save one shot."""
+    with _progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()) as bar:
+        task = bar.add_task(shot.name, total=1.0)
+        told = partial(_tell, bar, task, shot.name)
+        files = save(simulate(shot, device=device, progress=told), out)
+    for file in (files.dng, files.twin, files.sidecar):
+        print(file)
+
+
+def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> int:
+    """Take and save all points; returns the number that failed."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with _progress(*columns) as bar:
+        task = bar.add_task("sweep", total=len(sweep))
+
+        def report(row: Row) -> None:
+            bar.update(task, advance=1, description=escape(row.name))
+            if row.status.startswith("failed"):
+                log.print(escape(f"{row.name}: {row.status}"))
+
+        rows = run_sweep(sweep, out, take=partial(take, device=device), redo=redo, report=report)
+    print(out / "manifest.csv")
+    return sum(row.status.startswith("failed") for row in rows)
+
+
+def _check_folder(out: Path) -> None:
+    """Find out before the work, not after it, that nothing can be written."""
+    probe = out / ".photosite"
+    with atomic_write(probe) as path:
+        path.touch()
+    probe.unlink()
+
+
+def _tell(bar: Progress, task, name: str, stage: str, share: float) -> None:
+    bar.update(task, completed=share, description=escape(f"{name}: {stage}"))
+
+
+@contextmanager
+def _progress(*columns):
+    with Progress(*columns, console=log, transient=True, disable=not log.is_terminal) as bar:
+        yield bar

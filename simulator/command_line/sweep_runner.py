@@ -1,0 +1,111 @@
+"""Runs the points of a sweep, skips what stands already, and keeps the manifest."""
+
+import csv
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from simulator.config import Sweep, SweepPoint, dump_yaml, input_files
+from simulator.errors import PhotositeError
+from simulator.raw.files import atomic_write
+from simulator.shot import Shot
+
+FAILURES_IN_A_ROW = 3  # one bad picture should not stop a night's work; a full disk should
+SKIPPED = "skipped: already there"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of manifest.csv; seconds is the time the point took [s]."""
+
+    index: int
+    name: str
+    values: dict[str, object]
+    files: dict[str, str]
+    seconds: float
+    status: str
+
+
+def take(shot: Shot, directory: Path, device: str | None = None) -> None:
+    """Simulate a shot and save its files."""
+    from simulator.pipeline import simulate
+    from simulator.raw.save import save
+
+    save(simulate(shot, device=device), directory)
+
+
+def run_sweep(
+    sweep: Sweep,
+    directory: Path,
+    *,
+    take: Callable[[Shot, Path], object] = take,
+    map: Callable[..., Iterable[Row]] = map,
+    redo: bool = False,
+    report: Callable[[Row], None] = lambda row: None,
+) -> list[Row]:
+    """Run all points, in the order of the sweep, into `directory`; returns the rows of manifest.csv.
+
+    take: simulates one shot and saves it. map: like the built-in; an executor's map spreads points over processes.
+    redo: run points whose files stand already. report: called with each row as it is done.
+    A point that fails is a row whose status says why; three in a row end the run.
+    Raises PhotositeError when that happens. The manifest is written whatever ends the run.
+    """
+    rows, failures = [], 0
+    try:
+        for row in map(partial(run_point, directory=Path(directory), take=take, redo=redo), sweep):
+            rows.append(row)
+            report(row)
+            failures = failures + 1 if row.status.startswith("failed") else 0
+            if failures == FAILURES_IN_A_ROW:
+                raise PhotositeError(
+                    f"{row.name}: {row.status.removeprefix('failed: ')} ({failures} failures in a row: stopped)"
+                )
+    finally:
+        write_manifest(rows, list(sweep.values), Path(directory) / "manifest.csv")
+    return rows
+
+
+def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], object], redo: bool = False) -> Row:
+    """Run one point unless its files stand and were made from the same configuration and input files."""
+    start = time.perf_counter()
+    files = {kind: f"{point.name}{end}" for kind, end in (("dng", ".dng"), ("truth", ".truth.exr"), ("sidecar", ".json"))}
+    try:
+        shot = point.shot()
+        settings, sidecar = directory / f"{point.name}.yaml", directory / files["sidecar"]
+        text = dump_yaml(shot.resolved)
+        if not redo and _stands(text, settings, sidecar, shot):
+            status = SKIPPED
+        else:
+            # The sidecar is written last and vouches for the rest, so an old one has to go first.
+            sidecar.unlink(missing_ok=True)
+            with atomic_write(settings) as path:
+                path.write_text(text, encoding="utf-8")
+            take(shot, directory)
+            status = "done"
+    except (PhotositeError, OSError, MemoryError) as error:
+        status, files = f"failed: {error or type(error).__name__}", {}
+    return Row(point.index, point.name, point.values, files, time.perf_counter() - start, status)
+
+
+def _stands(text: str, settings: Path, sidecar: Path, shot: Shot) -> bool:
+    """Whether a finished set of files from these settings is there, newer than every file it was made from."""
+    try:
+        made = sidecar.stat().st_mtime_ns
+        if settings.read_text(encoding="utf-8") != text:
+            return False
+        return all(file.stat().st_mtime_ns <= made for file in input_files(shot.scene))
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def write_manifest(rows: list[Row], keys: list[str], path: Path) -> None:
+    """One line per point: index, name, varied values, files, seconds, status. Raises PhotositeError."""
+    with atomic_write(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["index", "name", *keys, "dng", "truth", "sidecar", "seconds", "status"])
+        for row in rows:
+            values = [row.values[key] for key in keys]
+            outputs = [row.files.get(kind, "") for kind in ("dng", "truth", "sidecar")]
+            writer.writerow([row.index, row.name, *values, *outputs, f"{row.seconds:.3f}", row.status])

@@ -1,0 +1,61 @@
+"""`photosite explain` and `photosite devices` as tables."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from simulator.command_line.shot_numbers import Fact, lens_facts, white_facts
+from simulator.config import load_shot, shot_warnings
+
+
+def show_devices() -> None:
+    """Print every OpenCL device. Raises PhotositeError when there is none."""
+    from simulator.device import devices
+
+    table = Table(title="OpenCL devices, the default first")
+    for column in ("name", "version", "compute units", "memory [GiB]"):
+        table.add_column(column, justify="right" if column[0] in "cm" else "left")
+    for device in devices():
+        memory = f"{device.memory_bytes / 2**30:.1f}"
+        table.add_row(escape(device.name), escape(device.version), str(device.compute_units), memory)
+    _console().print(table)
+
+
+def show_plan(path: Path, settings: list[str]) -> None:
+    """Print plan, lens and white of a shot. Raises PhotositeError."""
+    from simulator.planner import plan
+
+    shot = load_shot(path, settings)
+    planned = plan(shot)
+    console = _console()
+    steps = Table(title=f"Plan of {escape(shot.name)}")
+    for column in ("stage", "", "why"):
+        steps.add_column(column)
+    for step in planned.steps:
+        steps.add_row(
+            escape(step.stage), "kept" if step.kept else "skipped", escape(step.why), style=None if step.kept else "dim"
+        )
+    console.print(steps)
+    console.print(_facts("Lens", lens_facts(shot)))
+    console.print(_facts("A white surface at the centre", white_facts(shot, planned)))
+    for note in planned.scene.notes:
+        console.print(f"note: {escape(note)}")
+    for warning in shot_warnings(shot):
+        console.print(f"warning: {escape(warning)}")
+
+
+def _facts(title: str, facts: list[Fact]) -> Table:
+    table = Table(title=title)
+    for column in ("quantity", "value", "formula"):
+        table.add_column(column, justify="right" if column == "value" else "left")
+    for fact in facts:
+        table.add_row(escape(fact.quantity), escape(fact.value), escape(fact.formula))
+    return table
+
+
+def _console() -> Console:
+    # Tables piped into a file keep their text instead of being cut to 80 columns.
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=200)

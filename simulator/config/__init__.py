@@ -1,0 +1,19 @@
+"""Configuration: YAML and dotted overrides to shots and sweeps. The only package that knows YAML."""
+
+from simulator.config.json_schema import schema
+from simulator.config.shot_file import load_shot
+from simulator.config.sweep import Sweep, SweepPoint, expand_sweep, input_files, load_sweep
+from simulator.config.warnings import shot_warnings
+from simulator.config.yaml_dialect import dump_yaml
+
+__all__ = [
+    "Sweep",
+    "SweepPoint",
+    "dump_yaml",
+    "expand_sweep",
+    "input_files",
+    "load_shot",
+    "load_sweep",
+    "schema",
+    "shot_warnings",
+]

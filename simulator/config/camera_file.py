@@ -1,0 +1,95 @@
+"""A camera in YAML: a name, a path, or a mapping with `base:`; every section may state its `source:`."""
+
+from functools import cache
+from typing import Annotated
+
+from pydantic import Discriminator, Field, Tag, create_model
+
+from simulator.config.document import Document, read_document
+from simulator.config.layers import find_config, merged, subdocument, with_section, without
+from simulator.config.response_curves import ResponseCurves, spectral_response
+from simulator.config.section_types import Section
+from simulator.config.sections import section_with
+from simulator.sensor import STAGES
+from simulator.sensor.camera import Camera
+
+# Stages that the camera's own keys set, and stage fields that follow from the shot.
+SET_BY_CAMERA = frozenset({"analog_gain", "adc", "read_noise_before_gain", "read_noise_after_gain"})
+SET_BY_SHOT = {"dark_current": frozenset({"time_s"})}
+
+SourceText = Annotated[
+    Annotated[str, Tag("<text>")] | Annotated[dict[str, str], Tag("<by key>")],
+    Discriminator(lambda value: "<by key>" if isinstance(value, dict) else "<text>"),
+]
+Source = Annotated[SourceText | None, Field(description="where the numbers come from; text, or text by key")]
+
+
+def _camera(source=None, **values) -> Camera:
+    return Camera(**values)
+
+
+def _stages(source=None, **values) -> dict[str, object]:
+    return {stem: stage for stem, stage in values.items() if stage is not None}
+
+
+def _without_source(cls: type):
+    return lambda source=None, **values: cls(**values)
+
+
+@cache
+def camera_section() -> type[Section]:
+    """Return the model of a camera file. Its stages are the sensor stages that no other key sets."""
+    source = {"source": (Source, None)}
+    stages = {}
+    for stem, cls in sorted(STAGES.items()):
+        if stem not in SET_BY_CAMERA:
+            leave_out = SET_BY_SHOT.get(stem, frozenset())
+            stages[stem] = (section_with(cls, _without_source(cls), extra=source, leave_out=leave_out), None)
+    stage_model = create_model(
+        "Stages", __base__=Section, __doc__="Sensor stages; one that is absent is off.", **source, **stages
+    )
+    stage_model.assemble = _stages
+    curves = section_with(
+        ResponseCurves,
+        spectral_response,
+        extra=source | {"license": (Annotated[str | None, Field(description="licence of the curves")], None)},
+    )
+    return section_with(Camera, _camera, replace={"response": curves, "stages": stage_model}, extra=source)
+
+
+def inline_camera(document: Document, name: str = "camera") -> Document:
+    """Read in the base of a camera section: `camera: name` and `camera: {base: name, ...}` become full mappings."""
+    return _with_base(document, name, ())
+
+
+def _with_base(document: Document, key: str, seen: tuple) -> Document:
+    if isinstance(document.data, str):
+        document = Document({"base": document.data}, {(): document.place(()), ("base",): document.place(())})
+        key_of_base = key
+    else:
+        key_of_base = f"{key}.base"
+    if not isinstance(document.data, dict) or "base" not in document.data:
+        return document
+    base = document.data["base"]
+    if not isinstance(base, str):
+        raise document.problem(("base",), f"{key_of_base} = {base}: give the name of a camera, such as sony_a7s2")
+    path = find_config("cameras", base, document.place(("base",)), key_of_base)
+    if path in seen:
+        raise document.problem(("base",), f"{key_of_base} = {base}: the camera is its own base; name another")
+    return merged(_with_base(read_document(path), key, (*seen, path)), without(document, ("base",)))
+
+
+def inline_response(camera: Document) -> Document:
+    """Replace `response: {file: name}` by the curves in that file, overlaid by the other keys."""
+    if not isinstance(camera.data, dict):
+        return camera
+    if isinstance(camera.data.get("response"), str):
+        raise camera.problem(("response",), f"camera.response: write `response: {{file: {camera.data['response']}}}`")
+    response = subdocument(camera, "response") if isinstance(camera.data.get("response"), dict) else None
+    if response is None or "file" not in response.data:
+        return camera
+    file = response.data["file"]
+    if not isinstance(file, str):
+        raise response.problem(("file",), f"camera.response.file = {file}: give a name in configs/responses or a path")
+    path = find_config("responses", file, response.place(("file",)), "camera.response.file")
+    return with_section(camera, "response", merged(read_document(path), without(response, ("file",))))

@@ -1,0 +1,139 @@
+"""YAML as plain data that remembers the file and line of every key."""
+
+import functools
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import yaml
+
+from simulator.config.yaml_dialect import PlainLoader
+from simulator.errors import PhotositeError
+
+MAX_NODES = 1_000_000  # a file of nested aliases can otherwise expand without end
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a value was written: `text` for messages, `folder` that its relative paths start from."""
+
+    text: str
+    folder: Path
+
+
+@dataclass
+class Document:
+    """Plain data and the place of every key, by its tuple of keys; () is the file itself."""
+
+    data: object
+    places: dict[tuple, Place] = field(default_factory=dict)
+
+    def place(self, keys: tuple) -> Place:
+        """Place of a key, or of the nearest section around it."""
+        while keys and keys not in self.places:
+            keys = keys[:-1]
+        return self.places[keys]
+
+    def problem(self, keys: tuple, message: str) -> PhotositeError:
+        """Return an error that begins with file and line."""
+        return PhotositeError(f"{self.place(keys).text}: {message}")
+
+
+def read_document(path: str | Path) -> Document:
+    """Read a YAML file.
+
+    Raises PhotositeError with file and line for a missing file, broken YAML, a key written twice, a tag, or
+    anything but one mapping at the top.
+    """
+    path = Path(path).absolute()
+    try:
+        stat = path.stat()
+        return _read_cached(path, stat.st_mtime_ns, stat.st_size)
+    except OSError as error:
+        reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror
+        raise PhotositeError(f"{path}: {reason}; give the path of a YAML file") from None
+
+
+@functools.lru_cache(maxsize=64)
+def _read_cached(path: Path, _modified: int, _size: int) -> Document:
+    # Documents are never changed in place, so one reading may serve a million points of a sweep.
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise PhotositeError(f"{path}: not UTF-8 text; a shot or camera is a YAML file") from None
+    document = parse_document(text, str(path), path.parent)
+    if not isinstance(document.data, dict):
+        found = "empty" if document.data is None else f"a {type(document.data).__name__}"
+        raise PhotositeError(f"{path}: the file is {found}; it must hold `key: value` lines, such as `lens: ...`")
+    return document
+
+
+def parse_document(text: str, name: str, folder: Path, lines: bool = True) -> Document:
+    """Plain data of one YAML text; `name`, and the line unless `lines` is off, begin the messages."""
+    try:
+        node = yaml.compose(text, PlainLoader)
+    except RecursionError:
+        raise PhotositeError(f"{name}: broken YAML: nested too deeply; a shot has at most six levels") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        reason = " ".join(str(getattr(error, "problem", None) or error).split())
+        line = f":{mark.line + 1}" if mark and lines else ""
+        raise PhotositeError(f"{name}{line}: broken YAML: {reason}; check indentation, colons and quotes") from None
+    reading = _Reading(name, folder)
+    data = None if node is None else reading.plain(node, ())
+    reading.places[()] = Place(name, folder)
+    return Document(data, reading.places)
+
+
+class _Reading:
+    """Turns composed nodes into plain data and notes the places."""
+
+    def __init__(self, name: str, folder: Path):
+        self.name, self.folder, self.places, self.count = name, folder, {}, 0
+        self.open_nodes: set[int] = set()
+
+    def problem(self, node, message: str) -> PhotositeError:
+        return PhotositeError(f"{self.name}:{node.start_mark.line + 1}: {message}")
+
+    def plain(self, node, keys: tuple):
+        self.count += 1
+        if self.count > MAX_NODES or id(node) in self.open_nodes:
+            raise self.problem(node, "aliases (`*name`) repeat without end; write the values out")
+        if isinstance(node, yaml.ScalarNode):
+            return self.scalar(node)
+        self.open_nodes.add(id(node))
+        if isinstance(node, yaml.MappingNode) and node.tag == "tag:yaml.org,2002:map":
+            value = self.mapping(node, keys)
+        elif isinstance(node, yaml.SequenceNode) and node.tag == "tag:yaml.org,2002:seq":
+            value = [self.plain(item, keys + (index,)) for index, item in enumerate(node.value)]
+        else:
+            raise self.problem(node, f"the tag {node.tag} is not used here; write plain values")
+        self.open_nodes.discard(id(node))
+        return value
+
+    def scalar(self, node):
+        text, tag = node.value, node.tag.rpartition(":")[2]
+        if not node.tag.startswith("tag:yaml.org,2002:") or tag not in ("null", "bool", "int", "float", "str"):
+            raise self.problem(node, f"the tag {node.tag} is not used here; write a plain value")
+        try:
+            if tag == "float":
+                return float(re.sub(r"\.(?=[inIN])", "", text))
+            return {"null": lambda: None, "bool": lambda: text.lower() == "true", "int": lambda: int(text)}.get(
+                tag, lambda: text
+            )()
+        except ValueError:
+            raise self.problem(node, f"`{text}` is no {tag}") from None
+
+    def mapping(self, node, keys: tuple) -> dict:
+        result = {}
+        for key_node, value_node in node.value:
+            key = self.plain(key_node, keys)
+            if not isinstance(key, (str, int)) or isinstance(key, bool):
+                raise self.problem(key_node, f"`{key}` cannot be a key; quote it if it is meant as text")
+            if key in result:
+                first = self.places[keys + (key,)].text
+                dotted = ".".join(map(str, keys + (key,)))
+                raise self.problem(key_node, f"{dotted} is written twice (first at {first}); keep one")
+            self.places[keys + (key,)] = Place(f"{self.name}:{key_node.start_mark.line + 1}", self.folder)
+            result[key] = self.plain(value_node, keys + (key,))
+        return result

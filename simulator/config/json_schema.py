@@ -1,0 +1,37 @@
+"""JSON Schema of the shot file, for editors that complete and check YAML."""
+
+import copy
+
+from simulator.config.shot_file import shot_section
+
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def schema() -> dict:
+    """JSON Schema (draft 2020-12) of a shot file, from the models that read it; units are in the descriptions."""
+    model = shot_section()
+    result = {"$schema": DRAFT, "title": "Photosite shot"} | model.model_json_schema(by_alias=True, mode="validation")
+    definitions = result["$defs"]
+    definitions["Camera"] = _camera(definitions["Camera"])
+    result["properties"]["name"]["description"] = "stem of the files written; the shot file's own when left out"
+    result["required"] = [key for key in result["required"] if key != "name"]
+    return result
+
+
+def _camera(full: dict) -> dict:
+    """List what `camera:` may be: a name or path, a mapping on a base, or a full camera."""
+    text = {"type": "string", "description": "a name in configs/cameras or the path of a camera file"}
+    partial = copy.deepcopy(full)
+    partial["properties"]["base"] = text
+    partial["required"] = ["base"]
+    for key, value in partial["properties"].items():
+        if key != "base":  # beside a base every section may be partial, and null removes it
+            partial["properties"][key] = {"description": value.get("description", key)}
+    by_file = {
+        "type": "object",
+        "required": ["file"],
+        "properties": {"file": {"type": "string", "description": "a name in configs/responses or a path"}},
+    }
+    whole = copy.deepcopy(full)
+    whole["properties"]["response"] = {"anyOf": [by_file, full["properties"]["response"]]}
+    return {"anyOf": [text, partial, whole]}

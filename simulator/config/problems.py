@@ -1,0 +1,126 @@
+"""Pydantic's findings as one PhotositeError: file and line, the dotted key, the value, and what to write instead."""
+
+import difflib
+from typing import Any, get_args
+
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from simulator.config.document import Document
+from simulator.config.section_types import Quantity, Section
+from simulator.config.unit_words import example
+from simulator.errors import PhotositeError
+
+WANTED = {
+    "int_type": "give a whole number without a unit",
+    "int_from_float": "give a whole number without a unit",
+    "int_parsing": "give a whole number",
+    "float_type": "give a number without a unit",
+    "finite_number": "give a finite number",
+    "bool_type": "write true or false",
+    "string_type": "give text",
+    "path_type": "give the path of a file",
+    "list_type": "give a list such as [1, 2]",
+    "tuple_type": "give a list such as [1, 2]",
+    "too_short": "give at least one value",
+    "dict_type": "give a section of `key: value` lines",
+    "model_type": "give a section of `key: value` lines",
+    "model_attributes_type": "give a section of `key: value` lines",
+}
+
+
+def from_validation(error: ValidationError, document: Document, model: type[Section]) -> PhotositeError:
+    """Return the first finding as an error a user can act on; the number of the others is added."""
+    findings = error.errors(include_url=False)
+    # An unknown key is often a misspelt one that is then also missing: name the spelling first.
+    finding = min(findings, key=lambda found: found["type"] != "extra_forbidden")
+    keys = plain_keys(finding["loc"])
+    more = f" ({len(findings) - 1} more after this one)" if len(findings) > 1 else ""
+    return document.problem(keys, message_of(finding, keys, model) + more)
+
+
+def plain_keys(location: tuple) -> tuple:
+    """Return a pydantic location without the names of union branches."""
+    return tuple(key for key in location if not (isinstance(key, str) and key[:1] in "<["))
+
+
+def message_of(finding: dict, keys: tuple, model: type[Section]) -> str:
+    """`key = value: what to write` for one finding."""
+    dotted, kind, location = ".".join(map(str, keys)), finding["type"], finding["loc"]
+    if kind == "extra_forbidden":
+        known = known_keys(model, location[:-1])
+        return f"{dotted}: unknown key; {nearest(str(keys[-1]), known)}"
+    if kind == "missing":
+        return f"{dotted} is missing{_about(field_at(model, location))}"
+    if keys and finding["input"] is None:
+        return f"{dotted} is empty: {WANTED.get(kind, 'give a value')}, or leave the key out"
+    value = "" if isinstance(finding["input"], (dict, list)) else f" = {finding['input']}"
+    if kind == "literal_error":
+        choices = [str(choice) for choice in _literal_values(field_at(model, location))]
+        return f"{dotted}{value}: {nearest(str(finding['input']), choices)}"
+    if kind == "value_error":
+        return f"{dotted}{value}: {finding['ctx']['error']}"
+    return f"{dotted}{value}: {WANTED.get(kind, finding['msg'])}"
+
+
+def nearest(word: str, choices: list[str]) -> str:
+    """`did you mean ...?` with the nearest choice, or all of them when none is near."""
+    lowered = {choice.lower(): choice for choice in choices}
+    close = difflib.get_close_matches(word.lower(), lowered, n=1, cutoff=0.5)
+    listed = ", ".join(sorted(choices)) or "none"
+    return f"did you mean `{lowered[close[0]]}`? (known: {listed})" if close else f"use one of: {listed}"
+
+
+def known_keys(model: type[Section], location: tuple) -> list[str]:
+    """Keys of the section at a location."""
+    inner = model_at(model, location)
+    return [field.alias or name for name, field in inner.model_fields.items()] if inner else []
+
+
+def model_at(model: type[Section], location: tuple) -> type[Section] | None:
+    """Return the section's model at a pydantic location."""
+    candidates: list[type[Section]] = [model]
+    for key in location:
+        if isinstance(key, str) and key.startswith("<"):
+            candidates = [inner for inner in candidates if f"<{inner.__name__}>" == key] or candidates
+            continue
+        fields = [field for inner in candidates if (field := field_named(inner, key))]
+        if fields:  # otherwise the key indexes a dict or list, whose items have the candidates' models already
+            candidates = [inner for field in fields for inner in sections_in(field.annotation)]
+    return candidates[0] if candidates else None
+
+
+def field_at(model: type[Section], location: tuple) -> FieldInfo | None:
+    """Return the field at a pydantic location."""
+    while location and isinstance(location[-1], str) and location[-1][:1] in "<[":
+        location = location[:-1]
+    inner = model_at(model, location[:-1]) if location else None
+    return field_named(inner, location[-1]) if inner else None
+
+
+def field_named(model: type[Section], key: object) -> FieldInfo | None:
+    """Return the field of a model that a YAML key sets."""
+    return next((field for name, field in model.model_fields.items() if (field.alias or name) == key), None)
+
+
+def sections_in(annotation: Any) -> list[type[Section]]:
+    """All section models named in an annotation."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return [annotation]
+    return [inner for part in get_args(annotation) for inner in sections_in(part)]
+
+
+def _literal_values(field: FieldInfo | None) -> list:
+    def values(annotation: Any) -> list:
+        parts = get_args(annotation)
+        return [value for part in parts for value in values(part)] if parts else [annotation]
+
+    return [value for value in values(field.annotation) if value is not type(None)] if field else []
+
+
+def _about(field: FieldInfo | None) -> str:
+    if field is None:
+        return ""
+    unit = next((part.unit for part in field.metadata if isinstance(part, Quantity)), None)
+    text = f": {field.description.rstrip('.')}" if field.description else ""
+    return text + (f"; write for example `{field.alias}: {example(unit)}`" if unit else "")

@@ -1,0 +1,104 @@
+"""Quantities as a photographer writes them: `1/125 s`, `f/2.8`, `4.3 um`, `100 cd/m^2`, `165963 e-`, `inf m`."""
+
+import functools
+import math
+import re
+
+from simulator.config.unit_words import SHORT, WORDS, example, noun, unit_registry
+from simulator.units import Unit
+
+NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+QUANTITY = re.compile(
+    rf"(?P<sign>[+-]?)\s*(?P<top>{NUMBER}|inf(?:inity)?\b|∞)(?:\s*/\s*(?P<bottom>{NUMBER}))?\s*(?P<unit>.*)", re.I
+)
+F_NUMBER = re.compile(rf"f\s*/?\s*({NUMBER})", re.I)
+
+
+def parse_quantity(value: object, unit: Unit) -> float:
+    """Return the number of `unit` that a value of the configuration states.
+
+    value: text such as `1/125 s`; a bare number only for an f-number, which has no dimension.
+    Raises ValueError, whose message says how to write it, for anything else; for NaN; and for infinity
+    unless the unit is the metre, because only a distance can be infinite.
+    """
+    bare = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if unit.symbol == "f_number" and bare and math.isfinite(value):
+        return float(value)
+    if bare and math.isfinite(value):
+        raise ValueError(f"has no unit; write {noun(unit)} such as {format_quantity(value, unit)}")
+    if not isinstance(value, str):
+        raise ValueError(f"is not understood; write {noun(unit)} such as {example(unit)}")
+    return _parse_text(value.strip(), unit)
+
+
+@functools.lru_cache(maxsize=4096)
+def _parse_text(text: str, unit: Unit) -> float:
+    number, unit_text = split_quantity(text)
+    if math.isinf(number):
+        if unit.symbol != "metre":
+            raise ValueError(f"only a distance can be infinite; give {noun(unit)} such as {example(unit)}")
+        unit_text = unit_text or "m"
+    if not unit_text:
+        raise ValueError(f"has no unit; write {noun(unit)} such as {example(unit)}")
+    return convert(number, unit_text, unit.symbol, f"{noun(unit)} such as {example(unit)}")
+
+
+def split_quantity(text: str) -> tuple[float, str]:
+    """Return number and unit text of a quantity; an f-number has the unit `f_number`, a bare number ''.
+
+    Raises ValueError when the text does not begin with a number.
+    """
+    text = text.strip()
+    if len(text) > 60:
+        raise ValueError("is too long for a quantity; write a number and a unit, such as 50 mm")
+    if aperture := F_NUMBER.fullmatch(text):
+        return float(aperture[1]), "f_number"
+    match = QUANTITY.fullmatch(text)
+    if re.search(r"\d,\d", text):
+        raise ValueError("holds a comma; write a decimal point, such as 1.5 mm")
+    if not match:
+        raise ValueError("is no quantity; write a number and a unit, such as 50 mm or 1/125 s")
+    sign = -1.0 if match["sign"] == "-" else 1.0
+    if match["top"][0] in "iI∞":
+        return sign * math.inf, match["unit"]
+    top, bottom = float(match["top"]), float(match["bottom"] or 1)
+    if bottom == 0:
+        raise ValueError("divides by zero")
+    if math.isinf(top) or math.isinf(bottom):
+        raise ValueError("is too large a number")
+    return sign * top / bottom, match["unit"]
+
+
+def convert(number: float, unit_text: str, symbol: str, wanted: str) -> float:
+    """Convert `number` of unit_text to the unit `symbol`; ValueError says `wanted` when that is impossible."""
+    registry = unit_registry()
+    electrons = re.sub(r"(?<![A-Za-z])e[-−⁻](?![A-Za-z0-9])", "electron", unit_text)
+    try:
+        given = registry.parse_units(electrons)
+    except Exception:  # pint raises tokenizer, attribute and value errors alike for text it cannot read
+        raise ValueError(f"`{unit_text}` is no unit known here; give {wanted}") from None
+    target = registry.parse_units(symbol)
+    if given.dimensionality != target.dimensionality:
+        raise ValueError(f"is {_noun_of(given)}; {wanted} is wanted here")
+    if given == target:
+        return number
+    result = float(registry.Quantity(number, given).m_as(target))
+    if math.isinf(result) and math.isfinite(number):
+        raise ValueError(f"is too large; give {wanted}")
+    return result
+
+
+def _noun_of(given) -> str:
+    for symbol, (name, _) in WORDS.items():
+        if unit_registry().parse_units(symbol).dimensionality == given.dimensionality:
+            return name
+    return f"a quantity in {given:~}" if not given.dimensionless else "a bare number"
+
+
+def format_quantity(number: float, unit: Unit) -> str:
+    """Text that `parse_quantity` reads back to the same float."""
+    if unit.symbol == "f_number":
+        return f"f/{float(number)!r}".removesuffix(".0")
+    if math.isinf(number):
+        return "infinity" if number > 0 else "-inf m"
+    return f"{float(number)!r}".removesuffix(".0") + f" {SHORT.get(unit.symbol, unit.symbol)}"

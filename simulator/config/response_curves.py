@@ -1,0 +1,57 @@
+"""Colour response in YAML: relative curves on an even grid of wavelengths, and the scale that makes them absolute."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.errors import require
+from simulator.sensor.camera import SpectralResponse
+from simulator.units import Nanometres
+
+
+@dataclass(frozen=True)
+class WavelengthGrid:
+    """Evenly spaced wavelengths of a table's lines.
+
+    start_nm: of the first line.
+    step_nm: from line to line, above 0 nm.
+    """
+
+    start_nm: Nanometres
+    step_nm: Nanometres
+
+    def __post_init__(self):
+        require(self.start_nm > 0, "wavelengths.start", f"{self.start_nm:g} nm", "give a wavelength above 0 nm")
+        require(self.step_nm > 0, "wavelengths.step", f"{self.step_nm:g} nm", "wavelengths ascend; give a step above 0 nm")
+
+
+@dataclass(frozen=True)
+class ResponseCurves:
+    """Quantum efficiency by wavelength and colour.
+
+    wavelengths: grid of the lines of `relative`.
+    peak_quantum_efficiency: electrons per photon where `relative` is 1; above 0 and up to 1.
+    relative: one line per wavelength, [red, green, blue] or [mono], largest entry 1.
+    """
+
+    wavelengths: WavelengthGrid
+    peak_quantum_efficiency: float
+    relative: tuple[tuple[float, ...], ...]
+
+
+def spectral_response(
+    wavelengths: WavelengthGrid, peak_quantum_efficiency: float, relative: tuple, **_texts
+) -> SpectralResponse:
+    """Absolute quantum efficiency = peak * relative. Raises PhotositeError for a table that cannot be one."""
+    peak = peak_quantum_efficiency
+    require(0 < peak <= 1, "response.peak_quantum_efficiency", peak, "give electrons per photon, above 0 and up to 1")
+    widths = sorted({len(line) for line in relative})
+    rule = "every line needs the same number of values: 3 (red, green, blue), or 1 without a colour filter"
+    require(widths in ([1], [3]) and len(relative) > 1, "response.relative", f"lines of {widths} values", rule)
+    table = np.array(relative, dtype=np.float64)
+    require(table.min() >= 0, "response.relative", table.min(), "a response is not negative")
+    largest = table.max()
+    rule = "the largest entry is 1; the scale belongs in peak_quantum_efficiency"
+    require(math.isclose(largest, 1.0, abs_tol=1e-3), "response.relative", f"largest {largest:g}", rule)
+    return SpectralResponse(wavelengths.start_nm + wavelengths.step_nm * np.arange(len(table)), peak * table)

@@ -1,0 +1,76 @@
+"""What pydantic is taught about the configuration: sections, quantities, and unions told apart by what is written."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Annotated, ClassVar, Union
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Tag
+from pydantic_core import core_schema
+
+from simulator.config.quantity import format_quantity, parse_quantity
+from simulator.config.unit_words import example, noun
+from simulator.units import Unit
+
+
+class Section(BaseModel):
+    """A section of the configuration; `assemble` turns its values, by field name, into the simulator's object.
+
+    A section without `assemble` stays as it is.
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, arbitrary_types_allowed=True)
+    assemble: ClassVar[Callable[..., object] | None] = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """Pydantic's view of a Unit: text is parsed on the way in and written on the way out."""
+
+    unit: Unit
+
+    def __get_pydantic_core_schema__(self, _source, _handler):
+        """Parse with the unit; serialise back to text."""
+        return core_schema.no_info_plain_validator_function(
+            lambda value: parse_quantity(value, self.unit),
+            serialization=core_schema.plain_serializer_function_ser_schema(lambda value: format_quantity(value, self.unit)),
+        )
+
+    def __get_pydantic_json_schema__(self, _schema, _handler):
+        """Text, with the unit and an example."""
+        text = {
+            "type": "string",
+            "description": f"{noun(self.unit)}, such as {example(self.unit)}",
+            "examples": [example(self.unit)],
+        }
+        if self.unit.symbol == "f_number":
+            return {"anyOf": [text, {"type": "number", "exclusiveMinimum": 0}]}
+        return text | {"pattern": r"^\s*[-+]?\s*([0-9.]|[iI]nf|∞)"}
+
+
+def union(models: list, hints: tuple) -> object:
+    """Make a union whose branch is chosen by what was written: a mapping by its keys, anything else the plain branch."""
+    if type(None) in hints and len(hints) == 2:
+        return models[0] | models[1]
+    sections = {f"<{model.__name__}>": model for model in models if isinstance(model, type) and issubclass(model, Section)}
+    plain = [model for model in models if model not in sections.values()]
+
+    def branch(value: object) -> str:
+        if isinstance(value, Section):
+            return f"<{type(value).__name__}>"
+        return best_section(sections, value) if isinstance(value, dict) and sections else "<plain>"
+
+    tagged = [Annotated[model, Tag(name)] for name, model in sections.items()]
+    if plain:
+        tagged.append(Annotated[Union[tuple(plain)], Tag("<plain>")])  # noqa: UP007
+    return Annotated[Union[tuple(tagged)], Discriminator(branch)]  # noqa: UP007
+
+
+def best_section(sections: dict[str, type[Section]], value: dict) -> str:
+    """Name of the section whose keys suit a mapping best: fewest keys unknown or missing."""
+
+    def misfits(model: type[Section]) -> int:
+        known = {field.alias or name for name, field in model.model_fields.items()}
+        wanted = {field.alias or name for name, field in model.model_fields.items() if field.is_required()}
+        return len(set(value) - known) + len(wanted - set(value))
+
+    return min(sections, key=lambda name: misfits(sections[name]))

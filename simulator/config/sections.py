@@ -1,0 +1,129 @@
+"""One schema: pydantic models made from the frozen dataclasses of the simulator.
+
+A dataclass is a section of the YAML file, a field is a key. A field annotated with a Unit loses its unit suffix
+(`focal_length_mm` becomes `focal_length`) and takes a quantity with a unit. Descriptions come from the
+`name: text` lines of the dataclass's docstring, so they are written once.
+"""
+
+import dataclasses
+import functools
+import re
+import types
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from pydantic import Field, Strict, create_model
+
+from simulator.config.section_types import Quantity, Section, union
+from simulator.units import Unit
+
+COUNT_SUFFIX = "_px"  # a count of pixels is a bare number and its key needs no suffix
+
+
+def unit_of(annotation: object) -> Unit | None:
+    """Return the Unit in an annotation, also inside `X | None`."""
+    for part in getattr(annotation, "__metadata__", ()):
+        if isinstance(part, Unit):
+            return part
+    found = [unit_of(part) for part in get_args(annotation) if part is not annotation]
+    return next(filter(None, found), None)
+
+
+def key_of(name: str, annotation: object) -> str:
+    """Key in the YAML file of a dataclass field."""
+    unit = unit_of(annotation)
+    return name.removesuffix(unit.suffix if unit else COUNT_SUFFIX) or name
+
+
+def descriptions(cls: type) -> dict[str, str]:
+    """`name: text` lines of a docstring, with their indented continuation lines."""
+    result, current = {}, None
+    for line in (cls.__doc__ or "").splitlines():
+        stripped = line.strip()
+        if match := re.match(r"(\w+): (.+)", stripped):
+            current = match[1]
+            result[current] = match[2]
+        elif current and stripped and len(line) - len(line.lstrip()) > 4:
+            result[current] += " " + stripped
+        else:
+            current = None
+    return result
+
+
+@functools.cache
+def section(cls: type) -> type[Section]:
+    """Return the model of a frozen dataclass.
+
+    Raises TypeError for a field whose type has no form in YAML, such as an array.
+    """
+    return section_with(cls)
+
+
+def section_with(
+    cls: type,
+    assemble: Callable[..., object] | None = None,
+    replace: dict[str, type[Section]] | None = None,
+    extra: dict[str, tuple] | None = None,
+    leave_out: frozenset[str] = frozenset(),
+) -> type[Section]:
+    """Like `section`, where a few fields differ.
+
+    assemble: called instead of the class. replace: field -> section. extra: key -> (annotation, Field).
+    leave_out: fields that the configuration does not set.
+    """
+    hints, texts, members = get_type_hints(cls, include_extras=True), descriptions(cls), {}
+    for field in dataclasses.fields(cls):
+        if not field.init or field.name in leave_out:
+            continue
+        hint = hints[field.name]
+        other = (replace or {}).get(field.name)
+        text = next((part for part in getattr(hint, "__metadata__", ()) if isinstance(part, str)), texts.get(field.name))
+        default = (
+            {"default_factory": lambda model=other: model.model_validate({})} if other and _default(field) else _default(field)
+        )
+        annotation = other or model_type(hint)
+        members[field.name] = (annotation, Field(alias=key_of(field.name, hint), description=text, **default))
+    model = create_model(
+        cls.__name__, __base__=Section, __doc__=(cls.__doc__ or "").partition("\n")[0], **members, **(extra or {})
+    )
+    model.assemble = assemble or cls
+    return model
+
+
+def _default(field: dataclasses.Field) -> dict[str, object]:
+    if field.default is not dataclasses.MISSING:
+        return {"default_factory": functools.partial(model_value, field.default)}
+    if field.default_factory is not dataclasses.MISSING:
+        return {"default_factory": lambda: model_value(field.default_factory())}
+    return {}
+
+
+def model_value(value: object) -> object:
+    """Return the model of a dataclass instance that serves as a default; other values as they are."""
+    if not dataclasses.is_dataclass(value):
+        return value
+    given = {field.name: model_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return section(type(value)).model_construct(**given)
+
+
+def model_type(hint: object) -> object:
+    """Return a dataclass field's annotation as pydantic should see it."""
+    if (unit := unit_of(hint)) and get_origin(hint) is Annotated:
+        return Annotated[float, Quantity(unit)]
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return model_type(parts[0])
+    if dataclasses.is_dataclass(hint):
+        return section(hint)
+    if hint is Path or hint in (str, int, float, bool, type(None), Any) or origin is Literal:
+        return Annotated[Path, Field(strict=False)] if hint is Path else hint
+    if origin in (Union, types.UnionType):
+        return union([model_type(part) for part in parts], parts)
+    if origin is dict:
+        key = Annotated[int, Strict(False)] if parts[0] is int else parts[0]
+        return dict[key, model_type(parts[1])]
+    if origin in (list, tuple):
+        inner = tuple(part if part is Ellipsis else model_type(part) for part in parts)
+        return Annotated[origin[inner], Strict(False)]
+    raise TypeError(f"{hint} has no form in YAML")

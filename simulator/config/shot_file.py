@@ -1,0 +1,158 @@
+"""A shot in YAML: scene, lens, exposure, camera, seeds."""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, fields, is_dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Annotated, get_type_hints
+
+from pydantic import Discriminator, Field, Tag, create_model
+
+from simulator.config.build import build, validate
+from simulator.config.camera_check import check_camera
+from simulator.config.camera_file import camera_section, inline_camera, inline_response
+from simulator.config.document import Document, Place, read_document
+from simulator.config.layers import parse_override, subdocument, with_section, with_value
+from simulator.config.problems import nearest
+from simulator.config.section_types import Section
+from simulator.config.sections import model_type, model_value, section
+from simulator.config.sweep_section import SweepSection
+from simulator.errors import PhotositeError
+from simulator.scene.charts import ChartScene
+from simulator.scene.image import ImageScene
+from simulator.scene.spectral_cube import SpectralCubeScene
+from simulator.shot import Seeds, Shot
+
+# The key that decides which scene it is.
+SCENES = {"image": ImageScene, "spectral_cube": SpectralCubeScene, "chart": ChartScene}
+
+
+@cache
+def shot_section() -> type[Section]:
+    """Return the model of a shot file: the fields of Shot, with the scene chosen by its key."""
+    scenes = tuple(Annotated[section(cls), Tag(f"<{cls.__name__}>")] for cls in SCENES.values())
+    union = scenes[0] | scenes[1] | scenes[2]
+    scene = (
+        Annotated[union, Discriminator(_scene_of)],
+        Field(description="what stands before the lens: an image, a spectral_cube or a chart"),
+    )
+    members = {"scene": scene, "camera": (camera_section(), Field(description="the camera body"))}
+    hints = get_type_hints(Shot, include_extras=True)
+    for field in fields(Shot):
+        if field.name in ("scene", "camera", "resolved"):
+            continue
+        default = {} if field.default is MISSING else {"default_factory": lambda value=field.default: model_value(value)}
+        text = (hints[field.name].__doc__ or "").partition("\n")[0] if is_dataclass(hints[field.name]) else None
+        members[field.name] = (model_type(hints[field.name]), Field(description=text, **default))
+    members["sweep"] = (SweepSection | None, Field(default=None, description="what to vary from point to point"))
+    ordered = {name: members[name] for name in ("name", "scene", "lens", "exposure", "camera")}
+    model = create_model("Shot", __base__=Section, __doc__="One photograph to take, or a sweep of them.", **ordered | members)
+    model.assemble = lambda sweep, **values: Shot(**values)
+    return model
+
+
+def _scene_of(value: object) -> str:
+    if isinstance(value, Section):
+        return f"<{type(value).__name__}>"
+    key = next((key for key in SCENES if isinstance(value, dict) and key in value), "image")
+    return f"<{SCENES[key].__name__}>"
+
+
+def load_shot(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Shot:
+    """Read a shot file.
+
+    overrides: `dotted.path=value` texts as the command line's --set takes them, or a mapping of dotted path to
+        plain value; relative paths in them start from the current folder.
+    Raises PhotositeError with file, line, key, value and fix. A `sweep:` section is checked, not run.
+    """
+    return shot_from(load_document(path, overrides))
+
+
+def load_document(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Document:
+    """Return a shot file with its camera read in and the overrides applied, not yet validated."""
+    document = read_document(path)
+    if {"shot", "versions"} <= document.data.keys():  # the sidecar of a frame: its shot can be taken again
+        document = subdocument(document, "shot")
+    if "name" not in document.data:
+        stem = re.sub(r"[^\w.+-]", "_", Path(path).stem)
+        document = with_section(document, "name", Document(stem, {(): document.place(())}))
+    return with_overrides(document, overrides)
+
+
+def with_overrides(document: Document, overrides: Iterable[str] | Mapping[str, object]) -> Document:
+    """Return the document with a camera that is read in, and values set by dotted path."""
+    if isinstance(overrides, Mapping):
+        items = [(path, value, Place(f"--set {path}={value}", Path.cwd())) for path, value in overrides.items()]
+    else:
+        items = [parse_override(text) for text in overrides]
+    # Another camera is chosen before single values of it are set.
+    for dotted, value, place in items:
+        if dotted in ("camera", "camera.base"):
+            document = with_value(document, "camera", value, place)
+    if document.data.get("camera") is not None:
+        document = with_section(document, "camera", inline_camera(subdocument(document, "camera")))
+    for dotted, value, place in items:
+        if dotted not in ("camera", "camera.base"):
+            document = with_value(document, dotted, value, place)
+    return document
+
+
+def shot_from(document: Document) -> Shot:
+    """Return the shot that a document states. Raises PhotositeError with file and line."""
+    if isinstance(document.data.get("camera"), dict):
+        document = with_section(document, "camera", inline_response(subdocument(document, "camera")))
+    _check_scene_keys(document)
+    values = validate(shot_section(), document)
+    _check_name(values.name, document)
+    shot = build(values, (), document)
+    _check_seeds(shot.seeds, document)
+    _check(document, ("camera",), check_camera, shot.camera)
+    _check(document, ("exposure", "iso"), shot.camera.iso_setting, shot.exposure.iso)
+    return replace(shot, resolved=resolved(values))
+
+
+def resolved(values: Section) -> dict:
+    """Return the full configuration as plain data: defaults filled in, camera inlined, paths absolute; loads again."""
+    return _plain(values.model_dump(by_alias=True, exclude_none=True, exclude={"sweep"}))
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, dict):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(inner) for inner in value]
+    return str(value) if isinstance(value, Path) else value
+
+
+def _check_scene_keys(document: Document) -> None:
+    scene = document.data.get("scene")
+    if not isinstance(scene, dict):
+        return
+    given = [key for key in scene if key in SCENES]
+    if len(given) > 1:
+        raise document.problem(("scene", given[1]), f"scene: holds {' and '.join(given)}; keep one of {', '.join(SCENES)}")
+    if not given:
+        unknown = [key for key in scene if key not in ("illuminant", "luminance", "depth", "field_of_view")]
+        hint = nearest(str(unknown[0]), list(SCENES)) if unknown else f"give one of {', '.join(SCENES)}"
+        raise document.problem(("scene", *unknown[:1]), f"scene: neither image nor spectral_cube nor chart; {hint}")
+
+
+def _check_name(name: str, document: Document) -> None:
+    if not re.fullmatch(r"[\w+-][\w.+ -]{0,199}", name):
+        raise document.problem(("name",), f"name = {name}: it names the files; use up to 200 letters, digits, _ + - .")
+
+
+def _check_seeds(seeds: Seeds, document: Document) -> None:
+    for key, seed in (("body", seeds.body), ("frame", seeds.frame)):
+        if not 0 <= seed < 2**32:
+            raise document.problem(("seeds", key), f"seeds.{key} = {seed}: give a whole number from 0 to 4294967295")
+
+
+def _check(document: Document, keys: tuple, check, *arguments) -> None:
+    try:
+        check(*arguments)
+    except PhotositeError as error:
+        named = tuple(str(error).partition(" = ")[0].split("."))[1:]
+        inner = keys + tuple(int(key) if key.isdigit() else key for key in named) if keys == ("camera",) else keys
+        raise document.problem(inner, str(error)) from None

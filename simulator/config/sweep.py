@@ -1,0 +1,152 @@
+"""The points of a sweep, made one at a time: a million of them take no memory."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+
+from simulator.config.build import validate
+from simulator.config.document import Document, Place
+from simulator.config.layers import subdocument, with_value, without
+from simulator.config.shot_file import load_document, shot_from, with_overrides
+from simulator.config.sweep_section import SweepSection, sequence
+from simulator.errors import PhotositeError
+from simulator.shot import Shot
+
+MAX_CHECKED = 2000  # of the computed values of one key; listed values are all checked
+
+
+@dataclass(frozen=True)
+class SweepPoint:
+    """One point of a sweep.
+
+    name: stem of its files. values: dotted key -> value, as written.
+    """
+
+    index: int
+    name: str
+    values: dict[str, object]
+    document: Document
+
+    def shot(self) -> Shot:
+        """Return the shot of this point. Raises PhotositeError with file and line."""
+        return shot_from(self.document)
+
+
+class Sweep:
+    """The points of a document with a `sweep:` section; an iterable that knows its length.
+
+    The last key varies fastest. Each point's seeds.frame is the shot's plus the point's index, so that no two points
+    share their noise, unless the sweep varies seeds.frame itself or says `same_noise: true`.
+    """
+
+    def __init__(self, document: Document):
+        section_document = subdocument(document, "sweep")
+        section = validate(SweepSection, section_document)
+        self._place = section_document.place
+        self._base = without(document, ("sweep",))
+        self.values = {}
+        for key, values in section.vary.items():
+            try:
+                self.values[key] = sequence(values)
+            except ValueError as error:
+                raise section_document.problem(("vary", key), f"sweep.vary.{key}: {error}") from None
+        self._zip, self._same_noise = section.mode == "zip", section.same_noise
+        self.listed = {key for key, values in section.vary.items() if isinstance(values, list)}
+        lengths = {key: len(values) for key, values in self.values.items()}
+        if self._zip and len(set(lengths.values())) > 1:
+            told = ", ".join(f"{key} has {length}" for key, length in lengths.items())
+            raise section_document.problem(("vary",), f"sweep.vary: mode zip needs as many values for each key, but {told}")
+
+    def __len__(self) -> int:
+        lengths = [len(values) for values in self.values.values()]
+        if self._zip:
+            return lengths[0]
+        total = 1
+        for length in lengths:
+            total *= length
+        return total
+
+    def __iter__(self) -> Iterator[SweepPoint]:
+        return (self[index] for index in range(len(self)))
+
+    def __getitem__(self, index: int) -> SweepPoint:
+        if not 0 <= index < len(self):
+            raise IndexError(index)
+        values, rest = {}, index
+        for key in reversed(self.values):
+            row = index if self._zip else rest % len(self.values[key])
+            rest //= len(self.values[key])
+            values[key] = self.values[key][row]
+        return self._point(index, {key: values[key] for key in self.values})
+
+    def _point(self, index: int, values: dict[str, object]) -> SweepPoint:
+        document = self._base
+        for key, value in values.items():
+            written = self._place(("vary", key))
+            document = _with(document, key, value, Place(f"{written.text} (sweep)", written.folder))
+        if not self._same_noise and "seeds.frame" not in self.values:
+            document = self._with_frame(document, index)
+        digits = max(4, len(str(len(self) - 1)))
+        name = f"{self._base.data['name']}_{index:0{digits}d}"
+        return SweepPoint(index, name, values, with_value(document, "name", name, document.place(("name",))))
+
+    def _with_frame(self, document: Document, index: int) -> Document:
+        seeds = document.data.get("seeds")
+        frame = seeds.get("frame", 0) if isinstance(seeds, dict) else 0
+        if not isinstance(frame, int):
+            return document  # the check of the shot names it
+        return with_value(document, "seeds.frame", frame + index, document.place(("seeds", "frame")))
+
+    def check(self) -> None:
+        """Make the shots that hold every value once, so that a typo in the last point is found before the first runs.
+
+        Raises PhotositeError with the line of the first value that is wrong.
+        """
+        strides, stride = {}, 1
+        for key in reversed(self.values):
+            strides[key] = stride
+            stride *= len(self.values[key])
+        for key, values in self.values.items():
+            for row in self._rows(key, len(values)):
+                point = self[row if self._zip else row * strides[key]]
+                for path in input_files(point.shot().scene):
+                    if not path.is_file():
+                        raise point.document.problem(("scene",), f"{point.name}: no such file {path}; check the path")
+
+    def _rows(self, key: str, length: int) -> Iterable[int]:
+        if key in self.listed or length <= MAX_CHECKED:
+            return range(length)
+        return sorted({round(step * (length - 1) / (MAX_CHECKED - 1)) for step in range(MAX_CHECKED)})
+
+
+def input_files(value: object) -> list[Path]:
+    """Return the paths in a frozen dataclass, at any depth: the files a scene is read from."""
+    if isinstance(value, Path):
+        return [value]
+    if not is_dataclass(value):
+        return []
+    return [path for field in fields(value) for path in input_files(getattr(value, field.name))]
+
+
+def _with(document: Document, key: str, value: object, place: Place) -> Document:
+    """Return a value of a point; another camera is read in."""
+    if key in ("camera", "camera.base"):
+        return with_overrides(with_value(document, "camera", value, place), ())
+    return with_value(document, key, value, place)
+
+
+def expand_sweep(document: Document) -> Sweep:
+    """Return the points of a document with a `sweep:` section; nothing is made before it is asked for."""
+    if document.data.get("sweep") is None:
+        raise PhotositeError(f"{document.place(()).text}: has no `sweep:` section; add one, or take the single shot")
+    return Sweep(document)
+
+
+def load_sweep(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Sweep | None:
+    """Return the checked sweep of a shot file, or None when it has no `sweep:` section."""
+    document = load_document(path, overrides)
+    if document.data.get("sweep") is None:
+        return None
+    sweep = Sweep(document)
+    sweep.check()
+    return sweep

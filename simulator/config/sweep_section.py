@@ -1,0 +1,109 @@
+"""The `sweep:` section: which keys vary, over which values."""
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from simulator.config.quantity import convert, format_quantity, split_quantity
+from simulator.config.section_types import Section
+from simulator.units import Unit
+
+Number = int | float | str
+
+
+class Steps(Section):
+    """Values from one end to the other, both included."""
+
+    first: Annotated[Number, Field(alias="from", description="first value")]
+    last: Annotated[Number, Field(alias="to", description="last value")]
+    steps: Annotated[int, Field(ge=2, le=1_000_000, description="number of values")]
+    scale: Annotated[Literal["linear", "log2"], Field(description="log2: equal ratios, that is equal stops")] = "linear"
+
+
+class WholeNumbers(Section):
+    """Whole numbers as Python's range(first, stop, step): the stop is left out."""
+
+    range: Annotated[list[int], Field(min_length=2, max_length=3, description="[first, stop] or [first, stop, step]")]
+
+
+def _form(value: object) -> str:
+    if isinstance(value, (Steps, WholeNumbers)):
+        return f"<{type(value).__name__}>"
+    if isinstance(value, dict):
+        return "<WholeNumbers>" if "range" in value else "<Steps>"
+    return "<list>"
+
+
+Values = Annotated[
+    Annotated[list[Any], Field(min_length=1), Tag("<list>")]
+    | Annotated[Steps, Tag("<Steps>")]
+    | Annotated[WholeNumbers, Tag("<WholeNumbers>")],
+    Discriminator(_form),
+]
+
+
+class SweepSection(Section):
+    """Points of a sweep: each sets the varied keys and is taken as a shot of its own."""
+
+    mode: Annotated[Literal["product", "zip"], Field(description="every combination, or value by value")] = "product"
+    vary: Annotated[dict[str, Values], Field(min_length=1, description="dotted key -> values")]
+    same_noise: Annotated[
+        bool, Field(description="use seeds.frame as it is at every point; otherwise the point's index is added")
+    ] = False
+
+
+class EvenSteps(Sequence):
+    """The values of `Steps`, each computed when asked for.
+
+    Raises ValueError when the ends do not go together.
+    """
+
+    def __init__(self, steps: Steps):
+        self.count, self.log, self.ends = steps.steps, steps.scale == "log2", (steps.first, steps.last)
+        self.first, self.unit = _number(steps.first)
+        self.last, unit = _number(steps.last)
+        if bool(self.unit) != bool(unit):
+            raise ValueError("give both ends a unit, or neither")
+        if unit != self.unit:
+            self.last = convert(self.last, unit, self.unit, f"a quantity in {self.unit}")
+        if self.log and not (self.first > 0 and self.last > 0):
+            raise ValueError("equal ratios (scale: log2) need both ends above 0")
+        if self.first in (float("inf"), float("-inf")) or self.last in (float("inf"), float("-inf")):
+            raise ValueError("no even steps lead to infinity; list the values")
+        self.whole = isinstance(steps.first, int) and isinstance(steps.last, int)
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __getitem__(self, index: int) -> object:
+        if not 0 <= index < self.count:
+            raise IndexError(index)
+        if index in (0, self.count - 1):
+            return self.ends[index > 0]
+        share = index / (self.count - 1)
+        if self.log:
+            value = self.first * (self.last / self.first) ** share
+        else:
+            value = self.first + (self.last - self.first) * share
+        value = float(f"{value:.12g}")  # 0.1 * 3 should read 0.3 in a file
+        if self.unit:
+            return format_quantity(value, Unit("f_number", "")) if self.unit == "f_number" else f"{value!r} {self.unit}"
+        return int(value) if self.whole and value == int(value) else value
+
+
+def _number(end: Number) -> tuple[float, str]:
+    return split_quantity(end) if isinstance(end, str) else (float(end), "")
+
+
+def sequence(values: list | Steps | WholeNumbers) -> Sequence:
+    """Return the values of one varied key, without making them all. Raises ValueError when there are none."""
+    if isinstance(values, Steps):
+        return EvenSteps(values)
+    if isinstance(values, WholeNumbers):
+        if values.range[2:] == [0]:
+            raise ValueError("a range cannot step by 0")
+        if not (numbers := range(*values.range)):
+            raise ValueError(f"the range {values.range} is empty; its stop is left out, as in Python")
+        return numbers
+    return values

@@ -1,0 +1,83 @@
+"""The units a shot can use: their definitions, their names in messages, how they are written.
+
+The registry is small on purpose: it holds these units and nothing else, so that every dimension has a name in an
+error message, `50 M` is no megametre, and an angle is not taken for a bare number.
+"""
+
+import functools
+
+from simulator.units import Unit
+
+DEFINITIONS = """
+nano- = 1e-9 = n-
+micro- = 1e-6 = µ- = μ- = u-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+kilo- = 1e3 = k-
+metre = [length] = m = meter
+inch = 0.0254 * metre = in = inches
+foot = 0.3048 * metre = ft = feet
+second = [time] = s = sec
+minute = 60 * second = min
+hour = 3600 * second = h
+kelvin = [temperature] = K
+candela = [luminosity] = cd
+nit = candela / metre ** 2
+radian = [angle] = rad
+degree = 0.017453292519943295 * radian = deg = °
+electron = [electron]
+DN = [code] = LSB = ADU
+f_number = [f_number]
+"""
+
+# What a quantity is called, and how it is written, by the unit a field is kept in.
+WORDS = {
+    "second": ("a time", "1/125 s"),
+    "metre": ("a length", "2.5 m"),
+    "millimetre": ("a length", "50 mm"),
+    "micrometre": ("a length", "4.3 um"),
+    "nanometre": ("a length", "550 nm"),
+    "degree": ("an angle", "40 deg"),
+    "kelvin": ("a temperature", "5500 K"),
+    "candela / metre**2": ("a luminance", "100 cd/m^2"),
+    "electron": ("a number of electrons", "50000 e-"),
+    "electron / second": ("electrons per time", "0.1 e-/s"),
+    "DN": ("a raw level", "512 DN"),
+    "DN / electron": ("a gain", "0.1 DN/e-"),
+    "f_number": ("an f-number", "f/2.8"),
+}
+SHORT = {
+    "second": "s",
+    "metre": "m",
+    "millimetre": "mm",
+    "micrometre": "um",
+    "nanometre": "nm",
+    "degree": "deg",
+    "kelvin": "K",
+    "candela / metre**2": "cd/m^2",
+    "electron": "e-",
+    "electron / second": "e-/s",
+    "DN": "DN",
+    "DN / electron": "DN/e-",
+}
+
+
+@functools.cache
+def unit_registry():
+    """Return the pint registry with DEFINITIONS, made once."""
+    from pint import UnitRegistry
+
+    registry = UnitRegistry(None)
+    for line in DEFINITIONS.strip().splitlines():
+        registry.define(line)
+    return registry
+
+
+def example(unit: Unit) -> str:
+    """How a quantity in this unit is written, such as `50 mm`."""
+    return WORDS.get(unit.symbol, ("", f"1 {unit.symbol}"))[1]
+
+
+def noun(unit: Unit) -> str:
+    """Name the quantity, such as `a length`."""
+    return WORDS.get(unit.symbol, (f"a quantity in {unit.symbol}", ""))[0]

@@ -1,0 +1,156 @@
+"""Development: raw file to picture with rawpy (LibRaw), every default that depends on the picture switched off."""
+
+import difflib
+import io
+import math
+import os
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+from simulator.pipeline import Raw
+from simulator.raw.dng import dng_bytes
+from simulator.raw.picture import write_picture
+
+OUTPUTS = {"srgb": "sRGB", "linear_srgb": "sRGB", "xyz": "XYZ", "camera": "raw"}  # ours -> rawpy.ColorSpace
+DEMOSAICS = ("linear", "vng", "ppg", "ahd", "dcb", "dht", "aahd")  # what LibRaw offers without its GPL packs
+PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
+_WHITE = 65535
+
+WhiteBalance = Literal["camera", "daylight"] | tuple[float, float, float]
+
+
+def develop(
+    raw: Raw | str | os.PathLike,
+    *,
+    output: Literal["srgb", "linear_srgb", "xyz", "camera"] = "srgb",
+    half_size: bool = False,
+    demosaic: str = "ahd",
+    white_balance: WhiteBalance = "camera",
+    exposure_ev: float = 0.0,
+    bits: Literal[8, 16] = 16,
+) -> np.ndarray:
+    """Develop a raw frame or file: (height, width, 3) uint8 or uint16, rows as the sensor has them.
+
+    output: "srgb" encoded by IEC 61966-2-1; "linear_srgb"; "xyz" (CIE 1931, D65 white); "camera", the sensor's own colours.
+    half_size: one pixel per 2x2 cell, no demosaicing; an odd last row or column still gives a pixel.
+    demosaic: one of DEMOSAICS. "dht" and "aahd" are wrong near the border; measure with the others.
+    white_balance: "camera" as the file says, "daylight" (D65), or multipliers for R, G, B.
+    exposure_ev: lightens by 2^ev after white balance; what the sensor clipped stays clipped.
+    bits: 8 or 16 per value. Full scale is the white level in the channel with the smallest multiplier, which is set to 1.
+    Signals below black become 0, so noise statistics of the dark belong to the raw codes, not to a development.
+    A MONO frame gives three equal planes and takes no white balance.
+    Raises PhotositeError for an unknown choice and for a file that is missing, no raw file, or cut short.
+    """
+    _check_choice("develop.output", output, OUTPUTS)
+    _check_choice("develop.demosaic", demosaic, DEMOSAICS)
+    require(bits in (8, 16), "develop.bits", bits, "give 8 or 16")
+    require(abs(exposure_ev) <= 16, "develop.exposure_ev", exposure_ev, "give -16 to 16 EV")
+    linear = _linear(raw, output, half_size, demosaic, _white_balance_options(white_balance))
+    return linear if (output, exposure_ev, bits) in _AS_IT_IS else _tone_table(output == "srgb", exposure_ev, bits)[linear]
+
+
+def write_image(path: str | os.PathLike, pixels: np.ndarray) -> None:
+    """Write a picture, the format chosen by the suffix: PNG, JPEG, TIFF or EXR.
+
+    pixels: (height, width[, channel]) uint8, uint16 or float. EXR holds float32 (integers divided by their full scale),
+    JPEG 8 bits, PNG floats as 16 bits; floats are clipped to 0 ... 1 there.
+    Raises PhotositeError for an unknown suffix, an array that is no picture, and a path that cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in PICTURE_SUFFIXES:
+        raise PhotositeError(f"{path}: unknown kind of picture {suffix!r}; use one of {', '.join(PICTURE_SUFFIXES)}")
+    pixels = pixels[..., np.newaxis] if pixels.ndim == 2 else pixels
+    if pixels.ndim != 3 or pixels.shape[2] not in (1, 3, 4) or 0 in pixels.shape or pixels.dtype.kind not in "uf":
+        raise PhotositeError(f"{path}: {pixels.dtype} {pixels.shape} is no picture: give (height, width[, 1, 3 or 4]) numbers")
+    if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
+        raise PhotositeError(f"{path}: the picture holds NaN or infinite values; remove them")
+    options = {"compression": "jpeg:95", "jpeg:subsampling": "4:4:4"} if suffix in (".jpg", ".jpeg") else {}
+    write_picture(path, _converted(pixels, suffix), **options)
+
+
+def srgb_encoded(linear: np.ndarray) -> np.ndarray:
+    """Encode linear values 0 ... 1 by the sRGB curve (IEC 61966-2-1)."""
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055)
+
+
+_AS_IT_IS = [(output, 0.0, 16) for output in OUTPUTS if output != "srgb"]
+
+
+def _check_choice(key: str, value: str, choices: tuple[str, ...] | dict[str, str]) -> None:
+    """Refuse an unknown name, offering the nearest known one."""
+    if value not in choices:
+        near = difflib.get_close_matches(str(value).lower(), choices, 1, 0.4)
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise PhotositeError(f"{key} = {value!r}: unknown; {hint}Known: {', '.join(choices)}")
+
+
+def _white_balance_options(white_balance: WhiteBalance) -> dict[str, object]:
+    """Parameters of rawpy for a choice of white balance."""
+    if isinstance(white_balance, str):
+        _check_choice("develop.white_balance", white_balance, ("camera", "daylight"))
+        return {"use_camera_wb": white_balance == "camera"}
+    good = len(white_balance) == 3 and all(0 < value < math.inf for value in white_balance)
+    require(good, "develop.white_balance", white_balance, "give camera, daylight, or three multipliers above 0 for R, G, B")
+    red, green, blue = map(float, white_balance)
+    return {"use_camera_wb": False, "user_wb": [red, green, blue, green]}
+
+
+def _linear(raw: Raw | str | os.PathLike, output: str, half_size: bool, demosaic: str, white_balance: dict) -> np.ndarray:
+    """Develop to linear 16 bit with LibRaw: (height, width, 3)."""
+    import rawpy
+
+    in_memory = isinstance(raw, Raw)
+    label = raw.name if in_memory else os.fspath(raw)
+    if not in_memory and not os.path.isfile(label):
+        raise PhotositeError(f"{label}: no such file; check the path")
+    try:
+        with rawpy.imread(io.BytesIO(dng_bytes(raw)) if in_memory else label) as frame:
+            picture = frame.postprocess(
+                demosaic_algorithm=rawpy.DemosaicAlgorithm[demosaic.upper()],
+                output_color=rawpy.ColorSpace[OUTPUTS[output]],
+                half_size=half_size,
+                adjust_maximum_thr=0.0,  # else white is the brightest pixel of this very picture
+                no_auto_bright=True,
+                gamma=(1, 1),
+                output_bps=16,
+                user_flip=0,
+                **white_balance,
+            )
+    except rawpy.LibRawFileUnsupportedError as error:
+        raise PhotositeError(f"{label}: not a raw file that LibRaw can read; give a DNG or another raw file") from error
+    except rawpy.LibRawError as error:
+        reason = error.args[0].decode() if error.args and isinstance(error.args[0], bytes) else error
+        raise PhotositeError(f"{label}: damaged or cut short ({reason}); write or copy it again") from error
+    return picture if picture.shape[2] == 3 else _grey(picture[..., 0], output, half_size)
+
+
+def _grey(plane: np.ndarray, output: str, half_size: bool) -> np.ndarray:
+    """Three equal planes of a MONO frame; LibRaw does not halve it, so 2x2 means are taken here."""
+    if output == "xyz":
+        raise PhotositeError("develop.output = 'xyz': a MONO sensor measures no colour; use srgb, linear_srgb or camera")
+    if half_size:
+        height, width = plane.shape
+        even = np.pad(plane, ((0, height % 2), (0, width % 2)), mode="edge")
+        plane = np.rint(even.reshape(-(-height // 2), 2, -(-width // 2), 2).mean(axis=(1, 3))).astype(np.uint16)
+    return np.repeat(plane[..., np.newaxis], 3, axis=2)
+
+
+def _tone_table(encode: bool, exposure_ev: float, bits: int) -> np.ndarray:
+    """Output code for each of the 65536 linear codes."""
+    linear = np.minimum(np.arange(_WHITE + 1) / _WHITE * 2.0**exposure_ev, 1.0)
+    scale = 2**bits - 1
+    return np.rint(scale * (srgb_encoded(linear) if encode else linear)).astype(np.uint8 if bits == 8 else np.uint16)
+
+
+def _converted(pixels: np.ndarray, suffix: str) -> np.ndarray:
+    """Bring an array to a type that the format holds without loss beyond its bit depth."""
+    if suffix == ".exr" or (pixels.dtype.kind == "f" and suffix in (".tif", ".tiff")):
+        return (pixels / np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else pixels).astype(np.float32)
+    wanted = np.uint8 if suffix in (".jpg", ".jpeg") else np.uint16 if pixels.dtype.kind == "f" else pixels.dtype
+    if pixels.dtype == wanted:
+        return pixels
+    full_scale = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1.0
+    return np.rint(np.clip(pixels / full_scale, 0.0, 1.0) * np.iinfo(wanted).max).astype(wanted)

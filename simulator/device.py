@@ -1,0 +1,177 @@
+"""The OpenCL device: the only module that imports pyopencl.
+
+Kernels live in kernels/*.cl. `#include "x.h"` is expanded here, because PoCL refuses an -I path that holds a space.
+Arguments are bound by name: a missing or misspelt one is an error, not a wrong number in the wrong place.
+"""
+
+import functools
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyopencl as cl
+
+from simulator.errors import PhotositeError
+
+_HERE = Path(__file__).resolve().parent
+KERNELS = next(folder for folder in (_HERE / "kernels", _HERE.parent / "kernels") if folder.is_dir())
+_INCLUDE = re.compile(r'^#include "([^"]+)"$', re.MULTILINE)
+_SCALARS = {"float": np.float32, "uint": np.uint32, "int": np.int32, "ulong": np.uint64}
+INSTALL_HINT = "install one: `pip install pyopencl[pocl]`, or Debian's `apt install pocl-opencl-icd`"
+
+
+def expanded(text: str, seen: set[str] | None = None) -> str:
+    """OpenCL C text with the headers of kernels/ put in, each once."""
+    seen = set() if seen is None else seen
+
+    def header(match: re.Match) -> str:
+        if match[1] in seen:
+            return ""
+        seen.add(match[1])
+        return expanded((KERNELS / match[1]).read_text(encoding="utf-8"), seen)
+
+    return _INCLUDE.sub(header, text)
+
+
+def kernel_source(file: str) -> str:
+    """Text of kernels/<file> with its headers put in."""
+    return expanded((KERNELS / file).read_text(encoding="utf-8"))
+
+
+@dataclass(frozen=True)
+class DeviceInfo:
+    """One OpenCL device as a user sees it."""
+
+    name: str
+    platform: str
+    version: str
+    compute_units: int
+    memory_bytes: int
+
+    @property
+    def label(self) -> str:
+        """Name that `--device` matches."""
+        return f"{self.name} [{self.version}]"
+
+
+def _info(device: cl.Device) -> DeviceInfo:
+    version = device.platform.version.removeprefix("OpenCL ").split("  ")[0]
+    return DeviceInfo(device.name.strip(), device.platform.name, version, device.max_compute_units, device.global_mem_size)
+
+
+def _pocl_version(device: cl.Device) -> tuple[int, ...]:
+    found = re.search(r"PoCL (\d+)\.(\d+)", device.platform.version)
+    return tuple(int(number) for number in found.groups()) if found else (-1,)
+
+
+def _all_devices() -> list[cl.Device]:
+    """Every device, the default first: the newest PoCL, then the others as the loader lists them."""
+    try:
+        found = [device for platform in cl.get_platforms() for device in platform.get_devices()]
+    except cl.Error as error:
+        raise PhotositeError(f"no OpenCL platform found ({error}); {INSTALL_HINT}") from None
+    if not found:
+        raise PhotositeError(f"no OpenCL device found; {INSTALL_HINT}")
+    return sorted(found, key=_pocl_version, reverse=True)
+
+
+def devices() -> list[DeviceInfo]:
+    """All OpenCL devices, the default one first. Raises PhotositeError when there is none."""
+    return [_info(device) for device in _all_devices()]
+
+
+class Device:
+    """A context, a queue and the kernels built on them."""
+
+    def __init__(self, device: cl.Device):
+        self.info = _info(device)
+        self._context = cl.Context([device])
+        self._queue = cl.CommandQueue(self._context)
+        self._kernels: dict[tuple, cl.Kernel] = {}
+
+    def upload(self, array: np.ndarray, writable: bool = False) -> cl.Buffer:
+        """Copy of an array on the device."""
+        array = np.ascontiguousarray(array)
+        flags = (cl.mem_flags.READ_WRITE if writable else cl.mem_flags.READ_ONLY) | cl.mem_flags.COPY_HOST_PTR
+        return self._allocate(array.nbytes, lambda: cl.Buffer(self._context, flags, hostbuf=array))
+
+    def empty(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
+        """Uninitialised buffer for an array of this shape."""
+        size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+        return self._allocate(size, lambda: cl.Buffer(self._context, cl.mem_flags.READ_WRITE, size))
+
+    def _allocate(self, size: int, make):
+        try:
+            return make()
+        except (cl.Error, MemoryError) as error:
+            raise PhotositeError(
+                f"out of memory on {self.info.label}: no room for {size / 2**20:.0f} MiB "
+                f"({error}); read out a part of the sensor with camera.window"
+            ) from None
+
+    def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype) -> np.ndarray:
+        """Array of a buffer's content, after all work before it."""
+        array = np.empty(shape, dtype)
+        cl.enqueue_copy(self._queue, array, buffer)
+        return array
+
+    def finish(self) -> None:
+        """Wait until all work is done."""
+        self._queue.finish()
+
+    def kernel(self, name: str, defines: dict[str, object], file: str | None = None) -> cl.Kernel:
+        """Kernel `name` of kernels/<file> (default <name>.cl), built once for these macros."""
+        key = (file or f"{name}.cl", name, tuple(defines.items()))
+        if key not in self._kernels:
+            self._kernels[key] = self.build(kernel_source(key[0]), name, defines)
+        return self._kernels[key]
+
+    def build(self, source: str, name: str, defines: dict[str, object]) -> cl.Kernel:
+        """Kernel `name` of expanded source text, with these macros in front (pyopencl keeps builds on disk)."""
+        macros = "".join(f"#define {macro} {value}\n" for macro, value in defines.items())
+        try:
+            program = cl.Program(self._context, macros + source).build(options=["-cl-kernel-arg-info"])
+        except cl.Error as error:
+            raise PhotositeError(f"{self.info.label} cannot build the kernel {name}: {error}") from None
+        return cl.Kernel(program, name)
+
+    def run(self, kernel: cl.Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments) -> None:
+        """Enqueue a kernel; scalars are cast to the type the kernel declares.
+
+        Raises TypeError when the names are not exactly those of the kernel.
+        """
+        declared = _declared_arguments(kernel)
+        if set(declared) != set(arguments):
+            raise TypeError(f"{kernel.function_name} takes {sorted(declared)}, not {sorted(arguments)}")
+        values = [_SCALARS[kind](arguments[name]) if kind in _SCALARS else arguments[name] for name, kind in declared.items()]
+        try:
+            kernel(self._queue, global_size, local_size, *values)
+        except cl.Error as error:
+            raise PhotositeError(f"{self.info.label} cannot run {kernel.function_name}: {error}") from None
+
+
+@functools.cache
+def _declared_arguments(kernel: cl.Kernel) -> dict[str, str]:
+    """Argument names and types of a kernel, in order."""
+    info = cl.kernel_arg_info
+    return {
+        kernel.get_arg_info(index, info.NAME): kernel.get_arg_info(index, info.TYPE_NAME)
+        for index in range(kernel.num_args)
+    }
+
+
+@functools.cache
+def open_device(name: str | None = None) -> Device:
+    """Device whose label holds `name` (upper and lower case alike); default: $PHOTOSITE_DEVICE, else the newest PoCL.
+
+    Raises PhotositeError when nothing matches; the message lists what there is.
+    """
+    wanted = name or os.environ.get("PHOTOSITE_DEVICE", "")
+    found = _all_devices()
+    for device in found:
+        if wanted.lower() in _info(device).label.lower():
+            return Device(device)
+    labels = "\n  ".join(_info(device).label for device in found)
+    raise PhotositeError(f"no OpenCL device matches {wanted!r}; give a part of one of these names:\n  {labels}")

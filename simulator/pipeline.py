@@ -1,0 +1,228 @@
+"""From a shot to a raw frame: executes a plan on an OpenCL device."""
+
+import platform
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+
+import numpy as np
+
+from simulator import tiles
+from simulator.blur import blurred_mosaic
+from simulator.device import Device, open_device
+from simulator.planner import (
+    POISSON_SWITCH_E,
+    Plan,
+    PoissonMeans,
+    plan,
+    projection_arguments,
+    projection_defines,
+    sensor_defines,
+)
+from simulator.sensor.camera import Cfa
+from simulator.shot import Shot
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A raw frame, its truth, and all a converter needs to know.
+
+    dn: (height, width) uint16 codes [DN].
+    mean_electrons: (height, width) float32, mean photoelectrons per photosite, before any noise [e-].
+    noise_free_dn: (height, width) float32, the code without noise and rounding, clipped as the sensor clips [DN].
+    cfa: colours of the 2x2 block at the frame's upper left corner, row by row; "MONO" has no filter.
+    black_level_dn: pedestal [DN]. white_level_dn: largest code the frame can reach [DN].
+    noise_profile: (S, O) per colour plane (R, G, B, or one): variance of the signal x that runs from 0 at
+        black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
+    color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix1); None for MONO.
+    as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
+    resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
+    """
+
+    dn: np.ndarray
+    mean_electrons: np.ndarray
+    noise_free_dn: np.ndarray
+    cfa: Cfa
+    bit_depth: int
+    black_level_dn: float
+    white_level_dn: int
+    noise_profile: tuple[tuple[float, float], ...]
+    color_matrix: np.ndarray | None
+    as_shot_neutral: tuple[float, ...]
+    make: str
+    model: str
+    lens_model: str
+    exposure_time_s: float
+    f_number: float
+    focal_length_mm: float
+    focal_length_35mm_mm: float
+    focus_distance_m: float
+    iso: int
+    name: str = "shot"
+    resolved: dict = field(default_factory=dict)
+
+
+def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None = None) -> Raw:
+    """Take a photograph.
+
+    device: part of an OpenCL device's label; default: $PHOTOSITE_DEVICE, else the newest PoCL.
+    progress: called with (what is done now, share done from 0 to 1).
+    Raises PhotositeError for anything the user can put right.
+    """
+    tell = progress or (lambda stage, share: None)
+    tell("scene", 0.0)
+    planned = plan(shot)
+    opened = open_device(device)
+    tell("light", 0.1)
+    mosaic = expose_mosaic(planned, opened, lambda share: tell("light", 0.1 + 0.7 * share))
+    tell("sensor", 0.8)
+    dn = read_out(planned, opened, mosaic, shot.seeds.frame)
+    tell("truth", 0.9)
+    mean_electrons, noise_free_dn = truth(planned, opened, mosaic)
+    tell("done", 1.0)
+    return _raw(shot, planned, opened, dn, mean_electrons, noise_free_dn)
+
+
+def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], None] = lambda share: None):
+    """Device buffer (height, width) float32: electron radiance through the lens in each photosite's colour."""
+    scene, projection, frame = planned.scene, planned.projection, planned.frame
+    height, width, bands = scene.planes.shape
+    channels = planned.camera.channels
+    pixels = height * width
+    planes = device.empty((channels, pixels), np.float32)
+    device.run(
+        device.kernel("camera_planes", {"BANDS": bands, "CHANNELS": channels}),
+        (pixels, channels),
+        None,
+        scene=device.upload(scene.planes.astype(np.float32, copy=False)),
+        weights=device.upload(planned.weights),
+        planes=planes,
+    )
+    if planned.layers is not None:
+        return blurred_mosaic(planned, device, planes, progress)
+    mosaic = device.empty((frame.height, frame.width), np.float32)
+    kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
+    arguments = projection_arguments(planned, frame.x, frame.y)
+    device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
+    return mosaic
+
+
+def read_out(planned: Plan, device: Device, mosaic, frame_seed: int) -> np.ndarray:
+    """Codes (height, width) uint16 of the fused sensor kernel."""
+    frame = planned.frame
+    codes = device.empty((frame.height, frame.width), np.uint16)
+    sense(planned, device, mosaic, codes, frame_seed)
+    return device.download(codes, (frame.height, frame.width), np.uint16)
+
+
+def sense(planned: Plan, device: Device, mosaic, codes, frame_seed: int) -> None:
+    """Enqueue the fused kernel, for each tile the variant that can count the electrons expected there.
+
+    Which variant a tile gets changes its speed, never its codes.
+    """
+    frame = planned.frame
+    defines, parameters = sensor_defines(planned.stages)
+    columns, rows = tiles.edges(frame.width, tiles.TILE_WIDTH), tiles.edges(frame.height, tiles.TILE_HEIGHT)
+    means = _poisson_means(planned, device, mosaic, columns, rows)
+    buffer = device.upload(parameters)
+    for variant in PoissonMeans:
+        for (width, height), corners in tiles.group_by_shape(columns, rows, means == variant).items():
+            device.run(
+                device.kernel("sensor", {**defines, "POISSON_MEANS": int(variant)}),
+                (width, height * len(corners)),
+                (width, 1),
+                electron_radiance=mosaic,
+                raw=codes,
+                tiles=device.upload(corners),
+                parameters=buffer,
+                width=frame.width,
+                tile_height=height,
+                window_x=frame.x,
+                window_y=frame.y,
+                frame_seed=frame_seed,
+            )
+
+
+def _poisson_means(planned: Plan, device: Device, mosaic, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Variant of kernels/poisson.h for each tile: (tile rows, tile columns) of PoissonMeans."""
+    shape = (len(rows) - 1, len(columns) - 1)
+    if planned.stage("photon_shot_noise") is None and planned.stage("dark_current") is None:
+        return np.full(shape, PoissonMeans.LARGE)
+    if planned.stage("dark_current") is not None:
+        return np.full(shape, PoissonMeans.ALL)
+    range_shape = (2, shape[0], planned.frame.width)
+    extremes = device.empty(range_shape, np.float32)
+    edges = device.upload(rows.astype(np.uint32))
+    kernel = device.kernel("tile_range", {"TILE_HEIGHT": tiles.TILE_HEIGHT})
+    device.run(kernel, range_shape[:0:-1], None, image=mosaic, range=extremes, edges=edges)
+    least, greatest = device.download(extremes, range_shape, np.float32)
+    darkest, brightest = planned.electrons_per_radiance()
+    all_large = np.minimum.reduceat(least, columns[:-1], axis=1) * darkest >= POISSON_SWITCH_E
+    all_small = np.maximum.reduceat(greatest, columns[:-1], axis=1) * brightest < POISSON_SWITCH_E
+    return np.select([all_large, all_small], [PoissonMeans.LARGE, PoissonMeans.SMALL], PoissonMeans.ALL)
+
+
+def truth(planned: Plan, device: Device, mosaic) -> tuple[np.ndarray, np.ndarray]:
+    """Mean electrons [e-] and noise-free codes [DN], (height, width) float32 each."""
+    frame = planned.frame
+    shape = (frame.height, frame.width)
+    defines, parameters = sensor_defines(planned.stages)
+    mean_electrons, noise_free = device.empty(shape, np.float32), device.empty(shape, np.float32)
+    device.run(
+        device.kernel("truth", defines),
+        shape[::-1],
+        None,
+        electron_radiance=mosaic,
+        mean_electrons=mean_electrons,
+        noise_free=noise_free,
+        parameters=device.upload(parameters),
+        window_x=frame.x,
+        window_y=frame.y,
+    )
+    return device.download(mean_electrons, shape, np.float32), device.download(noise_free, shape, np.float32)
+
+
+def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_free_dn) -> Raw:
+    camera, lens = shot.camera, shot.lens
+    matrix, neutral = planned.color_metadata()
+    return Raw(
+        dn=dn,
+        mean_electrons=mean_electrons,
+        noise_free_dn=noise_free_dn,
+        cfa=camera.frame_cfa(),
+        bit_depth=camera.bit_depth,
+        black_level_dn=camera.black_level_dn,
+        white_level_dn=planned.white_level_dn(),
+        noise_profile=(planned.noise_profile(),) * camera.channels,
+        color_matrix=matrix,
+        as_shot_neutral=neutral,
+        make=camera.make,
+        model=camera.model,
+        lens_model=lens.model,
+        exposure_time_s=shot.exposure.time_s,
+        f_number=lens.f_number,
+        focal_length_mm=lens.focal_length_mm,
+        focal_length_35mm_mm=lens.focal_length_35mm_mm(float(np.hypot(*camera.sensor_mm))),
+        focus_distance_m=lens.focus_distance_m,
+        iso=shot.exposure.iso,
+        name=shot.name,
+        resolved={
+            "shot": shot.resolved,
+            "seeds": asdict(shot.seeds),
+            "plan": [asdict(step) for step in planned.steps],
+            "notes": list(planned.scene.notes),
+            "device": asdict(device.info),
+            "versions": _versions(),
+        },
+    )
+
+
+def _versions() -> dict[str, str]:
+    found = {"python": platform.python_version()}
+    for package in ("photosite", "numpy", "pyopencl"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found

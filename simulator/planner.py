@@ -1,0 +1,263 @@
+"""The plan of a shot: what is computed, what is skipped and why. Executing it is the pipeline's work."""
+
+import math
+import re
+import zlib
+from dataclasses import dataclass, fields
+from enum import IntEnum
+
+import numpy as np
+
+from simulator.color import as_shot_neutral, color_matrix
+from simulator.defocus import SHARP_PX, Layers, plan_layers
+from simulator.device import kernel_source
+from simulator.errors import PhotositeError
+from simulator.exposure import Integration
+from simulator.lens import Irradiance, ThinLens
+from simulator.scene import Scene
+from simulator.sensor import STAGES
+from simulator.sensor.camera import Camera, Window
+from simulator.shot import Shot
+from simulator.spectra import electron_radiance_weights
+from simulator.stage import Moments, Stage
+
+POISSON_SWITCH_E = 5.0  # below this mean the Poisson expansion is off by more than 1e-4; kernels/poisson.h inverts there
+FUSED = {Irradiance.stem: Irradiance, Integration.stem: Integration, **STAGES}
+
+
+class PoissonMeans(IntEnum):
+    """Means that a launch can count, as kernels/poisson.h numbers them."""
+
+    LARGE = 0
+    ALL = 1
+    SMALL = 2
+
+
+@dataclass(frozen=True)
+class Projection:
+    """How photosites read the scene's grid.
+
+    scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's upper left corner.
+    samples: points per photosite and axis. nearest: nearest pixel instead of bilinear.
+    """
+
+    scale: float
+    offset_x: float
+    offset_y: float
+    samples: int
+    nearest: bool
+
+
+@dataclass(frozen=True)
+class Step:
+    """One line of the plan for people."""
+
+    stage: str
+    kept: bool
+    why: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All numbers that executing needs.
+
+    weights: (bands, channels) float32 [e- s^-1 um^-2 sr^-1]. stages: the fused stages in physical order.
+    """
+
+    scene: Scene
+    camera: Camera
+    weights: np.ndarray
+    projection: Projection
+    layers: Layers | None
+    stages: tuple[Stage, ...]
+    steps: tuple[Step, ...]
+
+    @property
+    def frame(self) -> Window:
+        """Photosites that are read out."""
+        return self.camera.frame
+
+    def stage(self, stem: str) -> Stage | None:
+        """The fused stage of this stem, or None when it is skipped."""
+        return next((stage for stage in self.stages if stage.stem == stem), None)
+
+    def moments(self, mean_electrons: float) -> Moments:
+        """Mean and variance of the code [DN] for a photosite that expects these photoelectrons."""
+        signal = Moments(mean_electrons, 0.0)
+        for stage in self.stages:
+            if stage.stem in STAGES:
+                signal = stage.moments(signal)
+        return signal
+
+    def electrons_per_radiance(self) -> tuple[float, float]:
+        """Mean electrons per electron radiance at the frame's darkest photosite and on the axis, a little beyond either."""
+        irradiance, integration, frame = self.stage("irradiance"), self.stage("exposure"), self.frame
+        dx = max(abs(frame.x - irradiance.centre_x_px), abs(frame.x + frame.width - irradiance.centre_x_px))
+        dy = max(abs(frame.y - irradiance.centre_y_px), abs(frame.y + frame.height - irradiance.centre_y_px))
+        cos4 = 1.0 / (1.0 + (dx**2 + dy**2) * irradiance.tan2_per_px2) ** 2
+        on_axis = irradiance.solid_angle_sr * integration.time_s * integration.collecting_area_um2
+        return 0.9999 * cos4 * on_axis, 1.0001 * on_axis
+
+    def white_level_dn(self) -> int:
+        """Largest code the frame can reach: of the full well or of the ADC, whichever is lower [DN]."""
+        adc, well, gain = self.stage("adc"), self.stage("full_well"), self.stage("analog_gain")
+        if well is None:
+            return adc.max_code
+        return min(adc.max_code, int(adc.black_level_dn + gain.gain_dn_per_e * well.capacity_e))
+
+    def noise_profile(self) -> tuple[float, float]:
+        """S and O of DNG's NoiseProfile: variance = S x + O, x from 0 at black to 1 at white (DNG 1.4)."""
+        dark, one = self.moments(0.0), self.moments(1.0)
+        span = self.white_level_dn() - self.stage("adc").black_level_dn
+        slope = (one.variance - dark.variance) / (one.mean - dark.mean)
+        return slope / span, dark.variance / span**2
+
+    def color_metadata(self) -> tuple[np.ndarray | None, tuple[float, ...]]:
+        """ColorMatrix1 (None without a colour filter) and AsShotNeutral."""
+        response, scene = self.camera.response, self.scene
+        neutral = as_shot_neutral(
+            scene.illuminant, response.wavelengths_nm, response.quantum_efficiency, scene.wavelengths_nm
+        )
+        if self.camera.channels == 1:
+            return None, tuple(float(value) for value in neutral)
+        return color_matrix(response.wavelengths_nm, response.quantum_efficiency), tuple(float(v) for v in neutral)
+
+
+def stage_order() -> tuple[str, ...]:
+    """Stems of the fused stages as they stand in kernels/sensor.cl: order is physics and is written there only."""
+    return tuple(re.findall(r"^\s*signal = (\w+)\(", _sensor_page(), re.MULTILINE))
+
+
+def _sensor_page() -> str:
+    text = kernel_source("sensor.cl")
+    return text[text.index("kernel void sensor(") :]
+
+
+def plan(shot: Shot) -> Plan:
+    """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
+    scene, camera = shot.scene.load(), shot.camera
+    weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
+    if weights.shape[1] != camera.channels:
+        raise PhotositeError(
+            f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}"
+        )
+    projection = plan_projection(scene, shot.lens, camera)
+    layers = plan_layers(shot.lens, camera.pixel_pitch_um, scene.depth_m)
+    fused = _fused_stages(shot)
+    stages = tuple(fused[stem] for stem in stage_order() if stem in fused)
+    return Plan(
+        scene, camera, weights.astype(np.float32), projection, layers, stages, _steps(scene, camera, projection, layers, fused)
+    )
+
+
+def plan_projection(scene: Scene, lens: ThinLens, camera: Camera) -> Projection:
+    """Geometry between scene pixels and photosites; the optical axis meets the centres of both.
+
+    A scene with a field of view keeps its true size: scene pixels per radian of tangent over photosites per
+    radian of tangent. Without one the picture fills the sensor and what sticks out is cut off.
+    Raises PhotositeError when the camera sees past the scene's edges.
+    """
+    height, width = scene.planes.shape[:2]
+    if scene.field_of_view_deg is None:
+        scale = min(width / camera.width_px, height / camera.height_px)
+    else:
+        scene_focal_px = 0.5 * width / math.tan(math.radians(0.5 * scene.field_of_view_deg))
+        scale = scene_focal_px * 1e-3 * camera.pixel_pitch_um / lens.image_distance_mm
+        _check_coverage(scale, scene, lens, camera)
+    return Projection(
+        scale=scale,
+        offset_x=0.5 * (width - scale * camera.width_px),
+        offset_y=0.5 * (height - scale * camera.height_px),
+        samples=max(1, math.ceil(scale - 1e-6)),
+        nearest=scene.interpolation == "nearest",
+    )
+
+
+def _check_coverage(scale: float, scene: Scene, lens: ThinLens, camera: Camera) -> None:
+    height, width = scene.planes.shape[:2]
+    if scale * camera.width_px > width + 1e-6 or scale * camera.height_px > height + 1e-6:
+        short = max(scale * camera.width_px / width, scale * camera.height_px / height)
+        raise PhotositeError(
+            f"scene.field_of_view = {scene.field_of_view_deg:g} deg: the camera sees "
+            f"{lens.field_of_view_deg(camera.sensor_mm[0]):.1f} deg x {lens.field_of_view_deg(camera.sensor_mm[1]):.1f} deg, "
+            f"past the edge of the scene; use a lens of at least {lens.focal_length_mm * short:.1f} mm or leave field_of_view out"
+        )
+
+
+def _fused_stages(shot: Shot) -> dict[str, Stage]:
+    lens, camera = shot.lens, shot.camera
+    return {
+        Irradiance.stem: Irradiance(
+            solid_angle_sr=lens.irradiance_per_radiance_sr(),
+            tan2_per_px2=(1e-3 * camera.pixel_pitch_um / lens.image_distance_mm) ** 2 if lens.cos4 else 0.0,
+            centre_x_px=0.5 * camera.width_px,
+            centre_y_px=0.5 * camera.height_px,
+        ),
+        Integration.stem: Integration(shot.exposure.time_s, camera.pixel_pitch_um**2 * camera.fill_factor),
+        **camera.sensor_stages(shot.exposure.iso, shot.exposure.time_s),
+    }
+
+
+def sensor_defines(stages: tuple[Stage, ...]) -> tuple[dict[str, object], np.ndarray]:
+    """Macros and parameter array of the fused kernel.
+
+    Each stage is a macro 1 or 0, each of its numbers a macro STEM_FIELD that reads the array (so that another
+    ISO needs no new build), and STEM_STREAM its own stream of random numbers.
+    """
+    values = {name: value for stage in stages for name, value in stage.kernel_parameters().items()}
+    present = {stage.stem for stage in stages}
+    defines: dict[str, object] = {}
+    for stem, stage_class in FUSED.items():
+        defines[stem.upper()] = int(stem in present)
+        defines[f"{stem}_STREAM".upper()] = f"{zlib.crc32(stem.encode())}u"
+        if stem not in present:
+            defines.update({f"{stem}_{field.name}".upper(): "0.0f" for field in fields(stage_class)})
+    defines["POISSON_SWITCH"] = f"{POISSON_SWITCH_E}f"
+    defines.update({name: f"parameters[{index}]" for index, name in enumerate(values)})
+    return defines, np.array(list(values.values()), dtype=np.float32)
+
+
+def projection_defines(planned: Plan) -> dict[str, object]:
+    """Macros of kernels/projection.cl."""
+    (c00, c01), (c10, c11) = planned.camera.filter_block()
+    cfa = {"CFA_00": c00, "CFA_01": c01, "CFA_10": c10, "CFA_11": c11}
+    return {"SAMPLES": planned.projection.samples, "NEAREST": int(planned.projection.nearest), **cfa}
+
+
+def projection_arguments(planned: Plan, origin_x: int, origin_y: int) -> dict[str, object]:
+    """Scalar arguments of kernels/projection.cl for an output that begins at this photosite of the sensor."""
+    projection, (height, width) = planned.projection, planned.scene.planes.shape[:2]
+    return {
+        "scene_width": width,
+        "scene_height": height,
+        "origin_x": origin_x,
+        "origin_y": origin_y,
+        "scale": projection.scale,
+        "offset_x": projection.offset_x,
+        "offset_y": projection.offset_y,
+    }
+
+
+def _steps(scene, camera, projection, layers, fused) -> tuple[Step, ...]:
+    bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
+    steps = [
+        Step("spectral integration", True, f"{bands} scene planes of {wavelengths} wavelengths -> {camera.channels} camera planes"),
+        Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {projection.samples}^2 samples each"),
+        _defocus_step(layers),
+    ]
+    for stem in stage_order():
+        stage = fused.get(stem)
+        if stage is None:
+            steps.append(Step(stem, False, "the camera file has no such section, or its value is 0"))
+        else:
+            numbers = ", ".join(f"{name.removeprefix(stem.upper() + '_').lower()} = {value:.6g}"
+                                for name, value in stage.kernel_parameters().items())
+            steps.append(Step(stem, True, numbers or "no parameters"))
+    return tuple(steps)
+
+
+def _defocus_step(layers: Layers | None) -> Step:
+    if layers is None:
+        return Step("defocus", False, f"no blur circle has a radius above {SHARP_PX} photosites")
+    radii = layers.radii_px
+    return Step("defocus", True, f"{len(radii)} depth layers, blur radius {min(radii):.2f} to {max(radii):.2f} photosites")

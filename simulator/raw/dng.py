@@ -1,0 +1,147 @@
+"""Raw frame to DNG 1.4: thumbnail in IFD 0, mosaic in a SubIFD, exposure in the Exif IFD.
+
+An own writer: no library at hand writes such a file to the letter. libtiff-based writers lose CFA tags
+in a SubIFD, tifffile writes no Exif IFD, PiDNG puts all in IFD 0. The mosaic is one uncompressed strip of
+16-bit samples, the one layout that dcraw, LibRaw, darktable, RawTherapee and Adobe's reader all take.
+Tag meanings: Adobe DNG 1.4 (2012), TIFF/EP (ISO 12234-2), Exif 2.3.
+"""
+
+import math
+import os
+
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+from simulator.pipeline import Raw
+from simulator.raw import software, tiff
+from simulator.raw.exif import exif_directory
+from simulator.raw.files import atomic_write
+from simulator.raw.thumbnail import thumbnail
+
+SMALLEST_SIDE_PX = 22  # LibRaw refuses smaller frames
+LARGEST_SIDE_PX = 64000  # LibRaw refuses larger ones
+CFA_COLOURS = {"RGGB": (0, 1, 1, 2), "BGGR": (2, 1, 1, 0), "GRBG": (1, 0, 2, 1), "GBRG": (1, 2, 0, 1)}
+_D65 = 21  # Exif LightSource
+_PHOTOMETRIC_RGB, _PHOTOMETRIC_CFA, _PHOTOMETRIC_LINEAR_RAW = 2, 32803, 34892
+
+
+def write_dng(raw: Raw, path: str | os.PathLike) -> None:
+    """Write a raw frame as DNG; the file appears complete or not at all.
+
+    Raises PhotositeError for a frame a DNG cannot hold and for a path that cannot be written.
+    """
+    pieces = dng_pieces(raw)
+    with atomic_write(path) as temporary:
+        write_pieces(pieces, temporary)
+
+
+def dng_bytes(raw: Raw) -> bytes:
+    """Return the content that `write_dng` would write. Raises PhotositeError as it does."""
+    return b"".join(dng_pieces(raw))
+
+
+def write_pieces(pieces: list[bytes | np.ndarray], path: str | os.PathLike) -> None:
+    """Write buffers one after the other."""
+    with open(path, "wb") as file:
+        for piece in pieces:
+            file.write(piece)
+
+
+def dng_pieces(raw: Raw) -> list[bytes | np.ndarray]:
+    """Return the DNG as buffers in file order; the mosaic itself is not copied."""
+    _check(raw)
+    picture = thumbnail(raw)
+    directories = {"main": _main_directory(raw, picture), "raw": _raw_directory(raw), "exif": exif_directory(raw)}
+    return tiff.assemble(directories, {"thumbnail": picture, "mosaic": np.ascontiguousarray(raw.dn, dtype="<u2")})
+
+
+def _check(raw: Raw) -> None:
+    """Refuse what a DNG or its readers cannot hold."""
+    if raw.dn.dtype != np.uint16 or raw.dn.ndim != 2:
+        raise PhotositeError(f"{raw.name}: raw.dn is {raw.dn.dtype} {raw.dn.shape}: a raw frame is uint16 (height, width)")
+    for side, pixels in zip(("height", "width"), raw.dn.shape, strict=True):
+        rule = f"raw converters read frames of {SMALLEST_SIDE_PX} to {LARGEST_SIDE_PX} px a side"
+        require(SMALLEST_SIDE_PX <= pixels <= LARGEST_SIDE_PX, f"{raw.name}: camera.{side}", f"{pixels} px", rule)
+    if raw.dn.nbytes + 2**20 > tiff.LARGEST_FILE_BYTES:  # thumbnail and tags stay well below 1 MiB
+        size = f"{raw.dn.shape[1]} x {raw.dn.shape[0]} px"
+        raise PhotositeError(f"{raw.name}: frame of {size}: a DNG ends at 4 GiB; use a smaller window of the sensor")
+    if raw.cfa != "MONO":
+        _check_colour(raw)
+
+
+def _check_colour(raw: Raw) -> None:
+    """Refuse colour tags that would make converters divide by zero or guess."""
+    matrix = np.asarray(raw.color_matrix if raw.color_matrix is not None else np.nan, dtype=np.float64)
+    if matrix.shape != (3, 3) or not np.abs(matrix).max() < 2000:  # numerators are 32 bits wide
+        raise PhotositeError(f"{raw.name}: color_matrix = {raw.color_matrix}: a colour camera needs 3 x 3 finite numbers")
+    neutral = raw.as_shot_neutral
+    if len(neutral) != 3 or not all(math.isfinite(value) and value > 0 for value in neutral):
+        raise PhotositeError(f"{raw.name}: as_shot_neutral = {neutral}: a colour camera sees white in three values above 0")
+
+
+def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tiff.Pointer]:
+    """IFD 0: thumbnail, camera, colour."""
+    tags = {
+        254: tiff.long(1),  # NewSubfileType: reduced resolution
+        258: tiff.short(8, 8, 8),  # BitsPerSample
+        262: tiff.short(_PHOTOMETRIC_RGB),
+        273: tiff.Pointer("thumbnail"),  # StripOffsets
+        274: tiff.short(1),  # Orientation: as stored
+        277: tiff.short(3),  # SamplesPerPixel
+        305: tiff.text(software()),
+        330: tiff.Pointer("raw"),  # SubIFDs
+        34665: tiff.Pointer("exif"),
+        50706: tiff.byte(1, 4, 0, 0),  # DNGVersion
+        50707: tiff.byte(1, 1, 0, 0),  # DNGBackwardVersion
+        50708: tiff.text(f"{raw.make} {raw.model}".strip() or "Photosite"),  # UniqueCameraModel
+    }
+    tags |= {code: tiff.text(value) for code, value in ((271, raw.make), (272, raw.model)) if value}
+    if raw.cfa != "MONO":
+        tags[50721] = tiff.signed_rational(*np.ravel(raw.color_matrix))  # ColorMatrix1, row by row
+        tags[50778] = tiff.short(_D65)  # CalibrationIlluminant1
+        tags[50728] = tiff.rational(*raw.as_shot_neutral)
+    return tags | _strip(*picture.shape[:2], picture.nbytes)
+
+
+def _raw_directory(raw: Raw) -> dict[int, tiff.Field | tiff.Pointer]:
+    """SubIFD: the mosaic, its levels and its noise."""
+    height, width = raw.dn.shape
+    border = min(8, 2 * (min(height, width) // 16))  # even; 8 px hide what demosaicing does at the edge
+    mono = raw.cfa == "MONO"
+    tags = {
+        254: tiff.long(0),  # NewSubfileType: the full picture
+        258: tiff.short(16),  # BitsPerSample, of the storage; WhiteLevel tells the range
+        262: tiff.short(_PHOTOMETRIC_LINEAR_RAW if mono else _PHOTOMETRIC_CFA),
+        273: tiff.Pointer("mosaic"),  # StripOffsets
+        277: tiff.short(1),  # SamplesPerPixel
+        50713: tiff.short(1, 1) if mono else tiff.short(2, 2),  # BlackLevelRepeatDim
+        50714: _black_level(raw.black_level_dn, 1 if mono else 4),
+        50717: tiff.short(raw.white_level_dn),
+        50719: tiff.long(border, border),  # DefaultCropOrigin: x, y
+        50720: tiff.long(width - 2 * border, height - 2 * border),  # DefaultCropSize
+        51041: tiff.double(*np.ravel(raw.noise_profile)),
+    }
+    if not mono:
+        tags[33421] = tiff.short(2, 2)  # CFARepeatPatternDim
+        tags[33422] = tiff.byte(*CFA_COLOURS[raw.cfa])
+        tags[50710] = tiff.byte(0, 1, 2)  # CFAPlaneColor
+        tags[50711] = tiff.short(1)  # CFALayout: rectangular
+    return tags | _strip(height, width, raw.dn.nbytes)
+
+
+def _strip(height: int, width: int, size_bytes: int) -> dict[int, tiff.Field]:
+    """Tags that any picture in one uncompressed strip has."""
+    return {
+        256: tiff.long(width),
+        257: tiff.long(height),
+        259: tiff.short(1),  # Compression: none
+        278: tiff.long(height),  # RowsPerStrip
+        279: tiff.long(size_bytes),  # StripByteCounts
+        284: tiff.short(1),  # PlanarConfiguration
+    }
+
+
+def _black_level(black_level_dn: float, count: int) -> tiff.Field:
+    """SHORT where it is whole, since some readers cut fractions off."""
+    whole = round(black_level_dn) == black_level_dn
+    return tiff.short(*[int(black_level_dn)] * count) if whole else tiff.rational(*[black_level_dn] * count)

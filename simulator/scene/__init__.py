@@ -1,0 +1,36 @@
+"""What stands before the lens: radiance as planes times spectra, with depth.
+
+A scene is kept factored: L(y, x, wavelength) = sum over b of planes[y, x, b] * spectra[b, wavelength].
+A spectral cube has one plane per wavelength, an RGB picture three, a grey one, a chart of n patches n.
+Nothing is expanded to full spectra per pixel: the camera's response multiplies `spectra` once.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Scene radiance on the scene's own pixel grid (a pinhole projection, row 0 on top).
+
+    planes: (height, width, bands) float32, >= 0, finite, dimensionless weights.
+    spectra_w_m2_sr_nm: (bands, wavelengths) float64 radiance of weight 1 [W m^-2 sr^-1 nm^-1].
+    wavelengths_nm: (wavelengths,) float64, ascending, evenly spaced [nm].
+    illuminant: (wavelengths,) float64, relative power of the light that falls on the scene;
+        its colour is what the camera's white balance neutralises.
+    depth_m: distance along the optical axis [m], a float or (height, width) float32; inf is allowed.
+    field_of_view_deg: full horizontal angle of the grid [deg]; None: the grid fills the sensor.
+    interpolation: how the sensor's pixels read the grid.
+    notes: what was assumed while reading, for the log.
+    """
+
+    planes: np.ndarray
+    spectra_w_m2_sr_nm: np.ndarray
+    wavelengths_nm: np.ndarray
+    illuminant: np.ndarray
+    depth_m: float | np.ndarray = float("inf")
+    field_of_view_deg: float | None = None
+    interpolation: Literal["bilinear", "nearest"] = "bilinear"
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,91 @@
+"""Which channels of a picture are its colour, and how their numbers become linear sRGB."""
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+from simulator.scene.pixel_file import PixelFile
+
+REC709_CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709-6, Table 1, item 1.3 and 1.4
+
+
+def color_channels(file: PixelFile, layer: str | None = None, depth_channel: str = "Z") -> tuple[np.ndarray, tuple[str, ...]]:
+    """Pick the colour of a picture as stored, (height, width, 3) or (height, width, 1), and notes for the log.
+
+    Alpha is dropped; colours stay as stored. For EXR, whose colours are multiplied by alpha by convention, that is
+    the picture over black. An EXR is read by channel names: R, G, B, or its only channel beside alpha and depth.
+    Raises PhotositeError for another number of channels.
+    """
+    prefix = f"{layer}." if layer else ""
+    wanted = [f"{prefix}{letter}" for letter in "RGB"]
+    rest = [name for index, name in enumerate(file.channels) if index != file.alpha and name not in ("Z", depth_channel)]
+    if all(name in rest for name in wanted) and (file.is_exr or len(rest) == 3):
+        chosen = wanted
+    elif len(rest) == 1 and not layer:
+        chosen = rest
+    else:
+        raise _wrong_channels(file, layer)
+    notes = []
+    if file.alpha is not None:
+        notes.append(f"{file.path.name}: alpha dropped; the colours are used as stored")
+    return file.pixels[..., [file.channels.index(name) for name in chosen]], tuple(notes)
+
+
+def _wrong_channels(file: PixelFile, layer: str | None) -> PhotositeError:
+    names = file.channels
+    layers = sorted({name[:-2] for name in names if name.endswith(".R")})
+    hint = f"; write layer: and one of {', '.join(layers)}" if layers else ""
+    shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+    where = f" of layer {layer}" if layer else ""
+    return PhotositeError(
+        f"scene.image = {file.path}: has {len(names)} channels ({shown}), but the colour{where} must be "
+        f"1 channel (grey) or R, G and B, with or without alpha{hint}"
+    )
+
+
+def to_linear(stored: np.ndarray, encoding: str, file: PixelFile) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Linear sRGB planes, float32, and notes; integers are divided by their largest code first.
+
+    encoding: "srgb" undoes the curve of IEC 61966-2-1, "linear" does not, "auto" takes integers as sRGB, floats as linear.
+    An EXR that states other chromaticities than BT.709 is converted (white adapted by CAT02).
+    """
+    name, is_integer = file.path.name, stored.dtype.kind in "ui"
+    notes = []
+    if encoding == "auto":
+        encoding = "srgb" if is_integer else "linear"
+        if is_integer:
+            notes.append(f"{name}: taken as sRGB and linearised (IEC 61966-2-1); write encoding: linear if it is linear")
+    planes = _decode(stored, encoding)
+    primaries = file.chromaticities
+    if primaries is not None and planes.shape[2] == 3 and not np.allclose(primaries, REC709_CHROMATICITIES, atol=1e-3):
+        planes = (planes @ _to_rec709(primaries).T).astype(np.float32)
+        notes.append(f"{name}: converted from its own primaries to those of sRGB")
+    return np.ascontiguousarray(planes), tuple(notes)
+
+
+def _decode(stored: np.ndarray, encoding: str) -> np.ndarray:
+    """Float32 of 0 to 1 for integers, as they are for floats; through the sRGB curve for "srgb"."""
+    curve = srgb_to_linear if encoding == "srgb" else np.asarray
+    if stored.dtype in (np.uint8, np.uint16):  # a table of all codes is faster than a power per pixel
+        codes = np.arange(np.iinfo(stored.dtype).max + 1, dtype=np.float64) / np.iinfo(stored.dtype).max
+        return curve(codes).astype(np.float32)[stored]
+    largest = np.iinfo(stored.dtype).max if stored.dtype.kind in "ui" else 1.0
+    with np.errstate(over="ignore"):  # what float32 cannot hold becomes Inf, which is refused later
+        return curve(stored.astype(np.float64) / largest).astype(np.float32)
+
+
+def srgb_to_linear(encoded: np.ndarray) -> np.ndarray:
+    """IEC 61966-2-1: V / 12.92 up to 0.04045, else ((V + 0.055) / 1.055)^2.4."""
+    encoded = np.asarray(encoded)
+    curve = ((np.maximum(encoded, 0.0) + 0.055) / 1.055) ** 2.4
+    return np.where(encoded <= 0.04045, encoded / 12.92, curve)
+
+
+def _to_rec709(chromaticities: tuple[float, ...]) -> np.ndarray:
+    """Matrix from RGB of these primaries to linear sRGB, (3, 3)."""
+    import colour
+
+    own, rec709 = (np.reshape(values, (4, 2)) for values in (chromaticities, REC709_CHROMATICITIES))
+    own_to_xyz, rec709_to_xyz = (colour.normalised_primary_matrix(values[:3], values[3]) for values in (own, rec709))
+    white = (colour.xy_to_XYZ(values[3]) for values in (own, rec709))
+    adapt = colour.adaptation.matrix_chromatic_adaptation_VonKries(*white, transform="CAT02")
+    return np.linalg.inv(rec709_to_xyz) @ adapt @ own_to_xyz

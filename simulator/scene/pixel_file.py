@@ -1,0 +1,134 @@
+"""Pictures as stored: channels by name, read whole or refused with the reason."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+
+
+@dataclass(frozen=True)
+class PixelFile:
+    """One picture file.
+
+    pixels: (height, width, channels) in the stored type; alpha has not been multiplied in.
+    channels: their names as the file or OpenImageIO gives them ("R", "G", "B", "A", "Z", "Y", "450nm" ...).
+    alpha: index of the alpha channel, or None.
+    is_exr: an EXR may carry any number of named channels; other kinds may not.
+    chromaticities: red, green, blue and white x, y of an EXR that states them.
+    notes: what the reader should know.
+    """
+
+    path: Path
+    pixels: np.ndarray
+    channels: tuple[str, ...]
+    alpha: int | None = None
+    is_exr: bool = False
+    chromaticities: tuple[float, ...] | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(height, width)."""
+        return self.pixels.shape[:2]
+
+    def channel(self, name: str, key: str) -> np.ndarray:
+        """One channel, (height, width); PhotositeError naming `key` when there is none of that name."""
+        require(name in self.channels, key, name, f"no such channel in {self.path}, which has {', '.join(self.channels)}")
+        return self.pixels[..., self.channels.index(name)]
+
+
+def read_pixels(path: str | os.PathLike, key: str) -> PixelFile:
+    """Read EXR, HDR, TIFF, PNG, JPEG (through OpenImageIO) or a NumPy .npy array (height, width[, channels]).
+
+    key: configuration key for messages.
+    Raises PhotositeError for a file that is missing, damaged, cut short, deep, or of an unknown kind.
+    """
+    path = Path(path)
+    require(path.exists(), key, path, "no such file; check the path")
+    require(path.is_file(), key, path, "not a file; give the path of a picture")
+    return _read_array(path, key) if path.suffix.lower() == ".npy" else _read_picture(path, key)
+
+
+def load_array(path: Path, key: str) -> np.ndarray:
+    """Read a .npy array of numbers; PhotositeError when it is missing or is none."""
+    try:
+        array = np.load(path, allow_pickle=False)
+    except (OSError, ValueError, EOFError) as error:
+        raise PhotositeError(f"{key} = {path}: cannot be read as a NumPy array ({error}); save it with numpy.save") from error
+    plain = isinstance(array, np.ndarray) and array.dtype.kind in "fui" and array.size > 0
+    require(plain, key, path, "holds no numbers; save one array of floats with numpy.save")
+    return array
+
+
+def _read_array(path: Path, key: str) -> PixelFile:
+    array = load_array(path, key)
+    require(array.ndim in (2, 3), key, path, f"has shape {array.shape}; give (height, width) or (height, width, channels)")
+    array = array.reshape(*array.shape[:2], -1)
+    known = {1: ("Y",), 3: ("R", "G", "B")}
+    return PixelFile(path, array, known.get(array.shape[2], tuple(f"channel{index}" for index in range(array.shape[2]))))
+
+
+def _read_picture(path: Path, key: str) -> PixelFile:
+    import OpenImageIO as oiio
+
+    wishes = oiio.ImageSpec()
+    wishes.attribute("oiio:UnassociatedAlpha", 1)  # else colours of PNG come multiplied by alpha
+    source = oiio.ImageInput.open(str(path), wishes)
+    if source is None:
+        raise _unreadable(key, path, oiio.geterror())
+    try:
+        spec = source.spec()
+        require(not spec.deep, key, path, "is a deep EXR; flatten it first")
+        pixels = source.read_image(0, 0, 0, spec.nchannels, oiio.UNKNOWN)
+        if pixels is None or source.has_error:
+            raise _unreadable(key, path, source.geterror())
+        parts = spec.get_int_attribute("oiio:subimages", 1)
+        return PixelFile(
+            path,
+            np.asarray(pixels).reshape(spec.height, spec.width, spec.nchannels),
+            tuple(spec.channelnames),
+            spec.alpha_channel if spec.alpha_channel >= 0 else None,
+            source.format_name() == "openexr",
+            spec.getattribute("chromaticities"),
+            _notes(path.name, spec, parts),
+        )
+    finally:
+        source.close()
+
+
+def _notes(name: str, spec, parts: int) -> tuple[str, ...]:
+    notes = []
+    if parts > 1:
+        notes.append(f"{name}: has {parts} parts; only the first is read")
+    if (spec.x, spec.y, spec.width, spec.height) != (spec.full_x, spec.full_y, spec.full_width, spec.full_height):
+        notes.append(f"{name}: the data window ({spec.width}x{spec.height}) is read, not the display window")
+    if spec.get_int_attribute("Orientation", 1) != 1:
+        notes.append(f"{name}: is marked as rotated; its pixels are used as they are stored")
+    return tuple(notes)
+
+
+def _unreadable(key: str, path: Path, reason: str) -> PhotositeError:
+    first_line = (reason or "no reason given").strip().splitlines()[0]
+    return PhotositeError(
+        f"{key} = {path}: cannot be read ({first_line}); the file is damaged, cut short or no picture: export it again"
+    )
+
+
+def first_fault(fault: np.ndarray) -> str:
+    """How many pixels are at fault, and where the first is, of a (height, width[, channels]) bool array."""
+    pixels = fault.reshape(*fault.shape[:2], -1).any(axis=2)
+    row, column = np.unravel_index(int(pixels.argmax()), pixels.shape)
+    return f"{int(pixels.sum())} of {pixels.size} pixels, the first at x = {column}, y = {row} (0, 0 is the upper left corner)"
+
+
+def check_finite(values: np.ndarray, key: str, path: Path) -> None:
+    """Raise PhotositeError that counts NaN and Inf and names the first pixel."""
+    if np.isfinite(values.min()) and np.isfinite(values.max()):
+        return
+    for name, test in (("NaN", np.isnan), ("Inf", np.isinf)):
+        fault = test(values)
+        if fault.any():
+            raise PhotositeError(f"{key} = {path}: {name} in {first_fault(fault)}; render or export it again without {name}")

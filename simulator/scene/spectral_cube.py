@@ -1,0 +1,105 @@
+"""Scenes from spectral cubes: one plane per measured wavelength."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+from simulator.scene import Scene
+from simulator.scene.checks import check_field_of_view, check_luminance
+from simulator.scene.depth import Depth, check_depth, load_depth
+from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, read_pixels
+from simulator.scene.wavelengths import common_grid, named_wavelengths, read_wavelengths
+from simulator.spectra import check_illuminant, illuminant, luminance_cd_m2
+from simulator.units import CandelasPerSquareMetre, Degrees
+
+
+@dataclass(frozen=True)
+class SpectralCubeScene:
+    """A spectral cube.
+
+    quantity: "radiance" is in W m^-2 sr^-1 nm^-1; with a luminance it is rescaled to that mean luminance, whatever
+        its unit. "reflectance" is lit by the illuminant, and the luminance is that of the perfect white.
+    luminance_cd_m2: of white (reflectance) or the mean (radiance); left out, radiance is absolute.
+    illuminant: for radiance it only states the light that the camera's white balance neutralises.
+    depth_m: one distance, {image: FILE, ...}, or {channel: Z, ...} of the cube's own EXR.
+    field_of_view_deg: full horizontal angle of the cube; left out, it fills the sensor.
+    """
+
+    spectral_cube: Annotated[Path, "EXR with channels named by wavelength, or .npy (height, width, wavelengths)"]
+    wavelengths: Annotated[Path | None, "wavelengths in nm, .npy, .txt or .csv; needed for .npy cubes"] = None
+    quantity: Literal["radiance", "reflectance"] = "radiance"
+    luminance_cd_m2: CandelasPerSquareMetre | None = None
+    illuminant: Annotated[str, 'CIE name such as D65 or A, or "3200 K"'] = "D65"
+    depth_m: Depth = math.inf
+    field_of_view_deg: Degrees | None = None
+
+    def __post_init__(self):
+        if self.luminance_cd_m2 is not None:
+            check_luminance(self.luminance_cd_m2)
+        needed = self.quantity == "radiance" or self.luminance_cd_m2 is not None
+        require(needed, "scene.luminance", "nothing", "a reflectance cube needs the luminance of white, such as 100 cd/m^2")
+        check_illuminant(self.illuminant, "scene.illuminant")
+        check_depth(self.depth_m)
+        check_field_of_view(self.field_of_view_deg)
+
+    def load(self) -> Scene:
+        """Read the cube.
+
+        Raises PhotositeError for files that are missing, damaged or of the wrong size, for wavelengths that do not
+        match or lie outside 380 to 780 nm, for NaN, Inf and negative values, and for a black cube with a luminance.
+        """
+        file = read_pixels(self.spectral_cube, "scene.spectral_cube")
+        bands, own_nm = self._bands(file)
+        keep, grid_nm, basis, notes = common_grid(own_nm, self.spectral_cube.name)
+        planes = np.ascontiguousarray(file.pixels[..., bands[keep]], dtype=np.float32)
+        check_finite(planes, "scene.spectral_cube", self.spectral_cube)
+        if planes.min() < 0:
+            fault = first_fault(planes < 0)
+            raise PhotositeError(
+                f"scene.spectral_cube = {self.spectral_cube}: negative in {fault}; light is never negative: clip it first"
+            )
+        light = illuminant(self.illuminant, grid_nm)
+        return Scene(
+            planes=planes,
+            spectra_w_m2_sr_nm=self._spectra(planes, basis, light, grid_nm),
+            wavelengths_nm=grid_nm,
+            illuminant=light,
+            depth_m=load_depth(self.depth_m, file),
+            field_of_view_deg=self.field_of_view_deg,
+            notes=(*file.notes, *notes),
+        )
+
+    def _bands(self, file: PixelFile) -> tuple[np.ndarray, np.ndarray]:
+        """Channel indices and their wavelengths [nm], ascending."""
+        if self.wavelengths is None:
+            pairs = named_wavelengths(file)
+        else:
+            given = read_wavelengths(self.wavelengths)
+            if len(given) != len(file.channels):
+                raise PhotositeError(
+                    f"scene.wavelengths = {self.wavelengths}: holds {len(given)} wavelengths, but {file.path} has "
+                    f"{len(file.channels)} channels; give one wavelength per channel"
+                )
+            pairs = [(nm, index) for index, nm in enumerate(given)]
+        own_nm, bands = (np.array(column) for column in zip(*sorted(pairs), strict=True))
+        distinct = len(own_nm) > 1 and np.diff(own_nm).min() > 0
+        require(distinct, "scene.wavelengths", f"{own_nm} nm", "give two or more wavelengths, each once")
+        return bands.astype(int), own_nm.astype(np.float64)
+
+    def _spectra(self, planes: np.ndarray, basis: np.ndarray, light: np.ndarray, grid_nm: np.ndarray) -> np.ndarray:
+        if self.quantity == "reflectance":
+            return basis * light * (self.luminance_cd_m2 / luminance_cd_m2(light, grid_nm))
+        if self.luminance_cd_m2 is None:
+            return basis
+        mean = float(planes.mean(axis=(0, 1), dtype=np.float64) @ luminance_cd_m2(basis, grid_nm))
+        require(
+            mean > 0,
+            "scene.luminance",
+            f"{self.luminance_cd_m2} cd/m^2",
+            f"{self.spectral_cube} is black, so it cannot be scaled",
+        )
+        return basis * (self.luminance_cd_m2 / mean)

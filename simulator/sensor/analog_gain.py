@@ -1,0 +1,26 @@
+"""Analog gain, which the ISO setting chooses: K of EMVA 1288 [DN/e-]."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from simulator.errors import require
+from simulator.stage import Moments, Stage
+from simulator.units import DigitalNumbersPerElectron
+
+
+@dataclass(frozen=True)
+class AnalogGain(Stage):
+    """signal [DN] = gain * electrons.
+
+    gain_dn_per_e: EMVA 1288's K [DN/e-], > 0.
+    """
+
+    stem: ClassVar[str] = "analog_gain"
+    gain_dn_per_e: DigitalNumbersPerElectron
+
+    def __post_init__(self):
+        require(self.gain_dn_per_e > 0, "analog_gain.gain", f"{self.gain_dn_per_e} DN/e-", "give a gain above 0 DN/e-")
+
+    def moments(self, signal: Moments) -> Moments:
+        """K mean, K^2 var."""
+        return Moments(self.gain_dn_per_e * signal.mean, self.gain_dn_per_e**2 * signal.variance)

@@ -1,0 +1,26 @@
+"""Read noise before the analog gain: pixel source follower and column reset (EMVA 1288: part of sigma_d)."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from simulator.errors import require
+from simulator.stage import Moments, Stage
+from simulator.units import Electrons
+
+
+@dataclass(frozen=True)
+class ReadNoiseBeforeGain(Stage):
+    """electrons += N(0, sigma), independent per photosite and frame.
+
+    sigma_e: standard deviation [e-], >= 0.
+    """
+
+    stem: ClassVar[str] = "read_noise_before_gain"
+    sigma_e: Electrons
+
+    def __post_init__(self):
+        require(self.sigma_e >= 0, "read_noise_before_gain.sigma", f"{self.sigma_e} e-", "a standard deviation is not negative")
+
+    def moments(self, signal: Moments) -> Moments:
+        """var + sigma^2 [e-^2]."""
+        return Moments(signal.mean, signal.variance + self.sigma_e**2)

@@ -1,0 +1,39 @@
+"""Cutting frames into tiles: work-groups of equal shape, and which of them a pass needs."""
+
+import numpy as np
+from scipy.ndimage import maximum_filter
+
+TILE_WIDTH = 512
+TILE_HEIGHT = 32
+
+
+def edges(extent: int, size: int) -> np.ndarray:
+    """Borders of the fewest nearly equal parts of at most `size`: (parts + 1,) from 0 to extent."""
+    parts = -(-extent // size)
+    return np.linspace(0, extent, parts + 1).astype(np.int64)
+
+
+def group_by_shape(columns: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> dict[tuple[int, int], np.ndarray]:
+    """Wanted tiles by (width, height): (tiles, 2) uint32 of x, y. wanted: (tile rows, tile columns) bool."""
+    tile_y, tile_x = np.nonzero(wanted)
+    widths, heights = np.diff(columns)[tile_x], np.diff(rows)[tile_y]
+    corners = np.stack([columns[tile_x], rows[tile_y]], axis=-1).astype(np.uint32)
+    return {
+        (int(width), int(height)): corners[(widths == width) & (heights == height)]
+        for width, height in sorted(set(zip(widths.tolist(), heights.tolist(), strict=True)))
+    }
+
+
+def presence(layers: np.ndarray, tile_height: int, tile_width: int) -> np.ndarray:
+    """Which layers each tile holds, one bit per layer: (tile rows, tile columns) uint64.
+
+    layers: uint8 below 64; its sides are multiples of the tile's.
+    """
+    bits = np.left_shift(np.uint64(1), np.arange(64, dtype=np.uint64))[layers]
+    rows = np.bitwise_or.reduce(bits.reshape(-1, tile_height, layers.shape[1]), axis=1)
+    return np.bitwise_or.reduce(rows.reshape(rows.shape[0], -1, tile_width), axis=2)
+
+
+def grown(wanted: np.ndarray, tile_rows: int, tile_columns: int) -> np.ndarray:
+    """Tiles within this many tiles of a wanted one."""
+    return maximum_filter(wanted, size=(2 * tile_rows + 1, 2 * tile_columns + 1), mode="constant", cval=False)

@@ -1,0 +1,109 @@
+"""Fixtures: the device under test, and a bench that runs single kernels, headers and stages."""
+
+import dataclasses
+from functools import cached_property
+
+import numpy as np
+import pytest
+
+from simulator.device import expanded, open_device
+from simulator.exposure import Exposure
+from simulator.lens import ThinLens
+from simulator.pipeline import sense
+from simulator.planner import FUSED, plan, stage_order
+from simulator.scene import Scene
+from simulator.sensor.adc import Adc
+from simulator.sensor.analog_gain import AnalogGain
+from simulator.sensor.camera import Camera, IsoSetting, SpectralResponse, Window
+from simulator.shot import Shot
+from simulator.stage import Stage
+
+
+class FixedScene:
+    """A scene that is already there."""
+
+    def __init__(self, scene: Scene):
+        self.scene = scene
+
+    def load(self) -> Scene:
+        return self.scene
+
+
+def band_scene(planes, depth_m=2.0, **settings) -> FixedScene:
+    """Planes (height, width[, bands]); each band is equal-energy light over a third of 400-700 nm, or all of it."""
+    planes = np.asarray(planes, dtype=np.float32)
+    planes = planes[..., None] if planes.ndim == 2 else planes
+    wavelengths = np.arange(400.0, 701.0, 10.0)
+    edges = np.linspace(400.0, 701.0, planes.shape[2] + 1)
+    spectra = np.stack([(wavelengths >= low) & (wavelengths < high) for low, high in zip(edges[:-1], edges[1:], strict=True)])
+    return FixedScene(Scene(planes, 1e-3 * spectra, wavelengths, np.ones(31), depth_m=depth_m, **settings))
+
+
+def test_camera(width=64, height=48, cfa="MONO", **settings) -> Camera:
+    """A small camera whose colours see separate thirds of the spectrum, with unit quantum efficiency."""
+    wavelengths = np.arange(400.0, 701.0, 10.0)
+    thirds = np.stack([wavelengths >= 601, (wavelengths >= 501) & (wavelengths < 601), wavelengths < 501], axis=-1)
+    efficiency = np.ones((31, 1)) if cfa == "MONO" else thirds.astype(float)
+    defaults = {
+        "make": "Photosite", "model": "test", "width_px": width, "height_px": height, "pixel_pitch_um": 5.0, "cfa": cfa,
+        "bit_depth": 16, "black_level_dn": 0.0, "response": SpectralResponse(wavelengths, efficiency),
+        "iso_table": {100: IsoSetting(1.0, 0.0)}, "stages": {},
+    }
+    return Camera(**{**defaults, **settings})
+
+
+test_camera.__test__ = False
+
+
+class Bench:
+    """Runs parts of the chain on one device."""
+
+    def __init__(self, device):
+        self.device = device
+
+    def header(self, include: str, expression: str, arrays: dict[str, np.ndarray], defines=None, dtype=np.float32) -> np.ndarray:
+        """`expression` of a kernel header, evaluated at every element of 1-D arrays named as in it."""
+        kinds = {"float32": "float", "uint32": "uint"}
+        names = ", ".join(f"global const {kinds[str(a.dtype)]} *{n}_" for n, a in arrays.items())
+        reads = " ".join(f"const {kinds[str(a.dtype)]} {n} = {n}_[i];" for n, a in arrays.items())
+        source = (
+            f'#include "{include}"\nkernel void probe({names}, global {kinds[np.dtype(dtype).name]} *result) '
+            f"{{ const size_t i = get_global_id(0); {reads} result[i] = {expression}; }}"
+        )
+        count = len(next(iter(arrays.values())))
+        result = self.device.empty((count,), dtype)
+        kernel = self.device.build(expanded(source), "probe", defines or {})
+        buffers = {f"{name}_": self.device.upload(array) for name, array in arrays.items()}
+        self.device.run(kernel, (count,), None, result=result, **buffers)
+        return self.device.download(result, (count,), dtype)
+
+    @cached_property
+    def _plan(self):
+        lens = ThinLens(50.0, 8.0, 2.0, cos4=False)
+        return plan(Shot(band_scene(np.ones((4, 4))), lens, Exposure(0.01, 100), test_camera()))
+
+    def sensor(self, mean_electrons, *stages: Stage, frame_seed=1, x=0, y=0, gain=1.0, bits=16, black=0.0) -> np.ndarray:
+        """Codes of the fused kernel for these mean electrons (height, width), with only the stages given."""
+        mean_electrons = np.asarray(mean_electrons, dtype=np.float32)
+        height, width = mean_electrons.shape
+        fused = {stage.stem: stage for stage in (AnalogGain(gain), Adc(bits, black), *stages)}
+        fused["irradiance"] = FUSED["irradiance"](1.0, 0.0, 0.0, 0.0)
+        fused["exposure"] = FUSED["exposure"](1.0, 1.0)
+        camera = dataclasses.replace(self._plan.camera, width_px=x + width, height_px=y + height, window=Window(x, y, width, height))
+        ordered = tuple(fused[stem] for stem in stage_order() if stem in fused)
+        planned = dataclasses.replace(self._plan, camera=camera, stages=ordered)
+        codes = self.device.empty((height, width), np.uint16)
+        sense(planned, self.device, self.device.upload(mean_electrons), codes, frame_seed)
+        return self.device.download(codes, (height, width), np.uint16)
+
+
+@pytest.fixture(scope="session")
+def device():
+    """The device under test: $PHOTOSITE_DEVICE or the default."""
+    return open_device()
+
+
+@pytest.fixture(scope="session")
+def bench(device):
+    """Runs parts of the chain."""
+    return Bench(device)

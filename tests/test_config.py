@@ -1,0 +1,333 @@
+"""A shot file becomes a Shot, or one message with file, line, key, value and fix."""
+
+import json
+import math
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from simulator.config import dump_yaml, load_shot, shot_warnings
+from simulator.errors import PhotositeError
+
+SHOT = """\
+scene:
+  chart: flat_field
+  luminance: 100 cd/m^2
+lens:
+  focal_length: 50 mm
+  f_number: f/4
+  focus_distance: 2 m
+exposure:
+  time: 1/125 s
+  iso: 100
+camera: tiny
+"""
+CAMERA = """\
+make: Maker
+model: Tiny
+width: 64
+height: 48
+pixel_pitch: 5 um
+cfa: RGGB
+bit_depth: 12
+black_level: 64 DN
+response: {file: curves.yaml}
+iso_table:
+  100: {gain: 0.5 DN/e-, read_noise: 2 DN}
+  200: {gain: 1 DN/e-, read_noise: 3 DN}
+read_noise_after_gain: 1.5 DN
+stages:
+  photon_shot_noise: {}
+  full_well: {capacity: 5000 e-}
+"""
+CURVES = """\
+wavelengths: {start: 400 nm, step: 100 nm}
+peak_quantum_efficiency: 0.5
+relative: [[0, 0, 1], [0.2, 0.9, 0.1], [0.8, 0.1, 0], [0.1, 0, 0]]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "tiny.yaml").write_text(CAMERA)
+    (tmp_path / "curves.yaml").write_text(CURVES)
+    return tmp_path
+
+
+def write(folder: Path, text: str = SHOT) -> Path:
+    path = folder / "shot.yaml"
+    path.write_text(text.replace("camera: tiny", "camera: tiny.yaml"))
+    return path
+
+
+def message(folder: Path, text: str = SHOT, overrides=()) -> str:
+    with pytest.raises(PhotositeError) as caught:
+        load_shot(write(folder, text), overrides)
+    return str(caught.value)
+
+
+def test_every_number_arrives_in_the_unit_of_its_field(folder):
+    shot = load_shot(write(folder))
+    assert (shot.lens.focal_length_mm, shot.lens.f_number, shot.lens.focus_distance_m) == (50.0, 4.0, 2.0)
+    assert (shot.exposure.time_s, shot.exposure.iso) == (1 / 125, 100)
+    assert shot.scene.luminance_cd_m2 == 100.0
+    camera = shot.camera
+    assert (camera.width_px, camera.height_px, camera.pixel_pitch_um, camera.cfa) == (64, 48, 5.0, "RGGB")
+    assert camera.iso_table[200].gain_dn_per_e == 1.0 and camera.iso_table[200].read_noise_dn == 3.0
+    assert camera.stages["full_well"].capacity_e == 5000.0
+    assert list(camera.response.wavelengths_nm) == [400.0, 500.0, 600.0, 700.0]
+    np.testing.assert_array_equal(camera.response.quantum_efficiency[1], [0.1, 0.45, 0.05])
+    assert shot.name == "shot"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "told"),
+    [
+        ("50 mm", "50", 5, "lens.focal_length = 50: has no unit; write a length such as 50 mm"),
+        ("50 mm", "50 s", 5, "lens.focal_length = 50 s: is a time; a length such as 50 mm is wanted"),
+        ("50 mm", "", 5, "lens.focal_length is empty"),
+        ("focal_length", "focal_lenght", 5, "lens.focal_lenght: unknown key; did you mean `focal_length`?"),
+        ("  f_number: f/4\n", "", 4, "lens.f_number is missing: N = f / pupil diameter"),
+        ("  time: 1/125 s\n", "", 8, "write for example `time: 1/125 s`"),
+        ("exposure:\n  time: 1/125 s\n  iso: 100\n", "", None, "exposure is missing"),
+        ("f/4", "f/0.4", 6, "lens.f_number = f/0.4: no lens in air is faster than f/0.5"),
+        ("2 m", "2 cm", 7, "lens.focus_distance = 0.02 m"),
+        ("1/125 s", "0 s", 9, "the shutter must open"),
+        ("1/125 s", "12:30", 9, "exposure.time = 12:30"),
+        ("iso: 100", "iso: 1e2", 10, "exposure.iso = 100.0: give a whole number"),
+        ("iso: 100", "iso: 150", 10, "exposure.iso = 150: the Maker Tiny was not measured there; nearest: 100, 200"),
+        ("iso: 100", "iso: 100\n  iso: 200", 11, "exposure.iso is written twice (first at "),
+        ("f/4", "f/4\n  cos4: no", 7, "lens.cos4 = no: write true or false"),
+        ("f/4", "f/4\n  irradiance: thinlens", 7, "did you mean `thin_lens`?"),
+        ("f/4", "f/4\n  transmittance: 1e400", 7, "lens.transmittance = inf: give a finite number"),
+        ("flat_field", "flatfield", 2, "did you mean `flat_field`?"),
+        ("chart:", "chrt:", 2, "did you mean `chart`?"),
+        ("chart: flat_field", "chart: flat_field\n  image: a.png", 3, "holds chart and image; keep one"),
+        ("camera: tiny", "camera: tony", 11, "camera = tony: no such file in configs/cameras"),
+        ("camera: tiny", "camera: none/tiny.yaml", 11, "relative to the file that names it"),
+        ("camera: tiny", "camera: 7", 11, "camera = 7: give a section"),
+        ("camera: tiny", "camera: {base: 7}", 11, "camera.base = 7"),
+        ("scene:", "seeds: {frame: -1}\nscene:", 1, "seeds.frame = -1"),
+        ("scene:", "name: a/b\nscene:", 1, "name = a/b"),
+        ("50 mm", "[50 mm", 6, "broken YAML"),
+        ("50 mm", "!!python/object/apply:os.getcwd []", 5, "the tag"),
+        ("scene:", "? [1]\n: 2\nscene:", 1, "cannot be a key"),
+    ],
+)
+def test_a_mistake_is_told_with_file_line_key_value_and_fix(folder, old, new, line, told):
+    assert old in SHOT
+    text = message(folder, SHOT.replace(old, new, 1))
+    assert text.startswith(f"{folder / 'shot.yaml'}:{line}: " if line else f"{folder / 'shot.yaml'}: ")
+    assert told in text
+    assert "\n" not in text
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "told"),
+    [
+        ("width: 64", "width: 0", 3, "camera.width = 0"),
+        ("5 um", "-5 um", 5, "camera.pixel_pitch = -5 um"),
+        ("RGGB", "RGBG", 6, "camera.cfa = RGBG"),
+        ("RGGB", "MONO", 6, "needs 1 value"),
+        ("bit_depth: 12", "bit_depth: 20", None, "bit_depth = 20"),
+        ("64 DN", "5000 DN", None, "black_level = 5000"),
+        ("100: {gain: 0.5", "100: {gain: 0", 11, "camera.iso_table.100.gain = 0 DN/e-"),
+        ("read_noise: 3 DN", "read_noise: 1 DN", 12, "camera.iso_table.200.read_noise = 1 DN: is below read_noise_after_gain"),
+        ("  100: {gain", "  base: {gain", 11, "camera.iso_table.base"),
+        ("full_well: {capacity: 5000 e-}", "full_wel: {capacity: 5000 e-}", 16, "did you mean `full_well`?"),
+        ("full_well: {capacity: 5000 e-}", "full_well: {capacity: 5000 V}", 16, "camera.stages.full_well.capacity = 5000 V"),
+        ("photon_shot_noise: {}", "photon_shot_noise:", 15, "camera.stages.photon_shot_noise is empty"),
+        ("stages:", "window: {x: 1, y: 1, width: 64, height: 8}\nstages:", 14, "must lie within the sensor's 64 x 48"),
+        ("curves.yaml", "curve", 9, "camera.response.file = curve: no such file in configs/responses"),
+        ("{file: curves.yaml}", "curves", 9, "write `response: {file: curves}`"),
+        ("make: Maker", "base: tiny.yaml\nmake: Maker", 1, "the camera is its own base"),
+    ],
+)
+def test_a_mistake_in_a_camera_file_is_told_with_its_line_there(folder, old, new, line, told):
+    assert old in CAMERA
+    (folder / "tiny.yaml").write_text(CAMERA.replace(old, new, 1))
+    text = message(folder)
+    assert text.startswith(f"{folder / 'tiny.yaml'}:{line}: " if line else f"{folder / 'tiny.yaml'}:")
+    assert told in text and "\n" not in text
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("0.5", "1.5", "response.peak_quantum_efficiency = 1.5"),
+        ("[0.1, 0, 0]", "[0.1, 0]", "same number of values"),
+        ("[0.1, 0, 0]", "[-0.1, 0, 0]", "is not negative"),
+        ("[0, 0, 1]", "[0, 0, 0.5]", "largest entry is 1"),
+        ("step: 100 nm", "step: 0 nm", "step above 0 nm"),
+    ],
+)
+def test_a_response_that_cannot_be_one_is_refused_in_its_own_file(folder, old, new, told):
+    (folder / "curves.yaml").write_text(CURVES.replace(old, new, 1))
+    text = message(folder)
+    assert text.startswith(f"{folder / 'curves.yaml'}:") and told in text
+
+
+@pytest.mark.parametrize(
+    ("override", "told"),
+    [
+        ("lens.f_number=f/0.3", "lens.f_number = f/0.3"),
+        ("lens.f_numbr=f/3", "did you mean `f_number`?"),
+        ("lens.f_number", "write path=value"),
+        ("=3", "write path=value"),
+        ("lens..x=3", "no key"),
+        ("lens.f_number.x=3", "is a value, not a section"),
+        ("seeds=null", "nothing is removed"),
+        ("lens.f_number=[", "broken YAML"),
+        ("camera.window={x: 0, y: 0, width: 65, height: 1}", "camera.window"),
+        ("camera=nosuch", "no such file in configs/cameras"),
+    ],
+)
+def test_a_mistake_in_an_override_names_the_override(folder, override, told):
+    text = message(folder, overrides=[override])
+    assert text.startswith(f"--set {override}: ") and told in text
+
+
+def test_overrides_reach_every_leaf(folder):
+    overrides = [
+        "lens.f_number=f/8",
+        "exposure.iso=200",
+        "seeds.frame=7",
+        "camera.iso_table.200.gain=2 DN/e-",
+        "camera.stages.full_well=null",
+        "camera.stages.dark_current.rate=3 e-/s",
+        "camera.response.peak_quantum_efficiency=0.25",
+    ]
+    shot = load_shot(write(folder), overrides)
+    assert shot.lens.f_number == 8.0 and shot.exposure.iso == 200 and shot.seeds.frame == 7
+    assert shot.camera.iso_table[200].gain_dn_per_e == 2.0 and shot.camera.iso_table[200].read_noise_dn == 3.0
+    assert sorted(shot.camera.stages) == ["dark_current", "photon_shot_noise"]
+    assert shot.camera.response.quantum_efficiency.max() == 0.25
+    by_mapping = load_shot(write(folder), dict(pair.split("=") for pair in overrides[:1]) | {"exposure.iso": 200})
+    assert by_mapping.lens.f_number == 8.0 and by_mapping.exposure.iso == 200
+
+
+def test_a_camera_on_a_base_overlays_keys_and_null_removes(folder):
+    camera = "camera: {base: tiny.yaml, bit_depth: 14, iso_table: {100: {gain: 0.6 DN/e-}}, stages: {full_well: null}}"
+    shot = load_shot(write(folder, SHOT.replace("camera: tiny", camera)))
+    assert shot.camera.bit_depth == 14 and shot.camera.model == "Tiny"
+    assert (shot.camera.iso_table[100].gain_dn_per_e, shot.camera.iso_table[100].read_noise_dn) == (0.6, 2.0)
+    assert list(shot.camera.stages) == ["photon_shot_noise"]
+
+
+def test_another_camera_is_chosen_before_its_values_are_set(folder):
+    (folder / "other.yaml").write_text(CAMERA.replace("Tiny", "Other"))
+    shot = load_shot(write(folder), ["camera.bit_depth=10", f"camera={folder}/other.yaml"])
+    assert (shot.camera.model, shot.camera.bit_depth) == ("Other", 10)
+
+
+def test_paths_start_from_the_file_that_names_them_and_overrides_from_here(folder, monkeypatch):
+    text = SHOT.replace("chart: flat_field", "image: pictures/a.exr\n  depth: {image: z.npy}")
+    shot = load_shot(write(folder, text))
+    assert shot.scene.image == folder / "pictures" / "a.exr" and shot.scene.depth_m.image == folder / "z.npy"
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    assert load_shot(write(folder, text), ["scene.image=b.exr"]).scene.image == elsewhere / "b.exr"
+
+
+def test_yaml_1_1_traps_are_plain_text_or_numbers(folder):
+    shot = load_shot(write(folder, SHOT.replace("scene:", "name: on\nscene:").replace("f/4", "f/4\n  transmittance: 9e-1")))
+    assert shot.name == "on" and shot.lens.transmittance == 0.9
+    assert load_shot(write(folder, SHOT.replace("scene:", "name: 2024-01-01\nscene:"))).name == "2024-01-01"
+
+
+@pytest.mark.parametrize("text", ["", "- a", "7", "a: &x [*x]", "[" * 5000, "a: b\n---\nc: d", "\x00", "\tlens: 3"])
+def test_a_file_that_is_no_shot_is_one_message(folder, text):
+    assert str(folder / "shot.yaml") in message(folder, text)
+
+
+def test_aliases_that_multiply_are_refused_quickly(folder):
+    lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
+    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 12)]
+    assert "without end" in message(folder, "\n".join(lines))
+
+
+def test_missing_and_unreadable_files_are_one_message(tmp_path):
+    with pytest.raises(PhotositeError, match="no such file"):
+        load_shot(tmp_path / "none.yaml")
+    (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x80")
+    with pytest.raises(PhotositeError, match="not UTF-8"):
+        load_shot(tmp_path / "binary.yaml")
+    with pytest.raises(PhotositeError, match="directory"):
+        load_shot(tmp_path)
+
+
+def test_a_changed_file_is_read_again(folder):
+    assert load_shot(write(folder)).lens.f_number == 4.0
+    assert load_shot(write(folder, SHOT.replace("f/4", "f/5.6"))).lens.f_number == 5.6
+
+
+def test_the_resolved_configuration_gives_the_same_shot_again(folder):
+    first = load_shot(write(folder), ["exposure.time=1/3 s", "camera.stages.dark_current.rate=0.1 e-/s"])
+    for suffix, text in ((".yaml", dump_yaml(first.resolved)), (".json", json.dumps(first.resolved))):
+        path = folder / f"again{suffix}"
+        path.write_text(text)
+        again = load_shot(path)
+        assert again.resolved == first.resolved
+        assert (again.lens, again.exposure, again.scene, again.seeds, again.name) == (
+            first.lens, first.exposure, first.scene, first.seeds, first.name,
+        )  # fmt: skip
+        np.testing.assert_array_equal(again.camera.response.quantum_efficiency, first.camera.response.quantum_efficiency)
+        assert again.camera.iso_table == first.camera.iso_table and again.camera.stages == first.camera.stages
+    assert first.resolved["lens"]["irradiance"] == "thin_lens"  # defaults are written out
+    assert first.resolved["exposure"]["time"] == f"{1 / 3!r} s"
+    sidecar = folder / "sidecar.json"
+    sidecar.write_text(json.dumps({"shot": first.resolved, "versions": {}}))
+    assert load_shot(sidecar).resolved == first.resolved
+
+
+SCALARS = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(max_size=8)
+
+
+def sections(inner):
+    return st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=6), inner, max_size=3)
+
+
+@given(st.recursive(SCALARS, sections))
+def test_dumped_data_reads_back_unchanged(data):
+    from simulator.config.document import parse_document
+
+    data = {"data": data}
+    assert parse_document(dump_yaml(data), "memory", Path()).data == data
+
+
+LEAVES = """scene scene.chart scene.depth lens lens.cos4 lens.f_number exposure.iso camera camera.stages camera.iso_table.100
+    camera.response camera.window camera.source seeds name sweep""".split()
+VALUES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=6) | st.lists(st.integers(), max_size=2)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(st.sampled_from(LEAVES), VALUES | st.dictionaries(st.text(max_size=4), VALUES, max_size=2))
+def test_any_value_anywhere_is_a_shot_or_a_photosite_error(folder, key, value):
+    try:
+        load_shot(write(folder), {key: value})
+    except PhotositeError as error:
+        assert str(error)
+
+
+def test_warnings_say_where_highlights_and_dark_clip(folder):
+    clipped = load_shot(write(folder), ["camera.stages.full_well.capacity=9000 e-"])
+    assert len(shot_warnings(clipped)) == 1
+    assert "8062 e-" in shot_warnings(clipped)[0]  # (4095 - 64) DN / 0.5 DN/e-
+    dark = load_shot(write(folder), ["camera.black_level=7.9 DN"])
+    assert any("4 sigma" in text for text in shot_warnings(dark))
+    assert (
+        shot_warnings(load_shot(write(folder), ["camera.black_level=8 DN", "camera.stages.full_well.capacity=8000 e-"])) == []
+    )
+
+
+def test_infinity_is_a_distance(folder):
+    shot = load_shot(write(folder, SHOT.replace("2 m", "inf m")))
+    assert math.isinf(shot.lens.focus_distance_m)
+    assert shot.resolved["lens"]["focus_distance"] == "infinity"
+    yaml.safe_load(textwrap.dedent(dump_yaml(shot.resolved)))  # any YAML reader takes it

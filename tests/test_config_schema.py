@@ -1,0 +1,63 @@
+"""The JSON Schema says what the reader says: it takes what loads and refuses what does not."""
+
+import copy
+
+import pytest
+import yaml
+
+from simulator.config import schema
+from simulator.config.layers import CONFIGS
+
+jsonschema = pytest.importorskip("jsonschema", reason="the test extra jsonschema is not installed")
+SHOTS = sorted((CONFIGS / "shots").glob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def validator():
+    description = schema()
+    jsonschema.Draft202012Validator.check_schema(description)
+    return jsonschema.Draft202012Validator(description)
+
+
+@pytest.mark.parametrize("path", SHOTS, ids=lambda path: path.stem)
+def test_shipped_shots_satisfy_the_schema(validator, path):
+    validator.validate(yaml.safe_load(path.read_text()))
+
+
+def test_a_resolved_shot_satisfies_the_schema(validator):
+    from simulator.config import load_shot
+
+    resolved = copy.deepcopy(load_shot(SHOTS[0]).resolved)
+    resolved["camera"]["iso_table"] = {str(iso): line for iso, line in resolved["camera"]["iso_table"].items()}
+    validator.validate(resolved)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        (("lens", "focal_length"), 50),
+        (("lens", "focal_lenght"), "50 mm"),
+        (("lens", "cos4"), "no"),
+        (("exposure", "iso"), "100"),
+        (("exposure", "time"), 0.01),
+        (("scene", "chart"), "colour_checker"),
+        (("scene", "chat"), "color_checker"),
+        (("camera",), 3),
+        (("camera",), {"bit_depth": 12}),
+        (("sweep",), {"vary": {"exposure.iso": {"from": 100, "to": 200}}}),
+        (("sweep",), {"mode": "cross", "vary": {"exposure.iso": [100]}}),
+    ],
+)
+def test_the_schema_refuses_what_the_reader_refuses(validator, key, value):
+    shot = yaml.safe_load((CONFIGS / "shots" / "color_checker.yaml").read_text())
+    section = shot
+    for part in key[:-1]:
+        section = section[part]
+    section[key[-1]] = value
+    assert not validator.is_valid(shot)
+
+
+def test_units_and_meanings_stand_in_the_schema():
+    lens = schema()["$defs"]["ThinLens"]["properties"]
+    assert "50 mm" in str(lens["focal_length"]) and "f [mm]" in str(lens["focal_length"])
+    assert "f/2.8" in str(lens["f_number"])

@@ -1,0 +1,99 @@
+"""Photon shot noise is Poisson at every mean, and belongs to the photosite."""
+
+import numpy as np
+import pytest
+from randomness import accept, correlation_p, counts_p, mean_p, variance_p
+from scipy import stats
+
+from simulator.planner import POISSON_SWITCH_E
+from simulator.sensor.photon_shot_noise import PhotonShotNoise
+from simulator.stage import Moments
+
+SHAPE = (512, 512)
+MEANS = [0.01, 0.3, 1.0, 3.0, 4.99, 5.01, 8.0, 15.0, 25.0, 60.0, 300.0, 3000.0, 30000.0]
+
+
+def _counts(bench, mean, seed=1, shape=SHAPE, **place):
+    return bench.sensor(np.full(shape, mean), PhotonShotNoise(), frame_seed=seed, **place)
+
+
+def test_mean_variance_and_shape_are_poisson_at_every_mean(bench):
+    checks = {}
+    for seed, mean in enumerate(MEANS, start=10):
+        counts = _counts(bench, mean, seed)
+        checks[mean, "mean"] = mean_p(counts, mean, mean)
+        checks[mean, "variance"] = variance_p(counts, mean, excess_kurtosis=1.0 / mean)
+        checks[mean, "shape"] = counts_p(counts, mean)
+    accept(checks)
+
+
+def test_skewness_is_that_of_poisson_not_of_a_gaussian(bench):
+    counts = _counts(bench, 25.0, seed=3)
+    error = np.sqrt(6.0 / counts.size)
+    assert abs(stats.skew(counts, axis=None) - 0.2) < 4 * error  # reference number R16; a Gaussian has 0
+
+
+@pytest.mark.parametrize("mean", [1e5, 1e6])
+def test_large_means_keep_their_moments(bench, mean):
+    codes = bench.sensor(np.full(SHAPE, mean), PhotonShotNoise(), gain=1 / 32, frame_seed=5).astype(np.float64)
+    rounding = 1 / 12
+    checks = {
+        "mean": mean_p(codes, mean / 32, mean / 1024 + rounding),
+        "variance": variance_p(codes, mean / 1024 + rounding, excess_kurtosis=1e-9),
+    }
+    accept(checks)
+
+
+def test_distribution_of_the_expansion_is_within_1e_4_of_poisson(bench):
+    """Total variation distance at the switch, the worst mean: the kernel's own arithmetic on a float64 grid of normals."""
+    for mean in (POISSON_SWITCH_E, 7.0, 20.0, 100.0):
+        share = (np.arange(2_000_000) + 0.5) / 2_000_000
+        w = stats.norm.ppf(share).astype(np.float32)
+        arrays = {"w": w, "mean": np.full(w.shape, mean, np.float32)}
+        defines = {"POISSON_SWITCH": "5.0f", "POISSON_MEANS": 0}
+        counts = bench.header("poisson.h", "poisson_expansion(mean, w)", arrays, defines).astype(np.int64)
+        found = np.bincount(counts, minlength=400)[:400] / len(w)
+        assert 0.5 * np.abs(found - stats.poisson.pmf(np.arange(400), mean)).sum() < 1e-4, mean
+
+
+def test_inversion_gives_the_exact_quantile(bench):
+    rng = np.random.default_rng(4)
+    mean = rng.uniform(0.0, POISSON_SWITCH_E, 500_000).astype(np.float32)
+    u = ((rng.integers(0, 2**24, mean.size) + 0.5) / 2**24).astype(np.float32)
+    defines = {"POISSON_SWITCH": "5.0f", "POISSON_MEANS": 2}
+    counts = bench.header("poisson.h", "poisson_inversion(mean, u)", {"mean": mean, "u": u}, defines)
+    exact = stats.poisson.ppf(u.astype(np.float64), mean.astype(np.float64))
+    # float32 sums may fall on the other side of a step by a few roundings of 1
+    wrong = counts != exact
+    assert wrong.mean() < 2e-6 * 22 and np.abs(counts - exact)[wrong].max(initial=0) <= 1
+
+
+def test_no_light_gives_no_electrons(bench):
+    assert not _counts(bench, 0.0).any()
+
+
+def test_counts_do_not_depend_on_crop_tile_or_neighbours(bench):
+    rng = np.random.default_rng(6)
+    mean = np.exp(rng.uniform(-2, 9, (120, 700))).astype(np.float32)
+    full = bench.sensor(mean, PhotonShotNoise())
+    crop = bench.sensor(mean[37:61, 301:660], PhotonShotNoise(), x=301, y=37)
+    assert np.array_equal(crop, full[37:61, 301:660])
+    bright = np.where(mean < POISSON_SWITCH_E, 50.0, mean)  # every tile takes the variant for large means
+    assert np.array_equal(bench.sensor(bright, PhotonShotNoise())[mean >= POISSON_SWITCH_E], full[mean >= POISSON_SWITCH_E])
+    dim = np.where(mean >= POISSON_SWITCH_E, 1.0, mean)  # and here the one for small means
+    assert np.array_equal(bench.sensor(dim, PhotonShotNoise())[mean < POISSON_SWITCH_E], full[mean < POISSON_SWITCH_E])
+
+
+def test_frames_and_neighbours_are_uncorrelated(bench):
+    first, second = _counts(bench, 100.0, 1), _counts(bench, 100.0, 2)
+    checks = {
+        "frames": correlation_p(first, second),
+        "columns": correlation_p(first[:, 1:], first[:, :-1]),
+        "rows": correlation_p(first[1:], first[:-1]),
+        "same Bayer colour": correlation_p(first[:, 2:], first[:, :-2]),
+    }
+    accept(checks)
+
+
+def test_moments_add_the_mean_to_the_variance():
+    assert PhotonShotNoise().moments(Moments(7.0, 2.0)) == Moments(7.0, 9.0)

@@ -1,0 +1,100 @@
+"""Charts: reflectances as measured, patches where patch_boxes says, nothing silently unused."""
+
+import colour
+import numpy as np
+import pytest
+
+from simulator.errors import PhotositeError
+from simulator.scene.charts import ChartScene
+from simulator.spectra import illuminant, luminance_cd_m2
+
+
+def inside(scene, box):
+    """Pixels of a chart under a relative box."""
+    height, width = scene.planes.shape[:2]
+    left, top, right, bottom = box
+    return scene.planes[round(top * height) : round(bottom * height), round(left * width) : round(right * width)]
+
+
+def test_color_checker_patches_are_in_order_with_one_plane_each():
+    chart = ChartScene("color_checker", luminance_cd_m2=100.0)
+    scene, boxes = chart.load(), chart.patch_boxes()
+    assert scene.planes.shape == (48, 72, 25) and len(boxes) == 24
+    assert scene.interpolation == "nearest" and scene.planes.dtype == np.float32
+    for number, box in enumerate(boxes):
+        assert (inside(scene, box) == np.eye(25)[number]).all(), number
+    assert (scene.planes.sum(axis=2) == 1).all()
+    assert scene.planes[..., 24].mean() == pytest.approx(1 - (10 / 12) ** 2)
+
+
+def test_color_checker_has_the_measured_reflectances_and_luminances():
+    scene = ChartScene("color_checker", luminance_cd_m2=100.0, illuminant="D50").load()
+    measured = colour.SDS_COLOURCHECKERS["ColorChecker N Ohta"]
+    shape = colour.SpectralShape(380, 780, 5)
+    light = colour.SDS_ILLUMINANTS["D50"].copy().align(shape)
+    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
+    truth = [colour.sd_to_XYZ(patch, observer, light, method="Integration")[1] for patch in measured.values()]
+    assert luminance_cd_m2(scene.spectra_w_m2_sr_nm[:24]) == pytest.approx(truth, rel=1e-6)
+    assert luminance_cd_m2(scene.spectra_w_m2_sr_nm[24]) == pytest.approx(3.0, rel=1e-6)
+    assert luminance_cd_m2(scene.spectra_w_m2_sr_nm[18]) > 88 and list(measured)[18].startswith("white")
+
+
+def test_grey_ramp_falls_by_half_a_stop_in_one_plane():
+    chart = ChartScene("grey_ramp", luminance_cd_m2=200.0, steps=9)
+    scene, boxes = chart.load(), chart.patch_boxes()
+    assert scene.planes.shape == (72, 108, 1) and len(boxes) == 9
+    levels = [np.unique(inside(scene, box)) for box in boxes]
+    assert all(level.size == 1 for level in levels)
+    assert np.concatenate(levels) == pytest.approx([2 ** (-step / 2) for step in range(9)], rel=1e-6)
+    assert scene.planes[0, 0, 0] == pytest.approx(0.03)
+    assert luminance_cd_m2(scene.spectra_w_m2_sr_nm[0]) == pytest.approx(200.0)
+
+
+def test_flat_field_is_uniform_and_has_its_reflectance():
+    chart = ChartScene("flat_field", luminance_cd_m2=100.0, reflectance=0.18, illuminant="A")
+    scene = chart.load()
+    assert np.unique(scene.planes).tolist() == [np.float32(0.18)] and scene.planes.shape[2] == 1
+    assert scene.spectra_w_m2_sr_nm[0] / scene.spectra_w_m2_sr_nm[0, 36] == pytest.approx(illuminant("A"))
+    assert chart.patch_boxes() == ((0.0, 0.0, 1.0, 1.0),)
+    assert ChartScene("flat_field", 1.0).load().planes.min() == 1.0
+
+
+@pytest.mark.parametrize(
+    "chart", [ChartScene("color_checker", 1.0), ChartScene("grey_ramp", 1.0), ChartScene("grey_ramp", 1.0, steps=40)]
+)
+def test_charts_are_3_to_2_and_boxes_lie_inside_without_overlap(chart):
+    height, width = chart.load().planes.shape[:2]
+    assert 2 * width == 3 * height
+    left, top, right, bottom = np.array(chart.patch_boxes()).T
+    assert left.min() > 0 and top.min() > 0 and right.max() < 1 and bottom.max() < 1
+    assert (right > left).all() and (bottom > top).all()
+    covered = np.zeros((height, width), int)
+    for box in chart.patch_boxes():
+        edges = np.array(box) * [width, height, width, height]
+        assert edges == pytest.approx(np.rint(edges), abs=1e-9)  # whole pixels
+        x0, y0, x1, y1 = np.rint(edges).astype(int)
+        covered[y0:y1, x0:x1] += 1
+    assert covered.max() == 1
+
+
+def test_depth_and_field_of_view_are_passed_on():
+    scene = ChartScene("flat_field", 1.0, depth_m=3.0, field_of_view_deg=20.0).load()
+    assert scene.depth_m == 3.0 and scene.field_of_view_deg == 20.0
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        ({"chart": "color_checker", "steps": 5}, "scene.steps = 5: only chart: grey_ramp"),
+        ({"chart": "grey_ramp", "reflectance": 0.5}, "scene.reflectance = 0.5: only chart: flat_field"),
+        ({"chart": "grey_ramp", "steps": 1}, "give 2 to 40"),
+        ({"chart": "flat_field", "reflectance": 1.5}, "give 0 to 1"),
+        ({"chart": "flat_field", "luminance_cd_m2": -1.0}, "scene.luminance"),
+        ({"chart": "flat_field", "illuminant": "sun"}, "scene.illuminant"),
+        ({"chart": "flat_field", "depth_m": -1.0}, "scene.depth"),
+        ({"chart": "flat_field", "field_of_view_deg": 0.0}, "scene.field_of_view"),
+    ],
+)
+def test_bad_settings_name_the_key(settings, says):
+    with pytest.raises(PhotositeError, match=says):
+        ChartScene(**({"luminance_cd_m2": 1.0} | settings))

@@ -1,0 +1,237 @@
+"""Sweeps: the points are right, made lazily, checked before the run, and not run twice."""
+
+import csv
+import itertools
+import time
+
+import pytest
+import yaml
+
+from simulator.command_line.sweep_runner import SKIPPED, run_sweep
+from simulator.config import load_sweep
+from simulator.config.shot_file import load_document
+from simulator.config.sweep import Sweep
+from simulator.errors import PhotositeError
+
+SHOT = """\
+scene: {chart: flat_field, luminance: 100 cd/m^2}
+lens: {focal_length: 50 mm, f_number: f/4, focus_distance: 2 m}
+exposure: {time: 1/125 s, iso: 100}
+camera: sony_a7s2
+seeds: {frame: 40}
+"""
+
+
+def write(tmp_path, sweep: dict, text: str = SHOT):
+    path = tmp_path / "s.yaml"
+    path.write_text(text + yaml.safe_dump({"sweep": sweep}, sort_keys=False))
+    return path
+
+
+def load(tmp_path, sweep: dict, text: str = SHOT) -> Sweep:
+    return load_sweep(write(tmp_path, sweep, text))
+
+
+def values(sweep: Sweep, key: str) -> list:
+    return [point.values[key] for point in sweep]
+
+
+def test_product_takes_every_combination_the_last_key_fastest(tmp_path):
+    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2", "f/4", "f/8"]}})
+    taken = [(point.shot().exposure.iso, point.shot().lens.f_number) for point in sweep]
+    assert taken == list(itertools.product([100, 200], [2.0, 4.0, 8.0]))
+    assert [point.name for point in sweep] == [f"s_{index:04d}" for index in range(6)]
+    assert [point.shot().name for point in sweep] == [point.name for point in sweep]
+
+
+def test_zip_takes_value_by_value(tmp_path):
+    sweep = load(tmp_path, {"mode": "zip", "vary": {"exposure.iso": [100, 200], "exposure.time": ["1/50 s", "1/100 s"]}})
+    assert [(point.shot().exposure.iso, point.shot().exposure.time_s) for point in sweep] == [(100, 0.02), (200, 0.01)]
+
+
+def test_zip_of_unequal_lengths_is_refused(tmp_path):
+    with pytest.raises(PhotositeError, match="exposure.iso has 2, lens.f_number has 1"):
+        load(tmp_path, {"mode": "zip", "vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2"]}})
+
+
+def test_log2_steps_are_equal_stops_and_keep_the_ends_exactly(tmp_path):
+    sweep = load(tmp_path, {"vary": {"lens.f_number": {"from": "f/1", "to": "f/16", "steps": 5, "scale": "log2"}}})
+    assert [point.shot().lens.f_number for point in sweep] == [1.0, 2.0, 4.0, 8.0, 16.0]
+    sweep = load(tmp_path, {"vary": {"exposure.time": {"from": "1/3 s", "to": "1/12 s", "steps": 3, "scale": "log2"}}})
+    taken = [point.shot().exposure.time_s for point in sweep]
+    assert taken[0] == 1 / 3 and taken[2] == 1 / 12 and taken[1] == pytest.approx(1 / 6, rel=1e-11)
+
+
+def test_linear_steps_and_whole_numbers(tmp_path):
+    steps = {"from": "1 m", "to": "400 cm", "steps": 4}
+    assert [point.shot().lens.focus_distance_m for point in load(tmp_path, {"vary": {"lens.focus_distance": steps}})] == [
+        1,
+        2,
+        3,
+        4,
+    ]
+    isos = {"from": 100, "to": 1600, "steps": 5, "scale": "log2"}
+    assert values(load(tmp_path, {"vary": {"exposure.iso": isos}}), "exposure.iso") == [100, 200, 400, 800, 1600]
+    assert values(load(tmp_path, {"vary": {"seeds.frame": {"range": [3, 9, 2]}}}), "seeds.frame") == [3, 5, 7]
+
+
+@pytest.mark.parametrize(
+    ("vary", "told"),
+    [
+        ({"exposure.iso": []}, "give at least one value"),
+        ({"exposure.iso": {"range": [5, 5]}}, "is empty"),
+        ({"exposure.iso": {"range": [5, 9, 0]}}, "step by 0"),
+        ({"exposure.iso": {"from": 100, "to": 300, "steps": 3}}, "exposure.iso = 300"),
+        ({"exposure.iso": {"from": 100, "to": 200, "steps": 4, "scale": "log2"}}, "exposure.iso = 125.9"),
+        ({"exposure.time": {"from": "1 s", "to": 2, "steps": 3}}, "both ends a unit"),
+        ({"exposure.time": {"from": "1 s", "to": "2 mm", "steps": 3}}, "is a length"),
+        ({"exposure.time": {"from": "0 s", "to": "1 s", "steps": 3, "scale": "log2"}}, "above 0"),
+        ({"lens.focus_distance": {"from": "1 m", "to": "inf m", "steps": 3}}, "infinity"),
+        ({"lens.f_number": {"from": "f/1", "to": "f/2", "steps": 1}}, "steps = 1"),
+        ({"lens.f_number": {"from": "f/1", "to": "f/2", "step": 1}}, "did you mean `steps`?"),
+        ({"lens.fnumber": ["f/1"]}, "did you mean `f_number`?"),
+        ({"lens.f_number": ["f/1"] * 900 + ["f/x"]}, "lens.f_number = f/x"),
+    ],
+)
+def test_a_mistake_anywhere_is_found_before_the_first_point_runs(tmp_path, vary, told):
+    with pytest.raises(PhotositeError) as caught:
+        load(tmp_path, {"vary": vary})
+    assert told in str(caught.value) and str(tmp_path / "s.yaml") in str(caught.value)
+
+
+def test_values_that_go_together_only_point_by_point_are_not_refused(tmp_path):
+    # A 4000 mm lens cannot focus at the base shot's 2 m, but no point asks it to.
+    vary = {"lens.focal_length": ["50 mm", "4000 mm"], "lens.focus_distance": ["2 m", "100 m"]}
+    assert len(load(tmp_path, {"mode": "zip", "vary": vary})) == 2
+
+
+def test_a_missing_picture_is_found_before_the_first_point_runs(tmp_path):
+    text = SHOT.replace("chart: flat_field", "image: a.png")
+    (tmp_path / "a.png").touch()
+    with pytest.raises(PhotositeError, match="no such file .*b.png"):
+        load(tmp_path, {"vary": {"scene.image": ["a.png", "b.png"]}}, text)
+
+
+def test_every_point_has_fresh_noise_unless_asked(tmp_path):
+    vary = {"exposure.iso": [100, 200, 400]}
+    frames = [point.shot().seeds.frame for point in load(tmp_path, {"vary": vary})]
+    assert frames == [40, 41, 42]
+    assert {point.shot().seeds.frame for point in load(tmp_path, {"vary": vary, "same_noise": True})} == {40}
+    own = load(tmp_path, {"vary": {"exposure.iso": [100, 200], "seeds.frame": [5, 6]}})
+    assert [point.shot().seeds.frame for point in own] == [5, 6, 5, 6]
+
+
+def test_frame_seeds_that_would_run_over_are_refused_not_wrapped(tmp_path):
+    with pytest.raises(PhotositeError, match="seeds.frame = 4294967296"):
+        load(tmp_path, {"vary": {"exposure.iso": [100, 200]}}, SHOT.replace("40", "4294967295"))
+
+
+def test_a_million_points_are_not_made_up_front(tmp_path):
+    path = write(tmp_path, {"vary": {"exposure.iso": [100, 200], "seeds.frame": {"range": [0, 500_000]}}})
+    start = time.perf_counter()
+    sweep = Sweep(load_document(path))
+    assert len(sweep) == 1_000_000
+    assert sweep[999_999].values == {"exposure.iso": 200, "seeds.frame": 499_999}
+    assert next(iter(sweep)).name == "s_000000"
+    assert time.perf_counter() - start < 0.5
+
+
+def test_another_camera_can_be_swept(tmp_path):
+    sweep = load(tmp_path, {"vary": {"camera": ["sony_a7s2", "ideal"]}})
+    assert [point.shot().camera.model for point in sweep] == ["ILCE-7SM2", "Ideal"]
+
+
+class Shutter:
+    """Stands in for simulation and saving: counts, and writes the sidecar last as the real one does."""
+
+    def __init__(self, fail=()):
+        self.taken, self.fail = [], fail
+
+    def __call__(self, shot, directory):
+        self.taken.append(shot.name)
+        if shot.name in self.fail:
+            raise PhotositeError("the disk is full")
+        (directory / f"{shot.name}.json").write_text("{}")
+
+
+def manifest(folder) -> list[dict]:
+    with open(folder / "manifest.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_point_that_stands_is_skipped_and_a_changed_one_redone(tmp_path):
+    vary = {"exposure.iso": [100, 200, 400]}
+    out, first, second, third = tmp_path / "out", Shutter(), Shutter(), Shutter()
+    run_sweep(load(tmp_path, {"vary": vary}), out, take=first)
+    assert first.taken == ["s_0000", "s_0001", "s_0002"]
+    assert [row["status"] for row in manifest(out)] == ["done"] * 3
+    (out / "s_0001.json").unlink()
+    run_sweep(load(tmp_path, {"vary": vary}), out, take=second)
+    assert second.taken == ["s_0001"]
+    assert [row["status"] for row in manifest(out)] == [SKIPPED, "done", SKIPPED]
+    run_sweep(load(tmp_path, {"vary": {"exposure.iso": [100, 200, 800]}}), out, take=third)
+    assert third.taken == ["s_0002"]
+    assert manifest(out)[2]["exposure.iso"] == "800"
+    again = Shutter()
+    run_sweep(load(tmp_path, {"vary": vary}), out, take=again, redo=True)
+    assert len(again.taken) == 3
+
+
+def test_a_point_is_redone_when_its_picture_is_newer(tmp_path):
+    picture, out = tmp_path / "a.png", tmp_path / "out"
+    picture.touch()
+    text = SHOT.replace("chart: flat_field", "image: a.png")
+    run_sweep(load(tmp_path, {"vary": {"exposure.iso": [100]}}, text), out, take=Shutter())
+    still, changed = Shutter(), Shutter()
+    run_sweep(load(tmp_path, {"vary": {"exposure.iso": [100]}}, text), out, take=still)
+    later = (out / "s_0000.json").stat().st_mtime + 10
+    import os
+
+    os.utime(picture, (later, later))
+    run_sweep(load(tmp_path, {"vary": {"exposure.iso": [100]}}, text), out, take=changed)
+    assert (still.taken, changed.taken) == ([], ["s_0000"])
+
+
+def test_a_failed_point_is_a_row_and_leaves_no_sidecar(tmp_path):
+    out = tmp_path / "out"
+    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200, 400]}})
+    run_sweep(sweep, out, take=Shutter())
+    rows = run_sweep(sweep, out, take=Shutter(fail=["s_0001"]), redo=True)
+    assert [row.status for row in rows] == ["done", "failed: the disk is full", "done"]
+    assert not (out / "s_0001.json").exists()
+    assert manifest(out)[1]["dng"] == ""
+
+
+def test_three_failures_in_a_row_stop_the_run_and_the_manifest_stands(tmp_path):
+    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 125, 160, 200, 250]}})
+    with pytest.raises(PhotositeError, match="3 failures in a row"):
+        run_sweep(sweep, tmp_path / "out", take=Shutter(fail=[f"s_000{index}" for index in range(1, 5)]))
+    assert [row["status"][:6] for row in manifest(tmp_path / "out")] == ["done", "failed", "failed", "failed"]
+
+
+def test_the_manifest_holds_name_values_files_and_status(tmp_path):
+    sweep = load(tmp_path, {"vary": {"exposure.iso": [100], "lens.f_number": ["f/2", "f/4"]}})
+    run_sweep(sweep, tmp_path / "out", take=Shutter())
+    row = manifest(tmp_path / "out")[1]
+    assert float(row.pop("seconds")) >= 0
+    assert row == {
+        "index": "1", "name": "s_0001", "exposure.iso": "100", "lens.f_number": "f/4", "dng": "s_0001.dng",
+        "truth": "s_0001.truth.exr", "sidecar": "s_0001.json", "status": "done",
+    }  # fmt: skip
+
+
+def test_any_map_may_run_the_points(tmp_path):
+    def backwards(function, points):
+        return [function(point) for point in reversed(list(points))]
+
+    shutter = Shutter()
+    run_sweep(load(tmp_path, {"vary": {"exposure.iso": [100, 200]}}), tmp_path / "out", take=shutter, map=backwards)
+    assert shutter.taken == ["s_0001", "s_0000"]
+
+
+def test_the_settings_of_a_point_give_its_shot_again(tmp_path):
+    from simulator.config import load_shot
+
+    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200]}})
+    run_sweep(sweep, tmp_path / "out", take=Shutter())
+    assert load_shot(tmp_path / "out" / "s_0001.yaml").resolved == sweep[1].shot().resolved
