@@ -4,7 +4,8 @@
 // planes:  (channels, scene_height, scene_width) float32, electron radiance [e- s^-1 um^-2 sr^-1].
 // mosaic:  (rows, columns) float32, the photosite's own colour only (kernel projection_mosaic).
 // sampled: (channels, rows, columns) float32, all colours, for a lens blur (kernel projection_planes).
-// layers:  (rows, columns) uchar, depth layer of the photosite's centre (kernel projection_layers).
+// layers:  (rows, columns) uchar, depth layer at the photosite's centre, read from scene_layers: (scene_height, scene_width)
+//          uchar (kernel projection_layers).
 // origin_x, origin_y: photosite on the sensor at [0, 0] of the output; negative in the margin a blur needs.
 // scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's left and upper edge.
 #include "conventions.h"

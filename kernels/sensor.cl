@@ -20,12 +20,12 @@
 
 #define STREAM_FRAME 0u // one Philox block serves shot noise (words a, b) and both read noises (words c, d)
 
-// tile_height: rows of every tile of this launch; dimension 0 runs over a tile's columns, dimension 1 over the tiles' rows.
+// Dimension 0 runs over a tile's columns, 1 over its rows, 2 over the tiles of this launch, which are all of one shape.
 kernel void sensor(global const float *restrict electron_radiance, global ushort *restrict raw, global const uint *restrict tiles,
-                   constant float *restrict parameters, const uint width, const uint tile_height, const uint window_x,
-                   const uint window_y, const uint frame_seed) {
-    const uint tile = get_group_id(1) / tile_height;
-    const uint column = tiles[2 * tile] + get_local_id(0), row = tiles[2 * tile + 1] + get_group_id(1) % tile_height;
+                   constant float *restrict parameters, const uint width, const uint window_x, const uint window_y,
+                   const uint frame_seed) {
+    const size_t tile = get_group_id(2);
+    const uint column = tiles[2 * tile] + get_local_id(0), row = tiles[2 * tile + 1] + get_group_id(1);
     const size_t index = (size_t)row * width + column;
     const uint x = column + window_x, y = row + window_y;
 

@@ -9,8 +9,6 @@ The names below are imported when they are first used, so that importing the pac
 """
 
 import importlib
-import sys
-from types import ModuleType
 
 __version__ = "0.1.0"
 
@@ -20,10 +18,10 @@ _HOMES = {
     "schema": "simulator.config",
     "shot_warnings": "simulator.config",
     "simulate": "simulator.pipeline",
-    "Raw": "simulator.pipeline",
+    "Raw": "simulator.frame",
     "Shot": "simulator.shot",
     "save": "simulator.raw.save",
-    "develop": "simulator.develop",
+    "develop": "simulator.development",
     "PhotositeError": "simulator.errors",
 }
 __all__ = ["__version__", *_HOMES]
@@ -38,14 +36,3 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *_HOMES})
-
-
-class _Package(ModuleType):
-    """Keeps the function `simulator.develop` visible: importing the module of that name would hide it."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if not (name in _HOMES and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package

@@ -52,7 +52,7 @@ def blurred_mosaic(planned: Plan, device: Device, planes, progress: Callable[[fl
     seen = device.upload(np.zeros((frame.height, frame.width) if coverage else (1,), np.float32), writable=True)
     sums = device.empty((channels + coverage, area.rows, area.grid[1], SEGMENT + 2 * area.reach + 2), np.float32)
     cfa = {key: value for key, value in projection_defines(planned).items() if key.startswith("CFA")}
-    defines = {"SEGMENT": SEGMENT, "TILE_HEIGHT": tiles.TILE_HEIGHT, "CHANNELS": channels, "COVERAGE": coverage, **cfa}
+    defines = {"SEGMENT": SEGMENT, "CHANNELS": channels, "COVERAGE": coverage, **cfa}
     sum_kernel = device.kernel("defocus_sums", defines, file="defocus.cl")
     gather_kernel = device.kernel("defocus_gather", defines, file="defocus.cl")
     size = {"rows": area.rows, "columns": area.columns, "reach": area.reach}
@@ -64,22 +64,23 @@ def blurred_mosaic(planned: Plan, device: Device, planes, progress: Callable[[fl
             continue
         summed = _tile_list(tiles.grown(gathered, tile_rows, 0))
         device.run(
-            sum_kernel, (len(summed) * tiles.TILE_HEIGHT, channels + coverage), (tiles.TILE_HEIGHT, 1),
+            sum_kernel, (tiles.TILE_HEIGHT, channels + coverage, len(summed)), (tiles.TILE_HEIGHT, 1, 1),
             sampled=sampled, layers=layers, sums=sums, tiles=device.upload(summed), layer=layer, **size,
         )
         chords, disk_area = disk_chords(radius)
         wanted = _tile_list(gathered)
         device.run(
-            gather_kernel, (SEGMENT // 2, 2, len(wanted) * tiles.TILE_HEIGHT), (SEGMENT // 2, 2, 1),
-            sums=sums, light=light, seen=seen, tiles=device.upload(wanted), chords=device.upload(chords),
-            radius_rows=len(chords) - 1, disk_area=disk_area, margin_x=area.margin_x, margin_y=area.margin_y,
+            gather_kernel, (SEGMENT // 2, 2 * tiles.TILE_HEIGHT, len(wanted)), (SEGMENT // 2, 2, 1),
+            sums=sums, sampled=sampled, light=light, seen=seen, tiles=device.upload(wanted), chords=device.upload(chords),
+            disk_rows=len(chords), disk_area=disk_area, margin_x=area.margin_x, margin_y=area.margin_y,
             width=frame.width, height=frame.height, **size,
         )
         device.finish()
         progress((layer + 1) / len(radii))
     if coverage:
         normalise = device.kernel("defocus_normalise", defines, file="defocus.cl")
-        device.run(normalise, (frame.width * frame.height,), None, light=light, seen=seen)
+        place = {"margin_x": area.margin_x, "margin_y": area.margin_y, "rows": area.rows, "columns": area.columns}
+        device.run(normalise, (frame.width, frame.height), None, sampled=sampled, light=light, seen=seen, **place)
     return light
 
 

@@ -53,19 +53,16 @@ def plan_layers(lens: ThinLens, pixel_pitch_um: float, depth_m: float | np.ndarr
 def disk_chords(radius_px: float) -> tuple[np.ndarray, float]:
     """A disk as one centred run of photosites per row, with the disk's exact area in that row.
 
-    Returns (rows, 2) float32 [whole photosites n on either side of the centre, share g of the next], rows 0 ... m
-    (symmetric below), and the sum of all weights. A disk inside one photosite is that photosite.
+    Returns (rows, 2) float32 [whole photosites n on either side of the centre (-1: none), share g of the next], an odd
+    number of rows from top to bottom, and the sum of all weights. A disk inside one photosite is that photosite.
     """
     if radius_px <= 0.5:
         return np.array([[0.0, 0.0]], dtype=np.float32), 1.0
-    rows = np.arange(math.floor(radius_px + 0.5) + 1)
-    top = _half_segment(np.minimum(rows + 0.5, radius_px), radius_px)
-    half_width = top - _half_segment(np.clip(rows - 0.5, -radius_px, radius_px), radius_px)
+    last = math.ceil(radius_px - 0.5)
+    borders = np.clip(np.arange(-last, last + 2) - 0.5, -radius_px, radius_px)
+    half_width = np.diff(_half_segment(borders, radius_px))
     whole = np.floor(half_width - 0.5)
-    weights = 2.0 * half_width
-    keep = weights > 0
-    area = weights[0] + 2.0 * weights[1:][keep[1:]].sum()
-    return np.stack([whole, half_width - 0.5 - whole], axis=-1)[keep].astype(np.float32), float(area)
+    return np.stack([whole, half_width - 0.5 - whole], axis=-1).astype(np.float32), float(2.0 * half_width.sum())
 
 
 def _half_segment(t: np.ndarray, radius: float) -> np.ndarray:

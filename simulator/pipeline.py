@@ -2,7 +2,7 @@
 
 import platform
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from simulator import tiles
 from simulator.blur import blurred_mosaic
 from simulator.device import Device, open_device
+from simulator.frame import Raw
 from simulator.planner import (
     POISSON_SWITCH_E,
     Plan,
@@ -19,48 +20,8 @@ from simulator.planner import (
     projection_defines,
     sensor_defines,
 )
-from simulator.sensor.camera import Cfa
 from simulator.shot import Shot
 Progress = Callable[[str, float], None]
-
-
-@dataclass(frozen=True)
-class Raw:
-    """A raw frame, its truth, and all a converter needs to know.
-
-    dn: (height, width) uint16 codes [DN].
-    mean_electrons: (height, width) float32, mean photoelectrons per photosite, before any noise [e-].
-    noise_free_dn: (height, width) float32, the code without noise and rounding, clipped as the sensor clips [DN].
-    cfa: colours of the 2x2 block at the frame's upper left corner, row by row; "MONO" has no filter.
-    black_level_dn: pedestal [DN]. white_level_dn: largest code the frame can reach [DN].
-    noise_profile: (S, O) per colour plane (R, G, B, or one): variance of the signal x that runs from 0 at
-        black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
-    color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix1); None for MONO.
-    as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
-    resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
-    """
-
-    dn: np.ndarray
-    mean_electrons: np.ndarray
-    noise_free_dn: np.ndarray
-    cfa: Cfa
-    bit_depth: int
-    black_level_dn: float
-    white_level_dn: int
-    noise_profile: tuple[tuple[float, float], ...]
-    color_matrix: np.ndarray | None
-    as_shot_neutral: tuple[float, ...]
-    make: str
-    model: str
-    lens_model: str
-    exposure_time_s: float
-    f_number: float
-    focal_length_mm: float
-    focal_length_35mm_mm: float
-    focus_distance_m: float
-    iso: int
-    name: str = "shot"
-    resolved: dict = field(default_factory=dict)
 
 
 def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None = None) -> Raw:
@@ -130,14 +91,13 @@ def sense(planned: Plan, device: Device, mosaic, codes, frame_seed: int) -> None
         for (width, height), corners in tiles.group_by_shape(columns, rows, means == variant).items():
             device.run(
                 device.kernel("sensor", {**defines, "POISSON_MEANS": int(variant)}),
-                (width, height * len(corners)),
-                (width, 1),
+                (width, height, len(corners)),
+                (width, 1, 1),
                 electron_radiance=mosaic,
                 raw=codes,
                 tiles=device.upload(corners),
                 parameters=buffer,
                 width=frame.width,
-                tile_height=height,
                 window_x=frame.x,
                 window_y=frame.y,
                 frame_seed=frame_seed,

@@ -1,12 +1,16 @@
 """A shot: everything a photographer decides, in one frozen object."""
 
 from dataclasses import dataclass, field
+from numbers import Integral
 from typing import Protocol
 
+from simulator.errors import require
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
 from simulator.scene import Scene
 from simulator.sensor.camera import Camera
+
+LARGEST_SEED = 2**32 - 1
 
 
 class SceneSource(Protocol):
@@ -27,12 +31,18 @@ class Seeds:
     body: int = 0
     frame: int = 0
 
+    def __post_init__(self):
+        for key, seed in (("body", self.body), ("frame", self.frame)):
+            good = isinstance(seed, Integral) and 0 <= seed <= LARGEST_SEED
+            require(good, f"seeds.{key}", seed, f"give a whole number from 0 to {LARGEST_SEED}")
+
 
 @dataclass(frozen=True)
 class Shot:
     """One photograph to take.
 
     resolved: the full configuration the shot was read from, plain data, for the sidecar file.
+    Raises PhotositeError for an ISO at which the camera was not measured.
     """
 
     scene: SceneSource
@@ -42,3 +52,6 @@ class Shot:
     seeds: Seeds = Seeds()
     name: str = "shot"
     resolved: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        self.camera.iso_setting(self.exposure.iso)

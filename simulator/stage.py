@@ -1,7 +1,8 @@
 """What every stage of the fused kernel has in common."""
 
-from dataclasses import dataclass, fields
-from typing import ClassVar
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from typing import ClassVar, Self, get_type_hints
 
 
 @dataclass(frozen=True)
@@ -13,19 +14,44 @@ class Moments:
 
 
 @dataclass(frozen=True)
+class FromShot:
+    """Annotation of a field that no file sets, because it follows from the shot; it needs a default.
+
+    quantity: what is filled in: exposure_time_s.
+    """
+
+    quantity: str
+
+
+@dataclass(frozen=True)
 class Stage:
     """One step of the fused sensor kernel.
 
     `stem` names the kernel header, the module and the test. Each field is handed to the kernel
     as the macro STEM_FIELD (upper case). `moments` says what the stage does to mean and variance.
+    `in_camera_stages`: whether a camera file switches the stage on under `stages:`; otherwise its numbers
+    follow from the camera's other keys. Fields annotated with FromShot are filled in by `of_shot`.
     """
 
     stem: ClassVar[str]
+    in_camera_stages: ClassVar[bool] = True
 
     def kernel_parameters(self) -> dict[str, float]:
         """Numbers the kernel reads, by macro name."""
         return {f"{self.stem}_{field.name}".upper(): float(getattr(self, field.name)) for field in fields(self)}
 
+    def of_shot(self, **quantities: float) -> Self:
+        """Return the stage with its FromShot fields taken from quantities of the shot, by name."""
+        return replace(self, **{name: quantities[quantity] for name, quantity in fields_from_shot(type(self)).items()})
+
     def moments(self, signal: Moments) -> Moments:
         """Mean and variance behind this stage, given those before it."""
         raise NotImplementedError
+
+
+@cache
+def fields_from_shot(stage: type[Stage]) -> dict[str, str]:
+    """Names of the fields that FromShot marks, each with its quantity."""
+    hints = get_type_hints(stage, include_extras=True)
+    marks = {name: getattr(hint, "__metadata__", ()) for name, hint in hints.items()}
+    return {name: mark.quantity for name, parts in marks.items() for mark in parts if isinstance(mark, FromShot)}

@@ -57,7 +57,6 @@ def test_importing_the_package_imports_nothing_heavy():
 
 def test_the_packages_names_are_what_they_say():
     code = """
-import simulator.develop  # the module must not hide the function
 import simulator
 print(*[getattr(simulator, name).__name__ for name in ("load_shot", "simulate", "develop", "save", "Raw", "Shot")])
 """

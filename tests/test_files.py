@@ -85,9 +85,9 @@ def test_the_file_has_the_permissions_of_any_new_file(tmp_path):
 WRITERS = {
     "a.dng": "from simulator.raw.dng import write_dng as write",
     "a.exr": "from simulator.raw.twin import write_twin as write",
-    "a.png": "from simulator.develop import write_image; write = lambda raw, path: write_image(path, raw.dn)",
-    "a.jpg": "from simulator.develop import write_image; write = lambda raw, path: write_image(path, raw.dn)",
-    "a.tif": "from simulator.develop import write_image; write = lambda raw, path: write_image(path, raw.dn)",
+    "a.png": "from simulator.development import write_image; write = lambda raw, path: write_image(path, raw.dn)",
+    "a.jpg": "from simulator.development import write_image; write = lambda raw, path: write_image(path, raw.dn)",
+    "a.tif": "from simulator.development import write_image; write = lambda raw, path: write_image(path, raw.dn)",
 }
 
 

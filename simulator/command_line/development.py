@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from simulator.develop import develop, write_image
+from simulator.development import develop, write_image
 from simulator.errors import PhotositeError
 
 
 def develop_file(raw: Path, out: Path | None, settings: dict[str, object], white_balance: str, bits: int | None) -> Path:
     """Develop `raw` into the picture `out` (default: beside it, as PNG) and return its path.
 
-    settings: other arguments of `simulator.develop.develop`. Raises PhotositeError.
+    settings: other arguments of `simulator.development.develop`. Raises PhotositeError.
     """
     target = out or raw.with_suffix(".png")
     if bits is None:

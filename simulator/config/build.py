@@ -53,6 +53,14 @@ def build(value: object, keys: tuple, document: Document) -> object:
     try:
         return type(value).assemble(**arguments)
     except PhotositeError as error:
-        named = re.match(r"[\w.]+", str(error))
-        last = named[0].rpartition(".")[2] if named else ""
-        raise document.problem(keys + (last,), str(error)) from None
+        raise _located(str(error), keys, document) from None
+
+
+def _located(message: str, keys: tuple, document: Document) -> PhotositeError:
+    """Return the complaint of an object at `keys` with the line and the whole dotted path of the key it begins with."""
+    named = re.match(r"[\w.]+(?= = )", message)
+    if named is None:
+        return document.problem(keys, message)
+    words = tuple(int(word) if word.isdigit() else word for word in named[0].split("."))
+    where = words if words[: len(keys)] == keys else (*keys, words[-1])
+    return document.problem(where, ".".join(map(str, where)) + message[named.end() :])

@@ -12,10 +12,7 @@ from simulator.config.section_types import Section
 from simulator.config.sections import section_with
 from simulator.sensor import STAGES
 from simulator.sensor.camera import Camera
-
-# Stages that the camera's own keys set, and stage fields that follow from the shot.
-SET_BY_CAMERA = frozenset({"analog_gain", "adc", "read_noise_before_gain", "read_noise_after_gain"})
-SET_BY_SHOT = {"dark_current": frozenset({"time_s"})}
+from simulator.stage import fields_from_shot
 
 SourceText = Annotated[
     Annotated[str, Tag("<text>")] | Annotated[dict[str, str], Tag("<by key>")],
@@ -38,12 +35,12 @@ def _without_source(cls: type):
 
 @cache
 def camera_section() -> type[Section]:
-    """Return the model of a camera file. Its stages are the sensor stages that no other key sets."""
+    """Return the model of a camera file. Its stages are the sensor stages that say so."""
     source = {"source": (Source, None)}
     stages = {}
     for stem, cls in sorted(STAGES.items()):
-        if stem not in SET_BY_CAMERA:
-            leave_out = SET_BY_SHOT.get(stem, frozenset())
+        if cls.in_camera_stages:
+            leave_out = frozenset(fields_from_shot(cls))
             stages[stem] = (section_with(cls, _without_source(cls), extra=source, leave_out=leave_out), None)
     stage_model = create_model(
         "Stages", __base__=Section, __doc__="Sensor stages; one that is absent is off.", **source, **stages

@@ -10,7 +10,6 @@ from typing import Annotated, get_type_hints
 from pydantic import Discriminator, Field, Tag, create_model
 
 from simulator.config.build import build, validate
-from simulator.config.camera_check import check_camera
 from simulator.config.camera_file import camera_section, inline_camera, inline_response
 from simulator.config.document import Document, Place, read_document
 from simulator.config.layers import parse_override, subdocument, with_section, with_value
@@ -18,11 +17,10 @@ from simulator.config.problems import nearest
 from simulator.config.section_types import Section
 from simulator.config.sections import model_type, model_value, section
 from simulator.config.sweep_section import SweepSection
-from simulator.errors import PhotositeError
 from simulator.scene.charts import ChartScene
 from simulator.scene.image import ImageScene
 from simulator.scene.spectral_cube import SpectralCubeScene
-from simulator.shot import Seeds, Shot
+from simulator.shot import Shot
 
 # The key that decides which scene it is.
 SCENES = {"image": ImageScene, "spectral_cube": SpectralCubeScene, "chart": ChartScene}
@@ -105,11 +103,7 @@ def shot_from(document: Document) -> Shot:
     _check_scene_keys(document)
     values = validate(shot_section(), document)
     _check_name(values.name, document)
-    shot = build(values, (), document)
-    _check_seeds(shot.seeds, document)
-    _check(document, ("camera",), check_camera, shot.camera)
-    _check(document, ("exposure", "iso"), shot.camera.iso_setting, shot.exposure.iso)
-    return replace(shot, resolved=resolved(values))
+    return replace(build(values, (), document), resolved=resolved(values))
 
 
 def resolved(values: Section) -> dict:
@@ -141,18 +135,3 @@ def _check_scene_keys(document: Document) -> None:
 def _check_name(name: str, document: Document) -> None:
     if not re.fullmatch(r"[\w+-][\w.+ -]{0,199}", name):
         raise document.problem(("name",), f"name = {name}: it names the files; use up to 200 letters, digits, _ + - .")
-
-
-def _check_seeds(seeds: Seeds, document: Document) -> None:
-    for key, seed in (("body", seeds.body), ("frame", seeds.frame)):
-        if not 0 <= seed < 2**32:
-            raise document.problem(("seeds", key), f"seeds.{key} = {seed}: give a whole number from 0 to 4294967295")
-
-
-def _check(document: Document, keys: tuple, check, *arguments) -> None:
-    try:
-        check(*arguments)
-    except PhotositeError as error:
-        named = tuple(str(error).partition(" = ")[0].split("."))[1:]
-        inner = keys + tuple(int(key) if key.isdigit() else key for key in named) if keys == ("camera",) else keys
-        raise document.problem(inner, str(error)) from None

@@ -2,10 +2,12 @@
 
 from importlib.metadata import PackageNotFoundError, version
 
+from simulator import __version__
+
 
 def software() -> str:
     """Name and version written into every file, for example "Photosite 1.0.0"."""
     try:
         return f"Photosite {version('photosite')}"
     except PackageNotFoundError:  # run from a source tree that was never installed
-        return "Photosite (not installed)"
+        return f"Photosite {__version__}"

@@ -12,7 +12,7 @@ import os
 import numpy as np
 
 from simulator.errors import PhotositeError, require
-from simulator.pipeline import Raw
+from simulator.frame import Raw
 from simulator.raw import software, tiff
 from simulator.raw.exif import exif_directory
 from simulator.raw.files import atomic_write

@@ -4,7 +4,7 @@ import math
 import re
 
 from simulator.errors import require
-from simulator.pipeline import Raw
+from simulator.frame import Raw
 from simulator.raw import tiff
 
 _DATE_TIME = re.compile(r"\d{4}:\d\d:\d\d \d\d:\d\d:\d\d")

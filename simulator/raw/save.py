@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.pipeline import Raw
+from simulator.frame import Raw
 from simulator.raw.dng import write_dng
 from simulator.raw.files import atomic_write
 from simulator.raw.twin import write_twin

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simulator.pipeline import Raw
+from simulator.frame import Raw
 
 LONG_SIDE_PX = 256
 

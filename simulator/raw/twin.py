@@ -8,7 +8,7 @@ import os
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.pipeline import Raw
+from simulator.frame import Raw
 from simulator.raw.picture import read_picture, write_picture
 
 MEAN_ELECTRONS = "electrons.mean"  # mean photoelectrons per photosite, before any noise [e-]

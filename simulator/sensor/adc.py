@@ -17,6 +17,7 @@ class Adc(Stage):
     """
 
     stem: ClassVar[str] = "adc"
+    in_camera_stages: ClassVar[bool] = False
     bit_depth: int
     black_level_dn: DigitalNumbers
 
@@ -35,9 +36,9 @@ class Adc(Stage):
         return 2**self.bit_depth - 1
 
     def kernel_parameters(self) -> dict[str, float]:
-        """The kernel clips, so it reads the largest code instead of the bit depth."""
+        """Give the kernel, which clips, the largest code instead of the bit depth."""
         return {"ADC_BLACK_LEVEL_DN": float(self.black_level_dn), "ADC_MAX_CODE_DN": float(self.max_code)}
 
     def moments(self, signal: Moments) -> Moments:
-        """mean + black, var + 1/12 DN^2 (uniform rounding error)."""
+        """Give mean + black, var + 1/12 DN^2 (uniform rounding error)."""
         return Moments(signal.mean + self.black_level_dn, signal.variance + 1.0 / 12.0)

@@ -16,6 +16,7 @@ class AnalogGain(Stage):
     """
 
     stem: ClassVar[str] = "analog_gain"
+    in_camera_stages: ClassVar[bool] = False
     gain_dn_per_e: DigitalNumbersPerElectron
 
     def __post_init__(self):

@@ -1,54 +1,22 @@
 """A camera body: geometry, colour response, and what its ISO dial sets."""
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Annotated, Literal
+from dataclasses import dataclass, field
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, require
 from simulator.sensor.adc import Adc
 from simulator.sensor.analog_gain import AnalogGain
+from simulator.sensor.camera_sections import IsoSetting, SpectralResponse, Window
 from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
 from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
 from simulator.stage import Stage
-from simulator.units import DigitalNumbers, DigitalNumbersPerElectron, Micrometres
+from simulator.units import DigitalNumbers, Micrometres
 
 Cfa = Literal["RGGB", "BGGR", "GRBG", "GBRG", "MONO"]
-
-
-@dataclass(frozen=True)
-class IsoSetting:
-    """One measured line of a camera's ISO table.
-
-    gain_dn_per_e: K of EMVA 1288 [DN/e-].
-    read_noise_dn: total temporal dark noise in the raw file [DN].
-    """
-
-    gain_dn_per_e: DigitalNumbersPerElectron
-    read_noise_dn: DigitalNumbers
-
-
-@dataclass(frozen=True)
-class Window:
-    """Part of the sensor that is read out: x, y of its upper left photosite, width and height [px]."""
-
-    x: int
-    y: int
-    width: int
-    height: int
-
-
-@dataclass(frozen=True)
-class SpectralResponse:
-    """Quantum efficiency (filter, microlens and silicon together) per colour.
-
-    wavelengths_nm: (wavelengths,) ascending, evenly spaced [nm].
-    quantum_efficiency: (wavelengths, channels) electrons per photon; channels R, G, B, or one for MONO.
-    """
-
-    wavelengths_nm: np.ndarray
-    quantum_efficiency: np.ndarray
+LARGEST_SIDE_PX = 65535
 
 
 @dataclass(frozen=True)
@@ -59,6 +27,7 @@ class Camera:
     read_noise_after_gain_dn: the part of the read noise that arises behind the gain [DN];
         the part before it is what remains of the measured total.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
+    Raises PhotositeError for values that no camera can have, or that do not go together.
     """
 
     make: str
@@ -75,6 +44,36 @@ class Camera:
     fill_factor: float = 1.0
     stages: dict[str, Stage] = field(default_factory=dict)
     window: Window | None = None
+
+    def __post_init__(self):
+        for key, side in (("width", self.width_px), ("height", self.height_px)):
+            require(1 <= side <= LARGEST_SIDE_PX, f"camera.{key}", side, f"give 1 to {LARGEST_SIDE_PX} pixels")
+        pitch_um = self.pixel_pitch_um
+        require(0 < pitch_um < math.inf, "camera.pixel_pitch", f"{pitch_um:g} um", "give a pitch above 0 um")
+        require(0 < self.fill_factor <= 1, "camera.fill_factor", self.fill_factor, "give a share above 0 and up to 1")
+        require(self.cfa in get_args(Cfa), "camera.cfa", self.cfa, f"give one of {', '.join(get_args(Cfa))}")
+        rule = f"needs {self.channels} values per line of response.relative, which has {self.response.channels}"
+        require(self.response.channels == self.channels, "camera.cfa", self.cfa, rule)
+        Adc(self.bit_depth, self.black_level_dn)  # checks both
+        self._check_iso_table()
+        self._check_window()
+
+    def _check_iso_table(self) -> None:
+        line = "100: {gain: 0.1 DN/e-, read_noise: 1 DN}"
+        require(bool(self.iso_table), "camera.iso_table", "{}", f"give at least one line such as `{line}`")
+        after_dn = self.read_noise_after_gain_dn
+        require(after_dn >= 0, "camera.read_noise_after_gain", f"{after_dn:g} DN", "a standard deviation is not negative")
+        rule = f"is below read_noise_after_gain = {after_dn:g} DN, which is a part of it"
+        for iso, setting in self.iso_table.items():
+            require(iso > 0, "camera.iso_table", iso, "an ISO is above 0")
+            total_dn = setting.read_noise_dn
+            require(total_dn >= after_dn, f"camera.iso_table.{iso}.read_noise", f"{total_dn:g} DN", rule)
+
+    def _check_window(self) -> None:
+        frame = self.frame
+        inside = 0 <= frame.x <= self.width_px - frame.width and 0 <= frame.y <= self.height_px - frame.height
+        rule = f"must lie within the sensor's {self.width_px} x {self.height_px} photosites"
+        require(inside and min(frame.width, frame.height) >= 1, "camera.window", frame, rule)
 
     @property
     def channels(self) -> int:
@@ -100,11 +99,11 @@ class Camera:
         return tuple(tuple(int(plane) for plane in row) for row in rows)
 
     def frame_cfa(self) -> Cfa:
-        """The filter pattern as it begins at the frame's upper left corner."""
+        """Return the filter pattern as it begins at the frame's upper left corner."""
         return "MONO" if self.cfa == "MONO" else "".join("RGB"[plane] for row in self.filter_block() for plane in row)
 
     def iso_setting(self, iso: int) -> IsoSetting:
-        """The measured line at this ISO. Raises PhotositeError when the camera was not measured there."""
+        """Return the measured line at this ISO. Raises PhotositeError when the camera was not measured there."""
         if iso not in self.iso_table:
             nearest = sorted(sorted(self.iso_table, key=lambda known: abs(math.log(known / iso)))[:3])
             known = ", ".join(str(value) for value in nearest)
@@ -115,19 +114,11 @@ class Camera:
         """Stages of one exposure by stem; those of no effect are absent.
 
         The measured total read noise is split: sigma_e^2 = (sigma_DN / K)^2 - (sigma_post / K)^2 lies before the gain.
-        Raises PhotositeError when the part after the gain exceeds the measured total.
         """
         setting = self.iso_setting(iso)
         gain, after_dn = setting.gain_dn_per_e, self.read_noise_after_gain_dn
-        if after_dn > setting.read_noise_dn:
-            raise PhotositeError(
-                f"camera.read_noise_after_gain = {after_dn} DN: more than the measured total at ISO {iso} "
-                f"({setting.read_noise_dn} DN); give at most that"
-            )
+        stages = {stem: stage.of_shot(exposure_time_s=exposure_time_s) for stem, stage in self.stages.items()}
         before_e = math.sqrt(setting.read_noise_dn**2 - after_dn**2) / gain
-        stages = dict(self.stages)
-        if "dark_current" in stages:
-            stages["dark_current"] = replace(stages["dark_current"], time_s=exposure_time_s)
         if before_e > 0:
             stages["read_noise_before_gain"] = ReadNoiseBeforeGain(before_e)
         if after_dn > 0:

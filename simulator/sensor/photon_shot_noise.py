@@ -13,5 +13,5 @@ class PhotonShotNoise(Stage):
     stem: ClassVar[str] = "photon_shot_noise"
 
     def moments(self, signal: Moments) -> Moments:
-        """var + mean (Poisson)."""
+        """Give var + mean (Poisson)."""
         return Moments(signal.mean, signal.variance + signal.mean)

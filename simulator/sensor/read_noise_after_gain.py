@@ -16,11 +16,13 @@ class ReadNoiseAfterGain(Stage):
     """
 
     stem: ClassVar[str] = "read_noise_after_gain"
+    in_camera_stages: ClassVar[bool] = False
     sigma_dn: DigitalNumbers
 
     def __post_init__(self):
-        require(self.sigma_dn >= 0, "read_noise_after_gain.sigma", f"{self.sigma_dn} DN", "a standard deviation is not negative")
+        rule = "a standard deviation is not negative"
+        require(self.sigma_dn >= 0, "read_noise_after_gain.sigma", f"{self.sigma_dn} DN", rule)
 
     def moments(self, signal: Moments) -> Moments:
-        """var + sigma^2 [DN^2]."""
+        """Give var + sigma^2 [DN^2]."""
         return Moments(signal.mean, signal.variance + self.sigma_dn**2)

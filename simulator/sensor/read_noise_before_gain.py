@@ -16,11 +16,12 @@ class ReadNoiseBeforeGain(Stage):
     """
 
     stem: ClassVar[str] = "read_noise_before_gain"
+    in_camera_stages: ClassVar[bool] = False
     sigma_e: Electrons
 
     def __post_init__(self):
         require(self.sigma_e >= 0, "read_noise_before_gain.sigma", f"{self.sigma_e} e-", "a standard deviation is not negative")
 
     def moments(self, signal: Moments) -> Moments:
-        """var + sigma^2 [e-^2]."""
+        """Give var + sigma^2 [e-^2]."""
         return Moments(signal.mean, signal.variance + self.sigma_e**2)

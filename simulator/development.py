@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from simulator.errors import PhotositeError, require
-from simulator.pipeline import Raw
+from simulator.frame import Raw
 from simulator.raw.dng import dng_bytes
 from simulator.raw.picture import write_picture
 

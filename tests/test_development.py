@@ -5,7 +5,7 @@ import OpenImageIO
 import pytest
 from raw_frame import COLOR_MATRIX, random_frame
 
-from simulator.develop import DEMOSAICS, PICTURE_SUFFIXES, develop, srgb_encoded, write_image
+from simulator.development import DEMOSAICS, PICTURE_SUFFIXES, develop, srgb_encoded, write_image
 from simulator.errors import PhotositeError
 from simulator.raw.dng import dng_bytes, write_dng
 

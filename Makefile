@@ -1,0 +1,62 @@
+# GNU make; needs Python 3.11 or newer with venv, and pip's package index for the first run.
+# Everything is installed into .venv; nothing else on the machine is touched.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+.PHONY: help demo test test-all benchmark lint format clean
+
+help: ## print this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
+	@echo "PYTHON=python3.12 picks another Python (after make clean)."
+
+demo: $(VENV)/demo.stamp ## take the demonstration pictures
+	@$(BIN)/python examples/demo.py
+
+test: $(VENV)/test.stamp ## run the tests that take seconds
+	@$(BIN)/python -m pytest -m "not slow"
+
+test-all: $(VENV)/test.stamp ## run every test, the minutes-long ones too
+	@$(BIN)/python -m pytest -m "slow or not slow"
+
+benchmark: $(VENV)/demo.stamp $(VENV)/test.stamp ## measure run times
+	@for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script" || exit; done
+
+lint: $(VENV)/test.stamp ## check the code with ruff
+	@$(BIN)/ruff check . && $(BIN)/ruff format --check .
+
+format: $(VENV)/test.stamp ## format the code with ruff
+	@$(BIN)/ruff check --fix . && $(BIN)/ruff format .
+
+clean: ## remove .venv and everything built
+	rm -rf $(VENV) build dist photosite.egg-info .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# A stamp is touched last, so an interrupted installation is begun again.
+$(VENV)/made.stamp:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	  echo "error: $(PYTHON) is missing or older than Python 3.11; choose another, e.g. make PYTHON=python3.12"; exit 1; } >&2
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+	  echo "error: $(PYTHON) has no venv module; Debian and Ubuntu: apt install python3-venv"; exit 1; } >&2
+	@echo "Making $(VENV) with $$($(PYTHON) --version)"
+	@$(PYTHON) -m venv --clear $(VENV)
+	@touch $@
+
+# A device that is there already is kept: pip's PoCL is older than Debian's and slower than a GPU.
+$(VENV)/photosite.stamp: $(VENV)/made.stamp setup.cfg pyproject.toml
+	@echo "Installing photosite into $(VENV) (once; a minute or two)"
+	@$(INSTALL) --editable .
+	@$(BIN)/photosite devices >/dev/null 2>&1 || { echo "No OpenCL device found: adding PoCL from pip"; \
+	  $(INSTALL) --editable '.[pocl]' && $(BIN)/photosite devices >/dev/null; } || { \
+	  echo "error: no OpenCL device; Debian and Ubuntu: apt install pocl-opencl-icd"; exit 1; } >&2
+	@touch $@
+
+$(VENV)/%.stamp: $(VENV)/photosite.stamp
+	@echo "Installing what 'make $*' needs"
+	@$(INSTALL) --editable '.[$*]'
+	@touch $@

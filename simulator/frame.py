@@ -1,0 +1,46 @@
+"""What a camera hands over: the raw frame, its truth, and all a converter needs to know."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from simulator.sensor.camera import Cfa
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A raw frame, its truth, and all a converter needs to know.
+
+    dn: (height, width) uint16 codes [DN].
+    mean_electrons: (height, width) float32, mean photoelectrons per photosite, before any noise [e-].
+    noise_free_dn: (height, width) float32, the code without noise and rounding, clipped as the sensor clips [DN].
+    cfa: colours of the 2x2 block at the frame's upper left corner, row by row; "MONO" has no filter.
+    black_level_dn: pedestal [DN]. white_level_dn: largest code the frame can reach [DN].
+    noise_profile: (S, O) per colour plane (R, G, B, or one): variance of the signal x that runs from 0 at
+        black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
+    color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix1); None for MONO.
+    as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
+    resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
+    """
+
+    dn: np.ndarray
+    mean_electrons: np.ndarray
+    noise_free_dn: np.ndarray
+    cfa: Cfa
+    bit_depth: int
+    black_level_dn: float
+    white_level_dn: int
+    noise_profile: tuple[tuple[float, float], ...]
+    color_matrix: np.ndarray | None
+    as_shot_neutral: tuple[float, ...]
+    make: str
+    model: str
+    lens_model: str
+    exposure_time_s: float
+    f_number: float
+    focal_length_mm: float
+    focal_length_35mm_mm: float
+    focus_distance_m: float
+    iso: int
+    name: str = "shot"
+    resolved: dict = field(default_factory=dict)

@@ -1,0 +1,106 @@
+"""The house stays a house: imports run one way, and every stage has its header, module, test and line."""
+
+import ast
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from simulator.device import KERNELS
+from simulator.planner import FUSED, stage_order
+
+ROOT = Path(__file__).parent.parent
+TESTS = ROOT / "tests"
+
+# Left may not import right. A package stands for all its modules; the facade simulator/__init__.py imports nothing at the top.
+ORDER = [
+    {"errors", "units"},
+    {"stage"},
+    {"device"},
+    {"spectra", "scene", "color", "lens", "defocus", "exposure", "sensor"},
+    {"shot", "frame"},
+    {"tiles", "planner"},
+    {"blur"},
+    {"pipeline"},
+    {"config", "raw", "development"},
+    {"command_line"},
+    {"data_gen"},
+]
+ONLY = {"pyopencl": {"device"}, "yaml": {"config"}, "rawpy": {"development"}, "typer": {"command_line", "data_gen"}}
+
+
+def room(path: Path) -> str:
+    """Name in ORDER of a source file."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return "data_gen" if parts[0] == "data_gen" else parts[1]
+
+
+def imports(path: Path) -> set[str]:
+    """Dotted names of everything a file imports, also inside functions."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
+SOURCES = [p for folder in ("simulator", "data_gen") for p in sorted((ROOT / folder).rglob("*.py"))]
+ROOMS = [path for path in SOURCES if path not in (ROOT / "simulator/__init__.py", ROOT / "simulator/__main__.py")]
+
+
+def level(name: str) -> int:
+    return next(index for index, rooms in enumerate(ORDER) if name in rooms)
+
+
+@pytest.mark.parametrize("path", ROOMS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_imports_run_one_way(path):
+    own = level(room(path))
+    for name in imports(path):
+        parts = name.split(".")
+        if parts[0] == "data_gen":
+            assert own == level("data_gen"), f"{name} lies to the right"
+        if parts[0] == "simulator" and len(parts) > 1 and parts[1] in set().union(*ORDER):
+            assert level(parts[1]) <= own, f"{name} lies to the right"
+        if parts[0] in ONLY:
+            assert room(path) in ONLY[parts[0]], f"{name} belongs to {ONLY[parts[0]]}"
+
+
+def test_every_room_has_its_place():
+    assert {room(path) for path in ROOMS} == set().union(*ORDER)
+
+
+@pytest.mark.parametrize("stem", sorted(FUSED))
+def test_a_stage_has_header_module_test_and_line(stem):
+    assert (KERNELS / f"{stem}.h").is_file()
+    assert (TESTS / f"test_{stem}.py").is_file()
+    module = FUSED[stem].__module__.split(".")
+    assert module[-1] == stem or stem in ("irradiance", "exposure") and module[-1] in ("lens", "exposure")
+    assert stem in stage_order()
+    page = (KERNELS / "sensor.cl").read_text(encoding="utf-8")
+    assert f'#include "{stem}.h"' in page
+
+
+@pytest.mark.parametrize("path", sorted(KERNELS.glob("*.cl")), ids=lambda path: path.name)
+def test_a_pass_has_a_test_and_says_what_its_buffers_are(path):
+    assert (TESTS / f"test_{path.stem}.py").is_file()
+    text = path.read_text(encoding="utf-8")
+    header = "".join(line for line in text.splitlines(keepends=True) if line.startswith("//"))
+    for arguments in re.findall(r"kernel void \w+\(([^)]*)\)", text):
+        for name in re.findall(r"\*(?:restrict )?(\w+)", arguments):
+            assert re.search(rf"\b{name}\b", header), f"{path.name}: the comment does not say what {name} is"
+
+
+@pytest.mark.parametrize("path", sorted(KERNELS.glob("*.[ch]*")), ids=lambda path: path.name)
+def test_kernels_are_plain_opencl_c(path):
+    text = path.read_text(encoding="utf-8")
+    for word in ("native_", "half_", "cl_khr", "printf", "float4", "double", "fast-relaxed"):
+        assert word not in text, f"{path.name} uses {word}"
+    assert len(text.splitlines()) <= 110
+
+
+def test_ruff_is_the_only_linter_setting_in_pyproject():
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert set(settings["tool"]) == {"ruff"}

@@ -1,0 +1,55 @@
+"""The device layer: choice of device, includes, binding by name, and its messages."""
+
+import numpy as np
+import pytest
+
+from simulator.device import devices, expanded, kernel_source, open_device
+from simulator.errors import PhotositeError
+
+
+def test_a_device_is_found_by_part_of_its_label():
+    info = devices()[0]
+    assert open_device(info.label[2:20].upper()).info == info
+
+
+def test_the_environment_names_the_device(monkeypatch):
+    monkeypatch.setenv("PHOTOSITE_DEVICE", "no such thing")
+    open_device.cache_clear()
+    with pytest.raises(PhotositeError, match="no such thing"):
+        open_device()
+    open_device.cache_clear()
+
+
+def test_an_unknown_device_lists_those_there_are():
+    with pytest.raises(PhotositeError) as failure:
+        open_device("abacus")
+    assert "abacus" in str(failure.value) and devices()[0].label in str(failure.value)
+
+
+def test_headers_are_put_in_once():
+    text = kernel_source("sensor.cl")
+    assert "#include" not in text
+    assert text.count("#define PHILOX_H") == 1
+    assert expanded('#include "cfa.h"\n#include "cfa.h"\n').count("#define CFA_H") == 1
+
+
+def test_arguments_are_bound_by_name_and_a_misspelt_one_is_an_error(device):
+    kernel = device.kernel("camera_planes", {"BANDS": 1, "CHANNELS": 1})
+    buffer = device.upload(np.ones(4, np.float32))
+    with pytest.raises(TypeError, match="planes.*scene.*weights"):
+        device.run(kernel, (4, 1), None, scene=buffer, wieghts=buffer, planes=device.empty((4,), np.float32))
+
+
+def test_a_kernel_is_built_once(device):
+    defines = {"BANDS": 7, "CHANNELS": 2}
+    assert device.kernel("camera_planes", defines) is device.kernel("camera_planes", defines)
+
+
+def test_a_broken_kernel_is_one_message(device):
+    with pytest.raises(PhotositeError, match="cannot build the kernel broken"):
+        device.build("kernel void broken( {", "broken", {})
+
+
+def test_too_large_a_buffer_says_what_did_not_fit(device):
+    with pytest.raises(PhotositeError, match="out of memory.*MiB.*camera.window"):
+        device.empty((2**50,), np.float32)

@@ -1,0 +1,59 @@
+"""Kernels under oclgrind, which interprets them and reports bad reads and writes, races and uninitialised values.
+
+One process per case: oclgrind remembers uninitialised memory across buffers that share an address.
+"""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+CASES = ["sharp RGGB", "one depth MONO", "depth map GRBG", "depth map window"]
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("oclgrind") is None, reason="oclgrind is not installed (Debian: apt install oclgrind)"),
+]
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("option", ["--data-races", "--uninitialized"])
+def test_nothing_is_reported(case, option):
+    command = ["oclgrind", option, sys.executable, __file__, case]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parent, timeout=300)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.strip() == "done Oclgrind Simulator" and not done.stderr.strip(), (done.stdout + done.stderr)[:2000]
+
+
+def run(case: str) -> None:
+    """Take one small frame with every stage present."""
+    import numpy as np
+    from conftest import band_scene, test_camera
+
+    from simulator.device import devices
+    from simulator.exposure import Exposure
+    from simulator.lens import ThinLens
+    from simulator.pipeline import simulate
+    from simulator.sensor import STAGES
+    from simulator.sensor.camera import IsoSetting, Window
+    from simulator.shot import Shot
+
+    rng = np.random.default_rng(0)
+    cfa = next((word for word in case.split() if word.isupper()), "RGGB")
+    stages = {"photon_shot_noise": (), "dark_current": (3.0,), "full_well": (1e4,)}
+    camera = test_camera(
+        150, 70, cfa, iso_table={100: IsoSetting(0.5, 3.0)}, read_noise_after_gain_dn=1.0,
+        stages={stem: STAGES[stem](*values) for stem, values in stages.items()},
+        window=Window(31, 17, 100, 40) if "window" in case else None,
+    )
+    depth = 2.0 if "sharp" in case else 5.0 if "one" in case else rng.uniform(1.5, 3.0, (20, 30)).astype(np.float32)
+    scene = band_scene(rng.random((20, 30, camera.channels)), depth)
+    simulate(Shot(scene, ThinLens(50.0, 4.0, 2.0), Exposure(0.001), camera))
+    print("done", devices()[0].name)
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).parent.parent))
+    run(sys.argv[1])
