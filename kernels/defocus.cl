@@ -87,6 +87,12 @@ kernel void defocus_gather(global const float *restrict sums, global const float
     }
 }
 
+// One work-item per photosite of the frame: nothing seen yet.
+kernel void defocus_clear(global float *restrict light, global float *restrict seen) {
+    light[get_global_id(0)] = 0.0f;
+    seen[get_global_id(0)] = 0.0f;
+}
+
 // One work-item per photosite of the frame: light becomes the blurred picture.
 kernel void defocus_normalise(global const float *restrict sampled, global float *restrict light, global const float *restrict seen,
                               const uint rows, const uint columns, const uint margin_x, const uint margin_y) {

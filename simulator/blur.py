@@ -48,13 +48,16 @@ def blurred_mosaic(planned: Plan, device: Device, planes, progress: Callable[[fl
     sampled = _sampled_planes(planned, device, planes, area)
     layers, present = _layer_map(planned, device, area)
     coverage = int(planned.layers.scene_layers is not None)
-    light = device.upload(np.zeros((frame.height, frame.width), np.float32), writable=True)
-    seen = device.upload(np.zeros((frame.height, frame.width) if coverage else (1,), np.float32), writable=True)
+    light = device.empty((frame.height, frame.width), np.float32)
+    seen = device.empty((frame.height, frame.width) if coverage else (1,), np.float32)
     sums = device.empty((channels + coverage, area.rows, area.grid[1], SEGMENT + 2 * area.reach + 2), np.float32)
     cfa = {key: value for key, value in projection_defines(planned).items() if key.startswith("CFA")}
     defines = {"SEGMENT": SEGMENT, "CHANNELS": channels, "COVERAGE": coverage, **cfa}
     sum_kernel = device.kernel("defocus_sums", defines, file="defocus.cl")
     gather_kernel = device.kernel("defocus_gather", defines, file="defocus.cl")
+    if coverage:
+        clear = device.kernel("defocus_clear", defines, file="defocus.cl")
+        device.run(clear, (frame.width * frame.height,), None, light=light, seen=seen)
     size = {"rows": area.rows, "columns": area.columns, "reach": area.reach}
     for layer, radius in enumerate(radii):
         held = (present >> np.uint64(layer)) & np.uint64(1) > 0
@@ -102,7 +105,7 @@ def _sampled_planes(planned: Plan, device: Device, planes, area: BlurFrame):
 def _layer_map(planned: Plan, device: Device, area: BlurFrame):
     """Layer of every photosite with its margin (device buffer), and which layers each tile holds."""
     if planned.layers.scene_layers is None:
-        return device.upload(np.zeros((area.rows, area.columns), np.uint8)), np.ones(area.grid, np.uint64)
+        return device.zeros((area.rows, area.columns), np.uint8), np.ones(area.grid, np.uint64)
     layers = device.empty((area.rows, area.columns), np.uint8)
     kernel = device.kernel("projection_layers", projection_defines(planned), file="projection.cl")
     arguments = projection_arguments(planned, area.x, area.y)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from simulator.colour_data import colour_science
 from simulator.errors import PhotositeError, require
 from simulator.spectra import WAVELENGTHS_NM, color_matching_functions, efficiency_on, illuminant, photons_per_joule, step_nm
 
@@ -13,9 +14,7 @@ def chart_reflectances(wavelengths_nm: np.ndarray, chart: str = TRAINING_REFLECT
 
     chart: a name in colour-science's SDS_COLOURCHECKERS.
     """
-    import colour
-
-    patches = colour.SDS_COLOURCHECKERS[chart].values()
+    patches = colour_science().SDS_COLOURCHECKERS[chart].values()
     return np.stack([np.interp(wavelengths_nm, patch.wavelengths, patch.values) for patch in patches])
 
 

@@ -91,25 +91,29 @@ class Device:
         self._queue = cl.CommandQueue(self._context)
         self._kernels: dict[tuple, cl.Kernel] = {}
 
-    def upload(self, array: np.ndarray, writable: bool = False) -> cl.Buffer:
+    def upload(self, array: np.ndarray) -> cl.Buffer:
         """Copy of an array on the device."""
         array = np.ascontiguousarray(array)
-        flags = (cl.mem_flags.READ_WRITE if writable else cl.mem_flags.READ_ONLY) | cl.mem_flags.COPY_HOST_PTR
-        return self._allocate(array.nbytes, lambda: cl.Buffer(self._context, flags, hostbuf=array))
+        buffer = self.empty(array.shape, array.dtype)
+        cl.enqueue_copy(self._queue, buffer, array)
+        return buffer
 
     def empty(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
-        """Uninitialised buffer for an array of this shape."""
+        """Uninitialised buffer for an array of this shape. Raises PhotositeError when it does not fit."""
         size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-        return self._allocate(size, lambda: cl.Buffer(self._context, cl.mem_flags.READ_WRITE, size))
-
-    def _allocate(self, size: int, make):
         try:
-            return make()
+            return cl.Buffer(self._context, cl.mem_flags.READ_WRITE, size)
         except (cl.Error, MemoryError) as error:
             raise PhotositeError(
                 f"out of memory on {self.info.label}: no room for {size / 2**20:.0f} MiB "
                 f"({error}); read out a part of the sensor with camera.window"
             ) from None
+
+    def zeros(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
+        """Buffer of zeros for an array of this shape."""
+        buffer = self.empty(shape, dtype)
+        cl.enqueue_fill_buffer(self._queue, buffer, np.zeros(1, dtype), 0, buffer.size)
+        return buffer
 
     def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype) -> np.ndarray:
         """Array of a buffer's content, after all work before it."""

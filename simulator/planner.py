@@ -242,7 +242,7 @@ def _steps(scene, camera, projection, layers, fused) -> tuple[Step, ...]:
     bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
     steps = [
         Step("spectral integration", True, f"{bands} scene planes of {wavelengths} wavelengths -> {camera.channels} camera planes"),
-        Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {projection.samples}^2 samples each"),
+        Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {_samples(projection)}"),
         _defocus_step(layers),
     ]
     for stem in stage_order():
@@ -254,6 +254,10 @@ def _steps(scene, camera, projection, layers, fused) -> tuple[Step, ...]:
                                 for name, value in stage.kernel_parameters().items())
             steps.append(Step(stem, True, numbers or "no parameters"))
     return tuple(steps)
+
+
+def _samples(projection: Projection) -> str:
+    return "one sample each" if projection.samples == 1 else f"{projection.samples} x {projection.samples} samples each"
 
 
 def _defocus_step(layers: Layers | None) -> Step:

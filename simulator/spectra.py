@@ -11,6 +11,7 @@ from functools import cache
 
 import numpy as np
 
+from simulator.colour_data import colour_science
 from simulator.errors import PhotositeError, require
 from simulator.scene import Scene
 
@@ -51,9 +52,7 @@ def photons_per_joule(wavelengths_nm: np.ndarray) -> np.ndarray:
 
 @cache
 def _observer_table() -> tuple[np.ndarray, np.ndarray]:
-    import colour
-
-    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    observer = colour_science().MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
     return observer.wavelengths, observer.values
 
 
@@ -112,9 +111,7 @@ def illuminant(name: str, wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.nda
     wavelengths_nm = np.asarray(wavelengths_nm, dtype=np.float64)
     if temperature_k is not None:
         return _planck(wavelengths_nm, temperature_k) / _planck(np.float64(560.0), temperature_k)
-    import colour
-
-    table = colour.SDS_ILLUMINANTS[name]
+    table = colour_science().SDS_ILLUMINANTS[name]
     power = np.interp(wavelengths_nm, table.wavelengths, table.values, left=0.0, right=0.0)
     return power / np.interp(560.0, table.wavelengths, table.values)
 
@@ -134,9 +131,7 @@ def reflectance_basis(method: str) -> np.ndarray:
     """
     known = ", ".join(UPSAMPLING_METHODS)
     require(method in UPSAMPLING_METHODS, "upsampling", method, f"no such method; known: {known}")
-    from colour.recovery import MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019
-
-    basis = MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019.values.T
+    basis = colour_science().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019.values.T
     return basis / basis.sum(axis=0)
 
 

@@ -4,12 +4,14 @@ import dataclasses
 import math
 
 import numpy as np
+import pyopencl
 import pytest
 from conftest import band_scene, test_camera
 from scipy.integrate import quad
 from scipy.signal import convolve2d
 
 from simulator.defocus import SHARP_PX, disk_chords, plan_layers
+from simulator.device import Device
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
 from simulator.pipeline import simulate
@@ -125,3 +127,23 @@ def test_an_occluder_in_focus_keeps_its_edge():
     found = electrons(planes, depth, lens, test_camera(160, 96))
     assert found[:, :80].max() == 0.0
     assert found[:, 81:].min() > 0.999 * found.max()
+
+
+def test_memory_that_no_pass_wrote_is_not_read(monkeypatch):
+    """Every new buffer of floats is filled with NaN; none may reach the frame."""
+
+    def poisoned(device, shape, dtype):
+        buffer = empty(device, shape, dtype)
+        if np.dtype(dtype) == np.float32:
+            fill = np.full(buffer.size // 4, np.nan, np.float32)
+            pyopencl.enqueue_copy(device._queue, buffer, fill)
+        return buffer
+
+    empty = Device.empty
+    monkeypatch.setattr(Device, "empty", poisoned)
+    rng = np.random.default_rng(0)
+    for cfa, size, window in (("GRBG", (90, 40), None), ("RGGB", (90, 40), Window(31, 17, 50, 20)), ("MONO", (700, 300), None)):
+        camera = test_camera(*size, cfa, window=window)
+        scene = band_scene(rng.random((20, 30, camera.channels)), rng.uniform(1.5, 3.0, (20, 30)).astype(np.float32))
+        raw = simulate(Shot(scene, ThinLens(50.0, 2.0, 2.0), EXPOSURE, camera))
+        assert np.isfinite(raw.mean_electrons).all() and np.isfinite(raw.noise_free_dn).all()

@@ -1,6 +1,6 @@
-"""Kernels under oclgrind, which interprets them and reports bad reads and writes, races and uninitialised values.
+"""Kernels under oclgrind, which interprets them and reports reads and writes out of bounds, and data races.
 
-One process per case: oclgrind remembers uninitialised memory across buffers that share an address.
+Its check for uninitialised values is not used: it reports values that were written; test_defocus.py poisons memory instead.
 """
 
 import shutil
@@ -19,9 +19,8 @@ pytestmark = [
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("option", ["--data-races", "--uninitialized"])
-def test_nothing_is_reported(case, option):
-    command = ["oclgrind", option, sys.executable, __file__, case]
+def test_nothing_is_reported(case):
+    command = ["oclgrind", "--data-races", sys.executable, __file__, case]
     done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parent, timeout=300)
     assert done.returncode == 0, done.stderr[-2000:]
     assert done.stdout.strip() == "done Oclgrind Simulator" and not done.stderr.strip(), (done.stdout + done.stderr)[:2000]
@@ -44,11 +43,11 @@ def run(case: str) -> None:
     cfa = next((word for word in case.split() if word.isupper()), "RGGB")
     stages = {"photon_shot_noise": (), "dark_current": (3.0,), "full_well": (1e4,)}
     camera = test_camera(
-        150, 70, cfa, iso_table={100: IsoSetting(0.5, 3.0)}, read_noise_after_gain_dn=1.0,
+        90, 40, cfa, iso_table={100: IsoSetting(0.5, 3.0)}, read_noise_after_gain_dn=1.0,
         stages={stem: STAGES[stem](*values) for stem, values in stages.items()},
-        window=Window(31, 17, 100, 40) if "window" in case else None,
+        window=Window(31, 17, 50, 20) if "window" in case else None,
     )
-    depth = 2.0 if "sharp" in case else 5.0 if "one" in case else rng.uniform(1.5, 3.0, (20, 30)).astype(np.float32)
+    depth = 2.0 if "sharp" in case else 5.0 if "one" in case else rng.uniform(1.7, 2.5, (20, 30)).astype(np.float32)
     scene = band_scene(rng.random((20, 30, camera.channels)), depth)
     simulate(Shot(scene, ThinLens(50.0, 4.0, 2.0), Exposure(0.001), camera))
     print("done", devices()[0].name)

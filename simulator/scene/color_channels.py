@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from simulator.colour_data import colour_science
 from simulator.errors import PhotositeError
 from simulator.scene.pixel_file import PixelFile
 
@@ -82,8 +83,7 @@ def srgb_to_linear(encoded: np.ndarray) -> np.ndarray:
 
 def _to_rec709(chromaticities: tuple[float, ...]) -> np.ndarray:
     """Matrix from RGB of these primaries to linear sRGB, (3, 3)."""
-    import colour
-
+    colour = colour_science()
     own, rec709 = (np.reshape(values, (4, 2)) for values in (chromaticities, REC709_CHROMATICITIES))
     own_to_xyz, rec709_to_xyz = (colour.normalised_primary_matrix(values[:3], values[3]) for values in (own, rec709))
     white = (colour.xy_to_XYZ(values[3]) for values in (own, rec709))
