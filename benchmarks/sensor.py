@@ -13,6 +13,7 @@ import json
 import math
 import platform
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,12 @@ def numpy_chain(mean_e: np.ndarray, stages: dict, rng: np.random.Generator) -> n
     return electrons.astype(np.uint16)
 
 
+def expose(planned, device, mosaic, codes) -> None:
+    """One frame through the fused kernel."""
+    sense(planned, device, mosaic, codes, frame_seed=1)
+    device.finish()
+
+
 def best_time(work) -> float:
     """Least of several timings [s]; the first one warms up."""
     times = []
@@ -72,32 +79,50 @@ def main() -> None:
     camera = dataclasses.replace(shot.camera, width_px=width, height_px=height, window=Window(0, 0, width, height))
     planned = plan(dataclasses.replace(shot, camera=camera))
     stages = {stage.stem: stage for stage in planned.stages}
-    unit = {**stages, "irradiance": type(stages["irradiance"])(1.0, 0.0, 0.0, 0.0), "exposure": type(stages["exposure"])(1.0, 1.0)}
+    unit = {
+        **stages,
+        "irradiance": type(stages["irradiance"])(1.0, 0.0, 0.0, 0.0),
+        "exposure": type(stages["exposure"])(1.0, 1.0),
+    }
     planned = dataclasses.replace(planned, stages=tuple(unit[stem] for stem in stage_order() if stem in unit))
     rng = np.random.default_rng(1)
     megapixels = width * height / 1e6
     rows = []
     for name, (low, high) in FRAMES.items():
         mean_e = ramp(width, height, low, high)
-        numpy_rate = megapixels / best_time(lambda: numpy_chain(mean_e, stages, rng))
+        numpy_rate = megapixels / best_time(partial(numpy_chain, mean_e, stages, rng))
         for info in devices():
             device = open_device(info.label)
             mosaic, codes = device.upload(mean_e), device.empty(mean_e.shape, np.uint16)
-
-            def expose():
-                sense(planned, device, mosaic, codes, 1)
-                device.finish()
-
-            rate = megapixels / best_time(expose)
-            rows.append({"frame": name, "device": info.label, "mpixel_per_s": rate, "numpy_mpixel_per_s": numpy_rate,
-                         "ratio": rate / numpy_rate})
+            rate = megapixels / best_time(partial(expose, planned, device, mosaic, codes))
+            rows.append(
+                {
+                    "frame": name,
+                    "device": info.label,
+                    "mpixel_per_s": rate,
+                    "numpy_mpixel_per_s": numpy_rate,
+                    "ratio": rate / numpy_rate,
+                }
+            )
     print(f"{width} x {height} photosites; Mpixel/s, best of {REPEATS}")
     print(f"{'frame':28}{'device':66}{'fused':>8}{'NumPy':>8}{'ratio':>8}")
     for row in rows:
-        print(f"{row['frame']:28}{row['device'][:64]:66}{row['mpixel_per_s']:8.0f}{row['numpy_mpixel_per_s']:8.1f}{row['ratio']:8.1f}")
+        print(
+            f"{row['frame']:28}{row['device'][:64]:66}{row['mpixel_per_s']:8.0f}{row['numpy_mpixel_per_s']:8.1f}{row['ratio']:8.1f}"
+        )
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    options.out.write_text(json.dumps({"machine": platform.processor() or platform.machine(), "numpy": np.__version__,
-                                       "width": width, "height": height, "rows": rows}, indent=1))
+    options.out.write_text(
+        json.dumps(
+            {
+                "machine": platform.processor() or platform.machine(),
+                "numpy": np.__version__,
+                "width": width,
+                "height": height,
+                "rows": rows,
+            },
+            indent=1,
+        )
+    )
     print(f"wrote {options.out}")
 
 

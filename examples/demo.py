@@ -8,6 +8,7 @@ Each shot gives a DNG, its truth twin, a JSON with everything resolved, and a de
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 
 import matplotlib
@@ -40,8 +41,7 @@ def take_pictures(out: Path) -> list:
         for index, name in enumerate(NAMES):
             shot = load_shot(SHOTS / f"{name}.yaml", {"scene.image": str(scene.resolve())})
             start = 1.0 + 2.0 * index
-            raw = simulate(shot, progress=lambda stage, share: bar.update(
-                task, completed=start + share, description=f"{name}: {stage}"))
+            raw = simulate(shot, progress=partial(_tell, bar, task, name, start))
             files = save(raw, out)
             bar.update(task, completed=start + 1.2, description=f"{name}: develop")
             picture = develop(files.dng, exposure_ev=EXPOSURE_EV, bits=8)
@@ -49,6 +49,10 @@ def take_pictures(out: Path) -> list:
             taken.append((raw, picture))
         bar.update(task, completed=1.0 + len(NAMES) * 2.0, description="done")
     return taken
+
+
+def _tell(bar: Progress, task, name: str, start: float, stage: str, share: float) -> None:
+    bar.update(task, completed=start + share, description=f"{name}: {stage}")
 
 
 def caption(raw) -> str:
@@ -75,8 +79,16 @@ def contact_sheet(taken: list, path: Path) -> None:
             detail.imshow(picture[y : y + DETAIL_PX * 87 // 100, x : x + DETAIL_PX], interpolation="nearest", aspect="auto")
             detail.set_title(label, fontsize=11, loc="left", pad=4)
             scale = picture.shape[1] / small.shape[1]
-            whole.add_patch(plt.Rectangle((x / scale, y / scale), DETAIL_PX / scale, DETAIL_PX * 0.87 / scale,
-                                          fill=False, edgecolor="white", linewidth=1.0))
+            whole.add_patch(
+                plt.Rectangle(
+                    (x / scale, y / scale),
+                    DETAIL_PX / scale,
+                    DETAIL_PX * 0.87 / scale,
+                    fill=False,
+                    edgecolor="white",
+                    linewidth=1.0,
+                )
+            )
     for axes in figure.axes:
         axes.set_axis_off()
     figure.savefig(path)

@@ -7,7 +7,7 @@
 
 INLINE float dark_current(const float electrons, const uint x, const uint y, const uint frame_seed,
                                  constant float *parameters) {
-    const struct words counter = {x, y, 0u, DARK_CURRENT_STREAM};
+    const struct words counter = {y, x, 0u, DARK_CURRENT_STREAM};
     const struct words random = philox(counter, frame_seed, 0u);
     return electrons + poisson(DARK_CURRENT_RATE_E_PER_S * DARK_CURRENT_TIME_S, random.a, random.b);
 }

@@ -61,7 +61,14 @@ kernel void defocus_gather(global const float *restrict sums, global const float
     global const float *sum = sums + (row * (columns / SEGMENT) + segment) * length + reach + column;
     const float sharp = sampled[(plane * rows + row) * columns + segment * SEGMENT + column];
     float colour = 0.0f, coverage = 0.0f; // colour: its difference to the sharp picture
-    for (uint disk_row = 0; disk_row < disk_rows; disk_row++) {
+    uint first = 0, last = disk_rows;
+#if COVERAGE
+    // rows where this segment holds nothing of the layer add nothing; the last running sum tells
+    global const float *total = sums + (((long)CHANNELS * rows + row - disk_rows / 2) * (columns / SEGMENT) + segment + 1) * length - 2;
+    while (first < last && total[first * stride] == 0.0f) first++;
+    while (first < last && total[(last - 1) * stride] == 0.0f) last--;
+#endif
+    for (uint disk_row = first; disk_row < last; disk_row++) {
         const int n = (int)chords[2 * disk_row];
         const float g = chords[2 * disk_row + 1];
         const long offset = (long)stride * ((long)disk_row - (long)(disk_rows / 2));
@@ -75,7 +82,7 @@ kernel void defocus_gather(global const float *restrict sums, global const float
         coverage += covered;
         barrier(CLK_LOCAL_MEM_FENCE);
     }
-    if (x < width && y < height) {
+    if (x < width && y < height && first < last) {
         const size_t index = (size_t)y * width + x;
 #if COVERAGE
         const float through = (1.0f - seen[index]) / disk_area;

@@ -22,7 +22,7 @@ INLINE float poisson_expansion(const float mean, const float w) {
     const float order2 = (-8.0f / 405.0f) + w2 * ((7.0f / 810.0f) + w2 * (1.0f / 270.0f)) + r * order3;
     const float order1 = w * ((-1.0f / 36.0f) - w2 * (1.0f / 72.0f)) + r * order2;
     const float q = mean + (mean * r * w + ((1.0f / 3.0f) + w2 * (1.0f / 6.0f) + r * order1));
-    return q > 0.0f ? (q < 8388608.0f ? (float)(int)q : q) : 0.0f; // float32 holds no fractions above 2^23
+    return (float)(int)larger(0.0f, smaller(q, 2.0e9f));
 }
 
 // Smallest k with P(X <= k) >= u, written out to be vectorised across photosites. At a mean of 5, P(X > 21) < 1e-7.
@@ -39,7 +39,7 @@ INLINE float poisson_inversion(const float mean, const float u) {
 // mean: >= 0 [e-]. Returns a count [e-].
 INLINE float poisson(const float mean, const uint word0, const uint word1) {
 #if POISSON_MEANS != SMALL_MEANS
-    const float large = poisson_expansion(larger(mean, POISSON_SWITCH), normal_one(word0, word1));
+    const float large = poisson_expansion(POISSON_MEANS == LARGE_MEANS ? mean : larger(mean, POISSON_SWITCH), normal_one(word0, word1));
 #endif
 #if POISSON_MEANS != LARGE_MEANS
     const float u = ((float)(word0 >> 8) + 0.5f) * 5.9604644775390625e-08f;

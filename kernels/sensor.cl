@@ -29,7 +29,7 @@ kernel void sensor(global const float *restrict electron_radiance, global ushort
     const size_t index = (size_t)row * width + column;
     const uint x = column + window_x, y = row + window_y;
 
-    const struct words counter = {x, y, 0u, STREAM_FRAME};
+    const struct words counter = {y, x, 0u, STREAM_FRAME}; // y first: what a row has in common is then computed once for it
     const struct words random = philox(counter, frame_seed, 0u);
     const struct normals readout = normal_two(random.c, random.d);
 

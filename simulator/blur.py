@@ -9,7 +9,8 @@ from simulator.defocus import disk_chords
 from simulator.device import Device
 from simulator.planner import Plan, projection_arguments, projection_defines
 
-SEGMENT = 128  # photosites per running sum; also the width of a work-group's tile
+SEGMENT = 128  # photosites per running sum; also the width of a tile of this pass
+BLOCK_HEIGHT = 32  # rows of a tile: low enough to leave out what a layer does not reach
 
 
 class BlurFrame:
@@ -18,22 +19,22 @@ class BlurFrame:
     def __init__(self, planned: Plan):
         frame, reach = planned.frame, planned.layers.reach_px
         self.x = (frame.x - reach) // SEGMENT * SEGMENT
-        self.y = (frame.y - reach) // tiles.TILE_HEIGHT * tiles.TILE_HEIGHT
+        self.y = (frame.y - reach) // BLOCK_HEIGHT * BLOCK_HEIGHT
         self.columns = -(-(frame.x + frame.width + reach - self.x) // SEGMENT) * SEGMENT
-        self.rows = -(-(frame.y + frame.height + reach - self.y) // tiles.TILE_HEIGHT) * tiles.TILE_HEIGHT
+        self.rows = -(-(frame.y + frame.height + reach - self.y) // BLOCK_HEIGHT) * BLOCK_HEIGHT
         self.margin_x, self.margin_y = frame.x - self.x, frame.y - self.y
         self.reach = reach
 
     @property
     def grid(self) -> tuple[int, int]:
         """Tile rows and segments."""
-        return self.rows // tiles.TILE_HEIGHT, self.columns // SEGMENT
+        return self.rows // BLOCK_HEIGHT, self.columns // SEGMENT
 
     def inside(self, planned: Plan) -> np.ndarray:
         """Tiles that hold photosites of the frame: (tile rows, segments) bool."""
-        first_rows = np.arange(self.grid[0]) * tiles.TILE_HEIGHT - self.margin_y
+        first_rows = np.arange(self.grid[0]) * BLOCK_HEIGHT - self.margin_y
         first_columns = np.arange(self.grid[1]) * SEGMENT - self.margin_x
-        rows = (first_rows + tiles.TILE_HEIGHT > 0) & (first_rows < planned.frame.height)
+        rows = (first_rows + BLOCK_HEIGHT > 0) & (first_rows < planned.frame.height)
         columns = (first_columns + SEGMENT > 0) & (first_columns < planned.frame.width)
         return rows[:, None] & columns[None, :]
 
@@ -61,22 +62,41 @@ def blurred_mosaic(planned: Plan, device: Device, planes, progress: Callable[[fl
     size = {"rows": area.rows, "columns": area.columns, "reach": area.reach}
     for layer, radius in enumerate(radii):
         held = (present >> np.uint64(layer)) & np.uint64(1) > 0
-        tile_rows = -(-(int(radius) + 1) // tiles.TILE_HEIGHT)
+        tile_rows = -(-(int(radius) + 1) // BLOCK_HEIGHT)
         gathered = tiles.grown(held, tile_rows, 1) & area.inside(planned)
         if not gathered.any():
             continue
         summed = _tile_list(tiles.grown(gathered, tile_rows, 0))
         device.run(
-            sum_kernel, (tiles.TILE_HEIGHT, channels + coverage, len(summed)), (tiles.TILE_HEIGHT, 1, 1),
-            sampled=sampled, layers=layers, sums=sums, tiles=device.upload(summed), layer=layer, **size,
+            sum_kernel,
+            (BLOCK_HEIGHT, channels + coverage, len(summed)),
+            (BLOCK_HEIGHT, 1, 1),
+            sampled=sampled,
+            layers=layers,
+            sums=sums,
+            tiles=device.upload(summed),
+            layer=layer,
+            **size,
         )
         chords, disk_area = disk_chords(radius)
         wanted = _tile_list(gathered)
         device.run(
-            gather_kernel, (SEGMENT // 2, 2 * tiles.TILE_HEIGHT, len(wanted)), (SEGMENT // 2, 2, 1),
-            sums=sums, sampled=sampled, light=light, seen=seen, tiles=device.upload(wanted), chords=device.upload(chords),
-            disk_rows=len(chords), disk_area=disk_area, margin_x=area.margin_x, margin_y=area.margin_y,
-            width=frame.width, height=frame.height, **size,
+            gather_kernel,
+            (SEGMENT // 2, 2 * BLOCK_HEIGHT, len(wanted)),
+            (SEGMENT // 2, 2, 1),
+            sums=sums,
+            sampled=sampled,
+            light=light,
+            seen=seen,
+            tiles=device.upload(wanted),
+            chords=device.upload(chords),
+            disk_rows=len(chords),
+            disk_area=disk_area,
+            margin_x=area.margin_x,
+            margin_y=area.margin_y,
+            width=frame.width,
+            height=frame.height,
+            **size,
         )
         device.finish()
         progress((layer + 1) / len(radii))
@@ -90,7 +110,7 @@ def blurred_mosaic(planned: Plan, device: Device, planes, progress: Callable[[fl
 def _tile_list(wanted: np.ndarray) -> np.ndarray:
     """(tiles, 2) uint32: segment and first row of the wanted tiles."""
     tile_rows, segments = np.nonzero(wanted)
-    return np.stack([segments, tile_rows * tiles.TILE_HEIGHT], axis=-1).astype(np.uint32)
+    return np.stack([segments, tile_rows * BLOCK_HEIGHT], axis=-1).astype(np.uint32)
 
 
 def _sampled_planes(planned: Plan, device: Device, planes, area: BlurFrame):
@@ -112,4 +132,4 @@ def _layer_map(planned: Plan, device: Device, area: BlurFrame):
     scene_layers = device.upload(planned.layers.scene_layers)
     device.run(kernel, (area.columns, area.rows), None, scene_layers=scene_layers, layers=layers, **arguments)
     found = device.download(layers, (area.rows, area.columns), np.uint8)
-    return layers, tiles.presence(found, tiles.TILE_HEIGHT, SEGMENT)
+    return layers, tiles.presence(found, BLOCK_HEIGHT, SEGMENT)

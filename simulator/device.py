@@ -161,8 +161,7 @@ def _declared_arguments(kernel: cl.Kernel) -> dict[str, str]:
     """Argument names and types of a kernel, in order."""
     info = cl.kernel_arg_info
     return {
-        kernel.get_arg_info(index, info.NAME): kernel.get_arg_info(index, info.TYPE_NAME)
-        for index in range(kernel.num_args)
+        kernel.get_arg_info(index, info.NAME): kernel.get_arg_info(index, info.TYPE_NAME) for index in range(kernel.num_args)
     }
 
 

@@ -41,7 +41,12 @@ class ThinLens:
 
     def __post_init__(self):
         require(self.focal_length_mm > 0, "lens.focal_length", f"{self.focal_length_mm} mm", "give a length above 0 mm")
-        require(self.f_number >= 0.5, "lens.f_number", f"f/{self.f_number:g}", "no lens in air is faster than f/0.5; give f/0.5 or more")
+        require(
+            self.f_number >= 0.5,
+            "lens.f_number",
+            f"f/{self.f_number:g}",
+            "no lens in air is faster than f/0.5; give f/0.5 or more",
+        )
         require(0 < self.transmittance <= 1, "lens.transmittance", self.transmittance, "give a share above 0 and up to 1")
         if not self.focus_distance_m * 1e3 > self.focal_length_mm:
             raise PhotositeError(

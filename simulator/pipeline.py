@@ -21,6 +21,7 @@ from simulator.planner import (
     sensor_defines,
 )
 from simulator.shot import Shot
+
 Progress = Callable[[str, float], None]
 
 
@@ -47,7 +48,7 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
 
 def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], None] = lambda share: None):
     """Device buffer (height, width) float32: electron radiance through the lens in each photosite's colour."""
-    scene, projection, frame = planned.scene, planned.projection, planned.frame
+    scene, frame = planned.scene, planned.frame
     height, width, bands = scene.planes.shape
     channels = planned.camera.channels
     pixels = height * width

@@ -115,9 +115,7 @@ class Plan:
     def color_metadata(self) -> tuple[np.ndarray | None, tuple[float, ...]]:
         """ColorMatrix1 (None without a colour filter) and AsShotNeutral."""
         response, scene = self.camera.response, self.scene
-        neutral = as_shot_neutral(
-            scene.illuminant, response.wavelengths_nm, response.quantum_efficiency, scene.wavelengths_nm
-        )
+        neutral = as_shot_neutral(scene.illuminant, response.wavelengths_nm, response.quantum_efficiency, scene.wavelengths_nm)
         if self.camera.channels == 1:
             return None, tuple(float(value) for value in neutral)
         return color_matrix(response.wavelengths_nm, response.quantum_efficiency), tuple(float(v) for v in neutral)
@@ -138,9 +136,7 @@ def plan(shot: Shot) -> Plan:
     scene, camera = shot.scene.load(), shot.camera
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
-        raise PhotositeError(
-            f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}"
-        )
+        raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
     projection = plan_projection(scene, shot.lens, camera)
     layers = plan_layers(shot.lens, camera.pixel_pitch_um, scene.depth_m)
     fused = _fused_stages(shot)
@@ -180,7 +176,8 @@ def _check_coverage(scale: float, scene: Scene, lens: ThinLens, camera: Camera) 
         raise PhotositeError(
             f"scene.field_of_view = {scene.field_of_view_deg:g} deg: the camera sees "
             f"{lens.field_of_view_deg(camera.sensor_mm[0]):.1f} deg x {lens.field_of_view_deg(camera.sensor_mm[1]):.1f} deg, "
-            f"past the edge of the scene; use a lens of at least {lens.focal_length_mm * short:.1f} mm or leave field_of_view out"
+            f"past the edge of the scene; use a lens of at least {lens.focal_length_mm * short:.1f} mm "
+            "or leave field_of_view out"
         )
 
 
@@ -241,7 +238,11 @@ def projection_arguments(planned: Plan, origin_x: int, origin_y: int) -> dict[st
 def _steps(scene, camera, projection, layers, fused) -> tuple[Step, ...]:
     bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
     steps = [
-        Step("spectral integration", True, f"{bands} scene planes of {wavelengths} wavelengths -> {camera.channels} camera planes"),
+        Step(
+            "spectral integration",
+            True,
+            f"{bands} scene planes of {wavelengths} wavelengths -> {camera.channels} camera planes",
+        ),
         Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {_samples(projection)}"),
         _defocus_step(layers),
     ]
@@ -250,8 +251,10 @@ def _steps(scene, camera, projection, layers, fused) -> tuple[Step, ...]:
         if stage is None:
             steps.append(Step(stem, False, "the camera file has no such section, or its value is 0"))
         else:
-            numbers = ", ".join(f"{name.removeprefix(stem.upper() + '_').lower()} = {value:.6g}"
-                                for name, value in stage.kernel_parameters().items())
+            numbers = ", ".join(
+                f"{name.removeprefix(stem.upper() + '_').lower()} = {value:.6g}"
+                for name, value in stage.kernel_parameters().items()
+            )
             steps.append(Step(stem, True, numbers or "no parameters"))
     return tuple(steps)
 

@@ -1,10 +1,13 @@
-"""Cutting frames into tiles: work-groups of equal shape, and which of them a pass needs."""
+"""Cutting frames into tiles: work-groups of equal shape, and which of them a pass needs.
+
+The size is that of the sensor pass: a work-group is one row of a tile, and short rows cost more to start than to compute.
+"""
 
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-TILE_WIDTH = 512
-TILE_HEIGHT = 32
+TILE_WIDTH = 1024
+TILE_HEIGHT = 64
 
 
 def edges(extent: int, size: int) -> np.ndarray:

@@ -45,9 +45,17 @@ def test_camera(width=64, height=48, cfa="MONO", **settings) -> Camera:
     thirds = np.stack([wavelengths >= 601, (wavelengths >= 501) & (wavelengths < 601), wavelengths < 501], axis=-1)
     efficiency = np.ones((31, 1)) if cfa == "MONO" else thirds.astype(float)
     defaults = {
-        "make": "Photosite", "model": "test", "width_px": width, "height_px": height, "pixel_pitch_um": 5.0, "cfa": cfa,
-        "bit_depth": 16, "black_level_dn": 0.0, "response": SpectralResponse(wavelengths, efficiency),
-        "iso_table": {100: IsoSetting(1.0, 0.0)}, "stages": {},
+        "make": "Photosite",
+        "model": "test",
+        "width_px": width,
+        "height_px": height,
+        "pixel_pitch_um": 5.0,
+        "cfa": cfa,
+        "bit_depth": 16,
+        "black_level_dn": 0.0,
+        "response": SpectralResponse(wavelengths, efficiency),
+        "iso_table": {100: IsoSetting(1.0, 0.0)},
+        "stages": {},
     }
     return Camera(**{**defaults, **settings})
 
@@ -61,7 +69,9 @@ class Bench:
     def __init__(self, device):
         self.device = device
 
-    def header(self, include: str, expression: str, arrays: dict[str, np.ndarray], defines=None, dtype=np.float32) -> np.ndarray:
+    def header(
+        self, include: str, expression: str, arrays: dict[str, np.ndarray], defines=None, dtype=np.float32
+    ) -> np.ndarray:
         """`expression` of a kernel header, evaluated at every element of 1-D arrays named as in it."""
         kinds = {"float32": "float", "uint32": "uint"}
         names = ", ".join(f"global const {kinds[str(a.dtype)]} *{n}_" for n, a in arrays.items())
@@ -89,7 +99,9 @@ class Bench:
         fused = {stage.stem: stage for stage in (AnalogGain(gain), Adc(bits, black), *stages)}
         fused["irradiance"] = FUSED["irradiance"](1.0, 0.0, 0.0, 0.0)
         fused["exposure"] = FUSED["exposure"](1.0, 1.0)
-        camera = dataclasses.replace(self._plan.camera, width_px=x + width, height_px=y + height, window=Window(x, y, width, height))
+        camera = dataclasses.replace(
+            self._plan.camera, width_px=x + width, height_px=y + height, window=Window(x, y, width, height)
+        )
         ordered = tuple(fused[stem] for stem in stage_order() if stem in fused)
         planned = dataclasses.replace(self._plan, camera=camera, stages=ordered)
         codes = self.device.empty((height, width), np.uint16)

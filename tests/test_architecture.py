@@ -27,7 +27,13 @@ ORDER = [
     {"command_line"},
     {"data_gen"},
 ]
-ONLY = {"colour": {"colour_data"}, "pyopencl": {"device"}, "yaml": {"config"}, "rawpy": {"development"}, "typer": {"command_line", "data_gen"}}
+ONLY = {
+    "colour": {"colour_data"},
+    "pyopencl": {"device"},
+    "yaml": {"config"},
+    "rawpy": {"development"},
+    "typer": {"command_line", "data_gen"},
+}
 
 
 def room(path: Path) -> str:

@@ -15,10 +15,13 @@ DARK = np.zeros((512, 512))
 @pytest.mark.parametrize(("rate", "time"), [(0.02, 30.0), (5.0, 60.0)])
 def test_dark_electrons_are_poisson(bench, rate, time):
     counts, mean = bench.sensor(DARK, DarkCurrent(rate, time)), rate * time
-    accept({
-        "mean": mean_p(counts, mean, mean), "variance": variance_p(counts, mean, excess_kurtosis=1 / mean),
-        "shape": counts_p(counts, mean),
-    })
+    accept(
+        {
+            "mean": mean_p(counts, mean, mean),
+            "variance": variance_p(counts, mean, excess_kurtosis=1 / mean),
+            "shape": counts_p(counts, mean),
+        }
+    )
 
 
 def test_adds_to_the_photoelectrons_and_leaves_their_pattern(bench):

@@ -53,7 +53,9 @@ def test_area_of_the_disk_is_exact_in_every_row(radius):
     rows = np.arange(len(chords)) - len(chords) // 2
     for row, length in zip(rows, lengths, strict=True):
         t = row - 0.5 + (np.arange(200000) + 0.5) / 200000
-        assert len(chords) % 2 == 1 and length == pytest.approx(2 * np.sqrt(np.clip(radius**2 - t**2, 0, None)).mean(), abs=1e-5)
+        assert len(chords) % 2 == 1 and length == pytest.approx(
+            2 * np.sqrt(np.clip(radius**2 - t**2, 0, None)).mean(), abs=1e-5
+        )
 
 
 @pytest.mark.parametrize("behind", [True, False])
@@ -116,7 +118,9 @@ def test_layers_run_from_near_to_far_in_steps_of_the_radius():
     layers = plan_layers(lens, 5.0, depth)
     signed = lens.blur_radius_um(depth) / 5.0
     assert np.all(np.diff(layers.scene_layers.astype(int)) > 0)
-    assert np.max(np.abs(np.array(layers.radii_px)[layers.scene_layers] - np.abs(signed))) <= 2.0  # half of a 4-pixel step: 231 pixels in at most 64 layers
+    assert (
+        np.max(np.abs(np.array(layers.radii_px)[layers.scene_layers] - np.abs(signed))) <= 2.0
+    )  # half of a 4-pixel step: 231 pixels in at most 64 layers
 
 
 def test_an_occluder_in_focus_keeps_its_edge():

@@ -13,7 +13,9 @@ def test_the_two_published_forms_at_f4_and_infinity():
     assert ThinLens(50.0, 4.0, irradiance="aplanatic").irradiance_per_radiance_sr() == pytest.approx(math.pi / 64.0)
 
 
-@pytest.mark.parametrize(("f_number", "ratio"), [(1.0, 1.25), (1.4, 1.128), (2.0, 1.0625), (2.8, 1.032), (4.0, 1.016), (8.0, 1.004)])
+@pytest.mark.parametrize(
+    ("f_number", "ratio"), [(1.0, 1.25), (1.4, 1.128), (2.0, 1.0625), (2.8, 1.032), (4.0, 1.016), (8.0, 1.004)]
+)
 def test_ratio_of_the_forms(f_number, ratio):
     """R2."""
     thin = ThinLens(50.0, f_number).irradiance_per_radiance_sr()

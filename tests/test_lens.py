@@ -34,7 +34,11 @@ def test_field_of_view_and_full_frame_equivalent():
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [((0.0, 2.0), "lens.focal_length"), ((50.0, 0.4), "lens.f_number .*f/0.5"), ((50.0, 2.0, 0.05), "lens.focus_distance .*0.05 m")],
+    [
+        ((0.0, 2.0), "lens.focal_length"),
+        ((50.0, 0.4), "lens.f_number .*f/0.5"),
+        ((50.0, 2.0, 0.05), "lens.focus_distance .*0.05 m"),
+    ],
 )
 def test_impossible_lenses_are_refused(arguments, message):
     with pytest.raises(PhotositeError, match=message):

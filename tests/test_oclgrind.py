@@ -43,7 +43,11 @@ def run(case: str) -> None:
     cfa = next((word for word in case.split() if word.isupper()), "RGGB")
     stages = {"photon_shot_noise": (), "dark_current": (3.0,), "full_well": (1e4,)}
     camera = test_camera(
-        90, 40, cfa, iso_table={100: IsoSetting(0.5, 3.0)}, read_noise_after_gain_dn=1.0,
+        90,
+        40,
+        cfa,
+        iso_table={100: IsoSetting(0.5, 3.0)},
+        read_noise_after_gain_dn=1.0,
         stages={stem: STAGES[stem](*values) for stem, values in stages.items()},
         window=Window(31, 17, 50, 20) if "window" in case else None,
     )

@@ -48,7 +48,7 @@ def mean_electrons(scene, lens, time_s, camera) -> float:
 
 
 def test_photon_radiance_of_equal_energy_light():
-    """R4: 1.17651e16 photons s^-1 sr^-1 m^-2 per cd/m^2; one lux is pi times that over pi, 11765 photons per um^2 and second."""
+    """R4: 1.17651e16 photons s^-1 sr^-1 m^-2 per cd/m^2; one lux is 11765 photons per um^2 and second."""
     radiance = 1.0 / (KM * 10.0 * luminous_efficiency(EE).sum())
     photons = (radiance * 10.0 * EE * 1e-9 / (H * C)).sum()
     assert photons == pytest.approx(1.17651e16, rel=PRECISION)
@@ -103,7 +103,9 @@ def test_meter_constant_of_iso_12232():
 def test_cos4_falloff_towards_the_corner():
     """R9: E(r) = E(0) (z / sqrt(z^2 + r^2))^4."""
     lens = ThinLens(4.0, 4.0)
-    electrons = simulate(Shot(equal_energy(100.0), lens, Exposure(0.01), photon_counter(30.0, width=64, height=48))).mean_electrons
+    electrons = simulate(
+        Shot(equal_energy(100.0), lens, Exposure(0.01), photon_counter(30.0, width=64, height=48))
+    ).mean_electrons
     y, x = np.mgrid[:48, :64] + 0.5
     r2 = ((x - 32) ** 2 + (y - 24) ** 2) * 0.030**2
     expected = 4458.0 * (30.0 / 2.8) ** 2 * (16.0 / (16.0 + r2)) ** 2
@@ -127,8 +129,13 @@ def test_photon_transfer_gives_back_gain_and_read_noise():
     gain, read_dn, after_dn, black = 0.7, 3.0, 1.0, 256.0
     stages = {"photon_shot_noise": STAGES["photon_shot_noise"]()}
     camera = test_camera(
-        512, 512, bit_depth=14, black_level_dn=black, iso_table={100: IsoSetting(gain, read_dn)},
-        read_noise_after_gain_dn=after_dn, stages=stages,
+        512,
+        512,
+        bit_depth=14,
+        black_level_dn=black,
+        iso_table={100: IsoSetting(gain, read_dn)},
+        read_noise_after_gain_dn=after_dn,
+        stages=stages,
     )
     lens, scene = ThinLens(50.0, 8.0, cos4=False), band_scene(np.ones((4, 4)), math.inf)
     per_second = mean_electrons(scene, lens, 1.0, camera)

@@ -34,11 +34,15 @@ def test_is_independent_of_shot_noise_and_of_read_noise_after_the_gain(bench):
     after = bench.sensor(DARK, ReadNoiseAfterGain(30.0), black=1000.0).astype(float)
     shot = bench.sensor(DARK + 900.0, PhotonShotNoise()).astype(float)
     few = bench.sensor(DARK + 4.0, PhotonShotNoise()).astype(float)
-    accept({
-        "after the gain": correlation_p(before, after), "squares": correlation_p((before - 1000) ** 2, (after - 1000) ** 2),
-        "shot noise": correlation_p(before, shot), "few photons": correlation_p(before, few),
-        "few, after": correlation_p(after, few),
-    })
+    accept(
+        {
+            "after the gain": correlation_p(before, after),
+            "squares": correlation_p((before - 1000) ** 2, (after - 1000) ** 2),
+            "shot noise": correlation_p(before, shot),
+            "few photons": correlation_p(before, few),
+            "few, after": correlation_p(after, few),
+        }
+    )
 
 
 def test_switching_another_noise_on_leaves_the_pattern(bench):

@@ -23,8 +23,15 @@ def picture(height=100, width=1100):
 
 def test_stages_stand_in_physical_order():
     assert stage_order() == (
-        "irradiance", "exposure", "photon_shot_noise", "dark_current", "full_well", "read_noise_before_gain", "analog_gain",
-        "read_noise_after_gain", "adc",
+        "irradiance",
+        "exposure",
+        "photon_shot_noise",
+        "dark_current",
+        "full_well",
+        "read_noise_before_gain",
+        "analog_gain",
+        "read_noise_after_gain",
+        "adc",
     )
     assert set(stage_order()) == set(FUSED)
 
@@ -58,6 +65,29 @@ def test_frames_of_any_size_are_covered(bench):
 def test_kernels_keep_to_plain_operators():
     """Built-in functions are opaque scalar calls on some PoCL builds, and vendor maths differs by device."""
     calls = set(re.findall(r"\b([a-z_]\w*)\s*\(", re.sub(r"//.*", "", kernel_source("sensor.cl"))))
-    builtin = {"fma", "mad", "sqrt", "rsqrt", "exp", "log", "pow", "floor", "rint", "clamp", "fmax", "fmin", "select", "erfc",
-               "mul_hi", "sin", "cos", "sinpi", "cospi", "convert_ushort_sat", "min", "max", "fabs"}
+    builtin = {
+        "fma",
+        "mad",
+        "sqrt",
+        "rsqrt",
+        "exp",
+        "log",
+        "pow",
+        "floor",
+        "rint",
+        "clamp",
+        "fmax",
+        "fmin",
+        "select",
+        "erfc",
+        "mul_hi",
+        "sin",
+        "cos",
+        "sinpi",
+        "cospi",
+        "convert_ushort_sat",
+        "min",
+        "max",
+        "fabs",
+    }
     assert not calls & builtin and not any(call.startswith("native_") for call in calls)

@@ -20,7 +20,12 @@ LENS = ThinLens(50.0, 8.0, cos4=False)
 
 def noisy_camera(**stages):
     return test_camera(
-        400, 300, bit_depth=14, black_level_dn=512.0, iso_table={100: IsoSetting(0.8, 4.0)}, read_noise_after_gain_dn=2.0,
+        400,
+        300,
+        bit_depth=14,
+        black_level_dn=512.0,
+        iso_table={100: IsoSetting(0.8, 4.0)},
+        read_noise_after_gain_dn=2.0,
         stages={stem: STAGES[stem](*values) for stem, values in stages.items()},
     )
 
