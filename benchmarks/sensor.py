@@ -20,8 +20,9 @@ import numpy as np
 
 from simulator.config import load_shot
 from simulator.device import devices, open_device
-from simulator.pipeline import sense
-from simulator.planner import plan, stage_order
+from simulator.fused import stage_order
+from simulator.planner import plan
+from simulator.readout import sense
 from simulator.sensor.camera import Window
 
 SHOT = Path(__file__).parent.parent / "configs" / "shots" / "flat_field.yaml"

@@ -3,7 +3,7 @@
 // electron_radiance: (height, width) float32 [e- s^-1 um^-2 sr^-1] in the colour of each photosite, from the lens.
 // raw:               (height, width) uint16 codes [DN].
 // tiles:             (tiles, 2) uint32, upper left corner (x, y) of each tile in the frame; one work-group per row of a tile.
-// parameters:        (n,) float32; the host defines a macro STEM_FIELD for each number (see simulator/planner.py).
+// parameters:        (n,) float32; the host defines a macro STEM_FIELD for each number (see simulator/fused.py).
 // window_x, window_y: the frame's corner on the sensor [px]: random numbers belong to photosites, not to frames.
 // A stage is compiled in when the host defines its name in capitals as 1.
 #include "philox.h"

@@ -7,19 +7,13 @@ from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
-from simulator import tiles
+from simulator import __version__
 from simulator.blur import blurred_mosaic
 from simulator.device import Device, open_device
 from simulator.frame import Raw
-from simulator.planner import (
-    POISSON_SWITCH_E,
-    Plan,
-    PoissonMeans,
-    plan,
-    projection_arguments,
-    projection_defines,
-    sensor_defines,
-)
+from simulator.fused import sensor_defines
+from simulator.planner import Plan, plan, projection_arguments, projection_defines
+from simulator.readout import sense
 from simulator.shot import Shot
 
 Progress = Callable[[str, float], None]
@@ -78,52 +72,6 @@ def read_out(planned: Plan, device: Device, mosaic, frame_seed: int) -> np.ndarr
     return device.download(codes, (frame.height, frame.width), np.uint16)
 
 
-def sense(planned: Plan, device: Device, mosaic, codes, frame_seed: int) -> None:
-    """Enqueue the fused kernel, for each tile the variant that can count the electrons expected there.
-
-    Which variant a tile gets changes its speed, never its codes.
-    """
-    frame = planned.frame
-    defines, parameters = sensor_defines(planned.stages)
-    columns, rows = tiles.edges(frame.width, tiles.TILE_WIDTH), tiles.edges(frame.height, tiles.TILE_HEIGHT)
-    means = _poisson_means(planned, device, mosaic, columns, rows)
-    buffer = device.upload(parameters)
-    for variant in PoissonMeans:
-        for (width, height), corners in tiles.group_by_shape(columns, rows, means == variant).items():
-            device.run(
-                device.kernel("sensor", {**defines, "POISSON_MEANS": int(variant)}),
-                (width, height, len(corners)),
-                (width, 1, 1),
-                electron_radiance=mosaic,
-                raw=codes,
-                tiles=device.upload(corners),
-                parameters=buffer,
-                width=frame.width,
-                window_x=frame.x,
-                window_y=frame.y,
-                frame_seed=frame_seed,
-            )
-
-
-def _poisson_means(planned: Plan, device: Device, mosaic, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Variant of kernels/poisson.h for each tile: (tile rows, tile columns) of PoissonMeans."""
-    shape = (len(rows) - 1, len(columns) - 1)
-    if planned.stage("photon_shot_noise") is None and planned.stage("dark_current") is None:
-        return np.full(shape, PoissonMeans.LARGE)
-    if planned.stage("dark_current") is not None:
-        return np.full(shape, PoissonMeans.ALL)
-    range_shape = (2, shape[0], planned.frame.width)
-    extremes = device.empty(range_shape, np.float32)
-    edges = device.upload(rows.astype(np.uint32))
-    kernel = device.kernel("tile_range", {"TILE_HEIGHT": tiles.TILE_HEIGHT})
-    device.run(kernel, range_shape[:0:-1], None, image=mosaic, range=extremes, edges=edges)
-    least, greatest = device.download(extremes, range_shape, np.float32)
-    darkest, brightest = planned.electrons_per_radiance()
-    all_large = np.minimum.reduceat(least, columns[:-1], axis=1) * darkest >= POISSON_SWITCH_E
-    all_small = np.maximum.reduceat(greatest, columns[:-1], axis=1) * brightest < POISSON_SWITCH_E
-    return np.select([all_large, all_small], [PoissonMeans.LARGE, PoissonMeans.SMALL], PoissonMeans.ALL)
-
-
 def truth(planned: Plan, device: Device, mosaic) -> tuple[np.ndarray, np.ndarray]:
     """Mean electrons [e-] and noise-free codes [DN], (height, width) float32 each."""
     frame = planned.frame
@@ -180,8 +128,8 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
 
 
 def _versions() -> dict[str, str]:
-    found = {"python": platform.python_version()}
-    for package in ("photosite", "numpy", "pyopencl"):
+    found = {"photosite": __version__, "python": platform.python_version()}
+    for package in ("numpy", "pyopencl"):
         try:
             found[package] = version(package)
         except PackageNotFoundError:

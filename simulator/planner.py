@@ -1,51 +1,22 @@
 """The plan of a shot: what is computed, what is skipped and why. Executing it is the pipeline's work."""
 
-import math
-import re
-import zlib
-from dataclasses import dataclass, fields
-from enum import IntEnum
+from dataclasses import dataclass
 
 import numpy as np
 
 from simulator.color import as_shot_neutral, color_matrix
 from simulator.defocus import SHARP_PX, Layers, plan_layers
-from simulator.device import kernel_source
 from simulator.errors import PhotositeError
 from simulator.exposure import Integration
-from simulator.lens import Irradiance, ThinLens
+from simulator.fused import stage_order
+from simulator.lens import Irradiance
+from simulator.projection import Projection, plan_projection
 from simulator.scene import Scene
 from simulator.sensor import STAGES
 from simulator.sensor.camera import Camera, Window
 from simulator.shot import Shot
 from simulator.spectra import electron_radiance_weights
 from simulator.stage import Moments, Stage
-
-POISSON_SWITCH_E = 5.0  # below this mean the Poisson expansion is off by more than 1e-4; kernels/poisson.h inverts there
-FUSED = {Irradiance.stem: Irradiance, Integration.stem: Integration, **STAGES}
-
-
-class PoissonMeans(IntEnum):
-    """Means that a launch can count, as kernels/poisson.h numbers them."""
-
-    LARGE = 0
-    ALL = 1
-    SMALL = 2
-
-
-@dataclass(frozen=True)
-class Projection:
-    """How photosites read the scene's grid.
-
-    scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's upper left corner.
-    samples: points per photosite and axis. nearest: nearest pixel instead of bilinear.
-    """
-
-    scale: float
-    offset_x: float
-    offset_y: float
-    samples: int
-    nearest: bool
 
 
 @dataclass(frozen=True)
@@ -121,16 +92,6 @@ class Plan:
         return color_matrix(response.wavelengths_nm, response.quantum_efficiency), tuple(float(v) for v in neutral)
 
 
-def stage_order() -> tuple[str, ...]:
-    """Stems of the fused stages as they stand in kernels/sensor.cl: order is physics and is written there only."""
-    return tuple(re.findall(r"^\s*signal = (\w+)\(", _sensor_page(), re.MULTILINE))
-
-
-def _sensor_page() -> str:
-    text = kernel_source("sensor.cl")
-    return text[text.index("kernel void sensor(") :]
-
-
 def plan(shot: Shot) -> Plan:
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
     scene, camera = shot.scene.load(), shot.camera
@@ -146,41 +107,6 @@ def plan(shot: Shot) -> Plan:
     )
 
 
-def plan_projection(scene: Scene, lens: ThinLens, camera: Camera) -> Projection:
-    """Geometry between scene pixels and photosites; the optical axis meets the centres of both.
-
-    A scene with a field of view keeps its true size: scene pixels per radian of tangent over photosites per
-    radian of tangent. Without one the picture fills the sensor and what sticks out is cut off.
-    Raises PhotositeError when the camera sees past the scene's edges.
-    """
-    height, width = scene.planes.shape[:2]
-    if scene.field_of_view_deg is None:
-        scale = min(width / camera.width_px, height / camera.height_px)
-    else:
-        scene_focal_px = 0.5 * width / math.tan(math.radians(0.5 * scene.field_of_view_deg))
-        scale = scene_focal_px * 1e-3 * camera.pixel_pitch_um / lens.image_distance_mm
-        _check_coverage(scale, scene, lens, camera)
-    return Projection(
-        scale=scale,
-        offset_x=0.5 * (width - scale * camera.width_px),
-        offset_y=0.5 * (height - scale * camera.height_px),
-        samples=max(1, math.ceil(scale - 1e-6)),
-        nearest=scene.interpolation == "nearest",
-    )
-
-
-def _check_coverage(scale: float, scene: Scene, lens: ThinLens, camera: Camera) -> None:
-    height, width = scene.planes.shape[:2]
-    if scale * camera.width_px > width + 1e-6 or scale * camera.height_px > height + 1e-6:
-        short = max(scale * camera.width_px / width, scale * camera.height_px / height)
-        raise PhotositeError(
-            f"scene.field_of_view = {scene.field_of_view_deg:g} deg: the camera sees "
-            f"{lens.field_of_view_deg(camera.sensor_mm[0]):.1f} deg x {lens.field_of_view_deg(camera.sensor_mm[1]):.1f} deg, "
-            f"past the edge of the scene; use a lens of at least {lens.focal_length_mm * short:.1f} mm "
-            "or leave field_of_view out"
-        )
-
-
 def _fused_stages(shot: Shot) -> dict[str, Stage]:
     lens, camera = shot.lens, shot.camera
     return {
@@ -193,25 +119,6 @@ def _fused_stages(shot: Shot) -> dict[str, Stage]:
         Integration.stem: Integration(shot.exposure.time_s, camera.pixel_pitch_um**2 * camera.fill_factor),
         **camera.sensor_stages(shot.exposure.iso, shot.exposure.time_s),
     }
-
-
-def sensor_defines(stages: tuple[Stage, ...]) -> tuple[dict[str, object], np.ndarray]:
-    """Macros and parameter array of the fused kernel.
-
-    Each stage is a macro 1 or 0, each of its numbers a macro STEM_FIELD that reads the array (so that another
-    ISO needs no new build), and STEM_STREAM its own stream of random numbers.
-    """
-    values = {name: value for stage in stages for name, value in stage.kernel_parameters().items()}
-    present = {stage.stem for stage in stages}
-    defines: dict[str, object] = {}
-    for stem, stage_class in FUSED.items():
-        defines[stem.upper()] = int(stem in present)
-        defines[f"{stem}_STREAM".upper()] = f"{zlib.crc32(stem.encode())}u"
-        if stem not in present:
-            defines.update({f"{stem}_{field.name}".upper(): "0.0f" for field in fields(stage_class)})
-    defines["POISSON_SWITCH"] = f"{POISSON_SWITCH_E}f"
-    defines.update({name: f"parameters[{index}]" for index, name in enumerate(values)})
-    return defines, np.array(list(values.values()), dtype=np.float32)
 
 
 def projection_defines(planned: Plan) -> dict[str, object]:

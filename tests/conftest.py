@@ -8,9 +8,10 @@ import pytest
 
 from simulator.device import expanded, open_device
 from simulator.exposure import Exposure
+from simulator.fused import FUSED, stage_order
 from simulator.lens import ThinLens
-from simulator.pipeline import sense
-from simulator.planner import FUSED, plan, stage_order
+from simulator.planner import plan
+from simulator.readout import sense
 from simulator.scene import Scene
 from simulator.sensor.adc import Adc
 from simulator.sensor.analog_gain import AnalogGain

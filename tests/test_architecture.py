@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from simulator.device import KERNELS
-from simulator.planner import FUSED, stage_order
+from simulator.fused import FUSED, stage_order
 
 ROOT = Path(__file__).parent.parent
 TESTS = ROOT / "tests"
@@ -18,10 +18,11 @@ ORDER = [
     {"errors", "units", "colour_data"},
     {"stage"},
     {"device"},
-    {"spectra", "scene", "color", "lens", "defocus", "exposure", "sensor"},
+    {"spectra", "scene", "color", "lens", "defocus", "projection", "exposure", "sensor"},
     {"shot", "frame"},
-    {"tiles", "planner"},
-    {"blur"},
+    {"tiles", "fused"},
+    {"planner"},
+    {"blur", "readout"},
     {"pipeline"},
     {"config", "raw", "development"},
     {"command_line"},

@@ -5,7 +5,7 @@ import pytest
 from randomness import accept, correlation_p, counts_p, mean_p, variance_p
 from scipy import stats
 
-from simulator.planner import POISSON_SWITCH_E
+from simulator.fused import POISSON_SWITCH_E
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
 from simulator.stage import Moments
 

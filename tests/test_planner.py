@@ -7,8 +7,9 @@ import pytest
 from conftest import FixedScene, band_scene, test_camera
 
 from simulator.exposure import Exposure
+from simulator.fused import sensor_defines
 from simulator.lens import ThinLens
-from simulator.planner import plan, sensor_defines
+from simulator.planner import plan
 from simulator.sensor import STAGES
 from simulator.sensor.camera import IsoSetting
 from simulator.shot import Shot

@@ -7,7 +7,7 @@ import pytest
 
 from simulator import tiles
 from simulator.device import devices, kernel_source, open_device
-from simulator.planner import FUSED, stage_order
+from simulator.fused import FUSED, stage_order
 from simulator.sensor.dark_current import DarkCurrent
 from simulator.sensor.full_well import FullWell
 from simulator.sensor.photon_shot_noise import PhotonShotNoise

@@ -41,7 +41,11 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     with _progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()) as bar:
         task = bar.add_task(shot.name, total=1.0)
         told = partial(_tell, bar, task, shot.name)
-        files = save(simulate(shot, device=device, progress=told), out)
+        raw = simulate(shot, device=device, progress=told)
+        files = save(raw, out)
+    for note in raw.resolved["notes"]:
+        log.print(f"note: {escape(note)}")
+    log.print(f"device: {escape(raw.resolved['device']['name'])} [dim]({escape(raw.resolved['device']['version'])})[/dim]")
     for file in (files.dng, files.twin, files.sidecar):
         print(file)
 

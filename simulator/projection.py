@@ -1,0 +1,59 @@
+"""Geometry between the scene's grid and the sensor's photosites."""
+
+import math
+from dataclasses import dataclass
+
+from simulator.errors import PhotositeError
+from simulator.lens import ThinLens
+from simulator.scene import Scene
+from simulator.sensor.camera import Camera
+
+
+@dataclass(frozen=True)
+class Projection:
+    """How photosites read the scene's grid.
+
+    scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's upper left corner.
+    samples: points per photosite and axis. nearest: nearest pixel instead of bilinear.
+    """
+
+    scale: float
+    offset_x: float
+    offset_y: float
+    samples: int
+    nearest: bool
+
+
+def plan_projection(scene: Scene, lens: ThinLens, camera: Camera) -> Projection:
+    """Geometry between scene pixels and photosites; the optical axis meets the centres of both.
+
+    A scene with a field of view keeps its true size: scene pixels per radian of tangent over photosites per
+    radian of tangent. Without one the picture fills the sensor and what sticks out is cut off.
+    Raises PhotositeError when the camera sees past the scene's edges.
+    """
+    height, width = scene.planes.shape[:2]
+    if scene.field_of_view_deg is None:
+        scale = min(width / camera.width_px, height / camera.height_px)
+    else:
+        scene_focal_px = 0.5 * width / math.tan(math.radians(0.5 * scene.field_of_view_deg))
+        scale = scene_focal_px * 1e-3 * camera.pixel_pitch_um / lens.image_distance_mm
+        _check_coverage(scale, scene, lens, camera)
+    return Projection(
+        scale=scale,
+        offset_x=0.5 * (width - scale * camera.width_px),
+        offset_y=0.5 * (height - scale * camera.height_px),
+        samples=max(1, math.ceil(scale - 1e-6)),
+        nearest=scene.interpolation == "nearest",
+    )
+
+
+def _check_coverage(scale: float, scene: Scene, lens: ThinLens, camera: Camera) -> None:
+    height, width = scene.planes.shape[:2]
+    if scale * camera.width_px > width + 1e-6 or scale * camera.height_px > height + 1e-6:
+        short = max(scale * camera.width_px / width, scale * camera.height_px / height)
+        raise PhotositeError(
+            f"scene.field_of_view = {scene.field_of_view_deg:g} deg: the camera sees "
+            f"{lens.field_of_view_deg(camera.sensor_mm[0]):.1f} deg x {lens.field_of_view_deg(camera.sensor_mm[1]):.1f} deg, "
+            f"past the edge of the scene; use a lens of at least {lens.focal_length_mm * short:.1f} mm "
+            "or leave field_of_view out"
+        )
