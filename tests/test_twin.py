@@ -93,17 +93,19 @@ def test_a_set_is_a_raw_file_its_twin_and_its_settings(tmp_path):
 
 
 @pytest.mark.parametrize("breaks", ["write_dng", "write_twin"])
-def test_a_set_that_breaks_off_has_no_sidecar_not_even_an_old_one(tmp_path, monkeypatch, breaks):
-    files = save(random_frame(), tmp_path)
+def test_a_set_that_breaks_off_leaves_the_old_set_or_none(tmp_path, monkeypatch, breaks):
+    files = save(random_frame(), tmp_path / "old")
+    before = {path: path.read_bytes() for path in dataclasses.astuple(files)}
 
     def fail(*_):
         raise PhotositeError("disk full")
 
     monkeypatch.setattr(save_module, breaks, fail)
-    with pytest.raises(PhotositeError, match="disk full"):
-        save(random_frame(), tmp_path)
-    assert not files.sidecar.exists()
-    assert sorted(tmp_path.iterdir()) == [files.dng, files.twin]
+    for folder in ("old", "new"):
+        with pytest.raises(PhotositeError, match="disk full"):
+            save(random_frame(), tmp_path / folder)
+    assert {path: path.read_bytes() for path in (tmp_path / "old").iterdir()} == before
+    assert not list((tmp_path / "new").iterdir())
 
 
 def test_settings_are_plain_sorted_json_whatever_numbers_they_hold():

@@ -35,16 +35,17 @@ def files_of(name: str, directory: str | os.PathLike) -> SavedFiles:
 def save(raw: Raw, directory: str | os.PathLike) -> SavedFiles:
     """Write `<name>.dng`, `<name>.truth.exr`, then `<name>.json` with the resolved settings.
 
-    An older sidecar of that name is removed first: a set that breaks off halfway must not look complete.
+    All three are written beside and then renamed, the sidecar last: a failure leaves nothing of the new set, and an older
+    sidecar of that name is removed first, so that a set which breaks off halfway does not look complete.
     Raises PhotositeError when the frame does not fit a DNG, the settings are not plain data, or a path cannot be written.
     """
     files = files_of(raw.name, directory)
     settings = sidecar_text(raw)
-    with atomic_write(files.sidecar) as temporary:
-        temporary.write_text(settings, encoding="utf-8")
+    with atomic_write(files.sidecar) as sidecar, atomic_write(files.twin) as twin, atomic_write(files.dng) as dng:
+        sidecar.write_text(settings, encoding="utf-8")
+        write_dng(raw, dng)
+        write_twin(raw, twin)
         files.sidecar.unlink(missing_ok=True)
-        write_dng(raw, files.dng)
-        write_twin(raw, files.twin)
     return files
 
 
