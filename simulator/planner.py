@@ -71,10 +71,8 @@ class Plan:
 
     def white_level_dn(self) -> int:
         """Largest code the frame can reach: of the full well or of the ADC, whichever is lower [DN]."""
-        adc, well, gain = self.stage("adc"), self.stage("full_well"), self.stage("analog_gain")
-        if well is None:
-            return adc.max_code
-        return min(adc.max_code, int(adc.black_level_dn + gain.gain_dn_per_e * well.capacity_e))
+        adc, well = self.stage("adc"), self.stage("full_well")
+        return adc.max_code if well is None else min(adc.max_code, int(self.moments(well.capacity_e).mean))
 
     def noise_profile(self) -> tuple[float, float]:
         """S and O of DNG's NoiseProfile: variance = S x + O, x from 0 at black to 1 at white (DNG 1.4)."""

@@ -22,17 +22,9 @@ def picture(height=100, width=1100):
 
 
 def test_stages_stand_in_physical_order():
-    assert stage_order() == (
-        "irradiance",
-        "exposure",
-        "photon_shot_noise",
-        "dark_current",
-        "full_well",
-        "read_noise_before_gain",
-        "analog_gain",
-        "read_noise_after_gain",
-        "adc",
-    )
+    light = ["irradiance", "exposure", "photon_shot_noise", "dark_current", "full_well"]
+    chain = [*light, "read_noise_before_gain", "analog_gain", "read_noise_after_gain", "adc"]
+    assert [stem for stem in stage_order() if stem in chain] == chain
     assert set(stage_order()) == set(FUSED)
 
 
