@@ -82,11 +82,20 @@ def devices() -> list[DeviceInfo]:
     return [_info(device) for device in _all_devices()]
 
 
+CPU_ROW_PX = 1024  # a CPU starts work-groups one after another, which costs more than 500 photosites do
+GPU_ROW_PX = 256  # what every GPU can run at once
+
+
 class Device:
-    """A context, a queue and the kernels built on them."""
+    """A context, a queue and the kernels built on them.
+
+    row_px: work-items of a group that runs along a row.
+    """
 
     def __init__(self, device: cl.Device):
         self.info = _info(device)
+        wanted = CPU_ROW_PX if device.type & cl.device_type.CPU else GPU_ROW_PX
+        self.row_px = min(wanted, device.max_work_group_size)
         self._context = cl.Context([device])
         self._queue = cl.CommandQueue(self._context)
         self._kernels: dict[tuple, cl.Kernel] = {}

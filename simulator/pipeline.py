@@ -10,6 +10,7 @@ import numpy as np
 from simulator import __version__
 from simulator.blur import blurred_mosaic
 from simulator.device import Device, open_device
+from simulator.errors import PhotositeError
 from simulator.frame import Raw
 from simulator.fused import sensor_defines
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
@@ -30,6 +31,7 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     tell("scene", 0.0)
     planned = plan(shot)
     opened = open_device(device)
+    _check_memory(planned, opened)
     tell("light", 0.1)
     mosaic = expose_mosaic(planned, opened, lambda share: tell("light", 0.1 + 0.7 * share))
     tell("sensor", 0.8)
@@ -38,6 +40,15 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     mean_electrons, noise_free_dn = truth(planned, opened, mosaic)
     tell("done", 1.0)
     return _raw(shot, planned, opened, dn, mean_electrons, noise_free_dn)
+
+
+def _check_memory(planned: Plan, device: Device) -> None:
+    needed, there, frame = planned.memory_bytes(), device.info.memory_bytes, planned.frame
+    if needed > there:
+        raise PhotositeError(
+            f"out of memory: {frame.width} x {frame.height} photosites need about {needed / 1e9:.1f} GB, "
+            f"but {device.info.label} has {there / 1e9:.1f} GB; read out a part of the sensor with camera.window"
+        )
 
 
 def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], None] = lambda share: None):

@@ -69,6 +69,15 @@ class Plan:
         on_axis = irradiance.solid_angle_sr * integration.time_s * integration.collecting_area_um2
         return 0.9999 * cos4 * on_axis, 1.0001 * on_axis
 
+    def memory_bytes(self) -> int:
+        """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
+        pixels, channels = self.frame.width * self.frame.height, self.camera.channels
+        per_photosite = 4 + 2 * (2 + 4 + 4)  # mosaic; codes, mean electrons and noise-free codes, on both sides
+        if self.layers is not None:
+            sums = 4 * (channels + 1) * (1.0 + 2.0 * self.layers.reach_px / 128.0)
+            per_photosite += 4 * channels + 1 + 8 + sums
+        return int(pixels * per_photosite) + self.scene.planes.nbytes * 2
+
     def white_level_dn(self) -> int:
         """Largest code the frame can reach: of the full well or of the ADC, whichever is lower [DN]."""
         adc, well = self.stage("adc"), self.stage("full_well")

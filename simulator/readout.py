@@ -15,7 +15,7 @@ def sense(planned: Plan, device: Device, mosaic, codes, frame_seed: int) -> None
     """
     frame = planned.frame
     defines, parameters = sensor_defines(planned.stages)
-    columns, rows = tiles.edges(frame.width, tiles.TILE_WIDTH), tiles.edges(frame.height, tiles.TILE_HEIGHT)
+    columns, rows = tiles.edges(frame.width, device.row_px), tiles.edges(frame.height, tiles.TILE_HEIGHT)
     means = _poisson_means(planned, device, mosaic, columns, rows)
     buffer = device.upload(parameters)
     for variant in PoissonMeans:

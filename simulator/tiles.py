@@ -1,12 +1,11 @@
 """Cutting frames into tiles: work-groups of equal shape, and which of them a pass needs.
 
-The size is that of the sensor pass: a work-group is one row of a tile, and short rows cost more to start than to compute.
+A work-group of the sensor pass is one row of a tile; the device says how long a row may be.
 """
 
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-TILE_WIDTH = 1024
 TILE_HEIGHT = 64
 
 

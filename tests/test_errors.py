@@ -80,8 +80,8 @@ CASES = {  # arguments of `photosite simulate`, and what the message must hold
     "window": (["shot.yaml", "--set", "camera.window.width=9999"], ["camera.window", "9999", "4240 x 2832"]),
     "device": (["shot.yaml", "--device", "abacus"], ["abacus", "no OpenCL device matches"]),
     "memory": (
-        ["shot.yaml", "--set", "camera={base: sony_a7s2, width: 63000, height: 63000}"],
-        ["out of memory", "camera.window"],
+        ["shot.yaml", "--set", "camera={base: sony_a7s2, width: 63000, height: 63000, window: null}"],
+        ["out of memory", "63000 x 63000", "GB", "camera.window"],
     ),
 }
 

@@ -31,7 +31,7 @@ def test_stages_stand_in_physical_order():
 @pytest.mark.parametrize(("width", "height"), [(64, 8), (1000, 1), (333, 32)])
 def test_tile_size_changes_no_bit(bench, monkeypatch, width, height):
     expected = bench.sensor(picture(), *EVERYTHING, gain=0.7, black=300.0)
-    monkeypatch.setattr(tiles, "TILE_WIDTH", width)
+    monkeypatch.setattr(bench.device, "row_px", width)
     monkeypatch.setattr(tiles, "TILE_HEIGHT", height)
     assert np.array_equal(bench.sensor(picture(), *EVERYTHING, gain=0.7, black=300.0), expected)
 
