@@ -32,9 +32,8 @@ INLINE float point(global const float *plane, const float u, const float v, cons
 INLINE float photosite(global const float *plane, const int x, const int y, const uint scene_width, const uint scene_height,
                        const float scale, const float offset_x, const float offset_y) {
     float sum = 0.0f;
-    __attribute__((opencl_unroll_hint(SAMPLES)))
     for (uint j = 0; j < SAMPLES; j++)
-        __attribute__((opencl_unroll_hint(SAMPLES)))
+        __attribute__((opencl_unroll_hint(8)))
         for (uint i = 0; i < SAMPLES; i++) {
             const float u = offset_x + scale * ((float)x + ((float)i + 0.5f) * (1.0f / SAMPLES));
             const float v = offset_y + scale * ((float)y + ((float)j + 0.5f) * (1.0f / SAMPLES));

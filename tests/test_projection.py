@@ -53,6 +53,14 @@ def test_reduction_averages_all_scene_pixels_of_a_photosite():
     assert np.allclose(found, picture.reshape(48, 2, 64, 2).mean(axis=(1, 3)), rtol=1e-5)
 
 
+def test_a_large_picture_on_a_small_sensor_keeps_its_mean():
+    """40 x 40 samples per photosite: built and run in reasonable time, every scene pixel counted once."""
+    picture = np.random.default_rng(4).random((480, 640))
+    camera = test_camera(16, 12)
+    found = electrons(picture, camera, interpolation="nearest") / unit(camera)
+    assert np.allclose(found, picture.reshape(12, 40, 16, 40).mean(axis=(1, 3)), rtol=1e-5)
+
+
 def test_a_wider_picture_is_cut_at_both_sides():
     picture = np.arange(80.0)[None, :].repeat(48, 0)
     found = electrons(picture, test_camera()) / unit(test_camera())
