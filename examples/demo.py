@@ -26,7 +26,7 @@ SHOTS = Path(__file__).parent.parent / "configs" / "shots"
 NAMES = ("motorcycle_wide_open", "motorcycle_stopped_down")
 EXPOSURE_EV = 1.2  # both shots keep a stop of highlights; the sheet is printed lighter
 BACKGROUND, ENGINE = (2180, 170), (1890, 1740)  # upper left photosites of the details on the sheet
-DETAIL_PX = 420
+DETAIL_WIDTH, DETAIL_HEIGHT = 420, 317  # the shape of their places on the sheet
 
 
 def take_pictures(out: Path) -> list:
@@ -64,7 +64,7 @@ def contact_sheet(taken: list, path: Path) -> None:
     """Each shot whole, two details at 1:1, and the mosaic of raw codes."""
     import matplotlib.pyplot as plt
 
-    figure = plt.figure(figsize=(13.0, 12.9), dpi=110, facecolor="white")
+    figure = plt.figure(figsize=(13.0, 12.62), dpi=110, facecolor="white")
     rows = figure.add_gridspec(2, 1, hspace=0.06, left=0.012, right=0.988, top=0.975, bottom=0.012)
     for row, (raw, picture) in zip(rows, taken, strict=True):
         cells = row.subgridspec(2, 2, width_ratios=(2.36, 1.0), hspace=0.09, wspace=0.015)
@@ -76,14 +76,14 @@ def contact_sheet(taken: list, path: Path) -> None:
         whole.set_title(f"{raw.make} {raw.model}   {caption(raw)}", fontsize=13, loc="left", pad=5)
         for cell, (x, y), label in ((cells[0, 1], BACKGROUND, "background, 1:1"), (cells[1, 1], ENGINE, "engine, 1:1")):
             detail = figure.add_subplot(cell)
-            detail.imshow(picture[y : y + DETAIL_PX * 87 // 100, x : x + DETAIL_PX], interpolation="nearest", aspect="auto")
+            detail.imshow(picture[y : y + DETAIL_HEIGHT, x : x + DETAIL_WIDTH], interpolation="nearest", aspect="auto")
             detail.set_title(label, fontsize=11, loc="left", pad=4)
             scale = picture.shape[1] / small.shape[1]
             whole.add_patch(
                 plt.Rectangle(
                     (x / scale, y / scale),
-                    DETAIL_PX / scale,
-                    DETAIL_PX * 0.87 / scale,
+                    DETAIL_WIDTH / scale,
+                    DETAIL_HEIGHT / scale,
                     fill=False,
                     edgecolor="white",
                     linewidth=1.0,
