@@ -94,10 +94,19 @@ def test_light_against_f_number(f_number):
 
 
 def test_meter_constant_of_iso_12232():
-    """R20: H = 0.65 L t / N^2 with a lens of 0.9 transmittance, 0.98 for its magnification, 10 degrees off axis."""
+    """R20: H = 0.6516 L t / N^2 with a lens of 0.9 transmittance, 0.98 for its magnification, 10 degrees off axis."""
     lens = ThinLens(50.0, 8.0, transmittance=0.9 * 0.98, irradiance="aplanatic", cos4=False)
     exposure_lx_s = 100.0 * lens.irradiance_per_radiance_sr() * math.cos(math.radians(10.0)) ** 4 * 0.01
-    assert exposure_lx_s == pytest.approx(0.65 * 100.0 * 0.01 / 64.0, rel=3e-3)  # the standard rounds 0.6516
+    assert exposure_lx_s == pytest.approx(0.6516 * 100.0 * 0.01 / 64.0, rel=PRECISION)  # the standard rounds to 0.65
+
+
+@pytest.mark.parametrize(("scene", "photons_per_um2"), [(green_line, 3191.0), (equal_energy, 78 / 100 * 11765.1)])
+def test_photons_that_saturate_at_iso_100(scene, photons_per_um2):
+    """R20: H_sat = 78 / 100 lx s is 3191 photons per um^2 at 555 nm, and 0.78 of R4 for equal-energy light."""
+    lens, luminance = ThinLens(50.0, 4.0, cos4=False), 100.0
+    time_s = 0.78 / (luminance * lens.irradiance_per_radiance_sr())
+    found = mean_electrons(scene(luminance), lens, time_s, photon_counter(pitch_um=1.0))
+    assert found == pytest.approx(photons_per_um2, rel=PRECISION)
 
 
 def test_cos4_falloff_towards_the_corner():
