@@ -17,12 +17,17 @@ POISSON_SWITCH_E = 5.0  # below this mean the Poisson expansion is off by more t
 FUSED = {Irradiance.stem: Irradiance, Integration.stem: Integration, **STAGES}
 
 
+SMALL_MEANS_E = (POISSON_SWITCH_E, 2.0, 0.5)  # greatest means of SMALL, SMALLER, SMALLEST
+
+
 class PoissonMeans(IntEnum):
     """Means that a launch can count, as kernels/poisson.h numbers them."""
 
     LARGE = 0
     ALL = 1
     SMALL = 2
+    SMALLER = 3
+    SMALLEST = 4
 
 
 def stage_order() -> tuple[str, ...]:

@@ -4,7 +4,7 @@ import numpy as np
 
 from simulator import tiles
 from simulator.device import Device
-from simulator.fused import POISSON_SWITCH_E, PoissonMeans, sensor_defines
+from simulator.fused import POISSON_SWITCH_E, SMALL_MEANS_E, PoissonMeans, sensor_defines
 from simulator.planner import Plan
 
 
@@ -49,6 +49,9 @@ def _poisson_means(planned: Plan, device: Device, mosaic, columns: np.ndarray, r
     device.run(kernel, range_shape[:0:-1], None, image=mosaic, range=extremes, edges=edges)
     least, greatest = device.download(extremes, range_shape, np.float32)
     darkest, brightest = planned.electrons_per_radiance()
-    all_large = np.minimum.reduceat(least, columns[:-1], axis=1) * darkest >= POISSON_SWITCH_E
-    all_small = np.maximum.reduceat(greatest, columns[:-1], axis=1) * brightest < POISSON_SWITCH_E
-    return np.select([all_large, all_small], [PoissonMeans.LARGE, PoissonMeans.SMALL], PoissonMeans.ALL)
+    least_e = np.minimum.reduceat(least, columns[:-1], axis=1) * darkest
+    greatest_e = np.maximum.reduceat(greatest, columns[:-1], axis=1) * brightest
+    means = np.where(least_e >= POISSON_SWITCH_E, PoissonMeans.LARGE, PoissonMeans.ALL)
+    for limit_e, variant in zip(SMALL_MEANS_E, list(PoissonMeans)[2:], strict=True):
+        means[greatest_e < limit_e] = variant
+    return means

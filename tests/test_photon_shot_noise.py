@@ -5,7 +5,7 @@ import pytest
 from randomness import accept, correlation_p, counts_p, mean_p, variance_p
 from scipy import stats
 
-from simulator.fused import POISSON_SWITCH_E
+from simulator.fused import POISSON_SWITCH_E, SMALL_MEANS_E
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
 from simulator.stage import Moments
 
@@ -68,20 +68,50 @@ def test_inversion_gives_the_exact_quantile(bench):
     assert wrong.mean() < 2e-6 * 22 and np.abs(counts - exact)[wrong].max(initial=0) <= 1
 
 
+def test_the_largest_random_word_gives_a_count_of_the_upper_tail_not_the_trip_count(bench):
+    """Sums of float32 probabilities end a little below 1; that must not let the count run to its end."""
+    mean = np.geomspace(1e-6, POISSON_SWITCH_E, 20_000).astype(np.float32)
+    word = np.full(mean.shape, 2**32 - 1, np.uint32)
+    defines = {"POISSON_SWITCH": "5.0f", "POISSON_MEANS": 2}
+    counts = bench.header("poisson.h", "poisson(mean, word, word)", {"mean": mean, "word": word}, defines)
+    assert np.all(counts <= stats.poisson.isf(1e-8, mean.astype(np.float64)))
+    assert np.all(counts >= stats.poisson.isf(3e-6, mean.astype(np.float64)))
+
+
+@pytest.mark.parametrize(("variant", "limit"), [(3, 2.0), (4, 0.5)])
+def test_fewer_steps_give_the_same_counts_below_their_limit(bench, variant, limit):
+    rng = np.random.default_rng(7)
+    mean = rng.uniform(0.0, limit, 2_000_000).astype(np.float32)
+    mean[:1000] = np.nextafter(np.float32(limit), np.float32(0.0))
+    word = rng.integers(0, 2**32, mean.size, dtype=np.uint32)
+    word[:1000] = 2**32 - 1 - 256 * np.arange(1000, dtype=np.uint32)  # the upper tail
+    counts = [
+        bench.header(
+            "poisson.h",
+            "poisson(mean, word, word)",
+            {"mean": mean, "word": word},
+            {"POISSON_SWITCH": "5.0f", "POISSON_MEANS": v},
+        )
+        for v in (2, variant)
+    ]
+    assert np.array_equal(*counts)
+
+
 def test_no_light_gives_no_electrons(bench):
     assert not _counts(bench, 0.0).any()
 
 
 def test_counts_do_not_depend_on_crop_tile_or_neighbours(bench):
     rng = np.random.default_rng(6)
-    mean = np.exp(rng.uniform(-2, 9, (120, 700))).astype(np.float32)
+    mean = np.exp(rng.uniform(-4, 9, (120, 700))).astype(np.float32)
     full = bench.sensor(mean, PhotonShotNoise())
     crop = bench.sensor(mean[37:61, 301:660], PhotonShotNoise(), x=301, y=37)
     assert np.array_equal(crop, full[37:61, 301:660])
     bright = np.where(mean < POISSON_SWITCH_E, 50.0, mean)  # every tile takes the variant for large means
     assert np.array_equal(bench.sensor(bright, PhotonShotNoise())[mean >= POISSON_SWITCH_E], full[mean >= POISSON_SWITCH_E])
-    dim = np.where(mean >= POISSON_SWITCH_E, 1.0, mean)  # and here the one for small means
-    assert np.array_equal(bench.sensor(dim, PhotonShotNoise())[mean < POISSON_SWITCH_E], full[mean < POISSON_SWITCH_E])
+    for limit in SMALL_MEANS_E:  # and here those for small means
+        dim = np.where(mean >= limit, 0.1, mean)
+        assert np.array_equal(bench.sensor(dim, PhotonShotNoise())[mean < limit], full[mean < limit])
 
 
 def test_frames_and_neighbours_are_uncorrelated(bench):
