@@ -58,7 +58,14 @@ class DeviceInfo:
 
 def _info(device: cl.Device) -> DeviceInfo:
     version = device.platform.version.removeprefix("OpenCL ").split("  ")[0]
-    return DeviceInfo(device.name.strip(), device.platform.name, version, device.max_compute_units, device.global_mem_size)
+    return DeviceInfo(device.name.strip(), device.platform.name, version, device.max_compute_units, _memory_bytes(device))
+
+
+def _memory_bytes(device: cl.Device) -> int:
+    """Memory of a device; a CPU has the machine's, of which some drivers report a part."""
+    if device.type & cl.device_type.CPU and "SC_PHYS_PAGES" in os.sysconf_names:
+        return max(device.global_mem_size, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    return device.global_mem_size
 
 
 def _pocl_version(device: cl.Device) -> tuple[int, ...]:
