@@ -151,3 +151,22 @@ def test_memory_that_no_pass_wrote_is_not_read(monkeypatch):
         scene = band_scene(rng.random((20, 30, camera.channels)), rng.uniform(1.5, 3.0, (20, 30)).astype(np.float32))
         raw = simulate(Shot(scene, ThinLens(50.0, 2.0, 2.0), EXPOSURE, camera))
         assert np.isfinite(raw.mean_electrons).all() and np.isfinite(raw.noise_free_dn).all()
+
+
+def test_the_penumbra_of_a_defocused_edge_follows_its_closed_form():
+    """A near half-plane out of focus before a background in focus: T = F A + B (1 - A), A the share of the disk it covers.
+
+    A(t) = 1/2 + (t sqrt(1 - t^2) + asin t) / pi, t = x / R; on the background's side, where nothing hidden is needed.
+    """
+    radius, edge, near, far = 12.0, 80, 0.2, 1.0
+    lens, depth = lens_with_blur(radius, behind=False)
+    left = np.arange(160) < edge
+    depths = np.where(left, depth, 2.0)[None, :].repeat(96, 0).astype(np.float32)
+    planes = np.where(left, near, far)[None, :].repeat(96, 0)
+    camera = test_camera(160, 96)
+    found = electrons(planes, depths, lens, camera)[48] / electrons(np.ones((96, 160)), 2.0, lens, camera)[48]
+    t = np.clip(-(np.arange(160)[:, None] + (np.arange(100) + 0.5) / 100 - edge) / radius, -1.0, 1.0)
+    covered = (0.5 + (t * np.sqrt(1.0 - t**2) + np.arcsin(t)) / math.pi).mean(axis=1)
+    expected = near * covered + far * (1.0 - covered)
+    assert np.max(np.abs(found[edge:] - expected[edge:])) < 2e-3
+    assert np.allclose(found[: edge - 20], near, rtol=1e-6)
