@@ -153,20 +153,33 @@ def test_memory_that_no_pass_wrote_is_not_read(monkeypatch):
         assert np.isfinite(raw.mean_electrons).all() and np.isfinite(raw.noise_free_dn).all()
 
 
-def test_the_penumbra_of_a_defocused_edge_follows_its_closed_form():
-    """A near half-plane out of focus before a background in focus: T = F A + B (1 - A), A the share of the disk it covers.
+def covered_by_left(edge: int, radius: float) -> np.ndarray:
+    """Share of a disk of this radius left of a column, mean over each photosite: 1/2 + (t sqrt(1 - t^2) + asin t) / pi."""
+    t = np.clip(-(np.arange(160)[:, None] + (np.arange(100) + 0.5) / 100 - edge) / radius, -1.0, 1.0)
+    return (0.5 + (t * np.sqrt(1.0 - t**2) + np.arcsin(t)) / math.pi).mean(axis=1)
 
-    A(t) = 1/2 + (t sqrt(1 - t^2) + asin t) / pi, t = x / R; on the background's side, where nothing hidden is needed.
-    """
-    radius, edge, near, far = 12.0, 80, 0.2, 1.0
-    lens, depth = lens_with_blur(radius, behind=False)
-    left = np.arange(160) < edge
-    depths = np.where(left, depth, 2.0)[None, :].repeat(96, 0).astype(np.float32)
+
+def half_planes(near_px: float, far_px: float, near: float, far: float) -> np.ndarray:
+    """A row of light, left half near, right half far, each uniform and of this blur radius [px]; 1 is plane weight 1."""
+    lens, near_depth = lens_with_blur(near_px, behind=False)
+    far_depth = lens_with_blur(far_px)[1] if far_px else 2.0
+    left = np.arange(160) < 80
+    depths = np.where(left, near_depth, far_depth)[None, :].repeat(96, 0).astype(np.float32)
     planes = np.where(left, near, far)[None, :].repeat(96, 0)
     camera = test_camera(160, 96)
-    found = electrons(planes, depths, lens, camera)[48] / electrons(np.ones((96, 160)), 2.0, lens, camera)[48]
-    t = np.clip(-(np.arange(160)[:, None] + (np.arange(100) + 0.5) / 100 - edge) / radius, -1.0, 1.0)
-    covered = (0.5 + (t * np.sqrt(1.0 - t**2) + np.arcsin(t)) / math.pi).mean(axis=1)
-    expected = near * covered + far * (1.0 - covered)
-    assert np.max(np.abs(found[edge:] - expected[edge:])) < 2e-3
-    assert np.allclose(found[: edge - 20], near, rtol=1e-6)
+    return electrons(planes, depths, lens, camera)[48] / electrons(np.ones((96, 160)), 2.0, lens, camera)[48]
+
+
+def test_the_penumbra_of_a_defocused_edge_follows_its_closed_form():
+    """Near half-plane out of focus before a background in focus: T = F A + B (1 - A), on the side where nothing is hidden."""
+    found, covered = half_planes(12.0, 0.0, 0.2, 1.0), covered_by_left(80, 12.0)
+    assert np.max(np.abs(found - (0.2 * covered + (1.0 - covered)))[80:]) < 2e-3
+    assert np.allclose(found[:60], 0.2, rtol=1e-6)
+
+
+def test_where_no_surface_is_known_the_known_ones_stand_in():
+    """Both half-planes out of focus, the far one unknown behind the near: T = (A F + (1 - A) b B) / (A + (1 - A) b)."""
+    found = half_planes(12.0, 8.0, 0.2, 1.0)
+    covered, behind = covered_by_left(80, 12.0), 1.0 - covered_by_left(80, 8.0)
+    seen = covered + (1.0 - covered) * behind
+    assert np.max(np.abs(found - (0.2 * covered + (1.0 - covered) * behind) / seen)) < 4e-3
