@@ -40,19 +40,16 @@ INLINE float natural_log(const float x) {
     return f * p + (float)exponent * 6.931471806e-01f;
 }
 
-// e^-x for 0 <= x <= 80: power of two times polynomial on [-1/2, 1/2]; relative error below 3e-7.
+// e^-x for 0 <= x <= 5: power of two times polynomial on [-1/2, 1/2]; relative error below 5e-7.
 INLINE float exponential_of_minus(const float x) {
     const float scaled = x * 1.442695041f;
     const int whole = (int)(scaled + 0.5f);
-    // ln 2 in two parts: the product with `whole` is exact in the first
-    const float rest = ((float)whole * 6.931457520e-01f - x) + (float)whole * 1.428606765e-06f;
-    const float t = rest * 1.442695041f;
-    float p = 1.534581178e-04f;
-    p = p * t + 1.339993142e-03f;
-    p = p * t + 9.618488960e-03f;
-    p = p * t + 5.550328776e-02f;
-    p = p * t + 2.402264689e-01f;
-    p = p * t + 6.931472057e-01f;
+    const float t = (float)whole - scaled;
+    float p = 1.327647174e-03f;
+    p = p * t + 9.675541540e-03f;
+    p = p * t + 5.550713276e-02f;
+    p = p * t + 2.402211972e-01f;
+    p = p * t + 6.931469671e-01f;
     p = p * t + 1.0f;
     return p * as_float((uint)(127 - whole) << 23);
 }
