@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.raw.files import atomic_write
+from simulator.raw.picture import write_picture
 from simulator.scene.color_channels import srgb_to_linear
 
 SOURCE = "Middlebury Stereo 2014, Motorcycle (Scharstein et al., GCPR 2014), quarter size, left picture"
@@ -27,11 +27,15 @@ def motorcycle_scene(path: str | os.PathLike) -> Path:
     `filled_share` the share of pixels whose depth was not measured and was filled.
     Returns the path. Raises PhotositeError when scikit-image is missing or the file cannot be written.
     """
+    path = Path(path)
+    if path.suffix.lower() != ".exr":
+        raise PhotositeError(f"{path}: the scene is an EXR; give a name that ends in .exr")
     left, disparity = _stereo_pair()
     depth_m, filled_share = fill_holes(depth_from_disparity(disparity))
     planes = np.dstack([srgb_to_linear(left / 255.0), depth_m]).astype(np.float32)
-    _write_exr(Path(path), planes, {"field_of_view_deg": field_of_view_deg(left.shape[1]), "filled_share": filled_share})
-    return Path(path)
+    measures = {"field_of_view_deg": field_of_view_deg(left.shape[1]), "filled_share": filled_share}
+    write_picture(path, planes, ("R", "G", "B", "Z"), compression="zip", ImageDescription=SOURCE, **measures)
+    return path
 
 
 def depth_from_disparity(disparity_px: np.ndarray) -> np.ndarray:
@@ -76,21 +80,3 @@ def _stereo_pair() -> tuple[np.ndarray, np.ndarray]:
             f"the motorcycle scene needs scikit-image and its pictures ({error}): pip install 'photosite[demo]'"
         ) from error
     return left, disparity
-
-
-def _write_exr(path: Path, planes: np.ndarray, attributes: dict[str, float]) -> None:
-    import OpenImageIO as oiio
-
-    if path.suffix.lower() != ".exr":
-        raise PhotositeError(f"{path}: the scene is an EXR; give a name that ends in .exr")
-    height, width, channels = planes.shape
-    spec = oiio.ImageSpec(width, height, channels, oiio.FLOAT)
-    spec.channelnames = ("R", "G", "B", "Z")
-    spec.attribute("compression", "zip")
-    spec.attribute("ImageDescription", SOURCE)
-    for name, value in attributes.items():
-        spec.attribute(name, float(value))
-    with atomic_write(path) as temporary:
-        output = oiio.ImageOutput.create(str(temporary))
-        if not (output.open(str(temporary), spec) and output.write_image(planes) and output.close()):
-            raise PhotositeError(f"{path}: cannot be written: {output.geterror()}")

@@ -118,6 +118,6 @@ except PhotositeError as error:
 def test_a_failure_inside_the_picture_library_is_told(tmp_path, monkeypatch):
     # The temporary name is taken by a folder, which the library can only find out itself.
     monkeypatch.setattr(picture, "reserve", lambda path, size: Path(path).mkdir())
-    with pytest.raises(PhotositeError, match=r"a\.exr: cannot be written: .*a\.exr"):
+    with pytest.raises(PhotositeError, match=r"a\.exr: cannot be written: .*the file"):
         write_picture(tmp_path / "a.exr", np.zeros((4, 4, 3), np.float32))
     assert not (tmp_path / "a.exr").exists()

@@ -108,7 +108,7 @@ def test_values_that_go_together_only_point_by_point_are_not_refused(tmp_path):
 def test_a_missing_picture_is_found_before_the_first_point_runs(tmp_path):
     text = SHOT.replace("chart: flat_field", "image: a.png")
     (tmp_path / "a.png").touch()
-    with pytest.raises(PhotositeError, match="no such file .*b.png"):
+    with pytest.raises(PhotositeError, match=r"s.yaml:8 \(sweep\): scene.image = .*b.png: no such file \(for s_0001\)"):
         load(tmp_path, {"vary": {"scene.image": ["a.png", "b.png"]}}, text)
 
 

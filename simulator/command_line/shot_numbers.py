@@ -69,24 +69,30 @@ def white_facts(shot: Shot, planned: Plan) -> list[Fact]:
     luminance = getattr(shot.scene, "luminance_cd_m2", None)
     if luminance is None:
         return [Fact("luminance", "not stated", "the scene gives absolute radiance")]
-    lens, camera, setting = shot.lens, shot.camera, shot.camera.iso_setting(shot.exposure.iso)
+    lens, camera = shot.lens, shot.camera
     illuminance_lx = luminance * lens.irradiance_per_radiance_sr()
     electrons = white_electrons(shot, planned)
-    full_e = (planned.white_level_dn() - camera.black_level_dn) / setting.gain_dn_per_e
+    gain_dn_per_e = planned.moments(1.0).mean - planned.moments(0.0).mean  # of all stages together
+    full_e = (planned.white_level_dn() - camera.black_level_dn) / gain_dn_per_e
     facts = [
         Fact("luminance", f"{luminance:g} cd/m^2", "L"),
         Fact("illuminance on the sensor", f"{illuminance_lx:.4g} lx", "E = L * irradiance per radiance"),
         Fact("luminous exposure", f"{illuminance_lx * shot.exposure.time_s:.4g} lx s", "H = E t"),
     ]
     for color, mean in zip(("red", "green", "blue") if len(electrons) == 3 else ("mono",), electrons, strict=True):
-        stops = math.log2(full_e / mean) if mean > 0 else math.inf
-        where = f"{stops:.2f} stops below clipping" if stops > 0 else f"clipped, {-stops:.2f} stops over"
-        moments = planned.moments(float(mean))
-        noise = math.sqrt(moments.variance)
-        signal_to_noise = f"SNR {(moments.mean - camera.black_level_dn) / noise:.1f}" if noise > 0 else ""
-        facts.append(Fact(f"electrons, {color}", f"{mean:.1f} e-", f"{where}  {signal_to_noise}".strip()))
-    facts.append(Fact("clipping", f"{full_e:.0f} e-", f"gain {setting.gain_dn_per_e:g} DN/e- at ISO {shot.exposure.iso}"))
+        facts.append(Fact(f"electrons, {color}", f"{mean:.1f} e-", _headroom(planned, float(mean), full_e)))
+    facts.append(Fact("clipping", f"{full_e:.0f} e-", f"gain {gain_dn_per_e:.5g} DN/e- at ISO {shot.exposure.iso}"))
     return facts
+
+
+def _headroom(planned: Plan, mean_e: float, full_e: float) -> str:
+    """Stops to the clipping point and, below it, the signal-to-noise ratio."""
+    stops = math.log2(full_e / mean_e) if mean_e > 0 else math.inf
+    if stops <= 0:
+        return f"{-stops:.2f} stops above clipping"
+    moments = planned.moments(mean_e)
+    noise = math.sqrt(moments.variance)  # never 0: the ADC rounds
+    return f"{stops:.2f} stops below clipping, SNR {(moments.mean - planned.moments(0.0).mean) / noise:.1f}"
 
 
 def white_electrons(shot: Shot, planned: Plan) -> np.ndarray:
@@ -105,4 +111,4 @@ def _irradiance_formula(kind: str) -> str:
 
 
 def _metres(distance_m: float) -> str:
-    return "infinity" if math.isinf(distance_m) else f"{distance_m:.4g} m"
+    return "infinity" if math.isinf(distance_m) else f"{distance_m:#.4g} m"

@@ -1,6 +1,6 @@
 """`photosite simulate`: one shot or a sweep, with progress."""
 
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
@@ -9,8 +9,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from simulator.command_line.sweep_runner import Row, run_sweep, take
-from simulator.config import Sweep, load_shot, load_sweep, shot_warnings
+from simulator.command_line.sweep_runner import SKIPPED, Row, run_sweep, take
+from simulator.config import Sweep, load_shot, load_sweep, located, shot_warnings
+from simulator.errors import PhotositeError
 from simulator.pipeline import simulate
 from simulator.raw.files import atomic_write
 from simulator.raw.save import save
@@ -28,10 +29,12 @@ def simulate_file(path: Path, settings: list[str], out: Path, device: str | None
     shot = load_shot(path, settings) if sweep is None else sweep[0].shot()
     for warning in shot_warnings(shot):
         log.print(f"warning: {escape(warning)}")
-    _check_folder(out)
-    if sweep is None:
-        simulate_shot(shot, out, device)
-    elif failed := simulate_sweep(sweep, out, device, redo):
+    with _folder(out):
+        if sweep is None:
+            with located(path, settings):
+                return simulate_shot(shot, out, device)
+        failed = simulate_sweep(sweep, out, device, redo)
+    if failed:
         log.print(f"error: {failed} of {len(sweep)} points failed; the column status of {out / 'manifest.csv'} says why")
         raise typer.Exit(1)
 
@@ -62,16 +65,28 @@ def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> i
                 log.print(escape(f"{row.name}: {row.status}"))
 
         rows = run_sweep(sweep, out, take=partial(take, device=device), redo=redo, report=report)
+    if skipped := sum(row.status == SKIPPED for row in rows):
+        log.print(f"note: {skipped} of {len(rows)} points were there already; --redo takes them again")
     print(out / "manifest.csv")
     return sum(row.status.startswith("failed") for row in rows)
 
 
-def _check_folder(out: Path) -> None:
-    """Find out before the work, not after it, that nothing can be written."""
-    probe = out / ".photosite"
-    with atomic_write(probe) as path:
-        path.touch()
-    probe.unlink()
+@contextmanager
+def _folder(out: Path):
+    """Find out before the work, not after it, that nothing can be written; a new folder that stays empty is removed."""
+    is_new, probe = not out.exists(), out / ".photosite"
+    try:
+        with atomic_write(probe) as path:
+            path.touch()
+        probe.unlink()
+    except PhotositeError as error:
+        raise PhotositeError(str(error).replace(str(probe), f"--out {out}")) from None
+    try:
+        yield
+    finally:
+        if is_new:
+            with suppress(OSError):  # it holds files: the usual end
+                out.rmdir()
 
 
 def _tell(bar: Progress, task, name: str, stage: str, share: float) -> None:

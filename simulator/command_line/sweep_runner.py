@@ -85,7 +85,8 @@ def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], o
             take(shot, directory)
             status = "done"
     except (PhotositeError, OSError, MemoryError) as error:
-        status, files = f"failed: {error or type(error).__name__}", {}
+        told = point.placed(error) if isinstance(error, PhotositeError) else error
+        status, files = f"failed: {told or type(told).__name__}", {}
     return Row(point.index, point.name, point.values, files, time.perf_counter() - start, status)
 
 

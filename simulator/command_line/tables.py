@@ -7,7 +7,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from simulator.command_line.shot_numbers import Fact, lens_facts, white_facts
-from simulator.config import load_shot, shot_warnings
+from simulator.config import load_shot, located, shot_warnings
 
 
 def show_devices() -> None:
@@ -15,10 +15,10 @@ def show_devices() -> None:
     from simulator.device import devices
 
     table = Table(title="OpenCL devices, the default first")
-    for column in ("name", "version", "compute units", "memory [GiB]"):
-        table.add_column(column, justify="right" if column[0] in "cm" else "left")
+    for column in ("name", "version", "units", "memory"):
+        table.add_column(column, justify="right" if column in ("units", "memory") else "left", overflow="fold")
     for device in devices():
-        memory = f"{device.memory_bytes / 2**30:.1f}"
+        memory = f"{device.memory_bytes / 2**30:.1f} GiB"
         table.add_row(escape(device.name), escape(device.version), str(device.compute_units), memory)
     _console().print(table)
 
@@ -28,7 +28,8 @@ def show_plan(path: Path, settings: list[str]) -> None:
     from simulator.planner import plan
 
     shot = load_shot(path, settings)
-    planned = plan(shot)
+    with located(path, settings):
+        planned = plan(shot)
     console = _console()
     steps = Table(title=f"Plan of {escape(shot.name)}")
     for column in ("stage", "", "why"):

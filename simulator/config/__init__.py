@@ -1,8 +1,9 @@
 """Configuration: YAML and dotted overrides to shots and sweeps. The only package that knows YAML."""
 
+from simulator.config.input_files import input_files
 from simulator.config.json_schema import schema
-from simulator.config.shot_file import load_shot
-from simulator.config.sweep import Sweep, SweepPoint, expand_sweep, input_files, load_sweep
+from simulator.config.shot_file import load_shot, located
+from simulator.config.sweep import Sweep, SweepPoint, expand_sweep, load_sweep
 from simulator.config.warnings import shot_warnings
 from simulator.config.yaml_dialect import dump_yaml
 
@@ -14,6 +15,7 @@ __all__ = [
     "input_files",
     "load_shot",
     "load_sweep",
+    "located",
     "schema",
     "shot_warnings",
 ]

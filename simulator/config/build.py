@@ -53,14 +53,21 @@ def build(value: object, keys: tuple, document: Document) -> object:
     try:
         return type(value).assemble(**arguments)
     except PhotositeError as error:
-        raise _located(str(error), keys, document) from None
+        named = _named_key(str(error))
+        if named is None:
+            raise document.problem(keys, str(error)) from None
+        where = named if named[: len(keys)] == keys else (*keys, named[-1])
+        rest = str(error).partition(" = ")[2]
+        raise document.problem(where, f"{'.'.join(map(str, where))} = {rest}") from None
 
 
-def _located(message: str, keys: tuple, document: Document) -> PhotositeError:
-    """Return the complaint of an object at `keys` with the line and the whole dotted path of the key it begins with."""
+def placed(error: PhotositeError, document: Document) -> PhotositeError:
+    """Return the error of a later step with file and line, when it begins with a key of the document."""
+    named = _named_key(str(error))
+    return document.problem(named, str(error)) if named in document.places else error
+
+
+def _named_key(message: str) -> tuple | None:
+    """Return the dotted key, as a tuple, of a message `key = value: rule`."""
     named = re.match(r"[\w.]+(?= = )", message)
-    if named is None:
-        return document.problem(keys, message)
-    words = tuple(int(word) if word.isdigit() else word for word in named[0].split("."))
-    where = words if words[: len(keys)] == keys else (*keys, words[-1])
-    return document.problem(where, ".".join(map(str, where)) + message[named.end() :])
+    return tuple(int(word) if word.isdigit() else word for word in named[0].split(".")) if named else None

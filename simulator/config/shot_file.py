@@ -1,7 +1,8 @@
 """A shot in YAML: scene, lens, exposure, camera, seeds."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import MISSING, fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Annotated, get_type_hints
 
 from pydantic import Discriminator, Field, Tag, create_model
 
-from simulator.config.build import build, validate
+from simulator.config.build import build, placed, validate
 from simulator.config.camera_file import camera_section, inline_camera, inline_response
 from simulator.config.document import Document, Place, read_document
 from simulator.config.layers import parse_override, subdocument, with_section, with_value
@@ -17,6 +18,7 @@ from simulator.config.problems import nearest
 from simulator.config.section_types import Section
 from simulator.config.sections import model_type, model_value, section
 from simulator.config.sweep_section import SweepSection
+from simulator.errors import PhotositeError
 from simulator.scene.charts import ChartScene
 from simulator.scene.image import ImageScene
 from simulator.scene.spectral_cube import SpectralCubeScene
@@ -65,6 +67,15 @@ def load_shot(path: str | Path, overrides: Iterable[str] | Mapping[str, object] 
     Raises PhotositeError with file, line, key, value and fix. A `sweep:` section is checked, not run.
     """
     return shot_from(load_document(path, overrides))
+
+
+@contextmanager
+def located(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Iterator[None]:
+    """Give errors of the block file and line, when they begin with a key of the shot file."""
+    try:
+        yield
+    except PhotositeError as error:
+        raise placed(error, load_document(path, overrides)) from error
 
 
 def load_document(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Document:

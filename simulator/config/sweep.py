@@ -1,11 +1,12 @@
 """The points of a sweep, made one at a time: a million of them take no memory."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
-from simulator.config.build import validate
+from simulator.config.build import placed, validate
 from simulator.config.document import Document, Place
+from simulator.config.input_files import named_files
 from simulator.config.layers import subdocument, with_value, without
 from simulator.config.shot_file import load_document, shot_from, with_overrides
 from simulator.config.sweep_section import SweepSection, sequence
@@ -30,6 +31,10 @@ class SweepPoint:
     def shot(self) -> Shot:
         """Return the shot of this point. Raises PhotositeError with file and line."""
         return shot_from(self.document)
+
+    def placed(self, error: PhotositeError) -> PhotositeError:
+        """Return an error of taking the point with file and line, when it begins with a key of the document."""
+        return placed(error, self.document)
 
 
 class Sweep:
@@ -109,23 +114,15 @@ class Sweep:
         for key, values in self.values.items():
             for row in self._rows(key, len(values)):
                 point = self[row if self._zip else row * strides[key]]
-                for path in input_files(point.shot().scene):
+                for keys, path in named_files(point.shot().scene, ("scene",)):
                     if not path.is_file():
-                        raise point.document.problem(("scene",), f"{point.name}: no such file {path}; check the path")
+                        message = f"{'.'.join(keys)} = {path}: no such file (for {point.name}); check the path"
+                        raise point.document.problem(keys, message)
 
     def _rows(self, key: str, length: int) -> Iterable[int]:
         if key in self.listed or length <= MAX_CHECKED:
             return range(length)
         return sorted({round(step * (length - 1) / (MAX_CHECKED - 1)) for step in range(MAX_CHECKED)})
-
-
-def input_files(value: object) -> list[Path]:
-    """Return the paths in a frozen dataclass, at any depth: the files a scene is read from."""
-    if isinstance(value, Path):
-        return [value]
-    if not is_dataclass(value):
-        return []
-    return [path for field in fields(value) for path in input_files(getattr(value, field.name))]
 
 
 def _with(document: Document, key: str, value: object, place: Place) -> Document:

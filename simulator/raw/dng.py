@@ -60,7 +60,7 @@ def _check(raw: Raw) -> None:
     if raw.dn.dtype != np.uint16 or raw.dn.ndim != 2:
         raise PhotositeError(f"{raw.name}: raw.dn is {raw.dn.dtype} {raw.dn.shape}: a raw frame is uint16 (height, width)")
     for side, pixels in zip(("height", "width"), raw.dn.shape, strict=True):
-        rule = f"raw converters read frames of {SMALLEST_SIDE_PX} to {LARGEST_SIDE_PX} px a side"
+        rule = f"raw converters read frames of {SMALLEST_SIDE_PX} to {LARGEST_SIDE_PX} px a side; set camera.window"
         require(SMALLEST_SIDE_PX <= pixels <= LARGEST_SIDE_PX, f"{raw.name}: camera.{side}", f"{pixels} px", rule)
     if raw.dn.nbytes + 2**20 > tiff.LARGEST_FILE_BYTES:  # thumbnail and tags stay well below 1 MiB
         size = f"{raw.dn.shape[1]} x {raw.dn.shape[0]} px"

@@ -1,6 +1,7 @@
 """Arrays to and from picture files through OpenImageIO, with every failure told."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 
@@ -22,6 +23,15 @@ def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[s
     channels: names, where the format has them. attributes: OpenImageIO metadata, for example compression="none".
     Raises PhotositeError when the file cannot be written.
     """
+    with atomic_write(path) as temporary:
+        put_picture(temporary, pixels, channels, **attributes)
+
+
+def put_picture(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes) -> None:
+    """Write an array as `write_picture` does, straight to a path that `atomic_write` gave.
+
+    Raises OSError, without the path, when the file cannot be written.
+    """
     import OpenImageIO
 
     height, width, count = pixels.shape
@@ -30,18 +40,16 @@ def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[s
         spec.channelnames = channels
     for name, value in {"Software": software(), "DateTime": "", **attributes}.items():  # "": else the clock's time
         spec.attribute(name, value)
-    with atomic_write(path) as temporary:
-        reserve(temporary, pixels.nbytes + pixels.nbytes // 8 + 2**16)
-        output = OpenImageIO.ImageOutput.create(str(temporary))
-        if output is None:
-            raise PhotositeError(f"{path}: OpenImageIO cannot write this kind of file; choose another suffix")
-        done = output.open(str(temporary), spec) and output.write_image(np.ascontiguousarray(pixels))
-        message = output.geterror()  # the PNG writer reports success and leaves its failure here
-        done = output.close() and done
-        message = (message or output.geterror()).strip().split("\n")[0]
-        if not done or message not in ("", _HARMLESS):
-            message = message.replace(str(temporary), str(path)) or "unknown error"
-            raise PhotositeError(f"{path}: cannot be written: {message}; check the disk")
+    reserve(path, pixels.nbytes + pixels.nbytes // 8 + 2**16)
+    output = OpenImageIO.ImageOutput.create(str(path))
+    if output is None:
+        raise OSError(f"OpenImageIO cannot write {path.suffix or 'a file without suffix'}")
+    done = output.open(str(path), spec) and output.write_image(np.ascontiguousarray(pixels))
+    message = output.geterror()  # the PNG writer reports success and leaves its failure here
+    done = output.close() and done
+    message = (message or output.geterror()).strip().split("\n")[0]
+    if not done or message not in ("", _HARMLESS):
+        raise OSError(message.replace(str(path), "the file") or "OpenImageIO gives no reason")
 
 
 def read_picture(path: str | os.PathLike) -> tuple[np.ndarray, tuple[str, ...]]:

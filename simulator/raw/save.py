@@ -10,9 +10,10 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.frame import Raw
-from simulator.raw.dng import write_dng
+from simulator.raw.dng import dng_pieces, write_pieces
 from simulator.raw.files import atomic_write
-from simulator.raw.twin import write_twin
+from simulator.raw.picture import put_picture
+from simulator.raw.twin import twin_picture
 
 
 @dataclass(frozen=True)
@@ -35,17 +36,20 @@ def files_of(name: str, directory: str | os.PathLike) -> SavedFiles:
 def save(raw: Raw, directory: str | os.PathLike) -> SavedFiles:
     """Write `<name>.dng`, `<name>.truth.exr`, then `<name>.json` with the resolved settings.
 
-    All three are written beside and then renamed, the sidecar last: a failure leaves nothing of the new set, and an older
-    sidecar of that name is removed first, so that a set which breaks off halfway does not look complete.
+    All three are written beside and then renamed, the sidecar last: a failure leaves nothing of the new set and all of
+    an older one. An older sidecar goes before the first rename, so that a set which breaks off there does not look complete.
     Raises PhotositeError when the frame does not fit a DNG, the settings are not plain data, or a path cannot be written.
     """
     files = files_of(raw.name, directory)
     settings = sidecar_text(raw)
-    with atomic_write(files.sidecar) as sidecar, atomic_write(files.twin) as twin, atomic_write(files.dng) as dng:
+    mosaic, (pixels, channels, attributes) = dng_pieces(raw), twin_picture(raw)
+    with atomic_write(files.sidecar) as sidecar:
         sidecar.write_text(settings, encoding="utf-8")
-        write_dng(raw, dng)
-        write_twin(raw, twin)
-        files.sidecar.unlink(missing_ok=True)
+        with atomic_write(files.twin) as twin:
+            put_picture(twin, pixels, channels, **attributes)
+            with atomic_write(files.dng) as dng:
+                write_pieces(mosaic, dng)
+                files.sidecar.unlink(missing_ok=True)
     return files
 
 

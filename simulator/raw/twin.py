@@ -18,10 +18,19 @@ NOISE_FREE_DN = "dn.noise_free"  # code without noise and rounding, pedestal inc
 def write_twin(raw: Raw, path: str | os.PathLike) -> None:
     """Write the twin of a raw frame; the file appears complete or not at all.
 
+    Raises PhotositeError when an array has another shape than the mosaic or the path cannot be written.
+    """
+    pixels, channels, attributes = twin_picture(raw)
+    write_picture(path, pixels, channels, **attributes)
+
+
+def twin_picture(raw: Raw) -> tuple[np.ndarray, tuple[str, ...], dict[str, object]]:
+    """Return pixels (height, width, channel), channel names and attributes of a twin.
+
     Channels: electrons.mean [e-] and dn.noise_free [DN], both (height, width) like the mosaic.
     Attributes: Software, photosite:iso, :cfa, :black_level_dn, :white_level_dn and :gain_dn_per_e (K of EMVA 1288;
-    left out of a frame without photon shot noise).
-    Raises PhotositeError when an array has another shape than the mosaic or the path cannot be written.
+    left out of a frame without photon shot noise), and no compression.
+    Raises PhotositeError when an array has another shape than the mosaic.
     """
     planes = {MEAN_ELECTRONS: raw.mean_electrons, NOISE_FREE_DN: raw.noise_free_dn}
     for name, plane in planes.items():
@@ -33,7 +42,7 @@ def write_twin(raw: Raw, path: str | os.PathLike) -> None:
         attributes["gain_dn_per_e"] = gain_dn_per_e
     pixels = np.stack(tuple(planes.values()), axis=-1, dtype=np.float32, casting="same_kind")
     named = {f"photosite:{name}": value for name, value in attributes.items()}
-    write_picture(path, pixels, tuple(planes), compression="none", **named)
+    return pixels, tuple(planes), {"compression": "none", **named}
 
 
 def read_twin(path: str | os.PathLike) -> dict[str, np.ndarray]:

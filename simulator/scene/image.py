@@ -12,7 +12,7 @@ from simulator.scene import Scene
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.color_channels import color_channels, to_linear
 from simulator.scene.depth import Depth, DepthChannel, check_depth, load_depth
-from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, read_pixels
+from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, memory_for, read_pixels
 from simulator.spectra import WAVELENGTHS_NM, check_illuminant, illuminant, luminance_cd_m2, reflectance_basis
 from simulator.units import CandelasPerSquareMetre, Degrees
 
@@ -49,8 +49,13 @@ class ImageScene:
         """Read the files; three planes for RGB, one for grey.
 
         Raises PhotositeError for a file that is missing, damaged, of a wrong number of channels, or holds NaN,
-        Inf or negative values; for depth of another size, NaN, 0 or less; for a black picture with a mean anchor.
+        Inf or negative values, or does not fit into memory; for depth of another size, NaN, 0 or less; for a black
+        picture with a mean anchor.
         """
+        with memory_for(self.image, "scene.image"):
+            return self._load()
+
+    def _load(self) -> Scene:
         file = read_pixels(self.image, "scene.image")
         depth_channel = self.depth_m.channel if isinstance(self.depth_m, DepthChannel) else "Z"
         stored, notes = color_channels(file, self.layer, depth_channel)

@@ -1,6 +1,8 @@
 """Pictures as stored: channels by name, read whole or refused with the reason."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,6 +40,18 @@ class PixelFile:
         """One channel, (height, width); PhotositeError naming `key` when there is none of that name."""
         require(name in self.channels, key, name, f"no such channel in {self.path}, which has {', '.join(self.channels)}")
         return self.pixels[..., self.channels.index(name)]
+
+
+@contextmanager
+def memory_for(path: str | os.PathLike, key: str) -> Iterator[None]:
+    """Turn a MemoryError of the block, which loads `path`, into a PhotositeError that names key and file."""
+    try:
+        yield
+    except MemoryError as error:
+        detail = str(error) or "out of memory"
+        raise PhotositeError(
+            f"{key} = {path}: does not fit into memory ({detail}); scale it down or end other programs"
+        ) from None
 
 
 def read_pixels(path: str | os.PathLike, key: str) -> PixelFile:

@@ -11,7 +11,7 @@ from simulator.errors import PhotositeError, require
 from simulator.scene import Scene
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.depth import Depth, check_depth, load_depth
-from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, read_pixels
+from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, memory_for, read_pixels
 from simulator.scene.wavelengths import common_grid, named_wavelengths, read_wavelengths
 from simulator.spectra import check_illuminant, illuminant, luminance_cd_m2
 from simulator.units import CandelasPerSquareMetre, Degrees
@@ -50,8 +50,13 @@ class SpectralCubeScene:
         """Read the cube.
 
         Raises PhotositeError for files that are missing, damaged or of the wrong size, for wavelengths that do not
-        match or lie outside 380 to 780 nm, for NaN, Inf and negative values, and for a black cube with a luminance.
+        match or lie outside 380 to 780 nm, for NaN, Inf and negative values, for a black cube with a
+        luminance, and for a cube that does not fit into memory.
         """
+        with memory_for(self.spectral_cube, "scene.spectral_cube"):
+            return self._load()
+
+    def _load(self) -> Scene:
         file = read_pixels(self.spectral_cube, "scene.spectral_cube")
         bands, own_nm = self._bands(file)
         keep, grid_nm, basis, notes = common_grid(own_nm, self.spectral_cube.name)

@@ -55,7 +55,7 @@ class SpectralResponse:
         rule = f"needs {grid.size} lines, one per wavelength, of 3 values (red, green, blue), or of 1 without a colour filter"
         require(fits, "camera.response.quantum_efficiency", f"shape {table.shape}", rule)
         ascends = bool((np.diff(grid) > 0).all())
-        require(ascends, "camera.response.wavelengths", f"{grid} nm", "give ascending wavelengths")
+        require(ascends, "camera.response.wavelengths", f"{grid[0]:g} to {grid[-1]:g} nm", "give ascending wavelengths")
         good = bool(np.isfinite(table).all()) and table.min() >= 0
         require(good, "camera.response.quantum_efficiency", table.min(), "electrons per photon are not negative")
 
