@@ -6,7 +6,7 @@
 
 INLINE float irradiance(const float radiance, const uint x, const uint y, constant float *parameters) {
     const float dx = ((float)x + 0.5f) - IRRADIANCE_CENTRE_X_PX;
-    const float dy = ((float)y + 0.5f) - IRRADIANCE_CENTRE_Y_PX;
+    const float dy = IRRADIANCE_CENTRE_Y_PX - ((float)y + 0.5f); // in another shape than dx: alike, some compilers pair them
     const float cos2 = reciprocal(1.0f + (dx * dx + dy * dy) * IRRADIANCE_TAN2_PER_PX2);
     return radiance * IRRADIANCE_SOLID_ANGLE_SR * (cos2 * cos2);
 }

@@ -1,9 +1,7 @@
 // Standard normal numbers from random words by Box and Muller (1958): sqrt(-2 ln u) times the cosine and the sine of 2 pi v.
 #ifndef NORMAL_H
 #define NORMAL_H
-#include "plain_math.h"
-
-struct normals { float first, second; };
+#include "uniform.h"
 
 // sin(2 pi t) for t in [-1/4, 1/4] turns, error below 1e-7 (fit as in plain_math.h).
 INLINE float sine_of_turn(const float t) {
@@ -13,7 +11,7 @@ INLINE float sine_of_turn(const float t) {
 
 // sqrt(-2 ln u), u in (0, 1] from 31 bits, so that the tail reaches 6.7 sigma.
 INLINE float normal_radius(const uint word) {
-    const float square = -2.0f * natural_log(((float)(int)(word >> 1) + 0.5f) * 4.656612873077393e-10f);
+    const float square = 2.0f * exponential_variate(word);
     return square > 1e-30f ? square * reciprocal_square_root(square) : 0.0f;
 }
 
@@ -25,8 +23,8 @@ INLINE float normal_one(const uint word0, const uint word1) {
 
 // Two words -> two independent N(0, 1). Whole quarter turns by the top bits, t in [-1/2, 1/2) of a quarter for the rest.
 // Cosine and sine are different polynomials on purpose: two alike are paired up by some compilers before they vectorise
-// across photosites, which then fails.
-INLINE struct normals normal_two(const uint word0, const uint word1) {
+// across photosites, which then fails. For the same reason no struct of two floats is returned.
+INLINE void normal_two(const uint word0, const uint word1, float *first, float *second) {
     const float radius = normal_radius(word0);
     const uint quarter = (word1 + 0x20000000u) >> 30;
     const float t = (float)(int)(word1 - (quarter << 30)) * 9.313225746154785e-10f;
@@ -34,10 +32,9 @@ INLINE struct normals normal_two(const uint word0, const uint word1) {
     const float cosine = 1.0f + s * (-1.233700541f + s * (2.536692039e-01f + s * (-2.086007132e-02f + s * 9.036317026e-04f)));
     const float sine = t * (1.570796322f + s * (-6.459634786e-01f + s * (7.968022808e-02f + s * -4.602176997e-03f)));
     const int odd = quarter & 1u;
-    const float first = odd ? sine : cosine, second = odd ? cosine : sine;
-    const struct normals pair = {radius * ((quarter == 1u || quarter == 2u) ? -first : first),
-                                 radius * ((quarter & 2u) ? -second : second)};
-    return pair;
+    const float along = odd ? sine : cosine, across = odd ? cosine : sine;
+    *first = radius * ((quarter == 1u || quarter == 2u) ? -along : along);
+    *second = radius * ((quarter & 2u) ? -across : across);
 }
 
 #endif

@@ -40,21 +40,21 @@ INLINE float natural_log(const float x) {
     return f * p + (float)exponent * 6.931471806e-01f;
 }
 
-// e^-x for 0 <= x <= 5: power of two times polynomial on [-1/2, 1/2]; relative error below 5e-7.
-INLINE float exponential_of_minus(const float x) {
+// Nearest integer, ties to even, for |x| < 2^22 (adding 1.5 * 2^23 leaves no fraction bits).
+INLINE float nearest(const float x) { return (x + 12582912.0f) - 12582912.0f; }
+
+// e^x for -80 <= x <= 80: power of two times polynomial on [-1/2, 1/2]; relative error below 5e-7 * max(1, |x|).
+INLINE float exponential(const float x) {
     const float scaled = x * 1.442695041f;
-    const int whole = (int)(scaled + 0.5f);
-    const float t = (float)whole - scaled;
+    const float whole = nearest(scaled);
+    const float t = scaled - whole;
     float p = 1.327647174e-03f;
     p = p * t + 9.675541540e-03f;
     p = p * t + 5.550713276e-02f;
     p = p * t + 2.402211972e-01f;
     p = p * t + 6.931469671e-01f;
     p = p * t + 1.0f;
-    return p * as_float((uint)(127 - whole) << 23);
+    return p * as_float((uint)(127 + (int)whole) << 23);
 }
-
-// Nearest integer, ties to even, for |x| < 2^22 (adding 1.5 * 2^23 leaves no fraction bits).
-INLINE float nearest(const float x) { return (x + 12582912.0f) - 12582912.0f; }
 
 #endif

@@ -3,13 +3,15 @@
 // 1/mean are Giles' Q3 (2016, ACM TOMS 42:1, algorithm 955); the next two were fitted here to the exact quantiles for means of
 // 5 to 60. Total variation distance to the exact distribution stays below 7e-5, the variance within 7e-5.
 // Below POISSON_SWITCH: inversion with a fixed trip count, exact to 1e-6 of probability at the upper end.
-// The host defines POISSON_SWITCH, and by POISSON_MEANS which code a launch needs. That is decided by tile for speed: fewer
-// steps do for smaller means, and a photosite's number is the same in each.
+// The host defines POISSON_SWITCH. The code for small means or large ones alone is faster, so each caller says which it needs;
+// a photosite's number is the same in each.
 #ifndef POISSON_H
 #define POISSON_H
 #include "normal.h"
 #include "plain_math.h"
+#include "uniform.h"
 
+// `means`, a constant.
 #define LARGE_MEANS 0    // all at least POISSON_SWITCH
 #define ALL_MEANS 1
 #define SMALL_MEANS 2    // all below POISSON_SWITCH
@@ -29,38 +31,26 @@ INLINE float poisson_expansion(const float mean, const float w) {
 
 // Smallest k with P(X <= k) >= u, written out to be vectorised across photosites. u stays 1e-6 below 1: sums of float32
 // probabilities end up to 8e-7 below it. Behind the last step P(X > k) is below 1e-7: 7 at a mean of 0.5, 14 at 2, 21 at 5.
-INLINE float poisson_inversion(const float mean, const float u) {
-    float probability = exponential_of_minus(mean), below = probability, count = 0.0f;
+INLINE float poisson_inversion(const float mean, const float u, const int means) {
+    float probability = exponential(-mean), below = probability, count = 0.0f;
 #define STEP(k) count += u > below ? 1.0f : 0.0f; probability = probability * (mean * (1.0f / (k))); below = below + probability;
 #define STEPS(k) STEP(k) STEP(k + 1) STEP(k + 2) STEP(k + 3) STEP(k + 4) STEP(k + 5) STEP(k + 6)
     STEPS(1)
-#if POISSON_MEANS != SMALLEST_MEANS
-    STEPS(8)
-#if POISSON_MEANS != SMALLER_MEANS
-    STEPS(15)
-#endif
-#endif
+    if (means != SMALLEST_MEANS) { STEPS(8) }
+    if (means != SMALLEST_MEANS && means != SMALLER_MEANS) { STEPS(15) }
 #undef STEPS
 #undef STEP
     return count;
 }
 
-// mean: >= 0 [e-]. Returns a count [e-].
-INLINE float poisson(const float mean, const uint word0, const uint word1) {
-#if POISSON_MEANS == LARGE_MEANS || POISSON_MEANS == ALL_MEANS
-    const float large = poisson_expansion(POISSON_MEANS == LARGE_MEANS ? mean : larger(mean, POISSON_SWITCH), normal_one(word0, word1));
-#endif
-#if POISSON_MEANS != LARGE_MEANS
-    const float u = smaller((float)(word0 >> 8) * 5.9604644775390625e-08f + 2.98023223876953125e-08f, 0.999999f);
-    const float small = poisson_inversion(smaller(mean, POISSON_SWITCH), u);
-#endif
-#if POISSON_MEANS == LARGE_MEANS
-    return large;
-#elif POISSON_MEANS == ALL_MEANS
+// mean: >= 0 [e-]. normal: N(0, 1), for large means. word: 32 random bits, for small ones. Returns a count [e-].
+INLINE float poisson(const float mean, const float normal, const uint word, const int means) {
+    const float u = smaller(uniform(word), 0.999999f);
+    if (means == LARGE_MEANS) return poisson_expansion(mean, normal);
+    if (means != ALL_MEANS) return poisson_inversion(mean, u, means);
+    const float large = poisson_expansion(larger(mean, POISSON_SWITCH), normal);
+    const float small = poisson_inversion(smaller(mean, POISSON_SWITCH), u, means);
     return mean < POISSON_SWITCH ? small : large;
-#else
-    return small;
-#endif
 }
 
 #endif

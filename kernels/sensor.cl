@@ -1,61 +1,107 @@
-// The sensor: everything that acts on one photosite alone, in one pass. Read top to bottom, this is what happens to light.
+// The sensor: everything that acts on one photosite alone. Read top to bottom, this is what happens to light.
 //
-// electron_radiance: (height, width) float32 [e- s^-1 um^-2 sr^-1] in the colour of each photosite, from the lens.
-// raw:               (height, width) uint16 codes [DN].
-// tiles:             (tiles, 2) uint32, upper left corner (x, y) of each tile in the frame; one work-group per row of a tile.
-// parameters:        (n,) float32; the host defines a macro STEM_FIELD for each number (see simulator/fused.py).
+// input:      (height, width) float32: electron radiance [e- s^-1 um^-2 sr^-1] in the colour of each photosite, from the lens;
+//             for PART == READOUT the collected electrons [e-].
+// output:     (height, width) uint16 codes [DN]; for PART == CHARGE float32 collected electrons [e-].
+// tiles:      (tiles, 2) uint32, upper left corner (x, y) of each tile in the frame; one work-group per pair of rows of a tile.
+// parameters: float32; the host defines a macro STEM_FIELD for each number (see simulator/fused.py).
 // window_x, window_y: the frame's corner on the sensor [px]: random numbers belong to photosites, not to frames.
-// A stage is compiled in when the host defines its name in capitals as 1.
-#include "philox.h"
-#include "normal.h"
+// The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. ROWS, PART: see chance.h and below.
+#include "chance.h"
 #include "irradiance.h"
 #include "exposure.h"
+#include "prnu.h"
 #include "photon_shot_noise.h"
+#include "dead_pixels.h"
 #include "dark_current.h"
+#include "hot_pixels.h"
 #include "full_well.h"
+#include "dsnu.h"
+#include "conversion_gain.h"
 #include "read_noise_before_gain.h"
+#include "random_telegraph_noise.h"
 #include "analog_gain.h"
+#include "column_offset.h"
+#include "row_noise.h"
+#include "banding.h"
 #include "read_noise_after_gain.h"
+#include "color_bias.h"
+#include "nonlinearity.h"
 #include "adc.h"
+#include "digital_gain.h"
 
-#define STREAM_FRAME 0u // one Philox block serves shot noise (words a, b) and both read noises (words c, d)
+#define WHOLE 0   // PART: all of the chain,
+#define CHARGE 1  // from light to electrons in the well,
+#define READOUT 2 // or from there to the code. Two parts when neighbours share charge in between.
+#if PART == CHARGE
+typedef float result_type;
+#else
+typedef ushort result_type;
+#endif
 
-// Dimension 0 runs over a tile's columns, 1 over its rows, 2 over the tiles of this launch, which are all of one shape.
-kernel void sensor(global const float *restrict electron_radiance, global ushort *restrict raw, global const uint *restrict tiles,
-                   constant float *restrict parameters, const uint width, const uint window_x, const uint window_y,
-                   const uint frame_seed) {
-    const size_t tile = get_group_id(2);
-    const uint column = tiles[2 * tile] + get_local_id(0), row = tiles[2 * tile + 1] + get_group_id(1);
-    const size_t index = (size_t)row * width + column;
-    const uint x = column + window_x, y = row + window_y;
-
-    const struct words counter = {y, x, 0u, STREAM_FRAME}; // y first: what a row has in common is then computed once for it
-    const struct words random = philox(counter, frame_seed, 0u);
-    const struct normals readout = normal_two(random.c, random.d);
-
-    float signal = electron_radiance[index];
+INLINE float charge(float signal, const uint x, const uint y, const float *chance, const uint word, const uint frame_seed,
+                    const uint body_seed, constant float *parameters) {
     signal = irradiance(signal, x, y, parameters);
     signal = exposure(signal, parameters);
-#if PHOTON_SHOT_NOISE
-    signal = photon_shot_noise(signal, random);
+    if (PRNU) signal = prnu(signal, chance[RESPONSE], parameters);
+    if (PHOTON_SHOT_NOISE) signal = photon_shot_noise(signal, chance[SHOT], word);
+    if (DEAD_PIXELS) signal = dead_pixels(signal, x, y, body_seed, parameters);
+    if (DARK_CURRENT) signal = dark_current(signal, x, y, frame_seed, parameters);
+    if (HOT_PIXELS) signal = hot_pixels(signal, x, y, frame_seed, body_seed, parameters);
+    if (FULL_WELL) signal = full_well(signal, parameters);
+    return signal;
+}
+
+INLINE float readout(float signal, const uint x, const uint y, const float *chance, const uint frame_seed,
+                     const uint body_seed, constant float *parameters) {
+    if (DSNU) signal = dsnu(signal, chance[OFFSET], parameters);
+    if (CONVERSION_GAIN) signal = conversion_gain(signal, parameters);
+    if (READ_NOISE_BEFORE_GAIN) signal = read_noise_before_gain(signal, chance[BEFORE], x, y, body_seed, parameters);
+    if (RANDOM_TELEGRAPH_NOISE) signal = random_telegraph_noise(signal, x, y, frame_seed, body_seed, parameters);
+    if (ANALOG_GAIN) signal = analog_gain(signal, parameters);
+    if (COLUMN_OFFSET) signal = column_offset(signal, x, body_seed, parameters);
+    if (ROW_NOISE) signal = row_noise(signal, y, frame_seed, parameters);
+    if (BANDING) signal = banding(signal, y, frame_seed, parameters);
+    if (READ_NOISE_AFTER_GAIN) signal = read_noise_after_gain(signal, chance[AFTER], parameters);
+    if (COLOR_BIAS) signal = color_bias(signal, x, y, parameters);
+    if (NONLINEARITY) signal = nonlinearity(signal, parameters);
+    if (ADC) signal = adc(signal, parameters);
+    if (DIGITAL_GAIN) signal = digital_gain(signal, parameters);
+    return signal;
+}
+
+INLINE float photosite(float signal, const uint x, const uint y, const float *chance, const uint word, const uint frame_seed,
+                       const uint body_seed, constant float *parameters) {
+    if (PART != READOUT) signal = charge(signal, x, y, chance, word, frame_seed, body_seed, parameters);
+    if (PART != CHARGE) signal = readout(signal, x, y, chance, frame_seed, body_seed, parameters);
+    return signal;
+}
+
+// Dimension 0 runs over a tile's columns, 1 over its pairs of rows, 2 over the tiles of this launch, all of one shape.
+kernel void sensor(global const float *restrict input, global result_type *restrict output, global const uint *restrict tiles,
+                   constant float *restrict parameters, const uint width, const uint window_x, const uint window_y,
+                   const uint frame_seed, const uint body_seed) {
+    const size_t tile = get_group_id(2);
+    const uint column = tiles[2 * tile] + get_local_id(0), row = tiles[2 * tile + 1] + 2 * get_group_id(1);
+    const uint x = column + window_x, y = row + window_y;
+    size_t index = (size_t)row * width + column;
+    const struct words frame = block_of(x, y, STREAM_FRAME, frame_seed, 0u);
+    const struct words count = block_of(x, y, STREAM_COUNT, frame_seed, 0u);
+    const struct words body = block_of(x, y, STREAM_BODY, body_seed, 1u);
+    float chance[CHANCES], other_shot;
+    normal_two(frame.a, frame.d, &chance[SHOT], &other_shot);
+    uint zero = zero_after(other_shot);
+#if ROWS & FIRST_ROW
+    chance_of_row(frame.b ^ zero, angle_of_first(frame), body.b, angle_of_first(body), chance);
+    const float first = photosite(input[index], x, y & ~1u, chance, count.a, frame_seed, body_seed, parameters);
+    output[index] = (result_type)first;
+    index = index + width;
+    zero = zero_after(first);
 #endif
-#if DARK_CURRENT
-    signal = dark_current(signal, x, y, frame_seed, parameters);
+#if ROWS & SECOND_ROW
+    chance[SHOT] = other_shot;
+    chance_of_row(frame.c ^ zero, angle_of_second(frame), body.c, angle_of_second(body), chance);
+    const float second = as_float(as_uint(input[index]) ^ zero);
+    output[index] = (result_type)photosite(second, x, y | 1u, chance, count.b, frame_seed, body_seed, parameters);
 #endif
-#if FULL_WELL
-    signal = full_well(signal, parameters);
-#endif
-#if READ_NOISE_BEFORE_GAIN
-    signal = read_noise_before_gain(signal, readout.first, parameters);
-#endif
-#if ANALOG_GAIN
-    signal = analog_gain(signal, parameters);
-#endif
-#if READ_NOISE_AFTER_GAIN
-    signal = read_noise_after_gain(signal, readout.second, parameters);
-#endif
-#if ADC
-    signal = adc(signal, parameters);
-#endif
-    raw[index] = (ushort)signal;
 }

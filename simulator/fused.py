@@ -2,8 +2,7 @@
 
 import re
 import zlib
-from dataclasses import fields
-from enum import IntEnum
+from functools import cache
 
 import numpy as np
 
@@ -11,33 +10,32 @@ from simulator.device import kernel_source
 from simulator.exposure import Integration
 from simulator.lens import Irradiance
 from simulator.sensor import STAGES
+from simulator.sensor.poisson_means import POISSON_SWITCH_E
 from simulator.stage import Stage
 
-POISSON_SWITCH_E = 5.0  # below this mean the Poisson expansion is off by more than 1e-4; kernels/poisson.h inverts there
 FUSED = {Irradiance.stem: Irradiance, Integration.stem: Integration, **STAGES}
-
-
-SMALL_MEANS_E = (POISSON_SWITCH_E, 2.0, 0.5)  # greatest means of SMALL, SMALLER, SMALLEST
-
-
-class PoissonMeans(IntEnum):
-    """Means that a launch can count, as kernels/poisson.h numbers them."""
-
-    LARGE = 0
-    ALL = 1
-    SMALL = 2
-    SMALLER = 3
-    SMALLEST = 4
 
 
 def stage_order() -> tuple[str, ...]:
     """Stems of the fused stages as they stand in kernels/sensor.cl: order is physics and is written there only."""
-    return tuple(re.findall(r"^\s*signal = (\w+)\(", _sensor_page(), re.MULTILINE))
+    return CHARGE_STAGES + READOUT_STAGES
 
 
-def _sensor_page() -> str:
+def _stages_of(function: str) -> tuple[str, ...]:
+    """Stems of the stages that a function of kernels/sensor.cl calls."""
     text = kernel_source("sensor.cl")
-    return text[text.index("kernel void sensor(") :]
+    body = text[text.index(f"INLINE float {function}(") :]
+    return tuple(re.findall(r"^\s*(?:if \(\w+\) )?signal = (\w+)\(signal", body[: body.index("\n}")], re.MULTILINE))
+
+
+CHARGE_STAGES, READOUT_STAGES = _stages_of("charge"), _stages_of("readout")
+
+
+@cache
+def _macros(stem: str) -> tuple[tuple[str, str], ...]:
+    """Macros that the kernel reads of a stage, each with a value that lets the code of an absent stage compile."""
+    names = sorted(set(re.findall(rf"\b({stem.upper()}_\w+)(\[?)", kernel_source("sensor.cl"))))
+    return tuple((name, "parameters" if bracket else "0") for name, bracket in names if not name.endswith("_H"))
 
 
 def sensor_defines(stages: tuple[Stage, ...]) -> tuple[dict[str, object], np.ndarray]:
@@ -46,14 +44,29 @@ def sensor_defines(stages: tuple[Stage, ...]) -> tuple[dict[str, object], np.nda
     Each stage is a macro 1 or 0, each of its numbers a macro STEM_FIELD that reads the array (so that another
     ISO needs no new build), and STEM_STREAM its own stream of random numbers.
     """
-    values = {name: value for stage in stages for name, value in stage.kernel_parameters().items()}
-    present = {stage.stem for stage in stages}
+    defines: dict[str, object] = {"POISSON_SWITCH": f"{POISSON_SWITCH_E}f"}
+    present = {stage.stem: stage for stage in stages}
+    values: list[float] = []
+    for stem in FUSED:
+        prefix = stem.upper()
+        defines[prefix] = int(stem in present)
+        defines.update(_macros(stem))
+        defines[f"{prefix}_STREAM"] = f"{zlib.crc32(stem.encode())}u"
+        if stem in present:
+            defines.update(_stage_defines(present[stem], values))
+    return defines, np.array(values, dtype=np.float32)
+
+
+def _stage_defines(stage: Stage, values: list[float]) -> dict[str, object]:
+    """Macros of one stage; its numbers are appended to the array."""
     defines: dict[str, object] = {}
-    for stem, stage_class in FUSED.items():
-        defines[stem.upper()] = int(stem in present)
-        defines[f"{stem}_STREAM".upper()] = f"{zlib.crc32(stem.encode())}u"
-        if stem not in present:
-            defines.update({f"{stem}_{field.name}".upper(): "0.0f" for field in fields(stage_class)})
-    defines["POISSON_SWITCH"] = f"{POISSON_SWITCH_E}f"
-    defines.update({name: f"parameters[{index}]" for index, name in enumerate(values)})
-    return defines, np.array(list(values.values()), dtype=np.float32)
+    for name, value in stage.kernel_values().items():
+        macro = f"{stage.stem}_{name}".upper()
+        if isinstance(value, tuple):
+            defines[macro], defines[f"{macro}_COUNT"] = f"(parameters + {len(values)})", len(value)
+            values.extend(value)
+        else:
+            defines[macro] = f"parameters[{len(values)}]"
+            values.append(float(value))
+    switches = {f"{stage.stem}_{name}".upper(): value for name, value in stage.kernel_switches().items()}
+    return defines | switches

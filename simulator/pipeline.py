@@ -14,7 +14,7 @@ from simulator.errors import PhotositeError
 from simulator.frame import Raw
 from simulator.fused import sensor_defines
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
-from simulator.readout import sense
+from simulator.readout import averaged, mixed, read_out, shared_charge
 from simulator.shot import Shot
 
 Progress = Callable[[str, float], None]
@@ -35,7 +35,7 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     tell("light", 0.1)
     mosaic = expose_mosaic(planned, opened, lambda share: tell("light", 0.1 + 0.7 * share))
     tell("sensor", 0.8)
-    dn = read_out(planned, opened, mosaic, shot.seeds.frame)
+    dn = read_out(planned, opened, mosaic, shot.seeds)
     tell("truth", 0.9)
     mean_electrons, noise_free_dn = truth(planned, opened, mosaic)
     tell("done", 1.0)
@@ -67,40 +67,38 @@ def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], Non
         planes=planes,
     )
     if planned.layers is not None:
-        return blurred_mosaic(planned, device, planes, progress)
+        mosaic = blurred_mosaic(planned, device, planes, progress)
+        return mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares)
     mosaic = device.empty((frame.height, frame.width), np.float32)
     kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
     arguments = projection_arguments(planned, frame.x, frame.y)
     device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
-    return mosaic
-
-
-def read_out(planned: Plan, device: Device, mosaic, frame_seed: int) -> np.ndarray:
-    """Codes (height, width) uint16 of the fused sensor kernel."""
-    frame = planned.frame
-    codes = device.empty((frame.height, frame.width), np.uint16)
-    sense(planned, device, mosaic, codes, frame_seed)
-    return device.download(codes, (frame.height, frame.width), np.uint16)
+    return mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares)
 
 
 def truth(planned: Plan, device: Device, mosaic) -> tuple[np.ndarray, np.ndarray]:
-    """Mean electrons [e-] and noise-free codes [DN], (height, width) float32 each."""
+    """Mean electrons [e-] and noise-free codes [DN] of the photosites that are given out, float32 each."""
     frame = planned.frame
     shape = (frame.height, frame.width)
     defines, parameters = sensor_defines(planned.stages)
-    mean_electrons, noise_free = device.empty(shape, np.float32), device.empty(shape, np.float32)
+    mean_electrons, signal = device.empty(shape, np.float32), device.empty(shape, np.float32)
+    numbers = device.upload(parameters)
     device.run(
-        device.kernel("truth", defines),
+        device.kernel("mean_charge", defines, file="truth.cl"),
         shape[::-1],
         None,
         electron_radiance=mosaic,
         mean_electrons=mean_electrons,
-        noise_free=noise_free,
-        parameters=device.upload(parameters),
+        signal=signal,
+        parameters=numbers,
         window_x=frame.x,
         window_y=frame.y,
     )
-    return device.download(mean_electrons, shape, np.float32), device.download(noise_free, shape, np.float32)
+    mean_electrons, signal = (shared_charge(planned, device, buffer) for buffer in (mean_electrons, signal))
+    read = planned.layout.read
+    kernel = device.kernel("noise_free", defines, file="truth.cl")
+    device.run(kernel, (read.width, read.height), None, signal=signal, parameters=numbers)
+    return tuple(averaged(planned, device, buffer)[planned.layout.kept] for buffer in (mean_electrons, signal))
 
 
 def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_free_dn) -> Raw:

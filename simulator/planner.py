@@ -1,6 +1,6 @@
 """The plan of a shot: what is computed, what is skipped and why. Executing it is the pipeline's work."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -8,7 +8,8 @@ from simulator.color import as_shot_neutral, color_matrix
 from simulator.defocus import SHARP_PX, Layers, plan_layers
 from simulator.errors import PhotositeError
 from simulator.exposure import Integration
-from simulator.fused import stage_order
+from simulator.fused import CHARGE_STAGES, READOUT_STAGES, stage_order
+from simulator.layout import Layout, plan_layout
 from simulator.lens import Irradiance
 from simulator.projection import Projection, plan_projection
 from simulator.scene import Scene
@@ -39,13 +40,14 @@ class Plan:
     camera: Camera
     weights: np.ndarray
     projection: Projection
+    layout: Layout
     layers: Layers | None
     stages: tuple[Stage, ...]
     steps: tuple[Step, ...]
 
     @property
     def frame(self) -> Window:
-        """Photosites that are read out."""
+        """Photosites that are computed."""
         return self.camera.frame
 
     def stage(self, stem: str) -> Stage | None:
@@ -54,20 +56,28 @@ class Plan:
 
     def moments(self, mean_electrons: float) -> Moments:
         """Mean and variance of the code [DN] for a photosite that expects these photoelectrons."""
-        signal = Moments(mean_electrons, 0.0)
-        for stage in self.stages:
-            if stage.stem in STAGES:
+        signal, binning = Moments(mean_electrons, 0.0), self.layout.binning
+        sensor = [stage for stage in self.stages if stage.stem in STAGES]
+        for stage in sensor:
+            if stage.stem in CHARGE_STAGES:
                 signal = stage.moments(signal)
-        return signal
+        signal = self.layout.crosstalk.of_charge(signal)
+        signal = signal if binning is None else binning.of_charge(signal)
+        for stage in sensor:
+            if stage.stem in READOUT_STAGES:
+                signal = stage.moments(signal)
+        return signal if binning is None else binning.of_code(signal)
 
     def electrons_per_radiance(self) -> tuple[float, float]:
-        """Mean electrons per electron radiance at the frame's darkest photosite and on the axis, a little beyond either."""
+        """Mean electrons per electron radiance at the frame's darkest and brightest photosite, a little beyond either."""
         irradiance, integration, frame = self.stage("irradiance"), self.stage("exposure"), self.frame
         dx = max(abs(frame.x - irradiance.centre_x_px), abs(frame.x + frame.width - irradiance.centre_x_px))
         dy = max(abs(frame.y - irradiance.centre_y_px), abs(frame.y + frame.height - irradiance.centre_y_px))
         cos4 = 1.0 / (1.0 + (dx**2 + dy**2) * irradiance.tan2_per_px2) ** 2
         on_axis = irradiance.solid_angle_sr * integration.time_s * integration.collecting_area_um2
-        return 0.9999 * cos4 * on_axis, 1.0001 * on_axis
+        response = self.stage("prnu")
+        reach = 0.0 if response is None else 6.8 * response.sigma  # of the normal numbers of kernels/normal.h
+        return 0.9999 * cos4 * on_axis * max(0.0, 1.0 - reach), 1.0001 * on_axis * (1.0 + reach)
 
     def memory_bytes(self) -> int:
         """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
@@ -80,8 +90,11 @@ class Plan:
 
     def white_level_dn(self) -> int:
         """Largest code the frame can reach: of the full well or of the ADC, whichever is lower [DN]."""
-        adc, well = self.stage("adc"), self.stage("full_well")
-        return adc.max_code if well is None else min(adc.max_code, int(self.moments(well.capacity_e).mean))
+        adc, well, digital = self.stage("adc"), self.stage("full_well"), self.stage("digital_gain")
+        top_dn = float(adc.max_code)
+        if digital is not None:
+            top_dn = min(top_dn, digital.moments(Moments(top_dn, 0.0)).mean)
+        return int(top_dn if well is None else min(top_dn, self.moments(well.capacity_e).mean))
 
     def noise_profile(self) -> tuple[float, float]:
         """S and O of DNG's NoiseProfile: variance = S x + O, x from 0 at black to 1 at white (DNG 1.4)."""
@@ -101,7 +114,8 @@ class Plan:
 
 def plan(shot: Shot) -> Plan:
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
-    scene, camera = shot.scene.load(), shot.camera
+    layout = plan_layout(shot.camera)
+    scene, camera = shot.scene.load(), replace(shot.camera, window=layout.computed)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
@@ -109,9 +123,8 @@ def plan(shot: Shot) -> Plan:
     layers = plan_layers(shot.lens, camera.pixel_pitch_um, scene.depth_m)
     fused = _fused_stages(shot)
     stages = tuple(fused[stem] for stem in stage_order() if stem in fused)
-    return Plan(
-        scene, camera, weights.astype(np.float32), projection, layers, stages, _steps(scene, camera, projection, layers, fused)
-    )
+    steps = _steps(scene, camera, projection, layers, layout, fused)
+    return Plan(scene, camera, weights.astype(np.float32), projection, layout, layers, stages, steps)
 
 
 def _fused_stages(shot: Shot) -> dict[str, Stage]:
@@ -149,7 +162,7 @@ def projection_arguments(planned: Plan, origin_x: int, origin_y: int) -> dict[st
     }
 
 
-def _steps(scene, camera, projection, layers, fused) -> tuple[Step, ...]:
+def _steps(scene, camera, projection, layers, layout, fused) -> tuple[Step, ...]:
     bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
     steps = [
         Step(
@@ -160,17 +173,25 @@ def _steps(scene, camera, projection, layers, fused) -> tuple[Step, ...]:
         Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {_samples(projection)}"),
         _defocus_step(layers),
     ]
+    sharing = {"light": layout.crosstalk.optical_shares, "charge": layout.crosstalk.electrical_shares}
+    for what, shares in sharing.items():
+        told = f"{shares[0]:g} to each neighbour beside, {shares[1]:g} at the corners" if any(shares) else "nothing is shared"
+        steps.append(Step(f"crosstalk of {what}", any(shares), told))
     for stem in stage_order():
         stage = fused.get(stem)
         if stage is None:
             steps.append(Step(stem, False, "the camera file has no such section, or its value is 0"))
         else:
-            numbers = ", ".join(
-                f"{name.removeprefix(stem.upper() + '_').lower()} = {value:.6g}"
-                for name, value in stage.kernel_parameters().items()
-            )
+            numbers = ", ".join(f"{name} = {_number(value)}" for name, value in stage.kernel_values().items())
             steps.append(Step(stem, True, numbers or "no parameters"))
+    binning = layout.binning
+    told = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
+    steps.append(Step("binning", binning is not None, told))
     return tuple(steps)
+
+
+def _number(value: float | tuple[float, ...]) -> str:
+    return f"{len(value)} values" if isinstance(value, tuple) else f"{value:.6g}"
 
 
 def _samples(projection: Projection) -> str:

@@ -15,6 +15,22 @@ def edges(extent: int, size: int) -> np.ndarray:
     return np.linspace(0, extent, parts + 1).astype(np.int64)
 
 
+def pair_edges(first: int, extent: int, size: int) -> np.ndarray:
+    """Borders of row tiles that keep pairs of sensor rows (2 n, 2 n + 1) together: (tiles + 1,) from 0 to extent.
+
+    first: sensor row of row 0. Half a pair at either end is a tile of its own. size: 2 or more.
+    """
+    start = first % 2 if extent > 1 else 0
+    pairs = (extent - start) // 2
+    inner = start + 2 * edges(pairs, size // 2) if pairs else np.array([start])
+    return np.unique(np.concatenate([[0], inner, [extent]])).astype(np.int64)
+
+
+def rows_of_pairs(first: int, rows: np.ndarray) -> np.ndarray:
+    """Which rows of its pairs each tile of `pair_edges` holds: 1 the first, 2 the second, 3 both."""
+    return np.where(np.diff(rows) > 1, 3, np.where((rows[:-1] + first) % 2 == 0, 1, 2))
+
+
 def group_by_shape(columns: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> dict[tuple[int, int], np.ndarray]:
     """Wanted tiles by (width, height): (tiles, 2) uint32 of x, y. wanted: (tile rows, tile columns) bool."""
     tile_y, tile_x = np.nonzero(wanted)

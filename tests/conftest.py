@@ -9,14 +9,15 @@ import pytest
 from simulator.device import expanded, open_device
 from simulator.exposure import Exposure
 from simulator.fused import FUSED, stage_order
+from simulator.layout import plan_layout
 from simulator.lens import ThinLens
 from simulator.planner import plan
-from simulator.readout import sense
+from simulator.readout import read_out
 from simulator.scene import Scene
 from simulator.sensor.adc import Adc
 from simulator.sensor.analog_gain import AnalogGain
 from simulator.sensor.camera import Camera, IsoSetting, SpectralResponse, Window
-from simulator.shot import Shot
+from simulator.shot import Seeds, Shot
 from simulator.stage import Stage
 
 
@@ -71,14 +72,14 @@ class Bench:
         self.device = device
 
     def header(
-        self, include: str, expression: str, arrays: dict[str, np.ndarray], defines=None, dtype=np.float32
+        self, include: str, expression: str, arrays: dict[str, np.ndarray], defines=None, dtype=np.float32, function=""
     ) -> np.ndarray:
-        """`expression` of a kernel header, evaluated at every element of 1-D arrays named as in it."""
+        """`expression` of a kernel header (and a function), evaluated at every element of 1-D arrays named as in it."""
         kinds = {"float32": "float", "uint32": "uint"}
         names = ", ".join(f"global const {kinds[str(a.dtype)]} *{n}_" for n, a in arrays.items())
         reads = " ".join(f"const {kinds[str(a.dtype)]} {n} = {n}_[i];" for n, a in arrays.items())
         source = (
-            f'#include "{include}"\nkernel void probe({names}, global {kinds[np.dtype(dtype).name]} *result) '
+            f'#include "{include}"\n{function}\nkernel void probe({names}, global {kinds[np.dtype(dtype).name]} *result) '
             f"{{ const size_t i = get_global_id(0); {reads} result[i] = {expression}; }}"
         )
         count = len(next(iter(arrays.values())))
@@ -93,7 +94,9 @@ class Bench:
         lens = ThinLens(50.0, 8.0, 2.0, cos4=False)
         return plan(Shot(band_scene(np.ones((4, 4))), lens, Exposure(0.01, 100), test_camera()))
 
-    def sensor(self, mean_electrons, *stages: Stage, frame_seed=1, x=0, y=0, gain=1.0, bits=16, black=0.0) -> np.ndarray:
+    def sensor(
+        self, mean_electrons, *stages: Stage, frame_seed=1, body_seed=2, x=0, y=0, gain=1.0, bits=16, black=0.0
+    ) -> np.ndarray:
         """Codes of the fused kernel for these mean electrons (height, width), with only the stages given."""
         mean_electrons = np.asarray(mean_electrons, dtype=np.float32)
         height, width = mean_electrons.shape
@@ -104,10 +107,8 @@ class Bench:
             self._plan.camera, width_px=x + width, height_px=y + height, window=Window(x, y, width, height)
         )
         ordered = tuple(fused[stem] for stem in stage_order() if stem in fused)
-        planned = dataclasses.replace(self._plan, camera=camera, stages=ordered)
-        codes = self.device.empty((height, width), np.uint16)
-        sense(planned, self.device, self.device.upload(mean_electrons), codes, frame_seed)
-        return self.device.download(codes, (height, width), np.uint16)
+        planned = dataclasses.replace(self._plan, camera=camera, layout=plan_layout(camera), stages=ordered)
+        return read_out(planned, self.device, self.device.upload(mean_electrons), Seeds(body_seed, frame_seed))
 
 
 @pytest.fixture(scope="session")

@@ -20,7 +20,7 @@ ORDER = [
     {"device"},
     {"spectra", "scene", "color", "lens", "defocus", "projection", "exposure", "sensor"},
     {"shot", "frame"},
-    {"tiles", "fused"},
+    {"tiles", "fused", "layout"},
     {"planner"},
     {"blur", "readout"},
     {"pipeline"},

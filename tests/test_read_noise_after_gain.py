@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from randomness import accept, correlation_p, mean_p, variance_p
+from scipy import stats
 
 from simulator.errors import PhotositeError
 from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.tukey_lambda import GREATEST_LAMBDA, LEAST_LAMBDA, REACH, tukey_polynomial
 from simulator.stage import Moments
 
 DARK = np.zeros((512, 512))
@@ -32,3 +34,34 @@ def test_a_negative_sigma_is_refused():
 
 def test_moments_add_sigma_squared():
     assert ReadNoiseAfterGain(2.0).moments(Moments(5.0, 1.0)) == Moments(5.0, 5.0)
+
+
+SHAPES = [LEAST_LAMBDA, -0.14, -1e-3, 0.0, 1e-3, 0.13, GREATEST_LAMBDA]
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_tukey_lambda_has_the_sigma_and_the_shape_given(bench, shape):
+    codes = bench.sensor(DARK, ReadNoiseAfterGain(400.0, shape), black=30000.0, frame_seed=6).ravel() - 30000.0
+    scale = 400.0 / stats.tukeylambda.std(shape)  # the scale of such a fit is not its sigma
+    kurtosis = float(stats.tukeylambda.stats(shape, moments="k")) if shape > -0.24 else None  # infinite from -1/4 down
+    checks = {"shape": stats.kstest(codes, stats.tukeylambda(shape, scale=scale).cdf).pvalue}
+    if kurtosis is not None:
+        checks["variance"] = variance_p(codes, 400.0**2, excess_kurtosis=kurtosis)
+    accept(checks)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_polynomial_is_within_2e_5_of_the_distribution_and_within_1e_4_of_its_variance(shape):
+    """Total variation distance in float64: each normal number's share goes where the polynomial sends it."""
+    z = np.linspace(-REACH, REACH, 400_001)
+    value = z * np.polynomial.polynomial.polyval(z * z, tukey_polynomial(shape)) * stats.tukeylambda.std(shape)
+    assert (np.diff(value[np.abs(z) < 6.0]) > 0).all()
+    found, exact = np.diff(stats.norm.cdf(z)), np.diff(stats.tukeylambda.cdf(value, shape))
+    assert 0.5 * np.abs(found - exact).sum() < 2e-5
+    variance = np.sum(0.25 * (value[1:] + value[:-1]) ** 2 * found) / stats.tukeylambda.var(shape)
+    assert abs(variance - 1.0) < (1e-4 if shape > LEAST_LAMBDA else 3e-3)  # its tail beyond 6.7 normal sigmas is cut
+
+
+def test_a_shape_that_was_not_fitted_is_refused():
+    with pytest.raises(PhotositeError, match="tukey_lambda = -0.5: give -0.3 to 0.25"):
+        ReadNoiseAfterGain(1.0, -0.5)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from randomness import accept, correlation_p, mean_p, variance_p
 from scipy import stats
+from scipy.special import polygamma
 
 from simulator.errors import PhotositeError
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
@@ -59,3 +60,25 @@ def test_a_negative_sigma_is_refused():
 
 def test_moments_add_sigma_squared():
     assert ReadNoiseBeforeGain(3.0).moments(Moments(5.0, 1.0)) == Moments(5.0, 10.0)
+
+
+def test_with_a_spread_each_photosite_has_a_sigma_of_its_own_and_the_mean_square_stays(bench):
+    noise = ReadNoiseBeforeGain(200.0, spread=0.3)
+    stack = np.stack([bench.sensor(DARK, noise, black=20000.0, frame_seed=k) for k in range(16)]) - 20000.0
+    squares = stack**2
+    fourth = 3.0 * 200.0**4 * np.exp(4 * 0.3**2)  # E[z^4] E[sigma^4], sigma log-normal
+    own = np.log(squares.mean(axis=0)) / 2  # of sigma; 16 frames scatter by sqrt(trigamma(8)) / 2
+    checks = {
+        "mean square": mean_p(squares[0], 200.0**2, fourth - 200.0**4),
+        "spread": variance_p(own, 0.3**2 + polygamma(1, 8.0) / 4, excess_kurtosis=0.05),
+        "neighbours": correlation_p(own[:, 1:], own[:, :-1]),
+    }
+    accept(checks)
+
+
+def test_the_spread_belongs_to_the_body(bench):
+    noise = ReadNoiseBeforeGain(200.0, spread=0.8)
+    first, second = (np.abs(bench.sensor(DARK, noise, black=30000.0, frame_seed=k) - 30000.0) for k in (1, 2))
+    other = np.abs(bench.sensor(DARK, noise, black=30000.0, frame_seed=3, body_seed=9) - 30000.0)
+    assert correlation_p(np.log1p(first), np.log1p(second)) < 1e-9
+    accept({"another body": correlation_p(np.log1p(first), np.log1p(other))})

@@ -28,7 +28,7 @@ def test_stages_stand_in_physical_order():
     assert set(stage_order()) == set(FUSED)
 
 
-@pytest.mark.parametrize(("width", "height"), [(64, 8), (1000, 1), (333, 32)])
+@pytest.mark.parametrize(("width", "height"), [(64, 8), (1000, 2), (333, 32)])
 def test_tile_size_changes_no_bit(bench, monkeypatch, width, height):
     expected = bench.sensor(picture(), *EVERYTHING, gain=0.7, black=300.0)
     monkeypatch.setattr(bench.device, "row_px", width)

@@ -24,4 +24,4 @@ class AnalogGain(Stage):
 
     def moments(self, signal: Moments) -> Moments:
         """K mean, K^2 var."""
-        return Moments(self.gain_dn_per_e * signal.mean, self.gain_dn_per_e**2 * signal.variance)
+        return signal.scaled(self.gain_dn_per_e)

@@ -9,7 +9,9 @@ import numpy as np
 from simulator.errors import PhotositeError, require
 from simulator.sensor.adc import Adc
 from simulator.sensor.analog_gain import AnalogGain
+from simulator.sensor.binning import Binning
 from simulator.sensor.camera_sections import IsoSetting, SpectralResponse, Window
+from simulator.sensor.crosstalk import Crosstalk
 from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
 from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
 from simulator.stage import Stage
@@ -44,6 +46,8 @@ class Camera:
     fill_factor: float = 1.0
     stages: dict[str, Stage] = field(default_factory=dict)
     window: Window | None = None
+    crosstalk: Crosstalk | None = None
+    binning: Binning | None = None
 
     def __post_init__(self):
         for key, side in (("width", self.width_px), ("height", self.height_px)):
@@ -117,12 +121,18 @@ class Camera:
         """
         setting = self.iso_setting(iso)
         gain, after_dn = setting.gain_dn_per_e, self.read_noise_after_gain_dn
-        stages = {stem: stage.of_shot(exposure_time_s=exposure_time_s) for stem, stage in self.stages.items()}
+        adc = Adc(self.bit_depth, self.black_level_dn)
+        follows = {
+            "exposure_time_s": exposure_time_s,
+            "black_level_dn": adc.black_level_dn,
+            "full_scale_dn": adc.max_code - adc.black_level_dn,
+        }
+        stages = {stem: stage.of_shot(**follows) for stem, stage in self.stages.items()}
         before_e = math.sqrt(setting.read_noise_dn**2 - after_dn**2) / gain
         if before_e > 0:
             stages["read_noise_before_gain"] = ReadNoiseBeforeGain(before_e)
         if after_dn > 0:
             stages["read_noise_after_gain"] = ReadNoiseAfterGain(after_dn)
         stages["analog_gain"] = AnalogGain(gain)
-        stages["adc"] = Adc(self.bit_depth, self.black_level_dn)
+        stages["adc"] = adc
         return stages

@@ -14,4 +14,4 @@ class PhotonShotNoise(Stage):
 
     def moments(self, signal: Moments) -> Moments:
         """Give var + mean (Poisson)."""
-        return Moments(signal.mean, signal.variance + signal.mean)
+        return signal.plus(variance=signal.mean)

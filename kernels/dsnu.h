@@ -1,0 +1,8 @@
+// Dark signal nonuniformity: electrons [e-] -> electrons + sigma * normal [e-], an offset that belongs to the photosite.
+#ifndef DSNU_H
+#define DSNU_H
+#include "conventions.h"
+
+INLINE float dsnu(const float electrons, const float normal, constant float *parameters) { return electrons + DSNU_SIGMA_E * normal; }
+
+#endif

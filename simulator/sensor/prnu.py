@@ -1,0 +1,25 @@
+"""Photo response nonuniformity: photosites differ in sensitivity (EMVA 1288 R4.0, section 4)."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from simulator.errors import require
+from simulator.stage import Moments, Stage
+
+
+@dataclass(frozen=True)
+class Prnu(Stage):
+    """mean electrons *= 1 + N(0, sigma), drawn once for the body.
+
+    sigma: standard deviation of the response, relative to its mean (EMVA 1288: PRNU), 0 to 0.2.
+    """
+
+    stem: ClassVar[str] = "prnu"
+    sigma: float
+
+    def __post_init__(self):
+        require(0 <= self.sigma <= 0.2, "prnu.sigma", self.sigma, "give a share from 0 to 0.2, such as 0.01 for 1 %")
+
+    def moments(self, signal: Moments) -> Moments:
+        """Give fixed var + (sigma mean)^2."""
+        return signal.plus(fixed_variance=(self.sigma * signal.mean) ** 2)

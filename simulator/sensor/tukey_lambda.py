@@ -1,0 +1,36 @@
+"""Tukey-lambda numbers of unit variance as a polynomial in a normal number (quantile function: Hastings et al. 1947)."""
+
+from functools import cache
+
+import numpy as np
+
+LEAST_LAMBDA, GREATEST_LAMBDA = -0.3, 0.25  # the published read noises lie between -0.28 and 0.2
+REACH = 6.7  # largest normal number of kernels/normal.h
+ORDER = 8
+
+
+@cache
+def tukey_polynomial(shape: float) -> tuple[float, ...]:
+    """Coefficients c of z (c[0] + c[1] z^2 + ...) = quantile(Phi(z)) / standard deviation.
+
+    shape: lambda, LEAST_LAMBDA to GREATEST_LAMBDA. The fit weighs errors by what they do to the probability, so the
+    total variation distance to the exact distribution stays below 1e-5 and the variance within 1e-5 of 1.
+    """
+    z = np.linspace(1e-3, REACH, 4000)
+    exact = _quantile(z, shape)
+    slope = (_quantile(z + 1e-4, shape) - _quantile(z - 1e-4, shape)) / 2e-4
+    weight = np.exp(-0.25 * z * z) / slope + 1e-5 / exact
+    scaled = 2.0 * (z / REACH) ** 2 - 1.0
+    matrix = np.polynomial.chebyshev.chebvander(scaled, ORDER) * z[:, np.newaxis]
+    fitted = np.linalg.lstsq(matrix * weight[:, np.newaxis], exact * weight, rcond=None)[0]
+    series = np.polynomial.Chebyshev(fitted, domain=(0.0, REACH**2))
+    return tuple(float(value) for value in series.convert(kind=np.polynomial.Polynomial).coef)
+
+
+def _quantile(z: np.ndarray, shape: float) -> np.ndarray:
+    """Quantile of unit variance at the probability of a normal number; the limit at 0 is the logistic distribution."""
+    from scipy import special, stats
+
+    below, above = special.log_ndtr(z), special.log_ndtr(-z)
+    raw = below - above if shape == 0.0 else np.exp(shape * above) * np.expm1(shape * (below - above)) / shape
+    return raw / stats.tukeylambda.std(shape)
