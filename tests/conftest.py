@@ -14,6 +14,7 @@ from simulator.lens import ThinLens
 from simulator.planner import plan
 from simulator.readout import read_out
 from simulator.scene import Scene
+from simulator.sensor import STAGES
 from simulator.sensor.adc import Adc
 from simulator.sensor.analog_gain import AnalogGain
 from simulator.sensor.camera import Camera, IsoSetting, SpectralResponse, Window
@@ -63,6 +64,28 @@ def test_camera(width=64, height=48, cfa="MONO", **settings) -> Camera:
 
 
 test_camera.__test__ = False
+
+
+NUMBERS = {  # of every stage that a camera file can switch on, all with an effect
+    "banding": (2.0, 30.0),
+    "column_offset": (1.5,),
+    "dark_current": (3.0, 2.0),
+    "dead_pixels": (0.01,),
+    "digital_gain": (1.25, 300.0),
+    "dsnu": (2.0,),
+    "full_well": (20000.0,),
+    "hot_pixels": (0.02, 300.0, 2.0),
+    "nonlinearity": ((0.0, 20.0, -10.0, 0.0), 40000.0),
+    "photon_shot_noise": (),
+    "prnu": (0.02,),
+    "random_telegraph_noise": (0.05, 30.0),
+    "row_noise": (1.0,),
+}
+
+
+def every_stage() -> dict[str, Stage]:
+    """One of each stage that a camera file can switch on."""
+    return {stem: stage(*NUMBERS[stem]) for stem, stage in STAGES.items() if stage.in_camera_stages}
 
 
 class Bench:

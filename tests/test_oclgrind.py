@@ -10,7 +10,14 @@ from pathlib import Path
 
 import pytest
 
-CASES = ["sharp RGGB", "one depth MONO", "depth map GRBG", "depth map window"]
+CASES = [
+    "sharp RGGB",
+    "one depth MONO",
+    "depth map GRBG",
+    "depth map window",
+    "sharp MONO neighbours",
+    "sharp RGGB window neighbours",
+]
 
 pytestmark = [
     pytest.mark.slow,
@@ -29,27 +36,33 @@ def test_nothing_is_reported(case):
 def run(case: str) -> None:
     """Take one small frame with every stage present."""
     import numpy as np
-    from conftest import band_scene, test_camera
+    from conftest import band_scene, every_stage, test_camera
 
     from simulator.device import devices
     from simulator.exposure import Exposure
     from simulator.lens import ThinLens
     from simulator.pipeline import simulate
-    from simulator.sensor import STAGES
+    from simulator.sensor.binning import Binning
     from simulator.sensor.camera import IsoSetting, Window
+    from simulator.sensor.crosstalk import Crosstalk
     from simulator.shot import Shot
 
     rng = np.random.default_rng(0)
     cfa = next((word for word in case.split() if word.isupper()), "RGGB")
-    stages = {"photon_shot_noise": (), "dark_current": (3.0,), "full_well": (1e4,)}
+    neighbours = {"crosstalk": Crosstalk(0.02, 0.01, 0.01, 0.005), "binning": Binning(2)} if "neighbours" in case else {}
     camera = test_camera(
         90,
         40,
         cfa,
         iso_table={100: IsoSetting(0.5, 3.0)},
         read_noise_after_gain_dn=1.0,
-        stages={stem: STAGES[stem](*values) for stem, values in stages.items()},
-        window=Window(31, 17, 50, 20) if "window" in case else None,
+        stages=every_stage(),
+        window=Window(32, 16, 50, 21)
+        if neighbours and "window" in case
+        else Window(31, 17, 50, 20)
+        if "window" in case
+        else None,
+        **neighbours,
     )
     depth = 2.0 if "sharp" in case else 5.0 if "one" in case else rng.uniform(1.7, 2.5, (20, 30)).astype(np.float32)
     scene = band_scene(rng.random((20, 30, camera.channels)), depth)

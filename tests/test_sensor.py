@@ -4,17 +4,23 @@ import re
 
 import numpy as np
 import pytest
+from conftest import every_stage
 
 from simulator import tiles
 from simulator.device import devices, kernel_source, open_device
 from simulator.fused import FUSED, stage_order
-from simulator.sensor.dark_current import DarkCurrent
-from simulator.sensor.full_well import FullWell
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.color_bias import ColorBias
+from simulator.sensor.conversion_gain import ConversionGain
 from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
 from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
 
-EVERYTHING = (PhotonShotNoise(), DarkCurrent(3.0, 2.0), FullWell(20000.0), ReadNoiseBeforeGain(4.0), ReadNoiseAfterGain(2.0))
+EVERYTHING = (
+    *every_stage().values(),
+    ConversionGain(1.5),
+    ReadNoiseBeforeGain(4.0, 0.2),
+    ReadNoiseAfterGain(2.0, -0.1),
+    ColorBias((1.0, 2.0, 3.0, 4.0)),
+)
 
 
 def picture(height=100, width=1100):
@@ -22,9 +28,19 @@ def picture(height=100, width=1100):
 
 
 def test_stages_stand_in_physical_order():
-    light = ["irradiance", "exposure", "photon_shot_noise", "dark_current", "full_well"]
-    chain = [*light, "read_noise_before_gain", "analog_gain", "read_noise_after_gain", "adc"]
-    assert [stem for stem in stage_order() if stem in chain] == chain
+    light = ["irradiance", "exposure", "prnu", "photon_shot_noise", "dead_pixels", "dark_current", "hot_pixels", "full_well"]
+    pixel = ["dsnu", "conversion_gain", "read_noise_before_gain", "random_telegraph_noise", "analog_gain"]
+    column = [
+        "column_offset",
+        "row_noise",
+        "banding",
+        "read_noise_after_gain",
+        "color_bias",
+        "nonlinearity",
+        "adc",
+        "digital_gain",
+    ]
+    assert stage_order() == (*light, *pixel, *column)
     assert set(stage_order()) == set(FUSED)
 
 
@@ -49,9 +65,18 @@ def test_every_device_gives_the_same_bits(bench):
         assert np.array_equal(other.sensor(picture(), *EVERYTHING, gain=0.7, black=300.0), expected), info.label
 
 
-def test_frames_of_any_size_are_covered(bench):
-    for shape in ((1, 1), (3, 511), (33, 513), (64, 1024)):
-        assert (bench.sensor(np.full(shape, 77.0)) == 77).all()
+def test_frames_of_any_size_and_place_are_covered(bench):
+    """Rows go in pairs of the sensor's: frames may begin and end within one."""
+    for shape in ((1, 1), (2, 3), (3, 511), (33, 513), (64, 1024)):
+        for y in (0, 1):
+            assert (bench.sensor(np.full(shape, 77.0), y=y) == 77).all()
+
+
+def test_every_row_of_a_frame_is_that_of_the_whole_however_it_is_cut(bench):
+    whole = bench.sensor(picture(8, 40), *EVERYTHING)
+    for first in range(8):
+        for last in range(first + 1, 9):
+            assert np.array_equal(bench.sensor(picture(8, 40)[first:last], *EVERYTHING, y=first), whole[first:last])
 
 
 def test_kernels_keep_to_plain_operators():
