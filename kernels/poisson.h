@@ -26,7 +26,8 @@ INLINE float poisson_expansion(const float mean, const float w) {
     const float order2 = (-8.0f / 405.0f) + w2 * ((7.0f / 810.0f) + w2 * (1.0f / 270.0f)) + r * order3;
     const float order1 = w * ((-1.0f / 36.0f) - w2 * (1.0f / 72.0f)) + r * order2;
     const float q = mean + (mean * r * w + ((1.0f / 3.0f) + w2 * (1.0f / 6.0f) + r * order1));
-    return (float)(int)larger(0.0f, smaller(q, 2.0e9f));
+    const float whole = (float)(int)larger(0.0f, smaller(q, 8388608.0f));
+    return q < 8388608.0f ? whole : q; // from 2^23 up a float is whole
 }
 
 // Smallest k with P(X <= k) >= u, written out to be vectorised across photosites. u stays 1e-6 below 1: sums of float32

@@ -15,8 +15,8 @@ CASES = [
     "one depth MONO",
     "depth map GRBG",
     "depth map window",
-    "sharp MONO neighbours",
-    "sharp RGGB window neighbours",
+    "sharp MONO near",
+    "sharp RGGB window near",
 ]
 
 pytestmark = [
@@ -49,7 +49,8 @@ def run(case: str) -> None:
 
     rng = np.random.default_rng(0)
     cfa = next((word for word in case.split() if word.isupper()), "RGGB")
-    neighbours = {"crosstalk": Crosstalk(0.02, 0.01, 0.01, 0.005), "binning": Binning(2)} if "neighbours" in case else {}
+    neighbours = {"crosstalk": Crosstalk(0.02, 0.01, 0.01, 0.005), "binning": Binning(2)} if "near" in case else {}
+    window = Window(32, 16, 50, 21) if neighbours else Window(31, 17, 50, 20)
     camera = test_camera(
         90,
         40,
@@ -57,11 +58,7 @@ def run(case: str) -> None:
         iso_table={100: IsoSetting(0.5, 3.0)},
         read_noise_after_gain_dn=1.0,
         stages=every_stage(),
-        window=Window(32, 16, 50, 21)
-        if neighbours and "window" in case
-        else Window(31, 17, 50, 20)
-        if "window" in case
-        else None,
+        window=window if "window" in case else None,
         **neighbours,
     )
     depth = 2.0 if "sharp" in case else 5.0 if "one" in case else rng.uniform(1.7, 2.5, (20, 30)).astype(np.float32)
