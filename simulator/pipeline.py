@@ -110,7 +110,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         noise_free_dn=noise_free_dn,
         cfa=camera.frame_cfa(),
         bit_depth=camera.bit_depth,
-        black_level_dn=camera.black_level_dn,
+        black_level_dn=planned.stage("adc").black_level_dn,
         white_level_dn=planned.white_level_dn(),
         noise_profile=(planned.noise_profile(),) * camera.channels,
         color_matrix=matrix,

@@ -109,6 +109,9 @@ class Plan:
         neutral = as_shot_neutral(scene.illuminant, response.wavelengths_nm, response.quantum_efficiency, scene.wavelengths_nm)
         if self.camera.channels == 1:
             return None, tuple(float(value) for value in neutral)
+        published = self.camera.color_matrix
+        if published is not None and published.in_dng:
+            return np.array(published.xyz_to_camera), tuple(float(value) for value in neutral)
         return color_matrix(response.wavelengths_nm, response.quantum_efficiency), tuple(float(v) for v in neutral)
 
 

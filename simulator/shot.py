@@ -42,7 +42,7 @@ class Shot:
     """One photograph to take.
 
     resolved: the full configuration the shot was read from, plain data, for the sidecar file.
-    Raises PhotositeError for an ISO at which the camera was not measured.
+    Raises PhotositeError for an ISO outside those the camera was measured at.
     """
 
     scene: SceneSource

@@ -100,7 +100,12 @@ def test_every_number_arrives_in_the_unit_of_its_field(folder):
         ("1/125 s", "0 s", 9, "the shutter must open"),
         ("1/125 s", "12:30", 9, "exposure.time = 12:30"),
         ("iso: 100", "iso: 1e2", 10, "exposure.iso = 100.0: give a whole number"),
-        ("iso: 100", "iso: 150", 10, "exposure.iso = 150: the Maker Tiny was not measured there; nearest: 100, 200"),
+        (
+            "iso: 100",
+            "iso: 250",
+            10,
+            "exposure.iso = 250: the Maker Tiny was not measured there, but at 100 to 200; give an ISO",
+        ),
         ("iso: 100", "iso: 100\n  iso: 200", 11, "exposure.iso is written twice (first at "),
         ("f/4", "f/4\n  cos4: no", 7, "lens.cos4 = no: write true or false"),
         ("f/4", "f/4\n  irradiance: thinlens", 7, "did you mean `thin_lens`?"),

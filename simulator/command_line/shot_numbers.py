@@ -69,11 +69,11 @@ def white_facts(shot: Shot, planned: Plan) -> list[Fact]:
     luminance = getattr(shot.scene, "luminance_cd_m2", None)
     if luminance is None:
         return [Fact("luminance", "not stated", "the scene gives absolute radiance")]
-    lens, camera = shot.lens, shot.camera
+    lens = shot.lens
     illuminance_lx = luminance * lens.irradiance_per_radiance_sr()
     electrons = white_electrons(shot, planned)
     gain_dn_per_e = planned.moments(1.0).mean - planned.moments(0.0).mean  # of all stages together
-    full_e = (planned.white_level_dn() - camera.black_level_dn) / gain_dn_per_e
+    full_e = (planned.white_level_dn() - planned.stage("adc").black_level_dn) / gain_dn_per_e
     facts = [
         Fact("luminance", f"{luminance:g} cd/m^2", "L"),
         Fact("illuminance on the sensor", f"{illuminance_lx:.4g} lx", "E = L * irradiance per radiance"),

@@ -1,14 +1,12 @@
 """Settings that are possible but rarely meant."""
 
-from simulator.sensor import STAGES
 from simulator.shot import Shot
 
 
 def shot_warnings(shot: Shot) -> list[str]:
     """Sentences on what the sensor will do to this shot, each with its numbers; empty when there is nothing to say."""
     camera, setting = shot.camera, shot.camera.iso_setting(shot.exposure.iso)
-    adc = STAGES["adc"](bit_depth=camera.bit_depth, black_level_dn=camera.black_level_dn)
-    adc_range_e = (adc.max_code - camera.black_level_dn) / setting.gain_dn_per_e
+    adc_range_e = (setting.white_level_dn - setting.black_level_dn) / setting.gain_dn_per_e
     warnings = []
     full_well = camera.stages.get("full_well")
     if full_well is not None and full_well.capacity_e > adc_range_e * 1.001:
@@ -16,9 +14,9 @@ def shot_warnings(shot: Shot) -> list[str]:
             f"camera.stages.full_well.capacity = {full_well.capacity_e:.0f} e-: at ISO {shot.exposure.iso} the ADC is full at "
             f"{adc_range_e:.0f} e-, so highlights clip there"
         )
-    if camera.black_level_dn < 4.0 * setting.read_noise_dn:
+    if setting.black_level_dn < 4.0 * setting.read_noise_dn:
         warnings.append(
-            f"camera.black_level = {camera.black_level_dn:g} DN: less than 4 sigma of the read noise "
+            f"camera.black_level = {setting.black_level_dn:g} DN: less than 4 sigma of the read noise "
             f"({setting.read_noise_dn:g} DN at ISO {shot.exposure.iso}), so the dark is clipped at code 0"
         )
     return warnings

@@ -1,19 +1,19 @@
 """A camera body: geometry, colour response, and what its ISO dial sets."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal, get_args
 
 import numpy as np
 
-from simulator.errors import PhotositeError, require
+from simulator.errors import require
 from simulator.sensor.adc import Adc
-from simulator.sensor.analog_gain import AnalogGain
 from simulator.sensor.binning import Binning
-from simulator.sensor.camera_sections import IsoSetting, SpectralResponse, Window
+from simulator.sensor.camera_sections import ColorMatrix, ConversionGainSwitch, IsoSetting, SpectralResponse, Window
 from simulator.sensor.crosstalk import Crosstalk
-from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
-from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
+from simulator.sensor.iso_stages import iso_stages
+from simulator.sensor.iso_table import IsoTable
+from simulator.sensor.read_noise_model import ReadNoiseModel
 from simulator.stage import Stage
 from simulator.units import DigitalNumbers, Micrometres
 
@@ -25,9 +25,14 @@ LARGEST_SIDE_PX = 65535
 class Camera:
     """A camera body. See configs/cameras/ for examples; every number there names its source.
 
-    iso_table: ISO -> measured gain and total read noise.
-    read_noise_after_gain_dn: the part of the read noise that arises behind the gain [DN];
-        the part before it is what remains of the measured total.
+    iso_table: ISO -> measured gain, noise and levels. A camera has this, or read_noise_model.
+    read_noise_after_gain_dn: the part of a table's read noise that arises behind the gain [DN];
+        the part before it is what remains of the measured total. Lines with a tukey_lambda leave it out.
+    read_noise_model: read noise with two sources, for a camera without a table.
+    conversion_gain: the first ISO of high conversion gain, where the photosites have two.
+    iso_range: measured refuses an ISO outside the measured ones, extrapolate carries their slope on.
+    white_level_dn: code at which the camera saturates [DN]; 2^bit_depth - 1 when left out.
+    color_matrix: a published colour matrix.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
     Raises PhotositeError for values that no camera can have, or that do not go together.
     """
@@ -41,8 +46,13 @@ class Camera:
     bit_depth: int
     black_level_dn: DigitalNumbers
     response: SpectralResponse
-    iso_table: dict[int, IsoSetting]
+    iso_table: dict[int, IsoSetting] = field(default_factory=dict)
     read_noise_after_gain_dn: DigitalNumbers = 0.0
+    read_noise_model: ReadNoiseModel | None = None
+    conversion_gain: ConversionGainSwitch | None = None
+    iso_range: Literal["measured", "extrapolate"] = "measured"
+    white_level_dn: DigitalNumbers | None = None
+    color_matrix: ColorMatrix | None = None
     fill_factor: float = 1.0
     stages: dict[str, Stage] = field(default_factory=dict)
     window: Window | None = None
@@ -58,20 +68,43 @@ class Camera:
         require(self.cfa in get_args(Cfa), "camera.cfa", self.cfa, f"give one of {', '.join(get_args(Cfa))}")
         rule = f"needs {self.channels} values per line of response.relative, which has {self.response.channels}"
         require(self.response.channels == self.channels, "camera.cfa", self.cfa, rule)
+        require(self.color_matrix is None or self.channels == 3, "camera.color_matrix", "given", "MONO has no colours")
         Adc(self.bit_depth, self.black_level_dn)  # checks both
-        self._check_iso_table()
+        self._check_read_noise()
+        self._check_levels()
         self._check_window()
 
-    def _check_iso_table(self) -> None:
-        line = "100: {gain: 0.1 DN/e-, read_noise: 1 DN}"
-        require(bool(self.iso_table), "camera.iso_table", "{}", f"give at least one line such as `{line}`")
+    def _check_read_noise(self) -> None:
         after_dn = self.read_noise_after_gain_dn
         require(after_dn >= 0, "camera.read_noise_after_gain", f"{after_dn:g} DN", "a standard deviation is not negative")
+        if self.read_noise_model is not None:
+            rule = "a camera has a read_noise_model or a table; take one away (null removes what a base has)"
+            require(not self.iso_table, "camera.iso_table", f"{len(self.iso_table)} lines", rule)
+            rule = "a read_noise_model has its own after_gain; leave this out"
+            require(after_dn == 0, "camera.read_noise_after_gain", f"{after_dn:g} DN", rule)
+            return self.read_noise_model.check_switch(self.conversion_gain)
+        self._table()  # checks the lines
+        rowed = next((iso for iso, setting in self.iso_table.items() if setting.row_noise_dn > 0), None)
+        rule = "stages.row_noise is given, too; leave one of them out"
+        require(rowed is None or "row_noise" not in self.stages, f"camera.iso_table.{rowed}.row_noise", "given", rule)
         rule = f"is below read_noise_after_gain = {after_dn:g} DN, which is a part of it"
         for iso, setting in self.iso_table.items():
-            require(iso > 0, "camera.iso_table", iso, "an ISO is above 0")
             total_dn = setting.read_noise_dn
             require(total_dn >= after_dn, f"camera.iso_table.{iso}.read_noise", f"{total_dn:g} DN", rule)
+            shaped = setting.tukey_lambda is not None and after_dn > 0
+            split = "the total has the shape tukey_lambda and is not split; leave read_noise_after_gain out"
+            require(not shaped, "camera.read_noise_after_gain", f"{after_dn:g} DN", split)
+            grey = setting.color_bias_dn is not None and self.channels == 1
+            require(not grey, f"camera.iso_table.{iso}.color_bias", setting.color_bias_dn, "MONO has no colours")
+
+    def _check_levels(self) -> None:
+        largest = 2**self.bit_depth - 1
+        for iso in self.isos:
+            setting = self.iso_setting(iso)
+            key = f"camera.iso_table.{iso}" if self.iso_table.get(iso, setting).white_level_dn is not None else "camera"
+            rule = f"must lie above the black level, {setting.black_level_dn:g} DN, and up to {largest} DN, the ADC's range"
+            good = 0 <= setting.black_level_dn < setting.white_level_dn <= largest
+            require(good, f"{key}.white_level", f"{setting.white_level_dn:g} DN", rule)
 
     def _check_window(self) -> None:
         frame = self.frame
@@ -106,33 +139,42 @@ class Camera:
         """Return the filter pattern as it begins at the frame's upper left corner."""
         return "MONO" if self.cfa == "MONO" else "".join("RGB"[plane] for row in self.filter_block() for plane in row)
 
-    def iso_setting(self, iso: int) -> IsoSetting:
-        """Return the measured line at this ISO. Raises PhotositeError when the camera was not measured there."""
-        if iso not in self.iso_table:
-            nearest = sorted(sorted(self.iso_table, key=lambda known: abs(math.log(known / iso)))[:3])
-            known = ", ".join(str(value) for value in nearest)
-            raise PhotositeError(f"exposure.iso = {iso}: the {self.make} {self.model} was not measured there; nearest: {known}")
-        return self.iso_table[iso]
+    @property
+    def isos(self) -> tuple[int, ...]:
+        """ISOs the camera was measured at, ascending; of a read_noise_model the full stops."""
+        return self._table().isos() if self.read_noise_model is None else self.read_noise_model.isos()
 
-    def sensor_stages(self, iso: int, exposure_time_s: float) -> dict[str, Stage]:
-        """Stages of one exposure by stem; those of no effect are absent.
+    def iso_setting(self, iso: float) -> IsoSetting:
+        """Gain, noise and levels at an ISO, black and white level filled in.
 
-        The measured total read noise is split: sigma_e^2 = (sigma_DN / K)^2 - (sigma_post / K)^2 lies before the gain.
+        Raises PhotositeError outside the measured ISOs, unless iso_range is extrapolate.
         """
-        setting = self.iso_setting(iso)
-        gain, after_dn = setting.gain_dn_per_e, self.read_noise_after_gain_dn
-        adc = Adc(self.bit_depth, self.black_level_dn)
+        extrapolate, name = self.iso_range == "extrapolate", f"{self.make} {self.model}"
+        if self.read_noise_model is None:
+            setting = self._table().setting(iso, extrapolate, name)
+        else:
+            setting = self.read_noise_model.setting(iso, extrapolate, self._conversion_ratio(iso), name)
+        black, white = setting.black_level_dn, setting.white_level_dn
+        default = 2**self.bit_depth - 1 if self.white_level_dn is None else self.white_level_dn
+        black = self.black_level_dn if black is None else black
+        return replace(setting, black_level_dn=black, white_level_dn=default if white is None else white)
+
+    def _table(self) -> IsoTable:
+        return IsoTable(self.iso_table, self.conversion_gain)
+
+    def _conversion_ratio(self, iso: float) -> float:
+        """Conversion gain over that of the lowest ISO; 1 for a table, whose lines hold its effect."""
+        switch = self.conversion_gain
+        return switch.ratio if self.read_noise_model is not None and switch is not None and iso >= switch.iso else 1.0
+
+    def sensor_stages(self, iso: float, exposure_time_s: float) -> dict[str, Stage]:
+        """Stages of one exposure by stem; those of no effect are absent. simulator/sensor/iso_stages.py says how."""
+        setting, ratio, model = self.iso_setting(iso), self._conversion_ratio(iso), self.read_noise_model
         follows = {
             "exposure_time_s": exposure_time_s,
-            "black_level_dn": adc.black_level_dn,
-            "full_scale_dn": adc.max_code - adc.black_level_dn,
+            "black_level_dn": setting.black_level_dn,
+            "full_scale_dn": setting.white_level_dn - setting.black_level_dn,
         }
         stages = {stem: stage.of_shot(**follows) for stem, stage in self.stages.items()}
-        before_e = math.sqrt(setting.read_noise_dn**2 - after_dn**2) / gain
-        if before_e > 0:
-            stages["read_noise_before_gain"] = ReadNoiseBeforeGain(before_e)
-        if after_dn > 0:
-            stages["read_noise_after_gain"] = ReadNoiseAfterGain(after_dn)
-        stages["analog_gain"] = AnalogGain(gain)
-        stages["adc"] = adc
-        return stages
+        after_dn = self.read_noise_after_gain_dn if model is None else model.after_gain_dn
+        return stages | iso_stages(setting, after_dn, ratio, self.cfa, self.bit_depth)

@@ -1,0 +1,56 @@
+"""From one line of a camera's ISO settings to the sensor stages that it sets."""
+
+import math
+
+from simulator.sensor.adc import Adc
+from simulator.sensor.analog_gain import AnalogGain
+from simulator.sensor.camera_sections import IsoSetting
+from simulator.sensor.color_bias import ColorBias
+from simulator.sensor.conversion_gain import ConversionGain
+from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
+from simulator.sensor.row_noise import RowNoise
+from simulator.stage import Stage
+
+
+def iso_stages(setting: IsoSetting, after_gain_dn: float, ratio: float, cfa: str, bit_depth: int) -> dict[str, Stage]:
+    """Stages by stem; those of no effect are absent.
+
+    High conversion gain multiplies the signal by its ratio before the read noise, so the analog gain that makes up K
+    is K / ratio.
+    setting: with black and white level filled in. after_gain_dn: the part of a normal read noise that arises behind
+    the gain [DN]. ratio: conversion gain over the low one.
+    """
+    stages: dict[str, Stage] = _read_noise(setting, after_gain_dn, ratio)
+    if ratio != 1.0:
+        stages["conversion_gain"] = ConversionGain(ratio)
+    if setting.row_noise_dn > 0:
+        stages["row_noise"] = RowNoise(setting.row_noise_dn)
+    if setting.color_bias_dn is not None and any(setting.color_bias_dn):
+        stages["color_bias"] = ColorBias(_by_place(setting.color_bias_dn, cfa))
+    stages["analog_gain"] = AnalogGain(setting.gain_dn_per_e / ratio)
+    stages["adc"] = Adc(bit_depth, setting.black_level_dn, setting.white_level_dn)
+    return stages
+
+
+def _read_noise(setting: IsoSetting, after_gain_dn: float, ratio: float) -> dict[str, Stage]:
+    """Read noise before and after the gain, as far as it is above 0.
+
+    With a tukey_lambda it was measured as the total and stands wholly behind the gain. A normal one is split:
+    sigma_e^2 = (sigma_DN / K)^2 - (sigma_post / K)^2 lies before the gain; times the ratio, in electrons of low
+    conversion gain, which that stage counts.
+    """
+    total_dn = setting.read_noise_dn
+    if setting.tukey_lambda is not None:
+        return {"read_noise_after_gain": ReadNoiseAfterGain(total_dn, setting.tukey_lambda)}
+    before_e = ratio * math.sqrt(max(total_dn**2 - after_gain_dn**2, 0.0)) / setting.gain_dn_per_e
+    stages: dict[str, Stage] = {"read_noise_before_gain": ReadNoiseBeforeGain(before_e)} if before_e > 0 else {}
+    return stages | ({"read_noise_after_gain": ReadNoiseAfterGain(after_gain_dn)} if after_gain_dn > 0 else {})
+
+
+def _by_place(by_color: tuple[float, ...], cfa: str) -> tuple[float, ...]:
+    """Values of red, green beside red, green beside blue, blue in the order of the sensor's 2x2 block, row by row."""
+    red, green_red, green_blue, blue = by_color
+    rows = (cfa[:2], cfa[2:])
+    row_values = [{"R": red, "G": green_red} if "R" in row else {"B": blue, "G": green_blue} for row in rows]
+    return tuple(values[letter] for row, values in zip(rows, row_values, strict=True) for letter in row)
