@@ -13,6 +13,7 @@ import importlib
 __version__ = "0.1.0"
 
 _HOMES = {
+    "load_camera": "simulator.config",
     "load_shot": "simulator.config",
     "load_sweep": "simulator.config",
     "schema": "simulator.config",

@@ -79,7 +79,7 @@ CASES = {  # arguments of `photosite simulate`, and what the message must hold
     "unknown key": (["unknown.yaml"], ["unknown.yaml:5", "lens.focal_lenght", "did you mean `focal_length`"]),
     "YAML syntax": (["syntax.yaml"], ["syntax.yaml:"]),
     "no shot file": (["nothing.yaml"], ["nothing.yaml"]),
-    "ISO": (["shot.yaml", "--set", "exposure.iso=150"], ["exposure.iso", "150", "125, 160, 200"]),
+    "ISO": (["shot.yaml", "--set", "exposure.iso=1800"], ["exposure.iso", "1800", "50 to 1600 and 2000 to 25600", "iso_range"]),
     "camera": (["shot.yaml", "--set", "camera=sony_a7s3"], ["sony_a7s3", "sony_a7s2"]),
     "shutter": (["shot.yaml", "--set", "exposure.time=0 s"], ["exposure.time", "1/125 s"]),
     "f-number": (["shot.yaml", "--set", "lens.f_number=f/0.4"], ["lens.f_number", "f/0.5"]),

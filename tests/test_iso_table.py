@@ -126,6 +126,23 @@ def test_a_table_that_contradicts_itself_is_refused(told):
         camera(**({"conversion_gain": None} if len(lines) == 1 else {}) | REFUSED[told])
 
 
+def test_a_shaped_read_noise_stands_wholly_behind_the_gain_with_its_row_noise():
+    stages = camera().sensor_stages(400, 0.1)
+    assert "read_noise_before_gain" not in stages
+    assert (stages["read_noise_after_gain"].sigma_dn, stages["read_noise_after_gain"].tukey_lambda) == (3.0, -0.1)
+    assert stages["row_noise"].sigma_dn == 0.8
+
+
+PLACES = {"RGGB": (1, 2, 3, 4), "BGGR": (4, 3, 2, 1), "GRBG": (2, 1, 4, 3), "GBRG": (3, 4, 1, 2)}
+
+
+@pytest.mark.parametrize("cfa", PLACES)
+def test_color_bias_lies_on_the_places_of_its_colors(cfa):
+    lines = {100: IsoSetting(1.0, 1.0, color_bias_dn=BIAS)}  # red, green beside red, green beside blue, blue
+    stages = camera(cfa=cfa, iso_table=lines, conversion_gain=None).sensor_stages(100, 0.1)
+    assert stages["color_bias"].offsets_dn == PLACES[cfa]
+
+
 def test_one_line_has_no_slope():
     with pytest.raises(PhotositeError, match="exposure.iso = 200: one measured line, at ISO 100, has no slope"):
         test_camera(iso_range="extrapolate").iso_setting(200)

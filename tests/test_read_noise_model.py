@@ -39,6 +39,14 @@ def test_below_the_switch_its_stages_are_the_two_sources():
     assert "conversion_gain" not in stages
 
 
+def test_from_the_switch_on_they_stand_behind_the_higher_conversion_gain():
+    stages = camera().sensor_stages(3200, 0.1)
+    assert stages["conversion_gain"].ratio == 4.0
+    assert stages["read_noise_before_gain"].sigma_e == pytest.approx(4.0)  # counted in electrons of low conversion gain
+    assert stages["analog_gain"].gain_dn_per_e == pytest.approx(0.2 * 32 / 4.0)
+    assert stages["read_noise_after_gain"].sigma_dn == 1.5
+
+
 def test_the_range_is_refused_beyond_and_extrapolated_when_asked():
     told = (
         "exposure.iso = 50: the read noise of the Photosite test is stated for 100 to 25600; .* camera.iso_range: extrapolate"

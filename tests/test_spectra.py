@@ -174,7 +174,7 @@ def test_a7s2_file_has_81_rows_and_its_largest_entry_is_one():
     assert relative.shape == (81, 3) and relative.max() == 1.0 and relative.min() >= 0
     assert response["wavelengths"] == {"start": "380 nm", "step": "5 nm"}
     assert WAVELENGTHS_NM[relative.argmax(axis=0)].tolist() == [590, 535, 470]
-    assert "rawtoaces" in response["source"] and response["license"] == "Apache-2.0"
+    assert "rawtoaces" in response["source"]["wavelengths, relative"] and response["license"] == "Apache-2.0"
 
 
 @pytest.mark.skipif(not A7S2_MEASURED.exists(), reason=f"measured curves not here: {A7S2_MEASURED.name}")

@@ -81,7 +81,7 @@ def test_linear_steps_and_whole_numbers(tmp_path):
         ({"exposure.iso": []}, "give at least one value"),
         ({"exposure.iso": {"range": [5, 5]}}, "is empty"),
         ({"exposure.iso": {"range": [5, 9, 0]}}, "step by 0"),
-        ({"exposure.iso": {"from": 100, "to": 300, "steps": 3}}, "exposure.iso = 300"),
+        ({"exposure.iso": {"from": 100, "to": 1800, "steps": 3}}, "exposure.iso = 1800"),
         ({"exposure.iso": {"from": 100, "to": 200, "steps": 4, "scale": "log2"}}, "exposure.iso = 125.9"),
         ({"exposure.time": {"from": "1 s", "to": 2, "steps": 3}}, "both ends a unit"),
         ({"exposure.time": {"from": "1 s", "to": "2 mm", "steps": 3}}, "is a length"),

@@ -1,5 +1,6 @@
 """Configuration: YAML and dotted overrides to shots and sweeps. The only package that knows YAML."""
 
+from simulator.config.camera_file import camera_document, load_camera
 from simulator.config.input_files import input_files
 from simulator.config.json_schema import schema
 from simulator.config.shot_file import load_shot, located
@@ -10,9 +11,11 @@ from simulator.config.yaml_dialect import dump_yaml
 __all__ = [
     "Sweep",
     "SweepPoint",
+    "camera_document",
     "dump_yaml",
     "expand_sweep",
     "input_files",
+    "load_camera",
     "load_shot",
     "load_sweep",
     "located",

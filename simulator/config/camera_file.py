@@ -1,11 +1,13 @@
 """A camera in YAML: a name, a path, or a mapping with `base:`; every section may state its `source:`."""
 
 from functools import cache
+from pathlib import Path
 from typing import Annotated
 
 from pydantic import Discriminator, Field, Tag, create_model
 
-from simulator.config.document import Document, read_document
+from simulator.config.build import build, validate
+from simulator.config.document import Document, Place, read_document
 from simulator.config.layers import find_config, merged, subdocument, with_section, without
 from simulator.config.response_curves import ResponseCurves, spectral_response
 from simulator.config.section_types import Section
@@ -52,6 +54,23 @@ def camera_section() -> type[Section]:
         extra=source | {"license": (Annotated[str | None, Field(description="licence of the curves")], None)},
     )
     return section_with(Camera, _camera, replace={"response": curves, "stages": stage_model}, extra=source)
+
+
+def load_camera(name: str) -> Camera:
+    """Return the camera of a name in configs/cameras or of a file.
+
+    Raises PhotositeError with file and line.
+    """
+    document = camera_document(name)
+    model = create_model("CameraFile", __base__=Section, camera=(camera_section(), ...))
+    return build(validate(model, document).camera, ("camera",), document)
+
+
+def camera_document(name: str) -> Document:
+    """Return `{camera: ...}` as it is written, with its base and its response read in: numbers beside their sources."""
+    place = Place(name, Path.cwd())
+    camera = inline_response(inline_camera(Document(name, {(): place})))
+    return with_section(Document({}, {(): place}), "camera", camera)
 
 
 def inline_camera(document: Document, name: str = "camera") -> Document:

@@ -1,0 +1,33 @@
+"""How well a camera's fitted and published colour matrix reproduce the ColorChecker."""
+
+import numpy as np
+
+from simulator.color import camera_response, chart_reflectances, color_matrix
+from simulator.colour_data import colour_science
+from simulator.sensor.camera import Camera
+from simulator.spectra import WAVELENGTHS_NM, color_matching_functions, efficiency_on, illuminant
+
+
+def matrix_errors(camera: Camera) -> tuple[float, float]:
+    """Mean Delta E 2000 of the 24 patches under D65, developed with the fitted and with the published matrix.
+
+    A raw converter divides by the camera's white and multiplies by the inverse of the matrix, whose rows are
+    scaled so that the camera's white becomes the white of D65 (DNG 1.4, LibRaw).
+    """
+    response = camera.response
+    light, observer = illuminant("D65"), color_matching_functions()
+    efficiency = efficiency_on(WAVELENGTHS_NM, response.wavelengths_nm, response.quantum_efficiency)
+    lit = chart_reflectances(WAVELENGTHS_NM) * light
+    true_xyz, white_xyz = lit @ observer / (light @ observer[:, 1]), light @ observer / (light @ observer[:, 1])
+    signal = camera_response(lit, WAVELENGTHS_NM, efficiency) / camera_response(light[None], WAVELENGTHS_NM, efficiency)
+    matrices = color_matrix(response.wavelengths_nm, response.quantum_efficiency), camera.color_matrix.xyz_to_camera
+    return tuple(_mean_error(np.array(matrix), signal, true_xyz, white_xyz) for matrix in matrices)
+
+
+def _mean_error(xyz_to_camera: np.ndarray, signal: np.ndarray, true_xyz: np.ndarray, white_xyz: np.ndarray) -> float:
+    colour = colour_science()
+    balanced = xyz_to_camera / (xyz_to_camera @ white_xyz)[:, None]  # the white of D65 becomes (1, 1, 1)
+    found_xyz = signal @ np.linalg.inv(balanced).T
+    chromaticity = colour.XYZ_to_xy(white_xyz)
+    true_lab, found_lab = (colour.XYZ_to_Lab(xyz, chromaticity) for xyz in (true_xyz, found_xyz))
+    return float(np.mean(colour.delta_E(true_lab, found_lab, method="CIE 2000")))
