@@ -1,4 +1,4 @@
-"""The camera library: every number has a source, what is derived follows from what it is derived from, every ISO simulates."""
+"""The camera library: every number has a source, and what is derived follows from what it is derived from."""
 
 import json
 import math
@@ -7,18 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import rawpy
-from conftest import FixedScene, band_scene
 
 from simulator.config import camera_document, load_camera, load_shot
 from simulator.config.layers import CONFIGS
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.raw.dng import write_dng
-from simulator.sensor.camera_sections import Window
-from simulator.shot import Shot
 from simulator.spectra import WAVELENGTHS_NM, efficiency_on, illuminant, luminance_cd_m2, photons_per_joule
 from simulator.stage import Moments
 
@@ -244,40 +236,3 @@ def test_an_iso_outside_is_refused_with_file_and_line_and_how_to_ask():
 )
 def test_a_third_stop_of_the_5d_mark_ii_has_the_white_level_published_for_it(iso, white_dn):
     assert load_camera("canon_5d_mark_ii").iso_setting(iso).white_level_dn == white_dn
-
-
-@pytest.mark.parametrize(
-    ("iso", "black_dn", "white_dn"), [(100, 513, 14008), (160, 512, 10838), (320, 2048, 10838), (400, 2049, 14448)]
-)
-def test_black_and_white_of_the_iso_reach_the_dng(iso, black_dn, white_dn, tmp_path):
-    from dataclasses import replace
-
-    camera = replace(load_camera("canon_5d_mark_iv"), window=Window(1000, 1000, 64, 48), stages={})
-    lens = ThinLens(50.0, 2.0, cos4=False)
-    scene = band_scene(np.full((4, 4), 1e-3), depth_m=math.inf)
-    dark = simulate(Shot(FixedScene(dimmed(scene, 0.0)), lens, Exposure(0.01, iso), camera))
-    bright = simulate(Shot(FixedScene(dimmed(scene, 1e9)), lens, Exposure(0.01, iso), camera))
-    setting = camera.iso_setting(iso)
-    noise_dn = math.hypot(setting.read_noise_dn, setting.row_noise_dn)
-    assert dark.dn.mean() == pytest.approx(black_dn, abs=5 * noise_dn / math.sqrt(48))  # 48 rows share their noise
-    assert (bright.dn == white_dn).all()
-    write_dng(bright, tmp_path / "frame.dng")
-    with rawpy.imread(str(tmp_path / "frame.dng")) as frame:
-        assert frame.black_level_per_channel == [black_dn] * 4
-        assert frame.white_level == white_dn
-
-
-def dimmed(scene: FixedScene, factor: float):
-    from dataclasses import replace
-
-    loaded = scene.load()
-    return replace(loaded, planes=(loaded.planes * np.float32(factor)).astype(np.float32))
-
-
-def test_the_dng_carries_the_fitted_matrix_unless_the_published_one_is_asked_for():
-    shot = CONFIGS / "shots" / "flat_field.yaml"
-    overrides = ["camera=nikon_d850", "camera.window={x: 0, y: 0, width: 64, height: 48}"]
-    published = np.array(load_camera("nikon_d850").color_matrix.xyz_to_camera)
-    fitted = simulate(load_shot(shot, overrides)).color_matrix
-    asked = simulate(load_shot(shot, [*overrides, "camera.color_matrix.in_dng=true"])).color_matrix
-    assert np.array_equal(asked, published) and not np.allclose(fitted, published, atol=0.05)

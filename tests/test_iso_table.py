@@ -8,6 +8,7 @@ from conftest import test_camera
 
 from simulator.errors import PhotositeError
 from simulator.sensor.camera_sections import ConversionGainSwitch, IsoSetting
+from simulator.sensor.row_noise import RowNoise
 
 BIAS = (1.0, 2.0, 3.0, 4.0)
 
@@ -115,6 +116,7 @@ REFUSED = {
         iso_table={100: IsoSetting(1, 0, white_level_dn=60.0)}, conversion_gain=None
     ),
     "camera.white_level = 60 DN": dict(white_level_dn=60.0, iso_table={100: IsoSetting(1, 0)}),
+    "camera.iso_table.100.row_noise = given: stages.row_noise is given, too": dict(stages={"row_noise": RowNoise(1.0)}),
     "camera.iso_table.100.color_bias = .* MONO": dict(cfa="MONO", iso_table={100: LINES[100]}),
 }
 
