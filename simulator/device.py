@@ -91,6 +91,7 @@ def devices() -> list[DeviceInfo]:
 
 CPU_ROW_PX = 1024  # a CPU starts work-groups one after another, which costs more than 500 photosites do
 GPU_ROW_PX = 256  # what every GPU can run at once
+SHORTEST_ROW_PX = 32  # shorter groups waste lanes of a GPU and cost a CPU more to start than to run
 
 
 class Device:
@@ -160,16 +161,24 @@ class Device:
     def run(self, kernel: cl.Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments) -> None:
         """Enqueue a kernel; scalars are cast to the type the kernel declares.
 
+        local_size: of a work-group; None: as long a part of a row as divides it.
         Raises TypeError when the names are not exactly those of the kernel.
         """
         declared = _declared_arguments(kernel)
         if set(declared) != set(arguments):
             raise TypeError(f"{kernel.function_name} takes {sorted(declared)}, not {sorted(arguments)}")
+        local_size = local_size or self._group(global_size)
         values = [_SCALARS[kind](arguments[name]) if kind in _SCALARS else arguments[name] for name, kind in declared.items()]
         try:
             kernel(self._queue, global_size, local_size, *values)
         except cl.Error as error:
             raise PhotositeError(f"{self.info.label} cannot run {kernel.function_name}: {error}") from None
+
+
+    def _group(self, global_size: tuple[int, ...]) -> tuple[int, ...] | None:
+        """Work-group that is a part of a row; left to the driver, which may choose badly, where a row has no good divisor."""
+        width = next(size for size in range(min(self.row_px, global_size[0]), 0, -1) if global_size[0] % size == 0)
+        return (width, *(1 for _ in global_size[1:])) if width >= SHORTEST_ROW_PX or width == global_size[0] else None
 
 
 @functools.cache
