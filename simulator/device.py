@@ -174,7 +174,6 @@ class Device:
         except cl.Error as error:
             raise PhotositeError(f"{self.info.label} cannot run {kernel.function_name}: {error}") from None
 
-
     def _group(self, global_size: tuple[int, ...]) -> tuple[int, ...] | None:
         """Work-group that is a part of a row; left to the driver, which may choose badly, where a row has no good divisor."""
         width = next(size for size in range(min(self.row_px, global_size[0]), 0, -1) if global_size[0] % size == 0)

@@ -6,10 +6,11 @@ from randomness import accept, correlation_p, counts_p, mean_p, variance_p
 from scipy import stats
 
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.sensor.poisson_means import POISSON_SWITCH_E, SMALL_MEANS_E
+from simulator.sensor.poisson_means import POISSON_BRIGHT_E, POISSON_SWITCH_E, SMALL_MEANS_E
 from simulator.stage import Moments
 
 SHAPE = (512, 512)
+DEFINES = {"POISSON_SWITCH": f"{POISSON_SWITCH_E}f", "POISSON_BRIGHT": f"{POISSON_BRIGHT_E}f"}
 MEANS = [0.01, 0.3, 1.0, 3.0, 4.99, 5.01, 8.0, 15.0, 25.0, 60.0, 300.0, 3000.0, 30000.0]
 
 
@@ -46,22 +47,20 @@ def test_large_means_keep_their_moments(bench, mean):
 
 def test_distribution_of_the_expansion_is_within_1e_4_of_poisson(bench):
     """Total variation distance at the switch, the worst mean: the kernel's own arithmetic on a float64 grid of normals."""
-    for mean in (POISSON_SWITCH_E, 7.0, 20.0, 100.0):
+    for mean in (POISSON_SWITCH_E, 7.0, 20.0, 100.0, 255.0, POISSON_BRIGHT_E):
         share = (np.arange(2_000_000) + 0.5) / 2_000_000
         w = stats.norm.ppf(share).astype(np.float32)
         arrays = {"w": w, "mean": np.full(w.shape, mean, np.float32)}
-        defines = {"POISSON_SWITCH": "5.0f"}
-        counts = bench.header("poisson.h", "poisson_expansion(mean, w)", arrays, defines).astype(np.int64)
-        found = np.bincount(counts, minlength=400)[:400] / len(w)
-        assert 0.5 * np.abs(found - stats.poisson.pmf(np.arange(400), mean)).sum() < 1e-4, mean
+        counts = bench.header("poisson.h", "poisson_expansion(mean, w, LARGE_MEANS)", arrays, DEFINES).astype(np.int64)
+        found = np.bincount(counts, minlength=600)[:600] / len(w)
+        assert 0.5 * np.abs(found - stats.poisson.pmf(np.arange(600), mean)).sum() < 1e-4, mean
 
 
 def test_inversion_gives_the_exact_quantile(bench):
     rng = np.random.default_rng(4)
     mean = rng.uniform(0.0, POISSON_SWITCH_E, 500_000).astype(np.float32)
     u = ((rng.integers(0, 2**24, mean.size) + 0.5) / 2**24).astype(np.float32)
-    defines = {"POISSON_SWITCH": "5.0f"}
-    counts = bench.header("poisson.h", "poisson_inversion(mean, u, SMALL_MEANS)", {"mean": mean, "u": u}, defines)
+    counts = bench.header("poisson.h", "poisson_inversion(mean, u, SMALL_MEANS)", {"mean": mean, "u": u}, DEFINES)
     exact = stats.poisson.ppf(u.astype(np.float64), mean.astype(np.float64))
     # float32 sums may fall on the other side of a step by a few roundings of 1
     wrong = counts != exact
@@ -72,8 +71,7 @@ def test_the_largest_random_word_gives_a_count_of_the_upper_tail_not_the_trip_co
     """Sums of float32 probabilities end a little below 1; that must not let the count run to its end."""
     mean = np.geomspace(1e-6, POISSON_SWITCH_E, 20_000).astype(np.float32)
     word = np.full(mean.shape, 2**32 - 1, np.uint32)
-    defines = {"POISSON_SWITCH": "5.0f"}
-    counts = bench.header("poisson.h", "poisson(mean, 0.0f, word, SMALL_MEANS)", {"mean": mean, "word": word}, defines)
+    counts = bench.header("poisson.h", "poisson(mean, 0.0f, word, SMALL_MEANS)", {"mean": mean, "word": word}, DEFINES)
     assert np.all(counts <= stats.poisson.isf(1e-8, mean.astype(np.float64)))
     assert np.all(counts >= stats.poisson.isf(3e-6, mean.astype(np.float64)))
 
@@ -90,7 +88,7 @@ def test_fewer_steps_give_the_same_counts_below_their_limit(bench, variant, limi
             "poisson.h",
             f"poisson(mean, 0.0f, word, {v})",
             {"mean": mean, "word": word},
-            {"POISSON_SWITCH": "5.0f"},
+            DEFINES,
         )
         for v in (2, variant)
     ]
@@ -107,8 +105,9 @@ def test_counts_do_not_depend_on_crop_tile_or_neighbours(bench):
     full = bench.sensor(mean, PhotonShotNoise())
     crop = bench.sensor(mean[37:61, 301:660], PhotonShotNoise(), x=301, y=37)
     assert np.array_equal(crop, full[37:61, 301:660])
-    bright = np.where(mean < POISSON_SWITCH_E, 50.0, mean)  # every tile takes the variant for large means
-    assert np.array_equal(bench.sensor(bright, PhotonShotNoise())[mean >= POISSON_SWITCH_E], full[mean >= POISSON_SWITCH_E])
+    for limit in (POISSON_SWITCH_E, POISSON_BRIGHT_E):  # every tile takes the variant for large means, or for bright ones
+        bright = np.where(mean < limit, 500.0, mean)
+        assert np.array_equal(bench.sensor(bright, PhotonShotNoise())[mean >= limit], full[mean >= limit])
     for limit in SMALL_MEANS_E:  # and here those for small means
         dim = np.where(mean >= limit, 0.1, mean)
         assert np.array_equal(bench.sensor(dim, PhotonShotNoise())[mean < limit], full[mean < limit])
