@@ -124,7 +124,7 @@ def plan(shot: Shot) -> Plan:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
     projection = plan_projection(scene, shot.lens, camera)
     layers = plan_layers(shot.lens, camera.pixel_pitch_um, scene.depth_m)
-    fused = _fused_stages(shot)
+    fused = {stem: stage for stem, stage in _fused_stages(shot).items() if stage.has_effect}
     stages = tuple(fused[stem] for stem in stage_order() if stem in fused)
     steps = _steps(scene, camera, projection, layers, layout, fused)
     return Plan(scene, camera, weights.astype(np.float32), projection, layout, layers, stages, steps)
@@ -183,7 +183,7 @@ def _steps(scene, camera, projection, layers, layout, fused) -> tuple[Step, ...]
     for stem in stage_order():
         stage = fused.get(stem)
         if stage is None:
-            steps.append(Step(stem, False, "the camera file has no such section, or its value is 0"))
+            steps.append(Step(stem, False, "the camera has none, or it would change nothing"))
         else:
             numbers = ", ".join(f"{name} = {_number(value)}" for name, value in stage.kernel_values().items())
             steps.append(Step(stem, True, numbers or "no parameters"))

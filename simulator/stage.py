@@ -43,11 +43,18 @@ class Stage:
     `stem` names the kernel header, the module and the test. Each field is handed to the kernel as the macro STEM_FIELD
     (upper case), a tuple as an array with its length as STEM_FIELD_COUNT. `moments` says what the stage does to mean and
     variance. `in_camera_stages`: whether a camera file switches the stage on under `stages:`; otherwise its numbers
-    follow from the camera's other keys. Fields annotated with FromShot are filled in by `of_shot`.
+    follow from the camera's other keys. `neutral`: fields and values at which the stage does nothing, any one of them;
+    the planner skips it then. Fields annotated with FromShot are filled in by `of_shot`.
     """
 
     stem: ClassVar[str]
     in_camera_stages: ClassVar[bool] = True
+    neutral: ClassVar[dict[str, float]] = {}
+
+    @property
+    def has_effect(self) -> bool:
+        """Whether the stage does anything."""
+        return all(getattr(self, name) != value for name, value in self.neutral.items())
 
     def kernel_values(self) -> dict[str, float | tuple[float, ...]]:
         """Numbers the kernel reads, by what follows the stem in the macro's name; a tuple is an array."""

@@ -6,11 +6,16 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from dataclasses import fields
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 
 import simulator
+from simulator.config.sections import key_of
+from simulator.sensor import STAGES
+from simulator.stage import fields_from_shot
 
 REPOSITORY = Path(__file__).parent.parent
 PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
@@ -84,3 +89,15 @@ def test_an_installed_photosite_takes_a_picture_from_another_folder(installed, t
     assert "photon_shot_noise" in run(photosite, "explain", shot, cwd=tmp_path, PYTHONPATH=str(installed))
     run(photosite, "simulate", shot, "--set", SMALL, "--out", "frames", cwd=tmp_path, PYTHONPATH=str(installed))
     assert [path.suffix for path in (tmp_path / "frames").glob("*.dng")] == [".dng"]
+
+
+@pytest.mark.parametrize("stem", sorted(STAGES))
+def test_every_stage_stands_in_the_page_of_the_sensor_with_its_keys(stem):
+    text = (REPOSITORY / "docs" / "sensor.md").read_text(encoding="utf-8")
+    line = next((line for line in text.splitlines() if line.startswith(f"| `{stem}` |")), "")
+    assert line, f"docs/sensor.md has no line for {stem}"
+    if STAGES[stem].in_camera_stages:
+        hints = get_type_hints(STAGES[stem], include_extras=True)
+        own = [field.name for field in fields(STAGES[stem]) if field.name not in fields_from_shot(STAGES[stem])]
+        for name in own:
+            assert f"{key_of(name, hints[name])}: " in line, f"docs/sensor.md: {stem} has a key {name}"

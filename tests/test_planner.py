@@ -1,10 +1,11 @@
 """The plan: what is skipped, why, and numbers that people and kernels read."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
-from conftest import FixedScene, band_scene, test_camera
+from conftest import NUMBERS, FixedScene, band_scene, every_stage, test_camera
 
 from simulator.exposure import Exposure
 from simulator.fused import sensor_defines
@@ -13,6 +14,7 @@ from simulator.planner import plan
 from simulator.sensor import STAGES
 from simulator.sensor.camera import IsoSetting
 from simulator.shot import Shot
+from simulator.stage import fields_from_shot
 
 LENS = ThinLens(50.0, 2.0, 2.0, cos4=False)
 
@@ -87,3 +89,18 @@ def test_the_scene_is_read_once():
     scene = Counted(band_scene(np.ones((8, 8))).scene)
     plan(Shot(scene, LENS, Exposure(0.01), test_camera()))
     assert scene.loads == 1
+
+
+SWITCHES = [(stem, name) for stem in sorted(NUMBERS) for name in STAGES[stem].neutral]
+
+
+@pytest.mark.parametrize(("stem", "name"), SWITCHES)
+def test_a_stage_that_would_change_nothing_is_skipped(stem, name):
+    """A field at its neutral value; one that follows from the shot is set in the stage alone."""
+    stage = every_stage()[stem]
+    assert stage.has_effect
+    idle = dataclasses.replace(stage, **{name: stage.neutral[name]})
+    assert not idle.has_effect
+    if name not in fields_from_shot(type(stage)):
+        assert plan(shot(camera=test_camera(stages={stem: stage}))).stage(stem) is not None
+        assert plan(shot(camera=test_camera(stages={stem: idle}))).stage(stem) is None

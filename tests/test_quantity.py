@@ -33,6 +33,8 @@ UNITS = {name: kind.__metadata__[0] for name, kind in vars(units).items() if has
         ("100 nit", "CandelasPerSquareMetre", 100.0),
         ("40 deg", "Degrees", 40.0),
         ("3200 K", "Kelvins", 3200.0),
+        ("40 degC", "Kelvins", 313.15),
+        ("-20 °C", "Kelvins", 253.15),
         ("165963 e-", "Electrons", 165963.0),
         ("165963e-", "Electrons", 165963.0),
         ("1e-2 e-", "Electrons", 0.01),

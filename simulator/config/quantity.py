@@ -72,7 +72,7 @@ def split_quantity(text: str) -> tuple[float, str]:
 def convert(number: float, unit_text: str, symbol: str, wanted: str) -> float:
     """Convert `number` of unit_text to the unit `symbol`; ValueError says `wanted` when that is impossible."""
     registry = unit_registry()
-    electrons = re.sub(r"(?<![A-Za-z])e[-−⁻](?![A-Za-z0-9])", "electron", unit_text)
+    electrons = re.sub(r"(?<![A-Za-z])e[-−⁻](?![A-Za-z0-9])", "electron", unit_text.replace("°C", "degC"))
     try:
         given = registry.parse_units(electrons)
     except Exception:  # pint raises tokenizer, attribute and value errors alike for text it cannot read

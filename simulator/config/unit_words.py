@@ -21,6 +21,7 @@ second = [time] = s = sec
 minute = 60 * second = min
 hour = 3600 * second = h
 kelvin = [temperature] = K
+degree_Celsius = kelvin; offset: 273.15 = degC
 candela = [luminosity] = cd
 nit = candela / metre ** 2
 radian = [angle] = rad

@@ -17,6 +17,7 @@ class Banding(Stage):
     """
 
     stem: ClassVar[str] = "banding"
+    neutral: ClassVar[dict[str, float]] = {"amplitude_dn": 0.0}
     amplitude_dn: DigitalNumbers
     period_px: float
 

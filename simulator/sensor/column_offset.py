@@ -16,6 +16,7 @@ class ColumnOffset(Stage):
     """
 
     stem: ClassVar[str] = "column_offset"
+    neutral: ClassVar[dict[str, float]] = {"sigma_dn": 0.0}
     sigma_dn: DigitalNumbers
 
     def __post_init__(self):

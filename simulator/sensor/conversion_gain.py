@@ -16,6 +16,7 @@ class ConversionGain(Stage):
 
     stem: ClassVar[str] = "conversion_gain"
     in_camera_stages: ClassVar[bool] = False
+    neutral: ClassVar[dict[str, float]] = {"ratio": 1.0}
     ratio: float
 
     def __post_init__(self):

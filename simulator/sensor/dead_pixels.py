@@ -15,6 +15,7 @@ class DeadPixels(Stage):
     """
 
     stem: ClassVar[str] = "dead_pixels"
+    neutral: ClassVar[dict[str, float]] = {"share": 0.0}
     share: float
 
     def __post_init__(self):

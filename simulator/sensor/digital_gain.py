@@ -17,6 +17,7 @@ class DigitalGain(Stage):
     """
 
     stem: ClassVar[str] = "digital_gain"
+    neutral: ClassVar[dict[str, float]] = {"factor": 1.0}
     factor: float
     black_level_dn: Annotated[DigitalNumbers, FromShot("black_level_dn")] = 0.0
 

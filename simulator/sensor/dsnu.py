@@ -16,6 +16,7 @@ class Dsnu(Stage):
     """
 
     stem: ClassVar[str] = "dsnu"
+    neutral: ClassVar[dict[str, float]] = {"sigma_e": 0.0}
     sigma_e: Electrons
 
     def __post_init__(self):

@@ -15,6 +15,7 @@ class Prnu(Stage):
     """
 
     stem: ClassVar[str] = "prnu"
+    neutral: ClassVar[dict[str, float]] = {"sigma": 0.0}
     sigma: float
 
     def __post_init__(self):

@@ -19,6 +19,7 @@ class RandomTelegraphNoise(Stage):
     """
 
     stem: ClassVar[str] = "random_telegraph_noise"
+    neutral: ClassVar[dict[str, float]] = {"share": 0.0, "amplitude_e": 0.0}
     share: float
     amplitude_e: Electrons
 

@@ -20,6 +20,7 @@ class ReadNoiseAfterGain(Stage):
 
     stem: ClassVar[str] = "read_noise_after_gain"
     in_camera_stages: ClassVar[bool] = False
+    neutral: ClassVar[dict[str, float]] = {"sigma_dn": 0.0}
     sigma_dn: DigitalNumbers
     tukey_lambda: float | None = None
 

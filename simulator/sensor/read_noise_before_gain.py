@@ -18,6 +18,7 @@ class ReadNoiseBeforeGain(Stage):
 
     stem: ClassVar[str] = "read_noise_before_gain"
     in_camera_stages: ClassVar[bool] = False
+    neutral: ClassVar[dict[str, float]] = {"sigma_e": 0.0}
     sigma_e: Electrons
     spread: float = 0.0
 

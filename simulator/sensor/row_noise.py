@@ -16,6 +16,7 @@ class RowNoise(Stage):
     """
 
     stem: ClassVar[str] = "row_noise"
+    neutral: ClassVar[dict[str, float]] = {"sigma_dn": 0.0}
     sigma_dn: DigitalNumbers
 
     def __post_init__(self):
