@@ -41,10 +41,10 @@ def test_row_and_pixel_noise_come_apart():
         found = [pair_noise(a, b) for a, b in zip(frames(), frames(), strict=True)]
         p_values[row_sd, pixel_sd, "row"] = scatter_p([noise.row_variance_dn2 for noise in found], row_sd**2)
         p_values[row_sd, pixel_sd, "pixel"] = scatter_p([noise.pixel_variance_dn2 for noise in found], pixel_sd**2)
-        spread = np.std([noise.pixel_variance_dn2 for noise in found], ddof=1) / pixel_sd**2 / found[0].pixel_sd
-        p_values[row_sd, pixel_sd, "spread"] = 2 * min(
-            stats.chi2.cdf(199 * spread**2, 199), stats.chi2.sf(199 * spread**2, 199)
-        )
+        for name in ("pixel_variance", "variance"):
+            error = np.mean([getattr(noise, f"{name}_error_dn2") for noise in found])
+            spread = np.var([getattr(noise, f"{name}_dn2") for noise in found], ddof=1) / error**2
+            p_values[row_sd, pixel_sd, name] = 2 * min(stats.chi2.cdf(199 * spread, 199), stats.chi2.sf(199 * spread, 199))
     accept(p_values)
 
 

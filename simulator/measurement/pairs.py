@@ -19,6 +19,8 @@ class PairNoise:
     mean_dn: of both frames. variance_dn2: all temporal variance of EMVA 1288, rounding included.
     pixel_variance_dn2: without row noise, rounding included. row_variance_dn2: of the offsets of whole rows; an estimate
         around 0 may be negative. rows, columns: size of the plane.
+    variance_error_dn2, pixel_variance_error_dn2: standard errors, from the scatter between rows, which are independent
+        of each other; so they hold for noise of any shape.
     """
 
     mean_dn: float
@@ -27,11 +29,8 @@ class PairNoise:
     row_variance_dn2: float
     rows: int
     columns: int
-
-    @property
-    def pixel_sd(self) -> float:
-        """Relative standard deviation of pixel_variance_dn2 for normal noise: sqrt(2 / (rows (columns - 1)))."""
-        return math.sqrt(2.0 / (self.rows * (self.columns - 1)))
+    variance_error_dn2: float
+    pixel_variance_error_dn2: float
 
 
 def mean_of_pair(first: np.ndarray, second: np.ndarray) -> float:
@@ -60,11 +59,20 @@ def pair_noise(first: np.ndarray, second: np.ndarray) -> PairNoise:
     rows, columns = difference.shape
     if min(rows, columns) < 2:
         raise PhotositeError(f"a pair of {rows} x {columns} photosites: row noise needs 2 x 2 or more; use larger frames")
-    row_means = difference.mean(axis=1, keepdims=True)
-    pixel = float(np.sum((difference - row_means) ** 2)) / (2.0 * rows * (columns - 1))
-    of_means = float(np.var(row_means, ddof=1)) / 2.0
-    total = 0.5 * (float(np.mean(difference**2)) - float(np.mean(difference)) ** 2)
-    return PairNoise(mean_of_pair(first, second), total, pixel, of_means - pixel / columns, rows, columns)
+    row_means = difference.mean(axis=1)
+    about_zero = difference - difference.mean()
+    per_row, pixel_per_row = 0.5 * np.mean(about_zero**2, axis=1), 0.5 * np.var(difference, axis=1, ddof=1)
+    pixel = float(pixel_per_row.mean())
+    return PairNoise(
+        mean_dn=mean_of_pair(first, second),
+        variance_dn2=float(per_row.mean()),
+        pixel_variance_dn2=pixel,
+        row_variance_dn2=float(np.var(row_means, ddof=1)) / 2.0 - pixel / columns,
+        rows=rows,
+        columns=columns,
+        variance_error_dn2=float(np.std(per_row, ddof=1)) / math.sqrt(rows),
+        pixel_variance_error_dn2=float(np.std(pixel_per_row, ddof=1)) / math.sqrt(rows),
+    )
 
 
 def _difference(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -61,17 +61,19 @@ def stack_of(frames: Iterable[np.ndarray]) -> Stack:
 def spatial_variance(stack: Stack) -> SpatialVariance:
     """Split the variance of the mean frame into rows, columns and photosites.
 
-    Of M rows and N columns: the row means scatter with row + rest / N, the column means with column + rest / M, and
-    the whole with row + column + rest, where rest is the photosites' own variance and 1/L of the temporal one.
-    Raises PhotositeError for planes below 3 x 3.
+    Analysis of variance in two ways: of M rows and N columns, the row means scatter with row + rest / N, the column means
+    with column + rest / M, and what neither explains with rest = the photosites' own variance + 1/L of the temporal one.
+    EMVA 1288 R4.0 Linear solves the same three equations for the variance of the whole instead; without 1/M and 1/N of bias
+    the results are the same. Raises PhotositeError for planes below 3 x 3.
     """
     mean = stack.mean_dn
     rows, columns = mean.shape
     if min(rows, columns) < 3:
         raise PhotositeError(f"a plane of {rows} x {columns} photosites: too small for rows and columns; use larger frames")
-    whole = float(np.var(mean, ddof=1))
-    of_rows, of_columns = float(np.var(mean.mean(axis=1), ddof=1)), float(np.var(mean.mean(axis=0), ddof=1))
-    rest = (whole - of_rows - of_columns) / (1.0 - 1.0 / rows - 1.0 / columns)
+    row_means, column_means = mean.mean(axis=1), mean.mean(axis=0)
+    rest_map = mean - row_means[:, np.newaxis] - column_means + mean.mean()
+    rest = float(np.sum(rest_map**2)) / ((rows - 1) * (columns - 1))
     pixel = rest - stack.variance_dn2 / stack.frames
-    row, column = of_rows - rest / columns, of_columns - rest / rows
+    row = float(np.var(row_means, ddof=1)) - rest / columns
+    column = float(np.var(column_means, ddof=1)) - rest / rows
     return SpatialVariance(row + column + pixel, row, column, pixel)
