@@ -1,0 +1,80 @@
+"""A measured number with the 95 % confidence interval around it."""
+
+import math
+from dataclasses import dataclass
+
+from scipy import stats
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A value and the ends of its 95 % confidence interval, all in one unit.
+
+    The ends enclose the true value in 95 of 100 measurements alike; a value that is known has both ends on it.
+    """
+
+    value: float
+    low: float
+    high: float
+
+    def covers(self, truth: float) -> bool:
+        """Whether the truth lies within."""
+        return self.low <= truth <= self.high
+
+    def scaled(self, factor: float) -> "Interval":
+        """The same in another unit; factor > 0."""
+        return Interval(factor * self.value, factor * self.low, factor * self.high)
+
+    @property
+    def standard_error(self) -> float:
+        """Standard deviation of the value, from the width of the interval."""
+        return (self.high - self.low) / (2.0 * _Z)
+
+
+_Z = float(stats.norm.ppf(0.5 + CONFIDENCE / 2.0))
+
+
+def normal_interval(value: float, standard_error: float) -> Interval:
+    """Interval of a value whose error is normal."""
+    return Interval(value, value - _Z * standard_error, value + _Z * standard_error)
+
+
+def student_interval(value: float, standard_error: float, degrees: int) -> Interval:
+    """Interval of a value whose standard error was itself estimated with these degrees of freedom (Student's t)."""
+    reach = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, degrees)) * standard_error
+    return Interval(value, value - reach, value + reach)
+
+
+def variance_interval(variance: float, degrees: float) -> Interval:
+    """Interval of a variance that was estimated with these degrees of freedom (chi-square)."""
+    low, high = stats.chi2.ppf([0.5 + CONFIDENCE / 2.0, 0.5 - CONFIDENCE / 2.0], degrees)
+    return Interval(variance, variance * degrees / float(low), variance * degrees / float(high))
+
+
+def degrees_of_freedom(count: float, excess_kurtosis: float) -> float:
+    """Degrees of freedom a variance of `count` independent values has when they are not normal.
+
+    The variance of a sample variance is (2 + excess kurtosis) / count of its square; 2 / degrees says the same.
+    """
+    return 2.0 * count / max(2.0 + excess_kurtosis, 0.1)
+
+
+def root(variance: Interval) -> Interval:
+    """Standard deviation of a variance; what lies below 0 counts as 0."""
+    return Interval(*(math.sqrt(max(part, 0.0)) for part in (variance.value, variance.low, variance.high)))
+
+
+def shifted(interval: Interval, offset: float) -> Interval:
+    """The interval with a known amount added."""
+    return Interval(interval.value + offset, interval.low + offset, interval.high + offset)
+
+
+def weighted_mean(parts: list[Interval]) -> tuple[Interval, float]:
+    """Mean weighted by the inverse variance, and the p-value that all parts measure one number (chi-square)."""
+    weights = [1.0 / max(part.standard_error, 1e-300) ** 2 for part in parts]
+    mean = sum(weight * part.value for weight, part in zip(weights, parts, strict=True)) / sum(weights)
+    chi2 = sum(weight * (part.value - mean) ** 2 for weight, part in zip(weights, parts, strict=True))
+    p_value = float(stats.chi2.sf(chi2, len(parts) - 1)) if len(parts) > 1 else 1.0
+    return normal_interval(mean, math.sqrt(1.0 / sum(weights))), p_value
