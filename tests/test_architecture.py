@@ -26,6 +26,7 @@ ORDER = [
     {"pipeline"},
     {"config", "raw", "raw_file", "development"},
     {"measurement"},
+    {"validation"},
     {"command_line"},
     {"data_gen"},
 ]
