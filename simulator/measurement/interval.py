@@ -53,14 +53,6 @@ def variance_interval(variance: float, degrees: float) -> Interval:
     return Interval(variance, variance * degrees / float(low), variance * degrees / float(high))
 
 
-def degrees_of_freedom(count: float, excess_kurtosis: float) -> float:
-    """Degrees of freedom a variance of `count` independent values has when they are not normal.
-
-    The variance of a sample variance is (2 + excess kurtosis) / count of its square; 2 / degrees says the same.
-    """
-    return 2.0 * count / max(2.0 + excess_kurtosis, 0.1)
-
-
 def root(variance: Interval) -> Interval:
     """Standard deviation of a variance; what lies below 0 counts as 0."""
     return Interval(*(math.sqrt(max(part, 0.0)) for part in (variance.value, variance.low, variance.high)))
