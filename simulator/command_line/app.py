@@ -120,6 +120,24 @@ def noise(
     validate_noise(camera, settings or [], iso or [], out, device)
 
 
+@validate.command(epilog="Example: photosite validate emva sony_a7s2 --iso 1600 --out emva")
+def emva(
+    camera: CameraName,
+    settings: CameraSettings = None,
+    iso: Annotated[int | None, typer.Option(help="The ISO; the lowest that was measured when left out.")] = None,
+    out: ReportFolder = None,
+    device: DeviceName = None,
+) -> None:
+    """EMVA 1288 Release 4.0: quantum efficiency, K, dark noise, DSNU, PRNU, saturation, SNR, linearity per colour plane.
+
+    Simulates the frames as DNG files, measures the files alone, and compares with the camera file.
+    Exit status 1 when a gate fails.
+    """
+    from simulator.command_line.validation import validate_emva
+
+    validate_emva(camera, settings or [], iso, out, device)
+
+
 @app.command(epilog="Example: photosite explain shot.yaml --set lens.f_number=f/1.4")
 def explain(shot: ShotFile, settings: Settings = None) -> None:
     """Show the plan of a shot: which steps run or are skipped and why, the lens in numbers, and where white lands."""

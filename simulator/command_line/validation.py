@@ -19,6 +19,7 @@ from simulator.sensor.camera import Camera
 from simulator.validation.gate import Gate
 
 if TYPE_CHECKING:
+    from simulator.validation.emva_report import EmvaReport
     from simulator.validation.noise_report import NoiseReport
 
 log = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -44,6 +45,41 @@ def validate_noise(camera: str, settings: list[str], isos: list[int], out: Path 
         write_figure(noise_figure(report), out / "noise.png")
         log.print(escape(f"frames in {folder}, report in {out / 'noise.json'} and {out / 'noise.png'}"))
     _verdict(report.gates)
+
+
+def validate_emva(camera: str, settings: list[str], iso: int | None, out: Path | None, device: str | None) -> None:
+    """Print summary and gates; with `out`, keep the frames there and write emva.html, emva.json and emva.png.
+
+    iso: the lowest that was measured when None. Raises PhotositeError; typer.Exit(1) when a gate failed.
+    """
+    from simulator.validation import emva_html, emva_report
+    from simulator.validation.emva_figures import emva_overview
+    from simulator.validation.figures import write_figure
+
+    body = camera_named(camera, settings)
+    with _frames(out) as folder, _progress() as told:
+        report = emva_report.validate_emva(body, iso or min(body.iso_table), folder, device=device, told=told)
+    show_summary(report)
+    show_gates("Against the camera file", report.gates)
+    if out is not None:
+        emva_report.write_emva_json(report, out / "emva.json")
+        emva_html.write_emva_html(report, out / "emva.html")
+        write_figure(emva_overview(report.found, f"EMVA 1288 of {report.camera} at ISO {report.iso}"), out / "emva.png")
+        log.print(escape(f"frames in {folder}, report in {out / 'emva.html'} and {out / 'emva.json'}"))
+    _verdict(report.gates)
+
+
+def show_summary(report: "EmvaReport") -> None:
+    """Print EMVA 1288's numbers by plane, and the speed of ISO 12232."""
+    names = list(report.found.planes)
+    table = Table(title=escape(f"EMVA 1288 of {report.camera} at ISO {report.iso}, from {report.frames} raw files"))
+    for column in ("quantity", "unit", *names):
+        table.add_column(column, justify="left" if column in ("quantity", "unit") else "right")
+    for quantity, unit, values in report.summary():
+        table.add_row(quantity, unit, *(f"{values[name]:.5g}" for name in names))
+    console().print(table)
+    speed, exposure = report.found.saturation_speed, report.found.saturation_exposure_lx_s
+    console().print(f"ISO 12232: S_sat = 78 / H_sat = {speed:.4g} (H_sat = {exposure:.4g} lx s, D55); nominal ISO {report.iso}")
 
 
 def camera_named(name: str, settings: list[str]) -> Camera:

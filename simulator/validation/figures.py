@@ -1,5 +1,6 @@
 """Figures of the reports. matplotlib is an extra, imported when the first figure is made."""
 
+import io
 import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -45,6 +46,17 @@ def decade_axis(axes: "Axes", low: float, high: float) -> None:
     axes.set(yscale="log", ylim=(low / 1.3, high * 1.3))
     axes.set_yticks(kept, [f"{tick:g}" for tick in kept], minor=False)
     axes.set_yticks([], minor=True)
+
+
+def svg_of(figure: "Figure") -> str:
+    """Return a figure as an SVG element to stand in an HTML page, with the same bytes each time."""
+    import matplotlib
+
+    with matplotlib.rc_context({"svg.hashsalt": "photosite", "svg.fonttype": "none"}):
+        buffer = io.StringIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    text = buffer.getvalue()
+    return text[text.index("<svg") :]
 
 
 def write_figure(figure: "Figure", path: str | os.PathLike) -> None:

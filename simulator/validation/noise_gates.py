@@ -7,6 +7,7 @@ import numpy as np
 
 from simulator.planner import Plan
 from simulator.sensor import STAGES
+from simulator.sensor.camera import Camera
 from simulator.stage import Moments
 from simulator.validation.flat_frames import FlatBench
 from simulator.validation.gate import LEAST_SIGMAS, Gate
@@ -25,11 +26,10 @@ OF_WHOLE_ROWS = ("row_noise", "banding")
 
 def iso_gates(found: IsoNoise, bench: FlatBench, wanted: FramePlan) -> list[Gate]:
     """Compare what the files of one ISO told with the camera file."""
-    setting, planned, where = bench.camera.iso_setting(bench.iso), bench.planned, f"ISO {bench.iso}"
-    digital = planned.stage("digital_gain")
-    gain_dn_per_e = setting.gain_dn_per_e * (digital.factor if digital is not None else 1.0)
+    planned, where = bench.planned, f"ISO {bench.iso}"
+    gain_dn_per_e = expected_gain(bench.camera, bench.iso, planned)
     read_dn, row_dn = read_noise_dn(planned), math.sqrt(max(dark_variance(planned) - dark_variance(planned, rows=False), 0.0))
-    reason, error = _no_read_noise_gate(planned, read_dn), found.gain.standard_error / found.gain.value
+    reason, error = no_read_noise_gate(planned, read_dn), found.gain.standard_error / found.gain.value
     read_error = found.dark.error_dn2 / (2.0 * read_dn**2) if read_dn > 0 else 0.0
     span_dn = planned.white_level_dn() - planned.moments(0.0).mean
     full_scale_e = span_dn / gain_dn_per_e
@@ -94,6 +94,12 @@ def _relative_errors(one: IsoNoise) -> tuple[float, float]:
     return one.gain.standard_error / one.gain.value, one.dark.error_dn2 / (2.0 * one.read_noise_dn**2)
 
 
+def expected_gain(camera: Camera, iso: int, planned: Plan) -> float:
+    """K of the camera file at an ISO, times the digital gain if there is one [DN/e-]."""
+    digital = planned.stage("digital_gain")
+    return camera.iso_setting(iso).gain_dn_per_e * (digital.factor if digital is not None else 1.0)
+
+
 def read_noise_dn(planned: Plan) -> float:
     """Temporal noise of a photosite in the dark, of the camera's stages, without row noise and rounding [DN]."""
     return math.sqrt(max(dark_variance(planned, rows=False) - 1.0 / 12.0, 0.0))
@@ -108,7 +114,7 @@ def dark_variance(planned: Plan, rows: bool = True) -> float:
     return signal.variance
 
 
-def _no_read_noise_gate(planned: Plan, read_dn: float) -> str:
+def no_read_noise_gate(planned: Plan, read_dn: float) -> str:
     """Why the read noise cannot be asked of the files, or nothing."""
     if read_dn < LEAST_READ_NOISE_DN:
         return f"below {LEAST_READ_NOISE_DN} DN, where rounding hides it"
