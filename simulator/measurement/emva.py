@@ -170,4 +170,6 @@ def _error(variance: SpatialVariance, stack: Stack) -> float:
 def _pattern(variances: list[float], error: float, unit: float) -> Pattern:
     """Standard deviations of four variances in another unit."""
     total, row, column, pixel = (math.sqrt(max(value, 0.0)) / unit for value in variances)
-    return Pattern(total, row, column, pixel, error / (2.0 * max(pixel, math.sqrt(error) / unit) * unit**2))
+    # From the error of a variance to that of its root, which at 0 is the root itself.
+    of_root = error / (2.0 * max(pixel * unit, math.sqrt(error)) * unit) if error > 0 else 0.0
+    return Pattern(total, row, column, pixel, of_root)
