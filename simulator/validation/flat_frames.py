@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from simulator.errors import require
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
 from simulator.pipeline import simulate
@@ -51,7 +52,12 @@ def narrow_light(wavelength_nm: float) -> UniformLight:
 
 
 def bench_camera(camera: Camera, width: int, height: int) -> Camera:
-    """Return the camera with a window in its middle that begins with the sensor's own filter pattern."""
+    """Return the camera with a window in its middle that begins with the sensor's own filter pattern.
+
+    Raises PhotositeError for a camera that bins, since its files hold no single photosites.
+    """
+    rule = "single photosites are measured; leave binning out, or set it to null"
+    require(camera.binning is None, "camera.binning", camera.binning, rule)
     width, height = min(width, camera.width_px), min(height, camera.height_px)
     x, y = ((camera.width_px - width) // 4 * 2, (camera.height_px - height) // 4 * 2)
     return replace(camera, window=Window(x, y, width, height))

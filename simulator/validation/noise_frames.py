@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from simulator.sensor.camera import Camera
+from simulator.validation.expectation import pedestal_holds
 from simulator.validation.flat_frames import FlatBench, bench_camera, white_light
 
 EXPOSURE_TIME_S = 0.01
@@ -17,7 +18,6 @@ LEVELS = (0.25, 0.4, 0.55, 0.68)  # of saturation, in the most sensitive colour;
 LOW_LEVEL = 0.03  # instead of the first, where black clips the dark and the line needs two ends
 DARK_PAIRS = 4
 MOST_PAIRS = 16  # per level
-CLEAR_SIGMAS = 4.0  # pedestal above which the read noise of the dark is not clipped (1 code in 30,000)
 
 Pair = tuple[Path, Path]
 
@@ -51,18 +51,12 @@ def noise_bench(camera: Camera, iso: int, folder: Path, device: str | None = Non
     return FlatBench(bench_camera(camera, WINDOW_PX, WINDOW_PX), iso, EXPOSURE_TIME_S, white_light(), folder, device)
 
 
-def pedestal_holds(bench: FlatBench) -> bool:
-    """Whether black lies so high that the dark's noise stays above code 0."""
-    dark = bench.planned.moments(0.0)
-    return dark.mean >= CLEAR_SIGMAS * math.sqrt(dark.variance)
-
-
 def frame_plan(bench: FlatBench) -> FramePlan:
     """Choose levels and number of pairs such that K gets its wanted precision, as far as MOST_PAIRS allow."""
     levels = LEVELS
-    if not pedestal_holds(bench):
+    if not pedestal_holds(bench.planned):
         dark, weakest = bench.planned.moments(0.0), float(bench.electrons.min() / bench.electrons.max())
-        clear = 5.0 * math.sqrt(dark.variance) / (bench.planned.white_level_dn() * weakest)
+        clear = 5.0 * math.sqrt(dark.variance + dark.fixed_variance) / (bench.planned.white_level_dn() * weakest)
         levels = (max(LOW_LEVEL, clear), *LEVELS[1:])
     single = FramePlan(levels, 1, _gain_error(bench, levels))
     pairs = min(max(math.ceil((single.gain_error / GAIN_ERROR) ** 2), 1), MOST_PAIRS)
@@ -71,12 +65,12 @@ def frame_plan(bench: FlatBench) -> FramePlan:
 
 def _gain_error(bench: FlatBench, levels: tuple[float, ...]) -> float:
     """Relative standard error of K from one pair per level, by the variance model; a sample variance has 2 V^2 / N."""
-    frame, dark = bench.planned.frame, bench.planned.moments(0.0)
+    frame, dark = bench.camera.frame, bench.planned.moments(0.0)
     places = [0] if bench.camera.channels == 1 else [0, 1, 1, 2]
     points = [bench.planned.moments(bench.factor_of(level) * e) for level in levels for e in bench.electrons[places]]
     signal = np.array([point.mean for point in points]) - dark.mean
     variance, count = np.array([point.variance for point in points]), frame.width * frame.height / len(places)
-    if not pedestal_holds(bench):
+    if not pedestal_holds(bench.planned):
         signal = signal - np.average(signal, weights=variance**-2.0)  # a free intercept
         return float(np.sqrt(2.0 / count / (signal**2 / variance**2).sum())) / _slope(points)
     leverage = signal / variance**2 / (signal**2 / variance**2).sum()

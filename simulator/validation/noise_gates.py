@@ -5,14 +5,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simulator.planner import Plan
-from simulator.sensor import STAGES
-from simulator.sensor.camera import Camera
-from simulator.stage import Moments
+from simulator.validation.expectation import (
+    dark_moments,
+    expected_gain,
+    gain_hidden,
+    line_hidden,
+    read_noise_dn,
+    read_noise_hidden,
+    row_noise_dn,
+)
 from simulator.validation.flat_frames import FlatBench
 from simulator.validation.gate import LEAST_SIGMAS, Gate
 from simulator.validation.noise import IsoNoise, log_slope, noise_steps
-from simulator.validation.noise_frames import CLEAR_SIGMAS, DARK_PAIRS, FramePlan
+from simulator.validation.noise_frames import DARK_PAIRS, FramePlan
 
 GAIN_TOLERANCE = 0.006
 READ_NOISE_TOLERANCE = 0.015
@@ -20,46 +25,48 @@ FULL_SCALE_TOLERANCE = 0.006
 RANGE_TOLERANCE_STOPS = 0.03  # 2 %
 SLOPE_TOLERANCE = 0.005
 STEP_TOLERANCE = 0.03
-LEAST_READ_NOISE_DN = 0.5  # below, rounding hides it (EMVA 1288 sets its limit at a variance of 0.24 DN^2)
-OF_WHOLE_ROWS = ("row_noise", "banding")
 
 
 def iso_gates(found: IsoNoise, bench: FlatBench, wanted: FramePlan) -> list[Gate]:
     """Compare what the files of one ISO told with the camera file."""
-    planned, where = bench.planned, f"ISO {bench.iso}"
-    gain_dn_per_e = expected_gain(bench.camera, bench.iso, planned)
-    read_dn, row_dn = read_noise_dn(planned), math.sqrt(max(dark_variance(planned) - dark_variance(planned, rows=False), 0.0))
-    reason, error = no_read_noise_gate(planned, read_dn), found.gain.standard_error / found.gain.value
+    planned, where, reason = bench.planned, f"ISO {bench.iso}", read_noise_hidden(bench.planned)
+    gain_dn_per_e, read_dn = expected_gain(bench.camera, bench.iso, planned), read_noise_dn(planned)
+    error = found.gain.standard_error / found.gain.value
     read_error = found.dark.error_dn2 / (2.0 * read_dn**2) if read_dn > 0 else 0.0
-    span_dn = planned.white_level_dn() - planned.moments(0.0).mean
-    full_scale_e = span_dn / gain_dn_per_e
-    smallest_e = math.sqrt(dark_variance(planned, rows=False)) / gain_dn_per_e + 0.5
-    return [
-        Gate("K", where, found.gain.value, gain_dn_per_e, GAIN_TOLERANCE, error, "DN/e-", ungated=_imprecise(wanted)),
+    full_scale_e = (planned.white_level_dn() - planned.moments(0.0).mean) / gain_dn_per_e
+    smallest_e = math.sqrt(dark_moments(planned, rows=False).variance) / gain_dn_per_e + 0.5
+    stops, blurred = math.log2(full_scale_e / smallest_e), gain_hidden(planned) or line_hidden(planned)
+    gates = [
+        Gate(
+            "K", where, found.gain.value, gain_dn_per_e, GAIN_TOLERANCE, error, "DN/e-", ungated=blurred or _imprecise(wanted)
+        ),
         Gate("read noise", where, found.read_noise_dn, read_dn, READ_NOISE_TOLERANCE, read_error, "DN", ungated=reason),
-        Gate("full scale", where, found.full_scale_e, full_scale_e, FULL_SCALE_TOLERANCE, error, "e-"),
+        Gate("full scale", where, found.full_scale_e, full_scale_e, FULL_SCALE_TOLERANCE, error, "e-", ungated=blurred),
         Gate(
             "dynamic range",
             where,
             found.dynamic_range_stops,
-            math.log2(full_scale_e / smallest_e),
+            stops,
             RANGE_TOLERANCE_STOPS,
-            read_error / math.log(2.0),
+            math.hypot(read_error, error) / math.log(2.0),
             "stops",
             relative=False,
-            ungated=reason,
+            ungated=reason or blurred,
         ),
-        _row_gate(where, found.row_noise_dn, row_dn, read_dn, planned, reason),
     ]
+    return [*gates, _row_gate(where, found.row_noise_dn, bench, reason)]
 
 
-def _row_gate(where: str, measured_dn: float, row_dn: float, read_dn: float, planned: Plan, reason: str) -> Gate:
+def _row_gate(where: str, measured_dn: float, bench: FlatBench, reason: str) -> Gate:
     """Row noise: few rows tell it, so the gate is as wide as chance makes it."""
+    row_dn, read_dn, frame = row_noise_dn(bench.planned), read_noise_dn(bench.planned), bench.camera.frame
     if row_dn == 0:
         return Gate("row noise", where, measured_dn, 0.0, 0.0, 0.0, "DN", ungated=reason or "the camera has none")
-    of_photosites = read_dn**2 / planned.frame.width / row_dn**2  # what the mean of a row keeps of it
-    error = (1.0 + of_photosites) / math.sqrt(2.0 * DARK_PAIRS * (planned.frame.height - 1))
-    if planned.stage("banding") is not None:
+    of_photosites = read_dn**2 / frame.width / row_dn**2  # what the mean of a row keeps of it
+    error = (1.0 + of_photosites) / math.sqrt(2.0 * DARK_PAIRS * (frame.height - 1))
+    if LEAST_SIGMAS * error > 0.5:
+        reason = reason or "too little of it to be told from the photosites' noise"
+    if bench.planned.stage("banding") is not None:
         reason = reason or "banding is part of it, whose rows are not independent"
     return Gate("row noise", where, measured_dn, row_dn, LEAST_SIGMAS * error, error, "DN", ungated=reason)
 
@@ -92,36 +99,6 @@ def table_gates(found: Sequence[IsoNoise], gains: dict[int, float], read_noise_e
 def _relative_errors(one: IsoNoise) -> tuple[float, float]:
     """Relative standard errors of K and of the read noise in DN."""
     return one.gain.standard_error / one.gain.value, one.dark.error_dn2 / (2.0 * one.read_noise_dn**2)
-
-
-def expected_gain(camera: Camera, iso: int, planned: Plan) -> float:
-    """K of the camera file at an ISO, times the digital gain if there is one [DN/e-]."""
-    digital = planned.stage("digital_gain")
-    return camera.iso_setting(iso).gain_dn_per_e * (digital.factor if digital is not None else 1.0)
-
-
-def read_noise_dn(planned: Plan) -> float:
-    """Temporal noise of a photosite in the dark, of the camera's stages, without row noise and rounding [DN]."""
-    return math.sqrt(max(dark_variance(planned, rows=False) - 1.0 / 12.0, 0.0))
-
-
-def dark_variance(planned: Plan, rows: bool = True) -> float:
-    """Temporal variance of a dark code [DN^2]; rows: whether what whole rows share is part of it."""
-    signal = Moments(0.0, 0.0)
-    for stage in planned.stages:
-        if stage.stem in STAGES and (rows or stage.stem not in OF_WHOLE_ROWS):
-            signal = stage.moments(signal)
-    return signal.variance
-
-
-def no_read_noise_gate(planned: Plan, read_dn: float) -> str:
-    """Why the read noise cannot be asked of the files, or nothing."""
-    if read_dn < LEAST_READ_NOISE_DN:
-        return f"below {LEAST_READ_NOISE_DN} DN, where rounding hides it"
-    pedestal = planned.moments(0.0).mean
-    if pedestal < CLEAR_SIGMAS * read_dn:
-        return f"the pedestal of {pedestal:g} DN is below {CLEAR_SIGMAS:g} standard deviations: the file clips the dark"
-    return ""
 
 
 def _imprecise(wanted: FramePlan) -> str:
