@@ -48,7 +48,10 @@ def peer_results(files: EmvaFiles, plane: str, folder: Path, monkeypatch):
     return process.Results1288(process.Data1288(images.data, loglevel=logging.ERROR).data, loglevel=logging.ERROR)
 
 
-@pytest.mark.parametrize(("iso", "settings"), [(800, []), (3200, [])])
+BODY = ["camera.stages.prnu.sigma=0.01", "camera.stages.dsnu.sigma=3 e-", "camera.stages.column_offset.sigma=1 DN"]
+
+
+@pytest.mark.parametrize(("iso", "settings"), [(800, BODY), (3200, [])])
 def test_the_reference_implementation_agrees_on_the_same_frames(tmp_path, monkeypatch, iso, settings):
     """Within the gates of `photosite validate emva`, of ours and of the camera file alike."""
     camera = load_shot(CONFIGS / "shots" / "flat_field.yaml", ["camera=sony_a7s2", *settings]).camera

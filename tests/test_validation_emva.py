@@ -11,16 +11,24 @@ from conftest import test_camera as small_camera
 from simulator.command_line import main
 from simulator.config import load_shot
 from simulator.config.layers import CONFIGS
+from simulator.errors import PhotositeError
+from simulator.sensor.binning import Binning
 from simulator.sensor.camera import IsoSetting
+from simulator.sensor.column_offset import ColumnOffset
 from simulator.sensor.dark_current import DarkCurrent
+from simulator.sensor.dsnu import Dsnu
 from simulator.sensor.full_well import FullWell
+from simulator.sensor.hot_pixels import HotPixels
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.prnu import Prnu
+from simulator.sensor.row_noise import RowNoise
 from simulator.spectra import LIGHT_SPEED_M_S, PLANCK_J_S
 from simulator.validation import emva_frames, emva_gates
 from simulator.validation.emva import measure_emva
 from simulator.validation.emva_frames import EmvaBench, take_emva_frames
 from simulator.validation.emva_html import emva_html
 from simulator.validation.emva_report import validate_emva
+from simulator.validation.expectation import read_noise_hidden
 
 
 def mono(**settings):
@@ -54,6 +62,34 @@ def test_a_mono_camera_is_measured_back(report):
     assert plane.quantum_efficiency.value == pytest.approx(0.8, rel=0.005)  # unit efficiency on 80 % of the area
     assert 0.95 * 7000 < plane.saturation_e < 7000
     assert report.found.dark_current_e_per_s["MONO"][0].value == pytest.approx(20.0, rel=0.02)
+
+
+def test_the_patterns_of_a_body_are_measured_back(tmp_path):
+    stages = {
+        "photon_shot_noise": PhotonShotNoise(),
+        "prnu": Prnu(0.01),
+        "dsnu": Dsnu(3.0),
+        "column_offset": ColumnOffset(1.0),
+        "row_noise": RowNoise(0.8),
+    }
+    report = validate_emva(mono(bit_depth=14, black_level_dn=500.0, stages=stages), 100, tmp_path)
+    assert not failed(report.gates)
+    asked = {gate.quantity: gate for gate in report.gates if not gate.ungated}
+    assert asked["DSNU"].expected == pytest.approx(np.hypot(3.0, 1.0 / 0.5)) and asked["PRNU"].expected == pytest.approx(0.01)
+    assert asked["sigma_d"].expected == pytest.approx(np.hypot(2.0, 0.8) / 0.5)
+    dsnu, prnu = (getattr(report.found.planes["MONO"], name) for name in ("dsnu", "prnu"))
+    assert dsnu.pixel == pytest.approx(3.0, rel=0.01) and prnu.pixel == pytest.approx(0.01, rel=0.01)
+    assert dsnu.column == pytest.approx(2.0, rel=4 / np.sqrt(2 * 400))
+    assert dsnu.row == pytest.approx(1.6 / 4, rel=4 / np.sqrt(2 * 300))  # row noise over sqrt(16 frames), no pattern
+    assert prnu.row < 0.001 and prnu.column < 0.001
+
+
+def test_defects_are_named_as_the_reason_not_to_ask(tmp_path):
+    stages = {"photon_shot_noise": PhotonShotNoise(), "prnu": Prnu(0.01), "hot_pixels": HotPixels(1e-3, 1e4)}
+    planned = EmvaBench(mono(stages=stages), 100, tmp_path).white.planned
+    assert "hot pixels" in read_noise_hidden(planned)
+    with pytest.raises(PhotositeError, match=r"camera\.binning = .*single photosites"):
+        _ = EmvaBench(mono(binning=Binning(2)), 100, tmp_path).white
 
 
 def test_photons_are_counted_as_the_definition_says():

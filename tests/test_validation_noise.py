@@ -14,7 +14,12 @@ from simulator.config import load_shot
 from simulator.config.layers import CONFIGS
 from simulator.errors import PhotositeError
 from simulator.sensor.camera import IsoSetting
+from simulator.sensor.column_offset import ColumnOffset
+from simulator.sensor.dsnu import Dsnu
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.prnu import Prnu
+from simulator.sensor.random_telegraph_noise import RandomTelegraphNoise
+from simulator.sensor.row_noise import RowNoise
 from simulator.validation import noise_gates
 from simulator.validation.gate import Gate
 from simulator.validation.noise import log_slope, measure_iso, noise_steps
@@ -83,6 +88,23 @@ def test_a_camera_without_pedestal_is_asked_for_its_gain_only(tmp_path):
     assert all(point.dark_is_clipped for point in report.points)
     assert all("pedestal" in gate.ungated for gate in report.of("read noise"))
     assert not any(gate.ungated for gate in report.of("K"))
+
+
+def test_a_body_with_patterns_row_noise_and_long_tails(tmp_path):
+    """Fixed patterns leave no trace in pairs; row noise is told apart from the photosites' own."""
+    body = {
+        "photon_shot_noise": PhotonShotNoise(),
+        "prnu": Prnu(0.01),
+        "dsnu": Dsnu(5.0),
+        "column_offset": ColumnOffset(3.0),
+        "row_noise": RowNoise(1.5),
+        "random_telegraph_noise": RandomTelegraphNoise(0.001, 20.0),
+    }
+    report = validate_noise(camera({400: (0.5, 4.0)}, 512.0, 14, stages=body), [400], tmp_path)
+    assert not failed(report.gates)
+    assert not any(gate.ungated for gate in report.gates)
+    assert report.of("row noise")[0].expected == pytest.approx(1.5)
+    assert report.of("read noise")[0].expected == pytest.approx(np.sqrt(16.0 + 0.25 * 0.001 * 400.0))
 
 
 def test_read_noise_below_half_a_code_is_not_asked_for(tmp_path):

@@ -56,10 +56,11 @@ def _temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBench) ->
     line, line_error, snr = plane.linearity, 100.0 * plane.linearity_error, math.sqrt(saturation_e)
     bend = max(LINEARITY_TOLERANCE, LEAST_SIGMAS * line_error)
     hidden, bent, eta = read_noise_hidden(planned), line_hidden(planned), plane.quantum_efficiency.value
+    k_tolerance, eta_tolerance = (max(least, LEAST_SIGMAS * k_error) for least in (GAIN_TOLERANCE, EFFICIENCY_TOLERANCE))
     k_hidden, eta_hidden = gain_hidden(planned) or bent, efficiency_hidden(planned) or bent
     rows = [
-        ("K", plane.gain.value, gain_dn_per_e, GAIN_TOLERANCE, k_error, "DN/e-", k_hidden),
-        ("quantum efficiency", eta, efficiency, EFFICIENCY_TOLERANCE, k_error, "e-/photon", eta_hidden),
+        ("K", plane.gain.value, gain_dn_per_e, k_tolerance, k_error, "DN/e-", k_hidden),
+        ("quantum efficiency", eta, efficiency, eta_tolerance, k_error, "e-/photon", eta_hidden),
         ("sigma_d", plane.read_noise.value, sigma_d, read_tolerance, read_error, "e-", hidden or k_hidden),
         ("saturation", plane.saturation_e, saturation_e, SATURATION_TOLERANCE, k_error, "e-", k_hidden),
         ("SNR_max", plane.snr_max, snr, SNR_TOLERANCE, k_error / 2.0, "", k_hidden),
