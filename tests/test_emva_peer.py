@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simulator.config import load_shot
-from simulator.config.layers import CONFIGS
+from simulator.config import load_camera
 from simulator.raw_file import read_raw_file
 from simulator.validation.emva import COLOR_OF, measure_emva
 from simulator.validation.emva_frames import EmvaBench, EmvaFiles, take_emva_frames
@@ -54,7 +53,7 @@ BODY = ["camera.stages.prnu.sigma=0.01", "camera.stages.dsnu.sigma=3 e-", "camer
 @pytest.mark.parametrize(("iso", "settings"), [(800, BODY), (3200, [])])
 def test_the_reference_implementation_agrees_on_the_same_frames(tmp_path, monkeypatch, iso, settings):
     """Within the gates of `photosite validate emva`, of ours and of the camera file alike."""
-    camera = load_shot(CONFIGS / "shots" / "flat_field.yaml", ["camera=sony_a7s2", *settings]).camera
+    camera = load_camera("sony_a7s2", settings)
     bench = EmvaBench(camera, iso, tmp_path)
     files = take_emva_frames(bench, 1)
     found = measure_emva(files)

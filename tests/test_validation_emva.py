@@ -9,8 +9,7 @@ import pytest
 from conftest import test_camera as small_camera
 
 from simulator.command_line import main
-from simulator.config import load_shot
-from simulator.config.layers import CONFIGS
+from simulator.config import load_camera
 from simulator.errors import PhotositeError
 from simulator.sensor.binning import Binning
 from simulator.sensor.camera import IsoSetting
@@ -145,7 +144,7 @@ def test_the_command_writes_page_picture_and_json(tmp_path, capsys, monkeypatch)
 @pytest.mark.slow
 @pytest.mark.parametrize("iso", [100, 1600, 25600])
 def test_sony_a7s2_per_colour_plane(tmp_path, iso):
-    camera = load_shot(CONFIGS / "shots" / "flat_field.yaml", ["camera=sony_a7s2"]).camera
+    camera = load_camera("sony_a7s2")
     report = validate_emva(camera, iso, tmp_path)
     assert not failed(report.gates)
     assert list(report.found.planes) == ["R", "Gr", "Gb", "B"]

@@ -10,8 +10,7 @@ from randomness import accept
 from scipy import stats
 
 from simulator.command_line import main
-from simulator.config import load_shot
-from simulator.config.layers import CONFIGS
+from simulator.config import load_camera
 from simulator.errors import PhotositeError
 from simulator.sensor.camera import IsoSetting
 from simulator.sensor.column_offset import ColumnOffset
@@ -32,7 +31,7 @@ IMX385 = {1600: (3.513, 11.92), 3200: (6.956, 38.12), 6400: (13.486, 130.8), 128
 
 @pytest.fixture(scope="module")
 def sony():
-    return load_shot(CONFIGS / "shots" / "flat_field.yaml", ["camera=sony_a7s2"]).camera
+    return load_camera("sony_a7s2")
 
 
 def camera(table, black, bits, cfa="RGGB", **settings):
@@ -129,6 +128,11 @@ def test_a_gate_is_passed_within_its_tolerance_and_never_by_nan():
     assert not dataclasses.replace(gate, expected=-1.0, relative=False).passed
     with pytest.raises(PhotositeError, match="relative deviation"):
         Gate("K", "ISO 100", 1.0, 0.0, 0.01, 0.0)
+
+
+def test_a_camera_is_loaded_with_single_values_set():
+    camera = load_camera("ideal", ["camera.stages.prnu.sigma=0.01", "camera.bit_depth=12"])
+    assert camera.stages["prnu"] == Prnu(0.01) and camera.bit_depth == 12
 
 
 def run(*arguments):

@@ -13,9 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from simulator.command_line.tables import console
-from simulator.config import load_shot
-from simulator.config.layers import CONFIGS
-from simulator.sensor.camera import Camera
+from simulator.config import load_camera
 from simulator.validation.gate import Gate
 
 if TYPE_CHECKING:
@@ -34,11 +32,9 @@ def validate_noise(camera: str, settings: list[str], isos: list[int], out: Path 
     from simulator.validation.figures import write_figure
     from simulator.validation.noise_figure import noise_figure
 
-    body = camera_named(camera, settings)
+    body = load_camera(camera, settings)
     with _frames(out) as folder, _progress() as told:
-        report = noise_report.validate_noise(
-            body, isos or sorted(body.iso_table), folder, keep=out is not None, device=device, told=told
-        )
+        report = noise_report.validate_noise(body, isos or body.isos, folder, keep=out is not None, device=device, told=told)
     show_noise(report)
     if out is not None:
         noise_report.write_noise_json(report, out / "noise.json")
@@ -56,9 +52,9 @@ def validate_emva(camera: str, settings: list[str], iso: int | None, out: Path |
     from simulator.validation.emva_figures import emva_overview
     from simulator.validation.figures import write_figure
 
-    body = camera_named(camera, settings)
+    body = load_camera(camera, settings)
     with _frames(out) as folder, _progress() as told:
-        report = emva_report.validate_emva(body, iso or min(body.iso_table), folder, device=device, told=told)
+        report = emva_report.validate_emva(body, iso or body.isos[0], folder, device=device, told=told)
     show_summary(report)
     show_gates("Against the camera file", report.gates)
     if out is not None:
@@ -80,11 +76,6 @@ def show_summary(report: "EmvaReport") -> None:
     console().print(table)
     speed, exposure = report.found.saturation_speed, report.found.saturation_exposure_lx_s
     console().print(f"ISO 12232: S_sat = 78 / H_sat = {speed:.4g} (H_sat = {exposure:.4g} lx s, D55); nominal ISO {report.iso}")
-
-
-def camera_named(name: str, settings: list[str]) -> Camera:
-    """Read a camera by its name or path, with values set by dotted path as in a shot file. Raises PhotositeError."""
-    return load_shot(CONFIGS / "shots" / "flat_field.yaml", [f"camera={name}", *settings]).camera
 
 
 def show_noise(report: "NoiseReport") -> None:
@@ -118,9 +109,20 @@ def show_noise(report: "NoiseReport") -> None:
             console().print(
                 escape(f"{gate.quantity}, {gate.where}: {gate.measured:.5g}, expected {gate.expected:.5g}"), _deviation(gate)
             )
-    for reason in dict.fromkeys(gate.ungated for gate in report.gates if gate.ungated and gate.quantity != "row noise"):
-        where = ", ".join(f"{gate.quantity} at {gate.where}" for gate in report.gates if gate.ungated == reason)
-        console().print(escape(f"not gated: {reason}: {where}"))
+    for line in _reasons(report.gates):
+        console().print(escape(line))
+
+
+def _reasons(gates: Sequence[Gate]) -> list[str]:
+    """Why numbers were not asked for, each reason once with the quantities and the ISOs it holds for."""
+    lines = []
+    for reason in dict.fromkeys(gate.ungated for gate in gates if gate.ungated):
+        held = [gate for gate in gates if gate.ungated == reason]
+        quantities, places = (
+            ", ".join(dict.fromkeys(names)) for names in zip(*((g.quantity, g.where) for g in held), strict=True)
+        )
+        lines.append(f"not gated, {reason}: {quantities} at {places.replace(', ISO ', ', ')}")
+    return lines
 
 
 def show_gates(title: str, gates: Sequence[Gate]) -> None:
