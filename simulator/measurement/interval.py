@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from scipy import stats
 
 CONFIDENCE = 0.95
+Z = float(stats.norm.ppf(0.5 + CONFIDENCE / 2.0))  # 1.96 standard errors
 
 
 @dataclass(frozen=True)
@@ -30,15 +31,12 @@ class Interval:
     @property
     def standard_error(self) -> float:
         """Standard deviation of the value, from the width of the interval."""
-        return (self.high - self.low) / (2.0 * _Z)
-
-
-_Z = float(stats.norm.ppf(0.5 + CONFIDENCE / 2.0))
+        return (self.high - self.low) / (2.0 * Z)
 
 
 def normal_interval(value: float, standard_error: float) -> Interval:
     """Interval of a value whose error is normal."""
-    return Interval(value, value - _Z * standard_error, value + _Z * standard_error)
+    return Interval(value, value - Z * standard_error, value + Z * standard_error)
 
 
 def student_interval(value: float, standard_error: float, degrees: int) -> Interval:
@@ -61,6 +59,13 @@ def root(variance: Interval) -> Interval:
 def shifted(interval: Interval, offset: float) -> Interval:
     """The interval with a known amount added."""
     return Interval(interval.value + offset, interval.low + offset, interval.high + offset)
+
+
+def quotient(top: Interval, bottom: Interval) -> Interval:
+    """Quotient of two values above 0 with independent errors; an end of 0 stays 0."""
+    value, share = top.value / bottom.value, bottom.standard_error / bottom.value
+    ends = [math.hypot((end - top.value) / bottom.value, Z * share * value) for end in (top.low, top.high)]
+    return Interval(value, max(value - ends[0], 0.0) if top.low > 0 else top.low / bottom.value, value + ends[1])
 
 
 def weighted_mean(parts: list[Interval]) -> tuple[Interval, float]:
