@@ -132,7 +132,7 @@ def test_the_report_is_one_page_that_needs_nothing_else(report):
 def test_the_command_writes_page_picture_and_json(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(emva_frames, "WINDOW_PX", (400, 300))
     with pytest.raises(SystemExit) as end:
-        main(["validate", "emva", "ideal", "--out", str(tmp_path)])
+        main(["validate", "emva", "ideal", "--iso", "100", "--out", str(tmp_path)])
     printed = capsys.readouterr()
     assert end.value.code == 0, printed.err
     assert "ISO 12232" in printed.out and "gates passed" in printed.err
