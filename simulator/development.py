@@ -1,7 +1,6 @@
 """Development: raw file to picture with rawpy (LibRaw), every default that depends on the picture switched off."""
 
 import difflib
-import io
 import math
 import os
 from pathlib import Path
@@ -13,6 +12,7 @@ from simulator.errors import PhotositeError, require
 from simulator.frame import Raw
 from simulator.raw.dng import dng_bytes
 from simulator.raw.picture import write_picture
+from simulator.raw_file import open_raw
 
 OUTPUTS = {"srgb": "sRGB", "linear_srgb": "sRGB", "xyz": "XYZ", "camera": "raw"}  # ours -> rawpy.ColorSpace
 DEMOSAICS = ("linear", "vng", "ppg", "ahd", "dcb", "dht", "aahd")  # what LibRaw offers without its GPL packs
@@ -104,26 +104,18 @@ def _linear(raw: Raw | str | os.PathLike, output: str, half_size: bool, demosaic
 
     in_memory = isinstance(raw, Raw)
     label = raw.name if in_memory else os.fspath(raw)
-    if not in_memory and not os.path.isfile(label):
-        raise PhotositeError(f"{label}: no such file; check the path")
-    try:
-        with rawpy.imread(io.BytesIO(dng_bytes(raw)) if in_memory else label) as frame:
-            picture = frame.postprocess(
-                demosaic_algorithm=rawpy.DemosaicAlgorithm[demosaic.upper()],
-                output_color=rawpy.ColorSpace[OUTPUTS[output]],
-                half_size=half_size,
-                adjust_maximum_thr=0.0,  # else white is the brightest pixel of this very picture
-                no_auto_bright=True,
-                gamma=(1, 1),
-                output_bps=16,
-                user_flip=0,
-                **white_balance,
-            )
-    except rawpy.LibRawFileUnsupportedError as error:
-        raise PhotositeError(f"{label}: not a raw file that LibRaw can read; give a DNG or another raw file") from error
-    except rawpy.LibRawError as error:
-        reason = error.args[0].decode() if error.args and isinstance(error.args[0], bytes) else error
-        raise PhotositeError(f"{label}: damaged or cut short ({reason}); write or copy it again") from error
+    with open_raw(dng_bytes(raw) if in_memory else label, label) as frame:
+        picture = frame.postprocess(
+            demosaic_algorithm=rawpy.DemosaicAlgorithm[demosaic.upper()],
+            output_color=rawpy.ColorSpace[OUTPUTS[output]],
+            half_size=half_size,
+            adjust_maximum_thr=0.0,  # else white is the brightest pixel of this very picture
+            no_auto_bright=True,
+            gamma=(1, 1),
+            output_bps=16,
+            user_flip=0,
+            **white_balance,
+        )
     return picture if picture.shape[2] == 3 else _grey(picture[..., 0], output, half_size)
 
 

@@ -24,7 +24,9 @@ ORDER = [
     {"planner"},
     {"blur", "readout"},
     {"pipeline"},
-    {"config", "raw", "development"},
+    {"config", "raw", "raw_file", "development"},
+    {"measurement"},
+    {"validation"},
     {"command_line"},
     {"data_gen"},
 ]
@@ -32,7 +34,7 @@ ONLY = {
     "colour": {"colour_data"},
     "pyopencl": {"device"},
     "yaml": {"config"},
-    "rawpy": {"development"},
+    "rawpy": {"development", "raw_file"},
     "typer": {"command_line", "data_gen"},
 }
 

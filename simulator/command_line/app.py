@@ -17,6 +17,11 @@ app = typer.Typer(
     epilog="Try: photosite simulate configs/shots/color_checker.yaml --set exposure.iso=1600 --out frames",
 )
 
+validate = typer.Typer(
+    no_args_is_help=True, rich_markup_mode="rich", help="Measure a camera back from the raw files it makes, and compare."
+)
+app.add_typer(validate, name="validate")
+
 ShotFile = Annotated[Path, typer.Argument(metavar="SHOT.yaml", help="Shot file; see configs/shots for examples.")]
 Settings = Annotated[
     list[str] | None,
@@ -85,6 +90,52 @@ def devices() -> None:
     from simulator.command_line.tables import show_devices
 
     show_devices()
+
+
+CameraName = Annotated[str, typer.Argument(metavar="CAMERA", help="A camera of configs/cameras, or a path to a camera file.")]
+CameraSettings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Set one value by its dotted path, e.g. camera.bit_depth=12. Repeatable."),
+]
+ReportFolder = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Keep the frames and write the report here; else only the table.")
+]
+DeviceName = Annotated[str | None, typer.Option("--device", help="Part of an OpenCL device's name; see `photosite devices`.")]
+
+
+@validate.command(epilog="Example: photosite validate noise sony_a7s2 --iso 1600 --iso 2000 --out noise")
+def noise(
+    camera: CameraName,
+    settings: CameraSettings = None,
+    iso: Annotated[list[int] | None, typer.Option(help="An ISO; repeatable. All that were measured when left out.")] = None,
+    out: ReportFolder = None,
+    device: DeviceName = None,
+) -> None:
+    """Noise against ISO: K, read noise, full scale and dynamic range from dark frames and flat pairs.
+
+    Simulates them as DNG files, measures the files alone, and compares with the camera file. Exit status 1 when a gate fails.
+    """
+    from simulator.command_line.validation import validate_noise
+
+    validate_noise(camera, settings or [], iso or [], out, device)
+
+
+@validate.command(epilog="Example: photosite validate emva sony_a7s2 --iso 1600 --out emva")
+def emva(
+    camera: CameraName,
+    settings: CameraSettings = None,
+    iso: Annotated[int | None, typer.Option(help="The ISO; the lowest that was measured when left out.")] = None,
+    out: ReportFolder = None,
+    device: DeviceName = None,
+) -> None:
+    """EMVA 1288 Release 4.0: quantum efficiency, K, dark noise, DSNU, PRNU, saturation, SNR, linearity per colour plane.
+
+    Simulates the frames as DNG files, measures the files alone, and compares with the camera file.
+    Exit status 1 when a gate fails.
+    """
+    from simulator.command_line.validation import validate_emva
+
+    validate_emva(camera, settings or [], iso, out, device)
 
 
 @app.command(epilog="Example: photosite explain shot.yaml --set lens.f_number=f/1.4")

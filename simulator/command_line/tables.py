@@ -20,7 +20,7 @@ def show_devices() -> None:
     for device in devices():
         memory = f"{device.memory_bytes / 2**30:.1f} GiB"
         table.add_row(escape(device.name), escape(device.version), str(device.compute_units), memory)
-    _console().print(table)
+    console().print(table)
 
 
 def show_plan(path: Path, settings: list[str]) -> None:
@@ -30,7 +30,7 @@ def show_plan(path: Path, settings: list[str]) -> None:
     shot = load_shot(path, settings)
     with located(path, settings):
         planned = plan(shot)
-    console = _console()
+    out = console()
     steps = Table(title=f"Plan of {escape(shot.name)}")
     for column in ("stage", "", "why"):
         steps.add_column(column)
@@ -38,13 +38,13 @@ def show_plan(path: Path, settings: list[str]) -> None:
         steps.add_row(
             escape(step.stage), "kept" if step.kept else "skipped", escape(step.why), style=None if step.kept else "dim"
         )
-    console.print(steps)
-    console.print(_facts("Lens", lens_facts(shot)))
-    console.print(_facts("A white surface at the centre", white_facts(shot, planned)))
+    out.print(steps)
+    out.print(_facts("Lens", lens_facts(shot)))
+    out.print(_facts("A white surface at the centre", white_facts(shot, planned)))
     for note in planned.scene.notes:
-        console.print(f"note: {escape(note)}")
+        out.print(f"note: {escape(note)}")
     for warning in shot_warnings(shot):
-        console.print(f"warning: {escape(warning)}")
+        out.print(f"warning: {escape(warning)}")
 
 
 def _facts(title: str, facts: list[Fact]) -> Table:
@@ -56,7 +56,8 @@ def _facts(title: str, facts: list[Fact]) -> Table:
     return table
 
 
-def _console() -> Console:
+def console() -> Console:
+    """Return a console for results: stdout, 200 columns wide where it is no terminal."""
     # Tables piped into a file keep their text instead of being cut to 80 columns.
     console = Console(highlight=False)
     return console if console.is_terminal else Console(highlight=False, width=200)

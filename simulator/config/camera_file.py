@@ -1,5 +1,6 @@
 """A camera in YAML: a name, a path, or a mapping with `base:`; every section may state its `source:`."""
 
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Annotated
@@ -8,7 +9,7 @@ from pydantic import Discriminator, Field, Tag, create_model
 
 from simulator.config.build import build, validate
 from simulator.config.document import Document, Place, read_document
-from simulator.config.layers import find_config, merged, subdocument, with_section, without
+from simulator.config.layers import find_config, merged, parse_override, subdocument, with_section, with_value, without
 from simulator.config.response_curves import ResponseCurves, spectral_response
 from simulator.config.section_types import Section
 from simulator.config.sections import section_with
@@ -56,21 +57,24 @@ def camera_section() -> type[Section]:
     return section_with(Camera, _camera, replace={"response": curves, "stages": stage_model}, extra=source)
 
 
-def load_camera(name: str) -> Camera:
+def load_camera(name: str, overrides: Iterable[str] = ()) -> Camera:
     """Return the camera of a name in configs/cameras or of a file.
 
+    overrides: `camera.dotted.path=value` texts as the command line's --set takes them.
     Raises PhotositeError with file and line.
     """
-    document = camera_document(name)
+    document = camera_document(name, overrides)
     model = create_model("CameraFile", __base__=Section, camera=(camera_section(), ...))
     return build(validate(model, document).camera, ("camera",), document)
 
 
-def camera_document(name: str) -> Document:
+def camera_document(name: str, overrides: Iterable[str] = ()) -> Document:
     """Return `{camera: ...}` as it is written, with its base and its response read in: numbers beside their sources."""
     place = Place(name, Path.cwd())
-    camera = inline_response(inline_camera(Document(name, {(): place})))
-    return with_section(Document({}, {(): place}), "camera", camera)
+    document = with_section(Document({}, {(): place}), "camera", inline_camera(Document(name, {(): place})))
+    for text in overrides:
+        document = with_value(document, *parse_override(text))
+    return with_section(document, "camera", inline_response(subdocument(document, "camera")))
 
 
 def inline_camera(document: Document, name: str = "camera") -> Document:

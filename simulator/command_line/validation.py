@@ -1,0 +1,180 @@
+"""`photosite validate`: a camera measured back from its raw files, as a table, a picture and JSON."""
+
+import tempfile
+from collections.abc import Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from simulator.command_line.tables import console
+from simulator.config import load_camera
+from simulator.validation.gate import Gate
+
+if TYPE_CHECKING:
+    from simulator.validation.emva_report import EmvaReport
+    from simulator.validation.noise_report import NoiseReport
+
+log = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def validate_noise(camera: str, settings: list[str], isos: list[int], out: Path | None, device: str | None) -> None:
+    """Print the table; with `out`, keep the frames there and write noise.json and noise.png.
+
+    Raises PhotositeError; typer.Exit(1) when a gate failed.
+    """
+    from simulator.validation import noise_report
+    from simulator.validation.figures import write_figure
+    from simulator.validation.noise_figure import noise_figure
+
+    body = load_camera(camera, settings)
+    with _frames(out) as folder, _progress() as told:
+        report = noise_report.validate_noise(body, isos or body.isos, folder, keep=out is not None, device=device, told=told)
+    show_noise(report)
+    if out is not None:
+        noise_report.write_noise_json(report, out / "noise.json")
+        write_figure(noise_figure(report), out / "noise.png")
+        log.print(escape(f"frames in {folder}, report in {out / 'noise.json'} and {out / 'noise.png'}"))
+    _verdict(report.gates)
+
+
+def validate_emva(camera: str, settings: list[str], iso: int | None, out: Path | None, device: str | None) -> None:
+    """Print summary and gates; with `out`, keep the frames there and write emva.html, emva.json and emva.png.
+
+    iso: the lowest that was measured when None. Raises PhotositeError; typer.Exit(1) when a gate failed.
+    """
+    from simulator.validation import emva_html, emva_report
+    from simulator.validation.emva_figures import emva_overview
+    from simulator.validation.figures import write_figure
+
+    body = load_camera(camera, settings)
+    with _frames(out) as folder, _progress() as told:
+        report = emva_report.validate_emva(body, iso or body.isos[0], folder, device=device, told=told)
+    show_summary(report)
+    show_gates("Against the camera file", report.gates)
+    if out is not None:
+        emva_report.write_emva_json(report, out / "emva.json")
+        emva_html.write_emva_html(report, out / "emva.html")
+        write_figure(emva_overview(report.found, f"EMVA 1288 of {report.camera} at ISO {report.iso}"), out / "emva.png")
+        log.print(escape(f"frames in {folder}, report in {out / 'emva.html'} and {out / 'emva.json'}"))
+    _verdict(report.gates)
+
+
+def show_summary(report: "EmvaReport") -> None:
+    """Print EMVA 1288's numbers by plane, and the speed of ISO 12232."""
+    names = list(report.found.planes)
+    table = Table(title=escape(f"EMVA 1288 of {report.camera} at ISO {report.iso}, from {report.frames} raw files"))
+    for column in ("quantity", "unit", *names):
+        table.add_column(column, justify="left" if column in ("quantity", "unit") else "right")
+    for quantity, unit, values in report.summary():
+        table.add_row(quantity, unit, *(f"{values[name]:.5g}" for name in names))
+    console().print(table)
+    speed, exposure = report.found.saturation_speed, report.found.saturation_exposure_lx_s
+    console().print(f"ISO 12232: S_sat = 78 / H_sat = {speed:.4g} (H_sat = {exposure:.4g} lx s, D55); nominal ISO {report.iso}")
+
+
+def show_noise(report: "NoiseReport") -> None:
+    """Print a line per ISO, each number with its deviation from the camera file, and what the ISOs tell together."""
+    quantities = ("K", "read noise", "full scale", "dynamic range")
+    table = Table(
+        title=escape(f"{report.camera}: noise measured from {report.frames} raw files, and its deviation from the file")
+    )
+    heads = (
+        "ISO",
+        "K [DN/e-]",
+        "",
+        "read noise [DN]",
+        "",
+        "[e-]",
+        "full scale [e-]",
+        "",
+        "dynamic range [stops]",
+        "",
+        "row noise [DN]",
+    )
+    for head in heads:
+        table.add_column(escape(head), justify="right")
+    for point in report.points:
+        gates = {gate.quantity: gate for gate in report.gates if gate.where == f"ISO {point.iso}"}
+        cells = [cell for name in quantities for cell in (f"{gates[name].measured:.5g}", _deviation(gates[name]))]
+        table.add_row(str(point.iso), *cells[:4], f"{point.read_noise_e:.4g}", *cells[4:], f"{point.row_noise_dn:.3g}")
+    console().print(table)
+    for gate in report.gates:
+        if not gate.where.startswith("ISO") or " to " in gate.where:
+            console().print(
+                escape(f"{gate.quantity}, {gate.where}: {gate.measured:.5g}, expected {gate.expected:.5g}"), _deviation(gate)
+            )
+    for line in _reasons(report.gates):
+        console().print(escape(line))
+
+
+def _reasons(gates: Sequence[Gate]) -> list[str]:
+    """Why numbers were not asked for, each reason once with the quantities and the ISOs it holds for."""
+    lines = []
+    for reason in dict.fromkeys(gate.ungated for gate in gates if gate.ungated):
+        held = [gate for gate in gates if gate.ungated == reason]
+        quantities, places = (
+            ", ".join(dict.fromkeys(names)) for names in zip(*((g.quantity, g.where) for g in held), strict=True)
+        )
+        lines.append(f"not gated, {reason}: {quantities} at {places.replace(', ISO ', ', ')}")
+    return lines
+
+
+def show_gates(title: str, gates: Sequence[Gate]) -> None:
+    """Print a line per gate: what was measured, what it should be, and the verdict."""
+    table = Table(title=escape(title))
+    for column in ("quantity", "where", "measured", "expected", "unit", "deviation", "allowed", "standard error", "verdict"):
+        table.add_column(column, justify="left" if column in ("quantity", "where", "unit", "verdict") else "right")
+    for gate in gates:
+        numbers = (f"{gate.measured:.5g}", f"{gate.expected:.5g}", gate.unit)
+        allowed = "" if gate.ungated else _spread(gate, gate.tolerance)
+        verdict = f"not gated: {gate.ungated}" if gate.ungated else "pass" if gate.passed else "FAIL"
+        row = (gate.quantity, gate.where, *numbers, _deviation(gate), allowed, _spread(gate, gate.error), escape(verdict))
+        table.add_row(*row, style="dim" if gate.ungated else None if gate.passed else "red")
+    console().print(table)
+
+
+def _deviation(gate: Gate) -> str:
+    """Deviation with its verdict; nothing where no number can be given."""
+    if not gate.expected and gate.relative:
+        return ""
+    text = _spread(gate, gate.deviation, "+")
+    return f"[dim]({text})[/dim]" if gate.ungated else text if gate.passed else f"[red]{text} FAIL[/red]"
+
+
+def _spread(gate: Gate, value: float, sign: str = "") -> str:
+    return f"{100.0 * value:{sign}.3f} %" if gate.relative else f"{value:{sign}.4f}"
+
+
+def _verdict(gates: Sequence[Gate]) -> None:
+    asked, failed = [gate for gate in gates if not gate.ungated], [gate for gate in gates if not gate.passed]
+    if failed:
+        names = ", ".join(f"{gate.quantity} at {gate.where}" for gate in failed[:3])
+        more = f" and {len(failed) - 3} more" if len(failed) > 3 else ""
+        log.print(escape(f"error: {len(failed)} of {len(asked)} gates failed: {names}{more}"))
+        raise typer.Exit(1)
+    log.print(f"all {len(asked)} gates passed")
+
+
+@contextmanager
+def _frames(out: Path | None):
+    """Folder for the frames: `out`/frames, or one that goes away."""
+    if out is not None:
+        yield out / "frames"
+        return
+    with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
+        yield Path(folder)
+
+
+@contextmanager
+def _progress():
+    """Yield a function for (what, done, total) that moves a bar on stderr."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=log, transient=True, disable=not log.is_terminal) as bar:
+        task = bar.add_task("frames", total=None)
+        yield lambda text, done, total: bar.update(task, description=escape(text), completed=done, total=total)

@@ -1,0 +1,82 @@
+"""Mean and noise of two frames taken alike (EMVA 1288 R4.0 Linear: temporal noise by the photon transfer method).
+
+The difference of the two holds no fixed pattern, so half its variance is the temporal variance. Whole-number codes are
+summed exactly, so nothing is lost in large frames. Planes are (height, width) codes [DN] of one colour.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+
+
+@dataclass(frozen=True)
+class PairNoise:
+    """Temporal noise of a pair, split into what a whole row has in common and what is a photosite's own.
+
+    mean_dn: of both frames. variance_dn2: all temporal variance of EMVA 1288, rounding included.
+    pixel_variance_dn2: without row noise, rounding included. row_variance_dn2: of the offsets of whole rows; an estimate
+        around 0 may be negative. rows, columns: size of the plane.
+    variance_error_dn2, pixel_variance_error_dn2: standard errors, from the scatter between rows, which are independent
+        of each other; so they hold for noise of any shape.
+    """
+
+    mean_dn: float
+    variance_dn2: float
+    pixel_variance_dn2: float
+    row_variance_dn2: float
+    rows: int
+    columns: int
+    variance_error_dn2: float
+    pixel_variance_error_dn2: float
+
+
+def mean_of_pair(first: np.ndarray, second: np.ndarray) -> float:
+    """Mean code of two frames [DN]."""
+    return 0.5 * (float(first.mean(dtype=np.float64)) + float(second.mean(dtype=np.float64)))
+
+
+def temporal_variance(first: np.ndarray, second: np.ndarray) -> float:
+    """Temporal variance [DN^2]: half the mean square difference less half the squared difference of the means.
+
+    The second term takes out that the light was not quite the same in both frames.
+    Raises PhotositeError for frames of different shapes.
+    """
+    difference = _difference(first, second)
+    return 0.5 * (float(np.mean(difference**2)) - float(np.mean(difference)) ** 2)
+
+
+def pair_noise(first: np.ndarray, second: np.ndarray) -> PairNoise:
+    """Temporal noise of a pair, row noise apart.
+
+    Analysis of variance with one random effect: in the difference, rows of n columns have means of variance
+    2 (row + pixel / n), and photosites scatter about their row's mean with 2 pixel.
+    Raises PhotositeError for frames of different shapes or of less than 2 x 2 photosites.
+    """
+    difference = _difference(first, second)
+    rows, columns = difference.shape
+    if min(rows, columns) < 2:
+        raise PhotositeError(f"a pair of {rows} x {columns} photosites: row noise needs 2 x 2 or more; use larger frames")
+    row_means = difference.mean(axis=1)
+    about_zero = difference - difference.mean()
+    per_row, pixel_per_row = 0.5 * np.mean(about_zero**2, axis=1), 0.5 * np.var(difference, axis=1, ddof=1)
+    pixel = float(pixel_per_row.mean())
+    return PairNoise(
+        mean_dn=mean_of_pair(first, second),
+        variance_dn2=float(per_row.mean()),
+        pixel_variance_dn2=pixel,
+        row_variance_dn2=float(np.var(row_means, ddof=1)) / 2.0 - pixel / columns,
+        rows=rows,
+        columns=columns,
+        variance_error_dn2=float(np.std(per_row, ddof=1)) / math.sqrt(rows),
+        pixel_variance_error_dn2=float(np.std(pixel_per_row, ddof=1)) / math.sqrt(rows),
+    )
+
+
+def _difference(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """First minus second as float64, so that unsigned codes cannot wrap."""
+    if first.shape != second.shape or first.ndim != 2:
+        raise PhotositeError(f"a pair of {first.shape} and {second.shape}: both frames of a pair must have one size")
+    return first.astype(np.float64) - second

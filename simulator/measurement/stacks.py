@@ -1,0 +1,79 @@
+"""Fixed pattern of a stack of frames taken alike (EMVA 1288 R4.0 Linear: spatial variances and their split)."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Sums over the frames of a stack.
+
+    mean_dn: (height, width) float64 mean of the frames [DN]. variance_dn2: temporal variance, mean over the
+    photosites [DN^2]. frames: how many.
+    """
+
+    mean_dn: np.ndarray
+    variance_dn2: float
+    frames: int
+
+
+@dataclass(frozen=True)
+class SpatialVariance:
+    """Variance of the fixed pattern, temporal noise taken off [DN^2]; an estimate around 0 may be negative.
+
+    total = row + column + pixel.
+    """
+
+    total_dn2: float
+    row_dn2: float
+    column_dn2: float
+    pixel_dn2: float
+
+
+def stack_of(frames: Iterable[np.ndarray]) -> Stack:
+    """Add up frames of one plane, (height, width) codes; they are read one by one and need not fit into memory together.
+
+    Raises PhotositeError for fewer than two frames or frames of different shapes.
+    """
+    total = squares = first = None
+    count = 0
+    for frame in frames:
+        if first is None:
+            # Codes close to the first frame's mean keep the sum of squares exact in float64.
+            first = np.rint(frame.mean(dtype=np.float64))
+            total, squares = np.zeros(frame.shape), np.zeros(frame.shape)
+        if frame.shape != total.shape:
+            raise PhotositeError(f"a stack of {total.shape} and {frame.shape}: all frames of a stack must have one size")
+        shifted = frame - first
+        total += shifted
+        squares += shifted**2
+        count += 1
+    if count < 2:
+        raise PhotositeError(f"a stack of {count} frames: give two or more; EMVA 1288 asks for 16 at least")
+    variance = float(np.mean(squares - total**2 / count)) / (count - 1)
+    return Stack(first + total / count, variance, count)
+
+
+def spatial_variance(stack: Stack) -> SpatialVariance:
+    """Split the variance of the mean frame into rows, columns and photosites.
+
+    Analysis of variance in two ways: of M rows and N columns, the row means scatter with row + rest / N, the column means
+    with column + rest / M, and what neither explains with rest = the photosites' own variance + 1/L of the temporal one.
+    EMVA 1288 R4.0 Linear solves the same three equations for the variance of the whole instead; without 1/M and 1/N of bias
+    the results are the same. Raises PhotositeError for planes below 3 x 3.
+    """
+    mean = stack.mean_dn
+    rows, columns = mean.shape
+    if min(rows, columns) < 3:
+        raise PhotositeError(f"a plane of {rows} x {columns} photosites: too small for rows and columns; use larger frames")
+    row_means, column_means = mean.mean(axis=1), mean.mean(axis=0)
+    rest_map = mean - row_means[:, np.newaxis] - column_means + mean.mean()
+    rest = float(np.sum(rest_map**2)) / ((rows - 1) * (columns - 1))
+    pixel = rest - stack.variance_dn2 / stack.frames
+    row = float(np.var(row_means, ddof=1)) - rest / columns
+    column = float(np.var(column_means, ddof=1)) - rest / rows
+    return SpatialVariance(row + column + pixel, row, column, pixel)

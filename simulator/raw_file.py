@@ -1,0 +1,116 @@
+"""Raw files of any camera as LibRaw reads them: the codes before any development, and what the file says of them."""
+
+import io
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+
+if TYPE_CHECKING:
+    import rawpy
+
+PLANES = ("R", "Gr", "Gb", "B")
+
+
+@dataclass(frozen=True)
+class RawFile:
+    """The visible part of a raw file.
+
+    mosaic: (height, width) uint16 codes as stored, pedestal included [DN].
+    cfa: colours of the 2x2 block at the upper left corner, row by row, or "MONO".
+    black_level_dn: (2, 2) float64 by place in that block [DN]. LibRaw rounds fractions; dark frames tell better.
+    white_level_dn: code at which the file says the sensor saturates [DN].
+    iso, exposure_time_s: as the file says, None where it does not. LibRaw tells every ISO above 65535 as 65535.
+    """
+
+    path: str
+    mosaic: np.ndarray
+    cfa: str
+    black_level_dn: np.ndarray
+    white_level_dn: int
+    iso: float | None
+    exposure_time_s: float | None
+
+    def planes(self) -> dict[str, np.ndarray]:
+        """Views of the colour planes, all of one shape: R, Gr (green in the rows of red), Gb and B, or MONO.
+
+        An odd last row or column is left out, since it holds only half of the planes.
+        """
+        if self.cfa == "MONO":
+            return {"MONO": self.mosaic}
+        height, width = (side // 2 * 2 for side in self.mosaic.shape)
+        return {name: self.mosaic[y:height:2, x:width:2] for name, (y, x) in plane_places(self.cfa).items()}
+
+
+def plane_places(cfa: str) -> dict[str, tuple[int, int]]:
+    """Row and column in the 2x2 block of each plane of a pattern such as "GBRG", in the order R, Gr, Gb, B; MONO: (0, 0)."""
+    if cfa == "MONO":
+        return {"MONO": (0, 0)}
+    red_row, red_column = divmod(cfa.index("R"), 2)
+    here, other = (red_row, 1 - red_row), (red_column, 1 - red_column)
+    return dict(zip(PLANES, [(row, column) for row in here for column in other], strict=True))
+
+
+def read_raw_file(path: str | os.PathLike) -> RawFile:
+    """Read any raw file with a Bayer pattern or none.
+
+    Raises PhotositeError for a file that is missing, no raw file or damaged, and for another pattern (X-Trans)
+    or developed data, which have no such planes.
+    """
+    label = os.fspath(path)
+    with open_raw(label, label) as frame:
+        mosaic = None if frame.raw_type.name != "Flat" else frame.raw_image_visible
+        if mosaic is None or mosaic.dtype != np.uint16:
+            raise PhotositeError(f"{label}: holds no mosaic of integer codes; give a raw file that was not demosaiced")
+        cfa, index = _pattern(frame, label)
+        black = np.asarray(frame.black_level_per_channel, dtype=np.float64)[index]
+        other = frame.other
+        return RawFile(
+            path=label,
+            mosaic=mosaic.copy(),
+            cfa=cfa,
+            black_level_dn=black,
+            white_level_dn=int(frame.white_level),
+            iso=_told(other.iso_speed),
+            exposure_time_s=_told(other.shutter_speed),
+        )
+
+
+@contextmanager
+def open_raw(source: str | bytes, label: str) -> Iterator["rawpy.RawPy"]:
+    """Open a path or the bytes of a file with LibRaw, and tell its failures, also those of the block, as PhotositeError."""
+    import rawpy
+
+    if isinstance(source, str) and not os.path.isfile(source):
+        raise PhotositeError(f"{label}: no such file; check the path")
+    try:
+        with rawpy.imread(io.BytesIO(source) if isinstance(source, bytes) else source) as frame:
+            yield frame
+    except rawpy.LibRawFileUnsupportedError as error:
+        raise PhotositeError(f"{label}: not a raw file that LibRaw can read; give a DNG or another raw file") from error
+    except rawpy.LibRawError as error:
+        reason = error.args[0].decode() if error.args and isinstance(error.args[0], bytes) else error
+        raise PhotositeError(f"{label}: damaged or cut short ({reason}); write or copy it again") from error
+
+
+def _pattern(frame: "rawpy.RawPy", label: str) -> tuple[str, np.ndarray]:
+    """Pattern of the visible part, and LibRaw's colour index (2, 2) by place; the second green has an index of its own."""
+    if frame.num_colors == 1:  # rawpy gives a meaningless pattern then
+        return "MONO", np.zeros((2, 2), dtype=int)
+    index = frame.raw_pattern
+    letters = frame.color_desc.decode("ascii", "replace")
+    pattern = "" if index is None else "".join(letters[place] for place in index.ravel())
+    if pattern not in ("RGGB", "BGGR", "GRBG", "GBRG"):
+        shown = f"{index.shape[0]} x {index.shape[1]} filter pattern" if index is not None else f"{letters} without a pattern"
+        raise PhotositeError(f"{label}: {shown}: only 2 x 2 Bayer patterns of R, G, G, B and monochrome files can be measured")
+    return pattern, index.astype(int)
+
+
+def _told(value: float) -> float | None:
+    """Return a number of the file's metadata, or None for the zero that LibRaw gives where there is none."""
+    return float(value) if np.isfinite(value) and value > 0 else None

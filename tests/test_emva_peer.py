@@ -1,0 +1,84 @@
+"""The reference implementation of EMVA 1288 on the same frames: PyPI's emva1288, which is no part of Photosite."""
+
+import logging
+import math
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simulator.config import load_camera
+from simulator.raw_file import read_raw_file
+from simulator.validation.emva import COLOR_OF, measure_emva
+from simulator.validation.emva_frames import EmvaBench, EmvaFiles, take_emva_frames
+from simulator.validation.emva_gates import emva_gates
+
+pytestmark = pytest.mark.slow
+
+
+def peer_results(files: EmvaFiles, plane: str, folder: Path, monkeypatch):
+    """Results of emva1288 1.0.2 for one plane of the files, handed over as a descriptor of .npy files.
+
+    The package calls np.asfarray, which NumPy 2 has no longer.
+    """
+    reason = "emva1288 is not installed: pip install 'photosite[peers]'"
+    monkeypatch.setattr(np, "asfarray", lambda a, dtype=float: np.asarray(a, dtype=float), raising=False)
+    process = pytest.importorskip("emva1288.process", reason=reason)
+    color, lines = files.colors[COLOR_OF[plane]], []
+
+    def block(kind, photons, paths):
+        lines.append(f"{kind} 10000000 {photons}".strip())
+        for path in paths:
+            name = f"{plane}_{path.stem}.npy"
+            np.save(folder / name, read_raw_file(path).planes()[plane])
+            lines.append(f"i {name}")
+
+    height, width = read_raw_file(files.dark_stack[0]).planes()[plane].shape
+    block("d", "", files.dark_stack[:2])
+    for photons, pair in zip(color.photons, color.pairs, strict=True):
+        block("b", photons, pair)
+    block("d", "", files.dark_stack)
+    block("b", color.stack_photons, color.stack)
+    descriptor = folder / f"{plane}.txt"
+    descriptor.write_text("\n".join(["v 4.0", f"n 14 {width} {height}", *lines]) + "\n")
+    info = process.ParseEmvaDescriptorFile(str(descriptor), loglevel=logging.ERROR)
+    images = process.LoadImageData(info.images, str(folder), fload=np.load, loglevel=logging.ERROR)
+    return process.Results1288(process.Data1288(images.data, loglevel=logging.ERROR).data, loglevel=logging.ERROR)
+
+
+BODY = ["camera.stages.prnu.sigma=0.01", "camera.stages.dsnu.sigma=3 e-", "camera.stages.column_offset.sigma=1 DN"]
+
+
+@pytest.mark.parametrize(("iso", "settings"), [(800, BODY), (3200, [])])
+def test_the_reference_implementation_agrees_on_the_same_frames(tmp_path, monkeypatch, iso, settings):
+    """Within the gates of `photosite validate emva`, of ours and of the camera file alike."""
+    camera = load_camera("sony_a7s2", settings)
+    bench = EmvaBench(camera, iso, tmp_path)
+    files = take_emva_frames(bench, 1)
+    found = measure_emva(files)
+    gates = {(gate.quantity, gate.where): gate for gate in emva_gates(found, bench)}
+    for name in ("Gr", "B"):
+        plane, peer = found.planes[name], peer_results(files, name, tmp_path, monkeypatch)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # roots of variances below 0, which it gives as nan
+            theirs = {
+                "K": peer.K,
+                "quantum efficiency": peer.QE / 100.0,
+                "sigma_d": peer.sigma_d,
+                "saturation": peer.u_e_sat,
+                "SNR_max": peer.SNR_max,
+                "dynamic range": peer.DR,
+                "LE_min": peer.LE_min,
+                "LE_max": peer.LE_max,
+                "DSNU": peer.DSNU1288,
+                "PRNU": peer.PRNU1288 / 100.0,
+            }
+        for quantity, value in theirs.items():
+            gate = gates[quantity, name]
+            if gate.ungated:
+                continue
+            for other in (gate.measured, gate.expected):
+                off = abs(value - other) / (other if gate.relative else 1.0)
+                assert off <= gate.tolerance, (quantity, name, value, gate)
+        assert peer.sigma_y_dark == pytest.approx(math.sqrt(plane.dark.variance_dn2), rel=0.01)
