@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.progress import track
 
 from simulator.device import Device, open_device
-from simulator.fused import POISSON_SWITCH_E, PoissonMeans
+from simulator.sensor.poisson_means import POISSON_SWITCH_E, PoissonMeans
 
 MEANS = np.concatenate([[0.0], np.geomspace(1e-2, 1e6, 29)]).astype(np.float32)
 SIZE = 2**21
@@ -34,15 +34,15 @@ def variant_of(mean: float) -> PoissonMeans:
 def error_of(device: Device, sampler: Sampler, mean: float) -> tuple[float, float]:
     """Distance and variance error of a sampler at a mean."""
     if sampler.of_word and mean < POISSON_SWITCH_E:
-        return errors(*from_words(Probe(device, sampler, sampler.of_word, "word"), mean), mean)
-    return errors(*from_normals(Probe(device, sampler, sampler.of_normal, "w"), mean), mean)
+        return errors(*from_words(Probe(device, sampler.of_word, "word"), mean), mean)
+    return errors(*from_normals(Probe(device, sampler.of_normal, "w"), mean), mean)
 
 
 def timed(device: Device, rounds: int) -> dict[str, float]:
     """CPU time per count [ns] of every sampler on the device, by name, measured in turns; best of several."""
     counts, contestants = device.empty((SIZE,), np.float32), []
     for sampler in [*(photosite(variant) for variant in PoissonMeans), *SHORTCUTS]:
-        probe = Probe(device, sampler, sampler.draw)
+        probe = Probe(device, sampler.draw)
         level = 0.99 * sampler.high if sampler.high < np.inf else max(100.0, sampler.low)
         means = device.upload(np.full(SIZE, level, np.float32))
 

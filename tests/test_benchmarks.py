@@ -48,7 +48,7 @@ def test_the_check_sees_a_wrong_frame():
 
 def test_the_distribution_of_a_shortcut_is_that_of_its_formula(device):
     """rint(N(mean, mean)), whose probabilities scipy knows."""
-    counts, shares = from_normals(Probe(device, SHORTCUTS[0], SHORTCUTS[0].of_normal, "w"), 100.0)
+    counts, shares = from_normals(Probe(device, SHORTCUTS[0].of_normal, "w"), 100.0)
     exact = stats.norm.cdf(counts + 0.5, 100.0, 10.0) - stats.norm.cdf(counts - 0.5, 100.0, 10.0)
     assert np.abs(shares - exact).max() < 1e-7
     assert errors(counts, shares, 100.0)[1] == pytest.approx(1 / 1200, abs=2e-6)  # rounding adds 1/12; the root is 8e-7 off

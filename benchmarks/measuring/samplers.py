@@ -5,13 +5,13 @@ where the count steps from k - 1 to k in w is found by bisection with the sample
 between two steps is the normal distribution's in float64; uniform words are all tried.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import special, stats
 
 from simulator.device import Device, expanded
-from simulator.fused import POISSON_SWITCH_E, SMALL_MEANS_E, PoissonMeans
+from simulator.sensor.poisson_means import POISSON_SWITCH_E, SMALL_MEANS_E, PoissonMeans
 
 SQUARE_ROOT = "const float r = reciprocal_square_root(mean), root = mean * r;"
 GILES_1 = "mean + (root * w + (1.0f / 3.0f + w * w * (1.0f / 6.0f)))"
@@ -34,7 +34,6 @@ class Sampler:
     of_word: str = ""
     low: float = 0.0
     high: float = np.inf
-    defines: dict[str, object] = field(default_factory=dict)
 
 
 def _shortcut(name: str, expression: str) -> Sampler:
@@ -54,19 +53,18 @@ def photosite(variant: PoissonMeans) -> Sampler:
     small = dict(zip(list(PoissonMeans)[2:], SMALL_MEANS_E, strict=True))
     return Sampler(
         f"Photosite, {variant.name.lower()} means",
-        "const float count = poisson(mean, random.a, random.b);",
+        f"const float count = poisson(mean, normal_one(random.a, random.b), random.c, {int(variant)});",
         of_normal="const float count = poisson_expansion(mean, w);",
-        of_word="const float count = poisson(mean, word, word);",
+        of_word=f"const float count = poisson(mean, 0.0f, word, {int(variant)});",
         low=POISSON_SWITCH_E if variant == PoissonMeans.LARGE else 0.0,
         high=small.get(variant, np.inf),
-        defines={"POISSON_MEANS": int(variant)},
     )
 
 
 class Probe:
     """Runs a statement that sets `count` over arrays."""
 
-    def __init__(self, device: Device, sampler: Sampler, statement: str, argument: str = ""):
+    def __init__(self, device: Device, statement: str, argument: str = ""):
         self.device, self.argument = device, argument
         kind = {"w": "float", "word": "uint"}.get(argument)
         buffer = f"global const {kind} *{argument}_, " if kind else ""
@@ -76,8 +74,7 @@ class Probe:
             f"global float *count_, const uint seed) {{ const size_t i = get_global_id(0); const float mean = mean_[i]; "
             f"{value} {statement} count_[i] = count; }}"
         )
-        defines = {"POISSON_SWITCH": f"{POISSON_SWITCH_E}f", "POISSON_MEANS": int(PoissonMeans.ALL)} | sampler.defines
-        self.kernel = device.build(expanded(source), "probe", defines)
+        self.kernel = device.build(expanded(source), "probe", {"POISSON_SWITCH": f"{POISSON_SWITCH_E}f"})
 
     def enqueue(self, means, counts, size: int, seed: int = 1, **more) -> None:
         """Run on device buffers of `size` numbers."""

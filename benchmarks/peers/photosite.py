@@ -12,9 +12,10 @@ from simulator.config import load_shot
 from simulator.device import Device, DeviceInfo, open_device
 from simulator.fused import FUSED, stage_order
 from simulator.planner import Plan, plan
-from simulator.readout import sense
+from simulator.readout import Part, sense
 from simulator.sensor import STAGES
 from simulator.sensor.camera import Window
+from simulator.shot import Seeds
 from simulator.stage import Stage
 
 SHOT = Path(__file__).parents[2] / "configs" / "shots" / "flat_field.yaml"
@@ -92,7 +93,7 @@ def contestant(mean_e: np.ndarray, stages: list[Stage], device: Device, name: st
     mosaic, codes = device.upload(mean_e), device.empty(mean_e.shape, np.uint16)
 
     def run() -> None:
-        sense(planned, device, mosaic, codes, frame_seed=1)
+        sense(planned, device, mosaic, codes, Seeds(body=2, frame=1), Part.WHOLE, planned.frame)
         device.finish()
 
     return Contestant(name, run, lambda: device.download(codes, mean_e.shape, np.uint16))
