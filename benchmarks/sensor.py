@@ -120,21 +120,20 @@ class Run:
         self.report.verdicts.append(verdict)
 
     def stage_prices(self) -> None:
-        """The full chain, and the same without each of its stages; and the plain chain with absent stages deleted."""
-        light, picture, device = "dusk", self.pictures["dusk"], open_device(self.devices[0].label)
+        """Poisson and the ADC, the same with each optional stage, and with all of them."""
+        picture, device = self.pictures["dusk"], open_device(self.devices[0].label)
         have = {}
-        for stem in STAGES.keys() - ALWAYS:
+        for stem in sorted(STAGES.keys() - ALWAYS):
             try:
                 have[stem] = photosite.make(stem, **EXAMPLES.get(stem, {}))
             except (Missing, TypeError) as problem:
                 self.note(f"price of {stem}: {problem}")
         base = photosite.stages_of(Sensor(full_well_e=1e9, gain_dn_per_e=CHAIN.gain_dn_per_e))
-        everything = [*base, *have.values()]
-        contestants = [photosite.contestant(picture, everything, device, "Photosite, every stage")]
-        for stem in sorted(have):
-            rest = [stage for stage in everything if stage.stem != stem]
-            contestants.append(photosite.contestant(picture, rest, device, f"without {stem}"))
-        self.measure("price of each stage", light, contestants, None)
+        contestants = [photosite.contestant(picture, base, device, "Photosite, Poisson and ADC")]
+        for stem, stage in have.items():
+            contestants.append(photosite.contestant(picture, [*base, stage], device, f"with {stem}"))
+        contestants.append(photosite.contestant(picture, [*base, *have.values()], device, "with every stage"))
+        self.measure("price of each stage", "dusk", contestants, None)
 
     def absent_stages(self) -> None:
         """What absent stages cost: the chain of Poisson and two read noises against a page without any other stage."""

@@ -4,12 +4,21 @@ import re
 
 from simulator.device import KERNELS, expanded
 
+BODY_BLOCK = "block_of(x, y, STREAM_BODY, body_seed, 1u);"
+
 
 def without_absent_stages(defines: dict[str, object]) -> str:
-    """Text of kernels/sensor.cl and its headers without any line under `#if STAGE` of a stage that is 0."""
+    """Text of kernels/sensor.cl and its headers without the lines of stages that are 0, nor the body's chance when unused.
+
+    Raises ValueError when a line is not where it is looked for: the page has changed.
+    """
     text = (KERNELS / "sensor.cl").read_text(encoding="utf-8")
-    for name, value in defines.items():
-        if value == 0 and re.search(rf"^#if {name}$", text, re.MULTILINE):
-            text = re.sub(rf"^#if {name}\n.*?^#endif\n", "", text, flags=re.MULTILINE | re.DOTALL)
-            text = text.replace(f'#include "{name.lower()}.h"\n', "")
+    absent = re.findall(r"^    if \((\w+)\) signal = ", text, re.MULTILINE)
+    for name in (name for name in absent if defines[name] == 0):
+        text = re.sub(rf"^    if \({name}\) signal = .*\n", "", text, flags=re.MULTILINE)
+        text = re.sub(rf'^#include "{name.lower()}.h"\n', "", text, flags=re.MULTILINE)
+    if not (defines["PRNU"] or defines["DSNU"]):
+        if BODY_BLOCK not in text:
+            raise ValueError(f"kernels/sensor.cl has no {BODY_BLOCK} to delete")
+        text = text.replace(BODY_BLOCK, "{0u, 0u, 0u, 0u};")
     return expanded(text)
