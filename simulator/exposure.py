@@ -1,5 +1,6 @@
 """Exposure: how long the shutter is open. H = E t (ISO 12232:2019), and the electrons it gathers."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -14,15 +15,15 @@ class Exposure:
 
     time_s: open time of the shutter [s], > 0.
     iso: exposure index; it chooses the camera's analog gain.
-    Raises PhotositeError when time or ISO is not positive.
+    Raises PhotositeError when time or ISO is not positive, or time not finite.
     """
 
     time_s: Seconds
     iso: int = 100
 
     def __post_init__(self):
-        rule = "the shutter must open: give a time above 0 s, such as 1/125 s"
-        require(self.time_s > 0, "exposure.time", f"{self.time_s:g} s", rule)
+        rule = "the shutter must open and close: give a time above 0 s, such as 1/125 s"
+        require(0 < self.time_s < math.inf, "exposure.time", f"{self.time_s:g} s", rule)
         require(self.iso > 0, "exposure.iso", self.iso, "give a positive ISO, such as 100")
 
 

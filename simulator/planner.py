@@ -1,5 +1,6 @@
 """The plan of a shot: what is computed, what is skipped and why. Executing it is the pipeline's work."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +19,8 @@ from simulator.sensor.camera import Camera, Window
 from simulator.shot import Shot
 from simulator.spectra import electron_radiance_weights
 from simulator.stage import Moments, Stage
+
+MOST_ELECTRONS = 1e30  # far above any light, and far enough below 3e38 that no product on the way overflows
 
 
 @dataclass(frozen=True)
@@ -89,16 +92,19 @@ class Plan:
         return int(pixels * per_photosite) + self.scene.planes.nbytes * 2
 
     def white_level_dn(self) -> int:
-        """Largest code the frame can reach: of the full well or of the ADC, whichever is lower [DN]."""
+        """Code of a saturated photosite: of the full well or of the ADC, whichever is lower; above black [DN]."""
         adc, well, digital = self.stage("adc"), self.stage("full_well"), self.stage("digital_gain")
         top_dn = float(adc.max_code)
         if digital is not None:
             top_dn = min(top_dn, digital.moments(Moments(top_dn, 0.0)).mean)
-        return int(top_dn if well is None else min(top_dn, self.moments(well.capacity_e).mean))
+        if well is not None:
+            top_dn = min(top_dn, self.moments(well.capacity_e).mean)
+        return max(round(top_dn), math.floor(adc.black_level_dn) + 1)  # ties to even, as the ADC's
 
     def noise_profile(self) -> tuple[float, float]:
         """S and O of DNG's NoiseProfile: variance = S x + O, x from 0 at black to 1 at white (DNG 1.4)."""
-        dark, one = self.moments(0.0), self.moments(1.0)
+        unclipped = replace(self, stages=tuple(stage for stage in self.stages if stage.stem != "full_well"))
+        dark, one = unclipped.moments(0.0), unclipped.moments(1.0)
         span = self.white_level_dn() - self.stage("adc").black_level_dn
         slope = (one.variance - dark.variance) / (one.mean - dark.mean)
         return slope / span, dark.variance / span**2
@@ -122,12 +128,24 @@ def plan(shot: Shot) -> Plan:
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
+    _check_light(scene, weights, shot)
     projection = plan_projection(scene, shot.lens, camera)
     layers = plan_layers(shot.lens, camera.pixel_pitch_um, scene.depth_m)
     fused = {stem: stage for stem, stage in _fused_stages(shot).items() if stage.has_effect}
     stages = tuple(fused[stem] for stem in stage_order() if stem in fused)
     steps = _steps(scene, camera, projection, layers, layout, fused)
     return Plan(scene, camera, weights.astype(np.float32), projection, layout, layers, stages, steps)
+
+
+def _check_light(scene: Scene, weights: np.ndarray, shot: Shot) -> None:
+    """Refuse light of which single precision loses count (its largest number is 3e38)."""
+    radiance = float(scene.planes.max()) * float(weights.sum(axis=0).max())
+    per_radiance = shot.lens.irradiance_per_radiance_sr() * shot.exposure.time_s * shot.camera.pixel_pitch_um**2
+    if max(radiance, radiance * per_radiance) > MOST_ELECTRONS:
+        raise PhotositeError(
+            f"scene: the brightest place gives {radiance * per_radiance:.2g} electrons per photosite, more than the "
+            f"{MOST_ELECTRONS:g} that single precision counts safely; lower scene.luminance or exposure.time"
+        )
 
 
 def _fused_stages(shot: Shot) -> dict[str, Stage]:

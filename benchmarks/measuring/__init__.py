@@ -1,0 +1,1 @@
+"""What every benchmark shares: the work, interleaved timing, and the report."""

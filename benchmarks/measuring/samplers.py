@@ -1,0 +1,138 @@
+"""Poisson samplers as OpenCL expressions, and their exact distributions.
+
+A sampler is deterministic in a random number: a normal w or a uniform word. Its distribution follows without sampling:
+where the count steps from k - 1 to k in w is found by bisection with the sampler's own arithmetic, and the probability
+between two steps is the normal distribution's in float64; uniform words are all tried.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special, stats
+
+from simulator.device import Device, expanded
+from simulator.sensor.poisson_means import POISSON_SWITCH_E, SMALL_MEANS_E, PoissonMeans
+
+SQUARE_ROOT = "const float r = reciprocal_square_root(mean), root = mean * r;"
+GILES_1 = "mean + (root * w + (1.0f / 3.0f + w * w * (1.0f / 6.0f)))"
+GILES_2 = "mean + (root * w + (1.0f / 3.0f + w * w * (1.0f / 6.0f) - r * w * (1.0f / 36.0f + w * w * (1.0f / 72.0f))))"
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """Counts from a mean [e-].
+
+    draw: OpenCL statement that sets `count` from mean and the words random.a, random.b.
+    of_normal: the same from a normal number w; empty where the count does not come from one.
+    of_word: the same from one uniform word.
+    low, high: means it is for, low <= mean < high.
+    """
+
+    name: str
+    draw: str
+    of_normal: str = ""
+    of_word: str = ""
+    low: float = 0.0
+    high: float = np.inf
+
+
+def _shortcut(name: str, expression: str) -> Sampler:
+    count = f"{SQUARE_ROOT} const float count = (float)(int)larger(0.0f, {expression});"
+    return Sampler(name, f"const float w = normal_one(random.a, random.b); {count}", of_normal=count, low=1e-30)
+
+
+SHORTCUTS = (
+    _shortcut("normal, rounded", "mean + root * w + 0.5f"),
+    _shortcut("Giles Q1, floor", GILES_1),
+    _shortcut("Giles Q2, floor", GILES_2),
+)
+
+
+def photosite(variant: PoissonMeans) -> Sampler:
+    """The sampler of kernels/poisson.h in one of its variants."""
+    small = dict(zip(list(PoissonMeans)[2:], SMALL_MEANS_E, strict=True))
+    return Sampler(
+        f"Photosite, {variant.name.lower()} means",
+        f"const float count = poisson(mean, normal_one(random.a, random.b), random.c, {int(variant)});",
+        of_normal="const float count = poisson_expansion(mean, w);",
+        of_word=f"const float count = poisson(mean, 0.0f, word, {int(variant)});",
+        low=POISSON_SWITCH_E if variant == PoissonMeans.LARGE else 0.0,
+        high=small.get(variant, np.inf),
+    )
+
+
+class Probe:
+    """Runs a statement that sets `count` over arrays."""
+
+    def __init__(self, device: Device, statement: str, argument: str = ""):
+        self.device, self.argument = device, argument
+        kind = {"w": "float", "word": "uint"}.get(argument)
+        buffer = f"global const {kind} *{argument}_, " if kind else ""
+        value = f"const {kind} {argument} = {argument}_[i];" if kind else _RANDOM
+        source = (
+            f'#include "philox.h"\n#include "poisson.h"\nkernel void probe(global const float *mean_, {buffer}'
+            f"global float *count_, const uint seed) {{ const size_t i = get_global_id(0); const float mean = mean_[i]; "
+            f"{value} {statement} count_[i] = count; }}"
+        )
+        self.kernel = device.build(expanded(source), "probe", {"POISSON_SWITCH": f"{POISSON_SWITCH_E}f"})
+
+    def enqueue(self, means, counts, size: int, seed: int = 1, **more) -> None:
+        """Run on device buffers of `size` numbers."""
+        local = (min(self.device.row_px, size),) if size % self.device.row_px == 0 else None
+        self.device.run(self.kernel, (size,), local, mean_=means, count_=counts, seed=seed, **more)
+
+    def of(self, mean: float, values: np.ndarray) -> np.ndarray:
+        """Counts for one mean and these normals or words."""
+        counts, size = self.device.empty(values.shape, np.float32), len(values)
+        means = self.device.upload(np.full(size, mean, np.float32))
+        self.enqueue(means, counts, size, **{f"{self.argument}_": self.device.upload(values)})
+        return self.device.download(counts, values.shape, np.float32)
+
+
+_RANDOM = "const struct words counter = {(uint)i, 0u, 0u, 0u}; const struct words random = philox(counter, seed, 0u);"
+FARTHEST = np.float32(6.8)  # kernels/normal.h reaches 6.7 sigma
+
+
+def _ordered(w: np.ndarray) -> np.ndarray:
+    """Float32 as integers that rise with them."""
+    bits = w.view(np.int32).astype(np.int64)
+    return np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
+
+
+def _floats(order: np.ndarray) -> np.ndarray:
+    """Inverse of _ordered."""
+    return np.where(order < 0, -order | 0x80000000, order).astype(np.uint32).view(np.float32)
+
+
+def from_normals(probe: Probe, mean: float) -> tuple[np.ndarray, np.ndarray]:
+    """Counts and their probabilities (float64) of a sampler that counts from a normal number, which it need not do in order."""
+    grid = np.linspace(-FARTHEST, FARTHEST, 2**18, dtype=np.float32)  # far finer than the steps at a mean of 1e6
+    counts = probe.of(mean, grid).astype(np.int64)
+    steps = np.flatnonzero(np.diff(counts))
+    low, high, left = _ordered(grid[steps]), _ordered(grid[steps + 1]), counts[steps]
+    while len(low) and (high - low > 1).any():  # the count leaves `left` in (low, high]
+        middle = (low + high) // 2
+        stays = probe.of(mean, _floats(middle)) == left
+        low, high = np.where(stays, middle, low), np.where(stays, high, middle)
+    below = special.ndtr(0.5 * (_floats(low).astype(np.float64) + _floats(high)))
+    shares = np.diff(np.concatenate([[0.0], below, [1.0]]))
+    values = np.concatenate([left, counts[-1:]])
+    support = np.arange(values.min(), values.max() + 1)
+    return support, np.bincount(values - values.min(), weights=shares)
+
+
+def from_words(probe: Probe, mean: float) -> tuple[np.ndarray, np.ndarray]:
+    """The same for one that counts from the top 24 bits of a word: all of them are tried."""
+    counts = probe.of(mean, np.arange(2**24, dtype=np.uint32) << 8).astype(np.int64)
+    found = np.bincount(counts)
+    return np.arange(len(found)), found / 2**24
+
+
+def errors(counts: np.ndarray, shares: np.ndarray, mean: float) -> tuple[float, float]:
+    """Total variation distance to the Poisson distribution of this (float32) mean, and relative error of the variance."""
+    mean = float(np.float32(mean))
+    exact = stats.poisson.pmf(counts, mean)
+    distance = 0.5 * (np.abs(shares - exact).sum() + 1.0 - exact.sum())
+    centre = (counts * shares).sum()
+    variance = ((counts - centre) ** 2 * shares).sum()
+    return float(distance), float(variance / mean - 1.0) if mean else float(variance)

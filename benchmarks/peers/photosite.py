@@ -1,0 +1,104 @@
+"""Photosite's fused sensor kernel: the picture lies on the device, one launch per kind of tile, codes stay on the device."""
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from measuring.contest import Contestant
+from measuring.work import Sensor
+
+from simulator.config import load_shot
+from simulator.device import Device, DeviceInfo, open_device
+from simulator.fused import FUSED, stage_order
+from simulator.planner import Plan, plan
+from simulator.readout import Part, sense
+from simulator.sensor import STAGES
+from simulator.sensor.camera import Window
+from simulator.shot import Seeds
+from simulator.stage import Stage
+
+SHOT = Path(__file__).parents[2] / "configs" / "shots" / "flat_field.yaml"
+
+
+class Missing(Exception):
+    """A stage that this version of Photosite does not have."""
+
+
+def stages_of(sensor: Sensor) -> list[Stage]:
+    """Stages that make this sensor. Raises Missing for those that are not there."""
+    numbers = {
+        "photon_shot_noise": {},
+        "full_well": {"capacity_e": sensor.full_well_e},
+        "analog_gain": {"gain_dn_per_e": sensor.gain_dn_per_e},
+        "adc": {"bit_depth": sensor.bit_depth, "black_level_dn": sensor.black_level_dn},
+    }
+    if sensor.full_well_e > 1e8:
+        del numbers["full_well"]
+    if sensor.before_e:
+        numbers["read_noise_before_gain"] = {"sigma_e": sensor.before_e}
+    if sensor.after_dn:
+        numbers["read_noise_after_gain"] = {"sigma_dn": sensor.after_dn}
+        if sensor.tukey_lambda is not None:
+            numbers["read_noise_after_gain"]["tukey_lambda"] = sensor.tukey_lambda
+    if sensor.row_dn:
+        numbers["row_noise"] = {"sigma_dn": sensor.row_dn}
+    if any(sensor.color_bias_dn):
+        numbers["color_bias"] = {"offsets_dn": sensor.color_bias_dn}
+    return [make(stem, **values) for stem, values in numbers.items()]
+
+
+def make(stem: str, **values) -> Stage:
+    """A stage by name. Raises Missing."""
+    stage = STAGES.get(stem)
+    if stage is None or not {field.name for field in dataclasses.fields(stage)} >= set(values):
+        raise Missing(f"no stage {stem}({', '.join(values)}) in this version")
+    return stage(**values)
+
+
+def plan_of(stages: list[Stage], shape: tuple[int, int]) -> Plan:
+    """A plan whose mosaic is the mean electrons themselves: lens and exposure multiply by 1."""
+    shot = load_shot(SHOT)
+    height, width = shape
+    camera = dataclasses.replace(shot.camera, width_px=width, height_px=height, window=Window(0, 0, width, height))
+    planned = plan(dataclasses.replace(shot, camera=camera))
+    fused = {stage.stem: stage for stage in stages}
+    fused["irradiance"] = FUSED["irradiance"](1.0, 0.0, 0.0, 0.0)
+    fused["exposure"] = FUSED["exposure"](1.0, 1.0)
+    return dataclasses.replace(planned, stages=tuple(fused[stem] for stem in stage_order() if stem in fused))
+
+
+class DeletedStages:
+    """A device that builds the sensor page with the lines of absent stages deleted by hand, in place of `#if`."""
+
+    def __init__(self, device: Device, delete: Callable[[dict[str, object]], str]):
+        self._device, self._delete, self._built = device, delete, {}
+
+    def __getattr__(self, name: str):
+        return getattr(self._device, name)
+
+    def kernel(self, name: str, defines: dict[str, object], file: str | None = None):
+        """As Device.kernel."""
+        if name != "sensor":
+            return self._device.kernel(name, defines, file)
+        key = tuple(defines.items())
+        if key not in self._built:
+            self._built[key] = self._device.build(self._delete(defines), name, defines)
+        return self._built[key]
+
+
+def contestant(mean_e: np.ndarray, stages: list[Stage], device: Device, name: str) -> Contestant:
+    """The fused kernel with these stages; adc and analog_gain among them."""
+    planned = plan_of(stages, mean_e.shape)
+    mosaic, codes = device.upload(mean_e), device.empty(mean_e.shape, np.uint16)
+
+    def run() -> None:
+        sense(planned, device, mosaic, codes, Seeds(body=2, frame=1), Part.WHOLE, planned.frame)
+        device.finish()
+
+    return Contestant(name, run, lambda: device.download(codes, mean_e.shape, np.uint16))
+
+
+def on_device(mean_e: np.ndarray, sensor: Sensor, info: DeviceInfo) -> Contestant:
+    """The fused kernel on one device."""
+    return contestant(mean_e, stages_of(sensor), open_device(info.label), f"Photosite, {info.version}")

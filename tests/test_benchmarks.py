@@ -1,0 +1,71 @@
+"""The benchmarks measure what they say: peers make the frame of the model, and a sampler's error is computed right."""
+
+import dataclasses
+import importlib
+
+import numpy as np
+import pytest
+from measuring.contest import Contestant, contest
+from measuring.samplers import SHORTCUTS, Probe, errors, from_normals
+from measuring.work import CHAIN, ELD, ONE_READ_NOISE, ramp
+from randomness import accept
+from scipy import stats
+
+PICTURE = ramp(0.5, 5.0, 1e3)
+
+
+@pytest.mark.parametrize(
+    ("module", "sensor"),
+    [
+        ("numpy_chain", CHAIN),
+        ("numpy_chain", ONE_READ_NOISE),
+        ("numpy_eld", ELD),
+        ("torch_eld", ELD),
+        ("getframes_camera", ONE_READ_NOISE),
+        ("galsim_ccd", ONE_READ_NOISE),
+    ],
+)
+def test_a_peer_makes_the_frame_of_the_model(module, sensor):
+    """Mean and variance over the frame; peers that are not installed are those the benchmark leaves out."""
+    pytest.importorskip({"torch_eld": "torch", "getframes_camera": "getframes", "galsim_ccd": "galsim"}.get(module, "numpy"))
+    peer = importlib.import_module(f"peers.{module}")
+    sensor = dataclasses.replace(sensor, row_dn=0.01 if sensor.row_dn else 0.0)  # a row is one draw: too few for the variance
+    for one in peer.contestants(PICTURE, sensor) if hasattr(peer, "contestants") else [peer.contestant(PICTURE, sensor)]:
+        one.run()
+        mean_error, variance = sensor.check(one.codes(), PICTURE)
+        kurtosis = 0.2 + 2.0 * (sensor.tukey_lambda is not None)  # of Poisson numbers above 5, and of the tails
+        count = PICTURE.size
+        checks = {"mean": mean_error * np.sqrt(count), "variance": (variance - 1) * np.sqrt(count / (2 + kurtosis))}
+        accept({name: 2 * stats.norm.sf(abs(z)) for name, z in checks.items()})
+
+
+def test_the_check_sees_a_wrong_frame():
+    sensor, rng = CHAIN, np.random.default_rng(1)
+    variance = sensor.gain_dn_per_e**2 * (PICTURE + sensor.before_e**2) + sensor.after_dn**2
+    wrong = np.rint(512 + sensor.gain_dn_per_e * PICTURE + np.sqrt(1.04 * variance) * rng.standard_normal(PICTURE.shape))
+    assert abs(sensor.check(wrong, PICTURE)[1] - 1.04) < 0.01
+
+
+def test_the_distribution_of_a_shortcut_is_that_of_its_formula(device):
+    """rint(N(mean, mean)), whose probabilities scipy knows."""
+    counts, shares = from_normals(Probe(device, SHORTCUTS[0].of_normal, "w"), 100.0)
+    exact = stats.norm.cdf(counts + 0.5, 100.0, 10.0) - stats.norm.cdf(counts - 0.5, 100.0, 10.0)
+    assert np.abs(shares - exact).max() < 1e-7
+    assert errors(counts, shares, 100.0)[1] == pytest.approx(1 / 1200, abs=2e-6)  # rounding adds 1/12; the root is 8e-7 off
+
+
+def test_errors_of_known_distributions():
+    counts = np.arange(60)
+    assert errors(counts, stats.poisson.pmf(counts, 8.0), 8.0) == pytest.approx((0.0, 0.0), abs=1e-12)
+    shifted = stats.poisson.pmf(counts - 1, 8.0)  # one more: the distance is the greatest probability
+    assert errors(counts, shifted, 8.0) == pytest.approx((stats.poisson.pmf(8, 8.0), 0.0), abs=1e-9)
+
+
+def test_contestants_take_turns(monkeypatch):
+    monkeypatch.setattr("measuring.contest.TURN_S", 1e-3)
+    order = []
+    many = [Contestant(name, lambda name=name: order.append(name), lambda: None) for name in "ab"]
+    timings = contest(many, rounds=2)
+    firsts = [name for name, before in zip(order[2:], order[1:], strict=False) if name != before]
+    assert order[:2] == ["a", "b"] and firsts == ["a", "b", "a", "b"]
+    assert all(len(timing.wall_s) == len(timing.cpu_s) > 2 for timing in timings.values())
