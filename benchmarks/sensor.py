@@ -170,7 +170,7 @@ class Run:
             share = section.rows[1]["cpu_ratio"]
             what = f"{contestants[0].name}: Philox alone, share of the chain's CPU time"
             self.report.verdicts.append(
-                {"what": what, "figure": f"{100 * share:.0f} %", "asked": "to show it", "reached": True}
+                {"what": what, "figure": f"{100 * share:.0f} %", "asked": "to be shown", "reached": True}
             )
 
 

@@ -1,0 +1,110 @@
+"""Writes docs/benchmarks.md from the figures that `make benchmark` left in build/benchmarks, and keeps those beside it.
+
+python docs/make_benchmarks.py [FOLDER]
+"""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+DOCS = Path(__file__).resolve().parent
+PAGE, FIGURES = DOCS / "benchmarks.md", DOCS / "images" / "benchmarks"
+FILES = ("sensor.json", "sensor.png", "poisson.json", "poisson.png")
+INTRODUCTION = """\
+# Benchmarks
+
+Made by `python docs/make_benchmarks.py` from what `make benchmark` measured; the figures are those of one run, in
+`docs/images/benchmarks/*.json`. Run it on your machine: ratios differ with processor and load.
+
+- Contestants take turns in one process, so that other programs disturb all of them alike. The time is the best of the run;
+  CPU time is the median over all cores and hardly depends on other programs. On free cores the ratio of times to a peer
+  that uses one core is the ratio of CPU times multiplied by the number of cores.
+- Every contestant's frame is checked: mean error in σ and variance over that of the model stand in the JSON.
+- The picture is in memory (Photosite: on the device) before the clock starts, and the codes are there when it stops.
+- NumPy, SciPy, getframes and GalSim use one core, as they do for their users; PyTorch and Photosite use all.
+- Light: means from 50 to 50,000 e⁻ (daylight), 1 to 1,000 (dusk), 0.1 to 30 (night), in ramps.
+"""
+SENSOR = """
+## The sensor
+
+{size} photosites on {cores} cores of {processor}, load {load:.1f} at the end.
+
+![Million photosites per second of Photosite and its peers](images/benchmarks/sensor.png)
+
+The bar for the ELD model in NumPy is the faster of two ways to draw Tukey-lambda noise: `scipy.stats.tukeylambda.rvs`, which
+most would write, and its quantile function by hand in float32.
+
+| what | measured | asked | |
+|---|---|---|---|
+{verdicts}
+
+### Price of a stage
+
+CPU time of the kernel with one stage added to Poisson and ADC (= 1), {light}. A stage that is absent is compiled out.
+
+| stage | CPU time |
+|---|---|
+{prices}
+"""
+POISSON = """
+## Poisson: error against time
+
+Total variation distance to the exact distribution (SciPy, float64) and relative error of the variance, computed from the
+kernel's own arithmetic for 30 means from 0 to 10⁶ e⁻, not sampled; time of one count in CPU time, Philox and normal number
+included. NumPy's sampler is exact.
+
+![Distance and variance error against the mean, and distance against time](images/benchmarks/poisson.png)
+
+| sampler | means [e⁻] | worst distance | worst error of the variance | CPU ns per count |
+|---|---|---|---|---|
+{rows}
+"""
+
+
+def sensor_text(record: dict) -> str:
+    """The section on whole frames."""
+    verdicts = []
+    for verdict in record["verdicts"]:
+        word = "reached" if verdict["reached"] else "**missed**"
+        verdicts.append(f"| {verdict['what']} | {verdict['figure']} | {verdict['asked']} | {word} |")
+    verdicts += [f"| {note} | left out | | |" for note in record["notes"]]
+    prices = next(section for section in record["sections"] if section["title"] == "price of each stage")
+    machine, (width, height) = record["machine"], record["photosites"]
+    return SENSOR.format(
+        size=f"{width} x {height}",
+        cores=machine["cores"],
+        processor=machine["processor"],
+        load=machine["load"][0],
+        verdicts="\n".join(verdicts),
+        light=prices["light"],
+        prices="\n".join(f"| {row['name'].removeprefix('with ')} | {row['cpu_ratio']:.2f} |" for row in prices["rows"][1:]),
+    )
+
+
+def poisson_text(record: dict) -> str:
+    """The section on Poisson samplers."""
+    lines = []
+    for name in dict.fromkeys(row["sampler"] for row in record["rows"]):
+        mine = [row for row in record["rows"] if row["sampler"] == name]
+        distance, variance = (max(abs(row[key]) for row in mine) for key in ("distance", "variance_error"))
+        times = [row["ns_per_count"] for row in mine]
+        time = f"{min(times):.1f} to {max(times):.1f}" if max(times) > min(times) else f"{times[0]:.1f}"
+        errors = "exact | exact" if name == "NumPy" else f"{distance:.1e} | {variance:.1e}"
+        lines.append(f"| {name} | {mine[0]['mean_e']:.2g} to {mine[-1]['mean_e']:.2g} | {errors} | {time} |")
+    return POISSON.format(rows="\n".join(lines))
+
+
+def main() -> None:
+    """Copy the figures and write the page."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else DOCS.parent / "build" / "benchmarks"
+    FIGURES.mkdir(parents=True, exist_ok=True)
+    for name in FILES:
+        shutil.copyfile(folder / name, FIGURES / name)
+    records = [json.loads((FIGURES / name).read_text(encoding="utf-8")) for name in ("sensor.json", "poisson.json")]
+    PAGE.write_text(INTRODUCTION + sensor_text(records[0]) + poisson_text(records[1]), encoding="utf-8")
+    print(f"wrote {PAGE}")
+
+
+if __name__ == "__main__":
+    main()
