@@ -10,7 +10,7 @@ from simulator.device import kernel_source
 from simulator.exposure import Integration
 from simulator.lens import Irradiance
 from simulator.sensor import STAGES
-from simulator.sensor.poisson_means import POISSON_BRIGHT_E, POISSON_SWITCH_E
+from simulator.sensor.poisson_means import MACROS
 from simulator.stage import Stage
 
 FUSED = {Irradiance.stem: Irradiance, Integration.stem: Integration, **STAGES}
@@ -44,7 +44,7 @@ def sensor_defines(stages: tuple[Stage, ...]) -> tuple[dict[str, object], np.nda
     Each stage is a macro 1 or 0, each of its numbers a macro STEM_FIELD that reads the array (so that another
     ISO needs no new build), and STEM_STREAM its own stream of random numbers.
     """
-    defines: dict[str, object] = {"POISSON_SWITCH": f"{POISSON_SWITCH_E}f", "POISSON_BRIGHT": f"{POISSON_BRIGHT_E}f"}
+    defines: dict[str, object] = dict(MACROS)
     present = {stage.stem: stage for stage in stages}
     values: list[float] = []
     for stem in FUSED:

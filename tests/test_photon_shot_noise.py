@@ -6,11 +6,10 @@ from randomness import accept, correlation_p, counts_p, mean_p, variance_p
 from scipy import stats
 
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.sensor.poisson_means import POISSON_BRIGHT_E, POISSON_SWITCH_E, SMALL_MEANS_E
+from simulator.sensor.poisson_means import MACROS, POISSON_BRIGHT_E, POISSON_SWITCH_E, SMALL_MEANS_E
 from simulator.stage import Moments
 
 SHAPE = (512, 512)
-DEFINES = {"POISSON_SWITCH": f"{POISSON_SWITCH_E}f", "POISSON_BRIGHT": f"{POISSON_BRIGHT_E}f"}
 MEANS = [0.01, 0.3, 1.0, 3.0, 4.99, 5.01, 8.0, 15.0, 25.0, 60.0, 300.0, 3000.0, 30000.0]
 
 
@@ -51,7 +50,7 @@ def test_distribution_of_the_expansion_is_within_1e_4_of_poisson(bench):
         share = (np.arange(2_000_000) + 0.5) / 2_000_000
         w = stats.norm.ppf(share).astype(np.float32)
         arrays = {"w": w, "mean": np.full(w.shape, mean, np.float32)}
-        counts = bench.header("poisson.h", "poisson_expansion(mean, w, LARGE_MEANS)", arrays, DEFINES).astype(np.int64)
+        counts = bench.header("poisson.h", "poisson_expansion(mean, w, LARGE_MEANS)", arrays, MACROS).astype(np.int64)
         found = np.bincount(counts, minlength=600)[:600] / len(w)
         assert 0.5 * np.abs(found - stats.poisson.pmf(np.arange(600), mean)).sum() < 1e-4, mean
 
@@ -60,7 +59,7 @@ def test_inversion_gives_the_exact_quantile(bench):
     rng = np.random.default_rng(4)
     mean = rng.uniform(0.0, POISSON_SWITCH_E, 500_000).astype(np.float32)
     u = ((rng.integers(0, 2**24, mean.size) + 0.5) / 2**24).astype(np.float32)
-    counts = bench.header("poisson.h", "poisson_inversion(mean, u, SMALL_MEANS)", {"mean": mean, "u": u}, DEFINES)
+    counts = bench.header("poisson.h", "poisson_inversion(mean, u, SMALL_MEANS)", {"mean": mean, "u": u}, MACROS)
     exact = stats.poisson.ppf(u.astype(np.float64), mean.astype(np.float64))
     # float32 sums may fall on the other side of a step by a few roundings of 1
     wrong = counts != exact
@@ -71,7 +70,7 @@ def test_the_largest_random_word_gives_a_count_of_the_upper_tail_not_the_trip_co
     """Sums of float32 probabilities end a little below 1; that must not let the count run to its end."""
     mean = np.geomspace(1e-6, POISSON_SWITCH_E, 20_000).astype(np.float32)
     word = np.full(mean.shape, 2**32 - 1, np.uint32)
-    counts = bench.header("poisson.h", "poisson(mean, 0.0f, word, SMALL_MEANS)", {"mean": mean, "word": word}, DEFINES)
+    counts = bench.header("poisson.h", "poisson(mean, 0.0f, word, SMALL_MEANS)", {"mean": mean, "word": word}, MACROS)
     assert np.all(counts <= stats.poisson.isf(1e-8, mean.astype(np.float64)))
     assert np.all(counts >= stats.poisson.isf(3e-6, mean.astype(np.float64)))
 
@@ -88,7 +87,7 @@ def test_fewer_steps_give_the_same_counts_below_their_limit(bench, variant, limi
             "poisson.h",
             f"poisson(mean, 0.0f, word, {v})",
             {"mean": mean, "word": word},
-            DEFINES,
+            MACROS,
         )
         for v in (2, variant)
     ]

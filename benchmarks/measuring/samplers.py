@@ -11,7 +11,14 @@ import numpy as np
 from scipy import special, stats
 
 from simulator.device import Device, expanded
-from simulator.sensor.poisson_means import POISSON_SWITCH_E, SMALL_MEANS_E, PoissonMeans
+from simulator.sensor.poisson_means import (
+    MACROS,
+    POISSON_BRIGHT_E,
+    POISSON_SWITCH_E,
+    SMALL_MEANS_E,
+    SMALL_VARIANTS,
+    PoissonMeans,
+)
 
 SQUARE_ROOT = "const float r = reciprocal_square_root(mean), root = mean * r;"
 GILES_1 = "mean + (root * w + (1.0f / 3.0f + w * w * (1.0f / 6.0f)))"
@@ -50,13 +57,14 @@ SHORTCUTS = (
 
 def photosite(variant: PoissonMeans) -> Sampler:
     """The sampler of kernels/poisson.h in one of its variants."""
-    small = dict(zip(list(PoissonMeans)[2:], SMALL_MEANS_E, strict=True))
+    small = dict(zip(SMALL_VARIANTS, SMALL_MEANS_E, strict=True))
+    large = {PoissonMeans.LARGE: POISSON_SWITCH_E, PoissonMeans.BRIGHT: POISSON_BRIGHT_E}
     return Sampler(
         f"Photosite, {variant.name.lower()} means",
         f"const float count = poisson(mean, normal_one(random.a, random.b), random.c, {int(variant)});",
-        of_normal="const float count = poisson_expansion(mean, w);",
+        of_normal=f"const float count = poisson_expansion(mean, w, {int(variant)});",
         of_word=f"const float count = poisson(mean, 0.0f, word, {int(variant)});",
-        low=POISSON_SWITCH_E if variant == PoissonMeans.LARGE else 0.0,
+        low=large.get(variant, 0.0),
         high=small.get(variant, np.inf),
     )
 
@@ -74,7 +82,7 @@ class Probe:
             f"global float *count_, const uint seed) {{ const size_t i = get_global_id(0); const float mean = mean_[i]; "
             f"{value} {statement} count_[i] = count; }}"
         )
-        self.kernel = device.build(expanded(source), "probe", {"POISSON_SWITCH": f"{POISSON_SWITCH_E}f"})
+        self.kernel = device.build(expanded(source), "probe", MACROS)
 
     def enqueue(self, means, counts, size: int, seed: int = 1, **more) -> None:
         """Run on device buffers of `size` numbers."""

@@ -6,6 +6,7 @@ import numpy as np
 
 POISSON_SWITCH_E = 5.0  # below this mean the Poisson expansion is off by more than 1e-4; kernels/poisson.h inverts there
 POISSON_BRIGHT_E = 256.0  # from this mean up two orders of the expansion do (total variation distance below 1e-5)
+MACROS = {"POISSON_SWITCH": f"{POISSON_SWITCH_E}f", "POISSON_BRIGHT": f"{POISSON_BRIGHT_E}f"}
 SMALL_MEANS_E = (POISSON_SWITCH_E, 2.0, 0.5)  # greatest means of SMALL, SMALLER, SMALLEST
 
 
