@@ -8,7 +8,7 @@ from conftest import FixedScene, test_camera
 from randomness import accept, mean_p, variance_p
 
 from simulator import load_shot, simulate
-from simulator.command_line.patch_numbers import shown_isos
+from simulator.command_line.patch_numbers import budget_table, shown_isos
 from simulator.config.layers import CONFIGS
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
@@ -158,3 +158,9 @@ def test_the_same_shutter_keeps_the_electrons_until_they_clip():
 def test_of_many_isos_the_whole_stops_and_the_own_are_shown():
     shown = shown_isos(load_shot(FLAT, {"exposure.iso": 1250}))
     assert {100, 200, 400, 800, 1250, 1600, 3200, 6400, 12800, 25600} <= set(shown) and len(shown) <= 12
+
+
+def test_a_read_noise_that_was_measured_as_one_is_called_read():
+    one = iso_budgets(load_shot(FLAT), plan(load_shot(FLAT)), 100.0, [100], "exposure")
+    heads = [column.header for column in budget_table("t", one).columns]
+    assert "read %" in heads and "read, after gain %" not in heads

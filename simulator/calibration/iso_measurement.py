@@ -78,7 +78,7 @@ def measure_iso(frames: IsoFrames) -> IsoMeasurement:
     darks = [codes_of(frame) for frame in frames.short_darks]
     places = plane_places(frames.short_darks[0].cfa)
     planes_dn = {name: [_plane(dark, place, places) for dark in darks] for name, place in places.items()}
-    pairs = [pair_noise(first, second) for first, second in zip(darks[0::2], darks[1::2], strict=False)]
+    pairs = _pairs_of(darks)
     residuals = np.concatenate([row_residuals(a, b) for a, b in zip(darks[0::2], darks[1::2], strict=False)])
     shape = fit_tukey_lambda(residuals)
     doubt_dn2 = rounding_doubt_dn2(shape.shape.value, shape.sigma_dn.value)
@@ -86,8 +86,7 @@ def measure_iso(frames: IsoFrames) -> IsoMeasurement:
     rows = row_noise(pairs)
     levels = {name: float(np.mean([plane.mean(dtype=np.float64) for plane in planes])) for name, planes in planes_dn.items()}
     black_dn = float(np.mean(list(levels.values())))
-    stack = stack_of(levelled(dark, list(places.values())) for dark in darks)
-    pattern = dark_pattern(stack, np.mean([p.pixel_variance_dn2 for p in pairs]), np.mean([p.row_variance_dn2 for p in pairs]))
+    pattern = _pattern(darks, places, pairs)
     points, used = _transfer_points(frames, places, levels)
     dark_points = {name: dark_noise(_pairs_of(planes), row_noise=False) for name, planes in planes_dn.items()}
     slopes = {name: gain(points[name], dark_points[name]) for name in places}
@@ -121,6 +120,13 @@ def _plane(codes: np.ndarray, place: tuple[int, int], places: dict) -> np.ndarra
 
 def _pairs_of(planes: list[np.ndarray]) -> list[PairNoise]:
     return [pair_noise(first, second) for first, second in zip(planes[0::2], planes[1::2], strict=False)]
+
+
+def _pattern(darks: list[np.ndarray], places: dict, pairs: list[PairNoise]) -> DarkPattern:
+    """Fixed pattern of the dark frames, whose temporal noise the pairs tell."""
+    stack = stack_of(levelled(dark, list(places.values())) for dark in darks)
+    pixel_dn2 = float(np.mean([pair.pixel_variance_dn2 for pair in pairs]))
+    return dark_pattern(stack, pixel_dn2, float(np.mean([pair.row_variance_dn2 for pair in pairs])))
 
 
 def _transfer_points(frames: IsoFrames, places: dict, levels: dict[str, float]) -> tuple[dict[str, list[TransferPoint]], int]:

@@ -68,7 +68,8 @@ def budget_table(title: str, budgets: list[NoiseBudget]) -> Table:
     """Shares of the temporal variance in percent, by ISO, and what they amount to."""
     table = Table(title=escape(title))
     sources = list(dict.fromkeys(name for budget in budgets for name in budget.shares))
-    heads = ["ISO", "time [s]", "signal [e-]", *(f"{NAMES.get(name, name.replace('_', ' '))} %" for name in sources)]
+    names = NAMES if "read_noise_before_gain" in sources else NAMES | {"read_noise_after_gain": "read"}  # measured as one
+    heads = ["ISO", "time [s]", "signal [e-]", *(f"{names.get(name, name.replace('_', ' '))} %" for name in sources)]
     for head in (*heads, "sigma [DN]", "sigma [e-]", "SNR", "range [stops]", "fixed [DN]"):
         table.add_column(escape(head), justify="right")
     for one in budgets:
