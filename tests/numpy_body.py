@@ -9,6 +9,8 @@ from scipy import stats
 
 from simulator.raw.dng import write_dng
 
+BLACK_IN_FILE_DN = 512
+
 
 @dataclass(frozen=True)
 class NumpyBody:
@@ -71,7 +73,9 @@ class NumpyBody:
     def write(self, path: Path, iso: int, level: float = 0.0, time_s: float = 0.001, frame: int = 0) -> Path:
         """Write a frame as DNG."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        raw = random_frame(*self.shape, self.cfa, black_level_dn=512, white_level_dn=16383, iso=iso, exposure_time_s=time_s)
+        raw = random_frame(
+            *self.shape, self.cfa, black_level_dn=BLACK_IN_FILE_DN, white_level_dn=16383, iso=iso, exposure_time_s=time_s
+        )
         write_dng(type(raw)(**{**vars(raw), "dn": self.codes(iso, level, time_s, frame)}), path)
         return path
 

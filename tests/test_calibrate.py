@@ -14,6 +14,7 @@ from simulator.calibration.camera_measurement import Calibration, measure_camera
 from simulator.calibration.camera_text import camera_document
 from simulator.calibration.checks import problems
 from simulator.calibration.frames import by_iso, raw_files, read_frames
+from simulator.calibration.plots import calibration_figure
 from simulator.command_line import main
 from simulator.config import dump_yaml, load_shot
 from simulator.config.layers import CONFIGS
@@ -34,11 +35,11 @@ def hits(found: Calibration, body: NumpyBody) -> dict[str, list[bool]]:
     held = defaultdict(list)
     for one in found.isos:
         held["K"].append(one.gain_dn_per_e.covers(body.k(one.iso)))
-        held["read noise"].append(one.read_noise_dn.covers(body.read_noise(one.iso)))
+        held["read noise"].append(one.dark.read_noise_dn.covers(body.read_noise(one.iso)))
         held["read noise in e-"].append(one.read_noise_e.covers(body.read_noise(one.iso) / body.k(one.iso)))
-        held["row noise"].append(one.row_noise_dn.covers(body.row_noise(one.iso)))
-        held["lambda"].append(one.shape.shape.covers(body.lam))
-        held["colour bias"].append(one.color_bias_dn["R"].covers(body.bias[0] - np.mean(body.bias)))
+        held["row noise"].append(one.dark.row_noise_dn.covers(body.row_noise(one.iso)))
+        held["lambda"].append(one.dark.shape.shape.covers(body.lam))
+        held["colour bias"].append(one.dark.color_bias_dn["R"].covers(body.bias[0] - np.mean(body.bias)))
     held["DSNU"].append(found.dsnu_e.covers(body.dsnu))
     held["columns"].append(found.column_dn.covers(body.column))
     held["PRNU"].append(found.prnu.covers(body.prnu))
@@ -78,7 +79,7 @@ def test_dark_current_white_level_and_conversion_gain_are_found(tmp_path):
     found, notes = calibration(folder)
     assert found.dark_current_e_per_s.covers(body.dark_current)
     assert found.dark_current_e_per_s.value == pytest.approx(body.dark_current, rel=0.01)
-    assert found.white_level_dn == body.white
+    assert set(found.white_levels_dn.values()) == {body.white} and found.white_is_measured
     assert found.switch_iso == 800
     low, high = found.sources
     assert low.before_e.covers(body.sigma_pre) and low.after_dn.covers(body.sigma_post)
@@ -107,7 +108,7 @@ def test_the_camera_file_is_ready_for_a_shot_and_names_the_source_of_every_numbe
     one = next(one for one in found.isos if one.iso == 400)
     setting = shot.camera.iso_setting(400)
     assert setting.gain_dn_per_e == pytest.approx(one.gain_dn_per_e.value, rel=1e-5)
-    assert setting.row_noise_dn == pytest.approx(one.row_noise_dn.value, rel=1e-3)
+    assert setting.row_noise_dn == pytest.approx(one.dark.row_noise_dn.value, rel=1e-3)
     assert shot.camera.pixel_pitch_um == 4.3
     raw = simulate(shot)
     assert raw.dn.shape == found.first_frame.size and raw.dn.max() > 1000
@@ -144,9 +145,9 @@ def test_photosites_own_frames_give_the_camera_they_were_made_with(tmp_path):
     held = []
     for one in found.isos:
         truth = camera.iso_setting(one.iso)
-        held += [one.gain_dn_per_e.covers(truth.gain_dn_per_e), one.read_noise_dn.covers(truth.read_noise_dn)]
-        held += [one.row_noise_dn.covers(truth.row_noise_dn), one.shape.shape.covers(truth.tukey_lambda)]
-        held += [part.covers(0.0) for part in list(one.color_bias_dn.values())[:2]]
+        held += [one.gain_dn_per_e.covers(truth.gain_dn_per_e), one.dark.read_noise_dn.covers(truth.read_noise_dn)]
+        held += [one.dark.row_noise_dn.covers(truth.row_noise_dn), one.dark.shape.shape.covers(truth.tukey_lambda)]
+        held += [part.covers(0.0) for part in list(one.dark.color_bias_dn.values())[:2]]
     held += [found.prnu.covers(0.008), found.dsnu_e.covers(2.0), found.column_dn.covers(0.4)]
     accept({"intervals": stats.binomtest(sum(held), len(held), 0.95).pvalue})
 
@@ -159,6 +160,47 @@ def test_a_monochrome_body_has_one_plane(tmp_path):
     assert abs(found.prnu.value - body.prnu) < 4 * found.prnu.standard_error
     document = camera_document(found, assumed_numbers("A B", found.first_frame))
     assert document["cfa"] == "MONO" and "color_bias" not in document["iso_table"][100]
+
+
+def test_a_body_without_pedestal_is_measured_from_its_flats(tmp_path, monkeypatch):
+    """As Nikon's D3: half of the dark's noise is below 0 and lost."""
+    body = NumpyBody(black=0.0, bias=(0.0,) * 4, sigma_pre=12.0, lam=0.14)
+    monkeypatch.setattr("numpy_body.BLACK_IN_FILE_DN", 0)
+    found, notes = calibration(body.shoot(tmp_path, [100, 400], levels=(100.0, 300.0, 1000.0)))
+    for one in found.isos:
+        assert one.gain_dn_per_e.covers(body.k(one.iso)) and one.dark.read_noise_dn.covers(body.read_noise(one.iso))
+        assert one.dark.row_noise_dn.covers(body.row_noise(one.iso)) and one.dark.black_level_dn == 0.0
+    assert sum("end at 0" in note for note in notes) == 2
+    camera_file(found, tmp_path / "camera.yaml")
+    load_shot(shot_file(tmp_path / "shot.yaml", tmp_path / "camera.yaml"))
+
+
+def test_a_body_without_read_noise_is_no_reason_to_fail(tmp_path):
+    body = NumpyBody(sigma_pre=0.0, sigma_post=0.0, row=0.0, dsnu=0.0, column=0.0, prnu=0.0, gain=2.0, dark_current=0.0)
+    found, notes = calibration(body.shoot(tmp_path, [100, 400, 1600]))
+    assert all(one.dark.read_noise_dn.covers(0.0) and one.gain_dn_per_e.covers(body.k(one.iso)) for one in found.isos)
+    assert any("too small against a code" in note for note in notes)
+    calibration_figure(found, "nothing to draw is no reason to fail")
+    camera_file(found, tmp_path / "camera.yaml")
+    load_shot(shot_file(tmp_path / "shot.yaml", tmp_path / "camera.yaml"))
+
+
+def test_the_white_level_of_an_iso_without_clipped_flats_is_that_of_the_others(tmp_path):
+    body = NumpyBody(shape=(60, 80))
+    folder = body.shoot(tmp_path, [100, 200], darks=2)
+    for frame in range(2):
+        body.write(folder / "flat" / f"clip_{frame}.dng", 200, 40000.0, 0.9, frame)
+    found, _ = calibration(folder)
+    assert found.white_levels_dn == {100: body.white, 200: body.white}
+    document = camera_document(found, assumed_numbers("A B", found.first_frame))
+    assert document["white_level"] == f"{body.white} DN" and "white_level" not in document["iso_table"][200]
+
+
+def test_sources_that_do_not_fit_are_told(tmp_path):
+    """A switch of the conversion gain that lies between ISO settings four stops apart cannot be seen."""
+    body = NumpyBody(switch=2000, sigma_pre=6.0, sigma_pre_high=1.0, sigma_post=8.0)
+    _, notes = calibration(body.shoot(tmp_path, [100, 1600, 25600], levels=(1500.0, 6000.0)))
+    assert any("two sources miss the read noise" in note for note in notes), notes
 
 
 def test_a_dark_current_whose_mean_the_camera_takes_off_is_told_by_its_variance(tmp_path, monkeypatch):
@@ -191,9 +233,11 @@ def test_frames_without_telling_names_are_sorted_by_level_and_paired_in_order(tm
 
 def test_a_folder_name_tells_kind_and_iso(tmp_path):
     body = NumpyBody(shape=(40, 60))
-    body.write(tmp_path / "bias" / "iso102400" / "a.dng", 400, 5000.0)
-    frame = read_frames(raw_files([tmp_path]))[0]
-    assert (frame.kind, frame.iso) == ("dark", 102400)
+    body.write(tmp_path / "Bias_frames" / "iso102400" / "a.dng", 102400, 5000.0)  # the tag of 16 bits says 65535
+    body.write(tmp_path / "darktable" / "iso100" / "b.dng", 400, 9000.0)
+    frames = {frame.path[-5:]: frame for frame in read_frames(raw_files([tmp_path]))}
+    assert (frames["a.dng"].kind, frames["a.dng"].iso) == ("dark", 102400)
+    assert (frames["b.dng"].kind, frames["b.dng"].iso) == ("flat", 400), "what the file says of its ISO goes before its name"
 
 
 def spoiled(tmp_path, **changes) -> list[str]:
@@ -209,7 +253,7 @@ def spoiled(tmp_path, **changes) -> list[str]:
     ("changes", "words"),
     [
         ({"kind": "dark", "level": 300.0}, "light leak"),
-        ({"kind": "dark", "body": {"black": 1.0}}, "no pedestal"),
+        ({"kind": "dark", "body": {"black": 1.0}}, "end at 0"),
         ({"kind": "flat", "level": 3000.0, "time_s": 0.5}, "only flat left at ISO 100"),
     ],
 )

@@ -12,10 +12,10 @@ from simulator.measurement.dark_pattern import dark_pattern, levelled
 from simulator.measurement.interval import Interval, variance_interval, weighted_mean
 from simulator.measurement.light_pattern import light_pattern
 from simulator.measurement.pairs import pair_noise
+from simulator.measurement.photon_transfer import line_without_dark, transfer_point
 from simulator.measurement.read_noise import read_noise, row_residuals
 from simulator.measurement.row_noise import row_noise
 from simulator.measurement.saturation import clipped_code
-from simulator.measurement.stacks import stack_of
 from simulator.measurement.tukey_lambda import fit_tukey_lambda, rounding_doubt_dn2
 from simulator.measurement.two_source import conversion_gain_switch, two_source
 
@@ -91,7 +91,7 @@ def test_dark_pattern_within_its_intervals(dsnu, column, frames):
         stack = [np.rint(200.3 + pattern + row + generator.normal(0.0, 2.0, (64, 80))) for row in rows]
         pairs = [pair_noise(*stack[index : index + 2]) for index in range(0, frames, 2)]
         temporal = np.mean([pair.pixel_variance_dn2 for pair in pairs]), np.mean([pair.row_variance_dn2 for pair in pairs])
-        found = dark_pattern(stack_of(levelled(frame, RGGB) for frame in stack), *temporal)
+        found = dark_pattern([levelled(frame, RGGB) for frame in stack], *temporal)
         hits["dsnu"].append(found.photosite_dn.covers(dsnu))
         hits["column"].append(found.column_dn.covers(column))
     for name, truth in (("dsnu", dsnu), ("column", column)):
@@ -100,12 +100,24 @@ def test_dark_pattern_within_its_intervals(dsnu, column, frames):
     accept({name: coverage_p(found) for name, found in hits.items()})
 
 
+def test_dsnu_under_heavy_tailed_noise_within_its_interval():
+    hits = []
+    for seed in range(REPEATS):
+        generator = np.random.default_rng([seed, 3])
+        pattern = generator.normal(0.0, 0.5, (64, 80))
+        noise = [tukey_lambda_frame(generator, (64, 80), -0.24, 4.0) for _ in range(4)]
+        stack = [frame + pattern for frame in noise]
+        variance = np.mean([pair_noise(*stack[index : index + 2]).pixel_variance_dn2 for index in (0, 2)])
+        hits.append(dark_pattern(stack, variance, 0.0).photosite_dn.covers(0.5))
+    accept({"dsnu": coverage_p(hits)})
+
+
 def test_hot_photosites_are_counted_and_leave_dsnu_alone():
     generator = np.random.default_rng(4)
     pattern = generator.normal(0.0, 1.0, (200, 200))
     pattern.ravel()[:40] += 300.0
     stack = [np.rint(100.0 + pattern + generator.normal(0.0, 2.0, pattern.shape)) for _ in range(8)]
-    found = dark_pattern(stack_of(stack), 4.0 + 1 / 12, 0.0)
+    found = dark_pattern(stack, 4.0 + 1 / 12, 0.0)
     assert found.hot_share == pytest.approx(40 / 40000)
     assert found.hot_excess_dn == pytest.approx(300.0, abs=1.0)
     assert found.photosite_dn.covers(1.0)
@@ -134,6 +146,23 @@ def test_a_line_over_time_within_its_intervals():
         slope, start = slope_over_time(times, values)
         hits["slope"].append(slope.covers(0.3))
         hits["start"].append(start.covers(512.0))
+    accept({name: coverage_p(found) for name, found in hits.items()})
+
+
+def test_read_noise_from_flats_alone_within_its_interval():
+    """The intercept of photon transfer, for cameras whose dark is cut off at code 0."""
+    hits = {"K": [], "variance": []}
+    for seed in range(REPEATS):
+        generator = np.random.default_rng([seed, 9])
+        points = []
+        for mean in (30.0, 100.0, 400.0):
+            frames = [
+                np.rint(0.5 * generator.poisson(mean, (96, 128)) + generator.normal(0.0, 5.0, (96, 128))) for _ in range(2)
+            ]
+            points.append(transfer_point(pair_noise(*frames), 0.0, row_noise=False))
+        slope, offset = line_without_dark(points)
+        hits["K"].append(slope.covers(0.5))
+        hits["variance"].append(offset.covers(25.0 + 1 / 12))
     accept({name: coverage_p(found) for name, found in hits.items()})
 
 

@@ -7,14 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.calibration.checks import findings
+from simulator.calibration.dark_measurement import NORMAL_SHAPE
 from simulator.calibration.frames import Frame, IsoFrames
-from simulator.calibration.iso_measurement import NORMAL_SHAPE, IsoMeasurement, codes_of, measure_iso
+from simulator.calibration.iso_measurement import IsoMeasurement, codes_of, measure_iso
 from simulator.measurement.dark_current import slope_over_time
 from simulator.measurement.interval import Interval, quotient
 from simulator.measurement.pairs import pair_noise
 from simulator.measurement.two_source import TwoSource, conversion_gain_switch, two_source
 
 SHAPE_MARGIN = 0.02
+LARGEST_MISS = 0.25  # of sigma, by the two-source formula
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,8 @@ class Calibration:
 
     isos: results by ISO, ascending. sources: the two-source fit, one per conversion gain. switch_iso: first ISO of the second.
     dsnu_e [e-], prnu (relative), column_dn [DN], dark_current_e_per_s [e-/s]: from the ISO that tells it best; None where no
-    frames tell. hot_share, hot_excess_dn: of the same ISO as dsnu_e, at dark_time_s. white_level_dn: where flats clip.
+    frames tell. hot_share, hot_excess_e: of the same ISO as dsnu_e, at dark_time_s [s].
+    white_levels_dn: by ISO, where flats clip, else as the files say; white_is_measured tells whether any clips.
     has_shape: whether some ISO's read noise is told from a normal one. notes: what the user should know.
     """
 
@@ -37,7 +40,8 @@ class Calibration:
     hot_excess_e: float
     dark_time_s: float
     dark_current_e_per_s: Interval | None
-    white_level_dn: int | None
+    white_levels_dn: dict[int, int]
+    white_is_measured: bool
     has_shape: bool
     notes: list[str]
 
@@ -57,31 +61,50 @@ def measure_camera(groups: list[IsoFrames], told: Callable[[int], object] = lamb
         measured.append(measure_iso(group))
         told(group.iso)
     sources, switch_iso = _sources(measured)
-    quiet = min(measured, key=lambda one: _width(one.pattern.photosite_dn) / one.gain_dn_per_e.value)
-    columns = min(measured, key=lambda one: _width(one.pattern.column_dn))
+    whole = [one for one in measured if not one.frames.cut_at_zero] or measured
+    quiet = min(whole, key=lambda one: _width(one.dark.pattern.photosite_dn) / one.gain_dn_per_e.value)
+    columns = min(whole, key=lambda one: _width(one.dark.pattern.column_dn))
     prnus = [one.prnu for one in measured if one.prnu is not None]
     current, current_notes = _dark_current(measured)
-    clipped = [one.clipped_dn for one in measured if one.clipped_dn is not None]
     return Calibration(
         isos=measured,
         sources=sources,
         switch_iso=switch_iso,
-        dsnu_e=quotient(quiet.pattern.photosite_dn, quiet.gain_dn_per_e),
+        dsnu_e=quotient(quiet.dark.pattern.photosite_dn, quiet.gain_dn_per_e),
         prnu=min(prnus, key=_width) if prnus else None,
-        column_dn=columns.pattern.column_dn,
-        hot_share=quiet.pattern.hot_share,
-        hot_excess_e=quiet.pattern.hot_excess_dn / quiet.gain_dn_per_e.value,
+        column_dn=columns.dark.pattern.column_dn,
+        hot_share=quiet.dark.pattern.hot_share,
+        hot_excess_e=quiet.dark.pattern.hot_excess_dn / quiet.gain_dn_per_e.value,
         dark_time_s=quiet.frames.short_darks[0].time_s,
         dark_current_e_per_s=current,
-        white_level_dn=max(clipped) if clipped else None,
-        has_shape=any(one.shape is not None and _differs(one.shape.shape) for one in measured),
-        notes=findings(measured) + current_notes,
+        white_levels_dn=_white_levels(measured),
+        white_is_measured=any(one.clipped_dn is not None for one in measured),
+        has_shape=_has_shape(measured),
+        notes=findings(measured) + current_notes + _source_notes(sources),
     )
 
 
-def _differs(shape: Interval) -> bool:
-    """Whether a shape differs from a normal one so that it matters: by an excess kurtosis of about 0.1."""
-    return shape.low > NORMAL_SHAPE + SHAPE_MARGIN or shape.high < NORMAL_SHAPE - SHAPE_MARGIN
+def _has_shape(measured: list[IsoMeasurement]) -> bool:
+    """Whether some shape differs from a normal one so that it matters, by an excess kurtosis of about 0.1."""
+    shapes = [one.dark.shape.shape for one in measured if one.dark.shape is not None]
+    beyond = any(part.low > NORMAL_SHAPE + SHAPE_MARGIN or part.high < NORMAL_SHAPE - SHAPE_MARGIN for part in shapes)
+    return beyond and all(one.dark.read_noise_dn.value > 0 for one in measured)
+
+
+def _white_levels(measured: list[IsoMeasurement]) -> dict[int, int]:
+    """White level by ISO; where no flat clips, that of another ISO for which the files say the same."""
+    said = {one.iso: one.frames.usable_pairs[0][0].white_level_dn for one in measured}
+    clipped = {said[one.iso]: one.clipped_dn for one in measured if one.clipped_dn is not None}
+    return {one.iso: one.clipped_dn or clipped.get(said[one.iso], said[one.iso]) for one in measured}
+
+
+def _source_notes(sources: list[TwoSource]) -> list[str]:
+    rule = "the conversion gain may switch between, or the sensor is built otherwise; calibrate more ISOs to see"
+    return [
+        f"ISO {part.isos[0]} to {part.isos[-1]}: two sources miss the read noise by up to {100 * part.worst:.0f} %: {rule}"
+        for part in sources
+        if part.worst > LARGEST_MISS
+    ]
 
 
 def _width(interval: Interval) -> float:
@@ -98,7 +121,7 @@ def _sources(measured: list[IsoMeasurement]) -> tuple[list[TwoSource], int | Non
     ]
     fits = []
     for side in filter(None, sides):
-        gains, sigmas = [one.gain_dn_per_e.value for one in side], [one.read_noise_dn for one in side]
+        gains, sigmas = [one.gain_dn_per_e.value for one in side], [one.dark.read_noise_dn for one in side]
         fits.append(two_source([one.iso for one in side], gains, sigmas))
     return fits, switch
 
@@ -134,9 +157,10 @@ def _dark_current(measured: list[IsoMeasurement]) -> tuple[Interval | None, list
 
 def full_scale_e(one: IsoMeasurement, white_level_dn: float) -> float:
     """Electrons that fill the range of the ADC at an ISO [e-]."""
-    return (white_level_dn - one.black_level_dn) / one.gain_dn_per_e.value
+    return (white_level_dn - one.dark.black_level_dn) / one.gain_dn_per_e.value
 
 
 def dynamic_range_stops(one: IsoMeasurement, white_level_dn: float) -> float:
-    """Stops between full scale and read noise, log2(full scale / sigma_e)."""
-    return math.log2(full_scale_e(one, white_level_dn) / max(one.read_noise_e.value, 1e-9))
+    """Stops between full scale and the noise of a dark photosite, rounding included: log2(full scale / sigma)."""
+    noise_dn = math.hypot(one.dark.read_noise_dn.value, 1.0 / math.sqrt(12.0))
+    return math.log2(full_scale_e(one, white_level_dn) * one.gain_dn_per_e.value / noise_dn)

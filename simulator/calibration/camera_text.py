@@ -30,9 +30,9 @@ def camera_document(found: Calibration, assumed: Assumed) -> dict[str, object]:
     """Return a camera file as plain data, keys in the order of the shipped ones; `config.dump_yaml` writes it."""
     frame = found.first_frame
     height, width = frame.size
-    white_dn = found.white_level_dn or frame.white_level_dn
-    bits = max(8, math.ceil(math.log2(max(white_dn, frame.highest_dn) + 1)))
-    black_dn = found.isos[0].black_level_dn
+    white_dn = max(found.white_levels_dn.values())
+    bits = max(8, math.ceil(math.log2(white_dn + 1)))
+    black_dn = found.isos[0].dark.black_level_dn
     document = {
         "source": _sources(found, assumed),
         "make": assumed.make,
@@ -63,30 +63,30 @@ def after_gain_dn(found: Calibration) -> float:
     """
     if found.has_shape or found.switch_iso is not None and len(found.sources) < 2:
         return 0.0
-    return min(found.sources[0].after_dn.value, *(0.999 * one.read_noise_dn.value for one in found.isos))
+    return min(found.sources[0].after_dn.value, *(0.999 * one.dark.read_noise_dn.value for one in found.isos))
 
 
 def _line(one: IsoMeasurement, found: Calibration) -> dict[str, object]:
     line: dict[str, object] = {
         "gain": f"{one.gain_dn_per_e.value:.6g} DN/e-",
-        "read_noise": f"{one.read_noise_dn.value:.5g} DN",
+        "read_noise": f"{one.dark.read_noise_dn.value:.5g} DN",
     }
     if found.has_shape:
-        line["tukey_lambda"] = round(one.shape.shape.value, 4) if one.shape else 0.14
-    if one.row_noise_dn.low > 0:
-        line["row_noise"] = f"{one.row_noise_dn.value:.4g} DN"
+        line["tukey_lambda"] = round(one.dark.shape.shape.value, 4) if one.dark.shape else 0.14
+    if one.dark.row_noise_dn.low > 0:
+        line["row_noise"] = f"{one.dark.row_noise_dn.value:.4g} DN"
     if _has_bias(found):
-        line["color_bias"] = [f"{one.color_bias_dn[name].value:.3f} DN" for name in ("R", "Gr", "Gb", "B")]
+        line["color_bias"] = [f"{one.dark.color_bias_dn[name].value:.3f} DN" for name in ("R", "Gr", "Gb", "B")]
     if len(found.isos) > 1:
-        line["black_level"] = f"{one.black_level_dn:.3f} DN"
-    if one.clipped_dn is not None and one.clipped_dn != found.white_level_dn:
-        line["white_level"] = f"{one.clipped_dn} DN"
+        line["black_level"] = f"{one.dark.black_level_dn:.3f} DN"
+    if found.white_levels_dn[one.iso] != max(found.white_levels_dn.values()):
+        line["white_level"] = f"{found.white_levels_dn[one.iso]} DN"
     return line
 
 
 def _has_bias(found: Calibration) -> bool:
     """Whether some colour plane's black level differs from the mean of all, by more than the luck of many intervals."""
-    parts = [part for one in found.isos for part in one.color_bias_dn.values()]
+    parts = [part for one in found.isos for part in one.dark.color_bias_dn.values()]
     return found.first_frame.cfa != "MONO" and any(abs(part.value) > 4.0 * part.standard_error for part in parts)
 
 
@@ -126,7 +126,7 @@ def _dark_text(found: Calibration) -> str:
 
 def _sources(found: Calibration, assumed: Assumed) -> dict[str, str]:
     frame = found.first_frame
-    clipped = f"{METHOD}, the code at which flats clip" if found.white_level_dn else "the raw files' metadata; no flat clips"
+    clipped = f"{METHOD}, the code at which flats clip" if found.white_is_measured else "the raw files' metadata; no flat clips"
     sources = {
         "width, height, cfa": "the raw files, visible area",
         "pixel_pitch": f"assumed, {assumed.sources['pixel_pitch']}",
@@ -149,11 +149,11 @@ def _sources(found: Calibration, assumed: Assumed) -> dict[str, str]:
 def _line_source(one: IsoMeasurement) -> str:
     parts = [
         f"gain {one.gain_dn_per_e.low:.5g} to {one.gain_dn_per_e.high:.5g} DN/e-",
-        f"read_noise {one.read_noise_dn.low:.4g} to {one.read_noise_dn.high:.4g} DN, row noise and rounding off",
+        f"read_noise {one.dark.read_noise_dn.low:.4g} to {one.dark.read_noise_dn.high:.4g} DN, row noise and rounding off",
     ]
-    if one.shape is not None:
-        parts.append(f"tukey_lambda {one.shape.shape.low:.3f} to {one.shape.shape.high:.3f}")
-    parts.append(f"row_noise {one.row_noise_dn.low:.3g} to {one.row_noise_dn.high:.3g} DN")
-    parts += [f"color_bias {name} {part.low:.3f} to {part.high:.3f} DN" for name, part in one.color_bias_dn.items()]
+    if one.dark.shape is not None:
+        parts.append(f"tukey_lambda {one.dark.shape.shape.low:.3f} to {one.dark.shape.shape.high:.3f}")
+    parts.append(f"row_noise {one.dark.row_noise_dn.low:.3g} to {one.dark.row_noise_dn.high:.3g} DN")
+    parts += [f"color_bias {name} {part.low:.3f} to {part.high:.3f} DN" for name, part in one.dark.color_bias_dn.items()]
     counts = f"{len(one.frames.short_darks)} dark frames, {one.pairs_used} pairs of flat fields"
     return f"{METHOD}, {counts}, 95 % intervals: {'; '.join(parts)}"

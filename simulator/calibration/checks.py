@@ -1,11 +1,10 @@
 """What is missing or wrong in a set of frames, each message with the files it is about and what to do."""
 
 from simulator.calibration.frames import Frame, IsoFrames
-from simulator.calibration.iso_measurement import HIGH_SHARE, IsoMeasurement, is_usable
+from simulator.calibration.iso_measurement import IsoMeasurement
 from simulator.errors import PhotositeError
 
 FLICKER = 0.02  # relative difference of the means of a pair of flats
-ZERO_SHARE = 1e-3  # of codes 0 in a dark frame: the lower tail of the noise is cut off
 
 
 def problems(groups: list[IsoFrames]) -> tuple[list[IsoFrames], list[str]]:
@@ -31,10 +30,13 @@ def _missing(group: IsoFrames) -> list[str]:
     if len(group.short_darks) < 2:
         have = _names(group.short_darks)
         found.append(f"{at} is left out: {have or 'no dark frame'}; give two dark frames or more of one exposure time")
-    if not any(is_usable(pair) for pair in group.flat_pairs):
+    if not group.usable_pairs:
         have = _names([frame for pair in group.flat_pairs for frame in pair] + group.lone_flats)
         rule = "give two flats of one exposure time whose mean lies below 70 % of white and that clip nowhere"
         found.append(f"{at} is left out: no usable pair of flats ({have or 'none there'}); {rule}")
+    elif group.cut_at_zero and len({pair[0].time_s for pair in group.usable_pairs}) < 2:
+        rule = "a camera without pedestal needs flats of two or more exposure times"
+        found.append(f"{at} is left out: the codes of {group.short_darks[0].path} end at 0; {rule}")
     return found
 
 
@@ -50,7 +52,7 @@ def _flat_notes(group: IsoFrames) -> list[str]:
         if change > FLICKER:
             rule = "flickering light, or files of two levels; use steady light and the same settings for both"
             notes.append(f"{first.path}, {second.path}: their means differ by {100 * change:.1f} %: {rule}")
-        if max(first.high_share, second.high_share) > HIGH_SHARE:
+        if first.clips or second.clips:
             share = 100 * max(first.high_share, second.high_share)
             notes.append(f"{first.path}, {second.path}: {share:.3g} % of the codes clip; used for the white level, not for K")
     return notes
@@ -58,10 +60,9 @@ def _flat_notes(group: IsoFrames) -> list[str]:
 
 def _dark_notes(group: IsoFrames) -> list[str]:
     notes = []
-    cut = [frame for frames in group.darks.values() for frame in frames if frame.zero_share > ZERO_SHARE]
-    if cut:
-        rule = "the camera has no pedestal, so read noise and black come out wrong at this ISO; K holds"
-        notes.append(f"{_names(cut)}: up to {100 * max(frame.zero_share for frame in cut):.2g} % of the codes are 0: {rule}")
+    if group.cut_at_zero:
+        rule = "no pedestal, so half of the noise is cut off; read noise is taken from the flats, black from the files"
+        notes.append(f"ISO {group.iso}: codes of {_names(group.short_darks)} end at 0: {rule}; DSNU and shape are not told")
     for frame in _leaking(group):
         rule = "light leak, or no dark frame; cover lens and viewfinder, or name the folder flat"
         notes.append(f"{frame.path}: brighter than the other dark frames of ISO {group.iso}: {rule}")
@@ -86,14 +87,15 @@ def findings(measured: list[IsoMeasurement]) -> list[str]:
             planes = ", ".join(f"{name} {part.value:.5g}" for name, part in one.gain_by_plane.items())
             rule = "the camera scales them digitally, or a plane is not linear; K is their mean"
             notes.append(f"ISO {one.iso}: the colour planes have different gains ({planes} DN/e-): {rule}")
-        if one.shape is None:
-            notes.append(
-                f"ISO {one.iso}: read noise {one.read_noise_dn.value:.2f} DN is too small against a code to have a shape"
-            )
+        if one.frames.cut_at_zero:
+            continue
+        sigma_dn, black_dn = one.dark.read_noise_dn.value, one.dark.black_level_dn
+        if one.dark.shape is None:
+            notes.append(f"ISO {one.iso}: read noise {sigma_dn:.2f} DN is too small against a code to have a shape")
         level = one.frames.short_darks[0].black_level_dn
-        if abs(one.black_level_dn - level) > max(1.0, 0.5 * one.read_noise_dn.value):
+        if abs(black_dn - level) > max(1.0, 0.5 * sigma_dn):
             rule = "the measured one is written; if light leaked into the dark frames, both are wrong"
-            notes.append(f"ISO {one.iso}: dark frames lie at {one.black_level_dn:.2f} DN, the files say {level:g} DN: {rule}")
+            notes.append(f"ISO {one.iso}: dark frames lie at {black_dn:.2f} DN, the files say {level:g} DN: {rule}")
     return notes
 
 

@@ -14,7 +14,12 @@ from simulator.raw_file import RawFile, read_raw_file
 
 LARGEST_SIDE_PX = 2048  # of the part in the middle that is measured: 4 million photosites give K to 0.1 %
 DARK_SHARE = 0.01  # of the range above black: a frame whose mean lies lower is dark when no name says what it is
-_KINDS = {"dark": "dark", "bias": "dark", "flat": "flat"}
+HIGH_SHARE = 1e-4  # of codes near white: defects; more is clipping
+ZERO_SHARE = 1e-3  # of codes 0 in a dark frame: more, and the lower tail of its noise is cut off
+LARGEST_SIGNAL_SHARE = 0.7  # of saturation, as in EMVA 1288; brighter pairs tell nothing of K
+_KIND = re.compile(r"(dark|bias|flat)(s|[ _-]?frames?|[ _-]?fields?)?(?![a-z])")  # not "darktable"
+_ISO = re.compile(r"(?<![a-z])iso[ _-]?(\d{2,7})(?!\d)")
+_LARGEST_SHORT = 65535  # what Exif's ISO tag and LibRaw say of every ISO from there on
 
 
 @dataclass(frozen=True)
@@ -40,6 +45,11 @@ class Frame:
     high_share: float
     zero_share: float
 
+    @property
+    def clips(self) -> bool:
+        """Whether more than a few defects lie at the top."""
+        return self.high_share > HIGH_SHARE
+
 
 @dataclass(frozen=True)
 class IsoFrames:
@@ -55,6 +65,20 @@ class IsoFrames:
         """Darks of the shortest exposure time of which there are two; else of the shortest."""
         times = [time for time, frames in self.darks.items() if len(frames) > 1] or list(self.darks)
         return self.darks[min(times)] if times else []
+
+    @property
+    def usable_pairs(self) -> list[tuple[Frame, Frame]]:
+        """Pairs of flats that may tell of K: nowhere near clipping."""
+        return [pair for pair in self.flat_pairs if not any(frame.clips or _is_bright(frame) for frame in pair)]
+
+    @property
+    def cut_at_zero(self) -> bool:
+        """Whether the noise of the dark frames is cut off at code 0, as without a pedestal."""
+        return any(frame.zero_share > ZERO_SHARE for frame in self.short_darks)
+
+
+def _is_bright(frame: Frame) -> bool:
+    return frame.mean_dn - frame.black_level_dn > LARGEST_SIGNAL_SHARE * (frame.white_level_dn - frame.black_level_dn)
 
 
 def raw_files(paths: Iterable[Path]) -> list[Path]:
@@ -152,15 +176,16 @@ def _time_and_name(frame: Frame) -> tuple:
 def _kind_by_name(path: str) -> str | None:
     """Kind that the file's own name or the nearest folder with such a name tells."""
     for part in reversed(Path(path).parts):
-        for word, kind in _KINDS.items():
-            if part.lower().startswith(word):
-                return kind
+        if word := _KIND.match(part.lower()):
+            return "flat" if word[1] == "flat" else "dark"
     return None
 
 
 def _iso(raw: RawFile) -> int:
-    """ISO that a name such as iso1600 tells, else the file's Exif data, which some cameras leave out or cap at 65535."""
-    named = re.findall(r"iso[ _-]?(\d+)", raw.path.lower())
+    """ISO of the file's Exif data; that of a name such as iso102400 where there is none, or the largest a 16-bit tag holds."""
+    if raw.iso is not None and raw.iso < _LARGEST_SHORT:
+        return round(raw.iso)
+    named = _ISO.findall(raw.path.lower())
     if named:
         return int(named[-1])
     if raw.iso is None:

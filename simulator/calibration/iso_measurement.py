@@ -4,23 +4,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.calibration.dark_measurement import DarkMeasurement, darks_cut_at_zero, measure_darks, pairs_of, plane_of
 from simulator.calibration.frames import Frame, IsoFrames, middle
-from simulator.measurement.dark_pattern import DarkPattern, dark_pattern, levelled
-from simulator.measurement.interval import Interval, normal_interval, quotient, weighted_mean
+from simulator.measurement.interval import Interval, quotient, root, shifted, weighted_mean
 from simulator.measurement.light_pattern import light_pattern
 from simulator.measurement.pairs import PairNoise, pair_noise
-from simulator.measurement.photon_transfer import DarkNoise, TransferPoint, dark_noise, gain, transfer_point
-from simulator.measurement.read_noise import read_noise, row_residuals
+from simulator.measurement.photon_transfer import (
+    TransferPoint,
+    dark_noise,
+    gain,
+    gain_without_dark,
+    line_without_dark,
+    transfer_point,
+)
+from simulator.measurement.read_noise import ROUNDING_VARIANCE_DN2
 from simulator.measurement.row_noise import row_noise
-from simulator.measurement.stacks import stack_of
-from simulator.measurement.tukey_lambda import TukeyLambda, fit_tukey_lambda, rounding_doubt_dn2
 from simulator.raw_file import plane_places, read_raw_file
-
-LARGEST_SIGNAL_SHARE = 0.7  # of saturation, as in EMVA 1288; brighter pairs tell nothing of K
-HIGH_SHARE = 1e-4  # of codes near white: defects; more is clipping
-NORMAL_SHAPE = 0.14  # Tukey's lambda of a distribution close to normal
-LARGEST_DOUBT = 0.01  # of the variance: noise smaller against a code has no shape that could be told
-_KEPT_RESIDUALS = 200_000  # for the plot
 
 
 @dataclass(frozen=True)
@@ -28,10 +27,8 @@ class IsoMeasurement:
     """Results of one ISO; None where the frames do not tell.
 
     gain_dn_per_e: K of all planes together; gain_by_plane, and gain_p, the p-value that the planes share one K.
-    black_level_dn: mean of the planes in the dark; color_bias_dn: what each plane lies above it.
-    read_noise_dn: a photosite's own, rounding and row noise off. shape: Tukey-lambda fit of it.
-    pattern: fixed pattern of the dark. prnu: relative. clipped_dn: code at which flats clip.
-    points, dark_points, residuals_dn: what was fitted, for plots. pairs_used: flat pairs behind K.
+    dark: levels, noise and pattern without light. prnu: relative. clipped_dn: code at which flats clip.
+    points: photon transfer by plane, each from pairs_used pairs of flats.
     """
 
     iso: int
@@ -39,23 +36,16 @@ class IsoMeasurement:
     gain_dn_per_e: Interval
     gain_by_plane: dict[str, Interval]
     gain_p: float
-    black_level_dn: float
-    color_bias_dn: dict[str, Interval]
-    read_noise_dn: Interval
-    shape: TukeyLambda | None
-    row_noise_dn: Interval
-    pattern: DarkPattern
+    dark: DarkMeasurement
     prnu: Interval | None
     clipped_dn: int | None
     points: dict[str, list[TransferPoint]]
-    dark_points: dict[str, DarkNoise]
-    residuals_dn: np.ndarray
     pairs_used: int
 
     @property
     def read_noise_e(self) -> Interval:
         """Read noise in electrons [e-]."""
-        return quotient(self.read_noise_dn, self.gain_dn_per_e)
+        return quotient(self.dark.read_noise_dn, self.gain_dn_per_e)
 
 
 def codes_of(frame: Frame) -> np.ndarray:
@@ -63,118 +53,81 @@ def codes_of(frame: Frame) -> np.ndarray:
     return middle(read_raw_file(frame.path).mosaic)
 
 
-def is_usable(pair: tuple[Frame, Frame]) -> bool:
-    """Whether a pair of flats may tell of K: bright enough to differ from the dark, and nowhere near clipping."""
-    frame = max(pair, key=lambda frame: frame.mean_dn)
-    range_dn = frame.white_level_dn - frame.black_level_dn
-    return frame.high_share <= HIGH_SHARE and frame.mean_dn - frame.black_level_dn <= LARGEST_SIGNAL_SHARE * range_dn
-
-
 def measure_iso(frames: IsoFrames) -> IsoMeasurement:
-    """Measure one ISO from two or more dark frames and one or more usable pairs of flats.
+    """Measure one ISO from two or more dark frames and one or more usable pairs of flats; without pedestal, from two.
 
     Reads the files. Raises PhotositeError for frames that cannot be measured.
     """
     darks = [codes_of(frame) for frame in frames.short_darks]
     places = plane_places(frames.short_darks[0].cfa)
-    planes_dn = {name: [_plane(dark, place, places) for dark in darks] for name, place in places.items()}
-    pairs = _pairs_of(darks)
-    residuals = np.concatenate([row_residuals(a, b) for a, b in zip(darks[0::2], darks[1::2], strict=False)])
-    shape = fit_tukey_lambda(residuals)
-    doubt_dn2 = rounding_doubt_dn2(shape.shape.value, shape.sigma_dn.value)
-    sigma = read_noise(pairs, doubt_dn2)
-    rows = row_noise(pairs)
-    levels = {name: float(np.mean([plane.mean(dtype=np.float64) for plane in planes])) for name, planes in planes_dn.items()}
-    black_dn = float(np.mean(list(levels.values())))
-    pattern = _pattern(darks, places, pairs)
-    points, used = _transfer_points(frames, places, levels)
-    dark_points = {name: dark_noise(_pairs_of(planes), row_noise=False) for name, planes in planes_dn.items()}
-    slopes = {name: gain(points[name], dark_points[name]) for name in places}
+    if frames.cut_at_zero:
+        levels = dict.fromkeys(places, frames.short_darks[0].black_level_dn)
+        pairs = _flat_pairs(frames, places, levels)
+        points = _points(pairs)
+        slopes = {name: gain_without_dark(of_plane) for name, of_plane in points.items()}
+        dark = _dark_of_flats(pairs, places, levels)
+    else:
+        dark = measure_darks(darks, places)
+        pairs = _flat_pairs(frames, places, dark.levels_dn)
+        points = _points(pairs)
+        of_planes = {name: pairs_of([plane_of(codes, name, places) for codes in darks]) for name in places}
+        slopes = {name: gain(points[name], dark_noise(of_planes[name], row_noise=False)) for name in places}
     slope, p_value = weighted_mean(list(slopes.values()))
-    doubtful = doubt_dn2 > LARGEST_DOUBT * sigma.value**2
+    flats = [frame for pair in frames.flat_pairs for frame in pair] + frames.lone_flats
     return IsoMeasurement(
         iso=frames.iso,
         frames=frames,
         gain_dn_per_e=slope,
         gain_by_plane=slopes,
         gain_p=p_value,
-        black_level_dn=black_dn,
-        color_bias_dn=_color_bias(levels, black_dn, pattern, sigma, rows, planes_dn),
-        read_noise_dn=sigma,
-        shape=None if doubtful else shape,
-        row_noise_dn=rows,
-        pattern=pattern,
-        prnu=_prnu(frames, places, planes_dn),
-        clipped_dn=_clipped(frames),
+        dark=dark,
+        prnu=_prnu(frames, places, darks),
+        clipped_dn=max((frame.clipped_dn for frame in flats if frame.clipped_dn is not None), default=None),
         points=points,
-        dark_points=dark_points,
-        residuals_dn=residuals[:: max(1, residuals.size // _KEPT_RESIDUALS)],
-        pairs_used=used,
+        pairs_used=len(next(iter(points.values()))),
     )
 
 
-def _plane(codes: np.ndarray, place: tuple[int, int], places: dict) -> np.ndarray:
-    step = 1 if len(places) == 1 else 2
-    return codes[place[0] :: step, place[1] :: step]
-
-
-def _pairs_of(planes: list[np.ndarray]) -> list[PairNoise]:
-    return [pair_noise(first, second) for first, second in zip(planes[0::2], planes[1::2], strict=False)]
-
-
-def _pattern(darks: list[np.ndarray], places: dict, pairs: list[PairNoise]) -> DarkPattern:
-    """Fixed pattern of the dark frames, whose temporal noise the pairs tell."""
-    stack = stack_of(levelled(dark, list(places.values())) for dark in darks)
-    pixel_dn2 = float(np.mean([pair.pixel_variance_dn2 for pair in pairs]))
-    return dark_pattern(stack, pixel_dn2, float(np.mean([pair.row_variance_dn2 for pair in pairs])))
-
-
-def _transfer_points(frames: IsoFrames, places: dict, levels: dict[str, float]) -> tuple[dict[str, list[TransferPoint]], int]:
-    """Points of the photon transfer curve by plane, and the number of pairs that gave them.
+def _flat_pairs(frames: IsoFrames, places: dict, levels_dn: dict[str, float]) -> dict[str, list[PairNoise]]:
+    """Noise of the usable pairs of flats by plane, above the level of the dark, in ascending order of light.
 
     Both frames are brought to their common mean first: light that flickers would otherwise leave the shading of the field
     in their difference.
     """
-    usable = [pair for pair in frames.flat_pairs if is_usable(pair)]
-    points: dict[str, list[TransferPoint]] = {name: [] for name in places}
-    for first, second in usable:
-        codes = codes_of(first), codes_of(second)
-        for name, place in places.items():
-            planes = [_plane(frame, place, places) - levels[name] for frame in codes]
-            means = [plane.mean() for plane in planes]
+    noise: dict[str, list[PairNoise]] = {name: [] for name in places}
+    for pair in sorted(frames.usable_pairs, key=lambda pair: pair[0].mean_dn):
+        codes = [codes_of(frame) for frame in pair]
+        for name in places:
+            planes = [plane_of(frame, name, places) - levels_dn[name] for frame in codes]
+            means = [float(plane.mean()) for plane in planes]
             common = 0.5 * sum(means)
-            alike = pair_noise(*(plane * (common / mean) for plane, mean in zip(planes, means, strict=True)))
-            points[name].append(transfer_point(alike, 0.0, row_noise=False))
-    return points, len(usable)
+            alike = [plane * (common / mean) for plane, mean in zip(planes, means, strict=True)]
+            noise[name].append(pair_noise(*alike))
+    return noise
 
 
-def _color_bias(levels, black_dn, pattern, sigma, rows, planes_dn) -> dict[str, Interval]:
-    """What each plane lies above the mean of all; the error is that of its own mean."""
-    result = {}
-    for name, planes in planes_dn.items():
-        height, width = planes[0].shape
-        photosites = (sigma.value**2 / len(planes) + pattern.photosite_dn.value**2) / (height * width)
-        of_rows = (rows.value**2 / len(planes) + pattern.row_dn.value**2) / height
-        of_columns = pattern.column_dn.value**2 / width
-        result[name] = normal_interval(levels[name] - black_dn, float(np.sqrt(photosites + of_rows + of_columns)))
-    return result
+def _points(pairs: dict[str, list[PairNoise]]) -> dict[str, list[TransferPoint]]:
+    return {name: [transfer_point(pair, 0.0, row_noise=False) for pair in of_plane] for name, of_plane in pairs.items()}
 
 
-def _prnu(frames: IsoFrames, places: dict, planes_dn: dict[str, list[np.ndarray]]) -> Interval | None:
+def _dark_of_flats(pairs: dict[str, list[PairNoise]], places: dict, levels_dn: dict[str, float]) -> DarkMeasurement:
+    """Read noise of a camera without pedestal: the variance that photon transfer has left at no light.
+
+    Row noise is that of the darkest pair, in red and blue, which share no row.
+    """
+    _, offset = line_without_dark([point for of_plane in _points(pairs).values() for point in of_plane])
+    rows = row_noise([of_plane[0] for name, of_plane in pairs.items() if name in ("R", "B", "MONO")])
+    sigma = root(shifted(offset, -ROUNDING_VARIANCE_DN2))
+    return darks_cut_at_zero(next(iter(levels_dn.values())), places, sigma, rows)
+
+
+def _prnu(frames: IsoFrames, places: dict, darks: list[np.ndarray]) -> Interval | None:
     """PRNU from the brightest pair that does not clip, each frame less the mean of its own half of the darks."""
-    good = [pair for pair in frames.flat_pairs if max(frame.high_share for frame in pair) <= HIGH_SHARE]
+    good = [pair for pair in frames.flat_pairs if not any(frame.clips for frame in pair)]
     if not good:
         return None
-    pair = max(good, key=lambda pair: pair[0].mean_dn)
     sides = []
-    for half, frame in enumerate(pair):
-        codes = codes_of(frame)
-        dark = {name: np.mean([plane for plane in planes[half::2]], axis=0) for name, planes in planes_dn.items()}
-        sides.append([_plane(codes, place, places) - dark[name] for name, place in places.items()])
+    for half, frame in enumerate(max(good, key=lambda pair: pair[0].mean_dn)):
+        signal = codes_of(frame) - np.mean(darks[half::2], axis=0)
+        sides.append([plane_of(signal, name, places) for name in places])
     return light_pattern(*sides)
-
-
-def _clipped(frames: IsoFrames) -> int | None:
-    """Code at which the flats of this ISO clip, if any does."""
-    flats = [frame for pair in frames.flat_pairs for frame in pair] + frames.lone_flats
-    return max((frame.clipped_dn for frame in flats if frame.clipped_dn is not None), default=None)

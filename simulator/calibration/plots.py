@@ -7,6 +7,7 @@ import numpy as np
 from simulator.calibration.camera_measurement import Calibration
 from simulator.calibration.iso_measurement import IsoMeasurement
 from simulator.measurement.interval import Interval
+from simulator.measurement.read_noise import ROUNDING_VARIANCE_DN2
 from simulator.measurement.tukey_lambda import difference_shares
 from simulator.validation.figures import decade_axis, iso_axis, new_figure
 
@@ -37,7 +38,7 @@ def _transfer(axes: "Axes", found: Calibration) -> None:
         for name, points in one.points.items():
             signal, variance = zip(*((point.signal_dn, point.variance_dn2) for point in points), strict=True)
             axes.loglog(signal, variance, ".", color=PLANE_COLORS[name], markersize=5)
-        dark_dn2 = float(np.mean([part.variance_dn2 for part in one.dark_points.values()]))
+        dark_dn2 = one.dark.read_noise_dn.value**2 + ROUNDING_VARIANCE_DN2
         fitted = dark_dn2 + one.gain_dn_per_e.value * line
         axes.loglog(line, fitted, color="#888888", linewidth=0.8)
         axes.annotate(f"ISO {one.iso}", (line[-1], fitted[-1]), fontsize=7, va="center", clip_on=False)
@@ -48,14 +49,14 @@ def _transfer(axes: "Axes", found: Calibration) -> None:
 
 
 def _gain(axes: "Axes", found: Calibration) -> None:
-    gains, rows = [one.gain_dn_per_e for one in found.isos], [one.row_noise_dn for one in found.isos]
+    gains, rows = [one.gain_dn_per_e for one in found.isos], [one.dark.row_noise_dn for one in found.isos]
     _bars(axes, found, gains, "K [DN/e-]", DARK)
     _bars(axes, found, rows, "row noise [DN]", VIOLET)
     _axes(axes, found, gains + rows, "Gain and row noise")
 
 
 def _noise(axes: "Axes", found: Calibration) -> None:
-    in_dn, in_e = [one.read_noise_dn for one in found.isos], [one.read_noise_e for one in found.isos]
+    in_dn, in_e = [one.dark.read_noise_dn for one in found.isos], [one.read_noise_e for one in found.isos]
     _bars(axes, found, in_dn, "read noise [DN]", DARK)
     _bars(axes, found, in_e, "read noise [e-]", ORANGE)
     for part in found.sources:
@@ -68,7 +69,7 @@ def _noise(axes: "Axes", found: Calibration) -> None:
 
 
 def _shape(axes: "Axes", found: Calibration) -> None:
-    shaped = [one for one in found.isos if one.shape is not None]
+    shaped = [one for one in found.isos if one.dark.shape is not None]
     picked = np.unique(np.linspace(0, len(shaped) - 1, SHOWN_SHAPES).round()) if shaped else []
     for index, place in enumerate(picked):
         _histogram(axes, shaped[int(place)], 100.0**-index, f"C{index}")
@@ -81,19 +82,19 @@ def _shape(axes: "Axes", found: Calibration) -> None:
 
 def _histogram(axes: "Axes", one: IsoMeasurement, factor: float, color: str) -> None:
     """Density of the differences as points and of the fit as a line, both in standard deviations of a difference."""
-    sigma_dn = one.shape.sigma_dn.value
+    sigma_dn = one.dark.shape.sigma_dn.value
     unit_dn = sigma_dn * np.sqrt(2.0)
     width_dn = max(1.0, round(unit_dn / 8.0))  # whole codes, or some bins would hold one more code than others
     edges = np.arange(-(12.0 * unit_dn // width_dn) - 0.5, 12.0 * unit_dn // width_dn + 1.0) * width_dn
-    counts, _ = np.histogram(one.residuals_dn, edges)
+    counts, _ = np.histogram(one.dark.residuals_dn, edges)
     seen = counts > 0
-    density = counts / (one.residuals_dn.size * width_dn) * unit_dn * factor
+    density = counts / (one.dark.residuals_dn.size * width_dn) * unit_dn * factor
     axes.plot((0.5 * (edges[1:] + edges[:-1]) / unit_dn)[seen], density[seen], ".", color=color, markersize=4)
     cell_dn = min(sigma_dn / 24.0, 0.125)
     half = int(12.0 * unit_dn / cell_dn)
-    share = difference_shares(one.shape.shape.value, sigma_dn, cell_dn, half)
+    share = difference_shares(one.dark.shape.shape.value, sigma_dn, cell_dn, half)
     x, fitted = np.arange(-half, half + 1) * cell_dn / unit_dn, np.maximum(share, 1e-14) / cell_dn * unit_dn * factor
-    label = f"ISO {one.iso}: λ = {one.shape.shape.value:.3f}"
+    label = f"ISO {one.iso}: λ = {one.dark.shape.shape.value:.3f}"
     axes.plot(x, fitted, color=color, linewidth=0.9, label=label)
 
 
@@ -108,6 +109,7 @@ def _bars(axes: "Axes", found: Calibration, parts: list[Interval], label: str, c
 def _axes(axes: "Axes", found: Calibration, parts: list[Interval], title: str) -> None:
     values = [part.value for part in parts if part.value > 0]
     iso_axis(axes, [one.iso for one in found.isos])
-    decade_axis(axes, min(values), max(values))
     axes.set(title=title)
-    axes.legend(fontsize=8)
+    if values:
+        decade_axis(axes, min(values), max(values))
+        axes.legend(fontsize=8)

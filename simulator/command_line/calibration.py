@@ -75,19 +75,24 @@ def _show(found: Calibration) -> None:
     )
     for head in heads:
         table.add_column(escape(head), justify="right")
-    white_dn = found.white_level_dn or found.first_frame.white_level_dn
     for one in found.isos:
-        table.add_row(*_row(one, white_dn))
+        table.add_row(*_row(one, found.white_levels_dn[one.iso]))
     out.print(table)
     out.print(_planes(found))
-    for line in _body(found, white_dn):
+    for line in _body(found):
         out.print(line)
 
 
 def _row(one: IsoMeasurement, white_dn: float) -> list[str]:
-    shape = _span(one.shape.shape, 3) if one.shape else "not told"
-    numbers = [_span(one.gain_dn_per_e), _span(one.read_noise_dn), _span(one.read_noise_e), shape, _span(one.row_noise_dn)]
-    return [f"{one.iso}", *numbers, f"{one.black_level_dn:.2f}", f"{dynamic_range_stops(one, white_dn):.2f}"]
+    shape = _span(one.dark.shape.shape, 3) if one.dark.shape else "not told"
+    numbers = [
+        _span(one.gain_dn_per_e),
+        _span(one.dark.read_noise_dn),
+        _span(one.read_noise_e),
+        shape,
+        _span(one.dark.row_noise_dn),
+    ]
+    return [f"{one.iso}", *numbers, f"{one.dark.black_level_dn:.2f}", f"{dynamic_range_stops(one, white_dn):.2f}"]
 
 
 def _planes(found: Calibration) -> Table:
@@ -99,25 +104,29 @@ def _planes(found: Calibration) -> Table:
         table.add_column(f"bias {name}", justify="right")
     table.add_column("same K, p", justify="right")
     for one in found.isos:
-        pairs = [(one.gain_by_plane[name], one.color_bias_dn[name]) for name in one.gain_by_plane]
+        pairs = [(one.gain_by_plane[name], one.dark.color_bias_dn[name]) for name in one.gain_by_plane]
         cells = [text for gain, bias in pairs for text in (f"{gain.value:.5g}", _span(bias, 3))]
         table.add_row(f"{one.iso}", *cells, f"{one.gain_p:.2g}")
     return table
 
 
-def _body(found: Calibration, white_dn: float) -> list[str]:
-    lines = [f"white level: {white_dn} DN, {'where flats clip' if found.white_level_dn else 'as the files say'}"]
+def _body(found: Calibration) -> list[str]:
+    whites = ", ".join(str(level) for level in sorted(set(found.white_levels_dn.values())))
+    lines = [f"white level: {whites} DN, {'where flats clip' if found.white_is_measured else 'as the files say'}"]
     for part in found.sources:
         isos = f"ISO {part.isos[0]} to {part.isos[-1]}"
         formula = f"sigma_pre = {_span(part.before_e)} e-, sigma_post = {_span(part.after_dn)} DN"
         lines.append(f"two sources, {isos}: {formula}; met within {100 * part.worst:.1f} %")
     if found.switch_iso is not None:
         lines.append(f"conversion gain: switches at ISO {found.switch_iso}")
-    lines.append(f"DSNU: {_span(found.dsnu_e)} e-; columns: {_span(found.column_dn)} DN")
+    if all(one.frames.cut_at_zero for one in found.isos):
+        lines.append("DSNU, columns, hot photosites: not told, since the dark frames end at code 0")
+    else:
+        lines.append(f"DSNU: {_span(found.dsnu_e)} e-; columns: {_span(found.column_dn)} DN")
+        hot = f"hot photosites: {1e6 * found.hot_share:.3g} per million"
+        excess = f", on average {found.hot_excess_e:.3g} e- above the others in {found.dark_time_s:g} s"
+        lines.append(hot + excess * (found.hot_share > 0))
     lines.append(f"PRNU: {_span(found.prnu.scaled(100.0))} %" if found.prnu else "PRNU: no flat below clipping")
-    lines.append(f"hot photosites: {1e6 * found.hot_share:.3g} per million")
-    if found.hot_share > 0:
-        lines[-1] += f", on average {found.hot_excess_e:.3g} e- above the others in {found.dark_time_s:g} s"
     if found.dark_current_e_per_s is not None:
         lines.append(f"dark current: {_span(found.dark_current_e_per_s)} e-/s")
     return lines

@@ -1,11 +1,9 @@
 """PRNU of a user's flat fields, whose light is never quite even."""
 
-import math
-
 import numpy as np
 from scipy import ndimage
 
-from simulator.measurement.interval import Interval, normal_interval, root
+from simulator.measurement.interval import Interval, covariance, root
 
 WINDOW_PX = 15  # of one colour plane: shading and dust are smooth over it, PRNU is not
 
@@ -21,10 +19,7 @@ def light_pattern(first: list[np.ndarray], second: list[np.ndarray]) -> Interval
     """
     relative = [(_relative(one), _relative(two)) for one, two in zip(first, second, strict=True)]
     one, two = (np.concatenate([pair[side].ravel() for pair in relative]) for side in (0, 1))
-    kept = _kept_share()
-    covariance = float(np.mean((one - one.mean()) * (two - two.mean()))) / kept
-    error = math.sqrt((float(np.var(one)) * float(np.var(two)) / kept**2 + covariance**2) / one.size)
-    return root(normal_interval(covariance, error))
+    return root(covariance(one, two).scaled(1.0 / _kept_share()))
 
 
 def _relative(plane: np.ndarray) -> np.ndarray:

@@ -15,8 +15,9 @@ import numpy as np
 from scipy import optimize, signal, stats
 
 from simulator.measurement.interval import Interval, Z, normal_interval
+from simulator.sensor.tukey_lambda import GREATEST_LAMBDA, LEAST_LAMBDA
 
-LOWEST_SHAPE, HIGHEST_SHAPE = -0.45, 0.9  # the variance is infinite from -0.5 down; real cameras have -0.3 to 0.2
+LEAST_SIGMA_DN = 0.2  # noise below it moves too few codes to have a shape
 _CELLS_PER_SIGMA = 24
 _TAIL = 1e-13
 _OUTLIER_SHARE = 1e-12  # a photosite no shape explains costs this and no more, and rounding of the transform stays below it
@@ -35,27 +36,29 @@ class TukeyLambda:
     scale_dn: float
 
 
-def fit_tukey_lambda(residuals_dn: np.ndarray) -> TukeyLambda:
+def fit_tukey_lambda(residuals_dn: np.ndarray) -> TukeyLambda | None:
     """Fit lambda and standard deviation to the differences of dark pairs about their row means (`row_residuals`).
 
-    residuals_dn: (n,) [DN]. Intervals follow from the curvature of the likelihood (Fisher information).
+    residuals_dn: (n,) [DN]. Intervals follow from the curvature of the likelihood (Fisher information). lambda is looked for
+    where the sensor stage can follow, from LEAST_LAMBDA to GREATEST_LAMBDA. None below LEAST_SIGMA_DN.
     """
     residuals_dn = residuals_dn[:: max(1, math.ceil(residuals_dn.size / _MOST_RESIDUALS))]
-    start_dn = math.sqrt(max(float(np.var(residuals_dn)) / 2.0 - 1.0 / 12.0, 0.05))
+    start_dn = math.sqrt(max(float(np.var(residuals_dn)) / 2.0 - 1.0 / 12.0, 0.0))
+    if start_dn < LEAST_SIGMA_DN:
+        return None
     cell_dn = min(start_dn / _CELLS_PER_SIGMA, 0.125)
     half = int(np.abs(residuals_dn).max() / cell_dn) + 1
     counts = np.bincount(np.rint(residuals_dn / cell_dn).astype(int) + half, minlength=2 * half + 1)
 
     def loss(parameters: np.ndarray) -> float:
-        shape, log_sigma = parameters
-        if not LOWEST_SHAPE <= shape <= HIGHEST_SHAPE:
-            return 1e12
-        share = difference_shares(shape, math.exp(log_sigma), cell_dn, half)
+        share = difference_shares(parameters[0], math.exp(parameters[1]), cell_dn, half)
         return -float(counts @ np.log(np.maximum(share, _OUTLIER_SHARE)))
 
     start = np.array([0.05, math.log(start_dn)])
     simplex = start + np.array([[0.0, 0.0], [0.05, 0.0], [0.0, 0.02]])
-    found = optimize.minimize(loss, start, method="Nelder-Mead", options={"initial_simplex": simplex, "xatol": 1e-5})
+    limits = [(LEAST_LAMBDA, GREATEST_LAMBDA), (None, None)]
+    options = {"initial_simplex": simplex, "xatol": 1e-5}
+    found = optimize.minimize(loss, start, method="Nelder-Mead", bounds=limits, options=options)
     shape, sigma_dn = float(found.x[0]), math.exp(found.x[1])
     errors = _standard_errors(loss, found.x, 2.0 / math.sqrt(residuals_dn.size))
     sigma = Interval(sigma_dn, *(sigma_dn * math.exp(sign * Z * errors[1]) for sign in (-1, 1)))

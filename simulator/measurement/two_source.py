@@ -12,6 +12,7 @@ from scipy import optimize
 from simulator.measurement.interval import Interval, normal_interval, root
 
 MODEL_ERROR = 0.03  # relative, of sigma: no amplifier follows the formula closer, so better-known points count no more
+LEAST_SIGMA_DN = 0.05  # a read noise of 0 counts as this, or its relative error would have no end
 DROP = 0.85  # sigma_e falls to this share or less from one ISO to the next where the conversion gain switches
 STEEPER = 0.25  # slope of log sigma_e against log ISO; above what errors of 3 % do to a step of a whole stop
 
@@ -39,7 +40,7 @@ def two_source(isos: list[int], gains_dn_per_e: list[float], sigmas_dn: list[Int
     Least squares of the relative error; a point counts by its interval, but no closer than MODEL_ERROR. One ISO alone
     gives no more than the total, put before the gain.
     """
-    gain, sigma = np.array(gains_dn_per_e), np.array([part.value for part in sigmas_dn])
+    gain, sigma = np.array(gains_dn_per_e), np.maximum([part.value for part in sigmas_dn], LEAST_SIGMA_DN)
     relative = np.array([part.standard_error for part in sigmas_dn]) / sigma
     weight = 1.0 / (2.0 * np.hypot(relative, MODEL_ERROR) * sigma**2)
     design = np.stack([gain**2, np.ones_like(gain)], axis=1) if gain.size > 1 else gain[:, np.newaxis] ** 2
@@ -57,7 +58,7 @@ def conversion_gain_switch(isos: list[int], sigmas_e: list[float]) -> int | None
     steeper than the one before it by STEEPER, and takes sigma_e to DROP or less, belongs to another chain.
     isos ascend; sigmas_e [e-].
     """
-    if len(isos) < 2:
+    if len(isos) < 2 or min(sigmas_e) <= 0:
         return None
     ratio = np.array(sigmas_e[1:]) / np.array(sigmas_e[:-1])
     slopes = np.log2(ratio) / np.log2(np.array(isos[1:]) / np.array(isos[:-1]))
