@@ -1,6 +1,7 @@
 """The plan of a shot: what is computed, what is skipped and why. Executing it is the pipeline's work."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,17 +60,20 @@ class Plan:
 
     def moments(self, mean_electrons: float) -> Moments:
         """Mean and variance of the code [DN] for a photosite that expects these photoelectrons."""
-        signal, binning = Moments(mean_electrons, 0.0), self.layout.binning
-        sensor = [stage for stage in self.stages if stage.stem in STAGES]
-        for stage in sensor:
-            if stage.stem in CHARGE_STAGES:
-                signal = stage.moments(signal)
-        signal = self.layout.crosstalk.of_charge(signal)
-        signal = signal if binning is None else binning.of_charge(signal)
-        for stage in sensor:
-            if stage.stem in READOUT_STAGES:
-                signal = stage.moments(signal)
-        return signal if binning is None else binning.of_code(signal)
+        signal = Moments(mean_electrons, 0.0)
+        for _, step in self.moment_steps():
+            signal = step(signal)
+        return signal
+
+    def moment_steps(self) -> list[tuple[str, Callable[[Moments], Moments]]]:
+        """Name and effect on mean and variance of everything from the photoelectrons to the code, in physical order."""
+        sensor, binning = [stage for stage in self.stages if stage.stem in STAGES], self.layout.binning
+        steps = [(stage.stem, stage.moments) for stage in sensor if stage.stem in CHARGE_STAGES]
+        steps.append(("crosstalk", self.layout.crosstalk.of_charge))
+        if binning is not None:
+            steps.append(("binning", binning.of_charge))
+        steps += [(stage.stem, stage.moments) for stage in sensor if stage.stem in READOUT_STAGES]
+        return steps if binning is None else [*steps, ("binning", binning.of_code)]
 
     def electrons_per_radiance(self) -> tuple[float, float]:
         """Mean electrons per electron radiance at the frame's darkest and brightest photosite, a little beyond either."""
@@ -131,8 +135,8 @@ def plan(shot: Shot) -> Plan:
     _check_light(scene, weights, shot)
     projection = plan_projection(scene, shot.lens, camera)
     layers = plan_layers(shot.lens, camera.pixel_pitch_um, scene.depth_m)
-    fused = {stem: stage for stem, stage in _fused_stages(shot).items() if stage.has_effect}
-    stages = tuple(fused[stem] for stem in stage_order() if stem in fused)
+    stages = fused_stages(shot)
+    fused = {stage.stem: stage for stage in stages}
     steps = _steps(scene, camera, projection, layers, layout, fused)
     return Plan(scene, camera, weights.astype(np.float32), projection, layout, layers, stages, steps)
 
@@ -146,6 +150,12 @@ def _check_light(scene: Scene, weights: np.ndarray, shot: Shot) -> None:
             f"scene: the brightest place gives {radiance * per_radiance:.2g} electrons per photosite, more than the "
             f"{MOST_ELECTRONS:g} that single precision counts safely; lower scene.luminance or exposure.time"
         )
+
+
+def fused_stages(shot: Shot) -> tuple[Stage, ...]:
+    """Stages of the fused kernel for a shot that have an effect, in physical order."""
+    fused = {stem: stage for stem, stage in _fused_stages(shot).items() if stage.has_effect}
+    return tuple(fused[stem] for stem in stage_order() if stem in fused)
 
 
 def _fused_stages(shot: Shot) -> dict[str, Stage]:

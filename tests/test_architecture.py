@@ -22,11 +22,13 @@ ORDER = [
     {"shot", "frame"},
     {"tiles", "fused", "layout"},
     {"planner"},
+    {"grey_patch", "noise_budget"},
     {"blur", "readout"},
     {"pipeline"},
     {"config", "raw", "raw_file", "development"},
     {"measurement"},
     {"validation"},
+    {"calibration"},
     {"command_line"},
     {"data_gen"},
 ]

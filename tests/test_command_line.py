@@ -72,7 +72,7 @@ def test_python_dash_m_is_the_same_command():
     assert done.stdout.strip() == f"photosite {simulator.__version__}"
 
 
-@pytest.mark.parametrize("command", ["simulate", "develop", "devices", "explain", "schema"])
+@pytest.mark.parametrize("command", ["simulate", "develop", "devices", "explain", "schema", "calibrate"])
 def test_every_command_has_help(capsys, command):
     code, out, _ = run(capsys, command, "--help")
     assert code == 0 and command in out
@@ -139,6 +139,9 @@ def test_explain_shows_plan_lens_and_white(capsys):
     assert "51.282 mm" in out  # image distance 1 / (1/50 - 1/2000)
     assert "0.3678 lx s" in out  # pi 120 / (1 + 64 (1 + 50/1950)^2) / 15
     assert "stops below clipping" in out
+    assert "A grey patch, 18 % of white" in out and "0.06621 lx s" in out  # 18 % of 0.3678 lx s
+    assert "photon shot %" in out and "time [s]" in out and "shutter gets shorter" in out
+    assert "shutter stays" in run(capsys, "explain", FLAT, "--same-shutter", "--patch", "0.05")[1]
 
 
 def test_depth_of_field_is_where_the_blur_circle_has_two_photosites():
@@ -157,12 +160,12 @@ def test_depth_of_field_is_where_the_blur_circle_has_two_photosites():
 
 
 def test_explain_expects_the_electrons_that_the_frame_has(capsys):
-    from simulator.command_line.shot_numbers import white_electrons
+    from simulator.grey_patch import grey_patch
     from simulator.planner import plan
 
     shot = simulator.load_shot(FLAT, {"camera.window": {"x": 2088, "y": 1384, "width": 64, "height": 64}})
     raw = simulator.simulate(shot)
-    red, green, blue = white_electrons(shot, plan(shot))
+    red, green, blue = grey_patch(shot, plan(shot), 1.0).electrons
     means = raw.mean_electrons
     assert [means[0::2, 0::2].mean(), means[0::2, 1::2].mean(), means[1::2, 1::2].mean()] == pytest.approx(
         [red, green, blue], rel=1e-5
@@ -191,6 +194,7 @@ def test_devices_lists_the_default(capsys):
         (["simulate", FLAT, "--out", "/dev/null/x"], "/dev/null/x"),
         (["simulate", FLAT, *SMALL, "--device", "no such device"], "no OpenCL device matches"),
         (["explain", "none.yaml"], "none.yaml: no such file"),
+        (["explain", FLAT, "--patch", "18"], "patch = 18: give a reflectance"),
         (["develop", "none.dng"], "none.dng"),
         (["schema", "--out", "/dev/null/x"], "/dev/null/x"),
     ],

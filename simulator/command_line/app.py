@@ -138,12 +138,52 @@ def emva(
     validate_emva(camera, settings or [], iso, out, device)
 
 
-@app.command(epilog="Example: photosite explain shot.yaml --set lens.f_number=f/1.4")
-def explain(shot: ShotFile, settings: Settings = None) -> None:
-    """Show the plan of a shot: which steps run or are skipped and why, the lens in numbers, and where white lands."""
+@app.command(epilog="Example: photosite explain shot.yaml --set lens.f_number=f/1.4 --patch 0.05")
+def explain(
+    shot: ShotFile,
+    settings: Settings = None,
+    patch: Annotated[float, typer.Option(metavar="REFLECTANCE", help="Of a grey patch, 0 to 1.")] = 0.18,
+    same_shutter: Annotated[
+        bool, typer.Option("--same-shutter", help="Keep the shutter over the ISO range, instead of the brightness.")
+    ] = False,
+) -> None:
+    """Show what a shot amounts to.
+
+    The plan: which steps run or are skipped and why; the lens in numbers; where white lands; a grey patch from cd/m^2 over
+    lux, photons and electrons to DN; and ISO by ISO the share of each source in the variance of its noise.
+    """
     from simulator.command_line.tables import show_plan
 
-    show_plan(shot, settings or [])
+    show_plan(shot, settings or [], patch, "exposure" if same_shutter else "brightness")
+
+
+@app.command(epilog="Example: photosite calibrate dark flat --name 'Nikon D3' --pixel-pitch '8.45 um' --out d3.yaml")
+def calibrate(
+    files: Annotated[list[Path], typer.Argument(metavar="FILES...", help="Raw files, or folders of them at any depth.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Camera file to write.")] = Path("camera.yaml"),
+    name: Annotated[str, typer.Option(help="Maker and model, for the camera file.")] = "My Camera",
+    base: Annotated[
+        str | None, typer.Option(metavar="CAMERA", help="Takes from this camera what raw files cannot tell: pitch, response.")
+    ] = None,
+    pixel_pitch: Annotated[str | None, typer.Option(metavar="QUANTITY", help="Distance of the photosites, e.g. 4.3um.")] = None,
+    response: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Spectral response: configs/responses, or a path.")
+    ] = None,
+    plots: Annotated[bool, typer.Option(help="Draw the fits into a PNG beside the camera file.")] = True,
+) -> None:
+    """Measure a camera from its raw files and write a camera file, every number with its 95 % interval.
+
+    What to shoot, at each ISO, without noise reduction and with the same raw settings:
+    1. dark frames: lens cap on, shortest time; 2 or more, 8 are good, 16 for fixed patterns.
+    2. flat fields: an even, steady, out-of-focus white; 2 alike at each of 3 to 6 exposure times up to 70 % of white.
+    3. once: 2 flats that clip, for the white level; dark frames of minutes, for the dark current.
+
+    Dark frames and flats are told apart by a folder or file name that begins with dark, bias or flat, else by their level;
+    ISO and time come from the files. docs/calibration.md says more, and which mistakes spoil the numbers.
+    """
+    from simulator.command_line.calibration import calibrate_files
+
+    print(calibrate_files(files, out, name, base, pixel_pitch, response, plots))
 
 
 @app.command(epilog="Example: photosite schema --out photosite.schema.json")

@@ -1,13 +1,11 @@
 """What a lens and an exposure amount to, in numbers with their formulas."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
-
+from simulator.grey_patch import grey_patch
 from simulator.planner import Plan
 from simulator.shot import Shot
-from simulator.spectra import electron_radiance_weights, luminance_cd_m2
 
 SHARP_DIAMETER_PX = 2.0  # a blur circle within one 2x2 block of the filter mosaic counts as sharp
 
@@ -66,20 +64,17 @@ def depth_of_field_m(shot: Shot) -> tuple[float, float]:
 
 def white_facts(shot: Shot, planned: Plan) -> list[Fact]:
     """Luminous exposure, electrons and codes of a white surface that has the scene's stated luminance."""
-    luminance = getattr(shot.scene, "luminance_cd_m2", None)
-    if luminance is None:
+    white = grey_patch(shot, planned, 1.0)
+    if white is None:
         return [Fact("luminance", "not stated", "the scene gives absolute radiance")]
-    lens = shot.lens
-    illuminance_lx = luminance * lens.irradiance_per_radiance_sr()
-    electrons = white_electrons(shot, planned)
     gain_dn_per_e = planned.moments(1.0).mean - planned.moments(0.0).mean  # of all stages together
     full_e = (planned.white_level_dn() - planned.stage("adc").black_level_dn) / gain_dn_per_e
     facts = [
-        Fact("luminance", f"{luminance:g} cd/m^2", "L"),
-        Fact("illuminance on the sensor", f"{illuminance_lx:.4g} lx", "E = L * irradiance per radiance"),
-        Fact("luminous exposure", f"{illuminance_lx * shot.exposure.time_s:.4g} lx s", "H = E t"),
+        Fact("luminance", f"{white.luminance_cd_m2:g} cd/m^2", "L"),
+        Fact("illuminance on the sensor", f"{white.illuminance_lx:.4g} lx", "E = L * irradiance per radiance"),
+        Fact("luminous exposure", f"{white.exposure_lx_s:.4g} lx s", "H = E t"),
     ]
-    for color, mean in zip(("red", "green", "blue") if len(electrons) == 3 else ("mono",), electrons, strict=True):
+    for color, mean in zip(("red", "green", "blue") if len(white.electrons) == 3 else ("mono",), white.electrons, strict=True):
         facts.append(Fact(f"electrons, {color}", f"{mean:.1f} e-", _headroom(planned, float(mean), full_e)))
     facts.append(Fact("clipping", f"{full_e:.0f} e-", f"gain {gain_dn_per_e:.5g} DN/e- at ISO {shot.exposure.iso}"))
     return facts
@@ -93,17 +88,6 @@ def _headroom(planned: Plan, mean_e: float, full_e: float) -> str:
     moments = planned.moments(mean_e)
     noise = math.sqrt(moments.variance)  # never 0: the ADC rounds
     return f"{stops:.2f} stops below clipping, SNR {(moments.mean - planned.moments(0.0).mean) / noise:.1f}"
-
-
-def white_electrons(shot: Shot, planned: Plan) -> np.ndarray:
-    """Mean electrons of a white surface per colour, (channels,): n = A FF t * (E/L) * integral L QE lambda/(hc)."""
-    scene, camera = planned.scene, shot.camera
-    light = scene.illuminant[np.newaxis, :]
-    scale = shot.scene.luminance_cd_m2 / float(luminance_cd_m2(light[0], scene.wavelengths_nm))
-    white = replace(scene, spectra_w_m2_sr_nm=light * scale, planes=np.ones((1, 1, 1), np.float32), depth_m=math.inf)
-    rate = electron_radiance_weights(white, camera.response.wavelengths_nm, camera.response.quantum_efficiency)[0]
-    area_um2 = camera.pixel_pitch_um**2 * camera.fill_factor
-    return rate * shot.lens.irradiance_per_radiance_sr() * area_um2 * shot.exposure.time_s
 
 
 def _irradiance_formula(kind: str) -> str:

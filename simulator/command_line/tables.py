@@ -8,6 +8,8 @@ from rich.table import Table
 
 from simulator.command_line.shot_numbers import Fact, lens_facts, white_facts
 from simulator.config import load_shot, located, shot_warnings
+from simulator.planner import Plan, plan
+from simulator.shot import Shot
 
 
 def show_devices() -> None:
@@ -23,10 +25,8 @@ def show_devices() -> None:
     console().print(table)
 
 
-def show_plan(path: Path, settings: list[str]) -> None:
-    """Print plan, lens and white of a shot. Raises PhotositeError."""
-    from simulator.planner import plan
-
+def show_plan(path: Path, settings: list[str], reflectance: float, keep: str) -> None:
+    """Print plan, lens, white, and a grey patch of a shot with its noise over the ISO range. Raises PhotositeError."""
     shot = load_shot(path, settings)
     with located(path, settings):
         planned = plan(shot)
@@ -41,14 +41,31 @@ def show_plan(path: Path, settings: list[str]) -> None:
     out.print(steps)
     out.print(_facts("Lens", lens_facts(shot)))
     out.print(_facts("A white surface at the centre", white_facts(shot, planned)))
+    _show_patch(out, shot, planned, reflectance, keep)
     for note in planned.scene.notes:
         out.print(f"note: {escape(note)}")
     for warning in shot_warnings(shot):
         out.print(f"warning: {escape(warning)}")
 
 
+def _show_patch(out: Console, shot: Shot, planned: Plan, reflectance: float, keep: str) -> None:
+    from simulator.command_line.patch_numbers import budget_table, channel_names, patch_facts, shown_isos
+    from simulator.grey_patch import grey_patch
+    from simulator.noise_budget import iso_budgets
+
+    patch = grey_patch(shot, planned, reflectance)
+    if patch is None:
+        return
+    out.print(_facts(f"A grey patch, {100 * reflectance:g} % of white, at the centre", patch_facts(shot, planned, patch)))
+    channel = 1 if len(patch.electrons) == 3 else 0
+    budgets = iso_budgets(shot, planned, float(patch.electrons[channel]), shown_isos(shot), keep)
+    kept = "the shutter stays" if keep == "exposure" else "the shutter gets shorter as the ISO grows"
+    title = f"Noise of the patch, {channel_names(planned)[channel]}: shares of the temporal variance [%]; {kept}"
+    out.print(budget_table(title, budgets))
+
+
 def _facts(title: str, facts: list[Fact]) -> Table:
-    table = Table(title=title)
+    table = Table(title=escape(title))
     for column in ("quantity", "value", "formula"):
         table.add_column(column, justify="right" if column == "value" else "left")
     for fact in facts:

@@ -3,6 +3,7 @@
 from simulator.config.camera_file import camera_document, load_camera
 from simulator.config.input_files import input_files
 from simulator.config.json_schema import schema
+from simulator.config.option_values import camera_data, length_um, response_name
 from simulator.config.shot_file import load_shot, located
 from simulator.config.sweep import Sweep, SweepPoint, expand_sweep, load_sweep
 from simulator.config.warnings import shot_warnings
@@ -11,14 +12,17 @@ from simulator.config.yaml_dialect import dump_yaml
 __all__ = [
     "Sweep",
     "SweepPoint",
+    "camera_data",
     "camera_document",
     "dump_yaml",
     "expand_sweep",
     "input_files",
+    "length_um",
     "load_camera",
     "load_shot",
     "load_sweep",
     "located",
+    "response_name",
     "schema",
     "shot_warnings",
 ]

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
 from scipy import stats
 
 CONFIDENCE = 0.95
@@ -66,6 +67,12 @@ def quotient(top: Interval, bottom: Interval) -> Interval:
     value, share = top.value / bottom.value, bottom.standard_error / bottom.value
     ends = [math.hypot((end - top.value) / bottom.value, Z * share * value) for end in (top.low, top.high)]
     return Interval(value, max(value - ends[0], 0.0) if top.low > 0 else top.low / bottom.value, value + ends[1])
+
+
+def covariance(first: np.ndarray, second: np.ndarray) -> Interval:
+    """Covariance of two samples about their means, with the error that the scatter of their products tells."""
+    products = (first - first.mean()) * (second - second.mean())
+    return normal_interval(float(products.mean()), float(products.std()) / math.sqrt(products.size))
 
 
 def weighted_mean(parts: list[Interval]) -> tuple[Interval, float]:

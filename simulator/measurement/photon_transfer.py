@@ -87,17 +87,25 @@ def gain_without_dark(points: Sequence[TransferPoint]) -> Interval:
     A signal here is the mean above the black level, of any plane; all points lie well above the clipping.
     Raises PhotositeError with fewer than two different signals.
     """
+    return line_without_dark(points)[0]
+
+
+def line_without_dark(points: Sequence[TransferPoint]) -> tuple[Interval, Interval]:
+    """Slope K [DN/e-] and intercept, the variance without light [DN^2], of the line of `gain_without_dark`."""
     signal, variance, error = _columns(points)
     if np.ptp(signal) == 0:
         raise PhotositeError("photon transfer of a camera without pedestal: needs flat pairs at two or more levels")
     slope, offset = np.polyfit(signal, variance, 1)
     for _ in range(3):
         weight = 1.0 / np.maximum(offset + slope * signal, 1e-12) ** 2
-        about = signal - float(weight @ signal) / weight.sum()
+        weight /= weight.sum()
+        about = signal - float(weight @ signal)
         leverage = weight * about / float(weight @ about**2)
         slope = float(leverage @ variance)
-        offset = float(weight @ (variance - slope * signal)) / weight.sum()
-    return normal_interval(slope, float(np.linalg.norm(leverage * error)))
+        offset = float(weight @ (variance - slope * signal))
+    of_offset = weight - float(weight @ signal) * leverage
+    slope_error, offset_error = (float(np.linalg.norm(part * error)) for part in (leverage, of_offset))
+    return normal_interval(slope, slope_error), normal_interval(offset, offset_error)
 
 
 def _columns(points: Sequence[TransferPoint]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

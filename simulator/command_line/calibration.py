@@ -1,0 +1,137 @@
+"""`photosite calibrate`."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from simulator.calibration.assumption import assumed_numbers
+from simulator.calibration.camera_measurement import Calibration, dynamic_range_stops, measure_camera
+from simulator.calibration.camera_text import camera_document
+from simulator.calibration.checks import problems
+from simulator.calibration.frames import by_iso, raw_files, read_frames
+from simulator.calibration.iso_measurement import IsoMeasurement
+from simulator.command_line.tables import console
+from simulator.config import dump_yaml
+from simulator.errors import PhotositeError
+from simulator.measurement.interval import Interval
+from simulator.raw.files import atomic_write
+
+log = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def calibrate_files(
+    files: list[Path], out: Path, name: str, base: str | None, pixel_pitch: str | None, response: str | None, plots: bool
+) -> Path:
+    """Measure a camera and write its file and plots; tables go to stdout, notes to stderr. Returns the camera file's path.
+
+    Raises PhotositeError.
+    """
+    paths = raw_files(files)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=log, transient=True, disable=not log.is_terminal) as bar:
+        task = bar.add_task("reading", total=len(paths))
+        frames = read_frames(paths, lambda path: bar.update(task, advance=1, description=escape(path.name)))
+        groups, notes = problems(by_iso(frames))
+        assumed = assumed_numbers(name, frames[0], base, pixel_pitch, response)  # before the work, not after it
+        task = bar.add_task("measuring", total=len(groups))
+        found = measure_camera(groups, lambda iso: bar.update(task, advance=1, description=f"ISO {iso}"))
+    with atomic_write(out) as path:
+        path.write_text(dump_yaml(camera_document(found, assumed)), encoding="utf-8")
+    _show(found)
+    for note in notes + found.notes:
+        log.print(f"note: {escape(note)}")
+    if plots:
+        _draw(found, name, out.with_suffix(".png"))
+    return out
+
+
+def _draw(found: Calibration, name: str, path: Path) -> None:
+    from simulator.calibration.plots import calibration_figure
+    from simulator.validation.figures import write_figure
+
+    try:
+        figure = calibration_figure(found, f"{name}: photosite calibrate")
+    except PhotositeError as error:  # the numbers are written; a missing library must not take them back
+        return log.print(f"note: {escape(str(error))}; --no-plots leaves them out")
+    write_figure(figure, path)
+    print(path)
+
+
+def _show(found: Calibration) -> None:
+    out = console()
+    table = Table(title="Measured, with 95 % intervals")
+    heads = (
+        "ISO",
+        "K [DN/e-]",
+        "read noise [DN]",
+        "read noise [e-]",
+        "lambda",
+        "row noise [DN]",
+        "black [DN]",
+        "range [stops]",
+    )
+    for head in heads:
+        table.add_column(escape(head), justify="right")
+    for one in found.isos:
+        table.add_row(*_row(one, found.white_levels_dn[one.iso]))
+    out.print(table)
+    out.print(_planes(found))
+    for line in _body(found):
+        out.print(line)
+
+
+def _row(one: IsoMeasurement, white_dn: float) -> list[str]:
+    shape = _span(one.dark.shape.shape, 3) if one.dark.shape else "not told"
+    numbers = [
+        _span(one.gain_dn_per_e),
+        _span(one.dark.read_noise_dn),
+        _span(one.read_noise_e),
+        shape,
+        _span(one.dark.row_noise_dn),
+    ]
+    return [f"{one.iso}", *numbers, f"{one.dark.black_level_dn:.2f}", f"{dynamic_range_stops(one, white_dn):.2f}"]
+
+
+def _planes(found: Calibration) -> Table:
+    """Gain and colour bias (black level above the mean of all planes) by plane."""
+    table = Table(title=escape("By colour plane: K [DN/e-] and colour bias [DN]"))
+    table.add_column("ISO", justify="right")
+    for name in found.isos[0].gain_by_plane:
+        table.add_column(f"K {name}", justify="right")
+        table.add_column(f"bias {name}", justify="right")
+    table.add_column("same K, p", justify="right")
+    for one in found.isos:
+        pairs = [(one.gain_by_plane[name], one.dark.color_bias_dn[name]) for name in one.gain_by_plane]
+        cells = [text for gain, bias in pairs for text in (f"{gain.value:.5g}", _span(bias, 3))]
+        table.add_row(f"{one.iso}", *cells, f"{one.gain_p:.2g}")
+    return table
+
+
+def _body(found: Calibration) -> list[str]:
+    whites = ", ".join(str(level) for level in sorted(set(found.white_levels_dn.values())))
+    lines = [f"white level: {whites} DN, {'where flats clip' if found.white_is_measured else 'as the files say'}"]
+    for part in found.sources:
+        isos = f"ISO {part.isos[0]} to {part.isos[-1]}"
+        formula = f"sigma_pre = {_span(part.before_e)} e-, sigma_post = {_span(part.after_dn)} DN"
+        lines.append(f"two sources, {isos}: {formula}; met within {100 * part.worst:.1f} %")
+    if found.switch_iso is not None:
+        lines.append(f"conversion gain: switches at ISO {found.switch_iso}")
+    if all(one.frames.cut_at_zero for one in found.isos):
+        lines.append("DSNU, columns, hot photosites: not told, since the dark frames end at code 0")
+    else:
+        lines.append(f"DSNU: {_span(found.dsnu_e)} e-; columns: {_span(found.column_dn)} DN")
+        hot = f"hot photosites: {1e6 * found.hot_share:.3g} per million"
+        excess = f", on average {found.hot_excess_e:.3g} e- above the others in {found.dark_time_s:g} s"
+        lines.append(hot + excess * (found.hot_share > 0))
+    lines.append(f"PRNU: {_span(found.prnu.scaled(100.0))} %" if found.prnu else "PRNU: no flat below clipping")
+    if found.dark_current_e_per_s is not None:
+        lines.append(f"dark current: {_span(found.dark_current_e_per_s)} e-/s")
+    return lines
+
+
+def _span(interval: Interval, decimals: int | None = None) -> str:
+    style = ".4g" if decimals is None else f".{decimals}f"
+    return f"{interval.value:{style}} ({interval.low:{style}} to {interval.high:{style}})"

@@ -1,0 +1,80 @@
+"""A grey patch in numbers with their formulas, and what its noise is made of, ISO by ISO."""
+
+from rich.markup import escape
+from rich.table import Table
+
+from simulator.command_line.shot_numbers import Fact
+from simulator.grey_patch import GreyPatch
+from simulator.noise_budget import NoiseBudget, noise_budget
+from simulator.planner import Plan
+from simulator.shot import Shot
+
+MOST_ISOS = 12
+# What the stages are called among people; the others by their stem.
+NAMES = {
+    "photon_shot_noise": "photon shot",
+    "dark_current": "dark shot",
+    "read_noise_before_gain": "read, before gain",
+    "read_noise_after_gain": "read, after gain",
+    "random_telegraph_noise": "telegraph",
+    "row_noise": "rows",
+    "adc": "rounding",
+    "prnu": "PRNU",
+    "dsnu": "DSNU",
+}
+
+
+def patch_facts(shot: Shot, planned: Plan, patch: GreyPatch) -> list[Fact]:
+    """From the patch's luminance to its code, one quantity a line."""
+    camera = shot.camera
+    solid_angle_sr = shot.lens.irradiance_per_radiance_sr()
+    area = f"{camera.pixel_pitch_um:g}^2 um^2" + (f" * {camera.fill_factor:g}" if camera.fill_factor < 1 else "")
+    facts = [
+        Fact("luminance", f"{patch.luminance_cd_m2:.5g} cd/m^2", f"L = {patch.reflectance:g} * white's luminance"),
+        Fact("illuminance on the sensor", f"{patch.illuminance_lx:.4g} lx", f"E = L * {solid_angle_sr:.4g} sr"),
+        Fact("luminous exposure", f"{patch.exposure_lx_s:.4g} lx s", f"H = E t, t = {shot.exposure.time_s:.5g} s"),
+        Fact("photons on a photosite", f"{patch.photons:.1f}", f"t * {area} * integral E_lambda lambda / (h c)"),
+    ]
+    for color, mean_e in zip(channel_names(planned), map(float, patch.electrons), strict=True):
+        budget = noise_budget(planned, mean_e, shot.exposure.iso, shot.exposure.time_s)
+        efficiency = mean_e / patch.photons if patch.photons > 0 else 0.0
+        formula = f"photons * {efficiency:.4f}, the quantum efficiency for this light"
+        facts.append(Fact(f"electrons, {color}", f"{mean_e:.1f} e-", formula))
+        if budget.is_clipped:
+            facts.append(Fact(f"code, {color}", f"{planned.white_level_dn()} DN", "clipped"))
+            continue
+        told = f"{budget.gain_dn_per_e:.5g} DN/e- * electrons + {planned.moments(0.0).mean:g} DN at ISO {shot.exposure.iso}"
+        facts.append(Fact(f"code, {color}", f"{budget.signal_dn + planned.moments(0.0).mean:.1f} DN", told))
+        told = f"sigma = {budget.sigma_dn:.4g} DN = {budget.sigma_e:.4g} e-"
+        facts.append(Fact(f"signal to noise, {color}", f"{budget.snr:.2f}", told))
+    return facts
+
+
+def channel_names(planned: Plan) -> tuple[str, ...]:
+    """Colours of the camera's channels."""
+    return ("red", "green", "blue") if planned.camera.channels == 3 else ("mono",)
+
+
+def shown_isos(shot: Shot) -> list[int]:
+    """Return the camera's ISOs; of many, the whole stops from the lowest one and the shot's own."""
+    isos = list(shot.camera.isos)
+    if len(isos) <= MOST_ISOS:
+        return sorted({*isos, shot.exposure.iso})
+    stops = {min(isos, key=lambda iso, stop=stop: abs(iso - 100 * 2.0**stop)) for stop in range(-2, 16)}
+    return sorted({*stops, shot.exposure.iso})
+
+
+def budget_table(title: str, budgets: list[NoiseBudget]) -> Table:
+    """Shares of the temporal variance in percent, by ISO, and what they amount to."""
+    table = Table(title=escape(title))
+    sources = list(dict.fromkeys(name for budget in budgets for name in budget.shares))
+    names = NAMES if "read_noise_before_gain" in sources else NAMES | {"read_noise_after_gain": "read"}  # measured as one
+    heads = ["ISO", "time [s]", "signal [e-]", *(f"{names.get(name, name.replace('_', ' '))} %" for name in sources)]
+    for head in (*heads, "sigma [DN]", "sigma [e-]", "SNR", "range [stops]", "fixed [DN]"):
+        table.add_column(escape(head), justify="right")
+    for one in budgets:
+        shares = ["clipped" if one.is_clipped else f"{100 * one.shares.get(name, 0.0):.2f}" for name in sources]
+        sums = [f"{one.sigma_dn:.4g}", f"{one.sigma_e:.4g}", f"{one.snr:.2f}"] if not one.is_clipped else ["-"] * 3
+        last = [f"{one.dynamic_range_stops:.2f}", "-" if one.is_clipped else f"{one.fixed_sigma_dn:.4g}"]
+        table.add_row(f"{one.iso}", f"{one.time_s:.4g}", f"{one.mean_electrons:.1f}", *shares, *sums, *last)
+    return table

@@ -1,0 +1,45 @@
+"""Cameras, responses and lengths as an option of a command names them, outside any shot file."""
+
+from pathlib import Path
+
+from simulator.config.camera_file import inline_camera
+from simulator.config.document import Document, Place
+from simulator.config.layers import CONFIGS, find_config
+from simulator.config.quantity import parse_quantity
+from simulator.errors import PhotositeError
+from simulator.units import Unit
+
+
+def camera_data(name: str, label: str) -> dict[str, object]:
+    """Return a camera file, `base:` joined in, as plain data.
+
+    name: as `camera: name` takes it; a path is relative to the current folder. label: the option, for messages.
+    A response that is another file is named so that a camera file in any folder finds it.
+    Raises PhotositeError with the nearest name for one that is not there.
+    """
+    camera = inline_camera(Document(name, {(): Place(f"{label} {name}", Path.cwd())}))
+    response = camera.data.get("response")
+    if isinstance(response, dict) and "file" in response:
+        path = find_config("responses", response["file"], camera.place(("response", "file")), "camera.response.file")
+        return camera.data | {"response": response | {"file": _name(path)}}
+    return camera.data
+
+
+def response_name(name: str, label: str) -> str:
+    """Return how a camera file in any folder may name a response: a shipped name, or an absolute path.
+
+    Raises PhotositeError with the nearest name for one that is not there.
+    """
+    return _name(find_config("responses", name, Place(label, Path.cwd()), "response.file"))
+
+
+def length_um(text: str, label: str) -> float:
+    """Return a length with its unit in micrometres. Raises PhotositeError, which names the option `label`."""
+    try:
+        return parse_quantity(text, Unit("micrometre", "_um"))
+    except ValueError as error:
+        raise PhotositeError(f"{label} {text}: {error}") from None
+
+
+def _name(response: Path) -> str:
+    return response.stem if response.parent == CONFIGS / "responses" else str(response)

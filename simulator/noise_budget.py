@@ -1,0 +1,117 @@
+"""Which noise a code is made of: the share of every stage in the variance, at one signal or over the ISO range."""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from simulator.planner import Plan, fused_stages
+from simulator.shot import Shot
+from simulator.stage import Moments
+
+Step = tuple[str, Callable[[Moments], Moments]]
+
+
+@dataclass(frozen=True)
+class NoiseBudget:
+    """Moments of one photosite's code, and what they are made of.
+
+    iso, time_s: of the exposure. mean_electrons: photoelectrons expected [e-]. signal_dn: mean code above that of the dark.
+    sigma_dn: temporal noise. fixed_sigma_dn: of the body's fixed pattern. gain_dn_per_e: slope of the mean code.
+    dark_sigma_dn: temporal noise without light. full_scale_e: electrons that reach the white level.
+    shares: part of the temporal variance by stage, in physical order; they add up to 1. fixed_shares: of the fixed one.
+    """
+
+    iso: int
+    time_s: float
+    mean_electrons: float
+    signal_dn: float
+    sigma_dn: float
+    fixed_sigma_dn: float
+    gain_dn_per_e: float
+    dark_sigma_dn: float
+    full_scale_e: float
+    shares: dict[str, float]
+    fixed_shares: dict[str, float]
+
+    @property
+    def sigma_e(self) -> float:
+        """Temporal noise in electrons at the input [e-]."""
+        return self.sigma_dn / self.gain_dn_per_e
+
+    @property
+    def snr(self) -> float:
+        """Signal over temporal noise."""
+        return self.signal_dn / self.sigma_dn
+
+    @property
+    def dynamic_range_stops(self) -> float:
+        """log2 of full scale over the noise of the dark."""
+        return math.log2(self.full_scale_e * self.gain_dn_per_e / self.dark_sigma_dn)
+
+    @property
+    def is_clipped(self) -> bool:
+        """Whether the patch lies at or above the white level, where none of this holds."""
+        return self.mean_electrons >= self.full_scale_e
+
+
+def contributions(steps: Iterable[Step], mean_electrons: float) -> tuple[Moments, dict[str, float], dict[str, float]]:
+    """Moments behind all steps, and what each step added to the variance and to the fixed variance, as seen there.
+
+    A step that gets a signal without noise shows what it adds itself; what the steps before it added, it scales. So the
+    contributions add up to the variance, and one is the variance of all less the variance without it.
+    """
+    signal = Moments(mean_electrons, 0.0)
+    temporal: dict[str, float] = {}
+    fixed: dict[str, float] = {}
+    for name, step in steps:
+        own, after = step(Moments(signal.mean, 0.0)), step(signal)
+        for parts, added, before, behind in (
+            (temporal, own.variance, signal.variance, after.variance),
+            (fixed, own.fixed_variance, signal.fixed_variance, after.fixed_variance),
+        ):
+            scale = (behind - added) / before if before > 0 else 0.0
+            for known in parts:
+                parts[known] *= scale
+            if added > 0:
+                parts[name] = added
+        signal = after
+    return signal, temporal, fixed
+
+
+def noise_budget(planned: Plan, mean_electrons: float, iso: int, time_s: float) -> NoiseBudget:
+    """Budget of a photosite that expects these photoelectrons [e-] under a plan for this ISO and time [s]."""
+    signal, temporal, fixed = contributions(planned.moment_steps(), mean_electrons)
+    dark, one = planned.moments(0.0), planned.moments(1.0)
+    gain = one.mean - dark.mean
+    return NoiseBudget(
+        iso=iso,
+        time_s=time_s,
+        mean_electrons=mean_electrons,
+        signal_dn=signal.mean - dark.mean,
+        sigma_dn=math.sqrt(signal.variance),
+        fixed_sigma_dn=math.sqrt(signal.fixed_variance),
+        gain_dn_per_e=gain,
+        dark_sigma_dn=math.sqrt(dark.variance),
+        full_scale_e=(planned.white_level_dn() - dark.mean) / gain,
+        shares={name: part / signal.variance for name, part in temporal.items()},
+        fixed_shares={name: part / signal.fixed_variance for name, part in fixed.items() if part > 0},
+    )
+
+
+def iso_budgets(
+    shot: Shot, planned: Plan, mean_electrons: float, isos: Iterable[int], keep: Literal["exposure", "brightness"]
+) -> list[NoiseBudget]:
+    """Budgets of one patch over the ISO range.
+
+    mean_electrons: of the patch in the shot as it is [e-]. keep: "exposure" leaves the shutter, so all ISOs count the same
+    electrons; "brightness" shortens it as the ISO grows, so that the picture stays as bright and the light gets less.
+    Raises PhotositeError for an ISO that the camera does not have.
+    """
+    budgets = []
+    for iso in isos:
+        share = shot.exposure.iso / iso if keep == "brightness" else 1.0
+        exposure = replace(shot.exposure, iso=iso, time_s=shot.exposure.time_s * share)
+        there = replace(planned, stages=fused_stages(replace(shot, exposure=exposure)))
+        budgets.append(noise_budget(there, mean_electrons * share, iso, exposure.time_s))
+    return budgets
