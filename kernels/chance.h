@@ -1,9 +1,9 @@
-// The chance of a photosite: normal numbers and random bits of the stages that nearly every sensor has.
-// One Philox block serves the two photosites (x, 2 pair) and (x, 2 pair + 1): random words are the larger part of the work.
+// The chance of a photosite: normal numbers and random bits of the stages that many sensors have.
+// One Philox block serves the two photosites (x, 2 n) and (x, 2 n + 1): random words are the larger part of the work.
 //   frame block: word a, angle d: shot noise of both rows; word b, angle d << 11: both read noises of the first row;
 //   word c, angle d << 22: of the second. body block, alike: response and offset of either row. Bits below the eleven (ten)
 //   that an angle has to itself are the next one's or low bits of a radius: they fill in between, finer than 1/1000 turn.
-// Stages that few sensors have draw blocks of their own.
+// Stages that fewer sensors have draw pairs from blocks of their own. Each pair waits for the one before (zero_after).
 #ifndef CHANCE_H
 #define CHANCE_H
 #include "normal.h"
@@ -23,21 +23,64 @@
 #define AFTER 2    // read noise after the gain
 #define RESPONSE 3 // of the body: photo response
 #define OFFSET 4   // of the body: dark signal
-#define CHANCES 5
+#define DARK 5     // dark current
+#define HOT 6      // dark current of a hot pixel
+#define COLUMN 7   // of the body: column offset
+#define ROW 8      // row noise
+#define CHANCES 9
+
+// bits[]: random words.
+#define SHOT_COUNT 0 // count small numbers: of photons,
+#define DARK_COUNT 1 // of dark electrons,
+#define HOT_COUNT 2  // of those of a hot pixel
+#define HOT_SHARE 3  // of the body: whether a pixel is hot
+#define HOT_MEAN 4   // of the body: and how much
+#define BITS 5
 
 INLINE uint angle_of_first(const struct words block) { return block.d << 11; }
 INLINE uint angle_of_second(const struct words block) { return (block.d << 22) | (block.c & 0x003FFFFFu); }
-
-// Numbers of one row; that of shot noise comes with the other row's.
-INLINE void chance_of_row(const uint frame_word, const uint frame_angle, const uint body_word, const uint body_angle, float *chance) {
-    normal_two(frame_word, frame_angle, &chance[BEFORE], &chance[AFTER]);
-    normal_two(body_word ^ zero_after(chance[AFTER]), body_angle, &chance[RESPONSE], &chance[OFFSET]);
-}
 
 // Random words of the pair of rows that photosite (x, y) belongs to. y first: what a row has in common is then computed once.
 INLINE struct words block_of(const uint x, const uint y, const uint stream, const uint key0, const uint key1) {
     const struct words counter = {y >> 1, x, 0u, stream};
     return philox(counter, key0, key1);
+}
+
+// Two normal numbers of a block, one for each row, that wait for `before`.
+INLINE float pair_of_block(const struct words block, const float before, const int which, float *first, float *second) {
+    normal_two(block.a ^ zero_after(before), block.b, &first[which], &second[which]);
+    return second[which];
+}
+
+// Numbers that come in pairs; returns the zero for what follows. Row noise, the same along a row, is computed once for the row.
+INLINE uint chance_of_pair(const uint x, const uint y, const struct words frame, const uint frame_seed, const uint body_seed,
+                           float *first, float *second) {
+    normal_two(frame.a, frame.d, &first[SHOT], &second[SHOT]);
+    float last = second[SHOT];
+    if (DARK_CURRENT) last = pair_of_block(block_of(x, y, DARK_CURRENT_STREAM, frame_seed, 0u), last, DARK, first, second);
+    if (HOT_PIXELS) last = pair_of_block(block_of(x, y, HOT_PIXELS_STREAM, frame_seed, 0u), last, HOT, first, second);
+    if (COLUMN_OFFSET) last = pair_of_block(block_of(x, 0u, COLUMN_OFFSET_STREAM, body_seed, 1u), last, COLUMN, first, second);
+    second[COLUMN] = first[COLUMN];
+    if (ROW_NOISE) pair_of_block(block_of(0u, y, ROW_NOISE_STREAM, frame_seed, 0u), 0.0f, ROW, first, second);
+    return zero_after(last);
+}
+
+INLINE void bits_of_pair(const uint x, const uint y, const uint frame_seed, const uint body_seed, uint *first, uint *second) {
+    const struct words count = block_of(x, y, STREAM_COUNT, frame_seed, 0u);
+    first[SHOT_COUNT] = count.a, second[SHOT_COUNT] = count.b;
+    const struct words dark = block_of(x, y, DARK_CURRENT_STREAM, frame_seed, 0u);
+    first[DARK_COUNT] = dark.c, second[DARK_COUNT] = dark.d;
+    const struct words hot = block_of(x, y, HOT_PIXELS_STREAM, frame_seed, 0u);
+    first[HOT_COUNT] = hot.c, second[HOT_COUNT] = hot.d;
+    const struct words body = block_of(x, y, HOT_PIXELS_STREAM, body_seed, 1u);
+    first[HOT_SHARE] = body.a, second[HOT_SHARE] = body.b;
+    first[HOT_MEAN] = body.c, second[HOT_MEAN] = body.d;
+}
+
+// Numbers of one row alone.
+INLINE void chance_of_row(const uint frame_word, const uint frame_angle, const uint body_word, const uint body_angle, float *chance) {
+    normal_two(frame_word, frame_angle, &chance[BEFORE], &chance[AFTER]);
+    normal_two(body_word ^ zero_after(chance[AFTER]), body_angle, &chance[RESPONSE], &chance[OFFSET]);
 }
 
 #endif

@@ -1,14 +1,17 @@
-// Dark current: electrons [e-] -> electrons + Poisson(mean) [e-]; x, y: photosite on the sensor.
+// Dark current: electrons [e-] -> electrons + Poisson(mean) [e-]. normal: N(0, 1); word: 32 random bits (poisson.h).
+// All photosites share the mean, so the host says which code counts it and gives ROOT = 1 / sqrt(mean).
 #ifndef DARK_CURRENT_H
 #define DARK_CURRENT_H
-#include "philox.h"
 #include "poisson.h"
 
-INLINE float dark_current(const float electrons, const uint x, const uint y, const uint frame_seed, constant float *parameters) {
-    const struct words counter = {y, x, 0u, DARK_CURRENT_STREAM};
-    const struct words random = philox(counter, frame_seed, 0u);
-    const uint zero = zero_after(electrons);
-    return electrons + poisson(DARK_CURRENT_MEAN_E, normal_one(random.a ^ zero, random.b), random.c ^ zero, DARK_CURRENT_MEANS);
+INLINE float dark_current(const float electrons, const float normal, const uint word, constant float *parameters) {
+#if DARK_CURRENT_MEANS == LARGE_MEANS || DARK_CURRENT_MEANS == BRIGHT_MEANS
+    const float dark_e = poisson_expansion(DARK_CURRENT_MEAN_E, DARK_CURRENT_ROOT, normal, DARK_CURRENT_MEANS);
+#else
+    const float u = smaller(uniform(word ^ zero_after(electrons)), 0.999999f);
+    const float dark_e = poisson_inversion(DARK_CURRENT_MEAN_E, u, DARK_CURRENT_MEANS);
+#endif
+    return electrons + apart(dark_e);
 }
 
 #endif

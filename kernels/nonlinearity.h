@@ -9,7 +9,7 @@ INLINE float nonlinearity(const float signal_dn, constant float *parameters) {
     const int node = (int)smaller(place, last - 1.0f);
     const float share = place - (float)node;
     const float below = NONLINEARITY_ERRORS_DN[node], above = NONLINEARITY_ERRORS_DN[node + 1];
-    return signal_dn + (below + share * (above - below));
+    return signal_dn + apart(below + share * (above - below));
 }
 
 #endif

@@ -20,8 +20,8 @@
 #define SMALLEST_MEANS 4 // all below 0.5
 #define BRIGHT_MEANS 5   // all at least POISSON_BRIGHT
 
-INLINE float poisson_expansion(const float mean, const float w, const int means) {
-    const float r = reciprocal_square_root(mean);
+// r: 1 / sqrt(mean). w: N(0, 1).
+INLINE float poisson_expansion(const float mean, const float r, const float w, const int means) {
     const float w2 = w * w;
     float higher = 0.0f;
     if (means != BRIGHT_MEANS) {
@@ -53,9 +53,10 @@ INLINE float poisson_inversion(const float mean, const float u, const int means)
 // mean: >= 0 [e-]. normal: N(0, 1), for large means. word: 32 random bits, for small ones. Returns a count [e-].
 INLINE float poisson(const float mean, const float normal, const uint word, const int means) {
     const float u = smaller(uniform(word), 0.999999f);
-    if (means == LARGE_MEANS || means == BRIGHT_MEANS) return poisson_expansion(mean, normal, means);
+    if (means == LARGE_MEANS || means == BRIGHT_MEANS) return poisson_expansion(mean, reciprocal_square_root(mean), normal, means);
     if (means != ALL_MEANS) return poisson_inversion(mean, u, means);
-    const float large = poisson_expansion(larger(mean, POISSON_SWITCH), normal, means);
+    const float bright = larger(mean, POISSON_SWITCH);
+    const float large = poisson_expansion(bright, reciprocal_square_root(bright), normal, means);
     const float small = poisson_inversion(smaller(mean, POISSON_SWITCH), u, means);
     return mean < POISSON_SWITCH ? small : large;
 }

@@ -39,15 +39,15 @@ typedef float result_type;
 typedef ushort result_type;
 #endif
 
-INLINE float charge(float signal, const uint x, const uint y, const float *chance, const uint word, const uint frame_seed,
+INLINE float charge(float signal, const uint x, const uint y, const float *chance, const uint *bits, const uint frame_seed,
                     const uint body_seed, constant float *parameters) {
     signal = irradiance(signal, x, y, parameters);
     signal = exposure(signal, parameters);
     if (PRNU) signal = prnu(signal, chance[RESPONSE], parameters);
-    if (PHOTON_SHOT_NOISE) signal = photon_shot_noise(signal, chance[SHOT], word);
+    if (PHOTON_SHOT_NOISE) signal = photon_shot_noise(signal, chance[SHOT], bits[SHOT_COUNT]);
     if (DEAD_PIXELS) signal = dead_pixels(signal, x, y, body_seed, parameters);
-    if (DARK_CURRENT) signal = dark_current(signal, x, y, frame_seed, parameters);
-    if (HOT_PIXELS) signal = hot_pixels(signal, x, y, frame_seed, body_seed, parameters);
+    if (DARK_CURRENT) signal = dark_current(signal, chance[DARK], bits[DARK_COUNT], parameters);
+    if (HOT_PIXELS) signal = hot_pixels(signal, chance[HOT], bits, parameters);
     if (FULL_WELL) signal = full_well(signal, parameters);
     return signal;
 }
@@ -59,8 +59,8 @@ INLINE float readout(float signal, const uint x, const uint y, const float *chan
     if (READ_NOISE_BEFORE_GAIN) signal = read_noise_before_gain(signal, chance[BEFORE], x, y, body_seed, parameters);
     if (RANDOM_TELEGRAPH_NOISE) signal = random_telegraph_noise(signal, x, y, frame_seed, body_seed, parameters);
     if (ANALOG_GAIN) signal = analog_gain(signal, parameters);
-    if (COLUMN_OFFSET) signal = column_offset(signal, x, body_seed, parameters);
-    if (ROW_NOISE) signal = row_noise(signal, y, frame_seed, parameters);
+    if (COLUMN_OFFSET) signal = column_offset(signal, chance[COLUMN], parameters);
+    if (ROW_NOISE) signal = row_noise(signal, chance[ROW], parameters);
     if (BANDING) signal = banding(signal, y, frame_seed, parameters);
     if (READ_NOISE_AFTER_GAIN) signal = read_noise_after_gain(signal, chance[AFTER], parameters);
     if (COLOR_BIAS) signal = color_bias(signal, x, y, parameters);
@@ -70,9 +70,9 @@ INLINE float readout(float signal, const uint x, const uint y, const float *chan
     return signal;
 }
 
-INLINE float photosite(float signal, const uint x, const uint y, const float *chance, const uint word, const uint frame_seed,
+INLINE float photosite(float signal, const uint x, const uint y, const float *chance, const uint *bits, const uint frame_seed,
                        const uint body_seed, constant float *parameters) {
-    if (PART != READOUT) signal = charge(signal, x, y, chance, word, frame_seed, body_seed, parameters);
+    if (PART != READOUT) signal = charge(signal, x, y, chance, bits, frame_seed, body_seed, parameters);
     if (PART != CHARGE) signal = readout(signal, x, y, chance, frame_seed, body_seed, parameters);
     return signal;
 }
@@ -86,22 +86,21 @@ kernel void sensor(global const float *restrict input, global result_type *restr
     const uint x = column + window_x, y = row + window_y;
     size_t index = (size_t)row * width + column;
     const struct words frame = block_of(x, y, STREAM_FRAME, frame_seed, 0u);
-    const struct words count = block_of(x, y, STREAM_COUNT, frame_seed, 0u);
     const struct words body = block_of(x, y, STREAM_BODY, body_seed, 1u);
-    float chance[CHANCES], other_shot;
-    normal_two(frame.a, frame.d, &chance[SHOT], &other_shot);
-    uint zero = zero_after(other_shot);
+    float first_chance[CHANCES], second_chance[CHANCES];
+    uint first_bits[BITS], second_bits[BITS];
+    bits_of_pair(x, y, frame_seed, body_seed, first_bits, second_bits);
+    uint zero = chance_of_pair(x, y, frame, frame_seed, body_seed, first_chance, second_chance);
 #if ROWS & FIRST_ROW
-    chance_of_row(frame.b ^ zero, angle_of_first(frame), body.b, angle_of_first(body), chance);
-    const float first = photosite(input[index], x, y & ~1u, chance, count.a, frame_seed, body_seed, parameters);
+    chance_of_row(frame.b ^ zero, angle_of_first(frame), body.b, angle_of_first(body), first_chance);
+    const float first = photosite(input[index], x, y & ~1u, first_chance, first_bits, frame_seed, body_seed, parameters);
     output[index] = (result_type)first;
     index = index + width;
     zero = zero_after(first);
 #endif
 #if ROWS & SECOND_ROW
-    chance[SHOT] = other_shot;
-    chance_of_row(frame.c ^ zero, angle_of_second(frame), body.c, angle_of_second(body), chance);
+    chance_of_row(frame.c ^ zero, angle_of_second(frame), body.c, angle_of_second(body), second_chance);
     const float second = as_float(as_uint(input[index]) ^ zero);
-    output[index] = (result_type)photosite(second, x, y | 1u, chance, count.b, frame_seed, body_seed, parameters);
+    output[index] = (result_type)photosite(second, x, y | 1u, second_chance, second_bits, frame_seed, body_seed, parameters);
 #endif
 }

@@ -62,7 +62,7 @@ def photosite(variant: PoissonMeans) -> Sampler:
     return Sampler(
         f"Photosite, {variant.name.lower()} means",
         f"const float count = poisson(mean, normal_one(random.a, random.b), random.c, {int(variant)});",
-        of_normal=f"const float count = poisson_expansion(mean, w, {int(variant)});",
+        of_normal=f"const float count = poisson_expansion(mean, reciprocal_square_root(mean), w, {int(variant)});",
         of_word=f"const float count = poisson(mean, 0.0f, word, {int(variant)});",
         low=large.get(variant, 0.0),
         high=small.get(variant, np.inf),

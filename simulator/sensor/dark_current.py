@@ -42,8 +42,8 @@ class DarkCurrent(Stage):
         return self.rate_e_per_s * share * self.time_s
 
     def kernel_values(self) -> dict[str, float]:
-        """Mean dark electrons of the exposure."""
-        return {"mean_e": self.mean_e}
+        """Mean dark electrons of the exposure, and the reciprocal of its root."""
+        return {"mean_e": self.mean_e, "root": 1.0 / math.sqrt(self.mean_e) if self.mean_e > 0 else 0.0}
 
     def kernel_switches(self) -> dict[str, int]:
         """Code for the mean, which all photosites share."""
