@@ -50,7 +50,9 @@ def test_distribution_of_the_expansion_is_within_1e_4_of_poisson(bench):
         share = (np.arange(2_000_000) + 0.5) / 2_000_000
         w = stats.norm.ppf(share).astype(np.float32)
         arrays = {"w": w, "mean": np.full(w.shape, mean, np.float32)}
-        counts = bench.header("poisson.h", "poisson_expansion(mean, reciprocal_square_root(mean), w, LARGE_MEANS)", arrays, MACROS).astype(np.int64)
+        counts = bench.header(
+            "poisson.h", "poisson_expansion(mean, reciprocal_square_root(mean), w, LARGE_MEANS)", arrays, MACROS
+        ).astype(np.int64)
         found = np.bincount(counts, minlength=600)[:600] / len(w)
         assert 0.5 * np.abs(found - stats.poisson.pmf(np.arange(600), mean)).sum() < 1e-4, mean
 
