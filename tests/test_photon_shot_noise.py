@@ -127,3 +127,21 @@ def test_frames_and_neighbours_are_uncorrelated(bench):
 
 def test_moments_add_the_mean_to_the_variance():
     assert PhotonShotNoise().moments(Moments(7.0, 2.0)) == Moments(7.0, 9.0)
+
+
+@pytest.mark.slow
+def test_ten_million_counts_at_each_of_thirty_means_are_poisson(bench):
+    """Mean, variance and shape from 0 to 10^6 e- on a log grid; above what a code can hold the gain is a power of two below 1."""
+    checks = {}
+    for seed, mean in enumerate(np.geomspace(1e-2, 1e6, 30)):
+        scale = 2.0 ** max(0, int(np.ceil(np.log2((mean + 10 * np.sqrt(mean)) / 65535))))
+        codes = bench.sensor(np.full((2500, 4000), mean), PhotonShotNoise(), gain=1 / scale, frame_seed=seed)
+        expected = float(np.float32(mean))
+        if scale == 1.0:
+            checks[mean, "mean"] = mean_p(codes, expected, expected)
+            checks[mean, "variance"] = variance_p(codes, expected, excess_kurtosis=1 / expected)
+            checks[mean, "shape"] = counts_p(codes, expected)
+        else:
+            checks[mean, "mean"] = mean_p(codes, expected / scale, expected / scale**2)
+            checks[mean, "variance"] = variance_p(codes, expected / scale**2 + 1 / 12, excess_kurtosis=1 / expected)
+    accept(checks)

@@ -55,13 +55,19 @@ SHORTCUTS = (
 )
 
 
+_WORD = "const float w = 0.0f, light = mean;"
+_NORMAL = (  # as in the sensor, light comes after a number
+    "const float w = normal_one(random.a, random.b); const float light = as_float(as_uint(mean) ^ zero_after(w));"
+)
+
+
 def photosite(variant: PoissonMeans) -> Sampler:
     """The sampler of kernels/poisson.h in one of its variants."""
     small = dict(zip(SMALL_VARIANTS, SMALL_MEANS_E, strict=True))
     large = {PoissonMeans.LARGE: POISSON_SWITCH_E, PoissonMeans.BRIGHT: POISSON_BRIGHT_E}
     return Sampler(
         f"Photosite, {variant.name.lower()} means",
-        f"const float count = poisson(mean, normal_one(random.a, random.b), random.c, {int(variant)});",
+        f"{_WORD if variant in SMALL_VARIANTS else _NORMAL} const float count = poisson(light, w, random.c, {int(variant)});",
         of_normal=f"const float count = poisson_expansion(mean, reciprocal_square_root(mean), w, {int(variant)});",
         of_word=f"const float count = poisson(mean, 0.0f, word, {int(variant)});",
         low=large.get(variant, 0.0),
