@@ -131,7 +131,7 @@ def test_moments_add_the_mean_to_the_variance():
 
 @pytest.mark.slow
 def test_ten_million_counts_at_each_of_thirty_means_are_poisson(bench):
-    """Mean, variance and shape from 0 to 10^6 e- on a log grid; above what a code can hold the gain is a power of two below 1."""
+    """Mean, variance and shape from 0.01 to 10^6 e-; above what a code can hold the gain is a power of two below 1."""
     checks = {}
     for seed, mean in enumerate(np.geomspace(1e-2, 1e6, 30)):
         scale = 2.0 ** max(0, int(np.ceil(np.log2((mean + 10 * np.sqrt(mean)) / 65535))))

@@ -2,9 +2,7 @@
 
 from pathlib import Path
 
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from simulator.calibration.assumption import assumed_numbers
@@ -13,13 +11,11 @@ from simulator.calibration.camera_text import camera_document
 from simulator.calibration.checks import problems
 from simulator.calibration.frames import by_iso, raw_files, read_frames
 from simulator.calibration.iso_measurement import IsoMeasurement
-from simulator.command_line.tables import console
+from simulator.command_line.screen import console, log, progress
 from simulator.config import dump_yaml
 from simulator.errors import PhotositeError
 from simulator.measurement.interval import Interval
 from simulator.raw.files import atomic_write
-
-log = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def calibrate_files(
@@ -30,8 +26,7 @@ def calibrate_files(
     Raises PhotositeError.
     """
     paths = raw_files(files)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=log, transient=True, disable=not log.is_terminal) as bar:
+    with progress() as bar:
         task = bar.add_task("reading", total=len(paths))
         frames = read_frames(paths, lambda path: bar.update(task, advance=1, description=escape(path.name)))
         groups, notes = problems(by_iso(frames))

@@ -5,10 +5,10 @@ from functools import partial
 from pathlib import Path
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from simulator.command_line.screen import log, progress
 from simulator.command_line.sweep_runner import SKIPPED, Row, run_sweep, take
 from simulator.config import Sweep, load_shot, load_sweep, located, shot_warnings
 from simulator.errors import PhotositeError
@@ -16,8 +16,6 @@ from simulator.pipeline import simulate
 from simulator.raw.files import atomic_write
 from simulator.raw.save import save
 from simulator.shot import Shot
-
-log = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def simulate_file(path: Path, settings: list[str], out: Path, device: str | None, redo: bool) -> None:
@@ -41,7 +39,7 @@ def simulate_file(path: Path, settings: list[str], out: Path, device: str | None
 
 def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     """Take and save one shot."""
-    with _progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()) as bar:
+    with progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()) as bar:
         task = bar.add_task(shot.name, total=1.0)
         told = partial(_tell, bar, task, shot.name)
         raw = simulate(shot, device=device, progress=told)
@@ -55,8 +53,7 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
 
 def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> int:
     """Take and save all points; returns the number that failed."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with _progress(*columns) as bar:
+    with progress() as bar:
         task = bar.add_task("sweep", total=len(sweep))
 
         def report(row: Row) -> None:
@@ -91,9 +88,3 @@ def _folder(out: Path):
 
 def _tell(bar: Progress, task, name: str, stage: str, share: float) -> None:
     bar.update(task, completed=share, description=escape(f"{name}: {stage}"))
-
-
-@contextmanager
-def _progress(*columns):
-    with Progress(*columns, console=log, transient=True, disable=not log.is_terminal) as bar:
-        yield bar

@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from simulator.command_line.screen import console
 from simulator.command_line.shot_numbers import Fact, lens_facts, white_facts
 from simulator.config import load_shot, located, shot_warnings
 from simulator.planner import Plan, plan
@@ -71,10 +72,3 @@ def _facts(title: str, facts: list[Fact]) -> Table:
     for fact in facts:
         table.add_row(escape(fact.quantity), escape(fact.value), escape(fact.formula))
     return table
-
-
-def console() -> Console:
-    """Return a console for results: stdout, 200 columns wide where it is no terminal."""
-    # Tables piped into a file keep their text instead of being cut to 80 columns.
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=200)

@@ -7,20 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from simulator.command_line.tables import console
+from simulator.command_line.screen import console, log, progress
 from simulator.config import load_camera
 from simulator.validation.gate import Gate
 
 if TYPE_CHECKING:
     from simulator.validation.emva_report import EmvaReport
     from simulator.validation.noise_report import NoiseReport
-
-log = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def validate_noise(camera: str, settings: list[str], isos: list[int], out: Path | None, device: str | None) -> None:
@@ -174,7 +170,6 @@ def _frames(out: Path | None):
 @contextmanager
 def _progress():
     """Yield a function for (what, done, total) that moves a bar on stderr."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=log, transient=True, disable=not log.is_terminal) as bar:
+    with progress() as bar:
         task = bar.add_task("frames", total=None)
         yield lambda text, done, total: bar.update(task, description=escape(text), completed=done, total=total)
