@@ -13,12 +13,17 @@ from simulator.exposure import Exposure
 from simulator.lens import ThinLens
 from simulator.sensor.camera import IsoSetting, SpectralResponse, Window
 from simulator.sensor.dark_current import DarkCurrent
+from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
 from simulator.shot import Seeds, Shot
 from simulator.stage import FromShot, Stage, fields_from_shot
 
 GRID = np.arange(400.0, 701.0, 10.0)
 
 BAD = {
+    "camera.read_noise_spread = 2.0: give 0 to 1": dict(read_noise_spread=2.0),
+    "camera.read_noise_spread = 0.2: the tails of tukey_lambda hold": dict(
+        read_noise_spread=0.2, iso_table={100: IsoSetting(1.0, 3.0, tukey_lambda=0.1)}
+    ),
     "camera.width = 0": dict(width=0),
     "camera.height = 65536": dict(height=65536),
     "camera.pixel_pitch = nan um": dict(pixel_pitch_um=math.nan),
@@ -91,3 +96,10 @@ def test_a_stage_says_itself_which_fields_follow_from_the_shot():
 
     assert fields_from_shot(Glow) == {"time_s": "exposure_time_s"}
     assert Glow(3.0).of_shot(exposure_time_s=2.0) == Glow(3.0, 2.0)
+
+
+def test_the_spread_of_the_read_noise_reaches_the_stage_before_the_gain():
+    camera = test_camera(read_noise_spread=0.3, iso_table={100: IsoSetting(2.0, 5.0)}, read_noise_after_gain_dn=3.0)
+    stages = camera.sensor_stages(100, 1.0)
+    assert stages["read_noise_before_gain"] == ReadNoiseBeforeGain(2.0, 0.3)
+    assert stages["read_noise_after_gain"].sigma_dn == 3.0

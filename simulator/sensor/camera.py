@@ -28,6 +28,8 @@ class Camera:
     iso_table: ISO -> measured gain, noise and levels. A camera has this, or read_noise_model.
     read_noise_after_gain_dn: the part of a table's read noise that arises behind the gain [DN];
         the part before it is what remains of the measured total. Lines with a tukey_lambda leave it out.
+    read_noise_spread: how the read noise before the gain differs from photosite to photosite: standard deviation of
+        ln sigma, 0 to 1. Lines with a tukey_lambda leave it out: their tails hold it.
     read_noise_model: read noise with two sources, for a camera without a table.
     conversion_gain: the first ISO of high conversion gain, where the photosites have two.
     iso_range: measured refuses an ISO outside the measured ones, extrapolate carries their slope on.
@@ -48,6 +50,7 @@ class Camera:
     response: SpectralResponse
     iso_table: dict[int, IsoSetting] = field(default_factory=dict)
     read_noise_after_gain_dn: DigitalNumbers = 0.0
+    read_noise_spread: float = 0.0
     read_noise_model: ReadNoiseModel | None = None
     conversion_gain: ConversionGainSwitch | None = None
     iso_range: Literal["measured", "extrapolate"] = "measured"
@@ -77,6 +80,8 @@ class Camera:
     def _check_read_noise(self) -> None:
         after_dn = self.read_noise_after_gain_dn
         require(after_dn >= 0, "camera.read_noise_after_gain", f"{after_dn:g} DN", "a standard deviation is not negative")
+        spread = self.read_noise_spread
+        require(0 <= spread <= 1, "camera.read_noise_spread", spread, "give 0 to 1, such as 0.2")
         if self.read_noise_model is not None:
             rule = "a camera has a read_noise_model or a table; take one away (null removes what a base has)"
             require(not self.iso_table, "camera.iso_table", f"{len(self.iso_table)} lines", rule)
@@ -94,6 +99,8 @@ class Camera:
             shaped = setting.tukey_lambda is not None and after_dn > 0
             split = "the total has the shape tukey_lambda and is not split; leave read_noise_after_gain out"
             require(not shaped, "camera.read_noise_after_gain", f"{after_dn:g} DN", split)
+            tails = "the tails of tukey_lambda hold what differs between photosites; leave one of them out"
+            require(setting.tukey_lambda is None or spread == 0, "camera.read_noise_spread", spread, tails)
             grey = setting.color_bias_dn is not None and self.channels == 1
             require(not grey, f"camera.iso_table.{iso}.color_bias", setting.color_bias_dn, "MONO has no colours")
 
@@ -177,4 +184,4 @@ class Camera:
         }
         stages = {stem: stage.of_shot(**follows) for stem, stage in self.stages.items()}
         after_dn = self.read_noise_after_gain_dn if model is None else model.after_gain_dn
-        return stages | iso_stages(setting, after_dn, ratio, self.cfa, self.bit_depth)
+        return stages | iso_stages(setting, after_dn, self.read_noise_spread, ratio, self.cfa, self.bit_depth)

@@ -13,15 +13,17 @@ from simulator.sensor.row_noise import RowNoise
 from simulator.stage import Stage
 
 
-def iso_stages(setting: IsoSetting, after_gain_dn: float, ratio: float, cfa: str, bit_depth: int) -> dict[str, Stage]:
+def iso_stages(
+    setting: IsoSetting, after_gain_dn: float, spread: float, ratio: float, cfa: str, bit_depth: int
+) -> dict[str, Stage]:
     """Stages by stem; those of no effect are absent.
 
     High conversion gain multiplies the signal by its ratio before the read noise, so the analog gain that makes up K
     is K / ratio.
     setting: with black and white level filled in. after_gain_dn: the part of a normal read noise that arises behind
-    the gain [DN]. ratio: conversion gain over the low one.
+    the gain [DN]. spread: of ln sigma before the gain. ratio: conversion gain over the low one.
     """
-    stages: dict[str, Stage] = _read_noise(setting, after_gain_dn, ratio)
+    stages: dict[str, Stage] = _read_noise(setting, after_gain_dn, spread, ratio)
     if ratio != 1.0:
         stages["conversion_gain"] = ConversionGain(ratio)
     if setting.row_noise_dn > 0:
@@ -33,7 +35,7 @@ def iso_stages(setting: IsoSetting, after_gain_dn: float, ratio: float, cfa: str
     return stages
 
 
-def _read_noise(setting: IsoSetting, after_gain_dn: float, ratio: float) -> dict[str, Stage]:
+def _read_noise(setting: IsoSetting, after_gain_dn: float, spread: float, ratio: float) -> dict[str, Stage]:
     """Read noise before and after the gain, as far as it is above 0.
 
     With a tukey_lambda it was measured as the total and stands wholly behind the gain. A normal one is split:
@@ -44,7 +46,8 @@ def _read_noise(setting: IsoSetting, after_gain_dn: float, ratio: float) -> dict
     if setting.tukey_lambda is not None:
         return {"read_noise_after_gain": ReadNoiseAfterGain(total_dn, setting.tukey_lambda)}
     before_e = ratio * math.sqrt(max(total_dn**2 - after_gain_dn**2, 0.0)) / setting.gain_dn_per_e
-    stages: dict[str, Stage] = {"read_noise_before_gain": ReadNoiseBeforeGain(before_e)} if before_e > 0 else {}
+    before = ReadNoiseBeforeGain(before_e, spread)
+    stages: dict[str, Stage] = {before.stem: before} if before.has_effect else {}
     return stages | ({"read_noise_after_gain": ReadNoiseAfterGain(after_gain_dn)} if after_gain_dn > 0 else {})
 
 
