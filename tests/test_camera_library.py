@@ -14,7 +14,8 @@ from simulator.errors import PhotositeError
 from simulator.spectra import WAVELENGTHS_NM, efficiency_on, illuminant, luminance_cd_m2, photons_per_joule
 from simulator.stage import Moments
 
-SHARED = Path(__file__).parent.parent.parent / "shared"
+SHARED = Path(__file__).parent.parent.parent / "shared"  # beside the checkout, where there is one
+CURVES, COLLECTED = SHARED / "data" / "spectral_sensitivity", SHARED / "facts" / "camera_facts.json"
 NAMES = sorted(path.stem for path in (CONFIGS / "cameras").glob("*.yaml"))
 WANTED = """canon_550d canon_5d_mark_ii canon_5d_mark_iv canon_700d ideal imx385 imx686 nikon_d3 nikon_d850 raspberry_pi_hq
 sony_a7_iii sony_a7s2""".split()
@@ -121,14 +122,14 @@ def test_the_saturation_exposure_of_iso_12232_fills_the_range(name):
     assert 0.3 < green.max() < 0.7 or green.max() < 0.9 and "lies above 0.7" in text
 
 
-@pytest.mark.skipif(not SHARED.is_dir(), reason=f"measured curves not here: {SHARED}")
+@pytest.mark.skipif(not CURVES.is_dir(), reason="no measured curves beside the checkout")
 @pytest.mark.parametrize("path", sorted((CONFIGS / "responses").glob("*.yaml")), ids=lambda path: path.stem)
 def test_a_response_is_the_measured_one(path):
     import yaml
 
     response = yaml.safe_load(path.read_text(encoding="utf-8"))
     file = re.search(r"\S+_380_780_5\.json", response["source"]["wavelengths, relative"])[0]
-    measured = json.loads((SHARED / "data" / "spectral_sensitivity" / file).read_text())["spectral_data"]["data"]["main"]
+    measured = json.loads((CURVES / file).read_text())["spectral_data"]["data"]["main"]
     step = int(response["wavelengths"]["step"].split()[0])
     lines = np.array([measured[str(nm)] for nm in range(380, 781, step)])
     assert np.array(response["relative"]) == pytest.approx(np.maximum(lines / lines.max(), 0), abs=5.1e-5)
@@ -149,10 +150,10 @@ FACTS = {
 }
 
 
-@pytest.mark.skipif(not SHARED.is_dir(), reason=f"collected camera facts not here: {SHARED}")
+@pytest.mark.skipif(not COLLECTED.is_file(), reason="no collected camera facts beside the checkout")
 @pytest.mark.parametrize("name", FACTS)
 def test_levels_bits_and_matrix_are_the_collected_ones(name):
-    facts = json.loads((SHARED / "facts" / "camera_facts.json").read_text(encoding="utf-8"))["cameras"][FACTS[name]]
+    facts = json.loads(COLLECTED.read_text(encoding="utf-8"))["cameras"][FACTS[name]]
     camera = load_camera(name)
     first = lambda value: value["default"] if isinstance(value, dict) else value  # noqa: E731
     if "black" in facts:
