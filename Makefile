@@ -24,7 +24,7 @@ docs: $(VENV)/demo.stamp ## write docs/cameras.md and its charts from configs/ca
 test: $(VENV)/test.stamp ## run the tests that take seconds
 	@$(BIN)/python -m pytest -m "not slow"
 
-test-all: $(VENV)/test.stamp ## run every test, the minutes-long ones too
+test-all: $(VENV)/test.stamp $(VENV)/peers.stamp ## run every test, the minutes-long ones too
 	@$(BIN)/python -m pytest -m "slow or not slow"
 
 benchmark: $(VENV)/bench.stamp ## measure run times beside other packages
