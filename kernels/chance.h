@@ -59,8 +59,10 @@ INLINE uint chance_of_pair(const uint x, const uint y, const struct words frame,
     float last = second[SHOT];
     if (DARK_CURRENT) last = pair_of_block(block_of(x, y, DARK_CURRENT_STREAM, frame_seed, 0u), last, DARK, first, second);
     if (HOT_PIXELS) last = pair_of_block(block_of(x, y, HOT_PIXELS_STREAM, frame_seed, 0u), last, HOT, first, second);
-    if (COLUMN_OFFSET) last = pair_of_block(block_of(x, 0u, COLUMN_OFFSET_STREAM, body_seed, 1u), last, COLUMN, first, second);
-    second[COLUMN] = first[COLUMN];
+    if (COLUMN_OFFSET) {
+        last = pair_of_block(block_of(x, 0u, COLUMN_OFFSET_STREAM, body_seed, 1u), last, COLUMN, first, second);
+        second[COLUMN] = first[COLUMN];
+    }
     if (ROW_NOISE) pair_of_block(block_of(0u, y, ROW_NOISE_STREAM, frame_seed, 0u), 0.0f, ROW, first, second);
     return zero_after(last);
 }

@@ -7,6 +7,7 @@ Arguments are bound by name: a missing or misspelt one is an error, not a wrong 
 import functools
 import os
 import re
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -89,6 +90,22 @@ def devices() -> list[DeviceInfo]:
     return [_info(device) for device in _all_devices()]
 
 
+@dataclass(frozen=True)
+class Kernel:
+    """A built kernel; arguments: type by name, in order."""
+
+    name: str
+    function: cl.Kernel
+    arguments: dict[str, str]
+
+
+def declared_arguments(source: str, name: str) -> dict[str, str]:
+    """Types by name of a kernel's arguments, read from its text: drivers forget them in builds that come from a disk cache."""
+    found = re.search(rf"kernel void {name}\(([^)]*)\)", re.sub(r"//.*", "", source))
+    parts = [re.findall(r"\w+|\*", argument) for argument in found[1].split(",")]
+    return {part[-1]: "*" if "*" in part else part[-2] for part in parts}
+
+
 CPU_ROW_PX = 1024  # a CPU starts work-groups one after another, which costs more than 500 photosites do
 GPU_ROW_PX = 256  # what every GPU can run at once
 SHORTEST_ROW_PX = 32  # shorter groups waste lanes of a GPU and cost a CPU more to start than to run
@@ -106,7 +123,7 @@ class Device:
         self.row_px = min(wanted, device.max_work_group_size)
         self._context = cl.Context([device])
         self._queue = cl.CommandQueue(self._context)
-        self._kernels: dict[tuple, cl.Kernel] = {}
+        self._kernels: dict[tuple, Kernel] = {}
 
     def upload(self, array: np.ndarray) -> cl.Buffer:
         """Copy of an array on the device."""
@@ -142,51 +159,44 @@ class Device:
         """Wait until all work is done."""
         self._queue.finish()
 
-    def kernel(self, name: str, defines: dict[str, object], file: str | None = None) -> cl.Kernel:
+    def kernel(self, name: str, defines: dict[str, object], file: str | None = None) -> Kernel:
         """Kernel `name` of kernels/<file> (default <name>.cl), built once for these macros."""
         key = (file or f"{name}.cl", name, tuple(defines.items()))
         if key not in self._kernels:
             self._kernels[key] = self.build(kernel_source(key[0]), name, defines)
         return self._kernels[key]
 
-    def build(self, source: str, name: str, defines: dict[str, object]) -> cl.Kernel:
+    def build(self, source: str, name: str, defines: dict[str, object]) -> Kernel:
         """Kernel `name` of expanded source text, with these macros in front (pyopencl keeps builds on disk)."""
         macros = "".join(f"#define {macro} {value}\n" for macro, value in defines.items())
         try:
-            program = cl.Program(self._context, macros + source).build(options=["-cl-kernel-arg-info"])
+            with warnings.catch_warnings(action="ignore", category=cl.CompilerWarning):  # remarks of some drivers
+                program = cl.Program(self._context, macros + source).build()
         except cl.Error as error:
             raise PhotositeError(f"{self.info.label} cannot build the kernel {name}: {error}") from None
-        return cl.Kernel(program, name)
+        return Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
 
-    def run(self, kernel: cl.Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments) -> None:
+    def run(self, kernel: Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments) -> None:
         """Enqueue a kernel; scalars are cast to the type the kernel declares.
 
         local_size: of a work-group; None: as long a part of a row as divides it.
         Raises TypeError when the names are not exactly those of the kernel.
         """
-        declared = _declared_arguments(kernel)
-        if set(declared) != set(arguments):
-            raise TypeError(f"{kernel.function_name} takes {sorted(declared)}, not {sorted(arguments)}")
+        if set(kernel.arguments) != set(arguments):
+            raise TypeError(f"{kernel.name} takes {sorted(kernel.arguments)}, not {sorted(arguments)}")
         local_size = local_size or self._group(global_size)
-        values = [_SCALARS[kind](arguments[name]) if kind in _SCALARS else arguments[name] for name, kind in declared.items()]
+        values = [
+            _SCALARS[kind](arguments[name]) if kind in _SCALARS else arguments[name] for name, kind in kernel.arguments.items()
+        ]
         try:
-            kernel(self._queue, global_size, local_size, *values)
+            kernel.function(self._queue, global_size, local_size, *values)
         except cl.Error as error:
-            raise PhotositeError(f"{self.info.label} cannot run {kernel.function_name}: {error}") from None
+            raise PhotositeError(f"{self.info.label} cannot run {kernel.name}: {error}") from None
 
     def _group(self, global_size: tuple[int, ...]) -> tuple[int, ...] | None:
         """Work-group that is a part of a row; left to the driver, which may choose badly, where a row has no good divisor."""
         width = next(size for size in range(min(self.row_px, global_size[0]), 0, -1) if global_size[0] % size == 0)
         return (width, *(1 for _ in global_size[1:])) if width >= SHORTEST_ROW_PX or width == global_size[0] else None
-
-
-@functools.cache
-def _declared_arguments(kernel: cl.Kernel) -> dict[str, str]:
-    """Argument names and types of a kernel, in order."""
-    info = cl.kernel_arg_info
-    return {
-        kernel.get_arg_info(index, info.NAME): kernel.get_arg_info(index, info.TYPE_NAME) for index in range(kernel.num_args)
-    }
 
 
 @functools.cache

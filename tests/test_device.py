@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simulator.device import devices, expanded, kernel_source, open_device
+from simulator.device import declared_arguments, devices, expanded, kernel_source, open_device
 from simulator.errors import PhotositeError
 
 
@@ -53,3 +53,10 @@ def test_a_broken_kernel_is_one_message(device):
 def test_too_large_a_buffer_says_what_did_not_fit(device):
     with pytest.raises(PhotositeError, match="out of memory.*MiB.*camera.window"):
         device.empty((2**50,), np.float32)
+
+
+def test_arguments_are_read_from_the_text_of_the_kernel():
+    source = """// kernel void other(float a)
+    kernel void probe(global const float *restrict image, constant float *numbers, // [e-]
+                      const uint width, const float side) { }"""
+    assert declared_arguments(source, "probe") == {"image": "*", "numbers": "*", "width": "uint", "side": "float"}
