@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from simulator.raw_format import RawFormat
 from simulator.sensor.camera import Cfa
 
 
@@ -20,6 +21,7 @@ class Raw:
         black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
     color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix1); None for MONO.
     as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
+    format: how a raw file holds the codes.
     resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
     """
 
@@ -43,4 +45,5 @@ class Raw:
     focus_distance_m: float
     iso: int
     name: str = "shot"
+    format: RawFormat = RawFormat()
     resolved: dict = field(default_factory=dict)
