@@ -16,6 +16,7 @@ from simulator.frame import Raw
 from simulator.raw import software, tiff
 from simulator.raw.exif import exif_directory
 from simulator.raw.files import atomic_write
+from simulator.raw.levels import levels
 from simulator.raw.payload import MosaicData, mosaic_data
 from simulator.raw.thumbnail import thumbnail
 
@@ -88,7 +89,7 @@ def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tif
         259: tiff.short(1),  # Compression: none
         262: tiff.short(_PHOTOMETRIC_RGB),
         273: tiff.Pointer("thumbnail"),  # StripOffsets
-        274: tiff.short(1),  # Orientation: as stored
+        274: tiff.short(raw.format.orientation),
         277: tiff.short(3),  # SamplesPerPixel
         305: tiff.text(software()),
         330: tiff.Pointer("raw"),  # SubIFDs
@@ -117,9 +118,6 @@ def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[int, tiff.Field | tiff.
         262: tiff.short(_PHOTOMETRIC_LINEAR_RAW if mono else _PHOTOMETRIC_CFA),
         273: tiff.Pointer("mosaic"),  # StripOffsets
         277: tiff.short(1),  # SamplesPerPixel
-        50713: tiff.short(1, 1) if mono else tiff.short(2, 2),  # BlackLevelRepeatDim
-        50714: _black_level(raw.black_level_dn, 1 if mono else 4),
-        50717: tiff.short(raw.white_level_dn),
         50719: tiff.long(border, border),  # DefaultCropOrigin: x, y
         50720: tiff.long(width - 2 * border, height - 2 * border),  # DefaultCropSize
         51041: tiff.double(*np.ravel(raw.noise_profile)),
@@ -129,7 +127,7 @@ def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[int, tiff.Field | tiff.
         tags[33422] = tiff.byte(*CFA_COLOURS[raw.cfa])
         tags[50710] = tiff.byte(0, 1, 2)  # CFAPlaneColor
         tags[50711] = tiff.short(1)  # CFALayout: rectangular
-    return tags | _strip(height, width, mosaic.size_bytes)
+    return tags | levels(raw, mosaic.bits_per_sample) | _strip(height, width, mosaic.size_bytes)
 
 
 def _strip(height: int, width: int, size_bytes: int) -> dict[int, tiff.Field]:
@@ -141,9 +139,3 @@ def _strip(height: int, width: int, size_bytes: int) -> dict[int, tiff.Field]:
         279: tiff.long(size_bytes),  # StripByteCounts
         284: tiff.short(1),  # PlanarConfiguration
     }
-
-
-def _black_level(black_level_dn: float, count: int) -> tiff.Field:
-    """SHORT where it is whole, since some readers cut fractions off."""
-    whole = round(black_level_dn) == black_level_dn
-    return tiff.short(*[int(black_level_dn)] * count) if whole else tiff.rational(*[black_level_dn] * count)
