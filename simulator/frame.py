@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from simulator.raw_format import RawFormat
 from simulator.sensor.camera import Cfa
 
 
@@ -15,11 +16,13 @@ class Raw:
     mean_electrons: (height, width) float32, mean photoelectrons per photosite, before any noise [e-].
     noise_free_dn: (height, width) float32, the code without noise and rounding, clipped as the sensor clips [DN].
     cfa: colours of the 2x2 block at the frame's upper left corner, row by row; "MONO" has no filter.
-    black_level_dn: pedestal [DN]. white_level_dn: largest code the frame can reach [DN].
+    black_level_dn: pedestal [DN]. black_offsets_dn: what the black level lies above it at the four places of that block [DN].
+    white_level_dn: largest code the frame can reach [DN].
     noise_profile: (S, O) per colour plane (R, G, B, or one): variance of the signal x that runs from 0 at
         black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
     color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix1); None for MONO.
     as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
+    format: how a raw file holds the codes.
     resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
     """
 
@@ -43,4 +46,6 @@ class Raw:
     focus_distance_m: float
     iso: int
     name: str = "shot"
+    black_offsets_dn: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    format: RawFormat = RawFormat()
     resolved: dict = field(default_factory=dict)

@@ -125,6 +125,8 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         focus_distance_m=lens.focus_distance_m,
         iso=shot.exposure.iso,
         name=shot.name,
+        black_offsets_dn=planned.black_offsets_dn() if shot.raw.black_per_place else (0.0,) * 4,
+        format=shot.raw,
         resolved={
             "shot": shot.resolved,
             "seeds": asdict(shot.seeds),

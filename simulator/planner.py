@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 
@@ -104,6 +105,19 @@ class Plan:
         if well is not None:
             top_dn = min(top_dn, self.moments(well.capacity_e).mean)
         return max(round(top_dn), math.floor(adc.black_level_dn) + 1)  # ties to even, as the ADC's
+
+    def black_offsets_dn(self) -> tuple[float, float, float, float]:
+        """What color_bias adds to the black level at the four places of the frame's upper left 2x2 block, row by row [DN]."""
+        bias, output = self.stage("color_bias"), self.layout.output
+        if bias is None:
+            return (0.0,) * 4
+        later = self.stages[self.stages.index(bias) + 1 :]
+
+        def code_dn(signal_dn: float) -> float:
+            return reduce(lambda signal, stage: stage.moments(signal), later, Moments(signal_dn, 0.0)).mean
+
+        block = np.reshape([code_dn(offset) - code_dn(0.0) for offset in bias.offsets_dn], (2, 2))
+        return tuple(float(offset) for offset in np.roll(block, (-output.y % 2, -output.x % 2), axis=(0, 1)).ravel())
 
     def noise_profile(self) -> tuple[float, float]:
         """S and O of DNG's NoiseProfile: variance = S x + O, x from 0 at black to 1 at white (DNG 1.4)."""

@@ -7,6 +7,7 @@ from typing import Protocol
 from simulator.errors import require
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
+from simulator.raw_format import RawFormat
 from simulator.scene import Scene
 from simulator.sensor.camera import Camera
 
@@ -41,6 +42,7 @@ class Seeds:
 class Shot:
     """One photograph to take.
 
+    raw: how the raw file holds the frame.
     resolved: the full configuration the shot was read from, plain data, for the sidecar file.
     Raises PhotositeError for an ISO outside those the camera was measured at.
     """
@@ -50,6 +52,7 @@ class Shot:
     exposure: Exposure
     camera: Camera
     seeds: Seeds = Seeds()
+    raw: RawFormat = RawFormat()
     name: str = "shot"
     resolved: dict = field(default_factory=dict)
 

@@ -16,6 +16,7 @@ TESTS = ROOT / "tests"
 # Left may not import right. A package stands for all its modules; the facade simulator/__init__.py imports nothing at the top.
 ORDER = [
     {"errors", "units", "colour_data"},
+    {"raw_format"},
     {"stage"},
     {"device"},
     {"spectra", "scene", "color", "lens", "defocus", "projection", "exposure", "sensor"},

@@ -1,8 +1,8 @@
 """Raw frame to DNG 1.4: thumbnail in IFD 0, mosaic in a SubIFD, exposure in the Exif IFD.
 
 An own writer: no library at hand writes such a file to the letter. libtiff-based writers lose CFA tags
-in a SubIFD, tifffile writes no Exif IFD, PiDNG puts all in IFD 0. The mosaic is one uncompressed strip of
-16-bit samples, the one layout that dcraw, LibRaw, darktable, RawTherapee and Adobe's reader all take.
+in a SubIFD, tifffile writes no Exif IFD, PiDNG puts all in IFD 0. `payload.py` stores the
+mosaic in the layouts that dcraw, LibRaw, darktable, RawTherapee and Adobe's reader all take.
 Tag meanings: Adobe DNG 1.4 (2012), TIFF/EP (ISO 12234-2), Exif 2.3.
 """
 
@@ -16,6 +16,8 @@ from simulator.frame import Raw
 from simulator.raw import software, tiff
 from simulator.raw.exif import exif_directory
 from simulator.raw.files import atomic_write
+from simulator.raw.levels import levels
+from simulator.raw.payload import MosaicData, mosaic_data
 from simulator.raw.thumbnail import thumbnail
 
 SMALLEST_SIDE_PX = 22  # LibRaw refuses smaller frames
@@ -50,9 +52,9 @@ def write_pieces(pieces: list[bytes | np.ndarray], path: str | os.PathLike) -> N
 def dng_pieces(raw: Raw) -> list[bytes | np.ndarray]:
     """Return the DNG as buffers in file order; the mosaic itself is not copied."""
     _check(raw)
-    picture = thumbnail(raw)
-    directories = {"main": _main_directory(raw, picture), "raw": _raw_directory(raw), "exif": exif_directory(raw)}
-    return tiff.assemble(directories, {"thumbnail": picture, "mosaic": np.ascontiguousarray(raw.dn, dtype="<u2")})
+    picture, mosaic = thumbnail(raw), mosaic_data(raw)
+    directories = {"main": _main_directory(raw, picture), "raw": _raw_directory(raw, mosaic), "exif": exif_directory(raw)}
+    return tiff.assemble(directories, {"thumbnail": picture, "mosaic": mosaic.buffer})
 
 
 def _check(raw: Raw) -> None:
@@ -84,9 +86,10 @@ def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tif
     tags = {
         254: tiff.long(1),  # NewSubfileType: reduced resolution
         258: tiff.short(8, 8, 8),  # BitsPerSample
+        259: tiff.short(1),  # Compression: none
         262: tiff.short(_PHOTOMETRIC_RGB),
         273: tiff.Pointer("thumbnail"),  # StripOffsets
-        274: tiff.short(1),  # Orientation: as stored
+        274: tiff.short(raw.format.orientation),
         277: tiff.short(3),  # SamplesPerPixel
         305: tiff.text(software()),
         330: tiff.Pointer("raw"),  # SubIFDs
@@ -103,20 +106,18 @@ def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tif
     return tags | _strip(*picture.shape[:2], picture.nbytes)
 
 
-def _raw_directory(raw: Raw) -> dict[int, tiff.Field | tiff.Pointer]:
+def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[int, tiff.Field | tiff.Pointer]:
     """SubIFD: the mosaic, its levels and its noise."""
     height, width = raw.dn.shape
     border = min(8, 2 * (min(height, width) // 16))  # even; 8 px hide what demosaicing does at the edge
     mono = raw.cfa == "MONO"
     tags = {
         254: tiff.long(0),  # NewSubfileType: the full picture
-        258: tiff.short(16),  # BitsPerSample, of the storage; WhiteLevel tells the range
+        258: tiff.short(mosaic.bits_per_sample),  # of the storage; WhiteLevel tells the range
+        259: tiff.short(mosaic.compression),
         262: tiff.short(_PHOTOMETRIC_LINEAR_RAW if mono else _PHOTOMETRIC_CFA),
         273: tiff.Pointer("mosaic"),  # StripOffsets
         277: tiff.short(1),  # SamplesPerPixel
-        50713: tiff.short(1, 1) if mono else tiff.short(2, 2),  # BlackLevelRepeatDim
-        50714: _black_level(raw.black_level_dn, 1 if mono else 4),
-        50717: tiff.short(raw.white_level_dn),
         50719: tiff.long(border, border),  # DefaultCropOrigin: x, y
         50720: tiff.long(width - 2 * border, height - 2 * border),  # DefaultCropSize
         51041: tiff.double(*np.ravel(raw.noise_profile)),
@@ -126,22 +127,15 @@ def _raw_directory(raw: Raw) -> dict[int, tiff.Field | tiff.Pointer]:
         tags[33422] = tiff.byte(*CFA_COLOURS[raw.cfa])
         tags[50710] = tiff.byte(0, 1, 2)  # CFAPlaneColor
         tags[50711] = tiff.short(1)  # CFALayout: rectangular
-    return tags | _strip(height, width, raw.dn.nbytes)
+    return tags | levels(raw, mosaic.bits_per_sample) | _strip(height, width, mosaic.size_bytes)
 
 
 def _strip(height: int, width: int, size_bytes: int) -> dict[int, tiff.Field]:
-    """Tags that any picture in one uncompressed strip has."""
+    """Tags that any picture in one strip has."""
     return {
         256: tiff.long(width),
         257: tiff.long(height),
-        259: tiff.short(1),  # Compression: none
         278: tiff.long(height),  # RowsPerStrip
         279: tiff.long(size_bytes),  # StripByteCounts
         284: tiff.short(1),  # PlanarConfiguration
     }
-
-
-def _black_level(black_level_dn: float, count: int) -> tiff.Field:
-    """SHORT where it is whole, since some readers cut fractions off."""
-    whole = round(black_level_dn) == black_level_dn
-    return tiff.short(*[int(black_level_dn)] * count) if whole else tiff.rational(*[black_level_dn] * count)
