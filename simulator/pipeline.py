@@ -13,6 +13,7 @@ from simulator.device import Device, open_device
 from simulator.errors import PhotositeError
 from simulator.frame import Raw
 from simulator.fused import sensor_defines
+from simulator.input_files import fingerprints
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
 from simulator.readout import averaged, mixed, read_out, shared_charge
 from simulator.shot import Shot
@@ -127,6 +128,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         name=shot.name,
         resolved={
             "shot": shot.resolved,
+            "inputs": fingerprints(shot.scene),
             "seeds": asdict(shot.seeds),
             "plan": [asdict(step) for step in planned.steps],
             "notes": list(planned.scene.notes),

@@ -17,6 +17,7 @@ from simulator.raw import software, tiff
 from simulator.raw.exif import exif_directory
 from simulator.raw.files import atomic_write
 from simulator.raw.thumbnail import thumbnail
+from simulator.raw.xmp import xmp_packet
 
 SMALLEST_SIDE_PX = 22  # LibRaw refuses smaller frames
 LARGEST_SIDE_PX = 64000  # LibRaw refuses larger ones
@@ -96,6 +97,8 @@ def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tif
         50708: tiff.text(f"{raw.make} {raw.model}".strip() or "Photosite"),  # UniqueCameraModel
     }
     tags |= {code: tiff.text(value) for code, value in ((271, raw.make), (272, raw.model)) if value}
+    if packet := xmp_packet(raw):
+        tags[700] = tiff.packet(packet)
     if raw.cfa != "MONO":
         tags[50721] = tiff.signed_rational(*np.ravel(raw.color_matrix))  # ColorMatrix1, row by row
         tags[50778] = tiff.short(_D65)  # CalibrationIlluminant1
