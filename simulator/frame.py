@@ -20,6 +20,7 @@ class Raw:
         black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
     color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix1); None for MONO.
     as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
+    date_time: when it was taken, such as 2026-05-01 12:30:00; None when the shot does not say.
     resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
     """
 
@@ -43,4 +44,5 @@ class Raw:
     focus_distance_m: float
     iso: int
     name: str = "shot"
+    date_time: str | None = None
     resolved: dict = field(default_factory=dict)

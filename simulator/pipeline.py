@@ -126,6 +126,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         focus_distance_m=lens.focus_distance_m,
         iso=shot.exposure.iso,
         name=shot.name,
+        date_time=shot.exposure.date_time,
         resolved={
             "shot": shot.resolved,
             "inputs": fingerprints(shot.scene),

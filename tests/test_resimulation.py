@@ -23,7 +23,7 @@ SMALL = {"camera.window": {"x": 7, "y": 4, "width": 60, "height": 41}, "exposure
 SHOT = """
 scene: {image: scene.npy, depth: {image: depth.npy}, luminance: 80 cd/m^2, illuminant: 3200 K}
 lens: {focal_length: 50 mm, f_number: f/2, focus_distance: 1.5 m}
-exposure: {time: 1/60 s, iso: 1600}
+exposure: {time: 1/60 s, iso: 1600, date_time: 2026-05-01 12:30:00}
 camera: {base: sony_a7s2, window: {x: 0, y: 0, width: 64, height: 48}}
 """
 
