@@ -115,6 +115,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         white_level_dn=planned.white_level_dn(),
         noise_profile=(planned.noise_profile(),) * camera.channels,
         color_matrix=matrix,
+        **planned.color_matrices(),
         as_shot_neutral=neutral,
         make=camera.make,
         model=camera.model,
