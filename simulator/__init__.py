@@ -19,6 +19,7 @@ _HOMES = {
     "schema": "simulator.config",
     "shot_warnings": "simulator.config",
     "simulate": "simulator.pipeline",
+    "resimulate": "simulator.resimulation",
     "Raw": "simulator.frame",
     "Shot": "simulator.shot",
     "save": "simulator.raw.save",

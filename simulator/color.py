@@ -1,4 +1,4 @@
-"""Colour of a camera: the matrix and the white point that a raw converter needs (DNG ColorMatrix1, AsShotNeutral)."""
+"""Colour of a camera: what a raw converter needs of it (DNG ColorMatrix, ForwardMatrix, AsShotNeutral)."""
 
 import numpy as np
 
@@ -7,6 +7,7 @@ from simulator.errors import PhotositeError, require
 from simulator.spectra import WAVELENGTHS_NM, color_matching_functions, efficiency_on, illuminant, photons_per_joule, step_nm
 
 TRAINING_REFLECTANCES = "ColorChecker N Ohta"  # 24 patches, 380-780 nm by 5 nm; Ohta 1997, in colour-science
+CONNECTION_SPACE_WHITE = (0.9642, 1.0, 0.8249)  # XYZ of D50 (ICC.1:2010, 7.2.16)
 
 
 def chart_reflectances(wavelengths_nm: np.ndarray, chart: str = TRAINING_REFLECTANCES) -> np.ndarray:
@@ -26,33 +27,56 @@ def camera_response(spectra: np.ndarray, wavelengths_nm: np.ndarray, quantum_eff
     return spectra @ (photons_per_joule(wavelengths_nm)[:, None] * quantum_efficiency) * step_nm(wavelengths_nm)
 
 
-def color_matrix(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> np.ndarray:
-    """XYZ to camera under D65, (3, 3), as DNG 1.4 ColorMatrix1 with CalibrationIlluminant1 = 21 wants it.
+def color_matrix(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray, light: str = "D65") -> np.ndarray:
+    """XYZ to camera under a light, (3, 3), as DNG 1.4 ColorMatrix wants it.
 
     Least squares over the 24 ColorChecker reflectances, from white-balanced camera to XYZ divided by the
     white's XYZ, with rows that add up to 1: white is kept exactly. The result is the inverse, scaled so
-    that D65 (Y = 1) has 1 as its largest camera value. Minimising Delta E 2000 instead gains less
+    that the light (Y = 1) has 1 as its largest camera value. Minimising Delta E 2000 instead gains less
     than 0.1 on the mean for the cameras tried, and needs an iterative search.
     quantum_efficiency: (wavelengths, 3) electrons per photon, R, G, B, on wavelengths_nm; linear between, zero
         outside. Only their ratios matter.
+    light: a name that `illuminant` knows.
     Raises PhotositeError unless there are three channels that see different colours.
     """
-    quantum_efficiency = np.asarray(quantum_efficiency, dtype=np.float64)
-    require(
-        quantum_efficiency.shape[1:] == (3,),
-        "response",
-        f"shape {quantum_efficiency.shape}",
-        "a colour matrix needs 3 channels",
-    )
-    efficiency = efficiency_on(WAVELENGTHS_NM, wavelengths_nm, quantum_efficiency)
-    light, observer = illuminant("D65"), color_matching_functions()
-    lit = chart_reflectances(WAVELENGTHS_NM) * light
-    white_xyz = (light @ observer) / (light @ observer[:, 1])
-    white_camera = as_shot_neutral(light, WAVELENGTHS_NM, efficiency)
-    xyz = (lit @ observer) / (light @ observer)
-    camera = camera_response(lit, WAVELENGTHS_NM, efficiency) / camera_response(light[None], WAVELENGTHS_NM, efficiency)
-    camera_to_xyz = _white_preserving_fit(camera, xyz)
+    efficiency = _three_channels(wavelengths_nm, quantum_efficiency)
+    camera_to_xyz = _white_preserving_fit(_balanced_camera(light, efficiency), _balanced_xyz(light))
+    white_camera = as_shot_neutral(illuminant(light), WAVELENGTHS_NM, efficiency)
+    observer = color_matching_functions()
+    white_xyz = (illuminant(light) @ observer) / (illuminant(light) @ observer[:, 1])
     return white_camera[:, None] * np.linalg.inv(camera_to_xyz) / white_xyz
+
+
+def forward_matrix(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray, light: str = "D65") -> np.ndarray:
+    """White-balanced camera under a light to XYZ of the same surfaces under D50, (3, 3) (DNG 1.4 ForwardMatrix).
+
+    Least squares as in `color_matrix`. The surfaces are lit by D50 itself, not by a model of chromatic adaptation:
+    their spectra are known. Camera white, (1, 1, 1), becomes the D50 white of the profile connection space.
+    quantum_efficiency, light: as `color_matrix` takes them. Raises PhotositeError as it does.
+    """
+    efficiency = _three_channels(wavelengths_nm, quantum_efficiency)
+    camera_to_xyz = _white_preserving_fit(_balanced_camera(light, efficiency), _balanced_xyz("D50"))
+    return np.array(CONNECTION_SPACE_WHITE)[:, None] * camera_to_xyz
+
+
+def _three_channels(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> np.ndarray:
+    quantum_efficiency = np.asarray(quantum_efficiency, dtype=np.float64)
+    shape = f"shape {quantum_efficiency.shape}"
+    require(quantum_efficiency.shape[1:] == (3,), "response", shape, "a colour matrix needs 3 channels")
+    return efficiency_on(WAVELENGTHS_NM, wavelengths_nm, quantum_efficiency)
+
+
+def _balanced_camera(light: str, efficiency: np.ndarray) -> np.ndarray:
+    """Camera values of the training reflectances, white = 1: (24, 3)."""
+    power = illuminant(light)
+    lit = camera_response(chart_reflectances(WAVELENGTHS_NM) * power, WAVELENGTHS_NM, efficiency)
+    return lit / camera_response(power[None], WAVELENGTHS_NM, efficiency)
+
+
+def _balanced_xyz(light: str) -> np.ndarray:
+    """XYZ of the training reflectances over that of white: (24, 3)."""
+    power, observer = illuminant(light), color_matching_functions()
+    return (chart_reflectances(WAVELENGTHS_NM) * power) @ observer / (power @ observer)
 
 
 def _white_preserving_fit(camera: np.ndarray, xyz: np.ndarray) -> np.ndarray:

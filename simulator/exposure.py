@@ -2,11 +2,14 @@
 
 import math
 from dataclasses import dataclass
+from datetime import datetime
 from typing import ClassVar
 
 from simulator.errors import require
 from simulator.stage import Moments, Stage
 from simulator.units import Seconds
+
+_DATE_TIME = "%Y-%m-%d %H:%M:%S"
 
 
 @dataclass(frozen=True)
@@ -15,16 +18,28 @@ class Exposure:
 
     time_s: open time of the shutter [s], > 0.
     iso: exposure index; it chooses the camera's analog gain.
-    Raises PhotositeError when time or ISO is not positive, or time not finite.
+    date_time: when the picture is taken, such as 2026-05-01 12:30:00, for the file's metadata; no date when left out,
+        since a clock's would make each file another.
+    Raises PhotositeError when time or ISO is not positive, time not finite, or the date none of the calendar.
     """
 
     time_s: Seconds
     iso: int = 100
+    date_time: str | None = None
 
     def __post_init__(self):
         rule = "the shutter must open and close: give a time above 0 s, such as 1/125 s"
         require(0 < self.time_s < math.inf, "exposure.time", f"{self.time_s:g} s", rule)
         require(self.iso > 0, "exposure.iso", self.iso, "give a positive ISO, such as 100")
+        rule = "give a date of the calendar and a time as 2026-05-01 12:30:00"
+        require(self.date_time is None or _is_date_time(self.date_time), "exposure.date_time", self.date_time, rule)
+
+
+def _is_date_time(text: str) -> bool:
+    try:
+        return len(text) == 19 and bool(datetime.strptime(text, _DATE_TIME))
+    except ValueError:
+        return False
 
 
 @dataclass(frozen=True)

@@ -20,9 +20,13 @@ class Raw:
     white_level_dn: largest code the frame can reach [DN].
     noise_profile: (S, O) per colour plane (R, G, B, or one): variance of the signal x that runs from 0 at
         black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
-    color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix1); None for MONO.
+    color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix); None for MONO.
+    color_matrix_a: the same under illuminant A; None when only one is known.
+    forward_matrix_d65, forward_matrix_a: (3, 3) white-balanced camera to XYZ under D50 (DNG ForwardMatrix); None when
+        not known.
     as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
     format: how a raw file holds the codes.
+    date_time: when it was taken, such as 2026-05-01 12:30:00; None when the shot does not say.
     resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
     """
 
@@ -45,7 +49,11 @@ class Raw:
     focal_length_35mm_mm: float
     focus_distance_m: float
     iso: int
+    color_matrix_a: np.ndarray | None = None
+    forward_matrix_d65: np.ndarray | None = None
+    forward_matrix_a: np.ndarray | None = None
     name: str = "shot"
     black_offsets_dn: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     format: RawFormat = RawFormat()
+    date_time: str | None = None
     resolved: dict = field(default_factory=dict)

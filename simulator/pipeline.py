@@ -13,6 +13,7 @@ from simulator.device import Device, open_device
 from simulator.errors import PhotositeError
 from simulator.frame import Raw
 from simulator.fused import sensor_defines
+from simulator.input_files import fingerprints
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
 from simulator.readout import averaged, mixed, read_out, shared_charge
 from simulator.shot import Shot
@@ -114,6 +115,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         white_level_dn=planned.white_level_dn(),
         noise_profile=(planned.noise_profile(),) * camera.channels,
         color_matrix=matrix,
+        **planned.color_matrices(),
         as_shot_neutral=neutral,
         make=camera.make,
         model=camera.model,
@@ -127,8 +129,10 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         name=shot.name,
         black_offsets_dn=planned.black_offsets_dn() if shot.raw.black_per_place else (0.0,) * 4,
         format=shot.raw,
+        date_time=shot.exposure.date_time,
         resolved={
             "shot": shot.resolved,
+            "inputs": fingerprints(shot.scene),
             "seeds": asdict(shot.seeds),
             "plan": [asdict(step) for step in planned.steps],
             "notes": list(planned.scene.notes),

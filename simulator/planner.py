@@ -7,7 +7,7 @@ from functools import reduce
 
 import numpy as np
 
-from simulator.color import as_shot_neutral, color_matrix
+from simulator.color import as_shot_neutral, color_matrix, forward_matrix
 from simulator.defocus import SHARP_PX, Layers, plan_layers
 from simulator.errors import PhotositeError
 from simulator.exposure import Integration
@@ -127,8 +127,17 @@ class Plan:
         slope = (one.variance - dark.variance) / (one.mean - dark.mean)
         return slope / span, dark.variance / span**2
 
+    def color_matrices(self) -> dict[str, np.ndarray]:
+        """Fields of Raw beside color_matrix; none without a colour filter or with a published matrix, which is for D65."""
+        camera, response = self.camera, self.camera.response
+        if camera.channels == 1 or (camera.color_matrix is not None and camera.color_matrix.in_dng):
+            return {}
+        curves = response.wavelengths_nm, response.quantum_efficiency
+        forward = {f"forward_matrix_{light.lower()}": forward_matrix(*curves, light) for light in ("D65", "A")}
+        return {"color_matrix_a": color_matrix(*curves, "A"), **forward}
+
     def color_metadata(self) -> tuple[np.ndarray | None, tuple[float, ...]]:
-        """ColorMatrix1 (None without a colour filter) and AsShotNeutral."""
+        """ColorMatrix under D65 (None without a colour filter) and AsShotNeutral."""
         response, scene = self.camera.response, self.scene
         neutral = as_shot_neutral(scene.illuminant, response.wavelengths_nm, response.quantum_efficiency, scene.wavelengths_nm)
         if self.camera.channels == 1:

@@ -6,7 +6,9 @@ Nothing else looks at these objects, so computing code pays nothing for them.
 """
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, get_args
+
+COUNT_SUFFIX = "_px"  # a count of pixels is a bare number and its key needs no suffix
 
 
 @dataclass(frozen=True)
@@ -34,3 +36,18 @@ ElectronsPerSecond = Annotated[float, Unit("electron / second", "_e_per_s")]
 DigitalNumbers = Annotated[float, Unit("DN", "_dn")]
 DigitalNumbersPerElectron = Annotated[float, Unit("DN / electron", "_dn_per_e")]
 FNumber = Annotated[float, Unit("f_number", "")]
+
+
+def unit_of(annotation: object) -> Unit | None:
+    """Return the Unit in an annotation, also inside `X | None`."""
+    for part in getattr(annotation, "__metadata__", ()):
+        if isinstance(part, Unit):
+            return part
+    found = [unit_of(part) for part in get_args(annotation) if part is not annotation]
+    return next(filter(None, found), None)
+
+
+def key_of(name: str, annotation: object) -> str:
+    """Key in the YAML file of a dataclass field."""
+    unit = unit_of(annotation)
+    return name.removesuffix(unit.suffix if unit else COUNT_SUFFIX) or name

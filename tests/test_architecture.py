@@ -16,8 +16,7 @@ TESTS = ROOT / "tests"
 # Left may not import right. A package stands for all its modules; the facade simulator/__init__.py imports nothing at the top.
 ORDER = [
     {"errors", "units", "colour_data"},
-    {"raw_format"},
-    {"stage"},
+    {"raw_format", "stage", "input_files"},
     {"device"},
     {"spectra", "scene", "color", "lens", "defocus", "projection", "exposure", "sensor"},
     {"shot", "frame"},
@@ -26,7 +25,7 @@ ORDER = [
     {"grey_patch", "noise_budget"},
     {"blur", "readout"},
     {"pipeline"},
-    {"config", "raw", "raw_file", "development"},
+    {"config", "raw", "raw_file", "development", "resimulation"},
     {"measurement"},
     {"validation"},
     {"calibration"},

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from simulator.color import as_shot_neutral, color_matrix
+from simulator.color import as_shot_neutral, color_matrix, forward_matrix
 from simulator.errors import PhotositeError
 from simulator.spectra import WAVELENGTHS_NM, color_matching_functions, illuminant
 
@@ -109,3 +109,73 @@ def test_tungsten_is_redder_than_daylight(a7s2):
 def test_a_channel_that_sees_no_light_is_refused():
     with pytest.raises(PhotositeError, match="sees no light"):
         as_shot_neutral(np.array([0.0, 1.0]), np.array([500.0, 510.0]), np.eye(2))
+
+
+LUTHER = np.array([[0.8, 0.3, -0.1], [-0.3, 1.2, 0.2], [0.05, -0.1, 0.6]])  # photons to electrons is XYZ times this
+
+
+def luther_camera():
+    return color_matching_functions() @ LUTHER.T / WAVELENGTHS_NM[:, None]
+
+
+def white_of(light):
+    power, observer = illuminant(light), color_matching_functions()
+    return power @ observer / (power @ observer[:, 1])
+
+
+@pytest.mark.parametrize("light", ["A", "D50", "FL2"])
+def test_a_linear_image_of_the_eye_gets_its_exact_matrix_under_any_light(light):
+    expected = LUTHER / (LUTHER @ white_of(light)).max()
+    assert color_matrix(WAVELENGTHS_NM, luther_camera(), light) == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_linear_image_of_the_eye_gets_its_exact_forward_matrix_under_d50():
+    # White-balanced camera back to the camera's own values, from there to XYZ; the table's D50 differs from the ICC's by 2e-4.
+    to_camera = LUTHER / (LUTHER @ white_of("D50"))[:, None]
+    expected = np.array([0.9642, 1.0, 0.8249])[:, None] * np.linalg.inv(to_camera) / white_of("D50")[:, None]
+    assert forward_matrix(WAVELENGTHS_NM, luther_camera(), "D50") == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("light", ["A", "D65"])
+def test_a_forward_matrix_takes_camera_white_to_the_connection_spaces_white(a7s2, light):
+    assert forward_matrix(WAVELENGTHS_NM, a7s2, light).sum(axis=1) == pytest.approx([0.9642, 1.0, 0.8249], abs=1e-12)
+
+
+def chart_under(a7s2, light):
+    """White-balanced camera values of the ColorChecker under a light, and its XYZ under D50, (24, 3) each."""
+    shape = colour.SpectralShape(380, 780, 5)
+    lights = {name: colour.SDS_ILLUMINANTS[name].copy().align(shape) for name in (light, "D50")}
+    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
+    camera, xyz = [], []
+    for patch in colour.SDS_COLOURCHECKERS["ColorChecker N Ohta"].values():
+        reflectance = patch.copy().align(shape, extrapolator_kwargs={"method": "Constant"})
+        photons = lights[light].values * WAVELENGTHS_NM
+        camera.append((reflectance.values * photons) @ a7s2 / (photons @ a7s2))
+        xyz.append(colour.sd_to_XYZ(reflectance, observer, lights["D50"], method="Integration") / 100)
+    return np.array(camera), np.array(xyz)
+
+
+@pytest.mark.parametrize("light", ["A", "D65"])
+def test_no_other_matrix_that_keeps_white_is_nearer_to_the_chart_under_d50(a7s2, light):
+    camera, xyz = chart_under(a7s2, light)
+    target = xyz / white_of("D50")
+    balanced = forward_matrix(WAVELENGTHS_NM, a7s2, light) / np.array([0.9642, 1.0, 0.8249])[:, None]
+    residue = camera @ balanced.T - target
+    # At the least sum of squares under "rows add up to 1" the gradient is the same along each row.
+    gradient = residue.T @ camera
+    assert np.ptp(gradient, axis=1) == pytest.approx(0, abs=1e-6)
+    assert np.abs(gradient).max() > 1e-3
+
+
+@pytest.mark.parametrize("light", ["A", "D65"])
+def test_forward_matrices_come_nearer_to_the_chart_under_d50_than_linear_bradford(a7s2, light):
+    # DNG 1.4: without a forward matrix, converters invert the colour matrix and adapt its XYZ to D50 by linear Bradford.
+    camera, xyz = chart_under(a7s2, light)
+    neutral = as_shot_neutral(illuminant(light), WAVELENGTHS_NM, a7s2)
+    adaptation = colour.adaptation.matrix_chromatic_adaptation_VonKries(white_of(light), white_of("D50"), transform="Bradford")
+    adapted = camera * neutral @ np.linalg.inv(color_matrix(WAVELENGTHS_NM, a7s2, light)).T @ adaptation.T
+    found = camera @ forward_matrix(WAVELENGTHS_NM, a7s2, light).T
+    white = colour.XYZ_to_xy(white_of("D50"))
+    true_lab, *labs = (colour.XYZ_to_Lab(each, white) for each in (xyz, found, adapted))
+    forward, bradford = (np.mean(colour.delta_E(lab, true_lab, method="CIE 2000")) for lab in labs)
+    assert forward < bradford

@@ -72,7 +72,7 @@ def test_python_dash_m_is_the_same_command():
     assert done.stdout.strip() == f"photosite {simulator.__version__}"
 
 
-@pytest.mark.parametrize("command", ["simulate", "develop", "devices", "explain", "schema", "calibrate"])
+@pytest.mark.parametrize("command", ["simulate", "resimulate", "develop", "devices", "explain", "schema", "calibrate"])
 def test_every_command_has_help(capsys, command):
     code, out, _ = run(capsys, command, "--help")
     assert code == 0 and command in out

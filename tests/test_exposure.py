@@ -20,3 +20,12 @@ def test_iso_must_be_positive():
 
 def test_electrons_grow_with_time_and_area():
     assert Integration(0.5, 8.0).moments(Moments(10.0, 0.0)) == Moments(40.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "date", ["yesterday", "2025-02-29 12:00:00", "2026-05-01", "2026-5-1 12:30:00", "2026:05:01 12:30:00", ""]
+)
+def test_a_date_is_one_of_the_calendar_in_one_form(date):
+    with pytest.raises(PhotositeError, match=f"exposure.date_time = {date}: give .*2026-05-01 12:30:00"):
+        Exposure(0.01, date_time=date)
+    assert Exposure(0.01, date_time="2024-02-29 23:59:59").date_time == "2024-02-29 23:59:59"

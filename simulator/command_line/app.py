@@ -66,6 +66,23 @@ def simulate(
     simulate_file(shot, settings or [], out, device, redo)
 
 
+@app.command(epilog="Example: photosite resimulate frames/shot.dng --out again")
+def resimulate(
+    raw: Annotated[Path, typer.Argument(metavar="FILE.dng", help="A DNG that `photosite simulate` wrote.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Write the files here; else they are only compared.")
+    ] = None,
+    device: Annotated[str | None, typer.Option(help="Part of an OpenCL device's name; see `photosite devices`.")] = None,
+) -> None:
+    """Take the shot inside a DNG again, from that file alone, and compare the codes. Exit status 1 when one differs.
+
+    Pictures the scene was read from must lie where they lay, or beside the DNG, unchanged.
+    """
+    from simulator.command_line.resimulation import resimulate_file
+
+    resimulate_file(raw, out, device)
+
+
 @app.command(epilog="Example: photosite develop frame.dng --out frame.png --exposure 1.5")
 def develop(
     raw: Annotated[Path, typer.Argument(metavar="RAW", help="A raw file: DNG, or any that LibRaw reads.")],

@@ -41,7 +41,7 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     """Take and save one shot."""
     with progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()) as bar:
         task = bar.add_task(shot.name, total=1.0)
-        told = partial(_tell, bar, task, shot.name)
+        told = partial(tell, bar, task, shot.name)
         raw = simulate(shot, device=device, progress=told)
         files = save(raw, out)
     for note in raw.resolved["notes"]:
@@ -86,5 +86,6 @@ def _folder(out: Path):
                 out.rmdir()
 
 
-def _tell(bar: Progress, task, name: str, stage: str, share: float) -> None:
+def tell(bar: Progress, task, name: str, stage: str, share: float) -> None:
+    """Show on a progress bar what `simulator.simulate` tells of itself."""
     bar.update(task, completed=share, description=escape(f"{name}: {stage}"))

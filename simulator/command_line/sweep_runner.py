@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from simulator.config import Sweep, SweepPoint, dump_yaml, input_files
+from simulator.config import Sweep, SweepPoint, dump_yaml
 from simulator.errors import PhotositeError
+from simulator.input_files import input_files
 from simulator.raw.files import atomic_write
 from simulator.shot import Shot
 

@@ -1,10 +1,9 @@
 """Configuration: YAML and dotted overrides to shots and sweeps. The only package that knows YAML."""
 
 from simulator.config.camera_file import camera_document, load_camera
-from simulator.config.input_files import input_files
 from simulator.config.json_schema import schema
 from simulator.config.option_values import camera_data, length_um, response_name
-from simulator.config.shot_file import load_shot, located
+from simulator.config.shot_file import load_shot, located, shot_of_data
 from simulator.config.sweep import Sweep, SweepPoint, expand_sweep, load_sweep
 from simulator.config.warnings import shot_warnings
 from simulator.config.yaml_dialect import dump_yaml
@@ -16,7 +15,6 @@ __all__ = [
     "camera_document",
     "dump_yaml",
     "expand_sweep",
-    "input_files",
     "length_um",
     "load_camera",
     "load_shot",
@@ -24,5 +22,6 @@ __all__ = [
     "located",
     "response_name",
     "schema",
+    "shot_of_data",
     "shot_warnings",
 ]

@@ -16,24 +16,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 from pydantic import Field, Strict, create_model
 
 from simulator.config.section_types import Quantity, Section, union
-from simulator.units import Unit
-
-COUNT_SUFFIX = "_px"  # a count of pixels is a bare number and its key needs no suffix
-
-
-def unit_of(annotation: object) -> Unit | None:
-    """Return the Unit in an annotation, also inside `X | None`."""
-    for part in getattr(annotation, "__metadata__", ()):
-        if isinstance(part, Unit):
-            return part
-    found = [unit_of(part) for part in get_args(annotation) if part is not annotation]
-    return next(filter(None, found), None)
-
-
-def key_of(name: str, annotation: object) -> str:
-    """Key in the YAML file of a dataclass field."""
-    unit = unit_of(annotation)
-    return name.removesuffix(unit.suffix if unit else COUNT_SUFFIX) or name
+from simulator.units import key_of, unit_of
 
 
 def descriptions(cls: type) -> dict[str, str]:

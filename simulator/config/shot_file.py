@@ -69,6 +69,14 @@ def load_shot(path: str | Path, overrides: Iterable[str] | Mapping[str, object] 
     return shot_from(load_document(path, overrides))
 
 
+def shot_of_data(data: dict, name: str, overrides: Mapping[str, object]) -> Shot:
+    """Return the shot of a resolved configuration that another file holds.
+
+    name: that file, for messages. overrides: plain values by dotted path. Raises PhotositeError.
+    """
+    return shot_from(with_overrides(Document(data, {(): Place(name, Path.cwd())}), overrides))
+
+
 @contextmanager
 def located(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Iterator[None]:
     """Give errors of the block file and line, when they begin with a key of the shot file."""

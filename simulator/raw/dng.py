@@ -6,7 +6,6 @@ mosaic in the layouts that dcraw, LibRaw, darktable, RawTherapee and Adobe's rea
 Tag meanings: Adobe DNG 1.4 (2012), TIFF/EP (ISO 12234-2), Exif 2.3.
 """
 
-import math
 import os
 
 import numpy as np
@@ -14,16 +13,17 @@ import numpy as np
 from simulator.errors import PhotositeError, require
 from simulator.frame import Raw
 from simulator.raw import software, tiff
+from simulator.raw.color_tags import color_tags
 from simulator.raw.exif import exif_directory
 from simulator.raw.files import atomic_write
 from simulator.raw.levels import levels
 from simulator.raw.payload import MosaicData, mosaic_data
 from simulator.raw.thumbnail import thumbnail
+from simulator.raw.xmp import xmp_packet
 
 SMALLEST_SIDE_PX = 22  # LibRaw refuses smaller frames
 LARGEST_SIDE_PX = 64000  # LibRaw refuses larger ones
 CFA_COLOURS = {"RGGB": (0, 1, 1, 2), "BGGR": (2, 1, 1, 0), "GRBG": (1, 0, 2, 1), "GBRG": (1, 2, 0, 1)}
-_D65 = 21  # Exif LightSource
 _PHOTOMETRIC_RGB, _PHOTOMETRIC_CFA, _PHOTOMETRIC_LINEAR_RAW = 2, 32803, 34892
 
 
@@ -67,18 +67,7 @@ def _check(raw: Raw) -> None:
     if raw.dn.nbytes + 2**20 > tiff.LARGEST_FILE_BYTES:  # thumbnail and tags stay well below 1 MiB
         size = f"{raw.dn.shape[1]} x {raw.dn.shape[0]} px"
         raise PhotositeError(f"{raw.name}: frame of {size}: a DNG ends at 4 GiB; use a smaller window of the sensor")
-    if raw.cfa != "MONO":
-        _check_colour(raw)
-
-
-def _check_colour(raw: Raw) -> None:
-    """Refuse colour tags that would make converters divide by zero or guess."""
-    matrix = np.asarray(raw.color_matrix if raw.color_matrix is not None else np.nan, dtype=np.float64)
-    if matrix.shape != (3, 3) or not np.abs(matrix).max() < 2000:  # numerators are 32 bits wide
-        raise PhotositeError(f"{raw.name}: color_matrix = {raw.color_matrix}: a colour camera needs 3 x 3 finite numbers")
-    neutral = raw.as_shot_neutral
-    if len(neutral) != 3 or not all(math.isfinite(value) and value > 0 for value in neutral):
-        raise PhotositeError(f"{raw.name}: as_shot_neutral = {neutral}: a colour camera sees white in three values above 0")
+    color_tags(raw)  # refuses what the thumbnail would divide by
 
 
 def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tiff.Pointer]:
@@ -99,11 +88,9 @@ def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tif
         50708: tiff.text(f"{raw.make} {raw.model}".strip() or "Photosite"),  # UniqueCameraModel
     }
     tags |= {code: tiff.text(value) for code, value in ((271, raw.make), (272, raw.model)) if value}
-    if raw.cfa != "MONO":
-        tags[50721] = tiff.signed_rational(*np.ravel(raw.color_matrix))  # ColorMatrix1, row by row
-        tags[50778] = tiff.short(_D65)  # CalibrationIlluminant1
-        tags[50728] = tiff.rational(*raw.as_shot_neutral)
-    return tags | _strip(*picture.shape[:2], picture.nbytes)
+    if packet := xmp_packet(raw):
+        tags[700] = tiff.packet(packet)
+    return tags | color_tags(raw) | _strip(*picture.shape[:2], picture.nbytes)
 
 
 def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[int, tiff.Field | tiff.Pointer]:

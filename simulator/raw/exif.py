@@ -1,22 +1,16 @@
 """Exif IFD of a raw file: how the picture was taken (Exif 2.3, CIPA DC-008-2012)."""
 
 import math
-import re
 
-from simulator.errors import require
 from simulator.frame import Raw
 from simulator.raw import tiff
 
-_DATE_TIME = re.compile(r"\d{4}:\d\d:\d\d \d\d:\d\d:\d\d")
 _LARGEST_SHORT = 65535
 _RECOMMENDED_EXPOSURE_INDEX = 2  # SensitivityType
 
 
 def exif_directory(raw: Raw) -> dict[int, tiff.Field]:
-    """Tags by number. What has no finite value above 0 is left out.
-
-    Raises PhotositeError for a date in another form than Exif's.
-    """
+    """Tags by number. What has no finite value above 0, or is not known, is left out."""
     tags = {36864: tiff.undefined(b"0230"), 34855: tiff.short(min(raw.iso, _LARGEST_SHORT))}
     if raw.iso > _LARGEST_SHORT:  # Exif 2.3, 4.6.5: the 16-bit tag stays at its largest value and a 32-bit one tells
         tags |= {34864: tiff.short(_RECOMMENDED_EXPOSURE_INDEX), 34866: tiff.long(raw.iso)}
@@ -30,8 +24,6 @@ def exif_directory(raw: Raw) -> dict[int, tiff.Field]:
         tags[41989] = tiff.short(round(raw.focal_length_35mm_mm))
     if raw.lens_model:
         tags[42036] = tiff.text(raw.lens_model)
-    if date_time := raw.resolved.get("date_time"):  # never the clock: one shot gives one file
-        rule = 'give "YYYY:MM:DD HH:MM:SS"'
-        require(bool(_DATE_TIME.fullmatch(str(date_time))), f"{raw.name}: date_time", date_time, rule)
-        tags[36867] = tiff.text(date_time)
+    if raw.date_time:  # never the clock: one shot gives one file
+        tags[36867] = tiff.text(raw.date_time.replace("-", ":"))  # DateTimeOriginal
     return tags

@@ -1,18 +1,15 @@
 """One shot on disk: raw frame, truth twin, settings."""
 
-import json
-import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.frame import Raw
 from simulator.raw.dng import dng_pieces, write_pieces
 from simulator.raw.files import atomic_write
 from simulator.raw.picture import put_picture
+from simulator.raw.plain_data import json_text
 from simulator.raw.twin import twin_picture
 
 
@@ -55,25 +52,4 @@ def save(raw: Raw, directory: str | os.PathLike) -> SavedFiles:
 
 def sidecar_text(raw: Raw) -> str:
     """Return the settings as JSON with sorted keys. Raises PhotositeError for values JSON has no form for."""
-    try:
-        plain = _plain(raw.resolved)
-    except TypeError as error:
-        raise PhotositeError(f"{raw.name}: settings cannot be written as JSON: {error}; give plain values") from error
-    return json.dumps(plain, indent=2, sort_keys=True, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def _plain(value: object) -> object:
-    """Turn numpy types into Python's; inf and nan, which JSON lacks, into the words."""
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else str(value)
-    if value is None or isinstance(value, str | int | bool):
-        return value
-    if isinstance(value, Path):
-        return str(value)
-    raise TypeError(f"{value!r} is a {type(value).__name__}")
+    return json_text(raw.name, raw.resolved, indent=2, ensure_ascii=False) + "\n"

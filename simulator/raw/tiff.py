@@ -39,6 +39,11 @@ def byte(*values: int) -> Field:
     return Field(1, len(values), bytes(values))
 
 
+def packet(payload: bytes) -> Field:
+    """BYTE, type 1, of a text in its own encoding, such as XMP."""
+    return Field(1, len(payload), payload)
+
+
 def text(value: str) -> Field:
     """ASCII, type 2, ending in NUL. Letters beyond ASCII are written as UTF-8, as most readers expect."""
     if "\0" in value:

@@ -1,0 +1,36 @@
+"""`photosite resimulate`."""
+
+from functools import partial
+from pathlib import Path
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+
+from simulator import __version__
+from simulator.command_line.screen import log, progress
+from simulator.command_line.simulation import tell
+from simulator.raw.save import save
+from simulator.resimulation import differing_codes, provenance_of, resimulate
+
+
+def resimulate_file(path: Path, out: Path | None, device: str | None) -> None:
+    """Take the shot of a DNG again and compare; with `out`, write its files there, paths to stdout.
+
+    Raises PhotositeError; typer.Exit(1) when a code differs.
+    """
+    told = provenance_of(path)
+    if told.version != __version__:
+        log.print(escape(f"note: {path} was made by Photosite {told.version}; this is {__version__}"))
+    with progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()) as bar:
+        task = bar.add_task(path.name, total=1.0)
+        raw = resimulate(path, device=device, progress=partial(tell, bar, task, path.name))
+        # Compared first: --out may be the folder of the file itself.
+        different = differing_codes(path, raw)
+        files = None if out is None else save(raw, out)
+    for file in () if files is None else (files.dng, files.twin, files.sidecar):
+        print(file)
+    if different:
+        log.print(escape(f"error: {path}: {different} of {raw.dn.size} codes differ from the file's"))
+        raise typer.Exit(1)
+    print(f"{path}: the same {raw.dn.size} codes again, shot {told.config_sha256[:12]}")

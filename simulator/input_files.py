@@ -1,0 +1,46 @@
+"""Files that a scene is read from: their keys in the shot file, and what they held."""
+
+import hashlib
+import os
+from dataclasses import fields, is_dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import get_type_hints
+
+from simulator.units import key_of
+
+
+def input_files(value: object) -> list[Path]:
+    """Return the paths in a frozen dataclass, at any depth: the files a scene is read from."""
+    return [path for _, path in named_files(value, ())]
+
+
+def named_files(value: object, keys: tuple[str, ...]) -> list[tuple[tuple[str, ...], Path]]:
+    """Return the paths in a frozen dataclass, each with its keys in the shot file."""
+    if isinstance(value, Path):
+        return [(keys, value)]
+    if not is_dataclass(value):
+        return []
+    hints = get_type_hints(type(value), include_extras=True)
+    named = [(keys + (key_of(field.name, hints[field.name]),), getattr(value, field.name)) for field in fields(value)]
+    return [found for inner_keys, inner in named for found in named_files(inner, inner_keys)]
+
+
+def fingerprints(scene: object) -> list[dict[str, str]]:
+    """Key, path and SHA-256 of every file a scene is read from, plain data for the files written. Raises OSError."""
+    named = named_files(scene, ("scene",))
+    return [{"key": ".".join(keys), "path": str(path), "sha256": sha256_of(path)} for keys, path in named]
+
+
+def sha256_of(path: str | os.PathLike) -> str:
+    """SHA-256 of a file's content, 64 hexadecimal digits (FIPS 180-4). Raises OSError."""
+    path = Path(path).absolute()
+    stat = path.stat()
+    return _sha256(path, stat.st_mtime_ns, stat.st_size)
+
+
+@lru_cache(maxsize=64)
+def _sha256(path: Path, _modified: int, _size: int) -> str:
+    # The points of a sweep share their scene: one reading serves them all.
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,45 @@
+"""One value out of a TIFF or DNG that anyone may have written (TIFF 6.0, section 2)."""
+
+import os
+import struct
+from typing import BinaryIO
+
+from simulator.errors import PhotositeError
+
+_TYPE_BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4}
+
+
+def read_tag(path: str | os.PathLike, code: int) -> bytes | None:
+    """Bytes of a tag's value in IFD 0, in the file's byte order; None when the tag is not there.
+
+    Raises PhotositeError for a file that cannot be read, is no TIFF or DNG, or ends too soon.
+    """
+    try:
+        with open(path, "rb") as file:
+            return _value(file, code)
+    except struct.error:
+        raise PhotositeError(f"{path}: not a DNG, or cut short; give a DNG file") from None
+    except OSError as error:
+        reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror
+        raise PhotositeError(f"{path}: {reason}; check the path") from None
+
+
+def _value(file: BinaryIO, code: int) -> bytes | None:
+    """Raise struct.error where the file has fewer bytes than it says."""
+    order = {b"II*\0": "<", b"MM\0*": ">"}.get(file.read(4))
+    if order is None:
+        raise struct.error
+    file.seek(*struct.unpack(f"{order}I", file.read(4)))
+    (entries,) = struct.unpack(f"{order}H", file.read(2))
+    for _ in range(entries):
+        found, kind, count, field = struct.unpack(f"{order}HHI4s", file.read(12))
+        if found == code:
+            size = count * _TYPE_BYTES.get(kind, 1)
+            if size <= 4:
+                return field[:size]
+            file.seek(*struct.unpack(f"{order}I", field))
+            value = file.read(size)
+            if len(value) < size:
+                raise struct.error
+            return value
+    return None

@@ -1,0 +1,70 @@
+"""A DNG taken again from what it says of itself."""
+
+import os
+from pathlib import Path
+
+from simulator.config import shot_of_data
+from simulator.errors import PhotositeError
+from simulator.frame import Raw
+from simulator.input_files import sha256_of
+from simulator.pipeline import Progress, simulate
+from simulator.raw.xmp import Provenance, read_provenance
+from simulator.raw_file import read_raw_file
+from simulator.shot import Shot
+
+
+def resimulate(path: str | os.PathLike, *, device: str | None = None, progress: Progress | None = None) -> Raw:
+    """Take the shot of one of our DNG files again, from the file alone; the codes are the same, bit for bit.
+
+    Files the scene was read from are looked for where they were, then beside the DNG.
+    device, progress: as `simulator.simulate` takes them.
+    Raises PhotositeError for a file that is not ours, or whose scene is missing or has other content than it had.
+    """
+    return simulate(shot_of(path), device=device, progress=progress)
+
+
+def shot_of(path: str | os.PathLike) -> Shot:
+    """Return the shot in a DNG's XMP packet. Raises PhotositeError as `resimulate` does."""
+    told = provenance_of(path)
+    found = [(recorded, str(_found(path, recorded))) for recorded in told.inputs]
+    moved = {recorded["key"]: place for recorded, place in found if place != recorded["path"]}
+    return shot_of_data(told.shot, f"{path} (XMP)", moved)
+
+
+def provenance_of(path: str | os.PathLike) -> Provenance:
+    """Return what a DNG of ours says of its origin. Raises PhotositeError for any other file."""
+    told = read_provenance(path)
+    if told is None:
+        raise PhotositeError(f"{path}: holds no shot of Photosite; give a DNG that `photosite simulate` wrote from a shot file")
+    return told
+
+
+def differing_codes(path: str | os.PathLike, raw: Raw) -> int:
+    """Return how many codes of a raw file differ from a frame's. Raises PhotositeError when it cannot be read."""
+    mosaic = read_raw_file(path).mosaic
+    return max(mosaic.size, raw.dn.size) if mosaic.shape != raw.dn.shape else int((mosaic != raw.dn).sum())
+
+
+def _found(dng: str | os.PathLike, recorded: dict[str, str]) -> Path:
+    """Return where a file of the scene lies now, with the content it had."""
+    written = Path(recorded["path"])
+    beside = Path(dng).absolute().parent / written.name
+    there = [place for place in dict.fromkeys((written, beside)) if place.is_file()]
+    if not there:
+        raise PhotositeError(
+            f"{dng}: {recorded['key']} = {written}: no such file, nor {beside}; put the file back, or beside the DNG"
+        )
+    for place in there:
+        if _hash(dng, recorded["key"], place) == recorded["sha256"]:
+            return place
+    raise PhotositeError(
+        f"{dng}: {recorded['key']} = {there[0]}: its content is not what it was when the frame was taken "
+        f"(SHA-256 {recorded['sha256'][:12]}…, now {sha256_of(there[0])[:12]}…); put the old file back, or beside the DNG"
+    )
+
+
+def _hash(dng: str | os.PathLike, key: str, place: Path) -> str:
+    try:
+        return sha256_of(place)
+    except OSError as error:
+        raise PhotositeError(f"{dng}: {key} = {place}: {error.strerror}; make the file readable") from None
