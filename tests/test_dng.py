@@ -63,15 +63,6 @@ def test_a_fresh_libraw_reads_back_every_code_for_all_patterns_sizes_and_depths(
         np.testing.assert_array_equal(found[path], raw.dn, err_msg=path)
 
 
-@pytest.mark.skipif(shutil.which("dcraw") is None, reason="dcraw is not installed")
-@pytest.mark.parametrize(("cfa", "size"), [("RGGB", (96, 128)), ("GBRG", (97, 131)), ("MONO", (23, 22))])
-def test_dcraw_reads_back_every_code(tmp_path, cfa, size):
-    raw = random_frame(*size, cfa)
-    write_dng(raw, tmp_path / "a.dng")
-    out = subprocess.run(["dcraw", "-D", "-4", "-c", tmp_path / "a.dng"], capture_output=True, check=True).stdout
-    np.testing.assert_array_equal(np.frombuffer(out[-2 * raw.dn.size :], ">u2").reshape(size), raw.dn)
-
-
 @pytest.mark.parametrize("cfa", CFAS)
 def test_libraw_finds_pattern_levels_white_balance_and_exposure(cfa):
     raw = random_frame(cfa=cfa)
