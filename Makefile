@@ -9,7 +9,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help demo docs test test-all benchmark lint format clean
+.PHONY: help demo docs test test-all test-clients converters benchmark lint format clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
@@ -26,6 +26,9 @@ test: $(VENV)/test.stamp ## run the tests that take seconds
 
 test-all: $(VENV)/test.stamp $(VENV)/peers.stamp ## run every test, the minutes-long ones too
 	@$(BIN)/python -m pytest -m "slow or not slow"
+
+test-clients: $(VENV)/test.stamp $(VENV)/clients.stamp converters ## open the raw files with other converters, installed for it
+	@$(BIN)/python -m pytest -m clients
 
 benchmark: $(VENV)/bench.stamp ## measure run times beside other packages
 	@for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script" || exit; done
@@ -57,6 +60,22 @@ $(VENV)/photosite.stamp: $(VENV)/made.stamp setup.cfg pyproject.toml
 	@$(BIN)/photosite devices >/dev/null 2>&1 || { echo "No OpenCL device found: adding PoCL from pip"; \
 	  $(INSTALL) --editable '.[pocl]' && $(BIN)/photosite devices >/dev/null; } || { \
 	  echo "error: no OpenCL device; Debian and Ubuntu: apt install pocl-opencl-icd"; exit 1; } >&2
+	@touch $@
+
+# The converters that test-clients runs, as program:package of Debian and Ubuntu. Tests of those still missing are skipped.
+CONVERTERS := dcraw:dcraw exiftool:libimage-exiftool-perl exiv2:exiv2 darktable-cli:darktable rawtherapee-cli:rawtherapee
+
+converters:
+	@packages=; for pair in $(CONVERTERS); do command -v $${pair%%:*} >/dev/null || packages="$$packages $${pair##*:}"; done; \
+	if [ -z "$$packages" ]; then exit 0; fi; \
+	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then echo "Installing$$packages"; \
+	  { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq --no-install-recommends $$packages >/dev/null; } \
+	  || echo "Not installed:$$packages; their tests are skipped"; \
+	else echo "Missing, their tests are skipped; Debian and Ubuntu: sudo apt install$$packages"; fi
+
+$(VENV)/clients.stamp: $(VENV)/photosite.stamp
+	@echo "Installing Adobe's DNG SDK"
+	@$(INSTALL) --editable '.[clients]' || echo "It cannot be installed here; its test is skipped"
 	@touch $@
 
 # A peer that does not install here is named by the benchmark and left out.

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import rawpy
 import tifffile
-from fresh_reader import dcraw_codes, libraw_codes
+from fresh_reader import libraw_codes
 from hypothesis import example, given
 from hypothesis import strategies as st
 from raw_frame import COLOR_MATRIX, NEUTRAL, random_frame
@@ -52,14 +52,6 @@ def test_a_fresh_libraw_reads_back_every_code_for_all_patterns_sizes_and_depths(
     assert len(found) == len(CFAS) * len(SIZES) * len(DEPTHS)
     for path, raw in frames.items():
         np.testing.assert_array_equal(found[path], raw.dn, err_msg=path)
-
-
-@pytest.mark.skipif(shutil.which("dcraw") is None, reason="dcraw is not installed")
-@pytest.mark.parametrize(("cfa", "size"), [("RGGB", (96, 128)), ("GBRG", (97, 131)), ("MONO", (23, 22))])
-def test_dcraw_reads_back_every_code(tmp_path, cfa, size):
-    raw = random_frame(*size, cfa)
-    write_dng(raw, tmp_path / "a.dng")
-    np.testing.assert_array_equal(dcraw_codes(tmp_path / "a.dng", size), raw.dn)
 
 
 @pytest.mark.parametrize("cfa", CFAS)
