@@ -23,6 +23,7 @@ class Raw:
     color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix1); None for MONO.
     as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
     format: how a raw file holds the codes.
+    active_area: top, left, bottom, right of what light reaches [px]; the rest is optical black. None: all.
     resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
     """
 
@@ -48,4 +49,16 @@ class Raw:
     name: str = "shot"
     black_offsets_dn: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     format: RawFormat = RawFormat()
+    active_area: tuple[int, int, int, int] | None = None
     resolved: dict = field(default_factory=dict)
+
+    @property
+    def edges(self) -> tuple[int, int, int, int]:
+        """Top, left, bottom and right of what light reaches [px]."""
+        return self.active_area or (0, 0, *self.dn.shape)
+
+    @property
+    def active(self) -> tuple[slice, slice]:
+        """Rows and columns that light reaches."""
+        top, left, bottom, right = self.edges
+        return slice(top, bottom), slice(left, right)
