@@ -27,6 +27,7 @@ class Raw:
     as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
     format: how a raw file holds the codes.
     date_time: when it was taken, such as 2026-05-01 12:30:00; None when the shot does not say.
+    active_area: top, left, bottom, right of what light reaches [px]; the rest is optical black. None: all.
     resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
     """
 
@@ -56,4 +57,16 @@ class Raw:
     black_offsets_dn: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     format: RawFormat = RawFormat()
     date_time: str | None = None
+    active_area: tuple[int, int, int, int] | None = None
     resolved: dict = field(default_factory=dict)
+
+    @property
+    def edges(self) -> tuple[int, int, int, int]:
+        """Top, left, bottom and right of what light reaches [px]."""
+        return self.active_area or (0, 0, *self.dn.shape)
+
+    @property
+    def active(self) -> tuple[slice, slice]:
+        """Rows and columns that light reaches."""
+        top, left, bottom, right = self.edges
+        return slice(top, bottom), slice(left, right)

@@ -15,11 +15,13 @@ class Layout:
 
     output: photosites that the camera gives out, before binning.
     computed: those and the neighbours that share with them.
+    lit: photosites of the sensor that light reaches.
     filter_step: distance of photosites of one colour: 2 with a colour filter, else 1.
     """
 
     output: Window
     computed: Window
+    lit: Window
     filter_step: int
     crosstalk: Crosstalk
     binning: Binning | None
@@ -63,6 +65,15 @@ class Layout:
         )
         return tuple(slice(first // factor, first // factor + self._binned_side(side)) for first, side in sides)
 
+    @property
+    def active_area(self) -> tuple[int, int, int, int] | None:
+        """Top, left, bottom and right of what light reaches in the frame that is given out; None: all of it."""
+        output, lit = self.output, self.lit
+        top, left = max(lit.y - output.y, 0), max(lit.x - output.x, 0)
+        bottom, right = min(lit.y + lit.height - output.y, output.height), min(lit.x + lit.width - output.x, output.width)
+        area = (top, left, bottom, right)
+        return None if area == (0, 0, output.height, output.width) else area
+
     def _binned_side(self, side: int) -> int:
         if self.binning is None:
             return side
@@ -78,6 +89,7 @@ def plan_layout(camera: Camera) -> Layout:
         rule = f"give a multiple of {block}: blocks of that many photosites are binned"
         require(first % block == 0, f"camera.window.{key}", first, rule)
         require(side >= block, f"camera.window.{'width' if key == 'x' else 'height'}", side, rule)
+    lit = _checked_light(camera)
     shares = crosstalk.optical_shares + crosstalk.electrical_shares
     reach = sum(any(pair) for pair in (crosstalk.optical_shares, crosstalk.electrical_shares))
     margin = -(-reach // block) * block if any(shares) else 0
@@ -85,4 +97,16 @@ def plan_layout(camera: Camera) -> Layout:
     right = min(margin, camera.width_px - output.x - output.width)
     bottom = min(margin, camera.height_px - output.y - output.height)
     computed = Window(output.x - left, output.y - top, left + output.width + right, top + output.height + bottom)
-    return Layout(output, computed, step, crosstalk, binning)
+    return Layout(output, computed, lit, step, crosstalk, binning)
+
+
+def _checked_light(camera: Camera) -> Window:
+    """Part of the sensor that light reaches. Raises PhotositeError for a window of which it is an odd or no part."""
+    output, lit = camera.frame, camera.lit
+    sides = (("x", output.x, output.width, lit.x, lit.width), ("y", output.y, output.height, lit.y, lit.height))
+    for key, first, size, lit_first, lit_size in sides:
+        seen = first < lit_first + lit_size and lit_first < first + size
+        require(seen, f"camera.window.{key}", first, "the window lies in the optical black; choose one that sees light")
+        even = first >= lit_first or first % 2 == 0
+        require(even, f"camera.window.{key}", first, "give an even number: part of the window is optical black")
+    return lit

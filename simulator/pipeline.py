@@ -15,7 +15,7 @@ from simulator.frame import Raw
 from simulator.fused import sensor_defines
 from simulator.input_files import fingerprints
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
-from simulator.readout import averaged, mixed, read_out, shared_charge
+from simulator.readout import averaged, covered, mixed, read_out, shared_charge
 from simulator.shot import Shot
 
 Progress = Callable[[str, float], None]
@@ -69,12 +69,12 @@ def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], Non
     )
     if planned.layers is not None:
         mosaic = blurred_mosaic(planned, device, planes, progress)
-        return mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares)
+        return covered(planned, device, mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares))
     mosaic = device.empty((frame.height, frame.width), np.float32)
     kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
     arguments = projection_arguments(planned, frame.x, frame.y)
     device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
-    return mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares)
+    return covered(planned, device, mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares))
 
 
 def truth(planned: Plan, device: Device, mosaic) -> tuple[np.ndarray, np.ndarray]:
@@ -130,6 +130,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         black_offsets_dn=planned.black_offsets_dn() if shot.raw.black_per_place else (0.0,) * 4,
         format=shot.raw,
         date_time=shot.exposure.date_time,
+        active_area=planned.layout.active_area,
         resolved={
             "shot": shot.resolved,
             "inputs": fingerprints(shot.scene),

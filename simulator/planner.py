@@ -227,6 +227,9 @@ def _steps(scene, camera, projection, layers, layout, fused) -> tuple[Step, ...]
         Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {_samples(projection)}"),
         _defocus_step(layers),
     ]
+    dark = camera.optical_black
+    told = "light reaches all of the sensor" if dark is None else str(dark)
+    steps.append(Step("optical black", dark is not None, told))
     sharing = {"light": layout.crosstalk.optical_shares, "charge": layout.crosstalk.electrical_shares}
     for what, shares in sharing.items():
         told = f"{shares[0]:g} to each neighbour beside, {shares[1]:g} at the corners" if any(shares) else "nothing is shared"

@@ -74,6 +74,17 @@ def sense(planned: Plan, device: Device, source, result, seeds: Seeds, part: Par
                 )
 
 
+def covered(planned: Plan, device: Device, mosaic):
+    """Mosaic of electron radiance with the optical black darkened; the same buffer, as it is when all of it sees light."""
+    frame, lit = planned.frame, planned.layout.lit
+    edges = {"left": lit.x, "top": lit.y, "right": lit.x + lit.width, "bottom": lit.y + lit.height}
+    begins = lit.x <= frame.x and lit.y <= frame.y
+    if not (begins and frame.x + frame.width <= edges["right"] and frame.y + frame.height <= edges["bottom"]):
+        kernel = device.kernel("optical_black", {})
+        device.run(kernel, (frame.width, frame.height), None, mosaic=mosaic, window_x=frame.x, window_y=frame.y, **edges)
+    return mosaic
+
+
 def mixed(planned: Plan, device: Device, source, shares: tuple[float, float]):
     """Buffer after a pass of crosstalk; the same buffer when nothing is shared."""
     if shares == (0.0, 0.0):

@@ -37,17 +37,16 @@ def test_a_monochrome_file_is_one_plane(tmp_path):
 
 
 @pytest.mark.parametrize("cfa", CFAS)
-def test_each_place_of_the_block_has_its_own_black_level(tmp_path, monkeypatch, cfa):
+def test_each_place_of_the_block_has_its_own_black_level(tmp_path, cfa):
     """LibRaw counts the two greens as colours 1 and 3; the levels must come back by place, whatever the pattern."""
-    monkeypatch.setattr(dng, "_black_level", lambda level, count: tiff.short(10, 20, 30, 40))
-    dng.write_dng(random_frame(cfa=cfa), tmp_path / "a.dng")
+    dng.write_dng(random_frame(cfa=cfa, black_level_dn=10, black_offsets_dn=(0, 10, 20, 30)), tmp_path / "a.dng")
     assert read_raw_file(tmp_path / "a.dng").black_level_dn.tolist() == [[10, 20], [30, 40]]
 
 
 def test_the_pattern_is_that_of_the_visible_part(tmp_path, monkeypatch):
     """DNG 1.4: the CFA pattern begins at the active area; LibRaw moves on to the next even corner."""
     whole = dng._raw_directory
-    monkeypatch.setattr(dng, "_raw_directory", lambda raw: whole(raw) | {50829: tiff.long(1, 1, 95, 129)})
+    monkeypatch.setattr(dng, "_raw_directory", lambda *arguments: whole(*arguments) | {50829: tiff.long(1, 1, 95, 129)})
     raw = random_frame(cfa="RGGB")
     dng.write_dng(raw, tmp_path / "a.dng")
     found = read_raw_file(tmp_path / "a.dng")

@@ -13,6 +13,7 @@ import numpy as np
 from simulator.errors import PhotositeError, require
 from simulator.frame import Raw
 from simulator.raw import software, tiff
+from simulator.raw.areas import areas
 from simulator.raw.color_tags import color_tags
 from simulator.raw.exif import exif_directory
 from simulator.raw.files import atomic_write
@@ -61,7 +62,7 @@ def _check(raw: Raw) -> None:
     """Refuse what a DNG or its readers cannot hold."""
     if raw.dn.dtype != np.uint16 or raw.dn.ndim != 2:
         raise PhotositeError(f"{raw.name}: raw.dn is {raw.dn.dtype} {raw.dn.shape}: a raw frame is uint16 (height, width)")
-    for side, pixels in zip(("height", "width"), raw.dn.shape, strict=True):
+    for side, pixels in zip(("height", "width"), raw.dn[raw.active].shape, strict=True):
         rule = f"raw converters read frames of {SMALLEST_SIDE_PX} to {LARGEST_SIDE_PX} px a side; set camera.window"
         require(SMALLEST_SIDE_PX <= pixels <= LARGEST_SIDE_PX, f"{raw.name}: camera.{side}", f"{pixels} px", rule)
     if raw.dn.nbytes + 2**20 > tiff.LARGEST_FILE_BYTES:  # thumbnail and tags stay well below 1 MiB
@@ -96,7 +97,6 @@ def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tif
 def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[int, tiff.Field | tiff.Pointer]:
     """SubIFD: the mosaic, its levels and its noise."""
     height, width = raw.dn.shape
-    border = min(8, 2 * (min(height, width) // 16))  # even; 8 px hide what demosaicing does at the edge
     mono = raw.cfa == "MONO"
     tags = {
         254: tiff.long(0),  # NewSubfileType: the full picture
@@ -105,8 +105,6 @@ def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[int, tiff.Field | tiff.
         262: tiff.short(_PHOTOMETRIC_LINEAR_RAW if mono else _PHOTOMETRIC_CFA),
         273: tiff.Pointer("mosaic"),  # StripOffsets
         277: tiff.short(1),  # SamplesPerPixel
-        50719: tiff.long(border, border),  # DefaultCropOrigin: x, y
-        50720: tiff.long(width - 2 * border, height - 2 * border),  # DefaultCropSize
         51041: tiff.double(*np.ravel(raw.noise_profile)),
     }
     if not mono:
@@ -114,7 +112,7 @@ def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[int, tiff.Field | tiff.
         tags[33422] = tiff.byte(*CFA_COLOURS[raw.cfa])
         tags[50710] = tiff.byte(0, 1, 2)  # CFAPlaneColor
         tags[50711] = tiff.short(1)  # CFALayout: rectangular
-    return tags | levels(raw, mosaic.bits_per_sample) | _strip(height, width, mosaic.size_bytes)
+    return tags | areas(raw) | levels(raw, mosaic.bits_per_sample) | _strip(height, width, mosaic.size_bytes)
 
 
 def _strip(height: int, width: int, size_bytes: int) -> dict[int, tiff.Field]:

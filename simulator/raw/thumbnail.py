@@ -14,7 +14,7 @@ def thumbnail(raw: Raw) -> np.ndarray:
     a power of 1/2.2. No colour matrix: this is for finding a file, not for judging colour.
     """
     colours = "W" * 4 if raw.cfa == "MONO" else raw.cfa
-    signal = (_cell_means(raw.dn) - raw.black_level_dn) / max(raw.white_level_dn - raw.black_level_dn, 1)
+    signal = (_cell_means(raw.dn[raw.active]) - raw.black_level_dn) / max(raw.white_level_dn - raw.black_level_dn, 1)
     planes = []
     for channel, colour in enumerate("RGB"):
         sites = [signal[:, row, :, column] for row in (0, 1) for column in (0, 1) if colours[2 * row + column] in (colour, "W")]

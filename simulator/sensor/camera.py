@@ -13,6 +13,7 @@ from simulator.sensor.camera_sections import ColorMatrix, ConversionGainSwitch, 
 from simulator.sensor.crosstalk import Crosstalk
 from simulator.sensor.iso_stages import iso_stages
 from simulator.sensor.iso_table import IsoTable
+from simulator.sensor.optical_black import OpticalBlack
 from simulator.sensor.read_noise_model import ReadNoiseModel
 from simulator.stage import Stage
 from simulator.units import DigitalNumbers, Micrometres
@@ -61,6 +62,7 @@ class Camera:
     window: Window | None = None
     crosstalk: Crosstalk | None = None
     binning: Binning | None = None
+    optical_black: OpticalBlack | None = None
 
     def __post_init__(self):
         for key, side in (("width", self.width_px), ("height", self.height_px)):
@@ -118,6 +120,15 @@ class Camera:
         inside = 0 <= frame.x <= self.width_px - frame.width and 0 <= frame.y <= self.height_px - frame.height
         rule = f"must lie within the sensor's {self.width_px} x {self.height_px} photosites"
         require(inside and min(frame.width, frame.height) >= 1, "camera.window", frame, rule)
+        lit, covered = self.lit, self.optical_black
+        require(
+            min(lit.width, lit.height) > 0,
+            "camera.optical_black",
+            covered,
+            "covers the whole sensor; leave a part to the light",
+        )
+        rule = "does not go together with binning, whose blocks would mix dark and lit photosites; leave one of them out"
+        require(covered is None or self.binning is None, "camera.optical_black", covered, rule)
 
     @property
     def channels(self) -> int:
@@ -128,6 +139,13 @@ class Camera:
     def frame(self) -> Window:
         """The part that is read out: the window, or the whole sensor."""
         return self.window or Window(0, 0, self.width_px, self.height_px)
+
+    @property
+    def lit(self) -> Window:
+        """The part of the sensor that light reaches: all but the optical black."""
+        dark = self.optical_black or OpticalBlack()
+        width, height = self.width_px - dark.left_px - dark.right_px, self.height_px - dark.top_px - dark.bottom_px
+        return Window(dark.left_px, dark.top_px, width, height)
 
     @property
     def sensor_mm(self) -> tuple[float, float]:
