@@ -26,6 +26,8 @@ class Raw:
         not known.
     as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
     format: how a raw file holds the codes.
+    baseline_exposure_ev: what a converter must add for middle grey to come out as 18 % (DNG BaselineExposure); None when
+        not known.
     date_time: when it was taken, such as 2026-05-01 12:30:00; None when the shot does not say.
     active_area: top, left, bottom, right of what light reaches [px]; the rest is optical black. None: all.
     resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
@@ -53,6 +55,7 @@ class Raw:
     color_matrix_a: np.ndarray | None = None
     forward_matrix_d65: np.ndarray | None = None
     forward_matrix_a: np.ndarray | None = None
+    baseline_exposure_ev: float | None = None
     name: str = "shot"
     black_offsets_dn: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     format: RawFormat = RawFormat()

@@ -16,6 +16,7 @@ from simulator.fused import sensor_defines
 from simulator.input_files import fingerprints
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
 from simulator.readout import averaged, covered, mixed, read_out, shared_charge
+from simulator.sensitivity import baseline_exposure_ev
 from simulator.shot import Shot
 
 Progress = Callable[[str, float], None]
@@ -126,6 +127,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         focal_length_35mm_mm=lens.focal_length_35mm_mm(float(np.hypot(*camera.sensor_mm))),
         focus_distance_m=lens.focus_distance_m,
         iso=shot.exposure.iso,
+        baseline_exposure_ev=baseline_exposure_ev(planned, shot.exposure.iso),
         name=shot.name,
         black_offsets_dn=planned.black_offsets_dn() if shot.raw.black_per_place else (0.0,) * 4,
         format=shot.raw,

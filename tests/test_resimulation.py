@@ -56,9 +56,15 @@ def picture_dng(tmp_path):
 STRANGE = "Ä <&>\"'\x85\uffff \U0001f4f7"  # what XML must quote, or cannot hold
 
 
-@pytest.mark.parametrize(
-    "changes", [{}, {"camera.iso_range": "extrapolate", "exposure.iso": 1_000_000}, {"camera.model": STRANGE}]
+CHANGES = (
+    {},
+    {"camera.iso_range": "extrapolate", "exposure.iso": 1_000_000},
+    {"camera.model": STRANGE},
+    {"raw": {"payload": "packed", "orientation": 6, "black_per_place": True}},
 )
+
+
+@pytest.mark.parametrize("changes", CHANGES)
 def test_the_dng_alone_gives_the_same_bits(tmp_path, changes):
     raw = simulator.simulate(simulator.load_shot(CHECKER, SMALL | changes))
     files = simulator.save(raw, tmp_path / "first")

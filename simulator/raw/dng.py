@@ -89,6 +89,8 @@ def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tif
         50708: tiff.text(f"{raw.make} {raw.model}".strip() or "Photosite"),  # UniqueCameraModel
     }
     tags |= {code: tiff.text(value) for code, value in ((271, raw.make), (272, raw.model)) if value}
+    if raw.baseline_exposure_ev is not None:
+        tags[50730] = tiff.signed_rational(raw.baseline_exposure_ev)
     if packet := xmp_packet(raw):
         tags[700] = tiff.packet(packet)
     return tags | color_tags(raw) | _strip(*picture.shape[:2], picture.nbytes)
