@@ -101,6 +101,17 @@ def develop(
     print(develop_file(raw, out, settings, white_balance, bits))
 
 
+@app.command(epilog="Example: photosite inspect frame.dng --json")
+def inspect(
+    raw: Annotated[Path, typer.Argument(metavar="RAW", help="A raw file of any camera that LibRaw reads.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+) -> None:
+    """Show what a raw file says and holds: camera, exposure, levels, histogram and noise of each colour."""
+    from simulator.command_line.inspection import inspect_file
+
+    inspect_file(raw, as_json)
+
+
 @app.command()
 def devices() -> None:
     """List the OpenCL devices; the first is used unless --device or $PHOTOSITE_DEVICE names another."""
