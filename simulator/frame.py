@@ -20,6 +20,8 @@ class Raw:
         black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
     color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix1); None for MONO.
     as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
+    truth: what the shot asks the truth twin to hold besides: "variance" [DN^2], "depth" [m], "blur" [pixels], each
+        (height, width) float32, and "rgb" (height, width, 3, or 1 for MONO), 0 at black and 1 at white. docs/raw_files.md.
     resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
     """
 
@@ -43,4 +45,5 @@ class Raw:
     focus_distance_m: float
     iso: int
     name: str = "shot"
+    truth: dict[str, np.ndarray] = field(default_factory=dict)
     resolved: dict = field(default_factory=dict)

@@ -22,7 +22,7 @@ ORDER = [
     {"shot", "frame"},
     {"tiles", "fused", "layout"},
     {"planner"},
-    {"grey_patch", "noise_budget"},
+    {"grey_patch", "noise_budget", "truth_maps"},
     {"blur", "readout"},
     {"pipeline"},
     {"config", "raw", "raw_file", "development"},
