@@ -25,7 +25,7 @@ ORDER = [
     {"grey_patch", "noise_budget", "truth_maps"},
     {"blur", "readout"},
     {"pipeline"},
-    {"config", "raw", "raw_file", "development"},
+    {"config", "raw", "raw_file", "white_balance", "development"},
     {"measurement"},
     {"validation"},
     {"calibration"},
@@ -36,7 +36,7 @@ ONLY = {
     "colour": {"colour_data"},
     "pyopencl": {"device"},
     "yaml": {"config"},
-    "rawpy": {"development", "raw_file"},
+    "rawpy": {"development", "raw_file", "white_balance"},
     "typer": {"command_line", "data_gen"},
 }
 
