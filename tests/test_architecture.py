@@ -18,7 +18,7 @@ ORDER = [
     {"errors", "units", "colour_data"},
     {"stage"},
     {"device"},
-    {"spectra", "scene", "color", "lens", "defocus", "projection", "exposure", "sensor"},
+    {"spectra", "scene", "color", "color_correction", "lens", "defocus", "projection", "exposure", "sensor"},
     {"shot", "frame"},
     {"tiles", "fused", "layout"},
     {"planner"},
