@@ -1,10 +1,9 @@
 """Development: raw file to picture with rawpy (LibRaw), every default that depends on the picture switched off."""
 
 import difflib
-import math
 import os
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -13,34 +12,43 @@ from simulator.frame import Raw
 from simulator.raw.dng import dng_bytes
 from simulator.raw.picture import write_picture
 from simulator.raw_file import open_raw
+from simulator.white_balance import WhiteBalance, check_white_balance, white_balance_options
 
-OUTPUTS = {"srgb": "sRGB", "linear_srgb": "sRGB", "xyz": "XYZ", "camera": "raw"}  # ours -> rawpy.ColorSpace
+if TYPE_CHECKING:
+    import rawpy
+
+OUTPUTS = {"srgb": "sRGB", "linear_srgb": "sRGB", "xyz": "XYZ", "camera": "raw", "metric": "raw"}  # ours -> rawpy.ColorSpace
 DEMOSAICS = ("linear", "vng", "ppg", "ahd", "dcb", "dht", "aahd")  # what LibRaw offers without its GPL packs
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 _WHITE = 65535
-
-WhiteBalance = Literal["camera", "daylight"] | tuple[float, float, float]
 
 
 def develop(
     raw: Raw | str | os.PathLike,
     *,
-    output: Literal["srgb", "linear_srgb", "xyz", "camera"] = "srgb",
+    output: Literal["srgb", "linear_srgb", "xyz", "camera", "metric"] = "srgb",
     half_size: bool = False,
     demosaic: str = "ahd",
     white_balance: WhiteBalance = "camera",
     exposure_ev: float = 0.0,
     bits: Literal[8, 16] = 16,
+    codes: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Develop a raw frame or file: (height, width, 3) uint8 or uint16, rows as the sensor has them.
+    """Develop a raw frame or file: (height, width, 3) uint8 or uint16, float32 for "metric", rows as the sensor has them.
 
-    output: "srgb" encoded by IEC 61966-2-1; "linear_srgb"; "xyz" (CIE 1931, D65 white); "camera", the sensor's own colours.
+    output: "srgb" encoded by IEC 61966-2-1; "linear_srgb"; "xyz" (CIE 1931, D65 white); "camera", the sensor's own colours;
+        "metric", the sensor's own colours as measured: 0 at black, 1 at the white level, noise below black kept, no white
+        balance, no tone; photosites keep their own colour's (code - black) / (white - black) exactly, but where half_size
+        averages two greens it cuts off half a code. LibRaw tells black levels as whole numbers; where they differ between the
+        colours it clips below black.
     half_size: one pixel per 2x2 cell, no demosaicing; an odd last row or column still gives a pixel.
     demosaic: one of DEMOSAICS. "dht" and "aahd" are wrong near the border; measure with the others.
-    white_balance: "camera" as the file says, "daylight" (D65), or multipliers for R, G, B.
+    white_balance: "camera" as the file says, "daylight" (D65), the name of an illuminant such as "A" or "3200 K" (as the file's
+        colour matrix sees it), multipliers for R, G, B, or a grey patch (x, y, width, height) in pixels of the frame.
     exposure_ev: lightens by 2^ev after white balance; what the sensor clipped stays clipped.
     bits: 8 or 16 per value. Full scale is the white level in the channel with the smallest multiplier, which is set to 1.
-    Signals below black become 0, so noise statistics of the dark belong to the raw codes, not to a development.
+    codes: (height, width) uint16 in place of the file's own, for example those without noise; white balance stays the file's.
+    Signals below black become 0 unless "metric", so noise statistics of the dark belong to the raw codes, not to a development.
     A MONO frame gives three equal planes and takes no white balance.
     Raises PhotositeError for an unknown choice and for a file that is missing, no raw file, or cut short.
     """
@@ -48,7 +56,11 @@ def develop(
     _check_choice("develop.demosaic", demosaic, DEMOSAICS)
     require(bits in (8, 16), "develop.bits", bits, "give 8 or 16")
     require(abs(exposure_ev) <= 16, "develop.exposure_ev", exposure_ev, "give -16 to 16 EV")
-    linear = _linear(raw, output, half_size, demosaic, _white_balance_options(white_balance))
+    check_white_balance(white_balance)
+    linear = _developed(raw, output, white_balance, codes, {"half_size": half_size, "demosaic": demosaic})
+    if output == "metric":
+        require(exposure_ev == 0, "develop.exposure_ev", exposure_ev, "metric output is not lightened; leave it out")
+        return linear
     return linear if (output, exposure_ev, bits) in _AS_IT_IS else _tone_table(output == "srgb", exposure_ev, bits)[linear]
 
 
@@ -76,7 +88,7 @@ def srgb_encoded(linear: np.ndarray) -> np.ndarray:
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055)
 
 
-_AS_IT_IS = [(output, 0.0, 16) for output in OUTPUTS if output != "srgb"]
+_AS_IT_IS = [(output, 0.0, 16) for output in OUTPUTS if output not in ("srgb", "metric")]
 
 
 def _check_choice(key: str, value: str, choices: tuple[str, ...] | dict[str, str]) -> None:
@@ -87,36 +99,48 @@ def _check_choice(key: str, value: str, choices: tuple[str, ...] | dict[str, str
         raise PhotositeError(f"{key} = {value!r}: unknown; {hint}Known: {', '.join(choices)}")
 
 
-def _white_balance_options(white_balance: WhiteBalance) -> dict[str, object]:
-    """Parameters of rawpy for a choice of white balance."""
-    if isinstance(white_balance, str):
-        _check_choice("develop.white_balance", white_balance, ("camera", "daylight"))
-        return {"use_camera_wb": white_balance == "camera"}
-    good = len(white_balance) == 3 and all(0 < value < math.inf for value in white_balance)
-    require(good, "develop.white_balance", white_balance, "give camera, daylight, or three multipliers above 0 for R, G, B")
-    red, green, blue = map(float, white_balance)
-    return {"use_camera_wb": False, "user_wb": [red, green, blue, green]}
-
-
-def _linear(raw: Raw | str | os.PathLike, output: str, half_size: bool, demosaic: str, white_balance: dict) -> np.ndarray:
-    """Develop to linear 16 bit with LibRaw: (height, width, 3)."""
+def _developed(
+    raw: Raw | str | os.PathLike, output: str, white_balance: WhiteBalance, codes: np.ndarray | None, options: dict
+) -> np.ndarray:
+    """Develop with LibRaw: (height, width, 3), uint16 linear; "metric": float32 signal, 0 at black and 1 at white."""
     import rawpy
 
     in_memory = isinstance(raw, Raw)
     label = raw.name if in_memory else os.fspath(raw)
     with open_raw(dng_bytes(raw) if in_memory else label, label) as frame:
+        black_dn, white_dn = np.unique(frame.black_level_per_channel), frame.white_level
+        if output == "metric":
+            scaling = {"no_auto_scale": True} | ({"user_black": 0} if len(black_dn) == 1 else {})
+        else:
+            scaling = white_balance_options(frame, white_balance, label)
+        if codes is not None:
+            _replace_codes(frame, codes, label)
         picture = frame.postprocess(
-            demosaic_algorithm=rawpy.DemosaicAlgorithm[demosaic.upper()],
             output_color=rawpy.ColorSpace[OUTPUTS[output]],
-            half_size=half_size,
+            demosaic_algorithm=rawpy.DemosaicAlgorithm[options["demosaic"].upper()],
+            half_size=options["half_size"],
             adjust_maximum_thr=0.0,  # else white is the brightest pixel of this very picture
             no_auto_bright=True,
             gamma=(1, 1),
             output_bps=16,
             user_flip=0,
-            **white_balance,
+            **scaling,
         )
-    return picture if picture.shape[2] == 3 else _grey(picture[..., 0], output, half_size)
+    picture = picture if picture.shape[2] == 3 else _grey(picture[..., 0], output, options["half_size"])
+    if output != "metric":
+        return picture
+    left_dn = np.float32(black_dn[0] if len(black_dn) == 1 else 0.0)  # LibRaw takes differing black levels off itself
+    return (picture - left_dn) / np.float32(white_dn - black_dn.mean())
+
+
+def _replace_codes(frame: "rawpy.RawPy", codes: np.ndarray, label: str) -> None:
+    """Put other codes into an opened file."""
+    mosaic = frame.raw_image_visible
+    if codes.shape != mosaic.shape or codes.dtype != np.uint16:
+        raise PhotositeError(
+            f"{label}: codes are {codes.dtype} {codes.shape}, the mosaic uint16 {mosaic.shape}: they must agree"
+        )
+    mosaic[:] = codes
 
 
 def _grey(plane: np.ndarray, output: str, half_size: bool) -> np.ndarray:

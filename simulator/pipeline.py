@@ -2,7 +2,7 @@
 
 import platform
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
@@ -18,6 +18,7 @@ from simulator.planner import Plan, plan, projection_arguments, projection_defin
 from simulator.readout import averaged, covered, mixed, read_out, shared_charge
 from simulator.sensitivity import baseline_exposure_ev
 from simulator.shot import Shot
+from simulator.truth_maps import blur_map, depth_map, variance_map
 
 Progress = Callable[[str, float], None]
 
@@ -40,8 +41,9 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     dn = read_out(planned, opened, mosaic, shot.seeds)
     tell("truth", 0.9)
     mean_electrons, noise_free_dn = truth(planned, opened, mosaic)
+    parts = truth_parts(shot, planned, opened, mean_electrons)
     tell("done", 1.0)
-    return _raw(shot, planned, opened, dn, mean_electrons, noise_free_dn)
+    return _raw(shot, planned, opened, dn, mean_electrons, noise_free_dn, parts)
 
 
 def _check_memory(planned: Plan, device: Device) -> None:
@@ -103,7 +105,38 @@ def truth(planned: Plan, device: Device, mosaic) -> tuple[np.ndarray, np.ndarray
     return tuple(averaged(planned, device, buffer)[planned.layout.kept] for buffer in (mean_electrons, signal))
 
 
-def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_free_dn) -> Raw:
+def truth_parts(shot: Shot, planned: Plan, device: Device, mean_electrons: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the parts of the truth that the shot asks for, by name; see `Raw.truth`."""
+    wanted, parts = set(shot.truth), {}
+    if "variance" in wanted:
+        parts["variance"] = variance_map(planned, mean_electrons)
+    if wanted & {"depth", "blur"}:
+        depth_m = depth_map(planned)
+        maps = {"depth": depth_m, "blur": blur_map(planned, shot.lens, depth_m)}
+        parts |= {name: plane for name, plane in maps.items() if name in wanted}
+    if "rgb" in wanted:
+        parts["rgb"] = clean_rgb(planned, device)
+    return parts
+
+
+def clean_rgb(planned: Plan, device: Device) -> np.ndarray:
+    """Signal without noise in every colour at every pixel: (height, width, channels) float32, 0 at black, 1 at white.
+
+    Camera colours, linear, not white-balanced: what a demosaicing without error would find. A channel is the noise-free
+    code of a sensor that has this channel's filter on all photosites. In a pixel's own colour it is (noise-free code -
+    black) / (white - black), unless crosstalk mixes colours.
+    """
+    black_dn = np.float32(planned.stage("adc").black_level_dn)
+    span_dn = np.float32(planned.white_level_dn() - planned.stage("adc").black_level_dn)
+    planes = []
+    for channel in range(planned.camera.channels):
+        one = replace(planned, only_colour=channel)
+        _, noise_free_dn = truth(one, device, expose_mosaic(one, device))
+        planes.append((noise_free_dn - black_dn) / span_dn)
+    return np.stack(planes, axis=-1)
+
+
+def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_free_dn, parts) -> Raw:
     camera, lens = shot.camera, shot.lens
     matrix, neutral = planned.color_metadata()
     return Raw(
@@ -133,6 +166,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         format=shot.raw,
         date_time=shot.exposure.date_time,
         active_area=planned.layout.active_area,
+        truth=parts,
         resolved={
             "shot": shot.resolved,
             "inputs": fingerprints(shot.scene),

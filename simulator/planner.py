@@ -39,6 +39,7 @@ class Plan:
     """All numbers that executing needs.
 
     weights: (bands, channels) float32 [e- s^-1 um^-2 sr^-1]. stages: the fused stages in physical order.
+    only_colour: channel that every photosite sees instead of its own; None: the camera's filter pattern.
     """
 
     scene: Scene
@@ -49,11 +50,17 @@ class Plan:
     layers: Layers | None
     stages: tuple[Stage, ...]
     steps: tuple[Step, ...]
+    only_colour: int | None = None
 
     @property
     def frame(self) -> Window:
         """Photosites that are computed."""
         return self.camera.frame
+
+    def filter_block(self) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Channels that the 2x2 block at the frame's upper left corner sees, [row][column]."""
+        own = self.only_colour
+        return self.camera.filter_block() if own is None else ((own, own), (own, own))
 
     def stage(self, stem: str) -> Stage | None:
         """The fused stage of this stem, or None when it is skipped."""
@@ -197,7 +204,7 @@ def _fused_stages(shot: Shot) -> dict[str, Stage]:
 
 def projection_defines(planned: Plan) -> dict[str, object]:
     """Macros of kernels/projection.cl."""
-    (c00, c01), (c10, c11) = planned.camera.filter_block()
+    (c00, c01), (c10, c11) = planned.filter_block()
     cfa = {"CFA_00": c00, "CFA_01": c01, "CFA_10": c10, "CFA_11": c11}
     return {"SAMPLES": planned.projection.samples, "NEAREST": int(planned.projection.nearest), **cfa}
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from numbers import Integral
-from typing import Protocol
+from typing import Literal, Protocol
 
 from simulator.errors import require
 from simulator.exposure import Exposure
@@ -12,6 +12,7 @@ from simulator.scene import Scene
 from simulator.sensor.camera import Camera
 
 LARGEST_SEED = 2**32 - 1
+TruthPart = Literal["variance", "depth", "blur", "rgb"]
 
 
 class SceneSource(Protocol):
@@ -43,6 +44,7 @@ class Shot:
     """One photograph to take.
 
     raw: how the raw file holds the frame.
+    truth: what the truth twin holds besides mean electrons and noise-free codes: variance, depth, blur, rgb; any of them.
     resolved: the full configuration the shot was read from, plain data, for the sidecar file.
     Raises PhotositeError for an ISO outside those the camera was measured at.
     """
@@ -54,6 +56,7 @@ class Shot:
     seeds: Seeds = Seeds()
     raw: RawFormat = RawFormat()
     name: str = "shot"
+    truth: tuple[TruthPart, ...] = ()
     resolved: dict = field(default_factory=dict)
 
     def __post_init__(self):

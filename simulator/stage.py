@@ -7,7 +7,7 @@ from typing import ClassVar, Self, get_type_hints
 
 @dataclass(frozen=True)
 class Moments:
-    """Mean and variances of a signal, carried along the chain ([e-] before the gain, [DN] after it).
+    """Mean and variances of a signal, carried along the chain ([e-] before the gain, [DN] after it): numbers, or arrays.
 
     variance: from frame to frame, of one photosite (temporal noise).
     fixed_variance: from photosite to photosite, of the mean over many frames (the body's fixed pattern).

@@ -18,7 +18,7 @@ ORDER = [
     {"errors", "units", "colour_data"},
     {"raw_format", "stage", "input_files"},
     {"device"},
-    {"spectra", "scene", "color", "lens", "defocus", "projection", "exposure", "sensor"},
+    {"spectra", "scene", "color", "color_correction", "lens", "defocus", "projection", "exposure", "sensor"},
     {"shot", "frame"},
     {"tiles", "fused", "layout"},
     {"planner"},
@@ -26,6 +26,10 @@ ORDER = [
     {"blur", "readout"},
     {"pipeline"},
     {"config", "raw", "raw_file", "development", "resimulation"},
+    {"grey_patch", "noise_budget", "truth_maps"},
+    {"blur", "readout"},
+    {"pipeline"},
+    {"config", "raw", "raw_file", "white_balance", "development"},
     {"measurement"},
     {"validation"},
     {"calibration"},
@@ -36,7 +40,7 @@ ONLY = {
     "colour": {"colour_data"},
     "pyopencl": {"device"},
     "yaml": {"config"},
-    "rawpy": {"development", "raw_file"},
+    "rawpy": {"development", "raw_file", "white_balance"},
     "typer": {"command_line", "data_gen"},
 }
 

@@ -122,6 +122,11 @@ def test_develop_writes_a_picture(capsys, tmp_path):
         linear = ["--output", "linear_srgb", "--half-size", "--exposure", str(ev), "--out", str(picture)]
         assert run(capsys, "develop", str(tmp_path / "flat_field.dng"), *linear)[0] == 0
     assert _mean(light[1]) == pytest.approx(2 * _mean(light[0]), rel=1e-3)
+    metric = [str(tmp_path / "flat_field.dng"), "--output", "metric"]
+    code, out, _ = run(capsys, "develop", *metric, "--white-balance", "0,0,8,8")
+    assert code == 0 and out.strip() == str(tmp_path / "flat_field.exr")
+    code, _, err = run(capsys, "develop", *metric, "--out", "clipped.png")
+    assert code == 1 and err.startswith("error: --out clipped.png: metric output goes below 0")
     code, _, err = run(capsys, "develop", str(tmp_path / "flat_field.dng"), "--white-balance", "1,2")
     assert code == 1 and err.startswith("error: --white-balance 1,2: give")
 

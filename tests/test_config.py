@@ -331,6 +331,12 @@ def test_warnings_say_where_highlights_and_dark_clip(folder):
     )
 
 
+def test_parts_of_the_truth_are_a_list_of_known_names(folder):
+    assert load_shot(write(folder), ["truth=[rgb, depth]"]).truth == ("rgb", "depth")
+    with pytest.raises(PhotositeError, match=r"truth\.0 = varianc: did you mean `variance`\? \(known: blur, depth, rgb"):
+        load_shot(write(folder), ["truth=[varianc]"])
+
+
 def test_infinity_is_a_distance(folder):
     shot = load_shot(write(folder, SHOT.replace("2 m", "inf m")))
     assert math.isinf(shot.lens.focus_distance_m)

@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import OpenImageIO
 import pytest
 import rawpy
@@ -38,6 +39,37 @@ def test_a_twin_tells_iso_levels_and_gain(tmp_path):
     assert spec.getattribute("photosite:black_level_dn") == 511
     assert spec.getattribute("photosite:white_level_dn") == 16383
     assert spec.getattribute("photosite:gain_dn_per_e") == pytest.approx(2e-4 * (16383 - 511), rel=1e-6)  # S (white - black)
+
+
+def with_truth(cfa="RGGB"):
+    """A frame with random numbers in every part of the truth."""
+    raw = random_frame(97, 131, cfa)
+    random = np.random.default_rng(5)
+    planes = {name: random.uniform(0.1, 9.0, (97, 131)).astype(np.float32) for name in ("variance", "depth", "blur")}
+    planes["depth"][3, 4] = math.inf
+    rgb = random.normal(0.5, 0.2, (97, 131, 1 if cfa == "MONO" else 3)).astype(np.float32)
+    return dataclasses.replace(raw, truth=planes | {"rgb": rgb})
+
+
+CHANNELS = {"electrons.mean": "e-", "dn.noise_free": "DN", "dn.variance": "DN^2", "Z": "m", "blur.radius": "px"}
+
+
+@pytest.mark.parametrize(("cfa", "colours"), [("RGGB", "RGB"), ("MONO", "Y")])
+def test_every_part_of_the_truth_is_read_back_by_openexr_itself_and_by_us(tmp_path, cfa, colours):
+    raw = with_truth(cfa)
+    write_twin(raw, tmp_path / "a.truth.exr")
+    file = OpenEXR.File(str(tmp_path / "a.truth.exr"), separate_channels=True)
+    assert [part.name() for part in file.parts] == ["electrons", "noise_free", "variance", "depth", "blur", "rgb"]
+    units = {name: part.header["photosite:unit"] for part in file.parts for name in part.channels}
+    assert units == CHANNELS | dict.fromkeys(colours, "1")
+    channels = {name: channel.pixels for part in file.parts for name, channel in part.channels.items()}
+    ours = read_twin(tmp_path / "a.truth.exr")
+    planes = [raw.mean_electrons, raw.noise_free_dn, raw.truth["variance"], raw.truth["depth"], raw.truth["blur"]]
+    expected = dict(zip(CHANNELS, planes, strict=True)) | dict(zip(colours, np.moveaxis(raw.truth["rgb"], 2, 0), strict=True))
+    assert channels.keys() == ours.keys() == expected.keys()
+    for name, plane in expected.items():
+        np.testing.assert_array_equal(channels[name], plane)
+        np.testing.assert_array_equal(ours[name], plane)
 
 
 def test_a_twin_without_shot_noise_claims_no_gain(tmp_path):
@@ -92,7 +124,7 @@ def test_a_set_is_a_raw_file_its_twin_and_its_settings(tmp_path):
     assert json.loads(files.sidecar.read_text()) == {"a": {"iso": 400}, "b": 1}
 
 
-@pytest.mark.parametrize(("breaks", "file"), [("write_pieces", "frame.dng"), ("put_picture", "frame.truth.exr")])
+@pytest.mark.parametrize(("breaks", "file"), [("write_pieces", "frame.dng"), ("put_parts", "frame.truth.exr")])
 def test_a_set_that_breaks_off_leaves_the_old_set_or_none(tmp_path, monkeypatch, breaks, file):
     files = save(random_frame(), tmp_path / "old")
     before = {path: path.read_bytes() for path in dataclasses.astuple(files)}

@@ -86,11 +86,17 @@ def resimulate(
 @app.command(epilog="Example: photosite develop frame.dng --out frame.png --exposure 1.5")
 def develop(
     raw: Annotated[Path, typer.Argument(metavar="RAW", help="A raw file: DNG, or any that LibRaw reads.")],
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="png, tiff, jpg or exr; default RAW.png.")] = None,
-    output: Annotated[str, typer.Option(help="Colour space: srgb, linear_srgb, xyz or camera.")] = "srgb",
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="png, tiff, jpg or exr; default RAW.png (metric: .exr).")
+    ] = None,
+    output: Annotated[
+        str, typer.Option(help="Colour space: srgb, linear_srgb, xyz, camera, or metric (measured signal).")
+    ] = "srgb",
     demosaic: Annotated[str, typer.Option(help="Demosaicing method, e.g. ahd, dcb, linear.")] = "ahd",
     half_size: Annotated[bool, typer.Option("--half-size", help="One pixel per 2x2 block, without demosaicing.")] = False,
-    white_balance: Annotated[str, typer.Option(help="camera, daylight, or three factors R,G,B.")] = "camera",
+    white_balance: Annotated[
+        str, typer.Option(help="camera, daylight, an illuminant (A, 3200 K), factors R,G,B, or a grey patch X,Y,WIDTH,HEIGHT.")
+    ] = "camera",
     exposure: Annotated[float, typer.Option(metavar="EV", help="Lighten by 2^EV.")] = 0.0,
     bits: Annotated[int | None, typer.Option(help="8 or 16 bits per channel; default 8 for jpg and png, else 16.")] = None,
 ) -> None:

@@ -7,11 +7,14 @@ from simulator.errors import PhotositeError
 
 
 def develop_file(raw: Path, out: Path | None, settings: dict[str, object], white_balance: str, bits: int | None) -> Path:
-    """Develop `raw` into the picture `out` (default: beside it, as PNG) and return its path.
+    """Develop `raw` into the picture `out` (default: beside it, as PNG; EXR for metric output) and return its path.
 
     settings: other arguments of `simulator.development.develop`. Raises PhotositeError.
     """
-    target = out or raw.with_suffix(".png")
+    metric = settings.get("output") == "metric"
+    target = out or raw.with_suffix(".exr" if metric else ".png")
+    if metric and target.suffix.lower() not in (".exr", ".tif", ".tiff"):
+        raise PhotositeError(f"--out {target}: metric output goes below 0 and above 1; give an .exr or .tif file")
     if bits is None:
         bits = 8 if target.suffix.lower() in (".png", ".jpg", ".jpeg") else 16
     write_image(target, develop(raw, white_balance=_white_balance(white_balance), bits=bits, **settings))
@@ -22,9 +25,10 @@ def _white_balance(text: str) -> str | tuple[float, ...]:
     if "," not in text:
         return text
     try:
-        factors = tuple(float(part) for part in text.split(","))
+        numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
-        factors = ()
-    if len(factors) != 3:
-        raise PhotositeError(f"--white-balance {text}: give camera, daylight, or three numbers such as 2.1,1,1.6")
-    return factors
+        numbers = ()
+    if len(numbers) not in (3, 4):
+        rule = "give camera, daylight, an illuminant, three factors such as 2.1,1,1.6, or a grey patch X,Y,WIDTH,HEIGHT"
+        raise PhotositeError(f"--white-balance {text}: {rule}")
+    return numbers

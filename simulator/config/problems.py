@@ -56,7 +56,7 @@ def message_of(finding: dict, keys: tuple, model: type[Section]) -> str:
         return f"{dotted} is empty: {WANTED.get(kind, 'give a value')}, or leave the key out"
     value = "" if isinstance(finding["input"], (dict, list)) else f" = {finding['input']}"
     if kind == "literal_error":
-        choices = [str(choice) for choice in _literal_values(field_at(model, location))]
+        choices = [str(choice) for choice in _literal_values(field_at(model, location) or field_at(model, location[:-1]))]
         return f"{dotted}{value}: {nearest(str(finding['input']), choices)}"
     if kind == "value_error":
         return f"{dotted}{value}: {finding['ctx']['error']}"
@@ -115,7 +115,7 @@ def _literal_values(field: FieldInfo | None) -> list:
         parts = get_args(annotation)
         return [value for part in parts for value in values(part)] if parts else [annotation]
 
-    return [value for value in values(field.annotation) if value is not type(None)] if field else []
+    return [value for value in values(field.annotation) if isinstance(value, str | int)] if field else []
 
 
 def _about(field: FieldInfo | None) -> str:

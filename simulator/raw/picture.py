@@ -1,6 +1,8 @@
 """Arrays to and from picture files through OpenImageIO, with every failure told."""
 
 import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,19 @@ _FORMATS = {"uint8": "uint8", "uint16": "uint16", "float32": "float"}
 
 # OpenImageIO 3.2.2 says this behind every TIFF that carries no Exif data, well written or not.
 _HARMLESS = "failed TIFFWriteCustomDirectory() of the Exif data"
+
+
+@dataclass(frozen=True)
+class Part:
+    """One picture of a file that holds several.
+
+    name: of the part. pixels, channels, attributes: as `write_picture` takes them.
+    """
+
+    name: str
+    pixels: np.ndarray
+    channels: tuple[str, ...]
+    attributes: dict[str, object] = field(default_factory=dict)
 
 
 def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes) -> None:
@@ -32,19 +47,27 @@ def put_picture(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), 
 
     Raises OSError, without the path, when the file cannot be written.
     """
+    put_parts(path, [Part("", pixels, channels, attributes)])
+
+
+def put_parts(path: Path, parts: Sequence[Part]) -> None:
+    """Write pictures into one file, one after the other, straight to a path that `atomic_write` gave.
+
+    More than one makes a multi-part file, which EXR and TIFF have.
+    Raises OSError, without the path, when the file cannot be written.
+    """
     import OpenImageIO
 
-    height, width, count = pixels.shape
-    spec = OpenImageIO.ImageSpec(width, height, count, _FORMATS[str(pixels.dtype)])
-    if channels:
-        spec.channelnames = channels
-    for name, value in {"Software": software(), "DateTime": "", **attributes}.items():  # "": else the clock's time
-        spec.attribute(name, value)
-    reserve(path, pixels.nbytes + pixels.nbytes // 8 + 2**16)
+    size_bytes = sum(part.pixels.nbytes for part in parts)
+    reserve(path, size_bytes + size_bytes // 8 + 2**16)
     output = OpenImageIO.ImageOutput.create(str(path))
     if output is None:
         raise OSError(f"OpenImageIO cannot write {path.suffix or 'a file without suffix'}")
-    done = output.open(str(path), spec) and output.write_image(np.ascontiguousarray(pixels))
+    specs = [_spec(part) for part in parts]
+    done = output.open(str(path), specs[0]) if len(specs) == 1 else output.open(str(path), tuple(specs))
+    for index, (spec, part) in enumerate(zip(specs, parts, strict=True)):
+        done = done and (index == 0 or output.open(str(path), spec, "AppendSubimage"))
+        done = done and output.write_image(np.ascontiguousarray(part.pixels))
     message = output.geterror()  # the PNG writer reports success and leaves its failure here
     done = output.close() and done
     message = (message or output.geterror()).strip().split("\n")[0]
@@ -52,8 +75,31 @@ def put_picture(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), 
         raise OSError(message.replace(str(path), "the file") or "OpenImageIO gives no reason")
 
 
+def _spec(part: Part):
+    """OpenImageIO's description of a part."""
+    import OpenImageIO
+
+    height, width, count = part.pixels.shape
+    spec = OpenImageIO.ImageSpec(width, height, count, _FORMATS[str(part.pixels.dtype)])
+    if part.channels:
+        spec.channelnames = part.channels
+    named = {"oiio:subimagename": part.name} if part.name else {}
+    for name, value in {"Software": software(), "DateTime": "", **named, **part.attributes}.items():  # "": else the clock's
+        spec.attribute(name, value)
+    return spec
+
+
 def read_picture(path: str | os.PathLike) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Read a file as float32: (height, width, channel) and the channel names.
+    """Read a file, of several parts the first, as float32: (height, width, channel) and the channel names.
+
+    Raises PhotositeError when the file is missing, is no picture, or ends early.
+    """
+    part = next(read_parts(path))
+    return part.pixels, part.channels
+
+
+def read_parts(path: str | os.PathLike) -> Iterator[Part]:
+    """Yield the parts of a picture file as float32 (height, width, channel), without attributes.
 
     Raises PhotositeError when the file is missing, is no picture, or ends early.
     """
@@ -64,10 +110,15 @@ def read_picture(path: str | os.PathLike) -> tuple[np.ndarray, tuple[str, ...]]:
     source = OpenImageIO.ImageInput.open(str(path))
     if source is None:
         raise PhotositeError(f"{path}: not a picture file: {OpenImageIO.geterror().strip()}; check the path")
-    channels = tuple(source.spec().channelnames)
-    pixels = source.read_image("float")
-    message = source.geterror().strip()
-    source.close()
-    if pixels is None or message:
-        raise PhotositeError(f"{path}: damaged or cut short: {message}; write or copy it again")
-    return pixels, channels
+    index = 0
+    try:
+        while source.seek_subimage(index, 0):
+            spec = source.spec()
+            pixels = source.read_image(index, 0, 0, spec.nchannels, "float")
+            message = source.geterror().strip()
+            if pixels is None or message:
+                raise PhotositeError(f"{path}: damaged or cut short: {message}; write or copy it again")
+            yield Part(spec.getattribute("oiio:subimagename") or "", pixels, tuple(spec.channelnames))
+            index += 1
+    finally:
+        source.close()

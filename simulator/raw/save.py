@@ -8,9 +8,9 @@ from simulator.errors import PhotositeError
 from simulator.frame import Raw
 from simulator.raw.dng import dng_pieces, write_pieces
 from simulator.raw.files import atomic_write
-from simulator.raw.picture import put_picture
+from simulator.raw.picture import put_parts
 from simulator.raw.plain_data import json_text
-from simulator.raw.twin import twin_picture
+from simulator.raw.twin import twin_parts
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ def save(raw: Raw, directory: str | os.PathLike) -> SavedFiles:
     """
     files = files_of(raw.name, directory)
     settings = sidecar_text(raw)
-    mosaic, (pixels, channels, attributes) = dng_pieces(raw), twin_picture(raw)
+    mosaic, parts = dng_pieces(raw), twin_parts(raw)
     with atomic_write(files.sidecar) as sidecar:
         sidecar.write_text(settings, encoding="utf-8")
         with atomic_write(files.twin) as twin:
-            put_picture(twin, pixels, channels, **attributes)
+            put_parts(twin, parts)
             with atomic_write(files.dng) as dng:
                 write_pieces(mosaic, dng)
                 files.sidecar.unlink(missing_ok=True)

@@ -34,9 +34,8 @@ class Nonlinearity(Stage):
     def moments(self, signal: Moments) -> Moments:
         """Give mean + error there, var * slope^2 there."""
         nodes = np.linspace(0.0, self.full_scale_dn, len(self.errors_dn))
-        error_dn = float(np.interp(signal.mean, nodes, self.errors_dn))
-        inside = 0.0 <= signal.mean < self.full_scale_dn
-        step = int(np.searchsorted(nodes, signal.mean, side="right")) - 1 if inside else 0
-        slope = 1.0 + (float(np.diff(self.errors_dn)[step] / np.diff(nodes)[step]) if inside else 0.0)
-        variance, fixed = slope**2 * signal.variance, slope**2 * signal.fixed_variance
-        return Moments(signal.mean + error_dn, variance, fixed)
+        error_dn = np.interp(signal.mean, nodes, self.errors_dn)
+        inside = (np.asarray(signal.mean) >= 0.0) & (np.asarray(signal.mean) < self.full_scale_dn)
+        step = np.where(inside, np.searchsorted(nodes, signal.mean, side="right") - 1, 0)
+        slope = 1.0 + np.where(inside, (np.diff(self.errors_dn) / np.diff(nodes))[step], 0.0)
+        return Moments(signal.mean + error_dn, slope**2 * signal.variance, slope**2 * signal.fixed_variance)
