@@ -9,7 +9,7 @@ from simulator.frame import Raw
 from simulator.input_files import sha256_of
 from simulator.pipeline import Progress, simulate
 from simulator.raw.xmp import Provenance, read_provenance
-from simulator.raw_file import read_raw_file
+from simulator.raw_file import open_raw
 from simulator.shot import Shot
 
 
@@ -40,8 +40,12 @@ def provenance_of(path: str | os.PathLike) -> Provenance:
 
 
 def differing_codes(path: str | os.PathLike, raw: Raw) -> int:
-    """Return how many codes of a raw file differ from a frame's. Raises PhotositeError when it cannot be read."""
-    mosaic = read_raw_file(path).mosaic
+    """Return how many codes of a DNG, optical black included, differ from a frame's.
+
+    Raises PhotositeError when it cannot be read.
+    """
+    with open_raw(os.fspath(path), os.fspath(path)) as frame:
+        mosaic = frame.raw_image.copy()  # not the visible part alone
     return max(mosaic.size, raw.dn.size) if mosaic.shape != raw.dn.shape else int((mosaic != raw.dn).sum())
 
 

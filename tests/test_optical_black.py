@@ -21,6 +21,7 @@ from simulator.exposure import Exposure
 from simulator.lens import ThinLens
 from simulator.pipeline import simulate
 from simulator.raw.dng import dng_bytes, write_dng
+from simulator.resimulation import differing_codes, resimulate
 from simulator.sensor.binning import Binning
 from simulator.sensor.camera import IsoSetting, Window
 from simulator.sensor.crosstalk import Crosstalk
@@ -160,11 +161,17 @@ def test_a_camera_whose_edge_makes_no_sense_is_refused(message):
         take(**REFUSED[message])
 
 
-def test_a_camera_file_gives_the_edge_by_its_sides(tmp_path):
+def test_a_camera_file_gives_the_edge_by_its_sides_and_a_dng_gives_it_again(tmp_path):
     text = "scene: {chart: grey_ramp, luminance: 100 cd/m^2}\nlens: {focal_length: 50 mm, f_number: 4}\n"
     text += "exposure: {time: 1/100 s, iso: 100}\ncamera: {base: ideal, optical_black: "
     (tmp_path / "a.yaml").write_text(text + "{left: 16, top: 8}}\n")
     assert load_shot(tmp_path / "a.yaml").camera.optical_black == OpticalBlack(left_px=16, top_px=8)
+    raw = simulate(load_shot(tmp_path / "a.yaml", ["camera.width=64", "camera.height=48"]))
+    write_dng(raw, tmp_path / "a.dng")
+    again = resimulate(tmp_path / "a.dng")
+    assert again.active_area == (8, 16, 48, 64) and differing_codes(tmp_path / "a.dng", again) == 0
+    again.dn[0, 0] += 1
+    assert differing_codes(tmp_path / "a.dng", again) == 1
     (tmp_path / "b.yaml").write_text(text + "{left: 15}}\n")
     with pytest.raises(PhotositeError, match=r"b\.yaml:4.*camera\.optical_black\.left = 15: give an even number"):
         load_shot(tmp_path / "b.yaml")
