@@ -98,13 +98,16 @@ def develop(
         str, typer.Option(help="camera, daylight, an illuminant (A, 3200 K), factors R,G,B, or a grey patch X,Y,WIDTH,HEIGHT.")
     ] = "camera",
     exposure: Annotated[float, typer.Option(metavar="EV", help="Lighten by 2^EV.")] = 0.0,
+    sheet: Annotated[
+        bool, typer.Option("--sheet", help="Truth, raw, developed and difference side by side: RAW.sheet.png.")
+    ] = False,
     bits: Annotated[int | None, typer.Option(help="8 or 16 bits per channel; default 8 for jpg and png, else 16.")] = None,
 ) -> None:
-    """Develop a raw file to a picture with LibRaw."""
-    from simulator.command_line.development import develop_file
+    """Develop a raw file to a picture with LibRaw, or beside its truth with --sheet."""
+    from simulator.command_line.development import develop_file, develop_sheet
 
     settings = {"output": output, "demosaic": demosaic, "half_size": half_size, "exposure_ev": exposure}
-    print(develop_file(raw, out, settings, white_balance, bits))
+    print(develop_sheet(raw, out, settings, white_balance) if sheet else develop_file(raw, out, settings, white_balance, bits))
 
 
 @app.command(epilog="Example: photosite inspect frame.dng --json")

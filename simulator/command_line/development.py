@@ -21,6 +21,27 @@ def develop_file(raw: Path, out: Path | None, settings: dict[str, object], white
     return target
 
 
+def develop_sheet(raw: Path, out: Path | None, settings: dict[str, object], white_balance: str) -> Path:
+    """Write truth, raw, development and their difference side by side (default: RAW.sheet.png) and return the path.
+
+    Raises PhotositeError.
+    """
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+
+    from simulator.command_line.development_sheet import sheet_figure
+    from simulator.command_line.screen import progress
+    from simulator.validation.figures import write_figure
+
+    target = out or raw.with_suffix(".sheet.png")
+    if target.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise PhotositeError(f"--out {target}: a sheet is a .png, .svg or .pdf file")
+    choice = settings | {"white_balance": _white_balance(white_balance)}
+    with progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()) as bar:
+        bar.add_task("sheet", total=None)
+        write_figure(sheet_figure(raw, choice), target)
+    return target
+
+
 def _white_balance(text: str) -> str | tuple[float, ...]:
     if "," not in text:
         return text
