@@ -36,7 +36,7 @@ def test_levels_counts_and_histogram_are_those_of_the_codes(tmp_path):
 
 
 def test_what_the_file_says_is_told_and_what_it_does_not_say_is_none(tmp_path):
-    dng.write_dng(random_frame(resolved={"date_time": "2020:02:29 12:34:56"}), tmp_path / "a.dng")
+    dng.write_dng(random_frame(date_time="2020-02-29 12:34:56"), tmp_path / "a.dng")
     found = inspect_raw(tmp_path / "a.dng")
     assert (found.ours, found.make, found.model, found.lens) == (True, "Photosite", "Test Body", "50mm f/1.8 thin lens")
     assert (found.iso, found.focal_length_mm, found.taken) == (400, 50, "2020-02-29 12:34:56")
@@ -53,9 +53,9 @@ def test_a_file_of_another_program_is_not_ours(tmp_path, monkeypatch):
     assert (found.ours, found.software) == (False, "Camera firmware 1.0")
 
 
-def test_black_levels_go_to_the_channel_of_their_place(tmp_path, monkeypatch):
-    monkeypatch.setattr(dng, "_black_level", lambda level, count: tiff.short(10, 20, 30, 40))
-    dng.write_dng(random_frame(cfa="GRBG"), tmp_path / "a.dng")
+def test_black_levels_go_to_the_channel_of_their_place(tmp_path):
+    raw = random_frame(cfa="GRBG", black_level_dn=0.0, black_offsets_dn=(10.0, 20.0, 30.0, 40.0))
+    dng.write_dng(raw, tmp_path / "a.dng")
     found = inspect_raw(tmp_path / "a.dng")
     assert {channel.name: channel.black_level_dn for channel in found.channels} == {"Gr": 10, "R": 20, "B": 30, "Gb": 40}
 
@@ -83,7 +83,7 @@ X_TRANS = (1, 1, 0, 1, 1, 2, 1, 1, 2, 1, 1, 0, 2, 0, 1, 0, 2, 1, 1, 1, 2, 1, 1, 
 def test_a_pattern_of_six_by_six_is_inspected_colour_by_colour(tmp_path, monkeypatch):
     whole = dng._raw_directory
     tags = {33421: tiff.short(6, 6), 33422: tiff.byte(*X_TRANS)}
-    monkeypatch.setattr(dng, "_raw_directory", lambda raw: whole(raw) | tags)
+    monkeypatch.setattr(dng, "_raw_directory", lambda *parts: whole(*parts) | tags)
     raw = random_frame(96, 126)
     dng.write_dng(raw, tmp_path / "a.dng")
     found = inspect_raw(tmp_path / "a.dng")
@@ -102,7 +102,7 @@ def test_a_file_of_full_colour_pixels_is_inspected_colour_by_colour(tmp_path, mo
     tags |= {50713: tiff.short(1, 1), 50714: tiff.short(5, 6, 7)}
     mosaic_only = {33421, 33422, 50710, 50711}
     monkeypatch.setattr(
-        dng, "_raw_directory", lambda raw: {k: v for k, v in (whole(raw) | tags).items() if k not in mosaic_only}
+        dng, "_raw_directory", lambda *parts: {k: v for k, v in (whole(*parts) | tags).items() if k not in mosaic_only}
     )
     raw = random_frame(96, 126)
     dng.write_dng(raw, tmp_path / "a.dng")
