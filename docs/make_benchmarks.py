@@ -10,7 +10,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
 PAGE, FIGURES = DOCS / "benchmarks.md", DOCS / "images" / "benchmarks"
-FILES = ("sensor.json", "sensor.png", "poisson.json", "poisson.png")
+FILES = ("sensor.json", "sensor.png", "poisson.json", "poisson.png", "raw.json")
 INTRODUCTION = """\
 # Benchmarks
 
@@ -95,14 +95,40 @@ def poisson_text(record: dict) -> str:
     return POISSON.format(rows="\n".join(lines))
 
 
+RAW = """
+## Writing raw files
+
+{size} photosites; a plain write is written beside and renamed like the others, and is on the disk when it returns.
+
+| | best [s] | median [s] |
+|---|---|---|
+{rows}
+
+| what | measured | asked, at most | |
+|---|---|---|---|
+{verdicts}
+"""
+
+
+def raw_text(record: dict) -> str:
+    """The section on raw files."""
+    rows = [f"| {row['name']} | {row['best_s']:.3f} | {row['median_s']:.3f} |" for row in record["rows"]]
+    verdicts = []
+    for verdict in record["verdicts"]:
+        word = "reached" if verdict["reached"] else "**missed**"
+        verdicts.append(f"| {verdict['what']} | {verdict['figure']} | {verdict['asked']} | {word} |")
+    width, height = record["photosites"]
+    return RAW.format(size=f"{width} x {height}", rows="\n".join(rows), verdicts="\n".join(verdicts))
+
+
 def main() -> None:
     """Copy the figures and write the page."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else DOCS.parent / "build" / "benchmarks"
     FIGURES.mkdir(parents=True, exist_ok=True)
     for name in FILES:
         shutil.copyfile(folder / name, FIGURES / name)
-    records = [json.loads((FIGURES / name).read_text(encoding="utf-8")) for name in ("sensor.json", "poisson.json")]
-    PAGE.write_text(INTRODUCTION + sensor_text(records[0]) + poisson_text(records[1]), encoding="utf-8")
+    records = [json.loads((FIGURES / name).read_text(encoding="utf-8")) for name in ("sensor.json", "poisson.json", "raw.json")]
+    PAGE.write_text(INTRODUCTION + sensor_text(records[0]) + poisson_text(records[1]) + raw_text(records[2]), encoding="utf-8")
     print(f"wrote {PAGE}")
 
 

@@ -21,6 +21,11 @@ from simulator.stage import Stage
 SHOT = Path(__file__).parents[2] / "configs" / "shots" / "flat_field.yaml"
 
 
+def named(info: DeviceInfo) -> str:
+    """Name of Photosite on a device, in tables and charts."""
+    return f"Photosite, {info.version if 'PoCL' in info.version else info.platform}"
+
+
 class Missing(Exception):
     """A stage that this version of Photosite does not have."""
 
@@ -101,4 +106,4 @@ def contestant(mean_e: np.ndarray, stages: list[Stage], device: Device, name: st
 
 def on_device(mean_e: np.ndarray, sensor: Sensor, info: DeviceInfo) -> Contestant:
     """The fused kernel on one device."""
-    return contestant(mean_e, stages_of(sensor), open_device(info.label), f"Photosite, {info.version}")
+    return contestant(mean_e, stages_of(sensor), open_device(info.label), named(info))
