@@ -231,6 +231,7 @@ REFUSED = {
     "as_shot_neutral = .*three values above 0": dict(as_shot_neutral=(0.5, 0.0, 1.0)),
     "color_matrix = None": dict(color_matrix=None),
     "cannot hold a NUL": dict(lens_model="a\0b"),
+    "holds half a character": dict(lens_model="a\ud83d"),
 }
 
 

@@ -48,7 +48,10 @@ def text(value: str) -> Field:
     """ASCII, type 2, ending in NUL. Letters beyond ASCII are written as UTF-8, as most readers expect."""
     if "\0" in value:
         raise PhotositeError(f"{value!r}: text in a TIFF file cannot hold a NUL character; remove it")
-    payload = value.encode("utf-8") + b"\0"
+    try:
+        payload = value.encode("utf-8") + b"\0"
+    except UnicodeEncodeError as error:
+        raise PhotositeError(f"{value!r}: text holds half a character ({error.reason}); write it anew") from None
     return Field(2, len(payload), payload)
 
 
