@@ -72,11 +72,11 @@ def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], Non
     )
     if planned.layers is not None:
         mosaic = blurred_mosaic(planned, device, planes, progress)
-        return covered(planned, device, mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares))
-    mosaic = device.empty((frame.height, frame.width), np.float32)
-    kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
-    arguments = projection_arguments(planned, frame.x, frame.y)
-    device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
+    else:
+        mosaic = device.empty((frame.height, frame.width), np.float32)
+        kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
+        arguments = projection_arguments(planned, frame.x, frame.y)
+        device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
     return covered(planned, device, mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares))
 
 

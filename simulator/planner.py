@@ -98,6 +98,7 @@ class Plan:
         """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
         pixels, channels = self.frame.width * self.frame.height, self.camera.channels
         per_photosite = 4 + 2 * (2 + 4 + 4)  # mosaic; codes, mean electrons and noise-free codes, on both sides
+        per_photosite += 4 * any(self.layout.crosstalk.optical_shares) + 8 * self.layout.shares_charge  # what passes leave
         if self.layers is not None:
             sums = 4 * (channels + 1) * (1.0 + 2.0 * self.layers.reach_px / 128.0)
             per_photosite += 4 * channels + 1 + 8 + sums

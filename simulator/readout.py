@@ -105,7 +105,7 @@ def shared_charge(planned: Plan, device: Device, charge):
 
 
 def averaged(planned: Plan, device: Device, signal):
-    """Means of a float32 signal where the camera averages codes; else the buffer itself."""
+    """Array of a float32 signal; its means where the camera averages codes."""
     frame = planned.layout.binned
     if not planned.layout.averages:
         return device.download(signal, (frame.height, frame.width), np.float32)

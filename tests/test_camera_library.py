@@ -155,7 +155,10 @@ FACTS = {
 def test_levels_bits_and_matrix_are_the_collected_ones(name):
     facts = json.loads(COLLECTED.read_text(encoding="utf-8"))["cameras"][FACTS[name]]
     camera = load_camera(name)
-    first = lambda value: value["default"] if isinstance(value, dict) else value  # noqa: E731
+
+    def first(value):
+        return value["default"] if isinstance(value, dict) else value
+
     if "black" in facts:
         assert camera.black_level_dn == first(facts["black"]["value"])
     if "white" in facts and name not in ("canon_700d", "sony_a7s2"):  # their files say why they differ

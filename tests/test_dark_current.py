@@ -48,7 +48,10 @@ def test_moments_add_rate_times_time_to_both():
 def test_it_follows_the_band_gap_of_silicon_with_temperature():
     """Janesick 2001: dark current of silicon doubles about every 8 K near room temperature; Eg(300 K) = 1.1108 eV (R23)."""
     warm, cold = (DarkCurrent(10.0, 1.0, temperature_k=kelvins).mean_e for kelvins in (308.15, 288.15))
-    gap = lambda t: 1.1557 - 7.021e-4 * t**2 / (1108 + t)  # noqa: E731
+
+    def gap(t):
+        return 1.1557 - 7.021e-4 * t**2 / (1108 + t)
+
     assert gap(300.0) == pytest.approx(1.1108, abs=5e-5)
     exponent = gap(288.15) / (2 * 8.617333e-5 * 288.15) - gap(308.15) / (2 * 8.617333e-5 * 308.15)
     assert warm / cold == pytest.approx((308.15 / 288.15) ** 1.5 * np.exp(exponent), rel=1e-6)

@@ -17,6 +17,7 @@ CASES = [
     "depth map window",
     "sharp MONO near",
     "sharp RGGB window near",
+    "sharp RGGB covered",
 ]
 
 pytestmark = [
@@ -45,6 +46,7 @@ def run(case: str) -> None:
     from simulator.sensor.binning import Binning
     from simulator.sensor.camera import IsoSetting, Window
     from simulator.sensor.crosstalk import Crosstalk
+    from simulator.sensor.optical_black import OpticalBlack
     from simulator.shot import Shot
 
     rng = np.random.default_rng(0)
@@ -59,6 +61,7 @@ def run(case: str) -> None:
         read_noise_after_gain_dn=1.0,
         stages=every_stage(),
         window=window if "window" in case else None,
+        optical_black=OpticalBlack(left_px=4, top_px=2) if "covered" in case else None,
         **neighbours,
     )
     depth = 2.0 if "sharp" in case else 5.0 if "one" in case else rng.uniform(1.7, 2.5, (20, 30)).astype(np.float32)

@@ -27,7 +27,7 @@ class Frame:
     """What one file is, without its pixels.
 
     kind: "dark" or "flat". size: (height, width) of the visible part. mean_dn, white_level_dn, black_level_dn: levels [DN].
-    highest_dn: largest code. clipped_dn: code at which photosites pile up, None where they do not. high_share: share of codes
+    clipped_dn: code at which photosites pile up, None where they do not. high_share: share of codes
     at it, or within 2 % of the white level. zero_share: share of codes 0.
     """
 
@@ -40,7 +40,6 @@ class Frame:
     mean_dn: float
     black_level_dn: float
     white_level_dn: int
-    highest_dn: int
     clipped_dn: int | None
     high_share: float
     zero_share: float
@@ -135,7 +134,6 @@ def frame_of(raw: RawFile) -> Frame:
         mean_dn=mean_dn,
         black_level_dn=black_dn,
         white_level_dn=raw.white_level_dn,
-        highest_dn=int(codes.max()),
         clipped_dn=clipped_dn,
         high_share=float(np.mean(codes >= high_dn)),
         zero_share=float(np.mean(codes == 0)),

@@ -89,15 +89,6 @@ def _spec(part: Part):
     return spec
 
 
-def read_picture(path: str | os.PathLike) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Read a file, of several parts the first, as float32: (height, width, channel) and the channel names.
-
-    Raises PhotositeError when the file is missing, is no picture, or ends early.
-    """
-    part = next(read_parts(path))
-    return part.pixels, part.channels
-
-
 def read_parts(path: str | os.PathLike) -> Iterator[Part]:
     """Yield the parts of a picture file as float32 (height, width, channel), without attributes.
 

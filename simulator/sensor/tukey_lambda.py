@@ -1,6 +1,6 @@
 """Tukey-lambda numbers of unit variance as a polynomial in a normal number (quantile function: Hastings et al. 1947)."""
 
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -9,7 +9,7 @@ REACH = 6.7  # largest normal number of kernels/normal.h
 ORDER = 8
 
 
-@cache
+@lru_cache(maxsize=1024)  # interpolated ISO settings give any number of shapes
 def tukey_polynomial(shape: float) -> tuple[float, ...]:
     """Coefficients c of z (c[0] + c[1] z^2 + ...) = quantile(Phi(z)) / standard deviation.
 
