@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 WhiteBalance = Literal["camera", "daylight"] | str | tuple[float, float, float] | tuple[int, int, int, int]
 # Linear sRGB to XYZ under D65 as LibRaw has it (ITU-R BT.709 primaries).
-_SRGB_TO_XYZ = np.array([[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169], [0.019334, 0.119193, 0.950227]])
+SRGB_TO_XYZ = np.array([[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169], [0.019334, 0.119193, 0.950227]])
 _KEY = "develop.white_balance"
 
 
@@ -63,7 +63,7 @@ def _of_illuminant(frame: "rawpy.RawPy", name: str, label: str) -> np.ndarray:
     if not to_srgb.any() or not (daylight > 0).all():
         raise PhotositeError(f"{label}: {_KEY} = {name}: the file holds no colour matrix; give a grey patch or multipliers")
     white_xyz = illuminant(name) @ color_matching_functions()
-    neutral = np.linalg.solve(to_srgb, np.linalg.solve(_SRGB_TO_XYZ, white_xyz)) / daylight
+    neutral = np.linalg.solve(to_srgb, np.linalg.solve(SRGB_TO_XYZ, white_xyz)) / daylight
     if not (neutral > 0).all():
         raise PhotositeError(f"{label}: {_KEY} = {name}: the file's colour matrix cannot see this light; give a grey patch")
     return neutral.max() / neutral
