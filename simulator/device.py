@@ -121,25 +121,45 @@ class Device:
         self.info = _info(device)
         wanted = CPU_ROW_PX if device.type & cl.device_type.CPU else GPU_ROW_PX
         self.row_px = min(wanted, device.max_work_group_size)
+        self._shares_memory = bool(device.type & cl.device_type.CPU)
         self._context = cl.Context([device])
         self._queue = cl.CommandQueue(self._context)
         self._kernels: dict[tuple, Kernel] = {}
 
     def upload(self, array: np.ndarray) -> cl.Buffer:
         """Copy of an array on the device."""
-        array = np.ascontiguousarray(array)
-        buffer = self.empty(array.shape, array.dtype)
-        cl.enqueue_copy(self._queue, buffer, array)
-        return buffer
+        return self._buffer(cl.mem_flags.READ_WRITE | cl.mem_flags.COPY_HOST_PTR, hostbuf=np.ascontiguousarray(array))
+
+    def share(self, array: np.ndarray) -> cl.Buffer:
+        """Buffer over a contiguous array's own memory on a CPU, elsewhere a copy; the array must outlive the buffer's use.
+
+        What kernels write there is in the array after `collect`.
+        """
+        if not self._shares_memory:
+            return self.upload(array)
+        flags = cl.mem_flags.USE_HOST_PTR | (cl.mem_flags.READ_WRITE if array.flags.writeable else cl.mem_flags.READ_ONLY)
+        return self._buffer(flags, hostbuf=array)
+
+    def collect(self, buffer: cl.Buffer, array: np.ndarray) -> None:
+        """Wait for all work and bring a buffer of `share` into its array."""
+        if not self._shares_memory:
+            cl.enqueue_copy(self._queue, array, buffer)
+            return
+        mapped, _ = cl.enqueue_map_buffer(self._queue, buffer, cl.map_flags.READ, 0, array.shape, array.dtype)
+        mapped.base.release(self._queue)
+        self._queue.finish()
 
     def empty(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
         """Uninitialised buffer for an array of this shape. Raises PhotositeError when it does not fit."""
-        size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+        return self._buffer(cl.mem_flags.READ_WRITE, int(np.prod(shape)) * np.dtype(dtype).itemsize)
+
+    def _buffer(self, flags: int, size: int = 0, hostbuf: np.ndarray | None = None) -> cl.Buffer:
         try:
-            return cl.Buffer(self._context, cl.mem_flags.READ_WRITE, size)
+            return cl.Buffer(self._context, flags, size, hostbuf)
         except (cl.Error, MemoryError) as error:
+            needed = size if hostbuf is None else hostbuf.nbytes
             raise PhotositeError(
-                f"out of memory on {self.info.label}: no room for {size / 2**20:.0f} MiB "
+                f"out of memory on {self.info.label}: no room for {needed / 2**20:.0f} MiB "
                 f"({error}); read out a part of the sensor with camera.window"
             ) from None
 
