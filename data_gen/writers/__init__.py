@@ -51,7 +51,8 @@ class Writer(Protocol):
         """Bytes on disk that one sample such as this takes, within a few percent."""
 
 
-FORMATS = {"npz": None}  # name -> package of the extra `dataset` it needs
+# Name in a configuration -> package of the extra `dataset` that it needs.
+FORMATS = {"webdataset": None, "npz": None, "dng": None, "hdf5": "h5py", "zarr": "zarr", "lmdb": "lmdb", "eld": "lmdb"}
 
 
 def writer(name: str) -> Writer:
