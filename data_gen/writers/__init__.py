@@ -32,9 +32,10 @@ AS_IT_IS = WriterOptions()
 class Writer(Protocol):
     """One file format.
 
-    suffix: ends the name of a shard. folder: a shard is a folder of files, not one file.
+    format: its name in a configuration. suffix: ends the name of a shard. folder: a shard is a folder of files, not one file.
     """
 
+    format: str
     suffix: str
     folder: bool
 

@@ -28,6 +28,7 @@ class DngWriter:
     Variance maps have no place here; K and the read noise are in NoiseProfile.
     """
 
+    format = "dng"
     suffix = "-dng"
     folder = True
 

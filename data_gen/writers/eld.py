@@ -28,6 +28,7 @@ _FULL = 65535
 class EldWriter:
     """A folder with the databases `noisy` and `clean`, and `facts.jsonl`: a line of all that is known for each sample."""
 
+    format = "eld"
     suffix = ".eld"
     folder = True
 

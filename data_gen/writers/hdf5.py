@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 class Hdf5Writer:
     """One file per shard, without compression (noise has nothing to compress) and without times."""
 
+    format = "hdf5"
     suffix = ".h5"
     folder = False
 

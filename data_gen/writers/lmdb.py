@@ -12,6 +12,7 @@ from data_gen.writers.members import from_members, members
 class LmdbWriter:
     """A folder with `data.mdb`; keys such as `000000012.noisy.npy`, values as files of those names would be."""
 
+    format = "lmdb"
     suffix = ".lmdb"
     folder = True
 

@@ -25,6 +25,7 @@ class NpzWriter:
     has it, and in `facts`, a JSON text, all else that is known; LED overlooks both.
     """
 
+    format = "npz"
     suffix = "-npz"
     folder = True
 

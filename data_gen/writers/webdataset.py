@@ -18,6 +18,7 @@ from data_gen.writers.members import from_members, members
 class WebDatasetWriter:
     """A tar archive (POSIX ustar) without times, owners or anything else that differs between runs."""
 
+    format = "webdataset"
     suffix = ".tar"
     folder = False
 

@@ -28,6 +28,7 @@ _INDEX_BYTES = 16  # of each chunk in the index of its file
 class ZarrWriter:
     """A folder per shard, without compression: noise has nothing to compress."""
 
+    format = "zarr"
     suffix = ".zarr"
     folder = True
 
