@@ -5,7 +5,7 @@ Datasets `noisy`, `clean` and, where the samples have it, `variance`: (samples, 
 `gain_dn_per_e`; `facts` holds all that is known of a sample as JSON. Attributes say the units.
 """
 
-import errno
+import io
 import json
 from collections.abc import Iterable, Iterator
 from itertools import chain
@@ -34,18 +34,18 @@ class Hdf5Writer:
         """Write one file; see `Writer`. Raises PhotositeError unless all samples have one shape."""
         import h5py
 
-        facts = []
-        try:
-            with h5py.File(path, "w", libver=("v110", "v110")) as file:
+        facts: list[str] = []
+        with _PatientFile(path) as target:
+            with h5py.File(target, "w", libver=("v110", "v110")) as file:
                 file.attrs["software"], file.attrs["channels"] = software(), options.channels
                 for place, arrays in enumerate(alike(samples, options.channels, facts)):
                     for name, array in arrays.items():
                         stored = file.get(name) or _dataset(file, name, array)
                         stored.resize(place + 1, axis=0)
                         stored[place] = array
+                    target.complain()
                 _columns(file, facts)
-        except RuntimeError as error:  # what h5py makes of an error that HDF5 meets when it closes a file
-            raise OSError(errno.EIO, f"HDF5: {error}") from error
+            target.complain()
 
     def read(self, path: Path, places: Iterable[int]) -> Iterator[Sample]:
         """Read samples by their places; see `Writer`."""
@@ -64,6 +64,32 @@ class Hdf5Writer:
 
 
 WRITER = Hdf5Writer()
+
+
+class _PatientFile(io.FileIO):
+    """A new file that keeps its first error to itself until it is asked.
+
+    HDF5 cannot let go of a file that it failed to write to: it tries again when the process ends, loudly.
+    """
+
+    def __init__(self, path: Path):
+        super().__init__(path, "w+")
+        self.error: OSError | None = None
+
+    def write(self, data: memoryview) -> int:
+        """Write all of it, or nothing once an error has occurred."""
+        rest = memoryview(data).cast("B")
+        try:
+            while rest and self.error is None:
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.error = error
+        return memoryview(data).nbytes
+
+    def complain(self) -> None:
+        """Raise the error that occurred, if any."""
+        if self.error is not None:
+            raise self.error
 
 
 def _dataset(file: "h5py.File", name: str, array: np.ndarray) -> "h5py.Dataset":
