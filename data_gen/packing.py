@@ -9,10 +9,11 @@ from typing import Literal, get_args
 import numpy as np
 
 from simulator.errors import PhotositeError, require
+from simulator.raw_file import plane_places
 from simulator.sensor.camera import Cfa
 
 Channels = Literal["mosaic", "rggb", "rgbg"]
-_ORDERS = {"rggb": ("R", "G1", "G2", "B"), "rgbg": ("R", "G1", "B", "G2")}
+_ORDERS = {"rggb": ("R", "Gr", "Gb", "B"), "rgbg": ("R", "Gr", "B", "Gb")}
 
 
 def places(cfa: Cfa, channels: Channels) -> tuple[tuple[int, int], ...]:
@@ -24,9 +25,7 @@ def places(cfa: Cfa, channels: Channels) -> tuple[tuple[int, int], ...]:
     require(channels in known, "writer.channels", channels, f"give one of {', '.join(get_args(Channels))}")
     if cfa == "MONO":
         raise PhotositeError(f"writer.channels = {channels}: a MONO sensor has no colours to pack; use mosaic")
-    found = {letter: divmod(cfa.index(letter), 2) for letter in "RB"}
-    found["G1"] = (found["R"][0], 1 - found["R"][1])
-    found["G2"] = (found["B"][0], 1 - found["B"][1])
+    found = plane_places(cfa)
     return tuple(found[name] for name in _ORDERS[channels])
 
 

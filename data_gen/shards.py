@@ -39,8 +39,8 @@ class Shard:
 class ShardRecord:
     """What is known of a finished shard; the record beside it holds this as JSON.
 
-    bytes: of all its files. sha256: hexadecimal, as `fingerprint` computes it. dataset: hash of the configuration it was
-    made from; "" when none was given.
+    bytes: of all its files. sha256: hexadecimal, as `fingerprint` computes it. format: the writer's.
+    dataset: hash of the configuration it was made from; "" when none was given.
     """
 
     name: str
@@ -49,6 +49,7 @@ class ShardRecord:
     count: int
     bytes: int
     sha256: str
+    format: str
     dataset: str = ""
 
 
@@ -82,12 +83,12 @@ def write_shard(
     """
     path = folder / shard_name(shard.index, shard.shards, writer.suffix)
     with suppress(FileNotFoundError, NotADirectoryError):
-        _record_path(path).unlink()
+        record_path(path).unlink()
     with (atomic_folder if writer.folder else atomic_write)(path) as temporary:
         writer.write(temporary, _expected(shard, samples, path), options)
         size_bytes, sha256 = _size(temporary), fingerprint(temporary)
-    record = ShardRecord(path.name, shard.index, shard.first, shard.count, size_bytes, sha256, dataset)
-    with atomic_write(_record_path(path)) as temporary:
+    record = ShardRecord(path.name, shard.index, shard.first, shard.count, size_bytes, sha256, writer.format, dataset)
+    with atomic_write(record_path(path)) as temporary:
         temporary.write_text(json.dumps(asdict(record), indent=1, sort_keys=True) + "\n", encoding="utf-8")
     return record
 
@@ -167,7 +168,8 @@ def _size(path: Path) -> int:
     return path.stat().st_size if path.is_file() else sum(one.stat().st_size for one in _files(path))
 
 
-def _record_path(path: Path) -> Path:
+def record_path(path: Path) -> Path:
+    """Where the record of a shard lies."""
     return path.with_name(path.name + RECORD)
 
 

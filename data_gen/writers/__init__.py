@@ -32,9 +32,10 @@ AS_IT_IS = WriterOptions()
 class Writer(Protocol):
     """One file format.
 
-    suffix: ends the name of a shard. folder: a shard is a folder of files, not one file.
+    format: its name in a configuration. suffix: ends the name of a shard. folder: a shard is a folder of files, not one file.
     """
 
+    format: str
     suffix: str
     folder: bool
 
@@ -51,7 +52,8 @@ class Writer(Protocol):
         """Bytes on disk that one sample such as this takes, within a few percent."""
 
 
-FORMATS = {"npz": None}  # name -> package of the extra `dataset` it needs
+# Name in a configuration -> package of the extra `dataset` that it needs.
+FORMATS = {"webdataset": None, "npz": None, "dng": None, "hdf5": "h5py", "zarr": "zarr", "lmdb": "lmdb", "eld": "lmdb"}
 
 
 def writer(name: str) -> Writer:

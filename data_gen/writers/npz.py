@@ -1,9 +1,8 @@
 """NumPy archives, two a frame, with the keys that LED reads.
 
 LED (Srameo/LED, led/data/paired_raw_dataset.py at 0b16687) wants `im` (4, h, w) R, G1, B, G2 in codes, `black_level` and
-`white_level` (4, 1, 1), `wb` (4,) with green = 1, `ccm` (3, 3) from balanced camera colours to linear sRGB. It takes the
-exposure ratio from the names, which hold `_SECONDSs.`; so the noisy file counts as one second, the clean one as ratio
-seconds. `pairs.txt` is its `data_pair_list`, with the shard's folder as `dataroot` and `npz` as `postfix`.
+`white_level` (4, 1, 1), `wb` (4,) with green = 1, `ccm` (3, 3) from balanced camera colours to linear sRGB. `pairs.txt` is
+its `data_pair_list`, with the shard's folder as `dataroot` and `npz` as `postfix`; the exposure ratio stands in the names.
 """
 
 import io
@@ -16,6 +15,7 @@ from data_gen.camera_color import camera_to_srgb
 from data_gen.record import sample_arrays, sample_facts, sample_from
 from data_gen.sample import Sample
 from data_gen.writers import WriterOptions
+from data_gen.writers.pair_names import pair_names, pairs_by_sample
 
 
 class NpzWriter:
@@ -25,6 +25,7 @@ class NpzWriter:
     has it, and in `facts`, a JSON text, all else that is known; LED overlooks both.
     """
 
+    format = "npz"
     suffix = "-npz"
     folder = True
 
@@ -41,10 +42,7 @@ class NpzWriter:
 
     def read(self, path: Path, places: Iterable[int]) -> Iterator[Sample]:
         """Read samples by their places; see `Writer`."""
-        names: dict[str, list[list[str]]] = {}
-        for line in (path / "pairs.txt").read_text(encoding="utf-8").splitlines():
-            names.setdefault(line.split("_")[0], []).append(line.split())
-        pairs = list(names.values())
+        pairs = pairs_by_sample((path / "pairs.txt").read_text(encoding="utf-8"))
         for place in places:
             yield _sample(path, pairs[place])
 
@@ -70,11 +68,9 @@ def _frames(sample: Sample, options: WriterOptions) -> Iterator[tuple[tuple[str,
         "ccm": camera_to_srgb(sample.color_matrix).astype("<f4"),
     }
     facts = np.array(sample_facts(sample, options.channels).encode("ascii"))
-    for frame, ratio in enumerate(sample.exposure_ratios):
+    for frame, names in enumerate(pair_names(sample)):
         one = {name: array[frame].reshape(planes, *array.shape[-2:]) for name, array in arrays.items()}
         noisy, clean = {"im": one.pop("noisy")}, {"im": one.pop("clean")}
-        start, seconds = f"{sample.index:09d}_{frame:02d}", np.format_float_positional(ratio, trim="-")
-        names = f"{start}_1s.noisy", f"{start}_{seconds}s.clean"
         yield names, (_archive(noisy | shared | one | {"facts": facts}), _archive(clean | shared))
 
 

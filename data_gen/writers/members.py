@@ -1,0 +1,31 @@
+"""A sample as named members, for formats that hold a list of small files."""
+
+import io
+from collections.abc import Mapping
+
+import numpy as np
+
+from data_gen.packing import Channels
+from data_gen.record import ARRAYS, sample_arrays, sample_facts, sample_from
+from data_gen.sample import Sample
+
+FACTS = "json"
+
+
+def members(sample: Sample, channels: Channels) -> dict[str, bytes]:
+    """Contents by name, sorted: `INDEX.clean.npy`, `INDEX.json`, `INDEX.noisy.npy` and, where known, `INDEX.variance.npy`."""
+    found = {f"{name}.npy": _npy(array) for name, array in sample_arrays(sample, channels).items()}
+    found[FACTS] = sample_facts(sample, channels).encode("ascii")
+    return {f"{sample.index:09d}.{name}": found[name] for name in sorted(found)}
+
+
+def from_members(contents: Mapping[str, bytes]) -> Sample:
+    """Sample of contents by name, without the index: `clean.npy`, `json`, ..."""
+    arrays = {name: np.load(io.BytesIO(contents[f"{name}.npy"])) for name in ARRAYS if f"{name}.npy" in contents}
+    return sample_from(arrays, contents[FACTS])
+
+
+def _npy(array: np.ndarray) -> bytes:
+    buffer = io.BytesIO()
+    np.save(buffer, array)
+    return buffer.getvalue()
