@@ -27,10 +27,11 @@ class Generator:
     problems: what was wrong with pictures that could not be used: message -> numbers of the samples that drew them.
     """
 
-    def __init__(self, config: DataSet, device: Device):
+    def __init__(self, config: DataSet, device: Device, sources: dict[tuple[str, int], Source] | None = None):
+        """sources: collections that are open already, by name and number of the camera; others are added."""
         self.config, self.device = config, device
         self.problems: dict[str, list[int]] = {}
-        self._sources: dict[tuple[str, str], Source] = {}
+        self._sources = {} if sources is None else sources
         self._last: tuple[object, CleanImage] | None = None
 
     def samples(self, indices: Iterable[int]) -> Iterator[Sample]:
@@ -81,9 +82,10 @@ class Generator:
 
     def _picture(self, one: Recipe) -> tuple[str, CleanImage]:
         """Name within its collection and content of the picture that the recipe draws."""
-        seen = (one.collection, one.setting.label)
+        camera = one.setting.camera
+        seen = (one.collection, next(place for place, known in enumerate(self.config.noise.seen_by()) if known is camera))
         if seen not in self._sources:
-            self._sources[seen] = open_collection(self.config.pictures, one.collection, one.setting.camera)
+            self._sources[seen] = open_collection(self.config.pictures, one.collection, camera)
         name = picture_name(self._sources[seen].names(), one.group)
         if self._last is None or self._last[0] != (seen, one.group):
             self._last = (seen, one.group), self._sources[seen].read(name, one.group.generator("source"))
@@ -96,7 +98,7 @@ class Generator:
             return cut_patch(picture, crop, cfa)[np.newaxis], crop
         if picture.cfa is not None:
             raise PhotositeError(f"{name}: is a mosaic, which cannot be moved by parts of a pixel; give pictures with R, G, B")
-        reach = self.config.burst.reach_px + SPLINE_PX
+        reach = margin_px(self.config)
         around = tuple(side + 2 * reach for side in size)
         crop = choose_crop(picture, around, cfa, one.place, one.augmentation, name)
         planes = crop.of(picture.signal)
@@ -133,6 +135,11 @@ class Generator:
             crop=(crop.top, crop.left) if crop else (0, 0),
             augmentation=crop.augmentation.name if crop else "none",
         )
+
+
+def margin_px(config: DataSet) -> int:
+    """Pixels of the picture that are needed around a crop: what a burst's shifts and their splines reach."""
+    return config.burst.reach_px + SPLINE_PX if config.mode == "burst" else 0
 
 
 def moved(planes: np.ndarray, offset_px: tuple[float, float], reach: int) -> np.ndarray:
