@@ -14,6 +14,7 @@ from simulator.stage import Moments
 Step = tuple[str, Callable[[Moments], Moments]]
 
 _NODES = 2**14  # of the variance over the electrons; between them it is read linearly
+_AT_ONCE = 2**14  # pixels: stays in the cache
 _REACH = 8.0  # standard deviations beyond which a clipped code has no variance left
 
 
@@ -33,10 +34,15 @@ def code_variance(
     nodes = _variance(steps, np.linspace(0.0, top_e / count, _NODES), capacity_e, max_code).astype(np.float32)
     slopes = np.append(np.diff(nodes), np.float32(0.0))
     result = np.empty(mean_electrons.shape, np.float32)
-    for electrons, variance in zip(mean_electrons, result, strict=True):  # row by row: stays in the cache
-        place = np.minimum(electrons * np.float32((_NODES - 1) / top_e), np.float32(_NODES - 1))
-        index = place.astype(np.int32)
-        variance[:] = nodes[index] + (place - index) * slopes[index]
+    scale, last = np.float32((_NODES - 1) / top_e), np.float32(_NODES - 1)
+    rows = max(1, _AT_ONCE // mean_electrons.shape[1])
+    for first in range(0, len(result), rows):
+        part = slice(first, first + rows)
+        place = np.minimum(mean_electrons[part] * scale, last)
+        index = place.astype(np.intp)
+        place -= index.astype(np.float32)  # what is left between the nodes
+        place *= slopes.take(index)
+        np.add(nodes.take(index), place, out=result[part])
     return result
 
 
@@ -65,14 +71,24 @@ def _variance(steps: Sequence[Step], electrons: np.ndarray, capacity_e: float, m
 
 
 def _held(signal: Moments, low: float, high: float) -> Moments:
-    """Moments of a normal number that is held between limits (censored; Greene, Econometric Analysis, theorem 19.3)."""
+    """Moments of a normal number that is held between limits; beyond _REACH from both they stay as they are."""
+    sigma = np.sqrt(np.maximum(signal.variance, 1e-30))
+    a, b = (low - signal.mean) / sigma, (high - signal.mean) / sigma
+    near = (a > -_REACH) | (b < _REACH)
+    mean, variance = signal.mean.copy(), signal.variance.copy()
+    shift, share = _censored(np.clip(a[near], -40.0, 40.0), np.clip(b[near], -40.0, 40.0))
+    mean[near] += sigma[near] * shift
+    variance[near] *= share
+    return Moments(mean, variance, signal.fixed_variance)
+
+
+def _censored(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and variance of N(0, 1) held between a and b (Greene, Econometric Analysis, theorem 19.3)."""
     from scipy.special import ndtr
 
-    sigma = np.sqrt(np.maximum(signal.variance, 1e-30))
-    a, b = (np.clip((limit - signal.mean) / sigma, -40.0, 40.0) for limit in (low, high))
     below, above = ndtr(a), ndtr(-b)
     between = np.maximum(1.0 - below - above, 0.0)
     density_a, density_b = (np.exp(-0.5 * z**2) / math.sqrt(2.0 * math.pi) for z in (a, b))
-    first = a * below + density_a - density_b + b * above  # E[z], z = (x - mean) / sigma
-    second = a**2 * below + between + a * density_a - b * density_b + b**2 * above  # E[z^2]
-    return Moments(signal.mean + sigma * first, signal.variance * np.maximum(second - first**2, 0.0), signal.fixed_variance)
+    first = a * below + density_a - density_b + b * above
+    second = a**2 * below + between + a * density_a - b * density_b + b**2 * above
+    return first, np.maximum(second - first**2, 0.0)

@@ -74,8 +74,24 @@ def _pocl_version(device: cl.Device) -> tuple[int, ...]:
     return tuple(int(number) for number in found.groups()) if found else (-1,)
 
 
+_drivers_of: int | None = None  # process that loaded the OpenCL drivers
+
+
+def _require_living_drivers() -> None:
+    """Refuse a process that was forked after the drivers were loaded: their threads stay behind, and it would wait forever."""
+    if _drivers_of not in (None, os.getpid()):
+        raise PhotositeError(
+            f"OpenCL in process {os.getpid()}: it was forked from one that had used OpenCL, and drivers do not survive that; "
+            "start workers before OpenCL is used, or with the method 'spawn' or 'forkserver' of multiprocessing "
+            "(PyTorch: DataLoader(..., multiprocessing_context='forkserver'))"
+        )
+
+
 def _all_devices() -> list[cl.Device]:
     """Every device, the default first: the newest PoCL, then the others as the loader lists them."""
+    global _drivers_of
+    _require_living_drivers()
+    _drivers_of = os.getpid()
     try:
         found = [device for platform in cl.get_platforms() for device in platform.get_devices()]
     except cl.Error as error:
@@ -122,9 +138,19 @@ class Device:
         wanted = CPU_ROW_PX if device.type & cl.device_type.CPU else GPU_ROW_PX
         self.row_px = min(wanted, device.max_work_group_size)
         self._shares_memory = bool(device.type & cl.device_type.CPU)
-        self._context = cl.Context([device])
-        self._queue = cl.CommandQueue(self._context)
+        self._own_context = cl.Context([device])
+        self._own_queue = cl.CommandQueue(self._own_context)
         self._kernels: dict[tuple, Kernel] = {}
+
+    @property
+    def _context(self) -> cl.Context:
+        _require_living_drivers()
+        return self._own_context
+
+    @property
+    def _queue(self) -> cl.CommandQueue:
+        _require_living_drivers()
+        return self._own_queue
 
     def upload(self, array: np.ndarray) -> cl.Buffer:
         """Copy of an array on the device."""
@@ -223,7 +249,8 @@ class Device:
 def open_device(name: str | None = None) -> Device:
     """Device whose label holds `name` (upper and lower case alike); default: $PHOTOSITE_DEVICE, else the newest PoCL.
 
-    Raises PhotositeError when nothing matches; the message lists what there is.
+    A forked process opens its own, unless the process it comes from has used OpenCL.
+    Raises PhotositeError when nothing matches, listing what there is, and in a process forked too late.
     """
     wanted = name or os.environ.get("PHOTOSITE_DEVICE", "")
     found = _all_devices()
@@ -232,3 +259,7 @@ def open_device(name: str | None = None) -> Device:
             return Device(device)
     labels = "\n  ".join(_info(device).label for device in found)
     raise PhotositeError(f"no OpenCL device matches {wanted!r}; give a part of one of these names:\n  {labels}")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=open_device.cache_clear)
