@@ -117,7 +117,7 @@ def test_colours_become_what_the_camera_sees_in_that_light(camera, light):
 
 
 def test_the_way_to_the_camera_passes_d50_as_a_converter_does(camera):
-    """ForwardMatrix times ours is sRGB to XYZ under D50, whose numbers B. Lindbloom lists (Bradford; his D50 is 0.82521 in Z)."""
+    """ForwardMatrix times ours is sRGB to XYZ under D50, whose numbers B. Lindbloom lists (his D50 is 0.82521 in Z)."""
     from simulator.color import forward_matrix
 
     srgb_to_d50 = [[0.4360747, 0.3850649, 0.1430804], [0.2225045, 0.7168786, 0.0606169], [0.0139322, 0.0971045, 0.7141733]]
