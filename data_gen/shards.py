@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from data_gen.sample import Sample
+from data_gen.summary import Summary
 from data_gen.writers import AS_IT_IS, Writer, WriterOptions
 from simulator.errors import PhotositeError, require
 from simulator.raw.files import LEFTOVER, atomic_folder, atomic_write
@@ -37,7 +38,7 @@ class Shard:
 
 @dataclass(frozen=True)
 class ShardRecord:
-    """What is known of a finished shard; the record beside it holds this as JSON.
+    """What is known of a finished shard; the record beside it holds this as JSON, and a summary of the samples.
 
     bytes: of all its files. sha256: hexadecimal, as `fingerprint` computes it. format: the writer's.
     dataset: hash of the configuration it was made from; "" when none was given.
@@ -84,12 +85,14 @@ def write_shard(
     path = folder / shard_name(shard.index, shard.shards, writer.suffix)
     with suppress(FileNotFoundError, NotADirectoryError):
         record_path(path).unlink()
+    summary = Summary()
     with (atomic_folder if writer.folder else atomic_write)(path) as temporary:
-        writer.write(temporary, _expected(shard, samples, path), options)
+        writer.write(temporary, _expected(shard, samples, path, summary), options)
         size_bytes, sha256 = _size(temporary), fingerprint(temporary)
     record = ShardRecord(path.name, shard.index, shard.first, shard.count, size_bytes, sha256, writer.format, dataset)
     with atomic_write(record_path(path)) as temporary:
-        temporary.write_text(json.dumps(asdict(record), indent=1, sort_keys=True) + "\n", encoding="utf-8")
+        told = asdict(record) | {"summary": summary.counts()}
+        temporary.write_text(json.dumps(told, indent=1, sort_keys=True) + "\n", encoding="utf-8")
     return record
 
 
@@ -149,12 +152,18 @@ def remove_leftovers(folder: Path) -> None:
             path.unlink(missing_ok=True)
 
 
-def _expected(shard: Shard, samples: Iterable[Sample], path: Path) -> Iterator[Sample]:
-    """Pass samples on while they are those of the shard."""
+def read_summary(folder: Path, record: ShardRecord) -> dict[str, dict[str, int]]:
+    """Counts of what a finished shard holds (`data_gen.summary`), from the record beside it."""
+    return json.loads(record_path(folder / record.name).read_text(encoding="utf-8"))["summary"]
+
+
+def _expected(shard: Shard, samples: Iterable[Sample], path: Path, summary: Summary) -> Iterator[Sample]:
+    """Count and pass samples on while they are those of the shard."""
     wanted = iter(shard.indices)
     for sample in samples:
         if sample.index != (index := next(wanted, None)):
             raise PhotositeError(f"{path}: sample {sample.index} came where {index} belongs")
+        summary.add(sample)
         yield sample
     if (missing := next(wanted, None)) is not None:
         raise PhotositeError(f"{path}: the samples end before {missing}; {shard.count} belong into this shard")
@@ -176,6 +185,8 @@ def record_path(path: Path) -> Path:
 def _read_record(path: Path) -> ShardRecord | None:
     """Record in a file; None when it is not one of ours, so that its shard is made anew."""
     try:
-        return ShardRecord(**json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
+        told = json.loads(path.read_text(encoding="utf-8"))
+        del told["summary"]
+        return ShardRecord(**told)
+    except (OSError, ValueError, TypeError, KeyError):
         return None

@@ -6,7 +6,7 @@ from pathlib import Path
 from data_gen.sample import Sample
 from data_gen.writers import WriterOptions
 from data_gen.writers.lmdb_file import new_lmdb, page_bytes, read_lmdb
-from data_gen.writers.members import from_members, members
+from data_gen.writers.members import from_members, members, size
 
 
 class LmdbWriter:
@@ -20,8 +20,8 @@ class LmdbWriter:
         """Write one database; see `Writer`."""
         with new_lmdb(path) as put:
             for sample in samples:
-                for key, value in members(sample, options.channels).items():
-                    put(key, value)
+                for key, pieces in members(sample, options.channels).items():
+                    put(key, b"".join(pieces))
 
     def read(self, path: Path, places: Iterable[int]) -> Iterator[Sample]:
         """Read samples by their places; see `Writer`."""
@@ -41,7 +41,7 @@ class LmdbWriter:
 
     def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
         """Pages of one sample's values; see `Writer`."""
-        return page_bytes({key: len(value) for key, value in members(sample, options.channels).items()})
+        return page_bytes({key: size(pieces) for key, pieces in members(sample, options.channels).items()})
 
 
 WRITER = LmdbWriter()

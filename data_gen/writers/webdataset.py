@@ -4,7 +4,6 @@ Convention: github.com/webdataset/webdataset; its decoder takes `.npy` and `.jso
 arrives as {"noisy.npy": array, "clean.npy": array, "json": facts}. Members stand in the order of the samples.
 """
 
-import io
 import tarfile
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
@@ -12,7 +11,9 @@ from pathlib import Path
 
 from data_gen.sample import Sample
 from data_gen.writers import WriterOptions
-from data_gen.writers.members import from_members, members
+from data_gen.writers.members import from_members, members, size
+
+_BLOCK_BYTES = tarfile.BLOCKSIZE
 
 
 class WebDatasetWriter:
@@ -24,12 +25,17 @@ class WebDatasetWriter:
 
     def write(self, path: Path, samples: Iterable[Sample], options: WriterOptions) -> None:
         """Write one archive; see `Writer`."""
-        with tarfile.open(path, "w", format=tarfile.USTAR_FORMAT) as archive:
+        with open(path, "wb") as file:
             for sample in samples:
-                for name, content in members(sample, options.channels).items():
+                for name, pieces in members(sample, options.channels).items():
                     header = tarfile.TarInfo(name)  # time, user and group are 0, the mode is rw-r--r--
-                    header.size = len(content)
-                    archive.addfile(header, io.BytesIO(content))
+                    header.size = size(pieces)
+                    file.write(header.tobuf(tarfile.USTAR_FORMAT))
+                    for piece in pieces:
+                        file.write(piece)
+                    file.write(bytes(-header.size % _BLOCK_BYTES))
+            file.write(bytes(2 * _BLOCK_BYTES))  # the end of an archive
+            file.write(bytes(-file.tell() % tarfile.RECORDSIZE))
 
     def read(self, path: Path, places: Iterable[int]) -> Iterator[Sample]:
         """Read samples by their places; see `Writer`."""
@@ -44,8 +50,9 @@ class WebDatasetWriter:
                 yield from_members(contents)
 
     def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
-        """Each member has a header of 512 bytes and is filled up to blocks of 512; see `Writer`."""
-        return sum(512 + -(-len(content) // 512) * 512 for content in members(sample, options.channels).values())
+        """Each member has a header of one block and is filled up to blocks; see `Writer`."""
+        sizes = [size(pieces) for pieces in members(sample, options.channels).values()]
+        return sum(_BLOCK_BYTES + one + -one % _BLOCK_BYTES for one in sizes)
 
 
 WRITER = WebDatasetWriter()
