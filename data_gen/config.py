@@ -109,7 +109,7 @@ class DataSet:
     crops_per_picture: samples in a row that are cut from one picture, seen by one camera.
     bodies: camera bodies of each camera, each with its own fixed patterns; another for every sample when left out.
     on_problem: skip takes another picture in place of one that cannot be used, refuse stops.
-    license: of the pictures and so of the data set; for the data card. description: for the data card.
+    name, description, license: for the data card; the licence is that of the pictures.
     resolved: the full configuration, plain data.
     """
 
@@ -126,6 +126,7 @@ class DataSet:
     crops_per_picture: int = 1
     bodies: int | None = None
     on_problem: Literal["skip", "refuse"] = "skip"
+    name: str = "Photosite data set"
     license: str = "not stated"
     description: str = ""
     writer: WriterChoice = WriterChoice()

@@ -10,6 +10,7 @@ from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
+from data_gen.card import About, write_card
 from data_gen.config import DataSet
 from data_gen.generate import Generator, margin_px
 from data_gen.manifest import write_manifest
@@ -103,6 +104,7 @@ def run(
     problems = _all_problems(folder, plan)
     lines = [f"{message} (drawn for {count} samples)" for message, count in problems.items()]
     manifest = write_manifest(folder, plan, task.fingerprint, config.writer.options, lines)
+    write_card(folder, _about(config))
     return Outcome(manifest, len(missing), len(found), problems)
 
 
@@ -191,6 +193,16 @@ def _on_cluster(client, task: Task, shards: Iterable[Shard], tell: Callable[[int
             raise PhotositeError(f"workers die again and again, most often of too little memory: {error}") from None
         for following in handed(1):
             done.add(following)
+
+
+def _about(config: DataSet) -> About:
+    """Return what the data card says of author and pictures."""
+    known = config.resolved.get("pictures", {})
+    kinds = {name: next(iter(section)) for name, section in known.items()}
+    lines = tuple(
+        f"{name}: {kind.replace('_', ' ')}, weight {config.picture_weights.get(name, 1.0):g}" for name, kind in kinds.items()
+    )
+    return About(config.name, config.description, config.license, lines)
 
 
 def _problems_name(shard: Shard) -> str:

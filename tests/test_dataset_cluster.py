@@ -28,6 +28,7 @@ def test_two_workers_write_the_bytes_of_one(whole, tmp_path):
     assert content(tmp_path) == content(folder) and sum(told) == config.count
 
 
+@pytest.mark.slow
 def test_a_killed_worker_of_a_running_cluster_loses_nothing(whole, tmp_path):
     config, folder = whole
     with cluster(2, None) as client:
