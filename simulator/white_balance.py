@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 WhiteBalance = Literal["camera", "daylight"] | str | tuple[float, float, float] | tuple[int, int, int, int]
 # Linear sRGB to XYZ under D65 as LibRaw has it (ITU-R BT.709 primaries).
-_SRGB_TO_XYZ = np.array([[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169], [0.019334, 0.119193, 0.950227]])
+SRGB_TO_XYZ = np.array([[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169], [0.019334, 0.119193, 0.950227]])
 _KEY = "develop.white_balance"
 
 
@@ -77,7 +77,7 @@ def xyz_to_camera(frame: "rawpy.RawPy") -> np.ndarray | None:
     daylight = np.asarray(frame.daylight_whitebalance, dtype=np.float64)[:3]
     if np.linalg.matrix_rank(to_srgb) < 3 or not (daylight > 0).all():
         return None
-    return np.linalg.inv(_SRGB_TO_XYZ @ to_srgb) / daylight[:, None]
+    return np.linalg.inv(SRGB_TO_XYZ @ to_srgb) / daylight[:, None]
 
 
 def _of_patch(frame: "rawpy.RawPy", box: tuple[int, int, int, int], label: str) -> np.ndarray:
