@@ -18,8 +18,9 @@ help: ## print this list
 demo: $(VENV)/demo.stamp ## take the demonstration pictures
 	@$(BIN)/python examples/demo.py
 
-docs: $(VENV)/demo.stamp ## write docs/cameras.md and its charts from configs/cameras
+docs: $(VENV)/demo.stamp ## write docs/cameras.md with its charts, and the sheet of drawings
 	@$(BIN)/python docs/make_cameras.py
+	@$(BIN)/python docs/make_drawings.py
 
 test: $(VENV)/test.stamp ## run the tests that take seconds
 	@$(BIN)/python -m pytest -m "not slow"
