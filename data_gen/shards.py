@@ -83,8 +83,10 @@ def write_shard(
     cannot be written to; then neither shard nor record is there.
     """
     path = folder / shard_name(shard.index, shard.shards, writer.suffix)
-    with suppress(FileNotFoundError, NotADirectoryError):
-        record_path(path).unlink()
+    # The record of another configuration goes first; one of this configuration tells of the same bytes.
+    if (old := _read_record(record_path(path))) is None or old.dataset != dataset:
+        with suppress(FileNotFoundError, NotADirectoryError):
+            record_path(path).unlink()
     summary = Summary()
     with (atomic_folder if writer.folder else atomic_write)(path) as temporary:
         writer.write(temporary, _expected(shard, samples, path, summary), options)

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -110,6 +111,19 @@ def test_a_folder_below_a_file_is_one_message(tmp_path):
     for name in ("webdataset", "npz"):
         with pytest.raises(PhotositeError, match="shard-00000-of-00004.*is a file, not a folder: choose another folder"):
             run(tmp_path / "file" / "set", name)
+
+
+@pytest.mark.parametrize("name", ["npz", "webdataset"])
+def test_workers_that_make_the_same_shard_do_not_harm_each_other(tmp_path, name):
+    """A scheduler that loses sight of a worker gives its shard to another, and both may finish."""
+
+    def make(_):
+        return write_shard(tmp_path, PLAN[0], writer(name), slowly(PLAN[0].indices, 0.0, {}), options(name), "abc")
+
+    first = make(0)
+    with ThreadPoolExecutor(4) as pool:
+        assert set(pool.map(make, range(40))) == {first}
+    assert finished(tmp_path, "abc", verify=True) == {0: first} and len(os.listdir(tmp_path)) == 2
 
 
 def test_a_folder_appears_whole_or_not_at_all(tmp_path):

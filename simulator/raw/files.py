@@ -54,7 +54,8 @@ def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
 def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
     """Yield the path of a folder to be made; on success it replaces the folder `path`, on any failure it is removed.
 
-    The folder appears with all its files or not at all. An older one of that name is moved away just before.
+    The folder appears with all its files or not at all. An older one of that name is moved away just before, and two
+    processes that make the same folder leave one of theirs.
     Raises PhotositeError as `atomic_write` does, and when the target is there and is no folder.
     """
     target = Path(os.path.realpath(path))
@@ -67,9 +68,7 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
         for file in temporary.rglob("*"):
             if file.is_file():
                 _to_disk(file)
-        if target.exists():
-            os.replace(target, old)
-        os.replace(temporary, target)
+        _put_in_place(temporary, target, old)
     except OSError as error:
         raise _refused(path, error) from error
     finally:
@@ -86,6 +85,19 @@ def reserve(path: str | os.PathLike, size_bytes: int) -> None:
     if hasattr(os, "posix_fallocate"):
         with open(path, "wb") as file:
             os.posix_fallocate(file.fileno(), 0, max(size_bytes, 1))
+
+
+def _put_in_place(folder: Path, target: Path, old: Path) -> None:
+    """Rename a folder; what has its name is moved to `old` and deleted. Another process may do the same at the same time."""
+    for attempt in range(100):
+        try:
+            return os.replace(folder, target)  # takes the place of nothing, or of an empty folder
+        except OSError as error:
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST) or attempt == 99:
+                raise
+        with suppress(FileNotFoundError):  # the other process was faster
+            os.replace(target, old)
+        shutil.rmtree(old, ignore_errors=True)
 
 
 def _refused(path: str | os.PathLike, error: OSError) -> PhotositeError:
