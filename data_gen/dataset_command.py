@@ -54,13 +54,14 @@ def show_plan(path: Path, settings: list[str], out: Path, device: str | None, wo
     found = estimate(config, device)
     free = shutil.disk_usage(next(folder for folder in (out.absolute(), *out.absolute().parents) if folder.is_dir())).free
     needed, seconds = config.count * found.bytes_per_sample, config.count * found.seconds_per_sample / workers
+    milliseconds, processor = (f"{1e3 * value:.3g}" for value in (found.seconds_per_sample, found.cpu_seconds_per_sample))
     shape, stored = (config.frames, *config.crop_px), config.writer
     rows = {
         "samples": f"{config.count} of {' x '.join(map(str, shape))}, mode {config.mode}",
         "shards": f"{found.shards} of {stored.samples_per_shard} samples, {stored.format}, {stored.channels}",
         "pictures": ", ".join(f"{name}: {count}" for name, count in found.pictures.items()) or "none",
         "disk": f"{size(needed)} of {size(free)} free, {size(found.bytes_per_sample)} per sample",
-        "time": f"{duration(seconds)} on {workers} worker(s), {1e3 * found.seconds_per_sample:.1f} ms per sample and worker",
+        "time": f"{duration(seconds)} on {workers} worker(s): {milliseconds} ms per sample, {processor} ms of processor time",
         "exposure ratio": f"{found.ratios[0]:g} to {found.ratios[1]:g}",
     }
     rows |= {f"noise: {name}": f"ISO {isos}" if isos[0].isdigit() else isos for name, isos in config.noise.table()}
