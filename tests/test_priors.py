@@ -92,6 +92,13 @@ def test_scales_lie_on_the_published_lines(name, cameras, black):
     assert PRIORS[name].exposure_ratio == Uniform((100.0, 300.0))
 
 
+@pytest.mark.parametrize("label", list(LINES))
+def test_lines_have_the_published_constants(label):
+    prior, name = label.split(": ")
+    camera = next(camera for camera in PRIORS[prior].cameras if camera.name == name)
+    assert (*camera.ln_gain, *camera.read_scale, *camera.row) == pytest.approx(LINES[label], abs=1e-5)
+
+
 def test_shapes_are_the_published_ones():
     # The lists and single numbers of the parameter files; LED's five stand evenly from -17/70 to 0.2.
     shapes = {name: {one["read_noise_after_gain"].tukey_lambda for one in drawn(name, 1000)} for name in ("eld", "pmn", "led")}
