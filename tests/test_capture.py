@@ -147,6 +147,13 @@ def test_every_device_gives_the_same_stack(device):
         assert np.array_equal(capture(open_device(info.label), mean_electrons, settings), expected), info.label
 
 
+def test_a_device_with_memory_of_its_own_gives_the_same_stack(device, monkeypatch):
+    mean_electrons, settings = stack(30, 40)
+    expected = capture(device, mean_electrons, settings)
+    monkeypatch.setattr(device, "_shares_memory", False)
+    assert np.array_equal(capture(device, mean_electrons, settings), expected)
+
+
 def test_the_noise_model_has_the_variance_it_says(device):
     """Tukey-lambda read noise of a given deviation, row noise, colour bias: one frame in the dark, against SciPy's numbers."""
     bias = (-4.0, 0.0, 3.0, 9.0)
