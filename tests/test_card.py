@@ -45,7 +45,8 @@ def test_counts_are_those_of_the_samples(tmp_path):
         assert word in text
 
 
-def test_a_card_is_the_same_each_time_and_needs_a_complete_data_set(tmp_path):
+def test_a_card_is_the_same_each_time_and_needs_a_complete_data_set(tmp_path, monkeypatch):
+    monkeypatch.setattr("data_gen.card.SHOWN_SAMPLES", 2)
     for folder in (tmp_path / "a", tmp_path / "b"):
         make(folder)
         write_card(folder, ABOUT)

@@ -36,7 +36,7 @@ class Hdf5Writer:
 
         facts: list[str] = []
         with _PatientFile(path) as target:
-            with h5py.File(target, "w", libver=("v110", "v110")) as file:
+            with h5py.File(target, "w", libver=("v110", "v110"), track_times=False) as file:
                 file.attrs["software"], file.attrs["channels"] = software(), options.channels
                 for place, arrays in enumerate(alike(samples, options.channels, facts)):
                     for name, array in arrays.items():

@@ -1,6 +1,10 @@
-"""LMDB databases that have the same bytes each time: one table, keys in order, no free pages, no lock file."""
+"""LMDB databases that have the same bytes each time: one table, keys in order, no free pages, no lock file.
+
+Its pages are as large as the machine's memory pages, so the bytes are the same between machines where those are.
+"""
 
 import errno
+import mmap
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -9,7 +13,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import lmdb
 
-_PAGE_BYTES = 4096
+_PAGE_BYTES = mmap.PAGESIZE  # LMDB takes the machine's
 _BATCH_BYTES = 2**26  # of values that one transaction holds in memory
 
 
