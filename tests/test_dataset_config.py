@@ -5,7 +5,14 @@ from pathlib import Path
 import pytest
 
 from data_gen.config import DataSet
+from data_gen.pictures import open_collection
 from data_gen.samplers import LogUniform, Normal
+from data_gen.sources.linear_images import LinearImages
+from data_gen.sources.photographs import Photographs
+from data_gen.sources.procedural import Procedural
+from data_gen.sources.raw_files import RawFiles
+from data_gen.sources.shots import Shots
+from data_gen.sources.spectral_cubes import SpectralCubes
 from simulator.config import dump_yaml, load_file
 from simulator.errors import PhotositeError
 
@@ -104,6 +111,23 @@ def test_what_is_wrong_is_named_with_file_line_and_fix(tmp_path, old, new, messa
     assert TEXT.count(old) == 1 or old.endswith(":")
     with pytest.raises(PhotositeError, match=message):
         loaded(tmp_path, TEXT.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    "section, kind",
+    [
+        ("{procedural: [text], illuminants: [A]}", Procedural),
+        ("{photographs: p, inverse_isp: brooks2019}", Photographs),
+        ("{linear_images: p, negative: clip}", LinearImages),
+        ("{spectral_cubes: p, quantity: radiance}", SpectralCubes),
+        ("{raw_files: p}", RawFiles),
+        ("{shot: p.yaml}", Shots),
+    ],
+)
+def test_the_key_of_a_collection_says_its_kind(tmp_path, section, kind):
+    config = loaded(tmp_path, f"count: 1\ncrop: [64, 64]\npictures: {{c: {section}}}\nnoise: {{cameras: {{imx385: {{}}}}}}\n")
+    assert isinstance(open_collection(config.pictures, "c", config.noise.seen_by()[0]), kind)
+    assert loaded(tmp_path, dump_yaml(config.resolved)).resolved == config.resolved
 
 
 def test_samples_of_pictures_need_pictures(tmp_path):
