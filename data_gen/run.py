@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -136,6 +137,14 @@ def make_shard(task: Task, shard: Shard, tell: Callable[[int], None] = lambda sa
     return shard.count
 
 
+def _made(task: Task, shard: Shard) -> int | PhotositeError:
+    """Return what make_shard returns or raises: an error that is raised on a worker comes with dask's traceback."""
+    try:
+        return make_shard(task, shard)
+    except PhotositeError as error:
+        return error
+
+
 @lru_cache(maxsize=4)
 def _sources_of(_fingerprint: str) -> dict:
     return {}
@@ -157,7 +166,9 @@ def cluster(workers: int, scheduler: str | None) -> Iterator:
     except ImportError:
         raise PhotositeError("several workers need dask.distributed: pip install 'photosite[cluster]'") from None
     if scheduler is None:
-        with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=40) as local:
+        # What goes wrong comes back as a result; dask's own log of workers that close is no news.
+        quiet = logging.CRITICAL
+        with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=quiet) as local:
             with Client(local) as client:
                 yield client
         return
@@ -183,14 +194,17 @@ def _on_cluster(client, task: Task, shards: Iterable[Shard], tell: Callable[[int
     waiting = iter(shards)
 
     def handed(count: int) -> list:
-        return [client.submit(make_shard, task, shard, pure=False) for shard in islice(waiting, count)]
+        return [client.submit(_made, task, shard, pure=False) for shard in islice(waiting, count)]
 
     done = as_completed(handed(IN_FLIGHT * max(1, len(client.scheduler_info()["workers"]))))
     for future in done:
         try:
-            tell(future.result())
+            made = future.result()
         except KilledWorker as error:
             raise PhotositeError(f"workers die again and again, most often of too little memory: {error}") from None
+        if isinstance(made, PhotositeError):
+            raise made
+        tell(made)
         for following in handed(1):
             done.add(following)
 

@@ -5,7 +5,7 @@ import signal
 import sys
 
 import pytest
-from dataset_folders import content, small_config
+from dataset_folders import TEXT, content, small_config
 
 from data_gen.run import cluster, run
 from simulator.errors import PhotositeError
@@ -26,6 +26,17 @@ def test_two_workers_write_the_bytes_of_one(whole, tmp_path):
     told = []
     run(config, tmp_path, workers=2, tell=told.append)
     assert content(tmp_path) == content(folder) and sum(told) == config.count
+
+
+@pytest.mark.slow
+def test_an_error_on_a_worker_is_one_message(tmp_path, capfd):
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "photos" / "a.png").write_bytes(b"broken")
+    leaves = "{procedural: [dead_leaves, text], count: 12, width: 48, height: 40}"
+    config = small_config(tmp_path, TEXT.replace(leaves, "{photographs: photos}"))
+    with pytest.raises(PhotositeError, match=r"sample \d+: none of 100 pictures .*a.png"):
+        run(config, tmp_path / "out", workers=2)
+    assert "Traceback" not in "".join(capfd.readouterr()) and not list((tmp_path / "out").glob("shard-*"))
 
 
 @pytest.mark.slow
