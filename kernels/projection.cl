@@ -3,13 +3,15 @@
 //
 // planes:  (channels, scene_height, scene_width) float32, electron radiance [e- s^-1 um^-2 sr^-1].
 // mosaic:  (rows, columns) float32, the photosite's own colour only (kernel projection_mosaic).
-// sampled: (channels, rows, columns) float32, all colours, for a lens blur (kernel projection_planes).
-// layers:  (rows, columns) uchar, depth layer at the photosite's centre, read from scene_layers: (scene_height, scene_width)
-//          uchar (kernel projection_layers).
+// sampled: (channels, 2, rows, half_columns) float32, all colours, split by column parity, for a lens blur (projection_planes).
+// radius:  (2, rows, half_columns) float32, split likewise: scene_radius (scene_height, scene_width) float32 [photosites] at the
+//          photosite's centre; the nearest scene pixel's where its neighbours lie more than `edge` apart (projection_radius).
+//          Both are written from first_plane on.
 // origin_x, origin_y: photosite on the sensor at [0, 0] of the output; negative in the margin a blur needs.
 // scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's left and upper edge.
 #include "conventions.h"
 #include "cfa.h"
+#include "plain_math.h"
 
 INLINE int whole(const float v) { return (int)v - (v < (float)(int)v ? 1 : 0); }
 INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
@@ -53,19 +55,27 @@ kernel void projection_mosaic(global const float *restrict planes, global float 
 
 kernel void projection_planes(global const float *restrict planes, global float *restrict sampled, const uint scene_width,
                               const uint scene_height, const int origin_x, const int origin_y, const float scale,
-                              const float offset_x, const float offset_y) {
-    const size_t column = get_global_id(0), row = get_global_id(1), channel = get_global_id(2);
-    global const float *plane = planes + channel * scene_width * scene_height;
-    sampled[(channel * get_global_size(1) + row) * get_global_size(0) + column] = photosite(
-        plane, origin_x + (int)column, origin_y + (int)row, scene_width, scene_height, scale, offset_x, offset_y);
+                              const float offset_x, const float offset_y, const uint first_plane) {
+    const size_t column = get_global_id(0), row = get_global_id(1), plane = get_global_id(2);
+    sampled[((first_plane + plane) * get_global_size(1) + row) * get_global_size(0) + column] =
+        photosite(planes + plane / 2 * scene_width * scene_height, origin_x + 2 * (int)column + (int)(plane & 1),
+                  origin_y + (int)row, scene_width, scene_height, scale, offset_x, offset_y);
 }
 
-kernel void projection_layers(global const uchar *restrict scene_layers, global uchar *restrict layers, const uint scene_width,
+kernel void projection_radius(global const float *restrict scene_radius, global float *restrict radius, const uint scene_width,
                               const uint scene_height, const int origin_x, const int origin_y, const float scale,
-                              const float offset_x, const float offset_y) {
-    const size_t column = get_global_id(0), row = get_global_id(1);
-    const float u = offset_x + scale * ((float)(origin_x + (int)column) + 0.5f);
+                              const float offset_x, const float offset_y, const float edge, const uint first_plane) {
+    const size_t column = get_global_id(0), row = get_global_id(1), parity = get_global_id(2);
+    const float u = offset_x + scale * ((float)(origin_x + 2 * (int)column + (int)parity) + 0.5f);
     const float v = offset_y + scale * ((float)(origin_y + (int)row) + 0.5f);
-    layers[row * get_global_size(0) + column] =
-        scene_layers[(size_t)clamped(whole(v), scene_height) * scene_width + clamped(whole(u), scene_width)];
+    const int left = whole(u - 0.5f), top = whole(v - 0.5f);
+    const float s = (u - 0.5f) - (float)left, t = (v - 0.5f) - (float)top;
+    const size_t x0 = clamped(left, scene_width), x1 = clamped(left + 1, scene_width);
+    const size_t y0 = (size_t)clamped(top, scene_height) * scene_width, y1 = (size_t)clamped(top + 1, scene_height) * scene_width;
+    const float a = scene_radius[y0 + x0], b = scene_radius[y0 + x1], c = scene_radius[y1 + x0], d = scene_radius[y1 + x1];
+    const float least = smaller(smaller(a, b), smaller(c, d)), greatest = larger(larger(a, b), larger(c, d));
+    const float upper = a + s * (b - a), lower = c + s * (d - c);
+    const float nearest_pixel = t < 0.5f ? (s < 0.5f ? a : b) : (s < 0.5f ? c : d);
+    radius[((first_plane + parity) * get_global_size(1) + row) * get_global_size(0) + column] =
+        greatest - least > edge ? nearest_pixel : upper + t * (lower - upper);
 }

@@ -1,70 +1,116 @@
-"""Planning of the lens blur: which depths share a blur circle, and which photosites a disk covers."""
+"""Planning of the lens blur: the radius of each surface's blur circle, and which tile of the frame needs which method.
+
+A tile is as cheap as what it sees allows: copied where it is sharp, one mean over the aperture's image where a single surface
+fills its surroundings, and points of the aperture where surfaces hide each other.
+"""
 
 import math
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 
 from simulator.lens import ThinLens
+from simulator.scene import Scene
 
 SHARP_PX = 0.3  # a blur circle of this radius stays inside its photosite: nothing to do
-LAYER_STEP_PX = 1.0  # radius step between layers; doubled until the layers fit
-MAX_LAYERS = 64  # one bit each in a 64-bit presence mask
+TILE_COLUMNS, TILE_ROWS = 128, 16
+STEEPEST_PX = 0.2  # change of the radius from photosite to photosite up to which a surface counts as one
+SAME_PX = 0.02  # radii that lie closer share one blur circle
+CLASSES = 64  # one bit each in a 64-bit mask
+
+
+class Method(IntEnum):
+    """How a tile is computed."""
+
+    COPY = 0
+    MEAN = 1
+    OCCLUSION = 2
 
 
 @dataclass(frozen=True)
-class Layers:
-    """Layers of constant blur circle, nearest first.
+class Defocus:
+    """Blur of a scene's layers, nearest first.
 
-    radii_px: blur radius of each layer [px].
-    scene_layers: (height, width) uint8 layer of each scene pixel; None when there is one layer.
+    radii_px: signed radius of each layer's blur circle on the scene's grid [photosites], > 0 behind the plane in focus: a float
+        or (height, width) float32.
+    opaque: whether the last layer covers everything, so that no line through the aperture ends in the dark.
     """
 
-    radii_px: tuple[float, ...]
-    scene_layers: np.ndarray | None
+    radii_px: tuple[float | np.ndarray, ...]
+    opaque: bool
+
+    @property
+    def least_px(self) -> float:
+        """Least signed radius."""
+        return min(float(np.min(radius)) for radius in self.radii_px)
+
+    @property
+    def greatest_px(self) -> float:
+        """Greatest signed radius."""
+        return max(float(np.max(radius)) for radius in self.radii_px)
+
+    @property
+    def largest_px(self) -> float:
+        """Largest blur circle's radius."""
+        return max(abs(self.least_px), abs(self.greatest_px))
 
     @property
     def reach_px(self) -> int:
         """Photosites that a blur needs on either side."""
-        return math.ceil(max(self.radii_px)) + 1
+        return math.ceil(self.largest_px + self.class_step_px) + 2
+
+    @property
+    def class_step_px(self) -> float:
+        """Width of a class of radii, half a photosite as long as the classes suffice."""
+        return max(0.5, (self.greatest_px - self.least_px) / (CLASSES - 3))
 
 
-def plan_layers(lens: ThinLens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> Layers | None:
-    """Layers of a depth map, or None when no blur circle is larger than a photosite.
+def plan_defocus(lens: ThinLens, pixel_pitch_um: float, scene: Scene) -> Defocus | None:
+    """Blur of a scene, or None when no blur circle is larger than a photosite."""
+    radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
+    planned = Defocus(radii, scene.layers[-1].coverage is None)
+    return planned if planned.largest_px > SHARP_PX else None
 
-    One depth keeps its exact radius. A depth map is cut in steps of the signed radius, which is linear in
-    the inverse of the distance; index 0 is the nearest surface.
+
+def _radius_px(lens: ThinLens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> float | np.ndarray:
+    signed = lens.blur_radius_um(depth_m) / pixel_pitch_um
+    if np.ndim(signed) == 0 or signed.min() == signed.max():
+        return float(np.min(signed))
+    return signed.astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Relief:
+    """What the tiles of a frame hold of one layer, (tile rows, tile columns) each.
+
+    least_px, greatest_px: signed radius. steepest_px: greatest step of it between neighbours.
+    classes: which classes of radii occur, one bit each. covered: greatest coverage. filled: least coverage.
     """
-    signed_px = np.asarray(lens.blur_radius_um(depth_m) / pixel_pitch_um, dtype=np.float64)
-    nearest, farthest = float(signed_px.min()), float(signed_px.max())
-    if max(abs(nearest), abs(farthest)) <= SHARP_PX:
-        return None
-    if nearest == farthest:
-        return Layers((abs(nearest),), None)
-    step = LAYER_STEP_PX
-    while round(farthest / step) - round(nearest / step) >= MAX_LAYERS:
-        step *= 2.0
-    indices = np.rint(signed_px / step).astype(np.int64)
-    first = int(indices.min())
-    radii = tuple(abs(index) * step for index in range(first, int(indices.max()) + 1))
-    return Layers(radii, (indices - first).astype(np.uint8))
+
+    least_px: np.ndarray
+    greatest_px: np.ndarray
+    steepest_px: np.ndarray
+    classes: np.ndarray
+    covered: np.ndarray
+    filled: np.ndarray
 
 
-def disk_chords(radius_px: float) -> tuple[np.ndarray, float]:
-    """A disk as one centred run of photosites per row, with the disk's exact area in that row.
-
-    Returns (rows, 2) float32 [whole photosites n on either side of the centre (-1: none), share g of the next], an odd
-    number of rows from top to bottom, and the sum of all weights. A disk inside one photosite is that photosite.
-    """
-    if radius_px <= 0.5:
-        return np.array([[0.0, 0.0]], dtype=np.float32), 1.0
-    last = math.ceil(radius_px - 0.5)
-    borders = np.clip(np.arange(-last, last + 2) - 0.5, -radius_px, radius_px)
-    half_width = np.diff(_half_segment(borders, radius_px))
-    whole = np.floor(half_width - 0.5)
-    return np.stack([whole, half_width - 0.5 - whole], axis=-1).astype(np.float32), float(2.0 * half_width.sum())
-
-
-def _half_segment(t: np.ndarray, radius: float) -> np.ndarray:
-    """Integral of sqrt(radius^2 - t^2) dt."""
-    return 0.5 * (t * np.sqrt(np.maximum(radius**2 - t**2, 0.0)) + radius**2 * np.arcsin(np.clip(t / radius, -1.0, 1.0)))
+def seen_from(relief: Relief) -> Relief:
+    """Return, for each tile, what can reach it: all tiles whose blur circles touch it, and all that its own touch."""
+    largest = np.maximum(np.abs(relief.least_px), np.abs(relief.greatest_px)) + 2.0
+    rows, columns = (math.ceil(float(largest.max()) / size) for size in (TILE_ROWS, TILE_COLUMNS))
+    found = {name: getattr(relief, name).copy() for name in Relief.__dataclass_fields__}
+    merge = {"least_px": np.minimum, "filled": np.minimum, "classes": np.bitwise_or}
+    padded = {name: np.pad(plane, ((rows, rows), (columns, columns)), mode="edge") for name, plane in found.items()}
+    padded_largest = np.pad(largest, ((rows, rows), (columns, columns)), mode="edge")
+    height, width = largest.shape
+    for down in range(-rows, rows + 1):
+        for right in range(-columns, columns + 1):
+            gap = math.hypot(max(abs(down) - 1, 0) * TILE_ROWS, max(abs(right) - 1, 0) * TILE_COLUMNS)
+            window = slice(rows + down, rows + down + height), slice(columns + right, columns + right + width)
+            near = np.maximum(padded_largest[window], largest) > gap
+            for name, plane in found.items():
+                joined = merge.get(name, np.maximum)(plane, padded[name][window])
+                np.copyto(plane, joined, where=near)
+    return Relief(**found)

@@ -17,6 +17,7 @@ from simulator.input_files import fingerprints
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
 from simulator.readout import averaged, covered, mixed, read_out, shared_charge
 from simulator.sensitivity import baseline_exposure_ev
+from simulator.scene import Layer
 from simulator.shot import Shot
 from simulator.truth_maps import blur_map, depth_map, variance_map
 
@@ -58,26 +59,37 @@ def _check_memory(planned: Plan, device: Device) -> None:
 def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], None] = lambda share: None):
     """Device buffer (height, width) float32: electron radiance through the lens in each photosite's colour."""
     scene, frame = planned.scene, planned.frame
-    height, width, bands = scene.planes.shape
-    channels = planned.camera.channels
-    pixels = height * width
-    planes = device.empty((channels, pixels), np.float32)
+    if planned.defocus is not None:
+        mosaic = blurred_mosaic(planned, device, [_layer_planes(planned, device, layer) for layer in scene.layers], progress)
+    else:
+        mosaic = device.empty((frame.height, frame.width), np.float32)
+        kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
+        planes, arguments = _layer_planes(planned, device, scene.layers[0]), projection_arguments(planned, frame.x, frame.y)
+        device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
+    return covered(planned, device, mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares))
+
+
+def _layer_planes(planned: Plan, device: Device, layer: Layer):
+    """Device buffer (channels, scene height, scene width) float32 of a layer's electron radiance [e- s^-1 um^-2 sr^-1].
+
+    With a plane more, the layer's coverage, where any layer of the scene has one.
+    """
+    height, width, bands = layer.planes.shape
+    channels, pixels = planned.camera.channels, height * width
+    coverage = any(one.coverage is not None for one in planned.scene.layers)
+    planes = device.empty((channels + coverage, pixels), np.float32)
     device.run(
         device.kernel("camera_planes", {"BANDS": bands, "CHANNELS": channels}),
         (pixels, channels),
         None,
-        scene=device.upload(scene.planes.astype(np.float32, copy=False)),
+        scene=device.upload(layer.planes.astype(np.float32, copy=False)),
         weights=device.upload(planned.weights),
         planes=planes,
     )
-    if planned.layers is not None:
-        mosaic = blurred_mosaic(planned, device, planes, progress)
-    else:
-        mosaic = device.empty((frame.height, frame.width), np.float32)
-        kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
-        arguments = projection_arguments(planned, frame.x, frame.y)
-        device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
-    return covered(planned, device, mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares))
+    if coverage:
+        whole = np.ones(pixels, np.float32) if layer.coverage is None else layer.coverage.astype(np.float32).reshape(-1)
+        device.write(planes, whole, 4 * channels * pixels)
+    return planes
 
 
 def truth(planned: Plan, device: Device, mosaic) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from functools import reduce
 import numpy as np
 
 from simulator.color import as_shot_neutral, color_matrix, forward_matrix
-from simulator.defocus import SHARP_PX, Layers, plan_layers
+from simulator.defocus import SHARP_PX, Defocus, plan_defocus
 from simulator.errors import PhotositeError
 from simulator.exposure import Integration
 from simulator.fused import CHARGE_STAGES, READOUT_STAGES, stage_order
@@ -47,7 +47,7 @@ class Plan:
     weights: np.ndarray
     projection: Projection
     layout: Layout
-    layers: Layers | None
+    defocus: Defocus | None
     stages: tuple[Stage, ...]
     steps: tuple[Step, ...]
     only_colour: int | None = None
@@ -99,9 +99,8 @@ class Plan:
         pixels, channels = self.frame.width * self.frame.height, self.camera.channels
         per_photosite = 4 + 2 * (2 + 4 + 4)  # mosaic; codes, mean electrons and noise-free codes, on both sides
         per_photosite += 4 * any(self.layout.crosstalk.optical_shares) + 8 * self.layout.shares_charge  # what passes leave
-        if self.layers is not None:
-            sums = 4 * (channels + 1) * (1.0 + 2.0 * self.layers.reach_px / 128.0)
-            per_photosite += 4 * channels + 1 + 8 + sums
+        if self.defocus is not None:
+            per_photosite += 4 * sum(np.ndim(radius) > 0 for radius in self.defocus.radii_px)
         return int(pixels * per_photosite) + self.scene.planes.nbytes * 2
 
     def white_level_dn(self) -> int:
@@ -165,11 +164,11 @@ def plan(shot: Shot) -> Plan:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
     _check_light(scene, weights, shot)
     projection = plan_projection(scene, shot.lens, camera)
-    layers = plan_layers(shot.lens, camera.pixel_pitch_um, scene.depth_m)
+    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene)
     stages = fused_stages(shot)
     fused = {stage.stem: stage for stage in stages}
-    steps = _steps(scene, camera, projection, layers, layout, fused)
-    return Plan(scene, camera, weights.astype(np.float32), projection, layout, layers, stages, steps)
+    steps = _steps(scene, camera, projection, defocus, layout, fused)
+    return Plan(scene, camera, weights.astype(np.float32), projection, layout, defocus, stages, steps)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, shot: Shot) -> None:
@@ -224,7 +223,7 @@ def projection_arguments(planned: Plan, origin_x: int, origin_y: int) -> dict[st
     }
 
 
-def _steps(scene, camera, projection, layers, layout, fused) -> tuple[Step, ...]:
+def _steps(scene, camera, projection, defocus, layout, fused) -> tuple[Step, ...]:
     bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
     steps = [
         Step(
@@ -233,7 +232,7 @@ def _steps(scene, camera, projection, layers, layout, fused) -> tuple[Step, ...]
             f"{bands} scene planes of {wavelengths} wavelengths -> {camera.channels} camera planes",
         ),
         Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {_samples(projection)}"),
-        _defocus_step(layers),
+        _defocus_step(defocus),
     ]
     dark = camera.optical_black
     told = "light reaches all of the sensor" if dark is None else str(dark)
@@ -263,8 +262,10 @@ def _samples(projection: Projection) -> str:
     return "one sample each" if projection.samples == 1 else f"{projection.samples} x {projection.samples} samples each"
 
 
-def _defocus_step(layers: Layers | None) -> Step:
-    if layers is None:
+def _defocus_step(defocus: Defocus | None) -> Step:
+    if defocus is None:
         return Step("defocus", False, f"no blur circle has a radius above {SHARP_PX} photosites")
-    radii = layers.radii_px
-    return Step("defocus", True, f"{len(radii)} depth layers, blur radius {min(radii):.2f} to {max(radii):.2f} photosites")
+    surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"
+    near, far = defocus.least_px, defocus.greatest_px
+    radii = f"{abs(near):.2f} photosites" if near == far else f"from {near:.2f} (nearest) to {far:+.2f} photosites"
+    return Step("defocus", True, f"{surfaces}, blur radius {radii}")

@@ -1,0 +1,73 @@
+"""The image of a point out of focus: which share of its light each photosite gets, and how a kernel adds that up quickly.
+
+A point's image is the shape of the aperture, scaled to the blur circle. Weights are the exact area that the shape has in common
+with each photosite's square (of 1 px), divided by their own sum.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+CHUNK = 8  # taps that kernels/defocus.cl adds up at a time
+
+
+def disk_weights(radius_px: float) -> np.ndarray:
+    """Weights of a disk about a photosite's centre: (2 n + 1, 2 n + 1) float64, sum 1; [[1]] where it stays inside.
+
+    The area of disk and square is exact: differences of F(x, y), the disk's area left of x and above y.
+    """
+    radius_px = abs(radius_px)
+    if radius_px <= 0.5:
+        return np.ones((1, 1))
+    reach = math.ceil(radius_px - 0.5)
+    borders = np.arange(-reach, reach + 2) - 0.5
+    area = _corner_area(borders[None, :], borders[:, None], radius_px)
+    weights = np.maximum(np.diff(np.diff(area, axis=0), axis=1), 0.0)
+    return weights / weights.sum()
+
+
+def _corner_area(x: np.ndarray, y: np.ndarray, radius: float) -> np.ndarray:
+    """Area of the part of a disk about the origin with coordinates below x and y."""
+    corner = np.sqrt(np.maximum(radius**2 - y**2, 0.0))  # where the line y leaves the disk
+    left, right = np.minimum(x, -corner), np.minimum(x, corner)
+    outer = _half_segment(left, radius) - _half_segment(-radius, radius)
+    outer = outer + _half_segment(np.maximum(x, corner), radius) - _half_segment(corner, radius)
+    middle = np.maximum(right + corner, 0.0)
+    inner = y * middle + _half_segment(right, radius) - _half_segment(np.minimum(-corner, right), radius)
+    return np.where(y > 0, 2.0 * outer, 0.0) + np.where(np.abs(y) < radius, inner, 0.0)
+
+
+def _half_segment(t, radius: float) -> np.ndarray:
+    """Integral of sqrt(radius^2 - t^2) from 0 to t, which is held within the disk."""
+    t = np.clip(t, -radius, radius)
+    return 0.5 * (t * np.sqrt(radius**2 - t**2) + radius**2 * np.arcsin(t / radius))
+
+
+@dataclass(frozen=True)
+class Taps:
+    """A weighted sum over an area as differences of running sums down the columns.
+
+    rows, columns: (taps,) offset from the photosite [px] at which a column's running sum is read; the sum at an offset holds
+        all photosites above it. weights: (taps,) what it counts.
+    sides: (columns,) offsets of the columns; totals: (columns,) the weights of each, added up.
+    """
+
+    rows: np.ndarray
+    columns: np.ndarray
+    weights: np.ndarray
+    sides: np.ndarray
+    totals: np.ndarray
+
+
+def taps_of(weights: np.ndarray) -> Taps:
+    """Taps of a kernel (2 n + 1, 2 n + 1): where a column's weight changes, a running sum is read.
+
+    The sum over w[i] v[i] is the sum over (w[i - 1] - w[i]) S[i], S[i] = v[0] + ... + v[i - 1] (summation by parts). Where the
+    aperture is evenly bright a column changes at its two ends only, so that the work grows with the radius, not with its square.
+    """
+    reach = weights.shape[0] // 2
+    steps = -np.diff(np.pad(weights, ((1, 1), (0, 0))), axis=0)
+    rows, columns = np.nonzero(np.abs(steps) > 1e-12)
+    sides = np.arange(-reach, reach + 1)
+    return Taps(rows - reach, columns - reach, steps[rows, columns], sides, weights.sum(axis=0))

@@ -1,0 +1,64 @@
+"""Tables that kernels/defocus.cl reads: where the running sums of a strip are read for each radius."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from simulator.aperture_image import CHUNK, Taps, disk_weights, taps_of
+
+
+@dataclass(frozen=True)
+class BlurTable:
+    """Means over the aperture's image, one node for each radius; arrays as kernels/defocus.cl names them."""
+
+    nodes: np.ndarray
+    taps: np.ndarray
+    weights: np.ndarray
+    sides: np.ndarray
+    totals: np.ndarray
+
+
+@lru_cache(maxsize=4096)
+def disk_taps(radius_px: float) -> Taps:
+    """Taps of a disk."""
+    return taps_of(disk_weights(radius_px))
+
+
+def blur_table(radii_px: Sequence[float], rows: int, half_columns: int) -> BlurTable:
+    """Table of these radii for a strip of this many rows and half columns."""
+    images = [disk_taps(abs(radius)) for radius in radii_px]
+    return BlurTable(
+        nodes=_nodes(images),
+        taps=_places([(image.rows, image.columns) for image in images], rows + 1, half_columns),
+        weights=_padded([image.weights for image in images]).astype(np.float32),
+        sides=_places([(0 * image.sides, image.sides) for image in images], 1, half_columns),
+        totals=_padded([image.totals for image in images]).astype(np.float32),
+    )
+
+
+def _nodes(images: list[Taps]) -> np.ndarray:
+    taps, sides = (np.array([_whole_chunks(count) for count in counts]) for counts in _counts(images))
+    first = [np.concatenate([[0], np.cumsum(counts)[:-1]]) for counts in (taps, sides)]
+    return np.stack([first[0], taps, first[1], sides], axis=-1).astype(np.int32)
+
+
+def _counts(images: list[Taps]) -> tuple[list[int], list[int]]:
+    return [len(image.weights) for image in images], [len(image.totals) for image in images]
+
+
+def _whole_chunks(count: int) -> int:
+    return -(-count // CHUNK) * CHUNK
+
+
+def _padded(parts: list[np.ndarray]) -> np.ndarray:
+    """All parts in a row, each filled up with zeros to whole chunks."""
+    return np.concatenate([np.pad(part, (0, _whole_chunks(len(part)) - len(part))) for part in parts])
+
+
+def _places(offsets: list[tuple[np.ndarray, np.ndarray]], rows: int, half_columns: int) -> np.ndarray:
+    """Distance in a strip split by column parity, for an even and for an odd photosite: (2, places) int32."""
+    down, right = (_padded([pair[axis] for pair in offsets]) for axis in (0, 1))
+    sides = [parity + right for parity in (0, 1)]
+    return np.stack([((side & 1) * rows + down) * half_columns + (side >> 1) for side in sides]).astype(np.int32)
