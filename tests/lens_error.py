@@ -23,7 +23,7 @@ class ErrorStatistics:
 
 
 def z_scores(found, truth, electrons: float, read_noise_e: float = READ_NOISE_E) -> np.ndarray:
-    """Deviation from the truth in standard deviations of a frame; found, truth: radiance of one shape; electrons: at radiance 1."""
+    """Deviation from the truth in standard deviations of a frame; found, truth: radiance; electrons: at radiance 1."""
     found, truth = np.asarray(found, dtype=np.float64), np.asarray(truth, dtype=np.float64)
     assert found.shape == truth.shape
     return electrons * (found - truth) / np.sqrt(electrons * truth + read_noise_e**2)

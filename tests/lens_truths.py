@@ -1,7 +1,7 @@
 """Scenes whose picture behind a thin lens is known, with that picture in float64.
 
-Photosite (r, c) covers [r, r+1) x [c, c+1); an image point is blurred to a disk of radius |s|. Equation of all of them: the mean over
-photosite and lens point u (uniform in the unit disk) of the layers, front to back, each read at x + s u; s > 0 behind the focus.
+Photosite (r, c) covers [r, r+1) x [c, c+1); an image point is blurred to a disk of radius |s|, s > 0 behind the focus. The
+picture is the mean over photosite and lens point u (uniform in the unit disk) of the layers, front to back, read at x + s u.
 Nothing here is read from pixels: the truths come from closed forms, or from quadrature of the scene's own formula.
 """
 
@@ -18,7 +18,8 @@ ROWS, COLUMNS = 24, 48
 class Case:
     """One scene and its picture.
 
-    colour: (layers, rows, columns) radiance * coverage, nearest layer first; rows = (rows of the truth + 2 margin) * oversampling.
+    colour: (layers, rows, columns) radiance * coverage, nearest layer first;
+    rows = (rows of the truth + 2 margin) * oversampling.
     coverage: (layers, rows, columns) 0 to 1. radius_px: (layers, rows, columns) signed blur radius [photosites].
     truth: (rows, columns) mean radiance of each photosite. margin: photosites around the truth.
     oversampling: samples per photosite and axis. means: samples are means over their cell, not values at its centre.
@@ -67,7 +68,7 @@ def sinusoid(radius: float, period_px: float, oversampling: int = 1) -> Case:
 
 
 def point(radius: float, oversampling: int = 1, light: float = 200.0) -> Case:
-    """A point that gives a photosite in focus this radiance, at the centre of one sample: the area of its disk on each photosite."""
+    """A point at the centre of a sample; in focus it gives a photosite this radiance: its disk's area on each photosite."""
     colour, margin, (row, column) = _one_bright_cell(radius, oversampling, light)
     return _case(
         f"point_{radius:g}", [(colour, 1.0, radius)], 0.5 + light * _spread(row, column, radius), margin, oversampling, True
@@ -75,7 +76,7 @@ def point(radius: float, oversampling: int = 1, light: float = 200.0) -> Case:
 
 
 def square_light(radius: float, oversampling: int = 1, light: float = 200.0) -> Case:
-    """The same light from a square as large as a sample, as its piecewise constant picture says: the mean of its points' disks."""
+    """The same light from a square as large as a sample: the mean of its points' disks."""
     colour, margin, (row, column) = _one_bright_cell(radius, oversampling, light)
     nodes, weights = _gauss(24, -0.5 / oversampling, 0.5 / oversampling)
     disks = sum(
@@ -117,7 +118,7 @@ def uniform_layers(near: float, far: float, oversampling: int = 1) -> Case:
 
 
 def stripes(near: float, far: float, period_px: float, oversampling: int = 1) -> Case:
-    """A near half-plane before stripes, both out of focus: edge and stripes covary over the lens, as blurred layers cannot know."""
+    """A near half-plane before stripes, both out of focus: over the lens, edge and stripes covary."""
 
     def back(x):
         return 0.6 + 0.35 * np.cos(2.0 * math.pi * x / period_px + 0.4)
@@ -127,7 +128,7 @@ def stripes(near: float, far: float, period_px: float, oversampling: int = 1) ->
 
 
 def slanted_plane(slope: tuple[float, float], oversampling: int = 1) -> Case:
-    """One plane through the focus: s is affine in the image, so x' = x + s(x') u has the solution x + u s(x) / (1 - slope u)."""
+    """A plane through the focus: s is affine in the image, so x' = x + s(x') u is x + u s(x) / (1 - slope u)."""
     gy, gx = slope
 
     def radius(y, x):
@@ -189,7 +190,7 @@ def _case(name, layers, truth, margin, oversampling, means) -> Case:
 
 
 def _centres(margin: int, oversampling: int) -> tuple[np.ndarray, np.ndarray]:
-    """Positions y (rows, 1) and x (1, columns) of the samples' centres [photosites]; (0, 0) is the truth's upper left corner."""
+    """Centres y (rows, 1) and x (1, columns) of the samples [photosites] from the truth's upper left corner."""
     y = (np.arange((ROWS + 2 * margin) * oversampling) + 0.5) / oversampling - margin
     x = (np.arange((COLUMNS + 2 * margin) * oversampling) + 0.5) / oversampling - margin
     return y[:, None], x[None, :]
@@ -216,7 +217,7 @@ def _photosite_mean(picture, rows: int = 12, columns: int = 12) -> np.ndarray:
 
 
 def _half_plane_means(distance: np.ndarray, widths: np.ndarray) -> np.ndarray:
-    """Share of each square cell inside a half-plane; distance: of its centre, > 0 inside; widths: of the cell along the normal."""
+    """Share of square cells inside a half-plane; distance: of a centre, > 0 inside; widths: of the cell along the normal."""
     high, low = 0.5 * max(widths), 0.5 * min(widths)
     if low == 0.0:
         return np.clip(0.5 + 0.5 * distance / high, 0.0, 1.0)
