@@ -24,7 +24,7 @@ ORDER = [
     {"planner"},
     {"grey_patch", "noise_budget", "sensitivity", "truth_maps"},
     {"blur_tables", "blur_tiles"},
-    {"blur", "readout"},
+    {"blur", "lens_sampling", "readout"},
     {"pipeline"},
     {"config", "raw", "raw_file", "white_balance", "development", "resimulation"},
     {"measurement"},
