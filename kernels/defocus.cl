@@ -2,15 +2,13 @@
 // photosite to photosite.
 //   light(x) = sum over nodes of share(radius(x), node) * mean over the aperture's image of that node's radius
 // A mean is read from running sums down the columns where the image's weight changes (simulator/aperture_image.py). Between
-// nodes, one `1 / nodes_per_px` apart in signed radius, it is a cubic through the four nearest (Lagrange).
+// nodes, one `1 / nodes_per_px` apart in signed radius, it is a cubic through the four nearest (Lagrange). ways.h has the order of
+// the planes.
 //
-// The planes are split by column parity, so that photosites of one colour lie side by side: photosite (x, y) is at
-// [x % 2][y][x / 2]. A work-item computes SPAN of them: the innermost loop, which CPU compilers turn into vectors; GPUs take 1.
-//
-// sampled: (planes, 2, rows, half_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1], a strip with its margin; this surface's
+// sampled: (planes, WAYS, rows, half_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1], a strip with its margin; this surface's
 //          colours begin at first_plane.
-// sums:    (CHANNELS, 2, rows + 1, half_columns) float32, sums down the columns of what exceeds `least`.
-// least:   (CHANNELS, 2, half_columns) float32, least value of each column.
+// sums:    (CHANNELS, WAYS, rows + 1, half_columns) float32, sums down the columns of what exceeds `least`.
+// least:   (CHANNELS, WAYS, half_columns) float32, least value of each column.
 // radius:  (maps, 2, radius_rows, half_columns) float32, signed radius [photosites], > 0 behind the plane in focus.
 // light:   (height, width) float32, the mosaic.
 // tiles:   (tiles, 4) uint32: first half column and row in the strip, first node, nodes (0: sharp, copied).
@@ -20,11 +18,12 @@
 // margin_x, margin_y: place of the frame's first photosite in the strip; strip_y: row of the frame at the strip's first row.
 #include "conventions.h"
 #include "cfa.h"
+#include "ways.h"
 
 kernel void defocus_sums(global const float *restrict sampled, global float *restrict sums, global float *restrict least,
                          const uint first_plane, const uint rows, const uint half_columns) {
     const size_t plane = get_global_id(1), first = get_global_id(0) * SPAN;
-    global const float *value = sampled + (2 * first_plane + plane) * rows * half_columns + first;
+    global const float *value = sampled + (WAYS * first_plane + plane) * rows * half_columns + first;
     global float *sum = sums + plane * (rows + 1) * half_columns + first;
     float low[SPAN], running[SPAN];
     for (uint i = 0; i < SPAN; i++) low[i] = value[i];
@@ -72,11 +71,11 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
     const uint row = tile[1] + (uint)(get_global_id(1) >> 1), y = strip_y + row - margin_y;
     const size_t column = tile[0] + get_global_id(0) * SPAN;
     if (y >= height) return;
-    const size_t plane = 2 * cfa_plane(parity + margin_x, y); // the margin's parity moves the pattern
-    global const float *line = sums + (plane * (rows + 1) + row) * half_columns + column, *low = least + plane * half_columns + column;
+    const size_t plane = WAYS * cfa_plane(parity + margin_x, y); // the margin's parity moves the pattern
+    global const float *line = sums + (plane * (rows + 1) + OVER * row) * half_columns + column, *low = least + plane * half_columns + column;
     global const float *own = radius + ((2 * map + parity) * radius_rows + radius_row + row) * half_columns + column;
     float sum[SPAN], mean[SPAN];
-    global const float *sharp = sampled + ((2 * first_plane + plane + parity) * rows + row) * half_columns + column;
+    global const float *sharp = sampled + ((WAYS * first_plane + plane + parity) * rows + row) * half_columns + column; // where OVER is 1
     for (uint i = 0; i < SPAN; i++) sum[i] = tile[3] ? 0.0f : sharp[i];
     for (int n = (int)tile[2]; n < (int)(tile[2] + tile[3]); n++) {
         global const int *node = nodes + 4 * n;

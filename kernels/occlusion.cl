@@ -4,18 +4,19 @@
 // A slab is a surface of constant signed radius s, or the part of a surface whose radius lies in a range: its s is that of the
 // range's middle, and the ranges are shifted from point to point (phase), so that their steps average out.
 // A surface is read at x + s u between its photosites (bilinear). All that a line needs is the same for all photosites of a
-// tile but its start, so that they are read side by side; see defocus.cl for the split by column parity and SPAN.
+// tile but its start, so that they are read side by side; see ways.h for the order of the planes and SPAN.
 //
-// planes: (LAYERS, CHANNELS + COVERAGE, 2, rows, half_columns) float32: light times coverage of each colour
+// planes: (LAYERS, CHANNELS + COVERAGE, WAYS, rows, half_columns) float32: light times coverage of each colour
 //         [e- s^-1 um^-2 sr^-1], then coverage, 0 to 1; a strip with its margin.
-// radius: (MAPS, 2, radius_rows, half_columns) float32, signed radius [photosites], > 0 behind the plane in focus.
+// radius: (MAPS, WAYS, rows, half_columns) float32, signed radius [photosites], > 0 behind the plane in focus.
 // light:  (height, width) float32, the mosaic.
 // tiles:  (tiles, 4) uint32: first half column and row in the strip, first slab, slabs.
 // slabs:  (slabs, 4) float32: layer, map (-1: constant radius), radius at phase 0, step: width of the range.
-// points: (points, 4) float32: u in x and y (1: edge of the aperture), share of the light, phase (0 to 1).
+// points: (points, 5) float32: u in x and y (1: edge of the aperture), place in the photosite in x and y, phase (0 to 1).
 // margin_x, margin_y, strip_y: as in defocus.cl. normalise: light that meets no surface is replaced by the mean of what does.
 #include "conventions.h"
 #include "cfa.h"
+#include "ways.h"
 
 INLINE int whole(const float v) { return (int)v - (v < (float)(int)v ? 1 : 0); }
 
@@ -27,35 +28,35 @@ INLINE float inside(const float radius, const float low, const float high, const
 kernel void occlusion(global const float *restrict planes, global const float *restrict radius, global float *restrict light,
                       global const uint *restrict tiles, global const float *restrict slabs, global const float *restrict points,
                       const uint point_count, const uint normalise, const uint rows, const uint half_columns,
-                      const uint radius_rows, const uint radius_row, const uint margin_x, const uint strip_y, const uint margin_y,
+                      const uint margin_x, const uint strip_y, const uint margin_y,
                       const uint width, const uint height) {
     const int parity = (int)(get_global_id(1) & 1);
     global const uint *tile = tiles + 4 * get_global_id(2);
     const uint row = tile[1] + (uint)(get_global_id(1) >> 1), y = strip_y + row - margin_y;
-    const size_t column = tile[0] + get_global_id(0) * SPAN, plane = (size_t)rows * half_columns;
+    const size_t column = tile[0] + get_global_id(0) * SPAN;
+    const long plane = (long)rows * half_columns;
     if (y >= height) return;
-    const size_t colour = cfa_plane(parity + margin_x, y);
+    const long colour = cfa_plane(parity + margin_x, y);
     float sum[SPAN], seen[SPAN], through[SPAN];
     for (uint i = 0; i < SPAN; i++) sum[i] = seen[i] = 0.0f;
     for (uint n = 0; n < point_count; n++) {
-        global const float *point = points + 4 * n;
-        for (uint i = 0; i < SPAN; i++) through[i] = point[2];
+        global const float *point = points + 5 * n;
+        for (uint i = 0; i < SPAN; i++) through[i] = 1.0f;
         for (uint k = tile[2]; k < tile[2] + tile[3]; k++) {
             global const float *slab = slabs + 4 * k;
-            const float s = slab[2] + slab[3] * point[3], u = s * point[0], v = s * point[1];
-            const int dx = whole(u), dy = whole(v), left = parity + dx, right = left + 1;
+            const float s = slab[2] + slab[3] * point[4];
+            const float u = OVER * (s * point[0] + point[2] + 0.5f) - 0.5f, v = OVER * (s * point[1] + point[3] + 0.5f) - 0.5f;
+            const int dx = whole(u), dy = whole(v), left = OVER * parity + dx, right = left + 1;
             const float f = u - (float)dx, g = v - (float)dy;
             const float wa = (1.0f - f) * (1.0f - g), wb = f * (1.0f - g), wc = (1.0f - f) * g, wd = f * g;
-            const long line = ((long)row + dy) * half_columns + (long)column;
-            const long at_left = line + (left >> 1), at_right = line + (right >> 1);
-            const long first = (left & 1) * (long)plane + at_left, second = (right & 1) * (long)plane + at_right;
-            global const float *layer = planes + (long)slab[0] * 2 * (CHANNELS + COVERAGE) * (long)plane;
-            global const float *a = layer + 2 * colour * plane + first, *b = layer + 2 * colour * plane + second;
-            global const float *c = layer + 2 * CHANNELS * plane + first, *d = layer + 2 * CHANNELS * plane + second;
+            const long line = (OVER * (long)row + dy) * half_columns + (long)column;
+            const long first = (left & (WAYS - 1)) * plane + line + floor_ways(left);
+            const long second = (right & (WAYS - 1)) * plane + line + floor_ways(right);
+            global const float *layer = planes + (long)slab[0] * WAYS * (CHANNELS + COVERAGE) * plane;
+            global const float *a = layer + WAYS * colour * plane + first, *b = layer + WAYS * colour * plane + second;
+            global const float *c = layer + WAYS * CHANNELS * plane + first, *d = layer + WAYS * CHANNELS * plane + second;
             if (slab[1] >= 0.0f) {
-                const long map_plane = (long)radius_rows * half_columns, map_row = (long)radius_row * half_columns;
-                global const float *map = radius + 2 * (long)slab[1] * map_plane + map_row;
-                global const float *r = map + (left & 1) * map_plane + at_left, *q = map + (right & 1) * map_plane + at_right;
+                global const float *map = radius + WAYS * (long)slab[1] * plane, *r = map + first, *q = map + second;
                 const float low = s - 1.5f * slab[3], high = s + 0.5f * slab[3]; // a range more in front: no cracks on slopes
                 for (uint i = 0; i < SPAN; i++) {
                     const float ma = inside(r[i], low, high, wa), mb = inside(q[i], low, high, wb);
@@ -85,6 +86,6 @@ kernel void occlusion(global const float *restrict planes, global const float *r
     }
     for (uint i = 0; i < SPAN; i++) {
         const uint x = (uint)(2 * (column + i) + parity) - margin_x; // wraps to a large number in the margin
-        if (x < width) light[(size_t)y * width + x] = normalise ? sum[i] / (seen[i] > 1e-6f ? seen[i] : 1e-6f) : sum[i];
+        if (x < width) light[(size_t)y * width + x] = sum[i] / (normalise ? (seen[i] > 1e-6f ? seen[i] : 1e-6f) : (float)point_count);
     }
 }

@@ -27,6 +27,21 @@ def disk_weights(radius_px: float) -> np.ndarray:
     return weights / weights.sum()
 
 
+def photosite_weights(radius_px: float, over: int) -> np.ndarray:
+    """What a photosite sees of points `over` to a photosite and axis, through an aperture whose image has this radius [photosites].
+
+    The disk on the points' own squares, and the mean over the photosite's over x over points: (n, n) float64, sum 1, n odd for
+    an odd `over`; even sizes have the photosite's centre between their middle points.
+    """
+    weights = disk_weights(over * radius_px)
+    size = weights.shape[0] + over - 1
+    spread = np.zeros((size, size))
+    for down in range(over):
+        for right in range(over):
+            spread[down : down + weights.shape[0], right : right + weights.shape[1]] += weights
+    return spread / over**2
+
+
 def _corner_area(x: np.ndarray, y: np.ndarray, radius: float) -> np.ndarray:
     """Area of the part of a disk about the origin with coordinates below x and y."""
     corner = np.sqrt(np.maximum(radius**2 - y**2, 0.0))  # where the line y leaves the disk
@@ -61,13 +76,15 @@ class Taps:
 
 
 def taps_of(weights: np.ndarray) -> Taps:
-    """Taps of a kernel (2 n + 1, 2 n + 1): where a column's weight changes, a running sum is read.
+    """Taps of a kernel (n, n): where a column's weight changes, a running sum is read.
+
+    Its centre is element (n - 1) // 2.
 
     The sum over w[i] v[i] is the sum over (w[i - 1] - w[i]) S[i], S[i] = v[0] + ... + v[i - 1] (summation by parts). Where the
     aperture is evenly bright a column changes at its two ends only, so that the work grows with the radius, not with its square.
     """
-    reach = weights.shape[0] // 2
+    reach = (weights.shape[0] - 1) // 2
     steps = -np.diff(np.pad(weights, ((1, 1), (0, 0))), axis=0)
     rows, columns = np.nonzero(np.abs(steps) > 1e-12)
-    sides = np.arange(-reach, reach + 1)
+    sides = np.arange(weights.shape[1]) - reach
     return Taps(rows - reach, columns - reach, steps[rows, columns], sides, weights.sum(axis=0))

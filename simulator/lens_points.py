@@ -6,7 +6,7 @@ import numpy as np
 
 FEWEST, MOST = 32, 256
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
-PLASTIC = 1.324717957244746  # the plastic number: its inverse fills an interval evenly and knows nothing of the golden angle
+ROOT = 1.2207440846057596  # of x^4 = x + 1
 
 
 def points_wanted(radius_px: np.ndarray) -> np.ndarray:
@@ -16,12 +16,16 @@ def points_wanted(radius_px: np.ndarray) -> np.ndarray:
 
 
 @lru_cache
-def lens_points(count: int) -> np.ndarray:
-    """Points on a spiral of the golden angle, (count, 4) float32: x, y in the unit disk, share of the light, phase from 0 to 1.
+def lens_points(count: int, over: int) -> np.ndarray:
+    """Points on a spiral of the golden angle: (count, 5) float32 x, y in the unit disk; x, y in the photosite; phase from 0 to 1.
 
-    Equal areas between turns make the points evenly dense up to the rim (Vogel 1979, Math. Biosci. 44, 179).
+    Equal areas between turns make the points evenly dense up to the rim (Vogel 1979, Math. Biosci. 44, 179). The places in the
+    photosite have the variance of its over x over points, and fill it evenly with the phase (Roberts' sequence in three
+    dimensions, whose steps are powers of the root of x^4 = x + 1).
     """
     number = np.arange(count) + 0.5
     radius, angle = np.sqrt(number / count), np.arange(count) * GOLDEN_ANGLE
-    phase = np.modf((np.arange(count) + 0.5) / PLASTIC)[0]
-    return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(count, 1.0 / count), phase], -1).astype(np.float32)
+    x, y, phase = np.modf(number[:, None] / ROOT ** np.arange(1, 4))[0].T
+    width = np.sqrt(1.0 - 1.0 / over**2)
+    place = [width * (x - 0.5), width * (y - 0.5)]
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), *place, phase], axis=-1).astype(np.float32)

@@ -16,8 +16,8 @@ from simulator.fused import sensor_defines
 from simulator.input_files import fingerprints
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
 from simulator.readout import averaged, covered, mixed, read_out, shared_charge
-from simulator.sensitivity import baseline_exposure_ev
 from simulator.scene import Layer
+from simulator.sensitivity import baseline_exposure_ev
 from simulator.shot import Shot
 from simulator.truth_maps import blur_map, depth_map, variance_map
 

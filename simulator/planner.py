@@ -202,11 +202,12 @@ def _fused_stages(shot: Shot) -> dict[str, Stage]:
     }
 
 
-def projection_defines(planned: Plan) -> dict[str, object]:
-    """Macros of kernels/projection.cl."""
+def projection_defines(planned: Plan, over: int = 1) -> dict[str, object]:
+    """Macros of kernels/projection.cl, for planes of `over` x `over` points per photosite."""
     (c00, c01), (c10, c11) = planned.filter_block()
     cfa = {"CFA_00": c00, "CFA_01": c01, "CFA_10": c10, "CFA_11": c11}
-    return {"SAMPLES": planned.projection.samples, "NEAREST": int(planned.projection.nearest), **cfa}
+    samples = -(-planned.projection.samples // over)
+    return {"SAMPLES": samples, "NEAREST": int(planned.projection.nearest), "OVER": over, **cfa}
 
 
 def projection_arguments(planned: Plan, origin_x: int, origin_y: int) -> dict[str, object]:
