@@ -7,10 +7,11 @@
 //
 // sampled: (planes, WAYS, rows, half_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1], a strip with its margin; this surface's
 //          colours begin at first_plane.
-// sums:    (CHANNELS, WAYS, rows + 1, half_columns) float32, sums down the columns of what exceeds `least`.
-// least:   (CHANNELS, WAYS, half_columns) float32, least value of each column.
+// sums:    (CHANNELS + COVERAGE, WAYS, rows + 1, half_columns) float32, sums down the columns of what exceeds `least`.
+// least:   (CHANNELS + COVERAGE, WAYS, half_columns) float32, least value of each column.
 // radius:  (maps, 2, radius_rows, half_columns) float32, signed radius [photosites], > 0 behind the plane in focus.
-// light:   (height, width) float32, the mosaic.
+// light:   (height, width) float32, the mosaic. open: (height, width) float32, share of the light that the layers before let
+//          through; COMPOSITE 1 lays this surface behind them, with its mean coverage, plane CHANNELS of it.
 // tiles:   (tiles, 4) uint32: first half column and row in the strip, first node, nodes (0: sharp, copied).
 // nodes:   (nodes, 4) int32: first tap, taps, first side, sides; counts are multiples of 8.
 // taps:    (2, all taps) int32, distance in `sums` for an even and an odd photosite; weights: (all taps) float32.
@@ -44,7 +45,8 @@ kernel void defocus_sums(global const float *restrict sampled, global float *res
 // What a node counts at a distance t [nodes]: Lagrange's cubic on the four nearest.
 INLINE float share(const float distance) {
     const float t = distance < 0.0f ? -distance : distance;
-    return t < 1.0f ? (1.0f - t * t) * (1.0f - 0.5f * t) : (t < 2.0f ? (1.0f - t) * (2.0f - t) * (3.0f - t) * (1.0f / 6.0f) : 0.0f);
+    const float outer = t < 2.0f ? (1.0f - t) * (2.0f - t) * (3.0f - t) * (1.0f / 6.0f) : 0.0f;
+    return t < 1.0f ? (1.0f - t * t) * (1.0f - 0.5f * t) : outer;
 }
 
 INLINE void add_taps(global const float *line, global const int *places, global const float *shares, const int count, float *mean) {
@@ -60,36 +62,45 @@ INLINE void add_taps(global const float *line, global const int *places, global 
 
 // Dimension 0: spans of a tile; 1: its rows, each as even and odd columns; 2: tiles.
 kernel void defocus_mean(global const float *restrict sampled, global const float *restrict sums, global const float *restrict least,
-                         global const float *restrict radius, global float *restrict light, global const uint *restrict tiles, global const int *restrict nodes,
-                         global const int *restrict taps, global const float *restrict weights, global const int *restrict sides,
-                         global const float *restrict totals, const uint all_taps, const uint all_sides, const int first_node,
-                         const float nodes_per_px, const uint first_plane, const uint map, const uint rows, const uint half_columns,
-                         const uint radius_rows,                         const uint radius_row, const uint margin_x, const uint strip_y, const uint margin_y, const uint width,
+                         global const float *restrict radius, global float *restrict light, global float *restrict open,
+                         global const uint *restrict tiles, global const int *restrict nodes, global const int *restrict taps,
+                         global const float *restrict weights, global const int *restrict sides, global const float *restrict totals,
+                         const uint all_taps, const uint all_sides, const int first_node, const float nodes_per_px,
+                         const uint first_plane, const uint map, const uint rows, const uint half_columns, const uint radius_rows,
+                         const uint radius_row, const uint margin_x, const uint strip_y, const uint margin_y, const uint width,
                          const uint height) {
     const size_t parity = get_global_id(1) & 1;
     global const uint *tile = tiles + 4 * get_global_id(2);
     const uint row = tile[1] + (uint)(get_global_id(1) >> 1), y = strip_y + row - margin_y;
     const size_t column = tile[0] + get_global_id(0) * SPAN;
     if (y >= height) return;
-    const size_t plane = WAYS * cfa_plane(parity + margin_x, y); // the margin's parity moves the pattern
-    global const float *line = sums + (plane * (rows + 1) + OVER * row) * half_columns + column, *low = least + plane * half_columns + column;
+    const size_t colour = WAYS * cfa_plane(parity + margin_x, y); // the margin's parity moves the pattern
     global const float *own = radius + ((2 * map + parity) * radius_rows + radius_row + row) * half_columns + column;
-    float sum[SPAN], mean[SPAN];
-    global const float *sharp = sampled + ((WAYS * first_plane + plane + parity) * rows + row) * half_columns + column; // where OVER is 1
-    for (uint i = 0; i < SPAN; i++) sum[i] = tile[3] ? 0.0f : sharp[i];
+    global const float *sharp = sampled + ((WAYS * first_plane + colour + parity) * rows + row) * half_columns + column;
+    float sum[2 * SPAN], mean[SPAN]; // colour, and coverage
+    for (uint i = 0; i < SPAN; i++) sum[i] = tile[3] ? 0.0f : sharp[i]; // only where OVER is 1
+    for (uint i = SPAN; i < 2 * SPAN; i++) sum[i] = 0.0f;
     for (int n = (int)tile[2]; n < (int)(tile[2] + tile[3]); n++) {
         global const int *node = nodes + 4 * n;
-        for (uint i = 0; i < SPAN; i++) mean[i] = 0.0f;
-        add_taps(line, taps + parity * all_taps + node[0], weights + node[0], node[1], mean);
-        add_taps(low, sides + parity * all_sides + node[2], totals + node[2], node[3], mean);
-#if NODES
-        for (uint i = 0; i < SPAN; i++) sum[i] += share(own[i] * nodes_per_px - (float)(first_node + n)) * mean[i];
-#else
-        for (uint i = 0; i < SPAN; i++) sum[i] = mean[i];
-#endif
+        for (uint what = 0; what <= COMPOSITE; what++) {
+            const size_t plane = what ? WAYS * CHANNELS : colour;
+            global const float *line = sums + (plane * (rows + 1) + OVER * row) * half_columns + column;
+            for (uint i = 0; i < SPAN; i++) mean[i] = 0.0f;
+            add_taps(line, taps + parity * all_taps + node[0], weights + node[0], node[1], mean);
+            add_taps(least + plane * half_columns + column, sides + parity * all_sides + node[2], totals + node[2], node[3], mean);
+            for (uint i = 0; i < SPAN; i++)
+                sum[what * SPAN + i] += (NODES ? share(own[i] * nodes_per_px - (float)(first_node + n)) : 1.0f) * mean[i];
+        }
     }
     for (uint i = 0; i < SPAN; i++) {
         const uint x = (uint)(2 * (column + i) + parity) - margin_x; // wraps to a large number in the margin
-        if (x < width) light[(size_t)y * width + x] = sum[i];
+        if (x >= width) continue;
+#if COMPOSITE
+        const float through = open[(size_t)y * width + x];
+        light[(size_t)y * width + x] += through * sum[i];
+        open[(size_t)y * width + x] = through * (1.0f - sum[SPAN + i]);
+#else
+        light[(size_t)y * width + x] = sum[i];
+#endif
     }
 }

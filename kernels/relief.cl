@@ -1,10 +1,10 @@
-// What each tile of a map holds: least and greatest value, the greatest step between neighbours, and which classes of values
+// What each patch of a map holds: least and greatest value, the greatest step between neighbours, and which classes of values
 // occur, so that the planner knows where a surface is smooth.
 //
 // map:    (planes, rows, half_columns) float32, split by column parity as in defocus.cl; this one's two planes begin at first_plane.
-// relief: (3, rows / TILE_ROWS, half_columns / SPAN_TILE) float32: least, greatest, greatest step to the right or below.
-// present: (2, rows / TILE_ROWS, half_columns / SPAN_TILE) uint32, a bit for each class: (value - origin) * classes_per_unit.
-// One work-item per tile of SPAN_TILE half columns (dimension 0) and TILE_ROWS rows (dimension 1).
+// relief: (3, rows / PATCH_ROWS, half_columns / HALF_PATCH) float32: least, greatest, greatest step to the right or below.
+// present: (2, rows / PATCH_ROWS, half_columns / HALF_PATCH) uint32, a bit for each class: (value - origin) * classes_per_unit.
+// One work-item per patch of HALF_PATCH half columns (dimension 0) and PATCH_ROWS rows (dimension 1).
 #include "conventions.h"
 #include "plain_math.h"
 
@@ -13,20 +13,20 @@ INLINE float step_between(const float a, const float b) { return a > b ? a - b :
 kernel void relief(global const float *restrict map, global float *restrict relief, global uint *restrict present, const uint rows,
                    const uint half_columns, const uint first_plane, const float origin, const float classes_per_unit) {
     const size_t tile = get_global_id(1) * get_global_size(0) + get_global_id(0), tiles = get_global_size(0) * get_global_size(1);
-    const size_t column = get_global_id(0) * SPAN_TILE;
-    const uint top = get_global_id(1) * TILE_ROWS, reach = half_columns - column < SPAN_TILE + 1 ? 0u : 1u;
+    const size_t column = get_global_id(0) * HALF_PATCH;
+    const uint top = get_global_id(1) * PATCH_ROWS, reach = half_columns - column < HALF_PATCH + 1 ? 0u : 1u;
     global const float *even = map + (size_t)first_plane * rows * half_columns + column, *odd = even + (size_t)rows * half_columns;
-    float low[SPAN_TILE], high[SPAN_TILE], steep[SPAN_TILE];
-    uint near[SPAN_TILE], far[SPAN_TILE];
-    for (uint i = 0; i < SPAN_TILE; i++) {
+    float low[HALF_PATCH], high[HALF_PATCH], steep[HALF_PATCH];
+    uint near[HALF_PATCH], far[HALF_PATCH];
+    for (uint i = 0; i < HALF_PATCH; i++) {
         low[i] = high[i] = even[(size_t)top * half_columns + i];
         steep[i] = 0.0f;
         near[i] = far[i] = 0u;
     }
-    for (uint row = top; row < top + TILE_ROWS; row++) {
+    for (uint row = top; row < top + PATCH_ROWS; row++) {
         global const float *a = even + (size_t)row * half_columns, *b = odd + (size_t)row * half_columns;
         const size_t down = row + 1 < rows ? half_columns : 0;
-        for (uint i = 0; i < SPAN_TILE; i++) {
+        for (uint i = 0; i < HALF_PATCH; i++) {
             const float p = a[i], q = b[i];
             low[i] = smaller(low[i], smaller(p, q));
             high[i] = larger(high[i], larger(p, q));
@@ -37,7 +37,7 @@ kernel void relief(global const float *restrict map, global float *restrict reli
             far[i] |= (first < 32 ? 0u : 1u << (first & 31)) | (second < 32 ? 0u : 1u << (second & 31));
         }
     }
-    for (uint i = 1; i < SPAN_TILE; i++) {
+    for (uint i = 1; i < HALF_PATCH; i++) {
         low[0] = smaller(low[0], low[i]);
         high[0] = larger(high[0], high[i]);
         steep[0] = larger(steep[0], steep[i]);

@@ -23,9 +23,11 @@ def blurred_mosaic(planned: Plan, device: Device, planes: list, progress: Callab
     """
     frame, area = planned.frame, BlurFrame(planned)
     maps = measured_maps(planned, device, area)
-    chosen = choose(planned.defocus, planned.projection.scale, maps.reliefs, area.inside(planned))
-    light = device.empty((frame.height, frame.width), np.float32)
-    strips = [Strip(planned, device, area, maps, chosen, planes, over) for over in chosen.overs()]
+    chosen = choose(planned.defocus, maps.reliefs, area.inside(planned))
+    light = device.zeros((frame.height, frame.width), np.float32)
+    composite = chosen.with_method(Method.COMPOSITE, Method.CORRECTED).any()
+    open_ = device.ones((frame.height, frame.width) if composite else (1,), np.float32)
+    strips = [Strip(planned, device, area, maps, chosen, planes, open_, over) for over in chosen.overs()]
     for band in range(area.bands):
         for strip in strips:
             strip.band(band, light)
@@ -37,17 +39,19 @@ def blurred_mosaic(planned: Plan, device: Device, planes: list, progress: Callab
 class Strip:
     """The buffers of a band of rows with its margins, at `over` x `over` points per photosite, and what runs on them."""
 
-    def __init__(self, planned: Plan, device: Device, area: BlurFrame, maps: Maps, chosen: TileChoice, planes: list, over: int):
-        self.planned, self.device, self.area, self.maps, self.chosen, self.planes = planned, device, area, maps, chosen, planes
-        self.over, self.ways, self.rows = over, 2 * over, over * area.strip_rows
+    def __init__(
+        self, planned: Plan, device: Device, area: BlurFrame, maps: Maps, chosen: TileChoice, planes, open_, over: int
+    ):
+        self.planned, self.device, self.area, self.maps, self.chosen = planned, device, area, maps, chosen
+        self.planes, self.open, self.over, self.ways, self.rows = planes, open_, over, 2 * over, over * area.strip_rows
         self.channels = planned.camera.channels
         self.coverage = int(any(layer.coverage is not None for layer in planned.scene.layers))
         self.layer_planes = self.channels + self.coverage
         half = area.half_columns
         self.sampled = device.empty((len(planes) * self.layer_planes, self.ways, self.rows, half), np.float32)
-        self.sums = device.empty((self.channels, self.ways, self.rows + 1, half), np.float32)
-        self.least = device.empty((self.channels, self.ways, half), np.float32)
-        self.radius = device.empty((max(len(maps.scene_radius), 1), self.ways, self.rows, half), np.float32)
+        self.sums = device.empty((self.layer_planes, self.ways, self.rows + 1, half), np.float32)
+        self.least = device.empty((self.layer_planes, self.ways, half), np.float32)
+        self.radius = device.zeros((max(len(maps.scene_radius), 1), self.ways, self.rows, half), np.float32)
         self.size = {"rows": self.rows, "half_columns": half}
         defines = {"SPAN": device.span, "CHANNELS": self.channels, "COVERAGE": self.coverage}
         self.defines = {**projection_defines(planned, over), **defines}
@@ -63,10 +67,10 @@ class Strip:
         edges = {"margin_x": area.margin_x, "strip_y": strip_row, "margin_y": area.margin_y}
         place = {**self.size, **edges, "width": frame.width, "height": frame.height, "light": light}
         self._sample(strip_row)
+        means = place | {"radius_rows": area.rows, "radius_row": strip_row}
         for layer in range(len(self.planes)):
-            self._means(chosen, layer, place | {"radius_rows": area.rows, "radius_row": strip_row})
-        if (chosen.wanted & (chosen.methods == Method.OCCLUSION)).any():
-            self._occlusion(chosen, strip_row, place)
+            self._means(chosen, layer, means)
+        self._occlusion(chosen, strip_row, place)
 
     def _sample(self, strip_row: int) -> None:
         kernel = self.device.kernel("projection_planes", self.defines, file="projection.cl")
@@ -77,37 +81,48 @@ class Strip:
             self.device.run(kernel, size, None, planes=planes, sampled=self.sampled, first_plane=first_plane, **arguments)
 
     def _means(self, chosen: TileChoice, layer: int, place: dict) -> None:
-        """Tiles that one surface fills: copied, or a mean over the aperture's image."""
-        of_layer = chosen.wanted & (chosen.layer == layer)
-        mean = of_layer & (chosen.methods == Method.MEAN)
-        copied = of_layer & (chosen.methods == Method.COPY)
-        buffers = {"sampled": self.sampled, "sums": self.sums, "least": self.least, "first_plane": layer * self.layer_planes}
-        if mean.any():
-            kernel = self.device.kernel("defocus_sums", self.defines | {"NODES": 0}, file="defocus.cl")
-            size = (self.area.half_columns // self.device.span, self.ways * self.channels)
-            self.device.run(kernel, size, None, **buffers, **self.size)
-        maps = sum(np.ndim(radius) > 0 for radius in self.planned.defocus.radii_px[:layer])
-        for graded, wanted in ((0, copied | mean & chosen.constant), (1, mean & ~chosen.constant)):
+        """Tiles that the layer fills, copied or a mean over the aperture's image, and those where layers lie over one another."""
+        here = chosen.present[layer] > 0
+        copied, mean = (here & chosen.with_method(method) for method in (Method.COPY, Method.MEAN))
+        composite = here & chosen.with_method(Method.COMPOSITE, Method.CORRECTED)
+        if (mean | composite).any():
+            planes = self.channels + bool(composite.any())
+            kernel = self.device.kernel("defocus_sums", self.defines | {"NODES": 0, "COMPOSITE": 0}, file="defocus.cl")
+            size = (self.area.half_columns // self.device.span, self.ways * planes)
+            self.device.run(kernel, size, None, **self._sums(layer), **self.size)
+        constant = chosen.constant[layer]
+        for graded, several, wanted in (
+            (0, 0, copied | mean & constant),
+            (1, 0, mean & ~constant),
+            (0, 1, composite & constant),
+            (1, 1, composite & ~constant),
+        ):
             if wanted.any():
-                table, first_node = self._graded if graded else self._constants
-                lists = self._tile_list(wanted, chosen.first_node - first_node, np.where(copied, 0, chosen.nodes))
-                self.device.run(
-                    self.device.kernel("defocus_mean", self.defines | {"NODES": graded}, file="defocus.cl"),
-                    *self._launch(wanted),
-                    radius=self.maps.radius,
-                    map=maps,
-                    tiles=self.device.upload(lists),
-                    first_node=first_node,
-                    nodes_per_px=NODES_PER_PX,
-                    **table,
-                    **buffers,
-                    **place,
-                )
+                self._mean(chosen, layer, wanted, np.where(copied, 0, chosen.nodes[layer]), graded, several, place)
+
+    def _sums(self, layer: int) -> dict[str, object]:
+        return {"sampled": self.sampled, "sums": self.sums, "least": self.least, "first_plane": layer * self.layer_planes}
+
+    def _mean(self, chosen: TileChoice, layer: int, wanted, nodes, graded: int, composite: int, place: dict) -> None:
+        table, first_node = self._graded if graded else self._constants
+        self.device.run(
+            self.device.kernel("defocus_mean", self.defines | {"NODES": graded, "COMPOSITE": composite}, file="defocus.cl"),
+            *self._launch(wanted),
+            radius=self.maps.radius,
+            map=sum(np.ndim(radius) > 0 for radius in self.planned.defocus.radii_px[:layer]),
+            open=self.open,
+            tiles=self.device.upload(self._tile_list(wanted, chosen.first_node[layer] - first_node, nodes)),
+            first_node=first_node,
+            nodes_per_px=NODES_PER_PX,
+            **table,
+            **self._sums(layer),
+            **place,
+        )
 
     @cached_property
     def _graded(self) -> tuple[dict[str, object], int]:
         """Table of nodes in even steps over all radii that occur, and the first of them."""
-        first, last = self.chosen.graded_nodes(self.over)
+        first, last = self.chosen.graded_nodes()
         return self._table([node / NODES_PER_PX for node in range(first, last)]), first
 
     @cached_property
@@ -122,20 +137,26 @@ class Strip:
 
     def _occlusion(self, chosen: TileChoice, strip_row: int, place: dict) -> None:
         """Tiles where surfaces hide each other."""
+        sampled = chosen.with_method(Method.OCCLUSION, Method.CORRECTED)
+        if not sampled.any():
+            return
         area, device = self.area, self.device
         for number, scene_radius in enumerate(self.maps.scene_radius):
             origin = {"origin_x": area.x, "origin_y": area.y + strip_row}
             project_radius(
                 self.planned, device, scene_radius, self.radius, self.ways * number, over=self.over, **origin, **self.size
             )
-        hidden = chosen.wanted & (chosen.methods == Method.OCCLUSION)
-        slabs, first, count = slab_lists(self.planned.defocus, chosen.present[:, hidden])
-        lists, slabs = self._tile_list(hidden, first, count), device.upload(slabs)
-        points = points_wanted(chosen.largest_px[hidden])
-        for number in np.unique(points).tolist():
-            wanted = points == number
+        slabs, first, count = slab_lists(self.planned.defocus, chosen.present[:, sampled])
+        lists, slabs = self._tile_list(sampled, first, count), device.upload(slabs)
+        points, corrected = (
+            points_wanted(chosen.largest_px[sampled], self.planned.defocus.scale),
+            chosen.methods[sampled] == Method.CORRECTED,
+        )
+        for number, correction in sorted(set(zip(points.tolist(), corrected.tolist(), strict=True))):
+            wanted = (points == number) & (corrected == correction)
+            defines = self.defines | {"LAYERS": len(self.planes), "CORRECTION": int(correction)}
             device.run(
-                device.kernel("occlusion", self.defines, file="occlusion.cl"),
+                device.kernel("occlusion", defines, file="occlusion.cl"),
                 *self._launch(wanted),
                 planes=self.sampled,
                 radius=self.radius,

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from simulator.defocus import TILE_COLUMNS, TILE_ROWS
+from simulator.defocus import PATCH_COLUMNS, PATCH_ROWS, TILE_COLUMNS, TILE_ROWS
 from simulator.planner import Plan
 
 BAND_ROWS = 128  # rows that share running sums
@@ -45,6 +45,11 @@ class BlurFrame:
     def grid(self) -> tuple[int, int]:
         """Tile rows and columns."""
         return self.rows // TILE_ROWS, self.half_columns // HALF_TILE
+
+    @property
+    def patches(self) -> tuple[int, int]:
+        """Patch rows and columns."""
+        return self.rows // PATCH_ROWS, 2 * self.half_columns // PATCH_COLUMNS
 
     def inside(self, planned: Plan) -> np.ndarray:
         """Tiles that hold photosites of the frame: (tile rows, tile columns) bool."""

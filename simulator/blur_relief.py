@@ -1,11 +1,11 @@
-"""Measures on the device what each tile of a blurred frame holds of each layer."""
+"""Measures on the device what each patch of a blurred frame holds of each layer."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.blur_frame import HALF_TILE, BlurFrame
-from simulator.defocus import TILE_COLUMNS, TILE_ROWS, Relief
+from simulator.blur_frame import BlurFrame
+from simulator.defocus import PATCH_COLUMNS, PATCH_ROWS, Relief
 from simulator.device import Device
 from simulator.planner import Plan, projection_arguments, projection_defines
 
@@ -38,8 +38,8 @@ def measured_maps(planned: Plan, device: Device, area: BlurFrame) -> Maps:
             project_radius(planned, device, scene_radius[-1], radius, first_plane, over=1, **place)
             least, greatest, steepest, classes = _measured(planned, device, area, radius, first_plane)
         else:
-            least = greatest = np.full(area.grid, px, np.float32)
-            steepest, classes = np.zeros(area.grid, np.float32), np.ones(area.grid, np.uint64)
+            least = greatest = np.full(area.patches, px, np.float32)
+            steepest, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
         filled, covered = _coverage(planned, area, layer.coverage)
         reliefs.append(Relief(least, greatest, steepest, classes, covered, filled))
     return Maps(radius, scene_radius, reliefs)
@@ -60,13 +60,13 @@ def project_radius(planned, device, scene_radius, radius, first_plane, *, over, 
 
 
 def _measured(planned: Plan, device: Device, area: BlurFrame, radius, first_plane: int) -> tuple[np.ndarray, ...]:
-    """Least, greatest and steepest radius of each tile, and its classes."""
-    relief, present = device.empty((3, *area.grid), np.float32), device.empty((2, *area.grid), np.uint32)
+    """Least, greatest and steepest radius of each patch, and its classes."""
+    relief, present = device.empty((3, *area.patches), np.float32), device.empty((2, *area.patches), np.uint32)
     defocus = planned.defocus
     device.run(
-        device.kernel("relief", {"SPAN_TILE": HALF_TILE, "TILE_ROWS": TILE_ROWS}),
-        area.grid[::-1],
-        (1, 1),
+        device.kernel("relief", {"HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS}),
+        area.patches[::-1],
+        None,
         map=radius,
         relief=relief,
         present=present,
@@ -76,19 +76,19 @@ def _measured(planned: Plan, device: Device, area: BlurFrame, radius, first_plan
         origin=defocus.least_px - defocus.class_step_px,
         classes_per_unit=1.0 / defocus.class_step_px,
     )
-    near, far = device.download(present, (2, *area.grid), np.uint32).astype(np.uint64)
-    return (*device.download(relief, (3, *area.grid), np.float32), near | far << np.uint64(32))
+    near, far = device.download(present, (2, *area.patches), np.uint32).astype(np.uint64)
+    return (*device.download(relief, (3, *area.patches), np.float32), near | far << np.uint64(32))
 
 
 def _coverage(planned: Plan, area: BlurFrame, coverage: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest coverage of each tile, from all scene pixels that its photosites may read."""
+    """Least and greatest coverage of each patch, from all scene pixels that its photosites may read."""
     if coverage is None:
-        return np.ones(area.grid, np.float32), np.ones(area.grid, np.float32)
+        return np.ones(area.patches, np.float32), np.ones(area.patches, np.float32)
     projection = planned.projection
     least = greatest = coverage
     sides = (
-        (0, area.y, TILE_ROWS, area.grid[0], projection.offset_y),
-        (1, area.x, TILE_COLUMNS, area.grid[1], projection.offset_x),
+        (0, area.y, PATCH_ROWS, area.patches[0], projection.offset_y),
+        (1, area.x, PATCH_COLUMNS, area.patches[1], projection.offset_x),
     )
     for axis, origin, size, tiles, offset in sides:
         first = origin + size * np.arange(tiles)

@@ -15,6 +15,7 @@ from simulator.scene import Scene
 
 SHARP_PX = 0.3  # a blur circle of this radius stays inside its photosite: nothing to do
 TILE_COLUMNS, TILE_ROWS = 128, 16
+PATCH_COLUMNS, PATCH_ROWS = 16, 8  # what reaches a tile is found out patch by patch
 STEEPEST_PX = 0.2  # change of the radius from photosite to photosite up to which a surface counts as one
 SAME_PX = 0.02  # radii that lie closer share one blur circle
 CLASSES = 64  # one bit each in a 64-bit mask
@@ -23,9 +24,11 @@ CLASSES = 64  # one bit each in a 64-bit mask
 class Method(IntEnum):
     """How a tile is computed."""
 
-    COPY = 0
-    MEAN = 1
-    OCCLUSION = 2
+    COPY = 0  # sharp
+    MEAN = 1  # one surface: mean over the aperture's image
+    COMPOSITE = 2  # smooth surfaces laid over one another, each with its mean; exact while only one is out of focus
+    CORRECTED = 3  # the same, and what the surfaces have to do with each other, from points of the aperture
+    OCCLUSION = 4  # points of the aperture alone: surfaces that hide parts of themselves
 
 
 @dataclass(frozen=True)
@@ -35,10 +38,12 @@ class Defocus:
     radii_px: signed radius of each layer's blur circle on the scene's grid [photosites], > 0 behind the plane in focus: a float
         or (height, width) float32.
     opaque: whether the last layer covers everything, so that no line through the aperture ends in the dark.
+    scale: scene pixels per photosite.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
     opaque: bool
+    scale: float
 
     @property
     def least_px(self) -> float:
@@ -62,14 +67,15 @@ class Defocus:
 
     @property
     def class_step_px(self) -> float:
-        """Width of a class of radii, half a photosite as long as the classes suffice."""
-        return max(0.5, (self.greatest_px - self.least_px) / (CLASSES - 3))
+        """Width of a class of radii: the finer the scene, the narrower, as long as the classes suffice [photosites]."""
+        detail_px = 1.0 / min(max(self.scale, 0.25), 1.0)
+        return max(0.5 * detail_px, (self.greatest_px - self.least_px) / (CLASSES - 3))
 
 
-def plan_defocus(lens: ThinLens, pixel_pitch_um: float, scene: Scene) -> Defocus | None:
-    """Blur of a scene, or None when no blur circle is larger than a photosite."""
+def plan_defocus(lens: ThinLens, pixel_pitch_um: float, scene: Scene, scale: float) -> Defocus | None:
+    """Blur of a scene with so many pixels per photosite, or None when no blur circle is larger than a photosite."""
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
-    planned = Defocus(radii, scene.layers[-1].coverage is None)
+    planned = Defocus(radii, scene.layers[-1].coverage is None, scale)
     return planned if planned.largest_px > SHARP_PX else None
 
 
@@ -82,7 +88,7 @@ def _radius_px(lens: ThinLens, pixel_pitch_um: float, depth_m: float | np.ndarra
 
 @dataclass(frozen=True)
 class Relief:
-    """What the tiles of a frame hold of one layer, (tile rows, tile columns) each.
+    """What patches of a frame hold of one layer, (patch rows, patch columns) each; or tiles, or what reaches them.
 
     least_px, greatest_px: signed radius. steepest_px: greatest step of it between neighbours.
     classes: which classes of radii occur, one bit each. covered: greatest coverage. filled: least coverage.
@@ -95,22 +101,37 @@ class Relief:
     covered: np.ndarray
     filled: np.ndarray
 
+    def of_tiles(self) -> "Relief":
+        """Put the patches of each tile together."""
+        rows, columns = TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS
+        split = {name: plane.reshape(plane.shape[0] // rows, rows, -1, columns) for name, plane in vars(self).items()}
+        return Relief(**{name: _JOIN[name].reduce(_JOIN[name].reduce(plane, axis=3), axis=1) for name, plane in split.items()})
+
+
+_JOIN = {
+    "least_px": np.minimum,
+    "greatest_px": np.maximum,
+    "steepest_px": np.maximum,
+    "classes": np.bitwise_or,
+    "covered": np.maximum,
+    "filled": np.minimum,
+}
+
 
 def seen_from(relief: Relief) -> Relief:
-    """Return, for each tile, what can reach it: all tiles whose blur circles touch it, and all that its own touch."""
+    """Return, for each tile, what can reach it: patches whose blur circles touch one of its own, and all that its own touch."""
     largest = np.maximum(np.abs(relief.least_px), np.abs(relief.greatest_px)) + 2.0
-    rows, columns = (math.ceil(float(largest.max()) / size) for size in (TILE_ROWS, TILE_COLUMNS))
-    found = {name: getattr(relief, name).copy() for name in Relief.__dataclass_fields__}
-    merge = {"least_px": np.minimum, "filled": np.minimum, "classes": np.bitwise_or}
-    padded = {name: np.pad(plane, ((rows, rows), (columns, columns)), mode="edge") for name, plane in found.items()}
-    padded_largest = np.pad(largest, ((rows, rows), (columns, columns)), mode="edge")
+    rows, columns = (math.ceil(float(largest.max()) / size) for size in (PATCH_ROWS, PATCH_COLUMNS))
+    found = {name: plane.copy() for name, plane in vars(relief).items()}
+    padding = ((rows, rows), (columns, columns))
+    padded = {name: np.pad(plane, padding, mode="edge") for name, plane in found.items()}
+    padded_largest = np.pad(largest, padding, mode="edge")
     height, width = largest.shape
     for down in range(-rows, rows + 1):
         for right in range(-columns, columns + 1):
-            gap = math.hypot(max(abs(down) - 1, 0) * TILE_ROWS, max(abs(right) - 1, 0) * TILE_COLUMNS)
+            gap = math.hypot(max(abs(down) - 1, 0) * PATCH_ROWS, max(abs(right) - 1, 0) * PATCH_COLUMNS)
             window = slice(rows + down, rows + down + height), slice(columns + right, columns + right + width)
             near = np.maximum(padded_largest[window], largest) > gap
             for name, plane in found.items():
-                joined = merge.get(name, np.maximum)(plane, padded[name][window])
-                np.copyto(plane, joined, where=near)
-    return Relief(**found)
+                np.copyto(plane, _JOIN[name](plane, padded[name][window]), where=near)
+    return Relief(**found).of_tiles()

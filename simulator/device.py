@@ -151,8 +151,15 @@ class Device:
 
     def zeros(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
         """Buffer of zeros for an array of this shape."""
-        buffer = self.empty(shape, dtype)
-        cl.enqueue_fill_buffer(self._queue, buffer, np.zeros(1, dtype), 0, buffer.size)
+        return self._filled(shape, np.zeros(1, dtype))
+
+    def ones(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
+        """Buffer of ones for an array of this shape."""
+        return self._filled(shape, np.ones(1, dtype))
+
+    def _filled(self, shape: tuple[int, ...], value: np.ndarray) -> cl.Buffer:
+        buffer = self.empty(shape, value.dtype)
+        cl.enqueue_fill_buffer(self._queue, buffer, value, 0, buffer.size)
         return buffer
 
     def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype) -> np.ndarray:

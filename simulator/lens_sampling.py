@@ -99,12 +99,14 @@ def lens_points(
     power = math.ceil(math.log2(samples))
     square = np.stack([qmc.Sobol(4, seed=seed + 1000 * i).random_base2(power)[:samples] for i in range(patterns)])
     y, x = (
-        _disk(square[..., 2], square[..., 3]) if blades < 3 else _polygon(square[..., 2], square[..., 3], blades, rotation_deg)
+        disk_of_square(square[..., 2], square[..., 3])
+        if blades < 3
+        else _polygon(square[..., 2], square[..., 3], blades, rotation_deg)
     )
     return np.stack([square[..., 0], square[..., 1], y, x], axis=-1).astype(np.float32)
 
 
-def _disk(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def disk_of_square(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Equal-area map of the square onto the disk that keeps neighbours (Shirley and Chiu 1997)."""
     a, b = 2.0 * first - 1.0, 2.0 * second - 1.0
     wide = np.abs(a) > np.abs(b)

@@ -96,7 +96,7 @@ class Plan:
 
     def memory_bytes(self) -> int:
         """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
-        pixels, channels = self.frame.width * self.frame.height, self.camera.channels
+        pixels = self.frame.width * self.frame.height
         per_photosite = 4 + 2 * (2 + 4 + 4)  # mosaic; codes, mean electrons and noise-free codes, on both sides
         per_photosite += 4 * any(self.layout.crosstalk.optical_shares) + 8 * self.layout.shares_charge  # what passes leave
         if self.defocus is not None:
@@ -164,7 +164,7 @@ def plan(shot: Shot) -> Plan:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
     _check_light(scene, weights, shot)
     projection = plan_projection(scene, shot.lens, camera)
-    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene)
+    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale)
     stages = fused_stages(shot)
     fused = {stage.stem: stage for stage in stages}
     steps = _steps(scene, camera, projection, defocus, layout, fused)
