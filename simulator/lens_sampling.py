@@ -131,9 +131,7 @@ def sample_lens(device: Device, surfaces: Surfaces, points: np.ndarray, frame: W
     cells: colour and coverage are means of their samples; False: values at their centres, read bilinearly.
     The error falls nearly as 1/samples where light is smooth, as their power -0.7 at edges and small lights.
     """
-    block = cfa or ((0, 0), (0, 0))
-    defines = {f"CFA_{y}{x}": block[y][x] for y in (0, 1) for x in (0, 1)}
-    defines |= {"OVERSAMPLING": surfaces.oversampling, "CELLS": int(cells), "MOSAIC": int(cfa is not None)}
+    defines = ray_defines(surfaces.oversampling, cfa) | {"CELLS": int(cells)}
     planes = 1 if cfa is not None else surfaces.channels
     light = device.empty((planes, frame.height, frame.width), np.float32)
     device.run(
@@ -143,7 +141,6 @@ def sample_lens(device: Device, surfaces: Surfaces, points: np.ndarray, frame: W
         colour=surfaces.colour,
         coverage=surfaces.coverage,
         radius=surfaces.radius_px,
-        points=device.upload(np.asarray(points, dtype=np.float32)),
         light=light,
         layers=surfaces.layers,
         channels=surfaces.channels,
@@ -151,9 +148,19 @@ def sample_lens(device: Device, surfaces: Surfaces, points: np.ndarray, frame: W
         columns=surfaces.columns,
         margin=surfaces.margin_px,
         iterations=surfaces.iterations,
-        patterns=points.shape[0],
-        samples=points.shape[1],
-        origin_x=frame.x,
-        origin_y=frame.y,
+        **ray_arguments(device, points, frame),
     )
     return light
+
+
+def ray_defines(oversampling: int, cfa) -> dict[str, int]:
+    """Macros of a kernel that follows rays; cfa: planes of the frame's upper left corner, or None."""
+    block = cfa or ((0, 0), (0, 0))
+    places = {f"CFA_{y}{x}": block[y][x] for y in (0, 1) for x in (0, 1)}
+    return places | {"OVERSAMPLING": oversampling, "MOSAIC": int(cfa is not None)}
+
+
+def ray_arguments(device: Device, points: np.ndarray, frame: Window) -> dict[str, object]:
+    """Arguments of such a kernel that say which rays it follows."""
+    pattern = {"patterns": points.shape[0], "samples": points.shape[1], "origin_x": frame.x, "origin_y": frame.y}
+    return pattern | {"points": device.upload(np.asarray(points, dtype=np.float32))}

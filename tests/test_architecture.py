@@ -23,7 +23,7 @@ ORDER = [
     {"tiles", "fused", "layout"},
     {"planner"},
     {"grey_patch", "noise_budget", "sensitivity", "truth_maps"},
-    {"blur", "lens_sampling", "readout"},
+    {"blur", "lens_height_field", "lens_sampling", "readout"},
     {"pipeline"},
     {"config", "raw", "raw_file", "white_balance", "development", "resimulation"},
     {"measurement"},
