@@ -10,7 +10,7 @@ import numpy as np
 
 from simulator.device import Device
 from simulator.errors import require
-from simulator.lens_sampling import ray_arguments, ray_defines
+from simulator.lens_sampling import check_grid, ray_arguments, ray_defines
 from simulator.sensor.camera import Window
 
 
@@ -28,6 +28,14 @@ def sample_height_field(
     require(
         np.isfinite(radius_px).all(), "surface radius", "NaN or infinite", "give a distance for every sample, inf for the sky"
     )
+    one_size = colour.ndim == 3 and colour[0].shape == radius_px.shape
+    require(
+        one_size,
+        "surface",
+        f"colour {colour.shape}, radius {radius_px.shape}",
+        "give (channels, rows, columns), (rows, columns)",
+    )
+    check_grid(radius_px.shape, frame, margin_px, oversampling)
     steps = 2 * oversampling  # per photosite of radius
     planes = 1 if cfa is not None else colour.shape[0]
     light = device.empty((planes, frame.height, frame.width), np.float32)

@@ -49,6 +49,9 @@ def upload_surfaces(
     Raises PhotositeError for a coverage outside 0 to 1, a radius or colour that is no number, a surface too steep.
     """
     colour, coverage, radius_px = (np.asarray(array, dtype=np.float32) for array in (colour, coverage, radius_px))
+    shapes = f"colour {colour.shape}, coverage {coverage.shape}, radius {radius_px.shape}"
+    one_size = colour.ndim == 4 and colour[:, 0].shape == coverage.shape == radius_px.shape
+    require(one_size, "surfaces", shapes, "give (layers, channels, rows, columns) and twice (layers, rows, columns)")
     require(np.isfinite(colour).all(), "surface colour", "NaN or infinite", "give a number for every sample")
     require(
         np.isfinite(radius_px).all(), "surface radius", "NaN or infinite", "give a distance for every sample, inf for the sky"
@@ -131,6 +134,7 @@ def sample_lens(device: Device, surfaces: Surfaces, points: np.ndarray, frame: W
     cells: colour and coverage are means of their samples; False: values at their centres, read bilinearly.
     The error falls nearly as 1/samples where light is smooth, as their power -0.7 at edges and small lights.
     """
+    check_grid((surfaces.rows, surfaces.columns), frame, surfaces.margin_px, surfaces.oversampling)
     defines = ray_defines(surfaces.oversampling, cfa) | {"CELLS": int(cells)}
     planes = 1 if cfa is not None else surfaces.channels
     light = device.empty((planes, frame.height, frame.width), np.float32)
@@ -151,6 +155,13 @@ def sample_lens(device: Device, surfaces: Surfaces, points: np.ndarray, frame: W
         **ray_arguments(device, points, frame),
     )
     return light
+
+
+def check_grid(shape: tuple[int, int], frame: Window, margin_px: int, oversampling: int) -> None:
+    """Raise PhotositeError when the samples do not reach over the frame and its margin."""
+    wanted = tuple((size + 2 * margin_px) * oversampling for size in (frame.height, frame.width))
+    enough = shape[0] >= wanted[0] and shape[1] >= wanted[1]
+    require(enough, "surfaces", f"{shape} samples", f"give {wanted}: the frame and its margin, {oversampling} per photosite")
 
 
 def ray_defines(oversampling: int, cfa) -> dict[str, int]:

@@ -85,3 +85,11 @@ def test_a_crop_has_the_bits_of_the_whole_frame_and_a_mosaic_those_of_its_colour
 def test_what_is_no_number_is_refused(device, colour, radius, message):
     with pytest.raises(PhotositeError, match=message):
         sample_height_field(device, np.full((1, 9, 9), colour), np.full((9, 9), radius), 2, lens_points(4), Window(0, 0, 5, 5))
+
+
+def test_a_map_of_another_size_or_without_its_margin_is_refused(device):
+    frame, points = Window(0, 0, 5, 5), lens_points(4)
+    with pytest.raises(PhotositeError, match="surface = colour"):
+        sample_height_field(device, np.ones((1, 9, 9)), np.ones((9, 8)), 2, points, frame)
+    with pytest.raises(PhotositeError, match="the frame and its margin"):
+        sample_height_field(device, np.ones((1, 9, 9)), np.ones((9, 9)), 3, points, frame)

@@ -169,12 +169,19 @@ def test_flat_layers_need_no_steps():
         (lambda c, a, r: (c * np.nan, a, r), "surface colour = NaN"),
         (lambda c, a, r: (c, a, r + np.inf), "surface radius = NaN"),
         (lambda c, a, r: (c, a + 0.1, r), "surface coverage = 0.1 to 1.1"),
+        (lambda c, a, r: (c, a[:1], r), "surfaces = colour"),
         (lambda c, a, r: (c, a, r + 3.0 * (np.arange(42) > 20)), "as two layers"),
     ],
 )
 def test_surfaces_that_cannot_be_are_refused(device, change, message):
     with pytest.raises(PhotositeError, match=message):
         upload_surfaces(device, *change(*coloured_scene(np.random.default_rng(6))), 6)
+
+
+def test_a_grid_that_ends_inside_the_margin_is_refused(device):
+    surfaces = upload_surfaces(device, *coloured_scene(np.random.default_rng(6)), 6)
+    with pytest.raises(PhotositeError, match=r"give \(32, 44\): the frame and its margin"):
+        sample_lens(device, surfaces, lens_points(4), Window(0, 0, 32, 20))
 
 
 RENDERS = Path(__file__).parent.parent.parent / "shared" / "data" / "mitsuba"
