@@ -49,6 +49,9 @@ def upload_surfaces(
     Raises PhotositeError for a coverage outside 0 to 1, a radius or colour that is no number, a surface too steep.
     """
     colour, coverage, radius_px = (np.asarray(array, dtype=np.float32) for array in (colour, coverage, radius_px))
+    shapes = f"colour {colour.shape}, coverage {coverage.shape}, radius {radius_px.shape}"
+    one_size = colour.ndim == 4 and colour[:, 0].shape == coverage.shape == radius_px.shape
+    require(one_size, "surfaces", shapes, "give (layers, channels, rows, columns) and twice (layers, rows, columns)")
     require(np.isfinite(colour).all(), "surface colour", "NaN or infinite", "give a number for every sample")
     require(
         np.isfinite(radius_px).all(), "surface radius", "NaN or infinite", "give a distance for every sample, inf for the sky"
@@ -133,9 +136,8 @@ def sample_lens(device: Device, surfaces: Surfaces, points: np.ndarray, frame: W
     cells: colour and coverage are means of their samples; False: values at their centres, read bilinearly.
     The error falls nearly as 1/samples where light is smooth, as their power -0.7 at edges and small lights.
     """
-    block = cfa or ((0, 0), (0, 0))
-    defines = {f"CFA_{y}{x}": block[y][x] for y in (0, 1) for x in (0, 1)}
-    defines |= {"OVERSAMPLING": surfaces.oversampling, "CELLS": int(cells), "MOSAIC": int(cfa is not None)}
+    check_grid((surfaces.rows, surfaces.columns), frame, surfaces.margin_px, surfaces.oversampling)
+    defines = ray_defines(surfaces.oversampling, cfa) | {"CELLS": int(cells)}
     planes = 1 if cfa is not None else surfaces.channels
     light = device.empty((planes, frame.height, frame.width), np.float32)
     device.run(
@@ -145,7 +147,6 @@ def sample_lens(device: Device, surfaces: Surfaces, points: np.ndarray, frame: W
         colour=surfaces.colour,
         coverage=surfaces.coverage,
         radius=surfaces.radius_px,
-        points=device.upload(np.asarray(points, dtype=np.float32)),
         light=light,
         layers=surfaces.layers,
         channels=surfaces.channels,
@@ -153,9 +154,26 @@ def sample_lens(device: Device, surfaces: Surfaces, points: np.ndarray, frame: W
         columns=surfaces.columns,
         margin=surfaces.margin_px,
         iterations=surfaces.iterations,
-        patterns=points.shape[0],
-        samples=points.shape[1],
-        origin_x=frame.x,
-        origin_y=frame.y,
+        **ray_arguments(device, points, frame),
     )
     return light
+
+
+def check_grid(shape: tuple[int, int], frame: Window, margin_px: int, oversampling: int) -> None:
+    """Raise PhotositeError when the samples do not reach over the frame and its margin."""
+    wanted = tuple((size + 2 * margin_px) * oversampling for size in (frame.height, frame.width))
+    enough = shape[0] >= wanted[0] and shape[1] >= wanted[1]
+    require(enough, "surfaces", f"{shape} samples", f"give {wanted}: the frame and its margin, {oversampling} per photosite")
+
+
+def ray_defines(oversampling: int, cfa) -> dict[str, int]:
+    """Macros of a kernel that follows rays; cfa: planes of the frame's upper left corner, or None."""
+    block = cfa or ((0, 0), (0, 0))
+    places = {f"CFA_{y}{x}": block[y][x] for y in (0, 1) for x in (0, 1)}
+    return places | {"OVERSAMPLING": oversampling, "MOSAIC": int(cfa is not None)}
+
+
+def ray_arguments(device: Device, points: np.ndarray, frame: Window) -> dict[str, object]:
+    """Arguments of such a kernel that say which rays it follows."""
+    pattern = {"patterns": points.shape[0], "samples": points.shape[1], "origin_x": frame.x, "origin_y": frame.y}
+    return pattern | {"points": device.upload(np.asarray(points, dtype=np.float32))}

@@ -62,6 +62,21 @@ def test_the_error_falls_faster_than_of_random_points(device, case, steepest):
     assert stats.linregress(powers, np.log2(errors(device, case, powers))).slope < steepest
 
 
+@pytest.mark.parametrize(("cells", "power"), [(True, 1), (False, 2)])
+@pytest.mark.parametrize("oversampling", [1, 2, 4])
+def test_surfaces_on_a_coarse_grid_lose_contrast_twice(device, oversampling, cells, power):
+    """A wave read from samples 1/n photosites wide: sinc(q / n) once more as cells, its square when bilinear, per axis.
+
+    docs/lens_accuracy.md names this as the cause of what was wrong on slanted surfaces.
+    """
+    case = sinusoid(3.3, 9.0, oversampling)
+    found = picture(device, case, 2**13, cells=cells).ravel() - 0.5
+    wave = case.truth.ravel() - 0.5
+    contrast = float(found @ wave / (wave @ wave))
+    lost = np.sinc(0.6 / 9.0 / oversampling) * np.sinc(0.8 / 9.0 / oversampling)
+    assert contrast == pytest.approx(lost**power, abs=7e-4)  # waves on one sample per photosite have aliases
+
+
 @pytest.mark.parametrize("samples", [1, 333, 20000])
 def test_a_flat_field_stays_flat(device, samples):
     """Any radius, tilt or number of rays: uniform light stays what it is."""
@@ -154,12 +169,19 @@ def test_flat_layers_need_no_steps():
         (lambda c, a, r: (c * np.nan, a, r), "surface colour = NaN"),
         (lambda c, a, r: (c, a, r + np.inf), "surface radius = NaN"),
         (lambda c, a, r: (c, a + 0.1, r), "surface coverage = 0.1 to 1.1"),
+        (lambda c, a, r: (c, a[:1], r), "surfaces = colour"),
         (lambda c, a, r: (c, a, r + 3.0 * (np.arange(42) > 20)), "as two layers"),
     ],
 )
 def test_surfaces_that_cannot_be_are_refused(device, change, message):
     with pytest.raises(PhotositeError, match=message):
         upload_surfaces(device, *change(*coloured_scene(np.random.default_rng(6))), 6)
+
+
+def test_a_grid_that_ends_inside_the_margin_is_refused(device):
+    surfaces = upload_surfaces(device, *coloured_scene(np.random.default_rng(6)), 6)
+    with pytest.raises(PhotositeError, match=r"give \(32, 44\): the frame and its margin"):
+        sample_lens(device, surfaces, lens_points(4), Window(0, 0, 32, 20))
 
 
 RENDERS = Path(__file__).parent.parent.parent / "shared" / "data" / "mitsuba"
