@@ -1,7 +1,7 @@
 // Thin-lens defocus of one surface: each photosite's mean over the image of the aperture, whose radius may change from
 // photosite to photosite.
 //   light(x) = sum over nodes of share(radius(x), node) * mean over the aperture's image of that node's radius
-// A mean is read from running sums down the columns where the image's weight changes (simulator/aperture_image.py). Between
+// A mean is read from running sums down the columns where the image's weight changes (simulator/defocus/aperture_image.py). Between
 // nodes, one `1 / nodes_per_px` apart in signed radius, it is a cubic through the four nearest (Lagrange). ways.h has the order of
 // the planes.
 //

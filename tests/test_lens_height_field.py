@@ -5,9 +5,9 @@ import pytest
 from lens_error import statistics, z_scores
 from lens_truths import COLUMNS, Case, slanted_plane, stripes, uniform_layers
 
+from simulator.blur.lens_height_field import sample_height_field
+from simulator.blur.lens_sampling import lens_points
 from simulator.errors import PhotositeError
-from simulator.lens_height_field import sample_height_field
-from simulator.lens_sampling import lens_points
 from simulator.sensor.camera import Window
 
 

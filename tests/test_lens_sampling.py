@@ -10,8 +10,8 @@ from lens_truths import Case, cases, penumbra, sinusoid, slanted_plane, square_l
 from randomness import accept
 from scipy import stats
 
+from simulator.blur.lens_sampling import lens_points, needed_iterations, sample_lens, upload_surfaces
 from simulator.errors import PhotositeError
-from simulator.lens_sampling import lens_points, needed_iterations, sample_lens, upload_surfaces
 from simulator.sensor.camera import Window
 
 FINE = 8  # samples per photosite, so that surfaces are known better than the blur is asked to be

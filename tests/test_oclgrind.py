@@ -75,9 +75,9 @@ def follow_rays() -> None:
     """Both reference blurs, all colours and a mosaic, with a margin too small for the blur."""
     import numpy as np
 
+    from simulator.blur.lens_height_field import sample_height_field
+    from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
     from simulator.device import devices, open_device
-    from simulator.lens_height_field import sample_height_field
-    from simulator.lens_sampling import lens_points, sample_lens, upload_surfaces
     from simulator.sensor.camera import Window
 
     rng = np.random.default_rng(0)

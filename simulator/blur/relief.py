@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.blur_frame import BlurFrame
+from simulator.blur.frame import BlurFrame
 from simulator.defocus import PATCH_COLUMNS, PATCH_ROWS, Relief
 from simulator.device import Device
 from simulator.planner import Plan, projection_arguments, projection_defines

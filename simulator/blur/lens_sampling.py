@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.defocus.lens_points import disk_of_square
 from simulator.device import Device
 from simulator.errors import require
 from simulator.sensor.camera import Window
@@ -107,16 +108,6 @@ def lens_points(
         else _polygon(square[..., 2], square[..., 3], blades, rotation_deg)
     )
     return np.stack([square[..., 0], square[..., 1], y, x], axis=-1).astype(np.float32)
-
-
-def disk_of_square(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Equal-area map of the square onto the disk that keeps neighbours (Shirley and Chiu 1997)."""
-    a, b = 2.0 * first - 1.0, 2.0 * second - 1.0
-    wide = np.abs(a) > np.abs(b)
-    radius = np.where(wide, a, b)
-    ratio = np.where(wide, b, a) / np.where(radius == 0.0, 1.0, radius)
-    angle = np.where(wide, 0.25 * math.pi * ratio, 0.5 * math.pi - 0.25 * math.pi * ratio)
-    return radius * np.sin(angle), radius * np.cos(angle)
 
 
 def _polygon(first: np.ndarray, second: np.ndarray, blades: int, rotation_deg: float) -> tuple[np.ndarray, np.ndarray]:

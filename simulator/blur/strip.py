@@ -1,39 +1,17 @@
-"""Executes the planned lens blur on the device, in bands of rows that stay in the cache."""
+"""A band of rows with its margins on the device, and the kernels that blur it."""
 
-from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 
-from simulator.blur_frame import HALF_TILE, BlurFrame
-from simulator.blur_relief import Maps, measured_maps, project_radius
-from simulator.blur_tables import blur_table
-from simulator.blur_tiles import NODES_PER_PX, TileChoice, choose, slab_lists
+from simulator.blur.frame import HALF_TILE, BlurFrame
+from simulator.blur.relief import Maps, project_radius
 from simulator.defocus import TILE_ROWS, Method
+from simulator.defocus.lens_points import lens_points, points_wanted
+from simulator.defocus.tables import blur_table
+from simulator.defocus.tiles import NODES_PER_PX, TileChoice, slab_lists
 from simulator.device import Device
-from simulator.lens_points import lens_points, points_wanted
 from simulator.planner import Plan, projection_arguments, projection_defines
-
-
-def blurred_mosaic(planned: Plan, device: Device, planes: list, progress: Callable[[float], None]):
-    """Device buffer (height, width) float32: the mosaic of electron radiance behind the defocused lens.
-
-    planes: for each layer a device buffer (channels, scene height, scene width) float32 [e- s^-1 um^-2 sr^-1]; with the layer's
-        coverage as one plane more where any layer of the scene has one.
-    """
-    frame, area = planned.frame, BlurFrame(planned)
-    maps = measured_maps(planned, device, area)
-    chosen = choose(planned.defocus, maps.reliefs, area.inside(planned))
-    light = device.zeros((frame.height, frame.width), np.float32)
-    composite = chosen.with_method(Method.COMPOSITE, Method.CORRECTED).any()
-    open_ = device.ones((frame.height, frame.width) if composite else (1,), np.float32)
-    strips = [Strip(planned, device, area, maps, chosen, planes, open_, over) for over in chosen.overs()]
-    for band in range(area.bands):
-        for strip in strips:
-            strip.band(band, light)
-        device.finish()
-        progress((band + 1) / area.bands)
-    return light
 
 
 class Strip:

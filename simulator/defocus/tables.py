@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from simulator.aperture_image import CHUNK, Taps, photosite_weights, taps_of
+from simulator.defocus.aperture_image import CHUNK, Taps, photosite_weights, taps_of
 
 
 @dataclass(frozen=True)

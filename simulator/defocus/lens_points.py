@@ -4,8 +4,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from simulator.lens_sampling import disk_of_square
-
 FEWEST, MOST = 64, 1024
 
 
@@ -32,3 +30,13 @@ def lens_points(count: int, over: int) -> np.ndarray:
     return np.stack([x, y, width * (square[:, 2] - 0.5), width * (square[:, 3] - 0.5), square[:, 4]], axis=-1).astype(
         np.float32
     )
+
+
+def disk_of_square(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Equal-area map of the square onto the disk that keeps neighbours (Shirley and Chiu 1997)."""
+    a, b = 2.0 * first - 1.0, 2.0 * second - 1.0
+    wide = np.abs(a) > np.abs(b)
+    radius = np.where(wide, a, b)
+    ratio = np.where(wide, b, a) / np.where(radius == 0.0, 1.0, radius)
+    angle = np.where(wide, 0.25 * math.pi * ratio, 0.5 * math.pi - 0.25 * math.pi * ratio)
+    return radius * np.sin(angle), radius * np.cos(angle)

@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
+from simulator.blur.lens_sampling import check_grid, ray_arguments, ray_defines
 from simulator.device import Device
 from simulator.errors import require
-from simulator.lens_sampling import check_grid, ray_arguments, ray_defines
 from simulator.sensor.camera import Window
 
 
