@@ -7,12 +7,11 @@ form E = pi L tau / (4 N^2 (1 + |m|)^2), exact when the sine condition holds.
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
 from simulator.errors import PhotositeError, require
-from simulator.stage import Moments, Stage
 from simulator.units import FNumber, Metres, Millimetres
 
 FULL_FRAME_DIAGONAL_MM = math.hypot(36.0, 24.0)  # ISO 1007, 135 format
@@ -90,23 +89,3 @@ class ThinLens:
         """
         diopters = 1.0 / self.focus_distance_m - 1.0 / np.asarray(depth_m, dtype=np.float64)
         return 0.5 * self.pupil_diameter_mm * self.image_distance_mm * diopters
-
-
-@dataclass(frozen=True)
-class Irradiance(Stage):
-    """Electron irradiance on the sensor = electron radiance * solid angle * cos^4 of the field angle.
-
-    solid_angle_sr: E / L on the axis [sr], from ThinLens.irradiance_per_radiance_sr.
-    tan2_per_px2: (pixel pitch / image distance)^2, so that tan^2 of the field angle is r^2 of it; 0 without cos^4.
-    centre_x_px, centre_y_px: the optical axis in photosites from the sensor's upper left corner.
-    """
-
-    stem: ClassVar[str] = "irradiance"
-    solid_angle_sr: float
-    tan2_per_px2: float
-    centre_x_px: float
-    centre_y_px: float
-
-    def moments(self, signal: Moments) -> Moments:
-        """On the axis."""
-        return Moments(signal.mean * self.solid_angle_sr, signal.variance * self.solid_angle_sr**2)

@@ -1,0 +1,6 @@
+"""What forms the image: focus, field of view, blur, pupil and irradiance of one lens object."""
+
+from simulator.lens.irradiance import Irradiance
+from simulator.lens.thin_lens import ThinLens
+
+__all__ = ["Irradiance", "ThinLens"]
