@@ -1,7 +1,7 @@
 """What forms the image: focus, field of view, blur, pupil and irradiance of one lens object."""
 
 from simulator.lens.irradiance import Irradiance
-from simulator.lens.pupil import Pupil, PupilStop
+from simulator.lens.pupil import Aperture, Pupil, PupilStop
 from simulator.lens.thin_lens import ThinLens
 
-__all__ = ["Irradiance", "Pupil", "PupilStop", "ThinLens"]
+__all__ = ["Aperture", "Irradiance", "Pupil", "PupilStop", "ThinLens"]

@@ -16,6 +16,7 @@ import numpy as np
 
 from simulator.errors import PhotositeError, require
 from simulator.lens.convex_area import Disk, HalfPlane, intersection_area
+from simulator.units import Degrees
 
 _ROWS = 4096  # strips into which the pupil is cut to spread points over it
 _PLASTIC = 1.32471795724474602596  # root of x^3 = x + 1
@@ -130,3 +131,24 @@ class Pupil:
         shut = right <= left
         left, right = (np.interp(rows, rows[~shut], end[~shut]) for end in (left, right))
         return rows, left, np.where(shut, left, right)
+
+
+@dataclass(frozen=True)
+class Aperture:
+    """Diaphragm with blades. Its area is that of the round one, so blades change the blur and not the exposure.
+
+    blades: number of sides, 3 to 32.
+    rotation_deg: turns the first corner from the right towards the picture's lower edge, in the spot of a near light [deg].
+    blade_curvature: 0: straight sides; 1: round; between: arcs.
+    """
+
+    blades: int
+    rotation_deg: Degrees = 0.0
+    blade_curvature: float = 0.0
+
+    def __post_init__(self):
+        self.pupil()
+
+    def pupil(self, *stops: PupilStop) -> Pupil:
+        """The pupil that these stops clip."""
+        return Pupil(self.blades, self.rotation_deg, self.blade_curvature, stops)
