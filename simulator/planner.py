@@ -88,11 +88,11 @@ class Plan:
         irradiance, integration, frame = self.stage("irradiance"), self.stage("exposure"), self.frame
         dx = max(abs(frame.x - irradiance.centre_x_px), abs(frame.x + frame.width - irradiance.centre_x_px))
         dy = max(abs(frame.y - irradiance.centre_y_px), abs(frame.y + frame.height - irradiance.centre_y_px))
-        cos4 = 1.0 / (1.0 + (dx**2 + dy**2) * irradiance.tan2_per_px2) ** 2
+        corner = irradiance.fall_off(math.hypot(dx, dy))  # it never rises outwards
         on_axis = irradiance.solid_angle_sr * integration.time_s * integration.collecting_area_um2
         response = self.stage("prnu")
         reach = 0.0 if response is None else 6.8 * response.sigma  # of the normal numbers of kernels/normal.h
-        return 0.9999 * cos4 * on_axis * max(0.0, 1.0 - reach), 1.0001 * on_axis * (1.0 + reach)
+        return 0.9999 * corner * on_axis * max(0.0, 1.0 - reach), 1.0001 * on_axis * (1.0 + reach)
 
     def memory_bytes(self) -> int:
         """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
@@ -192,12 +192,7 @@ def fused_stages(shot: Shot) -> tuple[Stage, ...]:
 def _fused_stages(shot: Shot) -> dict[str, Stage]:
     lens, camera = shot.lens, shot.camera
     return {
-        Irradiance.stem: Irradiance(
-            solid_angle_sr=lens.irradiance_per_radiance_sr(),
-            tan2_per_px2=(1e-3 * camera.pixel_pitch_um / lens.image_distance_mm) ** 2 if lens.cos4 else 0.0,
-            centre_x_px=0.5 * camera.width_px,
-            centre_y_px=0.5 * camera.height_px,
-        ),
+        Irradiance.stem: Irradiance.behind(lens, camera.pixel_pitch_um, camera.width_px, camera.height_px),
         Integration.stem: Integration(shot.exposure.time_s, camera.pixel_pitch_um**2 * camera.fill_factor),
         **camera.sensor_stages(shot.exposure.iso, shot.exposure.time_s),
     }

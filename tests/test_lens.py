@@ -9,7 +9,7 @@ from scipy.special import jn_zeros
 
 import simulator
 from simulator.errors import PhotositeError
-from simulator.lens import Aperture, ThinLens
+from simulator.lens import Aperture, RoundStop, ThinLens, Vignetting
 
 CHART = Path(__file__).parent.parent / "configs" / "shots" / "color_checker.yaml"
 LENSES = [ThinLens(50.0, 1.8, 2.0), ThinLens(4.2, 2.0, 0.15), ThinLens(105.0, 4.0, 0.31), ThinLens(24.0, 11.0)]
@@ -111,6 +111,15 @@ def test_a_shot_file_states_t_stop_blades_and_circle():
     assert shot.resolved["lens"]["aperture"] == {"blades": 7, "rotation": "10 deg", "blade_curvature": 0.0}
     with pytest.raises(PhotositeError, match="--set lens.aperture.*lens.aperture.blades = 2: give 3 to 32"):
         simulator.load_shot(CHART, {"lens.aperture": {"blades": 2}})
+
+
+def test_a_shot_file_states_the_rims():
+    settings = {"lens.vignetting": {"front": {"distance": "3 cm", "diameter": "44 mm"}}}
+    shot = simulator.load_shot(CHART, settings)
+    assert shot.lens.vignetting == Vignetting(front=RoundStop(30.0, 44.0))
+    settings["lens.vignetting"]["front"]["diameter"] = "1 mm"
+    with pytest.raises(PhotositeError, match="--set lens.vignetting.*lens.vignetting.front.diameter = 1 mm: narrower"):
+        simulator.load_shot(CHART, settings)
 
 
 @pytest.mark.parametrize(

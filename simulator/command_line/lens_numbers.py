@@ -30,6 +30,7 @@ def lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
         Fact("working f-number", f"f/{lens.working_f_number:.4g}", "N_w = N (1 + m)"),
         Fact("T-stop", f"T/{lens.t_number:.4g}", f"T = N / sqrt(tau), tau = {lens.light_share:.4g}"),
         Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.5f} sr", _irradiance_formula(lens.irradiance)),
+        _corner_fact(shot, planned),
     ]
 
 
@@ -65,6 +66,14 @@ def _blur_facts(lens: ThinLens, planned: Plan, pitch_um: float) -> list[Fact]:
         Fact(f"blur circle {where}", size(2.0 * abs(float(lens.blur_radius_um(distance))), pitch_um), formula)
         for where, distance in told.items()
     ]
+
+
+def _corner_fact(shot: Shot, planned: Plan) -> Fact:
+    camera, stage = shot.camera, planned.stage("irradiance")
+    share = stage.fall_off(0.5 * math.hypot(camera.width_px, camera.height_px))
+    factors = ["cos^4 of the field angle"] * (stage.tan2_per_px2 > 0) + ["open share of the pupil"] * bool(stage.vignetting)
+    stops = f", {math.log2(share):.2f} stops" if 0 < share < 1 else ""
+    return Fact("light in the corner", f"{100 * share:.2f} %{stops}", " * ".join(factors) or "as on the axis")
 
 
 def size(diameter_um: float, pitch_um: float) -> str:

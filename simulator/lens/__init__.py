@@ -3,5 +3,6 @@
 from simulator.lens.irradiance import Irradiance
 from simulator.lens.pupil import Aperture, Pupil, PupilStop
 from simulator.lens.thin_lens import ThinLens
+from simulator.lens.vignetting import RoundStop, Vignetting
 
-__all__ = ["Aperture", "Irradiance", "Pupil", "PupilStop", "ThinLens"]
+__all__ = ["Aperture", "Irradiance", "Pupil", "PupilStop", "RoundStop", "ThinLens", "Vignetting"]

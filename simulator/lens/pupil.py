@@ -63,8 +63,14 @@ class Pupil:
         """The aperture alone, of area pi, as an intersection of disks and half planes."""
         if self.blades is None or self.blade_curvature == 1.0:
             return (Disk(0.0, 0.0, 1.0),)
-        scale = math.sqrt(math.pi / intersection_area(self._sides(1.0)))
-        return self._sides(scale)
+        return self._sides(self.corner_radius)
+
+    @cached_property
+    def corner_radius(self) -> float:
+        """Distance of the aperture's corners from its centre, in radii of the round one."""
+        if self.blades is None or self.blade_curvature == 1.0:
+            return 1.0
+        return math.sqrt(math.pi / intersection_area(self._sides(1.0)))
 
     def _sides(self, corner: float) -> tuple[Disk | HalfPlane, ...]:
         """Sides of a polygon whose corners lie at this radius."""

@@ -6,7 +6,7 @@ form E = pi L tau / (4 N^2 (1 + |m|)^2), exact when the sine condition holds.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -15,6 +15,7 @@ import numpy as np
 from simulator.errors import PhotositeError, require
 from simulator.lens.perspective import Perspective
 from simulator.lens.pupil import Aperture, Pupil
+from simulator.lens.vignetting import Vignetting
 from simulator.units import FNumber, Metres, Micrometres, Millimetres
 
 CIRCLES_PER_DIAGONAL = 1500.0  # Lyon, "Depth of Field Outside the Box" (2006); 0.029 mm on 36 mm x 24 mm
@@ -35,6 +36,7 @@ class ThinLens(Perspective):
     cos4: whether irradiance falls with the fourth power of the cosine of the field angle.
     aperture: blades of the diaphragm; left out: round.
     circle_of_confusion_um: largest blur circle that counts as sharp in depth of field [um]; left out: diagonal / 1500.
+    vignetting: stops that clip the light off the axis; left out: none.
     model: name for the file's metadata.
     """
 
@@ -48,6 +50,7 @@ class ThinLens(Perspective):
     t_stop: FNumber | None = None
     aperture: Aperture | None = None
     circle_of_confusion_um: Micrometres | None = None
+    vignetting: Vignetting | None = None
 
     def __post_init__(self):
         good = 0 < self.focal_length_mm < math.inf
@@ -68,6 +71,7 @@ class ThinLens(Perspective):
         good = circle_um is None or 0 < circle_um < math.inf
         require(good, "lens.circle_of_confusion", f"{circle_um} um", "give a diameter above 0, such as 29 um")
         self._check_t_stop()
+        _ = self.pupil  # its checks
 
     def _check_t_stop(self) -> None:
         if self.t_stop is None:
@@ -95,7 +99,11 @@ class ThinLens(Perspective):
     @cached_property
     def pupil(self) -> Pupil:
         """Shape of the pupil, by field."""
-        return Pupil() if self.aperture is None else self.aperture.pupil()
+        opening = Pupil() if self.aperture is None else self.aperture.pupil()
+        if self.vignetting is None:
+            return opening
+        distances_mm = self.image_distance_mm, self.focus_distance_m * 1e3
+        return replace(opening, stops=self.vignetting.pupil_stops(opening, 0.5 * self.pupil_diameter_mm, *distances_mm))
 
     @property
     def working_f_number(self) -> float:
