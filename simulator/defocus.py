@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.lens import ThinLens
+from simulator.lens import Lens
 
 SHARP_PX = 0.3  # a blur circle of this radius stays inside its photosite: nothing to do
 LAYER_STEP_PX = 1.0  # radius step between layers; doubled until the layers fit
@@ -29,7 +29,7 @@ class Layers:
         return math.ceil(max(self.radii_px)) + 1
 
 
-def plan_layers(lens: ThinLens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> Layers | None:
+def plan_layers(lens: Lens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> Layers | None:
     """Layers of a depth map, or None when no blur circle is larger than a photosite.
 
     One depth keeps its exact radius. A depth map is cut in steps of the signed radius, which is linear in

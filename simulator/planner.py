@@ -13,7 +13,8 @@ from simulator.errors import PhotositeError
 from simulator.exposure import Integration
 from simulator.fused import CHARGE_STAGES, READOUT_STAGES, stage_order
 from simulator.layout import Layout, plan_layout
-from simulator.lens import Irradiance
+from simulator.lens import BareSensor, Irradiance
+from simulator.lens.bare_sensor import gathered
 from simulator.projection import Projection, plan_projection
 from simulator.scene import Scene
 from simulator.sensor import STAGES
@@ -160,15 +161,17 @@ def plan(shot: Shot) -> Plan:
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
     layout = plan_layout(shot.camera)
     scene, camera = shot.scene.load(), replace(shot.camera, window=layout.computed)
+    forms_image = not isinstance(shot.lens, BareSensor)
+    scene = scene if forms_image else gathered(scene)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
     _check_light(scene, weights, shot)
     projection = plan_projection(scene, shot.lens, camera)
-    layers = plan_layers(shot.lens, camera.pixel_pitch_um, scene.depth_m)
+    layers = plan_layers(shot.lens, camera.pixel_pitch_um, scene.depth_m) if forms_image else None
     stages = fused_stages(shot)
     fused = {stage.stem: stage for stage in stages}
-    steps = _steps(scene, camera, projection, layers, layout, fused)
+    steps = _steps(scene, camera, projection, _defocus_step(layers, forms_image), layout, fused)
     return Plan(scene, camera, weights.astype(np.float32), projection, layout, layers, stages, steps)
 
 
@@ -219,7 +222,7 @@ def projection_arguments(planned: Plan, origin_x: int, origin_y: int) -> dict[st
     }
 
 
-def _steps(scene, camera, projection, layers, layout, fused) -> tuple[Step, ...]:
+def _steps(scene, camera, projection, defocus, layout, fused) -> tuple[Step, ...]:
     bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
     steps = [
         Step(
@@ -228,7 +231,7 @@ def _steps(scene, camera, projection, layers, layout, fused) -> tuple[Step, ...]
             f"{bands} scene planes of {wavelengths} wavelengths -> {camera.channels} camera planes",
         ),
         Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {_samples(projection)}"),
-        _defocus_step(layers),
+        defocus,
     ]
     dark = camera.optical_black
     told = "light reaches all of the sensor" if dark is None else str(dark)
@@ -258,7 +261,9 @@ def _samples(projection: Projection) -> str:
     return "one sample each" if projection.samples == 1 else f"{projection.samples} x {projection.samples} samples each"
 
 
-def _defocus_step(layers: Layers | None) -> Step:
+def _defocus_step(layers: Layers | None, forms_image: bool) -> Step:
+    if not forms_image:
+        return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
     if layers is None:
         return Step("defocus", False, f"no blur circle has a radius above {SHARP_PX} photosites")
     radii = layers.radii_px

@@ -5,9 +5,10 @@ import math
 import numpy as np
 
 from simulator.command_line.shot_numbers import Fact
-from simulator.lens import ThinLens
-from simulator.lens.perspective import crop_factor
-from simulator.lens.thin_lens import CIRCLES_PER_DIAGONAL, GREEN_NM
+from simulator.lens import BareSensor, Pinhole, ThinLens
+from simulator.lens.perspective import GREEN_NM, Perspective, crop_factor
+from simulator.lens.pinhole import RAYLEIGH, SHARPEST
+from simulator.lens.thin_lens import CIRCLES_PER_DIAGONAL
 from simulator.planner import Plan
 from simulator.shot import Shot
 
@@ -16,6 +17,32 @@ BLOCK_PX = 2.0  # a blur circle within one 2x2 block of the filter mosaic cannot
 
 def lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
     """Geometry, depth of field, blur and light gathering of the shot's lens."""
+    if isinstance(shot.lens, Pinhole):
+        return _pinhole_facts(shot, planned)
+    if isinstance(shot.lens, BareSensor):
+        told = "pi, of a hemisphere of one radiance; the notes say how much of it the scene fills"
+        return [Fact("irradiance per radiance", f"{shot.lens.irradiance_per_radiance_sr():.5f} sr", told)]
+    return _thin_lens_facts(shot, planned)
+
+
+def _pinhole_facts(shot: Shot, planned: Plan) -> list[Fact]:
+    lens, pitch_um = shot.lens, shot.camera.pixel_pitch_um
+    at = f"at {GREEN_NM:g} nm"
+    advised = f"half of the light in the smallest circle: {SHARPEST:.3f} sqrt(lambda v) {at}"
+    return [
+        Fact("hole", f"{lens.diameter_mm:g} mm", "d"),
+        Fact("image distance", f"{lens.distance_mm:g} mm", "v, hole to sensor"),
+        *perspective_facts(lens, shot.camera.sensor_mm),
+        *_blur_facts(lens, planned, pitch_um, "d (1 + v / z)"),
+        Fact("Airy disk", size(lens.airy_diameter_um(), pitch_um), f"2.44 lambda N {at}, N = v / d = {lens.f_number:.4g}"),
+        Fact("sharpest hole", f"{lens.sharpest_diameter_mm():.3f} mm", advised),
+        Fact("sharpest, Rayleigh", f"{lens.sharpest_diameter_mm(constant=RAYLEIGH):.3f} mm", f"{RAYLEIGH} sqrt(lambda v) {at}"),
+        Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.4g} sr", "pi / (1 + 4 N^2)"),
+        _corner_fact(shot, planned),
+    ]
+
+
+def _thin_lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
     lens, pitch_um = shot.lens, shot.camera.pixel_pitch_um
     diagonal_mm = math.hypot(*shot.camera.sensor_mm)
     return [
@@ -25,7 +52,7 @@ def lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
         Fact("magnification", f"{lens.magnification:.5f}", "m = z_i / z_o"),
         *perspective_facts(lens, shot.camera.sensor_mm),
         *_depth_facts(lens, diagonal_mm, pitch_um),
-        *_blur_facts(lens, planned, pitch_um),
+        *_blur_facts(lens, planned, pitch_um, "C = A z_i |1/z_focus - 1/z|"),
         Fact("Airy disk", size(lens.airy_diameter_um(), pitch_um), f"2.44 lambda N_w at {GREEN_NM:g} nm"),
         Fact("working f-number", f"f/{lens.working_f_number:.4g}", "N_w = N (1 + m)"),
         Fact("T-stop", f"T/{lens.t_number:.4g}", f"T = N / sqrt(tau), tau = {lens.light_share:.4g}"),
@@ -34,7 +61,7 @@ def lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
     ]
 
 
-def perspective_facts(lens: ThinLens, sensor_mm: tuple[float, float]) -> list[Fact]:
+def perspective_facts(lens: Perspective, sensor_mm: tuple[float, float]) -> list[Fact]:
     """Field of view, and what sees and gathers the same on 36 mm x 24 mm."""
     diagonal_mm = math.hypot(*sensor_mm)
     across, down, diagonal = (lens.field_of_view_deg(extent) for extent in (*sensor_mm, diagonal_mm))
@@ -56,12 +83,11 @@ def _depth_facts(lens: ThinLens, diagonal_mm: float, pitch_um: float) -> list[Fa
     ]
 
 
-def _blur_facts(lens: ThinLens, planned: Plan, pitch_um: float) -> list[Fact]:
+def _blur_facts(lens: ThinLens | Pinhole, planned: Plan, pitch_um: float, formula: str) -> list[Fact]:
     """Blur circle at infinity and at the scene's nearest and farthest place."""
     depths_m = [layer.depth_m for layer in planned.scene.layers]
     near_m, far_m = min(float(np.min(depth_m)) for depth_m in depths_m), max(float(np.max(depth_m)) for depth_m in depths_m)
     told = {f"at {metres(distance)}": distance for distance in (near_m, far_m, math.inf)}
-    formula = "C = A z_i |1/z_focus - 1/z|"
     return [
         Fact(f"blur circle {where}", size(2.0 * abs(float(lens.blur_radius_um(distance))), pitch_um), formula)
         for where, distance in told.items()

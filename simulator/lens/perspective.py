@@ -3,6 +3,8 @@
 import math
 
 FULL_FRAME_DIAGONAL_MM = math.hypot(36.0, 24.0)  # ISO 1007, 135 format
+AIRY_ZERO = 1.2196698912665045  # first zero of J1 over pi
+GREEN_NM = 550.0  # near the eye's greatest sensitivity
 
 
 def crop_factor(diagonal_mm: float) -> float:

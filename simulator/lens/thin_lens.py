@@ -13,14 +13,12 @@ from typing import Literal
 import numpy as np
 
 from simulator.errors import PhotositeError, require
-from simulator.lens.perspective import Perspective
+from simulator.lens.perspective import AIRY_ZERO, GREEN_NM, Perspective
 from simulator.lens.pupil import Aperture, Pupil
 from simulator.lens.vignetting import Vignetting
 from simulator.units import FNumber, Metres, Micrometres, Millimetres
 
 CIRCLES_PER_DIAGONAL = 1500.0  # Lyon, "Depth of Field Outside the Box" (2006); 0.029 mm on 36 mm x 24 mm
-AIRY_ZERO = 1.2196698912665045  # first zero of J1 over pi
-GREEN_NM = 550.0  # near the eye's greatest sensitivity
 
 
 @dataclass(frozen=True)
