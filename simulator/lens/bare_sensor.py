@@ -46,8 +46,8 @@ def hemisphere_shares(height: int, width: int, field_of_view_deg: float | None) 
     """Share of a hemisphere's irradiance that each pixel of a scene takes up if all are equally bright: (height, width).
 
     A grid with a field of view is a pinhole projection, row 0 on top; the integral over each pixel is in closed form, the
-    view factor of a rectangle parallel to a small surface (Howell, Catalog of Radiation Heat Transfer Configuration
-    Factors, B-4). Without one the scene fills the hemisphere, every pixel with the same share.
+    configuration factor of a small surface and a rectangle parallel to it (Siegel and Howell, Thermal Radiation Heat
+    Transfer, 1972). Without one the scene fills the hemisphere, every pixel with the same share.
     """
     if field_of_view_deg is None:
         return np.full((height, width), 1.0 / (height * width))
