@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from simulator.errors import PhotositeError
-from simulator.lens import Pupil, PupilStop
+from simulator.lens import Pupil, PupilStop, ThinLens
 
 CATS_EYE = (PupilStop(1.2, 2.0), PupilStop(1.3, -1.5))
 PUPILS = [
@@ -119,3 +119,13 @@ def test_a_closed_pupil_has_no_area_and_no_points():
 def test_impossible_pupils_are_refused(arguments, message):
     with pytest.raises(PhotositeError, match=message):
         Pupil(*arguments)
+
+
+@pytest.mark.parametrize("depth_m", [0.7, 2.0, 5.0, 1e4])
+def test_a_photosite_at_x_sees_the_plane_of_radius_s_at_x_plus_s_u(depth_m):
+    """Traced from the sensor: in the room's axes the photosite at x lies at -x, and u of the pupil at -u (both turned)."""
+    lens, photosite, through = ThinLens(50.0, 1.8, 2.0), np.array([3.0, -7.0]), np.array([0.6, 0.3])
+    image_mm, height_mm = lens.image_distance_mm, -through * 0.5 * lens.pupil_diameter_mm
+    slope = (height_mm + photosite) / image_mm - height_mm / lens.focal_length_mm  # an ideal lens turns a ray by height / f
+    seen_mm = (height_mm + 1e3 * depth_m * slope) * image_mm / (1e3 * depth_m)  # as the picture of that plane is scaled
+    assert seen_mm == pytest.approx(photosite + 1e-3 * lens.blur_radius_um(depth_m) * through, rel=1e-9)
