@@ -36,7 +36,11 @@ def test_blades_keep_the_area_of_the_round_pupil(blades):
 def test_blade_curvature_leads_from_the_polygon_to_the_circle():
     farthest = [np.hypot(*Pupil(5, 0.0, curvature).outline().T).max() for curvature in (0.0, 0.3, 0.6, 0.9, 1.0)]
     assert np.all(np.diff(farthest) < 0) and farthest[-1] == pytest.approx(1.0, abs=2e-5)
-    assert Pupil(5, 0.0, 0.999999).area() == pytest.approx(math.pi, rel=1e-9)
+    for curvature in (1e-12, 1e-6, 9e-5, 1.1e-4, 1e-3, 0.999999):
+        assert Pupil(5, 0.0, curvature).area() == pytest.approx(math.pi, rel=1e-7)
+        assert Pupil(5, 0.0, curvature, (PupilStop(1.1, 1.0),)).area((0.5, 0.2)) == pytest.approx(
+            Pupil(5, 0.0, round(curvature), (PupilStop(1.1, 1.0),)).area((0.5, 0.2)), rel=1e-3
+        )
 
 
 def test_two_circles_leave_the_lens_of_the_textbook():

@@ -19,6 +19,7 @@ from simulator.lens.convex_area import Disk, HalfPlane, intersection_area
 from simulator.units import Degrees
 
 _ROWS = 4096  # strips into which the pupil is cut to spread points over it
+_STRAIGHT = 1e-4  # curvature whose sides bend by less than 1e-4; of circles so large differences lose digits
 _PLASTIC = 1.32471795724474602596  # root of x^3 = x + 1
 
 
@@ -77,7 +78,7 @@ class Pupil:
         half = math.pi / self.blades
         directions = math.radians(self.rotation_deg) + half * (2.0 * np.arange(self.blades) + 1.0)
         apothem = corner * math.cos(half)
-        if self.blade_curvature == 0.0:
+        if self.blade_curvature < _STRAIGHT:
             return tuple(HalfPlane(math.cos(angle), math.sin(angle), apothem) for angle in directions)
         radius = corner / self.blade_curvature
         centre = apothem - math.sqrt(radius**2 - (corner * math.sin(half)) ** 2)
