@@ -13,7 +13,8 @@ from simulator.errors import PhotositeError
 from simulator.exposure import Integration
 from simulator.fused import CHARGE_STAGES, READOUT_STAGES, stage_order
 from simulator.layout import Layout, plan_layout
-from simulator.lens import Irradiance
+from simulator.lens import BareSensor, Irradiance
+from simulator.lens.bare_sensor import gathered
 from simulator.projection import Projection, plan_projection
 from simulator.scene import Scene
 from simulator.sensor import STAGES
@@ -88,11 +89,11 @@ class Plan:
         irradiance, integration, frame = self.stage("irradiance"), self.stage("exposure"), self.frame
         dx = max(abs(frame.x - irradiance.centre_x_px), abs(frame.x + frame.width - irradiance.centre_x_px))
         dy = max(abs(frame.y - irradiance.centre_y_px), abs(frame.y + frame.height - irradiance.centre_y_px))
-        cos4 = 1.0 / (1.0 + (dx**2 + dy**2) * irradiance.tan2_per_px2) ** 2
+        corner = irradiance.fall_off(math.hypot(dx, dy))  # it never rises outwards
         on_axis = irradiance.solid_angle_sr * integration.time_s * integration.collecting_area_um2
         response = self.stage("prnu")
         reach = 0.0 if response is None else 6.8 * response.sigma  # of the normal numbers of kernels/normal.h
-        return 0.9999 * cos4 * on_axis * max(0.0, 1.0 - reach), 1.0001 * on_axis * (1.0 + reach)
+        return 0.9999 * corner * on_axis * max(0.0, 1.0 - reach), 1.0001 * on_axis * (1.0 + reach)
 
     def memory_bytes(self) -> int:
         """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
@@ -159,15 +160,17 @@ def plan(shot: Shot) -> Plan:
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
     layout = plan_layout(shot.camera)
     scene, camera = shot.scene.load(), replace(shot.camera, window=layout.computed)
+    forms_image = not isinstance(shot.lens, BareSensor)
+    scene = scene if forms_image else gathered(scene)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
     _check_light(scene, weights, shot)
     projection = plan_projection(scene, shot.lens, camera)
-    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale)
+    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale) if forms_image else None
     stages = fused_stages(shot)
     fused = {stage.stem: stage for stage in stages}
-    steps = _steps(scene, camera, projection, defocus, layout, fused)
+    steps = _steps(scene, camera, projection, _defocus_step(defocus, forms_image), layout, fused)
     return Plan(scene, camera, weights.astype(np.float32), projection, layout, defocus, stages, steps)
 
 
@@ -191,12 +194,7 @@ def fused_stages(shot: Shot) -> tuple[Stage, ...]:
 def _fused_stages(shot: Shot) -> dict[str, Stage]:
     lens, camera = shot.lens, shot.camera
     return {
-        Irradiance.stem: Irradiance(
-            solid_angle_sr=lens.irradiance_per_radiance_sr(),
-            tan2_per_px2=(1e-3 * camera.pixel_pitch_um / lens.image_distance_mm) ** 2 if lens.cos4 else 0.0,
-            centre_x_px=0.5 * camera.width_px,
-            centre_y_px=0.5 * camera.height_px,
-        ),
+        Irradiance.stem: Irradiance.behind(lens, camera.pixel_pitch_um, camera.width_px, camera.height_px),
         Integration.stem: Integration(shot.exposure.time_s, camera.pixel_pitch_um**2 * camera.fill_factor),
         **camera.sensor_stages(shot.exposure.iso, shot.exposure.time_s),
     }
@@ -233,7 +231,7 @@ def _steps(scene, camera, projection, defocus, layout, fused) -> tuple[Step, ...
             f"{bands} scene planes of {wavelengths} wavelengths -> {camera.channels} camera planes",
         ),
         Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {_samples(projection)}"),
-        _defocus_step(defocus),
+        defocus,
     ]
     dark = camera.optical_black
     told = "light reaches all of the sensor" if dark is None else str(dark)
@@ -263,7 +261,9 @@ def _samples(projection: Projection) -> str:
     return "one sample each" if projection.samples == 1 else f"{projection.samples} x {projection.samples} samples each"
 
 
-def _defocus_step(defocus: Defocus | None) -> Step:
+def _defocus_step(defocus: Defocus | None, forms_image: bool) -> Step:
+    if not forms_image:
+        return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
     if defocus is None:
         return Step("defocus", False, f"no blur circle has a radius above {SHARP_PX} photosites")
     surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"

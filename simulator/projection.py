@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from simulator.errors import PhotositeError
-from simulator.lens import ThinLens
+from simulator.lens import Lens
 from simulator.scene import Scene
 from simulator.sensor.camera import Camera
 
@@ -24,7 +24,7 @@ class Projection:
     nearest: bool
 
 
-def plan_projection(scene: Scene, lens: ThinLens, camera: Camera) -> Projection:
+def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
     """Geometry between scene pixels and photosites; the optical axis meets the centres of both.
 
     A scene with a field of view keeps its true size: scene pixels per radian of tangent over photosites per
@@ -47,7 +47,7 @@ def plan_projection(scene: Scene, lens: ThinLens, camera: Camera) -> Projection:
     )
 
 
-def _check_coverage(scale: float, scene: Scene, lens: ThinLens, camera: Camera) -> None:
+def _check_coverage(scale: float, scene: Scene, lens: Lens, camera: Camera) -> None:
     height, width = scene.planes.shape[:2]
     if scale * camera.width_px > width + 1e-6 or scale * camera.height_px > height + 1e-6:
         short = max(scale * camera.width_px / width, scale * camera.height_px / height)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from simulator.lens import ThinLens
+from simulator.lens import Lens
 from simulator.planner import Plan
 from simulator.stage import Moments
 
@@ -54,10 +54,10 @@ def depth_map(planned: Plan) -> np.ndarray:
     return depth_m[np.ix_(*indices)].astype(np.float32)[layout.kept]
 
 
-def blur_map(planned: Plan, lens: ThinLens, depth_m: np.ndarray) -> np.ndarray:
+def blur_map(planned: Plan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:
     """Radius of the blur circle of each pixel's depth (height, width) float32 [pixels of the frame], >= 0.
 
-    The thin lens's own radius (`ThinLens.blur_radius_um`). The frame is made with radii in steps (docs/architecture.md).
+    The lens's own radius (`ThinLens.blur_radius_um`). The frame is made with radii in steps (docs/architecture.md).
     depth_m: (height, width) distance [m], as `depth_map` gives it.
     """
     pitch_um = planned.camera.pixel_pitch_um * (1 if planned.layout.binning is None else planned.layout.binning.factor)

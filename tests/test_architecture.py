@@ -99,7 +99,7 @@ def test_a_stage_has_header_module_test_and_line(stem):
     assert (KERNELS / f"{stem}.h").is_file()
     assert (TESTS / f"test_{stem}.py").is_file()
     module = FUSED[stem].__module__.split(".")
-    assert module[-1] == stem or stem in ("irradiance", "exposure") and module[-1] in ("lens", "exposure")
+    assert module[-1] == stem
     assert stem in stage_order()
     page = (KERNELS / "sensor.cl").read_text(encoding="utf-8")
     assert f'#include "{stem}.h"' in page

@@ -14,6 +14,7 @@ from simulator.config.build import build, placed, validate
 from simulator.config.camera_file import camera_section, inline_camera, inline_response
 from simulator.config.document import Document, Place, read_document
 from simulator.config.layers import parse_override, subdocument, with_section, with_value
+from simulator.config.lens_section import lens_member
 from simulator.config.problems import nearest
 from simulator.config.section_types import Section
 from simulator.config.sections import model_type, model_value, section
@@ -37,10 +38,10 @@ def shot_section() -> type[Section]:
         Annotated[union, Discriminator(_scene_of)],
         Field(description="what stands before the lens: an image, a spectral_cube or a chart"),
     )
-    members = {"scene": scene, "camera": (camera_section(), Field(description="the camera body"))}
+    members = {"scene": scene, "lens": lens_member(), "camera": (camera_section(), Field(description="the camera body"))}
     hints = get_type_hints(Shot, include_extras=True)
     for field in fields(Shot):
-        if field.name in ("scene", "camera", "resolved"):
+        if field.name in ("scene", "lens", "camera", "resolved"):
             continue
         default = {} if field.default is MISSING else {"default_factory": lambda value=field.default: model_value(value)}
         text = (hints[field.name].__doc__ or "").partition("\n")[0] if is_dataclass(hints[field.name]) else None

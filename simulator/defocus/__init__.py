@@ -10,7 +10,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from simulator.lens import ThinLens
+from simulator.lens import Lens
 from simulator.scene import Scene
 
 SHARP_PX = 0.3  # a blur circle of this radius stays inside its photosite: nothing to do
@@ -72,14 +72,14 @@ class Defocus:
         return max(0.5 * detail_px, (self.greatest_px - self.least_px) / (CLASSES - 3))
 
 
-def plan_defocus(lens: ThinLens, pixel_pitch_um: float, scene: Scene, scale: float) -> Defocus | None:
+def plan_defocus(lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float) -> Defocus | None:
     """Blur of a scene with so many pixels per photosite, or None when no blur circle is larger than a photosite."""
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
     planned = Defocus(radii, scene.layers[-1].coverage is None, scale)
     return planned if planned.largest_px > SHARP_PX else None
 
 
-def _radius_px(lens: ThinLens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> float | np.ndarray:
+def _radius_px(lens: Lens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> float | np.ndarray:
     signed = lens.blur_radius_um(depth_m) / pixel_pitch_um
     if np.ndim(signed) == 0 or signed.min() == signed.max():
         return float(np.min(signed))

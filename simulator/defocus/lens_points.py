@@ -1,5 +1,6 @@
 """Points of the aperture that all photosites of a tile share."""
 
+import math
 from functools import lru_cache
 
 import numpy as np
