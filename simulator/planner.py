@@ -16,6 +16,7 @@ from simulator.layout import Layout, plan_layout
 from simulator.lens import Irradiance
 from simulator.projection import Projection, plan_projection
 from simulator.scene import Scene
+from simulator.scene.pinhole import pinhole_scene
 from simulator.sensor import STAGES
 from simulator.sensor.camera import Camera, Window
 from simulator.shot import Shot
@@ -159,7 +160,7 @@ class Plan:
 def plan(shot: Shot) -> Plan:
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
     layout = plan_layout(shot.camera)
-    scene, camera = shot.scene.load(), replace(shot.camera, window=layout.computed)
+    scene, camera = pinhole_scene(shot.scene.load()), replace(shot.camera, window=layout.computed)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")

@@ -67,12 +67,14 @@ def check_along(along: str, field_of_view_deg: float | None, key: str = "scene.d
     require(along == "axis" or field_of_view_deg is not None, f"{key}.along", along, rule)
 
 
-def check_depth(depth_m: float | DepthImage | DepthChannel, field_of_view_deg: float | None = None) -> None:
+def check_depth(
+    depth_m: float | DepthImage | DepthChannel, field_of_view_deg: float | None = None, key: str = "scene.depth"
+) -> None:
     """Raise PhotositeError for a constant depth of 0 or less, or NaN, or rays without a field of view."""
     if isinstance(depth_m, DepthImage | DepthChannel):
-        check_along(depth_m.along, field_of_view_deg)
+        check_along(depth_m.along, field_of_view_deg, key)
     else:
-        require(depth_m > 0, "scene.depth", f"{depth_m} m", "give a distance above 0 m, such as 2 m")
+        require(depth_m > 0, key, f"{depth_m} m", "give a distance above 0 m, such as 2 m")
 
 
 def load_depth(
@@ -91,6 +93,8 @@ def load_depth(
     """
     if not isinstance(depth_m, DepthImage | DepthChannel):
         return float(depth_m), ()
+    if coverage is not None and not coverage.any():
+        return math.inf, ()
     if isinstance(depth_m, DepthChannel):
         path, stored = scene_file.path, scene_file.channel(depth_m.channel, f"{key}.depth.channel")
     else:
@@ -102,10 +106,10 @@ def load_depth(
         )
     depth = stored.astype(np.float32)
     depth *= np.float32(depth_m.scale * METRES_PER_UNIT[depth_m.unit])
-    if coverage is not None and coverage.any():
+    if coverage is not None:
         depth[coverage == 0] = np.inf  # nothing stands there: no hole
     depth, notes = without_holes(depth, depth_m.holes, f"{key}.depth", path)
-    if coverage is not None and coverage.any():
+    if coverage is not None:
         depth = nearest_pixels(depth, coverage > 0)
     if depth_m.along == "ray":
         depth *= axis_per_ray(depth.shape, field_of_view_deg)

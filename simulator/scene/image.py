@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from simulator.scene import Scene
+from simulator.scene import Layer, Scene
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.color_channels import color_channels, to_linear
 from simulator.scene.depth import Depth, DepthChannel, check_depth, load_depth
@@ -67,15 +67,14 @@ class ImageScene:
         planes, notes = to_linear(color_channels(file, self.layer, depth_channel), self.encoding, file)
         check_finite(planes, "scene.image", self.image)
         planes, clip_notes = without_negative(planes, self.negative, "scene.image", self.image)
-        spectra, light = picture_light(
-            self.illuminant, self.upsampling, self.luminance_cd_m2, self.luminance_of, planes, self.image
-        )
+        light = self.illuminant, self.upsampling, self.luminance_cd_m2, self.luminance_of
+        spectra, relative = picture_light(*light, (Layer(planes),), self.image)
         depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg)
         return Scene(
             planes=planes,
             spectra_w_m2_sr_nm=spectra,
             wavelengths_nm=WAVELENGTHS_NM,
-            illuminant=light,
+            illuminant=relative,
             depth_m=depth_m,
             field_of_view_deg=self.field_of_view_deg,
             notes=(*file.notes, *_alpha_notes(file), *notes, *clip_notes, *depth_notes, *_depth_notes(self.depth_m, file)),

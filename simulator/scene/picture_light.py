@@ -6,6 +6,8 @@ from typing import Annotated, Literal
 import numpy as np
 
 from simulator.errors import PhotositeError, require
+from simulator.scene import Layer
+from simulator.scene.pinhole import pinhole_planes
 from simulator.scene.pixel_file import first_fault
 from simulator.spectra import illuminant, luminance_cd_m2, reflectance_basis
 
@@ -33,17 +35,19 @@ def without_negative(planes: np.ndarray, negative: Negative, key: str, path: Pat
 
 
 def picture_light(
-    light: str, upsampling: Upsampling, luminance: float, luminance_of: LuminanceOf, planes: np.ndarray, path: Path
+    light: str, upsampling: Upsampling, luminance: float, luminance_of: LuminanceOf, layers: tuple[Layer, ...], path: Path
 ) -> tuple[np.ndarray, np.ndarray]:
     """Spectra of the planes, (bands, 81) [W m^-2 sr^-1 nm^-1], and the illuminant's relative power, (81,).
 
     L(lambda) = k * illuminant * (RGB . reflectance basis); k gives white, or the mean, its luminance [cd m^-2].
-    planes: (height, width, 1 or 3), what a pinhole camera sees. path: of the picture, for the message when it is black.
+    layers: whose planes are grey or RGB; the mean is that of what a pinhole camera sees of them.
+    path: of the picture, for the message when it is black.
     """
     relative = illuminant(light)
-    basis = reflectance_basis(upsampling) if planes.shape[2] == 3 else np.ones((1, relative.size))
-    spectra = relative * basis
-    weights = planes.mean(axis=(0, 1), dtype=np.float64) if luminance_of == "mean" else np.ones(len(spectra))
+    basis = reflectance_basis(upsampling) if layers[0].planes.shape[2] == 3 else np.ones((1, relative.size))
+    spectra, weights = relative * basis, np.ones(len(basis))
+    if luminance_of == "mean":
+        weights = pinhole_planes(layers)[0].mean(axis=(0, 1), dtype=np.float64)
     own = float(weights @ luminance_cd_m2(spectra))
     rule = f"{path} is black, so it has no mean to scale; write luminance_of: white"
     require(own > 0, "scene.luminance_of", "mean", rule)

@@ -18,6 +18,7 @@ class PixelFile:
     pixels: (height, width, channels) in the stored type; alpha has not been multiplied in.
     channels: their names as the file or OpenImageIO gives them ("R", "G", "B", "A", "Z", "Y", "450nm" ...).
     alpha: index of the alpha channel, or None.
+    straight_alpha: the colours are not multiplied by alpha (PNG, and TIFF that says so).
     is_exr: an EXR may carry any number of named channels; other kinds may not.
     chromaticities: red, green, blue and white x, y of an EXR that states them.
     notes: what the reader should know.
@@ -30,6 +31,7 @@ class PixelFile:
     is_exr: bool = False
     chromaticities: tuple[float, ...] | None = None
     notes: tuple[str, ...] = ()
+    straight_alpha: bool = False
 
     @property
     def size(self) -> tuple[int, int]:
@@ -95,7 +97,7 @@ def _read_picture(path: Path, key: str) -> PixelFile:
         raise _unreadable(key, path, oiio.geterror())
     try:
         spec = source.spec()
-        require(not spec.deep, key, path, "is a deep EXR; flatten it first")
+        require(not spec.deep, key, path, "is a deep EXR; write deep: instead of image:, or flatten it first")
         pixels = source.read_image(0, 0, 0, spec.nchannels, oiio.UNKNOWN)
         if pixels is None or source.has_error:
             raise _unreadable(key, path, source.geterror())
@@ -108,6 +110,7 @@ def _read_picture(path: Path, key: str) -> PixelFile:
             source.format_name() == "openexr",
             spec.getattribute("chromaticities"),
             _notes(path.name, spec, parts),
+            spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 1,
         )
     finally:
         source.close()
