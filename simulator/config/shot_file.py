@@ -21,13 +21,20 @@ from simulator.config.sections import model_type, model_value, section
 from simulator.config.sweep_section import SweepSection
 from simulator.errors import PhotositeError
 from simulator.scene.charts import ChartScene
+from simulator.scene.deep import DeepScene
 from simulator.scene.image import ImageScene
 from simulator.scene.layered import LayeredScene
 from simulator.scene.spectral_cube import SpectralCubeScene
 from simulator.shot import Shot
 
 # The key that decides which scene it is.
-SCENES = {"image": ImageScene, "spectral_cube": SpectralCubeScene, "chart": ChartScene, "layers": LayeredScene}
+SCENES = {
+    "image": ImageScene,
+    "spectral_cube": SpectralCubeScene,
+    "chart": ChartScene,
+    "layers": LayeredScene,
+    "deep": DeepScene,
+}
 
 
 @cache

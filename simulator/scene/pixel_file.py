@@ -94,13 +94,13 @@ def _read_picture(path: Path, key: str) -> PixelFile:
     wishes.attribute("oiio:UnassociatedAlpha", 1)  # else colours of PNG come multiplied by alpha
     source = oiio.ImageInput.open(str(path), wishes)
     if source is None:
-        raise _unreadable(key, path, oiio.geterror())
+        raise unreadable(key, path, oiio.geterror())
     try:
         spec = source.spec()
         require(not spec.deep, key, path, "is a deep EXR; write deep: instead of image:, or flatten it first")
         pixels = source.read_image(0, 0, 0, spec.nchannels, oiio.UNKNOWN)
         if pixels is None or source.has_error:
-            raise _unreadable(key, path, source.geterror())
+            raise unreadable(key, path, source.geterror())
         parts = spec.get_int_attribute("oiio:subimages", 1)
         return PixelFile(
             path,
@@ -127,7 +127,8 @@ def _notes(name: str, spec, parts: int) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _unreadable(key: str, path: Path, reason: str) -> PhotositeError:
+def unreadable(key: str, path: Path, reason: str) -> PhotositeError:
+    """Error for a file that OpenImageIO cannot read; `reason` is what it said."""
     first_line = (reason or "no reason given").strip().splitlines()[0]
     return PhotositeError(
         f"{key} = {path}: cannot be read ({first_line}); the file is damaged, cut short or no picture: export it again"
