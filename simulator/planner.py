@@ -13,9 +13,10 @@ from simulator.errors import PhotositeError
 from simulator.exposure import Integration
 from simulator.fused import CHARGE_STAGES, READOUT_STAGES, stage_order
 from simulator.layout import Layout, plan_layout
-from simulator.lens import Irradiance
+from simulator.lens import Irradiance, ThinLens
 from simulator.projection import Projection, plan_projection
 from simulator.scene import Scene
+from simulator.scene.hidden_surface import hidden_share
 from simulator.scene.pinhole import pinhole_scene
 from simulator.sensor import STAGES
 from simulator.sensor.camera import Camera, Window
@@ -160,7 +161,8 @@ class Plan:
 def plan(shot: Shot) -> Plan:
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
     layout = plan_layout(shot.camera)
-    scene, camera = pinhole_scene(shot.scene.load()), replace(shot.camera, window=layout.computed)
+    loaded, camera = shot.scene.load(), replace(shot.camera, window=layout.computed)
+    scene = pinhole_scene(loaded)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
@@ -170,6 +172,8 @@ def plan(shot: Shot) -> Plan:
     stages = fused_stages(shot)
     fused = {stage.stem: stage for stage in stages}
     steps = _steps(scene, camera, projection, layers, layout, fused)
+    if layers is not None:
+        steps += (_hidden_step(loaded, shot.lens, camera, projection),)
     return Plan(scene, camera, weights.astype(np.float32), projection, layout, layers, stages, steps)
 
 
@@ -254,6 +258,20 @@ def _steps(scene, camera, projection, layers, layout, fused) -> tuple[Step, ...]
     told = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
     steps.append(Step("binning", binning is not None, told))
     return tuple(steps)
+
+
+def _hidden_step(scene: Scene, lens: ThinLens, camera: Camera, projection: Projection) -> Step:
+    """What a lens sees behind the edges of near things: the error that no method can remove from one picture with depth."""
+    if scene.behind or np.ndim(scene.depth_m) == 0:
+        return Step("hidden surfaces", bool(scene.behind), f"the scene has {len(scene.layers)} layers")
+    per_um = projection.scale / camera.pixel_pitch_um  # scene pixels
+    radius_px = (per_um * lens.blur_radius_um(scene.depth_m)).astype(np.float32)
+    per_dioptre = per_um * float(lens.blur_radius_um(math.inf) - lens.blur_radius_um(1.0))
+    share = hidden_share(scene.depth_m, radius_px, per_dioptre)
+    told = "is not shown by the scene, and none is assumed" if scene.hidden == "none" else "is assumed to go on behind edges"
+    return Step(
+        "hidden surfaces", scene.hidden == "extend", f"about {100 * share:.2g} % of the picture sees background that {told}"
+    )
 
 
 def _number(value: float | tuple[float, ...]) -> str:

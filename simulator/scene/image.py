@@ -9,6 +9,7 @@ from simulator.scene import Layer, Scene
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.color_channels import color_channels, to_linear
 from simulator.scene.depth import Depth, DepthChannel, check_depth, load_depth
+from simulator.scene.hidden_surface import Hidden
 from simulator.scene.picture_light import (
     Encoding,
     Illuminant,
@@ -44,6 +45,7 @@ class ImageScene:
     negative: Negative = "error"
     depth_m: Depth = math.inf
     field_of_view_deg: Degrees | None = None
+    hidden: Hidden = "none"
 
     def __post_init__(self):
         check_luminance(self.luminance_cd_m2)
@@ -78,6 +80,7 @@ class ImageScene:
             depth_m=depth_m,
             field_of_view_deg=self.field_of_view_deg,
             notes=(*file.notes, *_alpha_notes(file), *notes, *clip_notes, *depth_notes, *_depth_notes(self.depth_m, file)),
+            hidden=self.hidden,
         )
 
 
