@@ -96,7 +96,7 @@ def test_the_picture_itself_is_left_alone():
     np.testing.assert_array_equal(depth, kept[1])
 
 
-@pytest.mark.parametrize("radii", [(-6.0, 0.0), (0.0, 7.0), (-3.0, 5.0), (2.0, 8.0), (-9.0, -4.0)])
+@pytest.mark.parametrize("radii", [(-6.25, 0.0), (0.0, 7.25), (-3.25, 5.0), (2.0, 8.25), (-9.25, -4.0)])
 def test_pixels_that_see_past_an_edge_are_those_of_rays_through_the_pupil(radii):
     """Rays x + s u for a pupil of 4001 points on a line across the edge, which lies between pixels 29 and 30."""
     s_near, s_far = radii

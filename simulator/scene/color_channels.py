@@ -10,7 +10,7 @@ REC709_CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # 
 
 
 def color_channels(file: PixelFile, layer: str | None = None, depth_channel: str = "Z", key: str = "scene.image") -> np.ndarray:
-    """Pick the colour of a picture as stored, (height, width, 3) or (height, width, 1), a copy.
+    """Pick the colour of a picture as stored, (height, width, 3) or (height, width, 1), a view where that can be.
 
     Alpha is left aside; colours stay as stored. For EXR, whose colours are multiplied by alpha by convention, that is
     the picture over black. An EXR is read by channel names: R, G, B, or its only channel beside alpha and depth.
@@ -25,7 +25,9 @@ def color_channels(file: PixelFile, layer: str | None = None, depth_channel: str
         chosen = rest
     else:
         raise _wrong_channels(file, layer, key)
-    return file.pixels[..., [file.channels.index(name) for name in chosen]]
+    first, *others = indices = [file.channels.index(name) for name in chosen]
+    beside = others == list(range(first + 1, first + len(indices)))
+    return file.pixels[..., first : first + len(indices)] if beside else np.take(file.pixels, indices, axis=2)
 
 
 def _wrong_channels(file: PixelFile, layer: str | None, key: str) -> PhotositeError:
@@ -69,7 +71,7 @@ def _decode(stored: np.ndarray, encoding: str) -> np.ndarray:
     largest = np.iinfo(stored.dtype).max if stored.dtype.kind in "ui" else 1.0
     with np.errstate(over="ignore"):  # what float32 cannot hold becomes Inf, which is refused later
         if stored.dtype.kind == "f" and encoding == "linear":
-            return stored.astype(np.float32, copy=False)
+            return stored.astype(np.float32)
         return curve(stored.astype(np.float64) / largest).astype(np.float32)
 
 

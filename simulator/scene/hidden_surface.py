@@ -29,7 +29,7 @@ class DepthEdges:
     """Where neighbours (4-connected) lie on different surfaces.
 
     near: (height, width) bool, pixels with a neighbour on a farther surface.
-    far: (height, width) bool, pixels with a neighbour on a nearer one, and no farther one.
+    far: (height, width) bool, pixels with a neighbour on a nearer one.
     down, right: (height, width) int8, step from a near pixel to its farthest neighbour; 0 elsewhere.
     """
 
@@ -57,7 +57,6 @@ def depth_edges(inverse: np.ndarray, step: float) -> DepthEdges:
             np.copyto(farthest[here], own, where=deeper)
             np.copyto(down[here], np.int8(sign * (axis == 0)), where=deeper)
             np.copyto(right[here], np.int8(sign * (axis == 1)), where=deeper)
-    far &= ~near
     return DepthEdges(near, far, down, right)
 
 
