@@ -265,9 +265,8 @@ def _hidden_step(scene: Scene, lens: ThinLens, camera: Camera, projection: Proje
     if scene.behind or np.ndim(scene.depth_m) == 0:
         return Step("hidden surfaces", bool(scene.behind), f"the scene has {len(scene.layers)} layers")
     per_um = projection.scale / camera.pixel_pitch_um  # scene pixels
-    radius_px = (per_um * lens.blur_radius_um(scene.depth_m)).astype(np.float32)
     per_dioptre = per_um * float(lens.blur_radius_um(math.inf) - lens.blur_radius_um(1.0))
-    share = hidden_share(scene.depth_m, radius_px, per_dioptre)
+    share = hidden_share(scene.depth_m, per_dioptre, lens.focus_distance_m)
     told = "is not shown by the scene, and none is assumed" if scene.hidden == "none" else "is assumed to go on behind edges"
     return Step(
         "hidden surfaces", scene.hidden == "extend", f"about {100 * share:.2g} % of the picture sees background that {told}"

@@ -73,13 +73,17 @@ def with_hidden_surface(scene: Scene, px_per_dioptre: float) -> Scene:
     return scene if layer is None else replace(scene, behind=(layer,))
 
 
-def hidden_share(depth_m: np.ndarray, radius_px: np.ndarray, px_per_dioptre: float) -> float:
-    """Share of the pixels that `depends_on_hidden` counts; of a large picture estimated from every kth row and column."""
+def hidden_share(depth_m: np.ndarray, px_per_dioptre: float, focus_distance_m: float) -> float:
+    """Share of the pixels that `depends_on_hidden` counts; of a large picture estimated from every kth row and column.
+
+    The signed blur radius is px_per_dioptre * (1 / focus_distance_m - 1 / depth) [scene px], as of a thin lens.
+    """
     every = math.ceil(math.sqrt(depth_m.size / MOST_ESTIMATED))
-    thinned = slice(None, None, every), slice(None, None, every)
-    # k pixels apart a slope rises k times as much, and radii are k times fewer pixels.
-    found = depends_on_hidden(depth_m[thinned], radius_px[thinned] / every, EDGE_PX * every / px_per_dioptre)
-    return float(found.mean())
+    thinned = depth_m[::every, ::every]
+    per_dioptre = px_per_dioptre / every  # in pixels of the thinned picture
+    radius_px = np.float32(per_dioptre) * (np.float32(1.0 / focus_distance_m) - _inverse(thinned))
+    # k pixels apart a slope rises k times as much.
+    return float(depends_on_hidden(thinned, radius_px, EDGE_PX / per_dioptre).mean())
 
 
 def hidden_surface(planes: np.ndarray, depth_m: float | np.ndarray, reach_px: float, step: float) -> Layer | None:
