@@ -13,10 +13,12 @@ from simulator.errors import PhotositeError
 from simulator.exposure import Integration
 from simulator.fused import CHARGE_STAGES, READOUT_STAGES, stage_order
 from simulator.layout import Layout, plan_layout
-from simulator.lens import BareSensor, Irradiance
+from simulator.lens import BareSensor, Irradiance, Lens
 from simulator.lens.bare_sensor import gathered
 from simulator.projection import Projection, plan_projection
 from simulator.scene import Scene
+from simulator.scene.hidden_surface import hidden_share, with_hidden_surface
+from simulator.scene.pinhole import pinhole_scene
 from simulator.sensor import STAGES
 from simulator.sensor.camera import Camera, Window
 from simulator.shot import Shot
@@ -159,18 +161,22 @@ class Plan:
 def plan(shot: Shot) -> Plan:
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
     layout = plan_layout(shot.camera)
-    scene, camera = shot.scene.load(), replace(shot.camera, window=layout.computed)
+    loaded, camera = shot.scene.load(), replace(shot.camera, window=layout.computed)
     forms_image = not isinstance(shot.lens, BareSensor)
-    scene = scene if forms_image else gathered(scene)
+    scene = pinhole_scene(loaded) if forms_image else gathered(loaded)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
     _check_light(scene, weights, shot)
     projection = plan_projection(scene, shot.lens, camera)
-    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale) if forms_image else None
+    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, loaded, projection.scale) if forms_image else None
     stages = fused_stages(shot)
     fused = {stage.stem: stage for stage in stages}
     steps = _steps(scene, camera, projection, _defocus_step(defocus, forms_image), layout, fused)
+    if defocus is not None:
+        steps += (_hidden_step(loaded, shot.lens, camera, projection),)
+        scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection))
+        defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale)
     return Plan(scene, camera, weights.astype(np.float32), projection, layout, defocus, stages, steps)
 
 
@@ -251,6 +257,23 @@ def _steps(scene, camera, projection, defocus, layout, fused) -> tuple[Step, ...
     told = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
     steps.append(Step("binning", binning is not None, told))
     return tuple(steps)
+
+
+def _hidden_step(scene: Scene, lens: Lens, camera: Camera, projection: Projection) -> Step:
+    """What a lens sees behind the edges of near things: the error that no method can remove from one picture with depth."""
+    if scene.behind or np.ndim(scene.depth_m) == 0:
+        return Step("hidden surfaces", bool(scene.behind), f"the scene has {len(scene.layers)} layers")
+    share = hidden_share(scene.depth_m, _per_dioptre(lens, camera, projection), lens.focus_distance_m)
+    told = "is not shown by the scene, and none is assumed" if scene.hidden == "none" else "is assumed to go on behind edges"
+    return Step(
+        "hidden surfaces", scene.hidden == "extend", f"about {100 * share:.2g} % of the picture sees background that {told}"
+    )
+
+
+def _per_dioptre(lens: Lens, camera: Camera, projection: Projection) -> float:
+    """Growth of the signed blur radius [scene pixels] per 1/m of inverse distance."""
+    growth_um = float(lens.blur_radius_um(math.inf) - lens.blur_radius_um(1.0))
+    return growth_um * projection.scale / camera.pixel_pitch_um
 
 
 def _number(value: float | tuple[float, ...]) -> str:

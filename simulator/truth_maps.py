@@ -6,6 +6,7 @@ import numpy as np
 
 from simulator.lens import Lens
 from simulator.planner import Plan
+from simulator.scene.pinhole import surface_depth_m
 from simulator.stage import Moments
 
 _NODES = 2**14  # of the variance over the electrons; between them it is read linearly
@@ -37,9 +38,10 @@ def variance_map(planned: Plan, mean_electrons: np.ndarray) -> np.ndarray:
 def depth_map(planned: Plan) -> np.ndarray:
     """Distance of what each pixel's centre sees, along the optical axis (height, width) float32 [m]; inf is allowed.
 
-    Nearest scene pixel: a mean over an edge would be a distance at which nothing stands.
+    Nearest scene pixel: a mean over an edge would be a distance at which nothing stands. Of several surfaces the first at
+    which more than half the pixel is covered.
     """
-    depth_m, layout, projection = planned.scene.depth_m, planned.layout, planned.projection
+    depth_m, layout, projection = surface_depth_m(planned.scene), planned.layout, planned.projection
     shape = (layout.binned.height, layout.binned.width)
     if np.ndim(depth_m) == 0:
         return np.full(shape, depth_m, np.float32)[layout.kept]

@@ -4,7 +4,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, fields, is_dataclass, replace
-from functools import cache
+from functools import cache, reduce
+from operator import or_
 from pathlib import Path
 from typing import Annotated, get_type_hints
 
@@ -21,22 +22,29 @@ from simulator.config.sections import model_type, model_value, section
 from simulator.config.sweep_section import SweepSection
 from simulator.errors import PhotositeError
 from simulator.scene.charts import ChartScene
+from simulator.scene.deep import DeepScene
 from simulator.scene.image import ImageScene
+from simulator.scene.layered import LayeredScene
 from simulator.scene.spectral_cube import SpectralCubeScene
 from simulator.shot import Shot
 
 # The key that decides which scene it is.
-SCENES = {"image": ImageScene, "spectral_cube": SpectralCubeScene, "chart": ChartScene}
+SCENES = {
+    "image": ImageScene,
+    "spectral_cube": SpectralCubeScene,
+    "chart": ChartScene,
+    "layers": LayeredScene,
+    "deep": DeepScene,
+}
 
 
 @cache
 def shot_section() -> type[Section]:
     """Return the model of a shot file: the fields of Shot, with the scene chosen by its key."""
     scenes = tuple(Annotated[section(cls), Tag(f"<{cls.__name__}>")] for cls in SCENES.values())
-    union = scenes[0] | scenes[1] | scenes[2]
     scene = (
-        Annotated[union, Discriminator(_scene_of)],
-        Field(description="what stands before the lens: an image, a spectral_cube or a chart"),
+        Annotated[reduce(or_, scenes), Discriminator(_scene_of)],
+        Field(description=f"what stands before the lens, told apart by its key: {', '.join(SCENES)}"),
     )
     members = {"scene": scene, "lens": lens_member(), "camera": (camera_section(), Field(description="the camera body"))}
     hints = get_type_hints(Shot, include_extras=True)
@@ -149,7 +157,7 @@ def _check_scene_keys(document: Document) -> None:
     if not given:
         unknown = [key for key in scene if key not in ("illuminant", "luminance", "depth", "field_of_view")]
         hint = nearest(str(unknown[0]), list(SCENES)) if unknown else f"give one of {', '.join(SCENES)}"
-        raise document.problem(("scene", *unknown[:1]), f"scene: neither image nor spectral_cube nor chart; {hint}")
+        raise document.problem(("scene", *unknown[:1]), f"scene: none of {', '.join(SCENES)} is there; {hint}")
 
 
 def _check_name(name: str, document: Document) -> None:

@@ -37,7 +37,7 @@ class Defocus:
 
     radii_px: signed radius of each layer's blur circle on the scene's grid [photosites], > 0 behind the plane in focus: a float
         or (height, width) float32.
-    opaque: whether the last layer covers everything, so that no line through the aperture ends in the dark.
+    opaque: whether a layer covers everything, so that no line through the aperture ends in the dark.
     scale: scene pixels per photosite.
     """
 
@@ -75,7 +75,7 @@ class Defocus:
 def plan_defocus(lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float) -> Defocus | None:
     """Blur of a scene with so many pixels per photosite, or None when no blur circle is larger than a photosite."""
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
-    planned = Defocus(radii, scene.layers[-1].coverage is None, scale)
+    planned = Defocus(radii, any(layer.coverage is None for layer in scene.layers), scale)
     return planned if planned.largest_px > SHARP_PX else None
 
 
