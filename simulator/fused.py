@@ -2,6 +2,7 @@
 
 import re
 import zlib
+from collections.abc import Iterable
 from functools import cache
 
 import numpy as np
@@ -13,12 +14,20 @@ from simulator.sensor import STAGES
 from simulator.sensor.poisson_means import MACROS
 from simulator.stage import Stage
 
-FUSED = {Irradiance.stem: Irradiance, Integration.stem: Integration, **STAGES}
+LIGHT_STAGES = {Irradiance.stem: Irradiance, Integration.stem: Integration}
+FUSED = {**LIGHT_STAGES, **STAGES}
+MOST_ELECTRONS = 1e30  # far above any light, and far enough below 3e38 that no product on the way overflows
 
 
 def stage_order() -> tuple[str, ...]:
     """Stems of the fused stages as they stand in kernels/sensor.cl: order is physics and is written there only."""
     return CHARGE_STAGES + READOUT_STAGES
+
+
+def in_order(stages: Iterable[Stage]) -> tuple[Stage, ...]:
+    """Fused stages that have an effect, in physical order."""
+    present = {stage.stem: stage for stage in stages if stage.has_effect}
+    return tuple(present[stem] for stem in stage_order() if stem in present)
 
 
 def _stages_of(function: str) -> tuple[str, ...]:
@@ -38,22 +47,26 @@ def _macros(stem: str) -> tuple[tuple[str, str], ...]:
     return tuple((name, "parameters" if bracket else "0") for name, bracket in names if not name.endswith("_H"))
 
 
+@cache
+def _absent() -> dict[str, object]:
+    """Macros of the fused kernel without any stage."""
+    defines: dict[str, object] = dict(MACROS)
+    for stem in FUSED:
+        defines |= {stem.upper(): 0, **dict(_macros(stem)), f"{stem.upper()}_STREAM": f"{zlib.crc32(stem.encode())}u"}
+    return defines
+
+
 def sensor_defines(stages: tuple[Stage, ...]) -> tuple[dict[str, object], np.ndarray]:
     """Macros and parameter array of the fused kernel.
 
     Each stage is a macro 1 or 0, each of its numbers a macro STEM_FIELD that reads the array (so that another
-    ISO needs no new build), and STEM_STREAM its own stream of random numbers.
+    ISO needs no new build), and STEM_STREAM its own stream of random numbers. NUMBERS: length of the array.
     """
-    defines: dict[str, object] = dict(MACROS)
-    present = {stage.stem: stage for stage in stages}
-    values: list[float] = []
-    for stem in FUSED:
-        prefix = stem.upper()
-        defines[prefix] = int(stem in present)
-        defines.update(_macros(stem))
-        defines[f"{prefix}_STREAM"] = f"{zlib.crc32(stem.encode())}u"
-        if stem in present:
-            defines.update(_stage_defines(present[stem], values))
+    defines, values = dict(_absent()), []
+    for stage in sorted(stages, key=lambda stage: stage_order().index(stage.stem)):
+        defines[stage.stem.upper()] = 1
+        defines.update(_stage_defines(stage, values))
+    defines["NUMBERS"] = len(values)
     return defines, np.array(values, dtype=np.float32)
 
 

@@ -12,11 +12,12 @@ from simulator.blur import blurred_mosaic
 from simulator.device import Device, open_device
 from simulator.errors import PhotositeError
 from simulator.frame import Raw
-from simulator.fused import sensor_defines
 from simulator.input_files import fingerprints
+from simulator.noise_free import mean_charge, noise_free
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
 from simulator.readout import averaged, covered, mixed, read_out, shared_charge
 from simulator.scene import Layer
+from simulator.sensing import FrameSetting
 from simulator.sensitivity import baseline_exposure_ev
 from simulator.shot import Shot
 from simulator.truth_maps import blur_map, depth_map, variance_map
@@ -94,26 +95,11 @@ def _layer_planes(planned: Plan, device: Device, layer: Layer):
 
 def truth(planned: Plan, device: Device, mosaic) -> tuple[np.ndarray, np.ndarray]:
     """Mean electrons [e-] and noise-free codes [DN] of the photosites that are given out, float32 each."""
-    frame = planned.frame
-    shape = (frame.height, frame.width)
-    defines, parameters = sensor_defines(planned.stages)
-    mean_electrons, signal = device.empty(shape, np.float32), device.empty(shape, np.float32)
-    numbers = device.upload(parameters)
-    device.run(
-        device.kernel("mean_charge", defines, file="truth.cl"),
-        shape[::-1],
-        None,
-        electron_radiance=mosaic,
-        mean_electrons=mean_electrons,
-        signal=signal,
-        parameters=numbers,
-        window_x=frame.x,
-        window_y=frame.y,
-    )
-    mean_electrons, signal = (shared_charge(planned, device, buffer) for buffer in (mean_electrons, signal))
-    read = planned.layout.read
-    kernel = device.kernel("noise_free", defines, file="truth.cl")
-    device.run(kernel, (read.width, read.height), None, signal=signal, parameters=numbers)
+    frame, read = planned.frame, planned.layout.read
+    settings = [FrameSetting(planned.stages, x=frame.x, y=frame.y)]
+    buffers = mean_charge(device, mosaic, (frame.height, frame.width), settings)
+    mean_electrons, signal = (shared_charge(planned, device, buffer) for buffer in buffers)
+    noise_free(device, signal, (read.height, read.width), settings)
     return tuple(averaged(planned, device, buffer)[planned.layout.kept] for buffer in (mean_electrons, signal))
 
 

@@ -11,7 +11,7 @@ from simulator.color import as_shot_neutral, color_matrix, forward_matrix
 from simulator.defocus import SHARP_PX, Defocus, plan_defocus
 from simulator.errors import PhotositeError
 from simulator.exposure import Integration
-from simulator.fused import CHARGE_STAGES, READOUT_STAGES, stage_order
+from simulator.fused import CHARGE_STAGES, MOST_ELECTRONS, READOUT_STAGES, in_order, stage_order
 from simulator.layout import Layout, plan_layout
 from simulator.lens import BareSensor, Irradiance, Lens
 from simulator.lens.bare_sensor import gathered
@@ -24,8 +24,6 @@ from simulator.sensor.camera import Camera, Window
 from simulator.shot import Shot
 from simulator.spectra import electron_radiance_weights
 from simulator.stage import Moments, Stage
-
-MOST_ELECTRONS = 1e30  # far above any light, and far enough below 3e38 that no product on the way overflows
 
 
 @dataclass(frozen=True)
@@ -85,17 +83,6 @@ class Plan:
             steps.append(("binning", binning.of_charge))
         steps += [(stage.stem, stage.moments) for stage in sensor if stage.stem in READOUT_STAGES]
         return steps if binning is None else [*steps, ("binning", binning.of_code)]
-
-    def electrons_per_radiance(self) -> tuple[float, float]:
-        """Mean electrons per electron radiance at the frame's darkest and brightest photosite, a little beyond either."""
-        irradiance, integration, frame = self.stage("irradiance"), self.stage("exposure"), self.frame
-        dx = max(abs(frame.x - irradiance.centre_x_px), abs(frame.x + frame.width - irradiance.centre_x_px))
-        dy = max(abs(frame.y - irradiance.centre_y_px), abs(frame.y + frame.height - irradiance.centre_y_px))
-        corner = irradiance.fall_off(math.hypot(dx, dy))  # it never rises outwards
-        on_axis = irradiance.solid_angle_sr * integration.time_s * integration.collecting_area_um2
-        response = self.stage("prnu")
-        reach = 0.0 if response is None else 6.8 * response.sigma  # of the normal numbers of kernels/normal.h
-        return 0.9999 * corner * on_axis * max(0.0, 1.0 - reach), 1.0001 * on_axis * (1.0 + reach)
 
     def memory_bytes(self) -> int:
         """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
@@ -193,8 +180,7 @@ def _check_light(scene: Scene, weights: np.ndarray, shot: Shot) -> None:
 
 def fused_stages(shot: Shot) -> tuple[Stage, ...]:
     """Stages of the fused kernel for a shot that have an effect, in physical order."""
-    fused = {stem: stage for stem, stage in _fused_stages(shot).items() if stage.has_effect}
-    return tuple(fused[stem] for stem in stage_order() if stem in fused)
+    return in_order(_fused_stages(shot).values())
 
 
 def _fused_stages(shot: Shot) -> dict[str, Stage]:

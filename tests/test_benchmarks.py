@@ -8,6 +8,7 @@ import pytest
 from measuring.contest import Contestant, contest
 from measuring.samplers import SHORTCUTS, Probe, errors, from_normals
 from measuring.work import CHAIN, ELD, ONE_READ_NOISE, ramp
+from pairs import one_by_one, ours, patches
 from randomness import accept
 from scipy import stats
 
@@ -44,6 +45,25 @@ def test_the_check_sees_a_wrong_frame():
     variance = sensor.gain_dn_per_e**2 * (PICTURE + sensor.before_e**2) + sensor.after_dn**2
     wrong = np.rint(512 + sensor.gain_dn_per_e * PICTURE + np.sqrt(1.04 * variance) * rng.standard_normal(PICTURE.shape))
     assert abs(sensor.check(wrong, PICTURE)[1] - 1.04) < 0.01
+
+
+def test_patches_are_a_ramp_cut_up():
+    mean_e = patches(16, 1.0, 1000.0)
+    assert mean_e.shape == (16, 512, 512) and (mean_e[:, 0] == mean_e[:, -1]).all()
+    assert np.array_equal(mean_e[:8], mean_e[8:]) and (np.diff(np.log(mean_e[:8, 0].ravel())) > 0).all()
+    assert (mean_e.min(), mean_e.max()) == pytest.approx((1.0, 1000.0))
+
+
+def test_patches_captured_at_once_are_those_captured_one_by_one(device):
+    mean_e = patches(3, 1.0, 1000.0)
+    at_once, single = (ours(mean_e, ELD, device.info, count) for count in (3, 1))
+    for one in (at_once, single):
+        one.run()
+    assert np.array_equal(at_once.codes(), single.codes()) and len({frame.tobytes() for frame in single.codes()}) == 3
+    column = tuple(importlib.import_module("peers.numpy_eld").contestants(patch, ELD)[1] for patch in mean_e)
+    peers = one_by_one(column)
+    peers.run()
+    assert all(np.array_equal(frame, each.codes()) for frame, each in zip(peers.codes(), column, strict=True))
 
 
 def test_the_distribution_of_a_shortcut_is_that_of_its_formula(device):

@@ -16,8 +16,8 @@ EDGE_PX = 1.0  # neighbouring scene pixels whose radii differ by more belong to 
 class Maps:
     """Radius maps of the layers that have one, one after the other on the device, and each layer's relief.
 
-    radius: buffer (maps, 2, rows, half columns) float32 [photosites]. scene_radius: the same of each mapped layer on the scene's
-    grid, buffers (height, width) float32.
+    radius: buffer (maps, 2, rows, half columns) float32 [photosites].
+    scene_radius: the same of each mapped layer on the scene's grid, buffers (height, width) float32.
     """
 
     radius: object

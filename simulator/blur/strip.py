@@ -59,7 +59,7 @@ class Strip:
             self.device.run(kernel, size, None, planes=planes, sampled=self.sampled, first_plane=first_plane, **arguments)
 
     def _means(self, chosen: TileChoice, layer: int, place: dict) -> None:
-        """Tiles that the layer fills, copied or a mean over the aperture's image, and those where layers lie over one another."""
+        """Tiles that the layer fills, copied or a mean over the aperture's image, and those that several share."""
         here = chosen.present[layer] > 0
         copied, mean = (here & chosen.with_method(method) for method in (Method.COPY, Method.MEAN))
         composite = here & chosen.with_method(Method.COMPOSITE, Method.CORRECTED)

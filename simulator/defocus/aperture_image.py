@@ -28,7 +28,7 @@ def disk_weights(radius_px: float) -> np.ndarray:
 
 
 def photosite_weights(radius_px: float, over: int) -> np.ndarray:
-    """What a photosite sees of points `over` to a photosite and axis, through an aperture whose image has this radius [photosites].
+    """What a photosite sees, through an aperture whose image has this radius [photosites], of `over` x `over` points per photosite.
 
     The disk on the points' own squares, and the mean over the photosite's over x over points: (n, n) float64, sum 1, n odd for
     an odd `over`; even sizes have the photosite's centre between their middle points.
@@ -81,7 +81,7 @@ def taps_of(weights: np.ndarray) -> Taps:
     Its centre is element (n - 1) // 2.
 
     The sum over w[i] v[i] is the sum over (w[i - 1] - w[i]) S[i], S[i] = v[0] + ... + v[i - 1] (summation by parts). Where the
-    aperture is evenly bright a column changes at its two ends only, so that the work grows with the radius, not with its square.
+    aperture is evenly bright a column changes at its two ends only: the work grows with the radius, not with its square.
     """
     reach = (weights.shape[0] - 1) // 2
     steps = -np.diff(np.pad(weights, ((1, 1), (0, 0))), axis=0)
