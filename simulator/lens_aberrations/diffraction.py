@@ -39,7 +39,8 @@ def point_spread(path_um: PathError, wavelength_um: float, f_number: float, cell
     # Parseval: all light of the plane is the pupil's area in samples, pi / (2 / count)^2, times this.
     power = math.pi * ((0.5 * len(pupil)) ** 2 * 2.0 * wavelength_um * f_number) ** 2
     cells = _cell_means(np.abs(amplitude) ** 2, finer)[1:-1, 1:-1]
-    return cells * cell_um**2 / power
+    # Light that the window cuts off leaves ripples along the border.
+    return np.maximum(cells, 0.0) * (cell_um**2 / power)
 
 
 def _cell_means(density: np.ndarray, finer: int) -> np.ndarray:
