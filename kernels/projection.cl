@@ -7,9 +7,13 @@
 // layers:  (rows, columns) uchar, depth layer at the photosite's centre, read from scene_layers: (scene_height, scene_width)
 //          uchar (kernel projection_layers).
 // origin_x, origin_y: photosite on the sensor at [0, 0] of the output; negative in the margin a blur needs.
+// DISTORTION: the photosite's place is that of a lens without distortion (distortion.h), in its own colour.
 // scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's left and upper edge.
 #include "conventions.h"
 #include "cfa.h"
+#if DISTORTION
+#include "distortion.h"
+#endif
 
 INLINE int whole(const float v) { return (int)v - (v < (float)(int)v ? 1 : 0); }
 INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
@@ -29,14 +33,23 @@ INLINE float point(global const float *plane, const float u, const float v, cons
 #endif
 }
 
-INLINE float photosite(global const float *plane, const int x, const int y, const uint scene_width, const uint scene_height,
-                       const float scale, const float offset_x, const float offset_y) {
+// Scene position [px] of a place on the sensor [photosites from its upper left corner], seen in one channel.
+INLINE void scene_place(float *x, float *y, const uint channel, const float scale, const float offset_x, const float offset_y) {
+#if DISTORTION
+    undistort(x, y, channel);
+#endif
+    *x = offset_x + scale * *x;
+    *y = offset_y + scale * *y;
+}
+
+INLINE float photosite(global const float *plane, const int x, const int y, const uint channel, const uint scene_width,
+                       const uint scene_height, const float scale, const float offset_x, const float offset_y) {
     float sum = 0.0f;
     for (uint j = 0; j < SAMPLES; j++)
         __attribute__((opencl_unroll_hint(8)))
         for (uint i = 0; i < SAMPLES; i++) {
-            const float u = offset_x + scale * ((float)x + ((float)i + 0.5f) * (1.0f / SAMPLES));
-            const float v = offset_y + scale * ((float)y + ((float)j + 0.5f) * (1.0f / SAMPLES));
+            float u = (float)x + ((float)i + 0.5f) * (1.0f / SAMPLES), v = (float)y + ((float)j + 0.5f) * (1.0f / SAMPLES);
+            scene_place(&u, &v, channel, scale, offset_x, offset_y);
             sum += point(plane, u, v, scene_width, scene_height);
         }
     return sum * (1.0f / (SAMPLES * SAMPLES));
@@ -46,8 +59,9 @@ kernel void projection_mosaic(global const float *restrict planes, global float 
                               const uint scene_height, const int origin_x, const int origin_y, const float scale,
                               const float offset_x, const float offset_y) {
     const size_t column = get_global_id(0), row = get_global_id(1);
-    global const float *plane = planes + (size_t)cfa_plane(column, row) * scene_width * scene_height;
-    mosaic[row * get_global_size(0) + column] = photosite(plane, origin_x + (int)column, origin_y + (int)row, scene_width,
+    const uint channel = cfa_plane(column, row);
+    global const float *plane = planes + (size_t)channel * scene_width * scene_height;
+    mosaic[row * get_global_size(0) + column] = photosite(plane, origin_x + (int)column, origin_y + (int)row, channel, scene_width,
                                                           scene_height, scale, offset_x, offset_y);
 }
 
@@ -57,15 +71,15 @@ kernel void projection_planes(global const float *restrict planes, global float 
     const size_t column = get_global_id(0), row = get_global_id(1), channel = get_global_id(2);
     global const float *plane = planes + channel * scene_width * scene_height;
     sampled[(channel * get_global_size(1) + row) * get_global_size(0) + column] = photosite(
-        plane, origin_x + (int)column, origin_y + (int)row, scene_width, scene_height, scale, offset_x, offset_y);
+        plane, origin_x + (int)column, origin_y + (int)row, channel, scene_width, scene_height, scale, offset_x, offset_y);
 }
 
 kernel void projection_layers(global const uchar *restrict scene_layers, global uchar *restrict layers, const uint scene_width,
                               const uint scene_height, const int origin_x, const int origin_y, const float scale,
                               const float offset_x, const float offset_y) {
     const size_t column = get_global_id(0), row = get_global_id(1);
-    const float u = offset_x + scale * ((float)(origin_x + (int)column) + 0.5f);
-    const float v = offset_y + scale * ((float)(origin_y + (int)row) + 0.5f);
+    float u = (float)(origin_x + (int)column) + 0.5f, v = (float)(origin_y + (int)row) + 0.5f;
+    scene_place(&u, &v, 1, scale, offset_x, offset_y);
     layers[row * get_global_size(0) + column] =
         scene_layers[(size_t)clamped(whole(v), scene_height) * scene_width + clamped(whole(u), scene_width)];
 }

@@ -11,6 +11,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from simulator.distortion import Distortion
 from simulator.errors import PhotositeError, require
 from simulator.stage import Moments, Stage
 from simulator.units import FNumber, Metres, Millimetres
@@ -29,6 +30,7 @@ class ThinLens:
     irradiance: which of the two formulas above.
     cos4: whether irradiance falls with the fourth power of the cosine of the field angle.
     model: name for the file's metadata.
+    distortion: geometric distortion and lateral colour.
     """
 
     focal_length_mm: Millimetres
@@ -38,6 +40,7 @@ class ThinLens:
     irradiance: Literal["thin_lens", "aplanatic"] = "thin_lens"
     cos4: bool = True
     model: str = "thin lens"
+    distortion: Distortion | None = None
 
     def __post_init__(self):
         require(self.focal_length_mm > 0, "lens.focal_length", f"{self.focal_length_mm} mm", "give a length above 0 mm")

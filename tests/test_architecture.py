@@ -18,7 +18,7 @@ ORDER = [
     {"errors", "units", "colour_data"},
     {"raw_format", "stage", "input_files"},
     {"device"},
-    {"lens_aberrations", "psf_convolution"},
+    {"lens_aberrations", "psf_convolution", "distortion"},
     {"spectra", "scene", "color", "color_correction", "lens", "defocus", "projection", "exposure", "sensor"},
     {"shot", "frame"},
     {"tiles", "fused", "layout"},
