@@ -31,7 +31,7 @@ BARREL = Distortion(k1=-0.12, k2=0.02, p1=0.004, p2=-0.003, unit="half_diagonal"
 LENSES = {
     "barrel": BARREL,
     "pincushion": Distortion(k1=0.08, k3=0.01, unit="half_diagonal"),
-    "moustache": Distortion(k1=-0.1, k2=0.15, k3=-0.04, unit="half_diagonal"),
+    "moustache": Distortion(k1=-0.256, k2=0.983, k3=-0.671, p1=0.0064, p2=-0.005),
     "lateral": Distortion(lateral=(1.005, 1.0, 0.996)),
 }
 

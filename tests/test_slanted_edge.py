@@ -39,6 +39,8 @@ def test_a_gaussian_edge_has_a_gaussian_transfer(sigma_px, angle_deg):
     found = edge_transfer(gaussian_edge(sigma_px, angle_deg))
     assert np.max(np.abs(found.at(FREQUENCY) - np.exp(-2.0 * (math.pi * sigma_px * FREQUENCY) ** 2))) < 0.01
     assert found.angle_deg == pytest.approx(abs(angle_deg), abs=0.03) and found.step == pytest.approx(800.0, rel=1e-3)
+    if sigma_px == 0.5:  # the responses of bin and difference, 0.97 and 0.90 at the end, are off to a part in a hundred
+        assert np.allclose(found.at(FREQUENCY), np.exp(-2.0 * (math.pi * sigma_px * FREQUENCY) ** 2), rtol=0.01)
     if sigma_px >= 1.0:
         assert found.mtf50_per_px == pytest.approx(math.sqrt(math.log(2.0) / 2.0) / (math.pi * sigma_px), rel=0.015)
 
