@@ -1,17 +1,27 @@
-"""The pictures of docs/lens_aberrations.md: kernels over field and defocus, and transfer functions with their truth."""
+"""The pictures of docs/lens_aberrations.md: kernels, transfer functions with their truth, a distorted lattice."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import matplotlib
 import numpy as np
+from scipy.ndimage import map_coordinates
 
+from simulator.config import load_camera
+from simulator.distortion import Distortion
+from simulator.exposure import Exposure
+from simulator.lens import ThinLens
 from simulator.lens_aberrations.aberrations import Aberrations, ChromaticShift
 from simulator.lens_aberrations.sampling import Sampling
 from simulator.lens_aberrations.wavefront_psf import WavefrontPsf
 from simulator.measurement.slanted_edge import edge_transfer
+from simulator.pipeline import simulate
 from simulator.psf_convolution import PsfGrid, convolve
 from simulator.raw.files import atomic_write
+from simulator.scene.image import ImageScene
+from simulator.shot import Shot
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -78,6 +88,44 @@ def transfer_picture(path: Path) -> None:
     _save(figure, path)
 
 
+def distortion_picture(path: Path) -> None:
+    """A lattice through a barrel with strong lateral colour, as the sensor has it, and after the DNG's own correction."""
+    width, height = 480, 360
+    camera = replace(load_camera("sony_a7s2"), width_px=width, height_px=height, window=None)
+    lens = ThinLens(
+        50.0, 8.0, cos4=False, distortion=Distortion(k1=-0.16, k2=0.03, unit="half_diagonal", lateral=(1.01, 1.0, 0.99))
+    )
+    with TemporaryDirectory() as folder:
+        lattice = np.full((3 * height, 3 * width), 0.05, np.float32)
+        for middle in range(45, 3 * width, 90):
+            lattice[:, middle - 3 : middle + 3] = lattice[middle - 3 : middle + 3] = 1.0
+        np.save(Path(folder) / "lattice.npy", lattice)
+        scene = ImageScene(Path(folder) / "lattice.npy", luminance_cd_m2=300.0)
+        raw = simulate(Shot(scene, lens, Exposure(1 / 100), camera, truth=("rgb",)))
+    seen = raw.truth["rgb"] / np.array(raw.as_shot_neutral)
+    planes, centre = raw.warp_rectilinear
+    undone = np.stack([_undone(seen[..., channel], planes[channel], centre) for channel in range(3)], axis=-1)
+    figure, axes = plt.subplots(1, 2, figsize=(10.0, 4.1), layout="constrained", dpi=100)
+    for axis, picture, title in zip(axes, (seen, undone), ("on the sensor", "after WarpRectilinear of the DNG"), strict=True):
+        axis.imshow(np.clip(picture / seen.max(), 0.0, 1.0) ** (1 / 2.2))
+        axis.set(xticks=(), yticks=(), title=title)
+    _save(figure, path)
+
+
+def _undone(plane: np.ndarray, numbers: tuple[float, ...], centre: tuple[float, float]) -> np.ndarray:
+    """WarpRectilinear (DNG 1.4, chapter 7)."""
+    height, width = plane.shape
+    cx, cy = centre[0] * (width - 1), centre[1] * (height - 1)
+    unit = math.hypot(max(cx, width - 1 - cx), max(cy, height - 1 - cy))
+    y, x = np.mgrid[:height, :width]
+    dx, dy = (x - cx) / unit, (y - cy) / unit
+    r2 = dx**2 + dy**2
+    radial = numbers[0] + r2 * (numbers[1] + r2 * (numbers[2] + r2 * numbers[3]))
+    there_x = radial * dx + 2 * numbers[4] * dx * dy + numbers[5] * (r2 + 2 * dx**2)
+    there_y = radial * dy + 2 * numbers[5] * dx * dy + numbers[4] * (r2 + 2 * dy**2)
+    return map_coordinates(plane, (cy + unit * there_y, cx + unit * there_x), order=1, mode="nearest")
+
+
 def _edge_seen(sampling: Sampling) -> np.ndarray:
     """A sharp edge at 5.7 degrees through a lens at f/8 on photosites of 4 um, (128, 96)."""
     fine, cell_um = 4, 1.0
@@ -103,3 +151,4 @@ def _save(figure, path: Path) -> None:
 if __name__ == "__main__":
     kernel_picture(IMAGES / "lens_kernels.png")
     transfer_picture(IMAGES / "lens_transfer.png")
+    distortion_picture(IMAGES / "lens_distortion.png")
