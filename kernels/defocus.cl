@@ -5,11 +5,11 @@
 // nodes, one `1 / nodes_per_px` apart in signed radius, it is a cubic through the four nearest (Lagrange). ways.h has the order of
 // the planes.
 //
-// sampled: (planes, WAYS, rows, half_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1], a strip with its margin; this surface's
+// sampled: (planes, WAYS, rows, way_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1], a strip with its margin; this surface's
 //          colours begin at first_plane.
-// sums:    (CHANNELS + COVERAGE, WAYS, rows + 1, half_columns) float32, sums down the columns of what exceeds `least`.
-// least:   (CHANNELS + COVERAGE, WAYS, half_columns) float32, least value of each column.
-// radius:  (maps, 2, radius_rows, half_columns) float32, signed radius [photosites], > 0 behind the plane in focus.
+// sums:    (CHANNELS + COVERAGE, WAYS, rows + 1, way_columns) float32, sums down the columns of what exceeds `least`.
+// least:   (CHANNELS + COVERAGE, WAYS, way_columns) float32, least value of each column.
+// radius:  (maps, 2, radius_rows, way_columns) float32, signed radius [photosites], > 0 behind the plane in focus.
 // light:   (height, width) float32, the mosaic. open: (height, width) float32, share of the light that the layers before let
 //          through; COMPOSITE 1 lays this surface behind them, with its mean coverage, plane CHANNELS of it.
 // tiles:   (tiles, 4) uint32: first half column and row in the strip, first node, nodes (0: sharp, copied).
@@ -22,24 +22,24 @@
 #include "ways.h"
 
 kernel void defocus_sums(global const float *restrict sampled, global float *restrict sums, global float *restrict least,
-                         const uint first_plane, const uint rows, const uint half_columns) {
+                         const uint first_plane, const uint rows, const uint way_columns) {
     const size_t plane = get_global_id(1), first = get_global_id(0) * SPAN;
-    global const float *value = sampled + (WAYS * first_plane + plane) * rows * half_columns + first;
-    global float *sum = sums + plane * (rows + 1) * half_columns + first;
+    global const float *value = sampled + (WAYS * first_plane + plane) * rows * way_columns + first;
+    global float *sum = sums + plane * (rows + 1) * way_columns + first;
     float low[SPAN], running[SPAN];
     for (uint i = 0; i < SPAN; i++) low[i] = value[i];
     for (uint row = 1; row < rows; row++)
-        for (uint i = 0; i < SPAN; i++) low[i] = value[row * half_columns + i] < low[i] ? value[row * half_columns + i] : low[i];
+        for (uint i = 0; i < SPAN; i++) low[i] = value[row * way_columns + i] < low[i] ? value[row * way_columns + i] : low[i];
     for (uint i = 0; i < SPAN; i++) {
-        least[plane * half_columns + first + i] = low[i];
+        least[plane * way_columns + first + i] = low[i];
         running[i] = 0.0f;
     }
     for (uint row = 0; row < rows; row++)
         for (uint i = 0; i < SPAN; i++) {
-            sum[row * half_columns + i] = running[i];
-            running[i] += value[row * half_columns + i] - low[i];
+            sum[row * way_columns + i] = running[i];
+            running[i] += value[row * way_columns + i] - low[i];
         }
-    for (uint i = 0; i < SPAN; i++) sum[rows * half_columns + i] = running[i];
+    for (uint i = 0; i < SPAN; i++) sum[rows * way_columns + i] = running[i];
 }
 
 // What a node counts at a distance t [nodes]: Lagrange's cubic on the four nearest.
@@ -66,7 +66,7 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
                          global const uint *restrict tiles, global const int *restrict nodes, global const int *restrict taps,
                          global const float *restrict weights, global const int *restrict sides, global const float *restrict totals,
                          const uint all_taps, const uint all_sides, const int first_node, const float nodes_per_px,
-                         const uint first_plane, const uint map, const uint rows, const uint half_columns, const uint radius_rows,
+                         const uint first_plane, const uint map, const uint rows, const uint way_columns, const uint radius_rows,
                          const uint radius_row, const uint margin_x, const uint strip_y, const uint margin_y, const uint width,
                          const uint height) {
     const size_t parity = get_global_id(1) & 1;
@@ -75,8 +75,8 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
     const size_t column = tile[0] + get_global_id(0) * SPAN;
     if (y >= height) return;
     const size_t colour = WAYS * cfa_plane(parity + margin_x, y); // the margin's parity moves the pattern
-    global const float *own = radius + ((2 * map + parity) * radius_rows + radius_row + row) * half_columns + column;
-    global const float *sharp = sampled + ((WAYS * first_plane + colour + parity) * rows + row) * half_columns + column;
+    global const float *own = radius + ((2 * map + parity) * radius_rows + radius_row + row) * way_columns + column;
+    global const float *sharp = sampled + ((WAYS * first_plane + colour + parity) * rows + row) * way_columns + column;
     float sum[2 * SPAN], mean[SPAN]; // colour, and coverage
     for (uint i = 0; i < SPAN; i++) sum[i] = tile[3] ? 0.0f : sharp[i]; // only where OVER is 1
     for (uint i = SPAN; i < 2 * SPAN; i++) sum[i] = 0.0f;
@@ -84,10 +84,10 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
         global const int *node = nodes + 4 * n;
         for (uint what = 0; what <= COMPOSITE; what++) {
             const size_t plane = what ? WAYS * CHANNELS : colour;
-            global const float *line = sums + (plane * (rows + 1) + OVER * row) * half_columns + column;
+            global const float *line = sums + (plane * (rows + 1) + OVER * row) * way_columns + column;
             for (uint i = 0; i < SPAN; i++) mean[i] = 0.0f;
             add_taps(line, taps + parity * all_taps + node[0], weights + node[0], node[1], mean);
-            add_taps(least + plane * half_columns + column, sides + parity * all_sides + node[2], totals + node[2], node[3], mean);
+            add_taps(least + plane * way_columns + column, sides + parity * all_sides + node[2], totals + node[2], node[3], mean);
             for (uint i = 0; i < SPAN; i++)
                 sum[what * SPAN + i] += (NODES ? share(own[i] * nodes_per_px - (float)(first_node + n)) : 1.0f) * mean[i];
         }

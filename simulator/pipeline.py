@@ -164,6 +164,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         format=shot.raw,
         date_time=shot.exposure.date_time,
         active_area=planned.layout.active_area,
+        warp_rectilinear=planned.warp_rectilinear(),
         truth=parts,
         resolved={
             "shot": shot.resolved,

@@ -9,6 +9,7 @@ import numpy as np
 
 from simulator.color import as_shot_neutral, color_matrix, forward_matrix
 from simulator.defocus import SHARP_PX, Defocus, plan_defocus
+from simulator.distortion import Warp
 from simulator.errors import PhotositeError
 from simulator.exposure import Integration
 from simulator.fused import CHARGE_STAGES, MOST_ELECTRONS, READOUT_STAGES, in_order, stage_order
@@ -124,6 +125,16 @@ class Plan:
         slope = (one.variance - dark.variance) / (one.mean - dark.mean)
         return slope / span, dark.variance / span**2
 
+    def warp_rectilinear(self) -> tuple[tuple[tuple[float, ...], ...], tuple[float, float]] | None:
+        """Return what undoes the lens's distortion in the lit part of the frame; see `Raw.warp_rectilinear`."""
+        warp, output, lit = self.projection.warp, self.layout.output, self.layout.lit
+        if warp is None:
+            return None
+        left, top = max(output.x, lit.x), max(output.y, lit.y)
+        right, bottom = min(output.x + output.width, lit.x + lit.width), min(output.y + output.height, lit.y + lit.height)
+        half = 0.5 * (1 if self.layout.binning is None else self.layout.binning.factor)
+        return warp.rectilinear(left + half, top + half, right - half, bottom - half)
+
     def color_matrices(self) -> dict[str, np.ndarray]:
         """Fields of Raw beside color_matrix; none without a colour filter or with a published matrix, which is for D65."""
         camera, response = self.camera, self.camera.response
@@ -196,8 +207,9 @@ def projection_defines(planned: Plan, over: int = 1) -> dict[str, object]:
     """Macros of kernels/projection.cl, for planes of `over` x `over` points per photosite."""
     (c00, c01), (c10, c11) = planned.filter_block()
     cfa = {"CFA_00": c00, "CFA_01": c01, "CFA_10": c10, "CFA_11": c11}
-    samples = -(-planned.projection.samples // over)
-    return {"SAMPLES": samples, "NEAREST": int(planned.projection.nearest), "OVER": over, **cfa}
+    warp, samples = planned.projection.warp, -(-planned.projection.samples // over)
+    warped = {"DISTORTION": int(warp is not None)} | ({} if warp is None else warp.macros())
+    return {"SAMPLES": samples, "NEAREST": int(planned.projection.nearest), "OVER": over, **warped, **cfa}
 
 
 def projection_arguments(planned: Plan, origin_x: int, origin_y: int) -> dict[str, object]:
@@ -223,6 +235,7 @@ def _steps(scene, camera, projection, defocus, layout, fused) -> tuple[Step, ...
             f"{bands} scene planes of {wavelengths} wavelengths -> {camera.channels} camera planes",
         ),
         Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {_samples(projection)}"),
+        _distortion_step(projection.warp, camera),
         defocus,
     ]
     dark = camera.optical_black
@@ -268,6 +281,16 @@ def _number(value: float | tuple[float, ...]) -> str:
 
 def _samples(projection: Projection) -> str:
     return "one sample each" if projection.samples == 1 else f"{projection.samples} x {projection.samples} samples each"
+
+
+def _distortion_step(warp: Warp | None, camera: Camera) -> Step:
+    if warp is None:
+        return Step("distortion", False, "the lens has none")
+    corner_x, corner_y = warp.distorted(camera.width_px, camera.height_px)
+    moved_px = math.hypot(corner_x - warp.centre_x_px, corner_y - warp.centre_y_px) - math.hypot(
+        warp.centre_x_px, warp.centre_y_px
+    )
+    return Step("distortion", True, f"the corner moves {moved_px:+.1f} photosites outwards, traced back in {warp.steps} steps")
 
 
 def _defocus_step(defocus: Defocus | None, forms_image: bool) -> Step:

@@ -33,6 +33,8 @@ def depth_map(planned: Plan) -> np.ndarray:
     if np.ndim(depth_m) == 0:
         return np.full(shape, depth_m, np.float32)[layout.kept]
     factor = 1 if layout.binning is None else layout.binning.factor
+    if projection.warp is not None:
+        return _warped_depth(planned, shape, factor)[layout.kept]
     indices = []
     for first, offset, pixels, scene_pixels in (
         (planned.frame.y, projection.offset_y, shape[0], depth_m.shape[0]),
@@ -41,6 +43,17 @@ def depth_map(planned: Plan) -> np.ndarray:
         centres = first + _centres_px(pixels, factor, layout.filter_step)
         indices.append(np.clip(np.floor(offset + projection.scale * centres), 0, scene_pixels - 1).astype(np.intp))
     return depth_m[np.ix_(*indices)].astype(np.float32)[layout.kept]
+
+
+def _warped_depth(planned: Plan, shape: tuple[int, int], factor: int) -> np.ndarray:
+    """Depth of what each pixel's centre sees through a lens that distorts, (height, width) float32 [m]."""
+    depth_m, projection = planned.scene.depth_m, planned.projection
+    across, down = (_centres_px(count, factor, planned.layout.filter_step) for count in shape[::-1])
+    channel = min(1, planned.camera.channels - 1)  # the green one, as in kernels/projection.cl
+    x, y = projection.warp.undistorted(*np.meshgrid(planned.frame.x + across, planned.frame.y + down), channel)
+    column = np.clip(np.floor(projection.offset_x + projection.scale * x), 0, depth_m.shape[1] - 1).astype(np.intp)
+    row = np.clip(np.floor(projection.offset_y + projection.scale * y), 0, depth_m.shape[0] - 1).astype(np.intp)
+    return depth_m[row, column].astype(np.float32)
 
 
 def blur_map(planned: Plan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ class BlurFrame:
         self.y = (first_band - self.reach) // TILE_ROWS * TILE_ROWS
         right = -(-(frame.x + frame.width) // TILE_COLUMNS) * TILE_COLUMNS + self.reach
         bottom = first_band + self.bands * BAND_ROWS + self.reach
-        self.half_columns = -(-(right - self.x) // TILE_COLUMNS) * HALF_TILE
+        self.way_columns = -(-(right - self.x) // TILE_COLUMNS) * HALF_TILE
         self.rows = -(-(bottom - self.y) // TILE_ROWS) * TILE_ROWS
         self.margin_x, self.margin_y = frame.x - self.x, frame.y - self.y
 
@@ -44,12 +44,12 @@ class BlurFrame:
     @cached_property
     def grid(self) -> tuple[int, int]:
         """Tile rows and columns."""
-        return self.rows // TILE_ROWS, self.half_columns // HALF_TILE
+        return self.rows // TILE_ROWS, self.way_columns // HALF_TILE
 
     @property
     def patches(self) -> tuple[int, int]:
         """Patch rows and columns."""
-        return self.rows // PATCH_ROWS, 2 * self.half_columns // PATCH_COLUMNS
+        return self.rows // PATCH_ROWS, 2 * self.way_columns // PATCH_COLUMNS
 
     def inside(self, planned: Plan) -> np.ndarray:
         """Tiles that hold photosites of the frame: (tile rows, tile columns) bool."""

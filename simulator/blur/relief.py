@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.blur.frame import BlurFrame
-from simulator.defocus import PATCH_COLUMNS, PATCH_ROWS, Relief
+from simulator.defocus import CLASS_UNIT_PX, PATCH_COLUMNS, PATCH_ROWS, Relief
 from simulator.device import Device
 from simulator.planner import Plan, projection_arguments, projection_defines
 
@@ -29,12 +29,12 @@ def measured_maps(planned: Plan, device: Device, area: BlurFrame) -> Maps:
     """Radius on the photosites of every layer, and what its tiles hold."""
     defocus, reliefs, scene_radius = planned.defocus, [], []
     mapped = sum(np.ndim(radius) > 0 for radius in defocus.radii_px)
-    radius = device.empty((max(mapped, 1), 2, area.rows, area.half_columns), np.float32)
+    radius = device.empty((max(mapped, 1), 2, area.rows, area.way_columns), np.float32)
     for layer, px in zip(planned.scene.layers, defocus.radii_px, strict=True):
         if np.ndim(px):
             first_plane = 2 * len(scene_radius)
             scene_radius.append(device.upload(px))
-            place = {"origin_x": area.x, "origin_y": area.y, "rows": area.rows, "half_columns": area.half_columns}
+            place = {"origin_x": area.x, "origin_y": area.y, "rows": area.rows, "way_columns": area.way_columns}
             project_radius(planned, device, scene_radius[-1], radius, first_plane, over=1, **place)
             least, greatest, steepest, classes = _measured(planned, device, area, radius, first_plane)
         else:
@@ -45,11 +45,11 @@ def measured_maps(planned: Plan, device: Device, area: BlurFrame) -> Maps:
     return Maps(radius, scene_radius, reliefs)
 
 
-def project_radius(planned, device, scene_radius, radius, first_plane, *, over, origin_x, origin_y, rows, half_columns) -> None:
+def project_radius(planned, device, scene_radius, radius, first_plane, *, over, origin_x, origin_y, rows, way_columns) -> None:
     """Enqueue the projection of a radius map onto `over` x `over` points per photosite; rows counts rows of points."""
     device.run(
         device.kernel("projection_radius", projection_defines(planned, over), file="projection.cl"),
-        (half_columns, rows, 2 * over),
+        (way_columns, rows, 2 * over),
         None,
         scene_radius=scene_radius,
         radius=radius,
@@ -63,18 +63,19 @@ def _measured(planned: Plan, device: Device, area: BlurFrame, radius, first_plan
     """Least, greatest and steepest radius of each patch, and its classes."""
     relief, present = device.empty((3, *area.patches), np.float32), device.empty((2, *area.patches), np.uint32)
     defocus = planned.defocus
+    defines = {"HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
     device.run(
-        device.kernel("relief", {"HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS}),
+        device.kernel("relief", defines),
         area.patches[::-1],
         None,
         map=radius,
         relief=relief,
         present=present,
         rows=area.rows,
-        half_columns=area.half_columns,
+        way_columns=area.way_columns,
         first_plane=first_plane,
-        origin=defocus.least_px - defocus.class_step_px,
-        classes_per_unit=1.0 / defocus.class_step_px,
+        first_class=defocus.first_class,
+        classes_per_unit=defocus.classes_per_unit,
     )
     near, far = device.download(present, (2, *area.patches), np.uint32).astype(np.uint64)
     return (*device.download(relief, (3, *area.patches), np.float32), near | far << np.uint64(32))
@@ -85,6 +86,8 @@ def _coverage(planned: Plan, area: BlurFrame, coverage: np.ndarray | None) -> tu
     if coverage is None:
         return np.ones(area.patches, np.float32), np.ones(area.patches, np.float32)
     projection = planned.projection
+    if projection.warp is not None:  # a tile's border is no straight line in the scene: what holds everywhere
+        return np.full(area.patches, coverage.min(), np.float32), np.full(area.patches, coverage.max(), np.float32)
     least = greatest = coverage
     sides = (
         (0, area.y, PATCH_ROWS, area.patches[0], projection.offset_y),

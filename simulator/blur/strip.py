@@ -25,12 +25,12 @@ class Strip:
         self.channels = planned.camera.channels
         self.coverage = int(any(layer.coverage is not None for layer in planned.scene.layers))
         self.layer_planes = self.channels + self.coverage
-        half = area.half_columns
+        half = area.way_columns
         self.sampled = device.empty((len(planes) * self.layer_planes, self.ways, self.rows, half), np.float32)
         self.sums = device.empty((self.layer_planes, self.ways, self.rows + 1, half), np.float32)
         self.least = device.empty((self.layer_planes, self.ways, half), np.float32)
         self.radius = device.zeros((max(len(maps.scene_radius), 1), self.ways, self.rows, half), np.float32)
-        self.size = {"rows": self.rows, "half_columns": half}
+        self.size = {"rows": self.rows, "way_columns": half}
         defines = {"SPAN": device.span, "CHANNELS": self.channels, "COVERAGE": self.coverage}
         self.defines = {**projection_defines(planned, over), **defines}
 
@@ -55,7 +55,7 @@ class Strip:
         arguments = projection_arguments(self.planned, self.area.x, self.area.y + strip_row)
         for layer, planes in enumerate(self.planes):
             first_plane = layer * self.layer_planes * self.ways
-            size = (self.area.half_columns, self.rows, self.layer_planes * self.ways)
+            size = (self.area.way_columns, self.rows, self.layer_planes * self.ways)
             self.device.run(kernel, size, None, planes=planes, sampled=self.sampled, first_plane=first_plane, **arguments)
 
     def _means(self, chosen: TileChoice, layer: int, place: dict) -> None:
@@ -66,7 +66,7 @@ class Strip:
         if (mean | composite).any():
             planes = self.channels + bool(composite.any())
             kernel = self.device.kernel("defocus_sums", self.defines | {"NODES": 0, "COMPOSITE": 0}, file="defocus.cl")
-            size = (self.area.half_columns // self.device.span, self.ways * planes)
+            size = (self.area.way_columns // self.device.span, self.ways * planes)
             self.device.run(kernel, size, None, **self._sums(layer), **self.size)
         constant = chosen.constant[layer]
         for graded, several, wanted in (
@@ -109,7 +109,7 @@ class Strip:
         return self._table(self.chosen.constants.tolist()), 0
 
     def _table(self, radii_px: list[float]) -> dict[str, object]:
-        table = blur_table(radii_px, self.over, self.rows, self.area.half_columns)
+        table = blur_table(self.planned.defocus.pupil, radii_px, self.over, self.rows, self.area.way_columns)
         buffers = {name: self.device.upload(array) for name, array in vars(table).items()}
         return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}
 
@@ -140,7 +140,7 @@ class Strip:
                 radius=self.radius,
                 tiles=device.upload(lists[wanted]),
                 slabs=slabs,
-                points=device.upload(lens_points(number, self.over)),
+                points=device.upload(lens_points(self.planned.defocus.pupil, number, self.over)),
                 point_count=number,
                 normalise=int(self.planned.defocus.opaque),
                 **place,

@@ -5,12 +5,13 @@ fills its surroundings, and points of the aperture where surfaces hide each othe
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
 
 from simulator.lens import Lens
+from simulator.lens.pupil import Pupil
 from simulator.scene import Scene
 
 SHARP_PX = 0.3  # a blur circle of this radius stays inside its photosite: nothing to do
@@ -18,7 +19,8 @@ TILE_COLUMNS, TILE_ROWS = 128, 16
 PATCH_COLUMNS, PATCH_ROWS = 16, 8  # what reaches a tile is found out patch by patch
 STEEPEST_PX = 0.2  # change of the radius from photosite to photosite up to which a surface counts as one
 SAME_PX = 0.02  # radii that lie closer share one blur circle
-CLASSES = 64  # one bit each in a 64-bit mask
+CLASSES = 64  # of radii, one bit each in a 64-bit mask
+CLASS_UNIT_PX = 4.0  # up to about this radius all classes are equally wide
 
 
 class Method(IntEnum):
@@ -39,11 +41,13 @@ class Defocus:
         or (height, width) float32.
     opaque: whether a layer covers everything, so that no line through the aperture ends in the dark.
     scale: scene pixels per photosite.
+    pupil: shape of the aperture.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
     opaque: bool
     scale: float
+    pupil: Pupil = Pupil()
 
     @property
     def least_px(self) -> float:
@@ -63,19 +67,34 @@ class Defocus:
     @property
     def reach_px(self) -> int:
         """Photosites that a blur needs on either side."""
-        return math.ceil(self.largest_px + self.class_step_px) + 2
+        class_px = (self.largest_px + CLASS_UNIT_PX) / self.classes_per_unit
+        return math.ceil(self.pupil.corner_radius * (self.largest_px + 2.0 * class_px)) + 2
 
     @property
-    def class_step_px(self) -> float:
-        """Width of a class of radii: the finer the scene, the narrower, as long as the classes suffice [photosites]."""
-        detail_px = 1.0 / min(max(self.scale, 0.25), 1.0)
-        return max(0.5 * detail_px, (self.greatest_px - self.least_px) / (CLASSES - 3))
+    def classes_per_unit(self) -> float:
+        """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
+
+        Twelve make them a third of a photosite wide in focus, a twelfth of large radii; half of that where four photosites or
+        more show one scene pixel.
+        """
+        span = math.asinh(self.greatest_px / CLASS_UNIT_PX) - math.asinh(self.least_px / CLASS_UNIT_PX)
+        finest = 12.0 * min(max(2.0 * self.scale, 0.5), 1.0)
+        return min(finest, (CLASSES - 3) / span) if span else finest
+
+    @property
+    def first_class(self) -> float:
+        """Border of the classes below the least radius: two before it, since slabs of a class begin one before."""
+        return math.floor(self.classes_per_unit * math.asinh(self.least_px / CLASS_UNIT_PX)) - 1.0
+
+    def class_border_px(self, number: int) -> float:
+        """Signed radius at which a class begins."""
+        return CLASS_UNIT_PX * math.sinh((self.first_class + number) / self.classes_per_unit)
 
 
 def plan_defocus(lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float) -> Defocus | None:
     """Blur of a scene with so many pixels per photosite, or None when no blur circle is larger than a photosite."""
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
-    planned = Defocus(radii, any(layer.coverage is None for layer in scene.layers), scale)
+    planned = Defocus(radii, any(layer.coverage is None for layer in scene.layers), scale, replace(lens.pupil, stops=()))
     return planned if planned.largest_px > SHARP_PX else None
 
 
@@ -118,9 +137,12 @@ _JOIN = {
 }
 
 
-def seen_from(relief: Relief) -> Relief:
-    """Return, for each tile, what can reach it: patches whose blur circles touch one of its own, and all that its own touch."""
-    largest = np.maximum(np.abs(relief.least_px), np.abs(relief.greatest_px)) + 2.0
+def seen_from(relief: Relief, corner_radius: float = 1.0) -> Relief:
+    """Return, for each tile, what can reach it: patches whose blur circles touch one of its own, and all that its own touch.
+
+    corner_radius: of the pupil, how far a spot reaches beyond its blur circle.
+    """
+    largest = np.maximum(np.abs(relief.least_px), np.abs(relief.greatest_px)) * corner_radius + 2.0
     rows, columns = (math.ceil(float(largest.max()) / size) for size in (PATCH_ROWS, PATCH_COLUMNS))
     found = {name: plane.copy() for name, plane in vars(relief).items()}
     padding = ((rows, rows), (columns, columns))

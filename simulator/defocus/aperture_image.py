@@ -9,6 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.lens.convex_area import Disk
+from simulator.lens.pupil import Pupil
+
+SLICES = 64  # rows per photosite into which an aperture with blades is cut
 CHUNK = 8  # taps that kernels/defocus.cl adds up at a time
 
 
@@ -27,13 +31,35 @@ def disk_weights(radius_px: float) -> np.ndarray:
     return weights / weights.sum()
 
 
-def photosite_weights(radius_px: float, over: int) -> np.ndarray:
-    """What a photosite sees, through an aperture whose image has this radius [photosites], of `over` x `over` points per photosite.
+def aperture_weights(pupil: Pupil, radius_px: float) -> np.ndarray:
+    """Weights of the aperture's image of this signed radius [px], (2 n + 1, 2 n + 1) float64, sum 1.
 
-    The disk on the points' own squares, and the mean over the photosite's over x over points: (n, n) float64, sum 1, n odd for
-    an odd `over`; even sizes have the photosite's centre between their middle points.
+    A photosite at x sees the point x + radius u through the place u of the pupil (`Pupil`). A pupil with blades is cut into
+    SLICES rows per photosite, each with its exact length in each photosite.
     """
-    weights = disk_weights(over * radius_px)
+    if pupil.opening == (Disk(0.0, 0.0, 1.0),):
+        return disk_weights(radius_px)
+    if abs(radius_px) * pupil.corner_radius <= 0.5:
+        return np.ones((1, 1))
+    rows, left, right = (radius_px * places for places in pupil.spans())
+    if radius_px < 0:
+        rows, left, right = rows[::-1], right[::-1], left[::-1]
+    reach = max(0, math.ceil(float(np.abs([*rows[[0, -1]], left.min(), right.max()]).max()) - 0.5))
+    slices = (np.arange((2 * reach + 1) * SLICES) + 0.5) / SLICES - reach - 0.5
+    low, high = (np.interp(slices, rows, ends, left=0.0, right=0.0)[:, None] for ends in (left, right))
+    borders = np.arange(-reach, reach + 2) - 0.5
+    lengths = np.diff(np.clip(borders, low, high), axis=1)
+    weights = lengths.reshape(2 * reach + 1, SLICES, -1).sum(axis=1)
+    return weights / weights.sum()
+
+
+def photosite_weights(pupil: Pupil, radius_px: float, over: int) -> np.ndarray:
+    """What a photosite sees of `over` x `over` points per photosite when a point's image has this radius [photosites].
+
+    The aperture on the points' own squares, and the mean over the photosite's points: (n, n) float64, sum 1, n odd for an odd
+    `over`; even sizes have the photosite's centre between their middle points.
+    """
+    weights = aperture_weights(pupil, over * radius_px)
     size = weights.shape[0] + over - 1
     spread = np.zeros((size, size))
     for down in range(over):

@@ -5,7 +5,10 @@ from functools import lru_cache
 
 import numpy as np
 
-FEWEST, MOST = 64, 1024
+from simulator.lens.convex_area import Disk
+from simulator.lens.pupil import Pupil
+
+FEWEST, MOST = 128, 1024
 
 
 def points_wanted(radius_px: np.ndarray, scale: float) -> np.ndarray:
@@ -13,24 +16,27 @@ def points_wanted(radius_px: np.ndarray, scale: float) -> np.ndarray:
 
     scale: scene pixels per photosite.
     """
-    wanted = np.clip(4.0 * np.pi * (radius_px * min(scale, 1.0) + 1.0) ** 2, FEWEST, MOST)
+    wanted = np.clip(2.0 * np.pi * (radius_px * min(scale, 1.0) + 1.0) ** 2, FEWEST, MOST)
     return 2 ** np.ceil(np.log2(wanted)).astype(int)
 
 
 @lru_cache
-def lens_points(count: int, over: int) -> np.ndarray:
-    """Sobol' points: (count, 5) float32 x, y in the unit disk; x, y in the photosite; phase from 0 to 1. count: a power of two.
+def lens_points(pupil: Pupil, count: int, over: int) -> np.ndarray:
+    """Points of low discrepancy: (count, 5) float32 x, y in the pupil; x, y in the photosite; phase from 0 to 1.
 
-    The places in the photosite have the variance of its over x over points.
+    Sobol' points in five dimensions; a pupil with blades takes its own (`Pupil.points`) for the first two. The places in the
+    photosite have the variance of its over x over points. count: a power of two.
     """
     from scipy.stats import qmc  # slow to import
 
     square = qmc.Sobol(5, seed=1).random_base2(int(count).bit_length() - 1)
-    y, x = disk_of_square(square[:, 0], square[:, 1])
+    if pupil.opening == (Disk(0.0, 0.0, 1.0),):
+        y, x = disk_of_square(square[:, 0], square[:, 1])
+    else:
+        x, y = pupil.points(count).T
     width = np.sqrt(1.0 - 1.0 / over**2)
-    return np.stack([x, y, width * (square[:, 2] - 0.5), width * (square[:, 3] - 0.5), square[:, 4]], axis=-1).astype(
-        np.float32
-    )
+    place = width * (square[:, 2:4] - 0.5)
+    return np.stack([x, y, *place.T, square[:, 4]], axis=-1).astype(np.float32)
 
 
 def disk_of_square(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

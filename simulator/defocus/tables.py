@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from simulator.defocus.aperture_image import CHUNK, Taps, photosite_weights, taps_of
+from simulator.lens.pupil import Pupil
 
 
 @dataclass(frozen=True)
@@ -21,19 +22,19 @@ class BlurTable:
 
 
 @lru_cache(maxsize=4096)
-def disk_taps(radius_px: float, over: int) -> Taps:
-    """Taps of a disk."""
-    return taps_of(photosite_weights(radius_px, over))
+def aperture_taps(pupil: Pupil, radius_px: float, over: int) -> Taps:
+    """Taps of the aperture's image."""
+    return taps_of(photosite_weights(pupil, radius_px, over))
 
 
-def blur_table(radii_px: Sequence[float], over: int, rows: int, half_columns: int) -> BlurTable:
-    """Table of these radii for a strip of `over` x `over` points per photosite with this many rows and half columns."""
-    images = [disk_taps(abs(radius), over) for radius in radii_px]
+def blur_table(pupil: Pupil, radii_px: Sequence[float], over: int, rows: int, way_columns: int) -> BlurTable:
+    """Table of these signed radii for a strip of `over` x `over` points per photosite with this many rows and half columns."""
+    images = [aperture_taps(pupil, radius, over) for radius in radii_px]
     return BlurTable(
         nodes=_nodes(images),
-        taps=_places([(image.rows, image.columns) for image in images], over, rows + 1, half_columns),
+        taps=_places([(image.rows, image.columns) for image in images], over, rows + 1, way_columns),
         weights=_padded([image.weights for image in images]).astype(np.float32),
-        sides=_places([(0 * image.sides, image.sides) for image in images], over, 1, half_columns),
+        sides=_places([(0 * image.sides, image.sides) for image in images], over, 1, way_columns),
         totals=_padded([image.totals for image in images]).astype(np.float32),
     )
 
@@ -57,9 +58,9 @@ def _padded(parts: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.pad(part, (0, _whole_chunks(len(part)) - len(part))) for part in parts])
 
 
-def _places(offsets: list[tuple[np.ndarray, np.ndarray]], over: int, rows: int, half_columns: int) -> np.ndarray:
+def _places(offsets: list[tuple[np.ndarray, np.ndarray]], over: int, rows: int, way_columns: int) -> np.ndarray:
     """Distance in a strip in the order of kernels/ways.h, for an even and for an odd photosite: (2, places) int32."""
     ways = 2 * over
     down, right = (_padded([pair[axis] for pair in offsets]) for axis in (0, 1))
     sides = [over * parity + right for parity in (0, 1)]
-    return np.stack([((side % ways) * rows + down) * half_columns + side // ways for side in sides]).astype(np.int32)
+    return np.stack([((side % ways) * rows + down) * way_columns + side // ways for side in sides]).astype(np.int32)

@@ -58,7 +58,7 @@ def choose(defocus: Defocus, reliefs: list[Relief], wanted: np.ndarray) -> TileC
 
     reliefs: of each layer's patches. wanted: (tile rows, tile columns) bool.
     """
-    around = [seen_from(relief) for relief in reliefs]
+    around = [seen_from(relief, defocus.pupil.corner_radius) for relief in reliefs]
     present, largest = _visible(around)
     visible = present > 0
     smooth = (~visible | (np.stack([seen.steepest_px for seen in around]) <= STEEPEST_PX)).all(axis=0)
@@ -93,14 +93,14 @@ def _nodes(defocus: Defocus, reliefs: list[Relief], needed: np.ndarray) -> tuple
         if np.ndim(own) == 0:
             radius[layer] = own
     constant = np.maximum(greatest - radius, radius - least) <= SAME_PX
-    constants, index = np.unique(np.where(constant & needed, np.abs(radius), 0.0), return_inverse=True)
+    constants, index = np.unique(np.where(constant & needed, radius, 0.0), return_inverse=True)
     first, last = (np.floor(border * NODES_PER_PX).astype(int) for border in (least, greatest))
     first_node = np.where(constant, index.reshape(constant.shape), first - 1)
     return constant, first_node, np.where(constant, 1, last - first + 4), constants
 
 
 def slab_lists(defocus: Defocus, present: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Slabs for tiles, layer by layer and front to back: slabs (slabs, 4) float32 as kernels/occlusion.cl has them, and each tile's first and count.
+    """Slabs for tiles, (slabs, 5) float32 as kernels/occlusion.cl has them, and each tile's first and count.
 
     present: (layers, tiles) uint64. Tiles that hold the same classes share a list.
     """
@@ -112,19 +112,19 @@ def slab_lists(defocus: Defocus, present: np.ndarray) -> tuple[np.ndarray, np.nd
         count.append(len(entries))
         slabs.extend(entries)
     index = index.reshape(-1)
-    return np.array(slabs, np.float32).reshape(-1, 4), np.array(first)[index], np.array(count)[index]
+    return np.array(slabs, np.float32).reshape(-1, 5), np.array(first)[index], np.array(count)[index]
 
 
-def _slabs(defocus: Defocus, classes: np.ndarray) -> list[tuple[float, float, float, float]]:
+def _slabs(defocus: Defocus, classes: np.ndarray) -> list[tuple[float, ...]]:
     entries, maps = [], 0
     for layer, radius in enumerate(defocus.radii_px):
         mapped = np.ndim(radius) > 0
         if classes[layer] and not mapped:
-            entries.append((layer, -1.0, radius, 0.0))
+            entries.append((layer, -1, radius, radius, radius))
         elif classes[layer]:
             held = int(classes[layer])
             held |= held >> 1  # with a phase of 0 to 1, a class lies in its own slab or the one before
-            middles = [defocus.least_px + (bit - 0.5) * defocus.class_step_px for bit in range(CLASSES) if held >> bit & 1]
-            entries += [(layer, float(maps), middle, defocus.class_step_px) for middle in middles]
+            numbers = [bit for bit in range(CLASSES) if held >> bit & 1]
+            entries += [(layer, maps, *(defocus.class_border_px(number + i) for i in range(3))) for number in numbers]
         maps += mapped
     return sorted(entries, key=lambda slab: (slab[0], slab[2]))

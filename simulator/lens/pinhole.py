@@ -34,6 +34,7 @@ class Pinhole(Perspective):
 
     pupil: ClassVar[Pupil] = Pupil()
     focus_distance_m: ClassVar[float] = math.nan  # no distance is in focus
+    distortion: ClassVar[None] = None
     diameter_mm: Millimetres
     distance_mm: Millimetres
     cos4: bool = True

@@ -107,7 +107,7 @@ class Pupil:
         that keeps areas (Rosenblatt 1952): the first number chooses the row by area, the second the place in the row.
         Raises PhotositeError where the pupil is closed.
         """
-        rows, left, right = self._spans(field)
+        rows, left, right = self.spans(field)
         widths = right - left
         area = np.concatenate([[0.0], np.cumsum(0.5 * (widths[1:] + widths[:-1]) * np.diff(rows))])
         if not area[-1] > 0:
@@ -118,12 +118,12 @@ class Pupil:
 
     def outline(self, field=(0.0, 0.0)) -> np.ndarray:
         """Corners (n, 2) of a fine polygon along the edge (to 1e-5), clockwise in the picture; none of a closed pupil."""
-        rows, left, right = self._spans(field)
+        rows, left, right = self.spans(field)
         if not (right > left).any():
             return np.empty((0, 2))
         return np.concatenate([np.stack([right, rows], axis=-1), np.stack([left, rows], axis=-1)[::-1]])
 
-    def _spans(self, field) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def spans(self, field=(0.0, 0.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows (y) across the pupil with the x of both ends; denser at the top and the bottom, where the edge lies flat."""
         parts = self.parts(field)
         low, high = -2.0, 2.0  # a triangle of area pi reaches 1.56

@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from simulator.distortion import Distortion
 from simulator.errors import PhotositeError, require
 from simulator.lens.perspective import AIRY_ZERO, GREEN_NM, Perspective
 from simulator.lens.pupil import Aperture, Pupil
@@ -35,6 +36,7 @@ class ThinLens(Perspective):
     aperture: blades of the diaphragm; left out: round.
     circle_of_confusion_um: largest blur circle that counts as sharp in depth of field [um]; left out: diagonal / 1500.
     vignetting: stops that clip the light off the axis; left out: none.
+    distortion: geometric distortion and lateral colour; left out: none.
     model: name for the file's metadata.
     """
 
@@ -49,6 +51,7 @@ class ThinLens(Perspective):
     aperture: Aperture | None = None
     circle_of_confusion_um: Micrometres | None = None
     vignetting: Vignetting | None = None
+    distortion: Distortion | None = None
 
     def __post_init__(self):
         good = 0 < self.focal_length_mm < math.inf
