@@ -45,10 +45,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
     for (uint n = 0; n < point_count; n++) {
         global const float *point = points + 5 * n;
         int current = -1;
-        for (uint i = 0; i < SPAN; i++) {
-            before[i] = 1.0f;
-            covered[i] = 0.0f;
-        }
+        for (uint i = 0; i < SPAN; i++) before[i] = 1.0f - (covered[i] = 0.0f);
         for (uint k = tile[2]; k < end; k++) {
             global const float *slab = slabs + 5 * k;
             if ((int)slab[0] != current) // what the layers before leave open
@@ -79,11 +76,11 @@ kernel void occlusion(global const float *restrict planes, global const float *r
                 const size_t j = i + way_columns;
                 const float ma = inside(r[i], least, most, wa), mb = inside(q[i], least, most, wb), e = sharp[i];
                 const float mc = inside(r[j], least, most, wc), md = inside(q[j], least, most, wd), met = ma + mb + mc + md;
-                const float ca = COVERAGE ? c[i] : 1.0f, cb = COVERAGE ? d[i] : 1.0f, cc = COVERAGE ? c[j] : 1.0f,
-                            cd = COVERAGE ? d[j] : 1.0f;
+                const float ca = COVERAGE ? c[i] : 1.0f, cb = COVERAGE ? d[i] : 1.0f;
+                const float cc = COVERAGE ? c[j] : 1.0f, cd = COVERAGE ? d[j] : 1.0f;
                 const float cover = missed[i] * (ma * ca + mb * cb + mc * cc + md * cd);
-                const float above = ma * (a[i] - e * ca) + mb * (b[i] - e * cb), more = missed[i] *
-                            (above + mc * (a[j] - e * cc) + md * (b[j] - e * cd));
+                const float upper = ma * (a[i] - e * ca) + mb * (b[i] - e * cb), lower = mc * (a[j] - e * cc) + md * (b[j] - e * cd);
+                const float more = missed[i] * (upper + lower);
                 missed[i] -= missed[i] * met;
                 left_over |= missed[i] > 1e-3f ? 1u : 0u;
                 all[i] += (LAYERS > 1 ? before[i] : 1.0f) * more;

@@ -16,7 +16,8 @@ def points_wanted(radius_px: np.ndarray, scale: float) -> np.ndarray:
 
     scale: scene pixels per photosite.
     """
-    wanted = np.clip(2.0 * np.pi * (radius_px * min(scale, 1.0) + 1.0) ** 2, FEWEST, MOST)
+    each = 4.0 * min(max(2.0 * scale, 0.5), 1.0)  # fewer where a scene pixel spreads over several photosites
+    wanted = np.clip(each * np.pi * (radius_px * min(scale, 1.0) + 1.0) ** 2, FEWEST, MOST)
     return 2 ** np.ceil(np.log2(wanted)).astype(int)
 
 
