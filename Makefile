@@ -21,6 +21,7 @@ demo: $(VENV)/demo.stamp ## take the demonstration pictures
 docs: $(VENV)/demo.stamp ## write docs/cameras.md and its charts from configs/cameras, and the chart of docs/lens.md
 	@$(BIN)/python docs/make_cameras.py
 	@$(BIN)/python docs/make_lens.py
+	@$(BIN)/python docs/make_drawings.py
 
 test: $(VENV)/test.stamp ## run the tests that take seconds
 	@$(BIN)/python -m pytest -m "not slow"

@@ -36,7 +36,7 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     tell("scene", 0.0)
     planned = plan(shot)
     opened = open_device(device)
-    _check_memory(planned, opened)
+    check_memory(planned, opened)
     tell("light", 0.1)
     mosaic = expose_mosaic(planned, opened, lambda share: tell("light", 0.1 + 0.7 * share))
     tell("sensor", 0.8)
@@ -48,7 +48,8 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     return _raw(shot, planned, opened, dn, mean_electrons, noise_free_dn, parts)
 
 
-def _check_memory(planned: Plan, device: Device) -> None:
+def check_memory(planned: Plan, device: Device) -> None:
+    """Raise PhotositeError for a frame that does not fit into the device's memory."""
     needed, there, frame = planned.memory_bytes(), device.info.memory_bytes, planned.frame
     if needed > there:
         raise PhotositeError(

@@ -148,12 +148,16 @@ class Plan:
         """ColorMatrix under D65 (None without a colour filter) and AsShotNeutral."""
         response, scene = self.camera.response, self.scene
         neutral = as_shot_neutral(scene.illuminant, response.wavelengths_nm, response.quantum_efficiency, scene.wavelengths_nm)
-        if self.camera.channels == 1:
-            return None, tuple(float(value) for value in neutral)
-        published = self.camera.color_matrix
-        if published is not None and published.in_dng:
-            return np.array(published.xyz_to_camera), tuple(float(value) for value in neutral)
-        return color_matrix(response.wavelengths_nm, response.quantum_efficiency), tuple(float(v) for v in neutral)
+        return matrix_under_d65(self.camera), tuple(float(value) for value in neutral)
+
+
+def matrix_under_d65(camera: Camera) -> np.ndarray | None:
+    """XYZ to camera under D65, (3, 3): the published matrix if the DNG has it, else fitted to the response; None for MONO."""
+    if camera.channels == 1:
+        return None
+    if camera.color_matrix is not None and camera.color_matrix.in_dng:
+        return np.array(camera.color_matrix.xyz_to_camera)
+    return color_matrix(camera.response.wavelengths_nm, camera.response.quantum_efficiency)
 
 
 def plan(shot: Shot) -> Plan:
