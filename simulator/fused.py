@@ -1,9 +1,10 @@
 """The fused sensor kernel as Python sees it: its stages, their order, and the macros that switch them."""
 
+import math
 import re
 import zlib
-from collections.abc import Iterable
-from functools import cache
+from collections.abc import Callable, Iterable
+from functools import cache, reduce
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from simulator.exposure import Integration
 from simulator.lens import Irradiance
 from simulator.sensor import STAGES
 from simulator.sensor.poisson_means import MACROS
-from simulator.stage import Stage
+from simulator.stage import Moments, Stage
 
 LIGHT_STAGES = {Irradiance.stem: Irradiance, Integration.stem: Integration}
 FUSED = {**LIGHT_STAGES, **STAGES}
@@ -38,6 +39,26 @@ def _stages_of(function: str) -> tuple[str, ...]:
 
 
 CHARGE_STAGES, READOUT_STAGES = _stages_of("charge"), _stages_of("readout")
+
+
+def stage_moments(stages: tuple[Stage, ...], mean_electrons: float) -> Moments:
+    """Mean and variance of the code [DN] behind sensor stages in physical order, for a mean number of photoelectrons."""
+    return reduce(lambda signal, stage: stage.moments(signal), stages, Moments(mean_electrons, 0.0))
+
+
+def white_level_dn(stages: tuple[Stage, ...], moments: Callable[[float], Moments]) -> int:
+    """Code of a saturated photosite: of the full well or of the ADC, whichever is lower; above black [DN].
+
+    moments: mean and variance of the code for a mean number of photoelectrons.
+    """
+    present = {stage.stem: stage for stage in stages}
+    adc, well, digital = (present.get(stem) for stem in ("adc", "full_well", "digital_gain"))
+    top_dn = float(adc.max_code)
+    if digital is not None:
+        top_dn = min(top_dn, digital.moments(Moments(top_dn, 0.0)).mean)
+    if well is not None:
+        top_dn = min(top_dn, moments(well.capacity_e).mean)
+    return max(round(top_dn), math.floor(adc.black_level_dn) + 1)  # ties to even, as the ADC's
 
 
 @cache

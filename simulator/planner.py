@@ -1,6 +1,5 @@
 """The plan of a shot: what is computed, what is skipped and why. Executing it is the pipeline's work."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -12,7 +11,7 @@ from simulator.defocus import SHARP_PX, Defocus, plan_defocus
 from simulator.distortion import Warp
 from simulator.errors import PhotositeError
 from simulator.exposure import Integration
-from simulator.fused import CHARGE_STAGES, MOST_ELECTRONS, READOUT_STAGES, in_order, stage_order
+from simulator.fused import CHARGE_STAGES, MOST_ELECTRONS, READOUT_STAGES, in_order, stage_order, white_level_dn
 from simulator.layout import Layout, plan_layout
 from simulator.lens import BareSensor, Irradiance, Lens
 from simulator.lens.bare_sensor import gathered
@@ -96,13 +95,7 @@ class Plan:
 
     def white_level_dn(self) -> int:
         """Code of a saturated photosite: of the full well or of the ADC, whichever is lower; above black [DN]."""
-        adc, well, digital = self.stage("adc"), self.stage("full_well"), self.stage("digital_gain")
-        top_dn = float(adc.max_code)
-        if digital is not None:
-            top_dn = min(top_dn, digital.moments(Moments(top_dn, 0.0)).mean)
-        if well is not None:
-            top_dn = min(top_dn, self.moments(well.capacity_e).mean)
-        return max(round(top_dn), math.floor(adc.black_level_dn) + 1)  # ties to even, as the ADC's
+        return white_level_dn(self.stages, self.moments)
 
     def black_offsets_dn(self) -> tuple[float, float, float, float]:
         """What color_bias adds to the black level at the four places of the frame's upper left 2x2 block, row by row [DN]."""
