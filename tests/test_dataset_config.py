@@ -7,6 +7,7 @@ import pytest
 from data_gen.config import DataSet
 from data_gen.pictures import open_collection
 from data_gen.samplers import LogUniform, Normal
+from data_gen.sources.data_set import DataSetSamples
 from data_gen.sources.linear_images import LinearImages
 from data_gen.sources.photographs import Photographs
 from data_gen.sources.procedural import Procedural
@@ -122,6 +123,7 @@ def test_what_is_wrong_is_named_with_file_line_and_fix(tmp_path, old, new, messa
         ("{spectral_cubes: p, quantity: radiance}", SpectralCubes),
         ("{raw_files: p}", RawFiles),
         ("{shot: p.yaml}", Shots),
+        ("{data_set: p}", DataSetSamples),
     ],
 )
 def test_the_key_of_a_collection_says_its_kind(tmp_path, section, kind):
