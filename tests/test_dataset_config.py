@@ -98,6 +98,11 @@ def test_shipped_configurations_load(path):
             "uniform: [100, 3200]",
             r"set.yaml:13: noise.cameras.cropped.iso = 100: .*not measured there, but at 1600",
         ),
+        (
+            "{measured: [1600, 6400]}",
+            "{log_uniform: [100, 6400]}",
+            r"set.yaml:10: noise.cameras.sony_a7s2.iso = 1789: .*not measured there, but at 50 to 1600 and 2000",
+        ),
         ("{base: imx385, bit_depth: 12}", "ideal", r"set.yaml:1\d: .*MONO.*2x2 colour filter"),
         ("[1, 300]", "[0, 300]", r"set.yaml:14: exposure_ratio.log_uniform = .*above 0"),
         ("frames: 4", "frames: 1", r"set.yaml:16: burst.frames = 1: give 2 to 64"),
