@@ -18,7 +18,7 @@ from simulator.shot import Seeds
 
 MOST_ATTEMPTS = 100  # pictures drawn for one sample before the collection counts as unusable
 SPLINE_PX = 8  # beyond which a cubic spline's memory of the border is below 10^-4 (its pole is -0.27)
-BATCH_PIXELS = 2**24  # of one launch: 64 MB of mean electrons
+BATCH_PIXELS = 2**22  # of one launch, 16 mosaics of 512 x 512: more at once take longer, for want of cache and memory pages
 
 
 class Generator:

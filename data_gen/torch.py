@@ -1,6 +1,7 @@
 """Pairs inside a PyTorch `DataLoader`: stored ones, and live ones whose noise is drawn when they are asked for.
 
-A worker gets the indices of a whole batch (`__getitems__`, which DataLoader calls) and draws its noise there, in one launch.
+A worker gets the indices of a whole batch (`__getitems__`, which DataLoader calls) and draws its noise there, in one launch for
+up to 16 mosaics of 512 x 512 (`BATCH_PIXELS` of `data_gen/generate.py`).
 What it draws is a function of the configuration, the epoch and the index alone. So the samples are the same in the main process
 and in any number of workers, whatever the batches are. A worker opens its own OpenCL device when the first batch is asked for.
 """
@@ -122,7 +123,7 @@ class LivePairs(Pairs):
         return vars(self) | {"_generator": None, "_told": set()}  # a device does not travel
 
     def samples(self, places: Sequence[int]) -> list[Sample]:
-        """Draw a batch; the noise of all frames is one launch for each kind of tile."""
+        """Draw a batch; the noise of its frames is one launch for each kind of tile, up to `BATCH_PIXELS`."""
         if self._generator is None:
             self._generator = Generator(self.config, open_device(self._device))
         first = self.epoch * len(self)
