@@ -42,6 +42,7 @@ ONLY = {
     "yaml": {"config"},
     "rawpy": {"development", "raw_file", "white_balance"},
     "typer": {"command_line", "data_gen"},
+    "torch": {"data_gen"},
 }
 
 
@@ -81,6 +82,10 @@ def test_imports_run_one_way(path):
             assert level(parts[1]) <= own, f"{name} lies to the right"
         if parts[0] in ONLY:
             assert room(path) in ONLY[parts[0]], f"{name} belongs to {ONLY[parts[0]]}"
+
+
+def test_only_one_module_needs_pytorch_and_nobody_imports_it():
+    assert [path.name for path in ROOMS if {"torch", "data_gen.torch"} & imports(path)] == ["torch.py"]
 
 
 def test_every_room_has_its_place():
