@@ -1,7 +1,7 @@
 """The plan of a shot: what is computed, what is skipped and why. Executing it is the pipeline's work."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import reduce
 
@@ -23,6 +23,7 @@ from simulator.spectra import electron_radiance_weights
 from simulator.stage import Moments, Stage
 
 MOST_ELECTRONS = 1e30  # far above any light, and far enough below 3e38 that no product on the way overflows
+_TRUTH_BYTES = {"variance": 4, "depth": 12, "blur": 20}  # per photosite, with what the float64 steps to it hold
 
 
 @dataclass(frozen=True)
@@ -94,14 +95,19 @@ class Plan:
         reach = 0.0 if response is None else 6.8 * response.sigma  # of the normal numbers of kernels/normal.h
         return 0.9999 * cos4 * on_axis * max(0.0, 1.0 - reach), 1.0001 * on_axis * (1.0 + reach)
 
-    def memory_bytes(self) -> int:
-        """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
+    def memory_bytes(self, truth: Collection[str] = ()) -> int:
+        """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU.
+
+        truth: parts of the truth that it asks for, as `Shot.truth`.
+        """
         pixels, channels = self.frame.width * self.frame.height, self.camera.channels
         per_photosite = 4 + 2 * (2 + 4 + 4)  # mosaic; codes, mean electrons and noise-free codes, on both sides
         per_photosite += 4 * any(self.layout.crosstalk.optical_shares) + 8 * self.layout.shares_charge  # what passes leave
         if self.layers is not None:
             sums = 4 * (channels + 1) * (1.0 + 2.0 * self.layers.reach_px / 128.0)
             per_photosite += 4 * channels + 1 + 8 + sums
+        per_photosite += sum(_TRUTH_BYTES.get(part, 0) for part in truth)
+        per_photosite += (8 * channels + 20) * ("rgb" in truth)  # planes, then stacked; mosaic and both truths of one more
         return int(pixels * per_photosite) + self.scene.planes.nbytes * 2
 
     def white_level_dn(self) -> int:
