@@ -18,8 +18,9 @@ help: ## print this list
 demo: $(VENV)/demo.stamp ## take the demonstration pictures
 	@$(BIN)/python examples/demo.py
 
-docs: $(VENV)/demo.stamp ## write docs/cameras.md and its charts from configs/cameras
+docs: $(VENV)/demo.stamp ## write docs/cameras.md, its charts and the colour table of docs/raw_files.md from configs/cameras
 	@$(BIN)/python docs/make_cameras.py
+	@$(BIN)/python docs/make_color_tables.py
 
 test: $(VENV)/test.stamp ## run the tests that take seconds
 	@$(BIN)/python -m pytest -m "not slow"
