@@ -22,6 +22,7 @@ docs: $(VENV)/demo.stamp ## write docs/cameras.md and its charts from configs/ca
 	@$(BIN)/python docs/make_cameras.py
 	@$(BIN)/python docs/make_lens.py
 	@$(BIN)/python docs/make_drawings.py
+	@$(BIN)/python docs/make_color_tables.py
 
 test: $(VENV)/test.stamp ## run the tests that take seconds
 	@$(BIN)/python -m pytest -m "not slow"

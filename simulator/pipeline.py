@@ -36,7 +36,7 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     tell("scene", 0.0)
     planned = plan(shot)
     opened = open_device(device)
-    check_memory(planned, opened)
+    check_memory(planned, opened, shot.truth)
     tell("light", 0.1)
     mosaic = expose_mosaic(planned, opened, lambda share: tell("light", 0.1 + 0.7 * share))
     tell("sensor", 0.8)
@@ -48,9 +48,9 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     return _raw(shot, planned, opened, dn, mean_electrons, noise_free_dn, parts)
 
 
-def check_memory(planned: Plan, device: Device) -> None:
-    """Raise PhotositeError for a frame that does not fit into the device's memory."""
-    needed, there, frame = planned.memory_bytes(), device.info.memory_bytes, planned.frame
+def check_memory(planned: Plan, device: Device, parts: tuple[str, ...] = ()) -> None:
+    """Raise PhotositeError for a frame that does not fit into the device's memory; parts: of the truth, as `Shot.truth`."""
+    needed, there, frame = planned.memory_bytes(parts), device.info.memory_bytes, planned.frame
     if needed > there:
         raise PhotositeError(
             f"out of memory: {frame.width} x {frame.height} photosites need about {needed / 1e9:.1f} GB, "
@@ -111,8 +111,10 @@ def truth_parts(shot: Shot, planned: Plan, device: Device, mean_electrons: np.nd
         parts["variance"] = variance_map(planned, mean_electrons)
     if wanted & {"depth", "blur"}:
         depth_m = depth_map(planned)
-        maps = {"depth": depth_m, "blur": blur_map(planned, shot.lens, depth_m)}
-        parts |= {name: plane for name, plane in maps.items() if name in wanted}
+        if "depth" in wanted:
+            parts["depth"] = depth_m
+        if "blur" in wanted:
+            parts["blur"] = blur_map(planned, shot.lens, depth_m)
     if "rgb" in wanted:
         parts["rgb"] = clean_rgb(planned, device)
     return parts

@@ -1,6 +1,7 @@
 """The plan of a shot: what is computed, what is skipped and why. Executing it is the pipeline's work."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import reduce
 
@@ -24,6 +25,8 @@ from simulator.sensor.camera import Camera, Window
 from simulator.shot import Shot
 from simulator.spectra import electron_radiance_weights
 from simulator.stage import Moments, Stage
+
+_TRUTH_BYTES = {"variance": 4, "depth": 12, "blur": 20}  # per photosite, with what the float64 steps to it hold
 
 
 @dataclass(frozen=True)
@@ -84,13 +87,18 @@ class Plan:
         steps += [(stage.stem, stage.moments) for stage in sensor if stage.stem in READOUT_STAGES]
         return steps if binning is None else [*steps, ("binning", binning.of_code)]
 
-    def memory_bytes(self) -> int:
-        """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
+    def memory_bytes(self, truth: Collection[str] = ()) -> int:
+        """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU.
+
+        truth: parts of the truth that it asks for, as `Shot.truth`.
+        """
         pixels = self.frame.width * self.frame.height
         per_photosite = 4 + 2 * (2 + 4 + 4)  # mosaic; codes, mean electrons and noise-free codes, on both sides
         per_photosite += 4 * any(self.layout.crosstalk.optical_shares) + 8 * self.layout.shares_charge  # what passes leave
         if self.defocus is not None:
             per_photosite += 4 * sum(np.ndim(radius) > 0 for radius in self.defocus.radii_px)
+        per_photosite += sum(_TRUTH_BYTES.get(part, 0) for part in truth)
+        per_photosite += (8 * self.camera.channels + 20) * ("rgb" in truth)  # planes, then stacked; mosaic and both truths
         return int(pixels * per_photosite) + self.scene.planes.nbytes * 2
 
     def white_level_dn(self) -> int:
