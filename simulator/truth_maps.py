@@ -59,7 +59,7 @@ def _warped_depth(planned: Plan, shape: tuple[int, int], factor: int) -> np.ndar
 def blur_map(planned: Plan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:
     """Radius of the blur circle of each pixel's depth (height, width) float32 [pixels of the frame], >= 0.
 
-    The lens's own radius (`ThinLens.blur_radius_um`). The frame is made with radii in steps (docs/architecture.md).
+    The lens's own radius (`ThinLens.blur_radius_um`).
     depth_m: (height, width) distance [m], as `depth_map` gives it.
     """
     pitch_um = planned.camera.pixel_pitch_um * (1 if planned.layout.binning is None else planned.layout.binning.factor)

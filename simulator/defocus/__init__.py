@@ -7,6 +7,7 @@ fills its surroundings, and points of the aperture where surfaces hide each othe
 import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -49,12 +50,12 @@ class Defocus:
     scale: float
     pupil: Pupil = Pupil()
 
-    @property
+    @cached_property
     def least_px(self) -> float:
         """Least signed radius."""
         return min(float(np.min(radius)) for radius in self.radii_px)
 
-    @property
+    @cached_property
     def greatest_px(self) -> float:
         """Greatest signed radius."""
         return max(float(np.max(radius)) for radius in self.radii_px)
@@ -70,7 +71,7 @@ class Defocus:
         class_px = (self.largest_px + CLASS_UNIT_PX) / self.classes_per_unit
         return math.ceil(self.pupil.corner_radius * (self.largest_px + 2.0 * class_px)) + 2
 
-    @property
+    @cached_property
     def classes_per_unit(self) -> float:
         """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
 
@@ -81,7 +82,7 @@ class Defocus:
         finest = 12.0 * min(max(2.0 * self.scale, 0.5), 1.0)
         return min(finest, (CLASSES - 3) / span) if span else finest
 
-    @property
+    @cached_property
     def first_class(self) -> float:
         """Border of the classes below the least radius: two before it, since slabs of a class begin one before."""
         return math.floor(self.classes_per_unit * math.asinh(self.least_px / CLASS_UNIT_PX)) - 1.0
