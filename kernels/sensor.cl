@@ -1,11 +1,13 @@
 // The sensor: everything that acts on one photosite alone. Read top to bottom, this is what happens to light.
 //
-// input:      (height, width) float32: electron radiance [e- s^-1 um^-2 sr^-1] in the colour of each photosite, from the lens;
-//             for PART == READOUT the collected electrons [e-].
-// output:     (height, width) uint16 codes [DN]; for PART == CHARGE float32 collected electrons [e-].
-// tiles:      (tiles, 2) uint32, upper left corner (x, y) of each tile in the frame; one work-group per pair of rows of a tile.
-// parameters: float32; the host defines a macro STEM_FIELD for each number (see simulator/fused.py).
-// window_x, window_y: the frame's corner on the sensor [px]: random numbers belong to photosites, not to frames.
+// input:      (frames, height, width) float32: electron radiance [e- s^-1 um^-2 sr^-1] in the colour of each photosite, from the
+//             lens, or mean photoelectrons [e-] without IRRADIANCE and EXPOSURE; for PART == READOUT the collected electrons [e-].
+// output:     (frames, height, width) uint16 codes [DN]; for PART == CHARGE float32 collected electrons [e-].
+// tiles:      (tiles, 5) uint32: column and row of each tile's upper left corner in the stack, whose frames lie one below the
+//             other; x and y of that corner on the sensor [px]: random numbers belong to photosites, not to frames; and the
+//             frame that it is a part of. One work-group per pair of rows of a tile.
+// seeds:      (frames, 2) uint32: frame seed and body seed.
+// numbers:    (frames, NUMBERS) float32; the host defines a macro STEM_FIELD for each number (see simulator/fused.py).
 // The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. ROWS, PART: see chance.h and below.
 #include "chance.h"
 #include "irradiance.h"
@@ -41,8 +43,8 @@ typedef ushort result_type;
 
 INLINE float charge(float signal, const uint x, const uint y, const float *chance, const uint *bits, const uint frame_seed,
                     const uint body_seed, constant float *parameters) {
-    signal = irradiance(signal, x, y, parameters);
-    signal = exposure(signal, parameters);
+    if (IRRADIANCE) signal = irradiance(signal, x, y, parameters);
+    if (EXPOSURE) signal = exposure(signal, parameters);
     if (PRNU) signal = prnu(signal, chance[RESPONSE], parameters);
     if (PHOTON_SHOT_NOISE) signal = photon_shot_noise(signal, chance[SHOT], bits[SHOT_COUNT]);
     if (DEAD_PIXELS) signal = dead_pixels(signal, x, y, body_seed, parameters);
@@ -79,12 +81,12 @@ INLINE float photosite(float signal, const uint x, const uint y, const float *ch
 
 // Dimension 0 runs over a tile's columns, 1 over its pairs of rows, 2 over the tiles of this launch, all of one shape.
 kernel void sensor(global const float *restrict input, global result_type *restrict output, global const uint *restrict tiles,
-                   constant float *restrict parameters, const uint width, const uint window_x, const uint window_y,
-                   const uint frame_seed, const uint body_seed) {
-    const size_t tile = get_group_id(2);
-    const uint column = tiles[2 * tile] + get_local_id(0), row = tiles[2 * tile + 1] + 2 * get_group_id(1);
-    const uint x = column + window_x, y = row + window_y;
-    size_t index = (size_t)row * width + column;
+                   global const uint *restrict seeds, constant float *restrict numbers, const uint width) {
+    const size_t tile = 5 * get_group_id(2), which = tiles[tile + 4];
+    const uint frame_seed = seeds[2 * which], body_seed = seeds[2 * which + 1];
+    constant float *parameters = numbers + which * NUMBERS;
+    const uint x = tiles[tile + 2] + get_local_id(0), y = tiles[tile + 3] + 2 * get_group_id(1);
+    size_t index = (size_t)(tiles[tile + 1] + 2 * get_group_id(1)) * width + (tiles[tile] + get_local_id(0));
     const struct words frame = block_of(x, y, STREAM_FRAME, frame_seed, 0u);
     const struct words body = block_of(x, y, STREAM_BODY, body_seed, 1u);
     float first_chance[CHANCES], second_chance[CHANCES];

@@ -74,8 +74,24 @@ def _pocl_version(device: cl.Device) -> tuple[int, ...]:
     return tuple(int(number) for number in found.groups()) if found else (-1,)
 
 
+_drivers_of: int | None = None  # process that loaded the OpenCL drivers
+
+
+def _require_living_drivers() -> None:
+    """Refuse a process that was forked after the drivers were loaded: their threads stay behind, and it would wait forever."""
+    if _drivers_of not in (None, os.getpid()):
+        raise PhotositeError(
+            f"OpenCL in process {os.getpid()}: it was forked from one that had used OpenCL, and drivers do not survive that; "
+            "start workers before OpenCL is used, or with the method 'spawn' or 'forkserver' of multiprocessing "
+            "(PyTorch: DataLoader(..., multiprocessing_context='forkserver'))"
+        )
+
+
 def _all_devices() -> list[cl.Device]:
     """Every device, the default first: the newest PoCL, then the others as the loader lists them."""
+    global _drivers_of
+    _require_living_drivers()
+    _drivers_of = os.getpid()
     try:
         found = [device for platform in cl.get_platforms() for device in platform.get_devices()]
     except cl.Error as error:
@@ -107,6 +123,7 @@ def declared_arguments(source: str, name: str) -> dict[str, str]:
 
 
 CPU_ROW_PX = 1024  # a CPU starts work-groups one after another, which costs more than 500 photosites do
+CPU_SPAN = 64  # photosites of a work-item in kernels whose innermost loop runs over them; a GPU has work-items enough
 GPU_ROW_PX = 256  # what every GPU can run at once
 SHORTEST_ROW_PX = 32  # shorter groups waste lanes of a GPU and cost a CPU more to start than to run
 
@@ -121,32 +138,74 @@ class Device:
         self.info = _info(device)
         wanted = CPU_ROW_PX if device.type & cl.device_type.CPU else GPU_ROW_PX
         self.row_px = min(wanted, device.max_work_group_size)
-        self._context = cl.Context([device])
-        self._queue = cl.CommandQueue(self._context)
+        self.span = CPU_SPAN if device.type & cl.device_type.CPU else 1
+        self._shares_memory = bool(device.type & cl.device_type.CPU)
+        self._own_context = cl.Context([device])
+        self._own_queue = cl.CommandQueue(self._own_context)
         self._kernels: dict[tuple, Kernel] = {}
+
+    @property
+    def _context(self) -> cl.Context:
+        _require_living_drivers()
+        return self._own_context
+
+    @property
+    def _queue(self) -> cl.CommandQueue:
+        _require_living_drivers()
+        return self._own_queue
 
     def upload(self, array: np.ndarray) -> cl.Buffer:
         """Copy of an array on the device."""
-        array = np.ascontiguousarray(array)
-        buffer = self.empty(array.shape, array.dtype)
-        cl.enqueue_copy(self._queue, buffer, array)
-        return buffer
+        return self._buffer(cl.mem_flags.READ_WRITE | cl.mem_flags.COPY_HOST_PTR, hostbuf=np.ascontiguousarray(array))
+
+    def share(self, array: np.ndarray) -> cl.Buffer:
+        """Buffer over a contiguous array's own memory on a CPU, elsewhere a copy; the array must outlive the buffer's use.
+
+        What kernels write there is in the array after `collect`.
+        """
+        if not self._shares_memory:
+            return self.upload(array)
+        flags = cl.mem_flags.USE_HOST_PTR | (cl.mem_flags.READ_WRITE if array.flags.writeable else cl.mem_flags.READ_ONLY)
+        return self._buffer(flags, hostbuf=array)
+
+    def collect(self, buffer: cl.Buffer, array: np.ndarray) -> None:
+        """Wait for all work and bring a buffer of `share` into its array."""
+        if not self._shares_memory:
+            cl.enqueue_copy(self._queue, array, buffer)
+            return
+        mapped, _ = cl.enqueue_map_buffer(self._queue, buffer, cl.map_flags.READ, 0, array.shape, array.dtype)
+        mapped.base.release(self._queue)
+        self._queue.finish()
 
     def empty(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
         """Uninitialised buffer for an array of this shape. Raises PhotositeError when it does not fit."""
-        size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+        return self._buffer(cl.mem_flags.READ_WRITE, int(np.prod(shape)) * np.dtype(dtype).itemsize)
+
+    def _buffer(self, flags: int, size: int = 0, hostbuf: np.ndarray | None = None) -> cl.Buffer:
         try:
-            return cl.Buffer(self._context, cl.mem_flags.READ_WRITE, size)
+            return cl.Buffer(self._context, flags, size, hostbuf)
         except (cl.Error, MemoryError) as error:
+            needed = size if hostbuf is None else hostbuf.nbytes
             raise PhotositeError(
-                f"out of memory on {self.info.label}: no room for {size / 2**20:.0f} MiB "
+                f"out of memory on {self.info.label}: no room for {needed / 2**20:.0f} MiB "
                 f"({error}); read out a part of the sensor with camera.window"
             ) from None
 
+    def write(self, buffer: cl.Buffer, array: np.ndarray, offset: int) -> None:
+        """Copy an array into a buffer, from this byte on."""
+        cl.enqueue_copy(self._queue, buffer, np.ascontiguousarray(array), dst_offset=offset)
+
     def zeros(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
         """Buffer of zeros for an array of this shape."""
-        buffer = self.empty(shape, dtype)
-        cl.enqueue_fill_buffer(self._queue, buffer, np.zeros(1, dtype), 0, buffer.size)
+        return self._filled(shape, np.zeros(1, dtype))
+
+    def ones(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
+        """Buffer of ones for an array of this shape."""
+        return self._filled(shape, np.ones(1, dtype))
+
+    def _filled(self, shape: tuple[int, ...], value: np.ndarray) -> cl.Buffer:
+        buffer = self.empty(shape, value.dtype)
+        cl.enqueue_fill_buffer(self._queue, buffer, value, 0, buffer.size)
         return buffer
 
     def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype) -> np.ndarray:
@@ -203,7 +262,8 @@ class Device:
 def open_device(name: str | None = None) -> Device:
     """Device whose label holds `name` (upper and lower case alike); default: $PHOTOSITE_DEVICE, else the newest PoCL.
 
-    Raises PhotositeError when nothing matches; the message lists what there is.
+    A forked process opens its own, unless the process it comes from has used OpenCL.
+    Raises PhotositeError when nothing matches, listing what there is, and in a process forked too late.
     """
     wanted = name or os.environ.get("PHOTOSITE_DEVICE", "")
     found = _all_devices()
@@ -212,3 +272,7 @@ def open_device(name: str | None = None) -> Device:
             return Device(device)
     labels = "\n  ".join(_info(device).label for device in found)
     raise PhotositeError(f"no OpenCL device matches {wanted!r}; give a part of one of these names:\n  {labels}")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=open_device.cache_clear)

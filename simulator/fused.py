@@ -1,8 +1,10 @@
 """The fused sensor kernel as Python sees it: its stages, their order, and the macros that switch them."""
 
+import math
 import re
 import zlib
-from functools import cache
+from collections.abc import Callable, Iterable
+from functools import cache, reduce
 
 import numpy as np
 
@@ -11,14 +13,22 @@ from simulator.exposure import Integration
 from simulator.lens import Irradiance
 from simulator.sensor import STAGES
 from simulator.sensor.poisson_means import MACROS
-from simulator.stage import Stage
+from simulator.stage import Moments, Stage
 
-FUSED = {Irradiance.stem: Irradiance, Integration.stem: Integration, **STAGES}
+LIGHT_STAGES = {Irradiance.stem: Irradiance, Integration.stem: Integration}
+FUSED = {**LIGHT_STAGES, **STAGES}
+MOST_ELECTRONS = 1e30  # far above any light, and far enough below 3e38 that no product on the way overflows
 
 
 def stage_order() -> tuple[str, ...]:
     """Stems of the fused stages as they stand in kernels/sensor.cl: order is physics and is written there only."""
     return CHARGE_STAGES + READOUT_STAGES
+
+
+def in_order(stages: Iterable[Stage]) -> tuple[Stage, ...]:
+    """Fused stages that have an effect, in physical order."""
+    present = {stage.stem: stage for stage in stages if stage.has_effect}
+    return tuple(present[stem] for stem in stage_order() if stem in present)
 
 
 def _stages_of(function: str) -> tuple[str, ...]:
@@ -31,6 +41,26 @@ def _stages_of(function: str) -> tuple[str, ...]:
 CHARGE_STAGES, READOUT_STAGES = _stages_of("charge"), _stages_of("readout")
 
 
+def stage_moments(stages: tuple[Stage, ...], mean_electrons: float) -> Moments:
+    """Mean and variance of the code [DN] behind sensor stages in physical order, for a mean number of photoelectrons."""
+    return reduce(lambda signal, stage: stage.moments(signal), stages, Moments(mean_electrons, 0.0))
+
+
+def white_level_dn(stages: tuple[Stage, ...], moments: Callable[[float], Moments]) -> int:
+    """Code of a saturated photosite: of the full well or of the ADC, whichever is lower; above black [DN].
+
+    moments: mean and variance of the code for a mean number of photoelectrons.
+    """
+    present = {stage.stem: stage for stage in stages}
+    adc, well, digital = (present.get(stem) for stem in ("adc", "full_well", "digital_gain"))
+    top_dn = float(adc.max_code)
+    if digital is not None:
+        top_dn = min(top_dn, digital.moments(Moments(top_dn, 0.0)).mean)
+    if well is not None:
+        top_dn = min(top_dn, moments(well.capacity_e).mean)
+    return max(round(top_dn), math.floor(adc.black_level_dn) + 1)  # ties to even, as the ADC's
+
+
 @cache
 def _macros(stem: str) -> tuple[tuple[str, str], ...]:
     """Macros that the kernel reads of a stage, each with a value that lets the code of an absent stage compile."""
@@ -38,22 +68,26 @@ def _macros(stem: str) -> tuple[tuple[str, str], ...]:
     return tuple((name, "parameters" if bracket else "0") for name, bracket in names if not name.endswith("_H"))
 
 
+@cache
+def _absent() -> dict[str, object]:
+    """Macros of the fused kernel without any stage."""
+    defines: dict[str, object] = dict(MACROS)
+    for stem in FUSED:
+        defines |= {stem.upper(): 0, **dict(_macros(stem)), f"{stem.upper()}_STREAM": f"{zlib.crc32(stem.encode())}u"}
+    return defines
+
+
 def sensor_defines(stages: tuple[Stage, ...]) -> tuple[dict[str, object], np.ndarray]:
     """Macros and parameter array of the fused kernel.
 
     Each stage is a macro 1 or 0, each of its numbers a macro STEM_FIELD that reads the array (so that another
-    ISO needs no new build), and STEM_STREAM its own stream of random numbers.
+    ISO needs no new build), and STEM_STREAM its own stream of random numbers. NUMBERS: length of the array.
     """
-    defines: dict[str, object] = dict(MACROS)
-    present = {stage.stem: stage for stage in stages}
-    values: list[float] = []
-    for stem in FUSED:
-        prefix = stem.upper()
-        defines[prefix] = int(stem in present)
-        defines.update(_macros(stem))
-        defines[f"{prefix}_STREAM"] = f"{zlib.crc32(stem.encode())}u"
-        if stem in present:
-            defines.update(_stage_defines(present[stem], values))
+    defines, values = dict(_absent()), []
+    for stage in sorted(stages, key=lambda stage: stage_order().index(stage.stem)):
+        defines[stage.stem.upper()] = 1
+        defines.update(_stage_defines(stage, values))
+    defines["NUMBERS"] = len(values)
     return defines, np.array(values, dtype=np.float32)
 
 

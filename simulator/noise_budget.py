@@ -1,15 +1,14 @@
 """Which noise a code is made of: the share of every stage in the variance, at one signal or over the ISO range."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from simulator.code_variance import Step
 from simulator.planner import Plan, fused_stages
 from simulator.shot import Shot
 from simulator.stage import Moments
-
-Step = tuple[str, Callable[[Moments], Moments]]
 
 
 @dataclass(frozen=True)

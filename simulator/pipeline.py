@@ -12,10 +12,12 @@ from simulator.blur import blurred_mosaic
 from simulator.device import Device, open_device
 from simulator.errors import PhotositeError
 from simulator.frame import Raw
-from simulator.fused import sensor_defines
 from simulator.input_files import fingerprints
+from simulator.noise_free import mean_charge, noise_free
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
 from simulator.readout import averaged, covered, mixed, read_out, shared_charge
+from simulator.scene import Layer
+from simulator.sensing import FrameSetting
 from simulator.sensitivity import baseline_exposure_ev
 from simulator.shot import Shot
 from simulator.truth_maps import blur_map, depth_map, variance_map
@@ -34,7 +36,7 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     tell("scene", 0.0)
     planned = plan(shot)
     opened = open_device(device)
-    _check_memory(planned, opened)
+    check_memory(planned, opened, shot.truth)
     tell("light", 0.1)
     mosaic = expose_mosaic(planned, opened, lambda share: tell("light", 0.1 + 0.7 * share))
     tell("sensor", 0.8)
@@ -46,8 +48,9 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     return _raw(shot, planned, opened, dn, mean_electrons, noise_free_dn, parts)
 
 
-def _check_memory(planned: Plan, device: Device) -> None:
-    needed, there, frame = planned.memory_bytes(), device.info.memory_bytes, planned.frame
+def check_memory(planned: Plan, device: Device, parts: tuple[str, ...] = ()) -> None:
+    """Raise PhotositeError for a frame that does not fit into the device's memory; parts: of the truth, as `Shot.truth`."""
+    needed, there, frame = planned.memory_bytes(parts), device.info.memory_bytes, planned.frame
     if needed > there:
         raise PhotositeError(
             f"out of memory: {frame.width} x {frame.height} photosites need about {needed / 1e9:.1f} GB, "
@@ -58,50 +61,46 @@ def _check_memory(planned: Plan, device: Device) -> None:
 def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], None] = lambda share: None):
     """Device buffer (height, width) float32: electron radiance through the lens in each photosite's colour."""
     scene, frame = planned.scene, planned.frame
-    height, width, bands = scene.planes.shape
-    channels = planned.camera.channels
-    pixels = height * width
-    planes = device.empty((channels, pixels), np.float32)
-    device.run(
-        device.kernel("camera_planes", {"BANDS": bands, "CHANNELS": channels}),
-        (pixels, channels),
-        None,
-        scene=device.upload(scene.planes.astype(np.float32, copy=False)),
-        weights=device.upload(planned.weights),
-        planes=planes,
-    )
-    if planned.layers is not None:
-        mosaic = blurred_mosaic(planned, device, planes, progress)
+    if planned.defocus is not None:
+        mosaic = blurred_mosaic(planned, device, [_layer_planes(planned, device, layer) for layer in scene.layers], progress)
     else:
         mosaic = device.empty((frame.height, frame.width), np.float32)
         kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
-        arguments = projection_arguments(planned, frame.x, frame.y)
+        planes, arguments = _layer_planes(planned, device, scene.layers[0]), projection_arguments(planned, frame.x, frame.y)
         device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
     return covered(planned, device, mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares))
 
 
+def _layer_planes(planned: Plan, device: Device, layer: Layer):
+    """Device buffer (channels, scene height, scene width) float32 of a layer's electron radiance [e- s^-1 um^-2 sr^-1].
+
+    With a plane more, the layer's coverage, where any layer of the scene has one.
+    """
+    height, width, bands = layer.planes.shape
+    channels, pixels = planned.camera.channels, height * width
+    coverage = any(one.coverage is not None for one in planned.scene.layers)
+    planes = device.empty((channels + coverage, pixels), np.float32)
+    device.run(
+        device.kernel("camera_planes", {"BANDS": bands, "CHANNELS": channels}),
+        (pixels, channels),
+        None,
+        scene=device.upload(layer.planes.astype(np.float32, copy=False)),
+        weights=device.upload(planned.weights),
+        planes=planes,
+    )
+    if coverage:
+        whole = np.ones(pixels, np.float32) if layer.coverage is None else layer.coverage.astype(np.float32).reshape(-1)
+        device.write(planes, whole, 4 * channels * pixels)
+    return planes
+
+
 def truth(planned: Plan, device: Device, mosaic) -> tuple[np.ndarray, np.ndarray]:
     """Mean electrons [e-] and noise-free codes [DN] of the photosites that are given out, float32 each."""
-    frame = planned.frame
-    shape = (frame.height, frame.width)
-    defines, parameters = sensor_defines(planned.stages)
-    mean_electrons, signal = device.empty(shape, np.float32), device.empty(shape, np.float32)
-    numbers = device.upload(parameters)
-    device.run(
-        device.kernel("mean_charge", defines, file="truth.cl"),
-        shape[::-1],
-        None,
-        electron_radiance=mosaic,
-        mean_electrons=mean_electrons,
-        signal=signal,
-        parameters=numbers,
-        window_x=frame.x,
-        window_y=frame.y,
-    )
-    mean_electrons, signal = (shared_charge(planned, device, buffer) for buffer in (mean_electrons, signal))
-    read = planned.layout.read
-    kernel = device.kernel("noise_free", defines, file="truth.cl")
-    device.run(kernel, (read.width, read.height), None, signal=signal, parameters=numbers)
+    frame, read = planned.frame, planned.layout.read
+    settings = [FrameSetting(planned.stages, x=frame.x, y=frame.y)]
+    buffers = mean_charge(device, mosaic, (frame.height, frame.width), settings)
+    mean_electrons, signal = (shared_charge(planned, device, buffer) for buffer in buffers)
+    noise_free(device, signal, (read.height, read.width), settings)
     return tuple(averaged(planned, device, buffer)[planned.layout.kept] for buffer in (mean_electrons, signal))
 
 
@@ -112,8 +111,10 @@ def truth_parts(shot: Shot, planned: Plan, device: Device, mean_electrons: np.nd
         parts["variance"] = variance_map(planned, mean_electrons)
     if wanted & {"depth", "blur"}:
         depth_m = depth_map(planned)
-        maps = {"depth": depth_m, "blur": blur_map(planned, shot.lens, depth_m)}
-        parts |= {name: plane for name, plane in maps.items() if name in wanted}
+        if "depth" in wanted:
+            parts["depth"] = depth_m
+        if "blur" in wanted:
+            parts["blur"] = blur_map(planned, shot.lens, depth_m)
     if "rgb" in wanted:
         parts["rgb"] = clean_rgb(planned, device)
     return parts
@@ -166,6 +167,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         format=shot.raw,
         date_time=shot.exposure.date_time,
         active_area=planned.layout.active_area,
+        warp_rectilinear=planned.warp_rectilinear(),
         truth=parts,
         resolved={
             "shot": shot.resolved,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simulator.errors import PhotositeError
+from simulator.white_balance import xyz_to_camera
 
 if TYPE_CHECKING:
     import rawpy
@@ -26,6 +27,8 @@ class RawFile:
     black_level_dn: (2, 2) float64 by place in that block [DN]. LibRaw rounds fractions; dark frames tell better.
     white_level_dn: code at which the file says the sensor saturates [DN].
     iso, exposure_time_s: as the file says, None where it does not. LibRaw tells every ISO above 65535 as 65535.
+    white_balance: gains of R, G, B that the camera chose, green = 1; None where the file tells none, and for MONO.
+    color_matrix: (3, 3) XYZ to camera under D65; None where the file holds none, and for MONO.
     """
 
     path: str
@@ -35,6 +38,8 @@ class RawFile:
     white_level_dn: int
     iso: float | None
     exposure_time_s: float | None
+    white_balance: tuple[float, float, float] | None = None
+    color_matrix: tuple[tuple[float, ...], ...] | None = None
 
     def planes(self) -> dict[str, np.ndarray]:
         """Views of the colour planes, all of one shape: R, Gr (green in the rows of red), Gb and B, or MONO.
@@ -78,6 +83,7 @@ def read_raw_file(path: str | os.PathLike) -> RawFile:
             white_level_dn=int(frame.white_level),
             iso=_told(other.iso_speed),
             exposure_time_s=_told(other.shutter_speed),
+            **({} if cfa == "MONO" else {"white_balance": _white_balance(frame), "color_matrix": _color_matrix(frame)}),
         )
 
 
@@ -109,6 +115,16 @@ def _pattern(frame: "rawpy.RawPy", label: str) -> tuple[str, np.ndarray]:
         shown = f"{index.shape[0]} x {index.shape[1]} filter pattern" if index is not None else f"{letters} without a pattern"
         raise PhotositeError(f"{label}: {shown}: only 2 x 2 Bayer patterns of R, G, G, B and monochrome files can be measured")
     return pattern, index.astype(int)
+
+
+def _white_balance(frame: "rawpy.RawPy") -> tuple[float, float, float] | None:
+    gains = np.asarray(frame.camera_whitebalance[:3], dtype=np.float64)
+    return tuple((gains / gains[1]).tolist()) if np.isfinite(gains).all() and (gains > 0).all() else None
+
+
+def _color_matrix(frame: "rawpy.RawPy") -> tuple[tuple[float, ...], ...] | None:
+    matrix = xyz_to_camera(frame)
+    return None if matrix is None else tuple(map(tuple, matrix.tolist()))
 
 
 def _told(value: float) -> float | None:

@@ -1,77 +1,30 @@
-"""Executes the sensor: the fused kernel tile by tile in the variant that each tile needs, and the passes between neighbours."""
-
-from enum import IntEnum
+"""Executes the sensor for one shot: the fused kernel, and the passes between neighbours."""
 
 import numpy as np
 
-from simulator import tiles
 from simulator.device import Device
-from simulator.fused import sensor_defines
 from simulator.planner import Plan
-from simulator.sensor.camera_sections import Window
-from simulator.sensor.poisson_means import PoissonMeans, poisson_means
+from simulator.sensing import FrameSetting, Part, sense
 from simulator.shot import Seeds
-
-
-class Part(IntEnum):
-    """Part of the fused kernel, as kernels/sensor.cl numbers them."""
-
-    WHOLE = 0
-    CHARGE = 1
-    READOUT = 2
 
 
 def read_out(planned: Plan, device: Device, mosaic, seeds: Seeds) -> np.ndarray:
     """Codes (height, width) uint16 of a mosaic of electron radiance, binned and cut to what the camera gives out."""
     layout = planned.layout
     frame, binned = layout.computed, layout.binned
+    parts = [(Part.WHOLE, frame, np.uint16)]
     if layout.shares_charge:
-        charge = device.empty((frame.height, frame.width), np.float32)
-        sense(planned, device, mosaic, charge, seeds, Part.CHARGE, frame)
-        charge = shared_charge(planned, device, charge)
-        window = layout.read
-        codes = device.empty((window.height, window.width), np.uint16)
-        sense(planned, device, charge, codes, seeds, Part.READOUT, window)
-    else:
-        codes = device.empty((frame.height, frame.width), np.uint16)
-        sense(planned, device, mosaic, codes, seeds, Part.WHOLE, frame)
+        parts = [(Part.CHARGE, frame, np.float32), (Part.READOUT, layout.read, np.uint16)]
+    signal = mosaic
+    for part, window, dtype in parts:
+        shape, source = (window.height, window.width), signal
+        signal = device.empty(shape, dtype)
+        sense(device, source, signal, shape, [FrameSetting(planned.stages, seeds, window.x, window.y)], part)
+        if part is Part.CHARGE:
+            signal = shared_charge(planned, device, signal)
     if layout.averages:
-        codes = _binned(planned, device, "codes", codes, np.uint16)
-    return device.download(codes, (binned.height, binned.width), np.uint16)[layout.kept]
-
-
-def sense(planned: Plan, device: Device, source, result, seeds: Seeds, part: Part, window: Window) -> None:
-    """Enqueue the fused kernel, for each tile the variant that can count the electrons expected there.
-
-    Which variant a tile gets changes its speed, never its codes. window: the frame on the sensor that source and result hold.
-    """
-    defines, parameters = sensor_defines(planned.stages)
-    columns = tiles.edges(window.width, device.row_px)
-    rows = tiles.pair_edges(window.y, window.height, tiles.TILE_HEIGHT)
-    shape = (len(rows) - 1, len(columns) - 1)
-    counts = part is not Part.READOUT
-    means = _poisson_means(planned, device, source, columns, rows) if counts else np.full(shape, PoissonMeans.LARGE)
-    buffer = device.upload(parameters)
-    pair_rows = tiles.rows_of_pairs(window.y, rows)
-    for variant in np.unique(means):
-        for mask in np.unique(pair_rows):
-            wanted = (means == variant) & (pair_rows == mask)[:, np.newaxis]
-            macros = {**defines, "POISSON_MEANS": int(variant), "ROWS": int(mask), "PART": int(part)}
-            for (width, height), corners in tiles.group_by_shape(columns, rows, wanted).items():
-                device.run(
-                    device.kernel("sensor", macros),
-                    (width, -(-height // 2), len(corners)),
-                    (width, 1, 1),
-                    input=source,
-                    output=result,
-                    tiles=device.upload(corners),
-                    parameters=buffer,
-                    width=window.width,
-                    window_x=window.x,
-                    window_y=window.y,
-                    frame_seed=seeds.frame,
-                    body_seed=seeds.body,
-                )
+        signal = _binned(planned, device, "codes", signal, np.uint16)
+    return device.download(signal, (binned.height, binned.width), np.uint16)[layout.kept]
 
 
 def covered(planned: Plan, device: Device, mosaic):
@@ -120,20 +73,3 @@ def _binned(planned: Plan, device: Device, what: str, source, dtype):
     arguments = {what: source, f"binned_{what}": result, "width": planned.frame.width}
     device.run(kernel, (frame.width, frame.height), None, **arguments)
     return result
-
-
-def _poisson_means(planned: Plan, device: Device, mosaic, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Variant of kernels/poisson.h for each tile: (tile rows, tile columns) of PoissonMeans."""
-    shape = (len(rows) - 1, len(columns) - 1)
-    if planned.stage("photon_shot_noise") is None:
-        return np.full(shape, PoissonMeans.LARGE)
-    range_shape = (2, shape[0], planned.frame.width)
-    extremes = device.empty(range_shape, np.float32)
-    edges = device.upload(rows.astype(np.uint32))
-    kernel = device.kernel("tile_range", {"TILE_HEIGHT": tiles.TILE_HEIGHT})
-    device.run(kernel, range_shape[:0:-1], None, image=mosaic, range=extremes, edges=edges)
-    least, greatest = device.download(extremes, range_shape, np.float32)
-    darkest, brightest = planned.electrons_per_radiance()
-    least_e = np.minimum.reduceat(least, columns[:-1], axis=1) * darkest
-    greatest_e = np.maximum.reduceat(greatest, columns[:-1], axis=1) * brightest
-    return poisson_means(least_e, greatest_e)

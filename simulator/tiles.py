@@ -31,6 +31,17 @@ def rows_of_pairs(first: int, rows: np.ndarray) -> np.ndarray:
     return np.where(np.diff(rows) > 1, 3, np.where((rows[:-1] + first) % 2 == 0, 1, 2))
 
 
+def stack_edges(firsts: list[int], extent: int, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Borders of `pair_edges` for frames that lie one below the other, and the rows of pairs of each tile between them.
+
+    firsts: sensor row of row 0 of each frame. extent: rows of a frame.
+    """
+    frames = [pair_edges(first, extent, size) for first in firsts]
+    inner = [place * extent + edges[:-1] for place, edges in enumerate(frames)]
+    pairs = [rows_of_pairs(first, edges) for first, edges in zip(firsts, frames, strict=True)]
+    return np.concatenate([*inner, [len(firsts) * extent]]), np.concatenate(pairs)
+
+
 def group_by_shape(columns: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> dict[tuple[int, int], np.ndarray]:
     """Wanted tiles by (width, height): (tiles, 2) uint32 of x, y. wanted: (tile rows, tile columns) bool."""
     tile_y, tile_x = np.nonzero(wanted)

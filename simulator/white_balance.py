@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 WhiteBalance = Literal["camera", "daylight"] | str | tuple[float, float, float] | tuple[int, int, int, int]
 # Linear sRGB to XYZ under D65 as LibRaw has it (ITU-R BT.709 primaries).
-_SRGB_TO_XYZ = np.array([[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169], [0.019334, 0.119193, 0.950227]])
+SRGB_TO_XYZ = np.array([[0.412453, 0.357580, 0.180423], [0.212671, 0.715160, 0.072169], [0.019334, 0.119193, 0.950227]])
 _KEY = "develop.white_balance"
 
 
@@ -56,17 +56,28 @@ def white_balance_options(frame: "rawpy.RawPy", choice: WhiteBalance, label: str
 def _of_illuminant(frame: "rawpy.RawPy", name: str, label: str) -> np.ndarray:
     """Multipliers that make a white surface in this light grey: one over (colour matrix * XYZ of the light).
 
-    DNG 1.4, chapter 6. LibRaw hands the matrix out in two: daylight multipliers, and white-balanced camera to linear sRGB.
+    DNG 1.4, chapter 6.
     """
-    to_srgb = np.asarray(frame.color_matrix, dtype=np.float64)[:3, :3]
-    daylight = np.asarray(frame.daylight_whitebalance, dtype=np.float64)[:3]
-    if not to_srgb.any() or not (daylight > 0).all():
+    matrix = xyz_to_camera(frame)
+    if matrix is None:
         raise PhotositeError(f"{label}: {_KEY} = {name}: the file holds no colour matrix; give a grey patch or multipliers")
-    white_xyz = illuminant(name) @ color_matching_functions()
-    neutral = np.linalg.solve(to_srgb, np.linalg.solve(_SRGB_TO_XYZ, white_xyz)) / daylight
+    neutral = matrix @ (illuminant(name) @ color_matching_functions())
     if not (neutral > 0).all():
         raise PhotositeError(f"{label}: {_KEY} = {name}: the file's colour matrix cannot see this light; give a grey patch")
     return neutral.max() / neutral
+
+
+def xyz_to_camera(frame: "rawpy.RawPy") -> np.ndarray | None:
+    """Colour matrix of a file under D65, (3, 3) as DNG's ColorMatrix has it; None where it holds none.
+
+    LibRaw hands it out in two: daylight multipliers, and white-balanced camera to linear sRGB.
+    frame: an opened file that was not developed yet.
+    """
+    to_srgb = np.asarray(frame.color_matrix, dtype=np.float64)[:3, :3]
+    daylight = np.asarray(frame.daylight_whitebalance, dtype=np.float64)[:3]
+    if np.linalg.matrix_rank(to_srgb) < 3 or not (daylight > 0).all():
+        return None
+    return np.linalg.inv(SRGB_TO_XYZ @ to_srgb) / daylight[:, None]
 
 
 def _of_patch(frame: "rawpy.RawPy", box: tuple[int, int, int, int], label: str) -> np.ndarray:

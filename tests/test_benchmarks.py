@@ -5,9 +5,11 @@ import importlib
 
 import numpy as np
 import pytest
+from live import WARM_UP, Waits, take_steps
 from measuring.contest import Contestant, contest
 from measuring.samplers import SHORTCUTS, Probe, errors, from_normals
 from measuring.work import CHAIN, ELD, ONE_READ_NOISE, ramp
+from pairs import one_by_one, ours, patches
 from randomness import accept
 from scipy import stats
 
@@ -46,6 +48,25 @@ def test_the_check_sees_a_wrong_frame():
     assert abs(sensor.check(wrong, PICTURE)[1] - 1.04) < 0.01
 
 
+def test_patches_are_a_ramp_cut_up():
+    mean_e = patches(16, 1.0, 1000.0)
+    assert mean_e.shape == (16, 512, 512) and (mean_e[:, 0] == mean_e[:, -1]).all()
+    assert np.array_equal(mean_e[:8], mean_e[8:]) and (np.diff(np.log(mean_e[:8, 0].ravel())) > 0).all()
+    assert (mean_e.min(), mean_e.max()) == pytest.approx((1.0, 1000.0))
+
+
+def test_patches_captured_at_once_are_those_captured_one_by_one(device):
+    mean_e = patches(3, 1.0, 1000.0)
+    at_once, single = (ours(mean_e, ELD, device.info, count) for count in (3, 1))
+    for one in (at_once, single):
+        one.run()
+    assert np.array_equal(at_once.codes(), single.codes()) and len({frame.tobytes() for frame in single.codes()}) == 3
+    column = tuple(importlib.import_module("peers.numpy_eld").contestants(patch, ELD)[1] for patch in mean_e)
+    peers = one_by_one(column)
+    peers.run()
+    assert all(np.array_equal(frame, each.codes()) for frame, each in zip(peers.codes(), column, strict=True))
+
+
 def test_the_distribution_of_a_shortcut_is_that_of_its_formula(device):
     """rint(N(mean, mean)), whose probabilities scipy knows."""
     counts, shares = from_normals(Probe(device, SHORTCUTS[0].of_normal, "w"), 100.0)
@@ -69,3 +90,21 @@ def test_contestants_take_turns(monkeypatch):
     firsts = [name for name, before in zip(order[2:], order[1:], strict=False) if name != before]
     assert order[:2] == ["a", "b"] and firsts == ["a", "b", "a", "b"]
     assert all(len(timing.wall_s) == len(timing.cpu_s) > 2 for timing in timings.values())
+
+
+def test_a_step_that_waits_a_fourth_of_its_time_is_told_so(monkeypatch):
+    """Batches take 1 s and 9 s to come behind the warm-up, training 15 s: 10 of 40."""
+    clock = [0.0]
+    monkeypatch.setattr("live.time.perf_counter", lambda: clock[0])
+
+    def batches():
+        for seconds in [100.0] * WARM_UP + [1.0, 9.0]:
+            clock[0] += seconds
+            yield seconds
+
+    def train(batch):
+        clock[0] += 15.0
+
+    waits, seen = Waits([], []), []
+    take_steps(waits, batches(), train, 2, lambda: seen.append(1))
+    assert waits.waiting_s == [1.0, 9.0] and waits.share == 0.25 and waits.step_s == 20.0 and len(seen) == WARM_UP + 2

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from raw_frame import random_frame
+from raw_frame import COLOR_MATRIX, NEUTRAL, random_frame
 
 from simulator.errors import PhotositeError
 from simulator.raw import dng, tiff
@@ -28,10 +28,19 @@ def test_planes_hold_each_colour_once(tmp_path, cfa):
         np.testing.assert_array_equal(plane.ravel(), raw.dn[:96, :130][expected[name]])
 
 
+@pytest.mark.parametrize("cfa", CFAS)
+def test_white_balance_and_matrix_are_those_of_the_file(tmp_path, cfa):
+    dng.write_dng(random_frame(cfa=cfa), tmp_path / "a.dng")
+    found = read_raw_file(tmp_path / "a.dng")
+    assert found.white_balance == pytest.approx(1 / np.array(NEUTRAL), rel=1e-5)
+    np.testing.assert_allclose(found.color_matrix, COLOR_MATRIX, atol=1e-4)  # LibRaw hands out its inverse in single precision
+
+
 def test_a_monochrome_file_is_one_plane(tmp_path):
     raw = random_frame(97, 131, "MONO")
     dng.write_dng(raw, tmp_path / "a.dng")
     found = read_raw_file(tmp_path / "a.dng")
+    assert found.white_balance is None and found.color_matrix is None
     assert list(found.planes()) == ["MONO"] and plane_places("MONO") == {"MONO": (0, 0)}
     np.testing.assert_array_equal(found.planes()["MONO"], raw.dn)
 

@@ -2,23 +2,16 @@
 
 import dataclasses
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 from measuring.contest import Contestant
 from measuring.work import Sensor
 
-from simulator.config import load_shot
 from simulator.device import Device, DeviceInfo, open_device
-from simulator.fused import FUSED, stage_order
-from simulator.planner import Plan, plan
-from simulator.readout import Part, sense
+from simulator.sensing import FrameSetting, Part, sense
 from simulator.sensor import STAGES
-from simulator.sensor.camera import Window
 from simulator.shot import Seeds
 from simulator.stage import Stage
-
-SHOT = Path(__file__).parents[2] / "configs" / "shots" / "flat_field.yaml"
 
 
 def named(info: DeviceInfo) -> str:
@@ -61,18 +54,6 @@ def make(stem: str, **values) -> Stage:
     return stage(**values)
 
 
-def plan_of(stages: list[Stage], shape: tuple[int, int]) -> Plan:
-    """A plan whose mosaic is the mean electrons themselves: lens and exposure multiply by 1."""
-    shot = load_shot(SHOT)
-    height, width = shape
-    camera = dataclasses.replace(shot.camera, width_px=width, height_px=height, window=Window(0, 0, width, height))
-    planned = plan(dataclasses.replace(shot, camera=camera))
-    fused = {stage.stem: stage for stage in stages}
-    fused["irradiance"] = FUSED["irradiance"](1.0, 0.0, 0.0, 0.0)
-    fused["exposure"] = FUSED["exposure"](1.0, 1.0)
-    return dataclasses.replace(planned, stages=tuple(fused[stem] for stem in stage_order() if stem in fused))
-
-
 class DeletedStages:
     """A device that builds the sensor page with the lines of absent stages deleted by hand, in place of `#if`."""
 
@@ -94,11 +75,11 @@ class DeletedStages:
 
 def contestant(mean_e: np.ndarray, stages: list[Stage], device: Device, name: str) -> Contestant:
     """The fused kernel with these stages; adc and analog_gain among them."""
-    planned = plan_of(stages, mean_e.shape)
+    settings = [FrameSetting(tuple(stages), Seeds(body=2, frame=1))]
     mosaic, codes = device.upload(mean_e), device.empty(mean_e.shape, np.uint16)
 
     def run() -> None:
-        sense(planned, device, mosaic, codes, Seeds(body=2, frame=1), Part.WHOLE, planned.frame)
+        sense(device, mosaic, codes, mean_e.shape, settings, Part.WHOLE)
         device.finish()
 
     return Contestant(name, run, lambda: device.download(codes, mean_e.shape, np.uint16))

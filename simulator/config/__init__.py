@@ -1,8 +1,10 @@
 """Configuration: YAML and dotted overrides to shots and sweeps. The only package that knows YAML."""
 
+from simulator.config.any_file import load_file
 from simulator.config.camera_file import camera_document, load_camera
 from simulator.config.json_schema import schema
 from simulator.config.option_values import camera_data, length_um, response_name
+from simulator.config.sections import given_later
 from simulator.config.shot_file import load_shot, located, shot_of_data
 from simulator.config.sweep import Sweep, SweepPoint, expand_sweep, load_sweep
 from simulator.config.warnings import shot_warnings
@@ -15,8 +17,10 @@ __all__ = [
     "camera_document",
     "dump_yaml",
     "expand_sweep",
+    "given_later",
     "length_um",
     "load_camera",
+    "load_file",
     "load_shot",
     "load_sweep",
     "located",

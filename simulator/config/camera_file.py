@@ -12,7 +12,7 @@ from simulator.config.document import Document, Place, read_document
 from simulator.config.layers import find_config, merged, parse_override, subdocument, with_section, with_value, without
 from simulator.config.response_curves import ResponseCurves, spectral_response
 from simulator.config.section_types import Section
-from simulator.config.sections import section_with
+from simulator.config.sections import OWN_MODELS, section_with
 from simulator.sensor import STAGES
 from simulator.sensor.camera import Camera
 from simulator.stage import fields_from_shot
@@ -55,6 +55,9 @@ def camera_section() -> type[Section]:
         extra=source | {"license": (Annotated[str | None, Field(description="licence of the curves")], None)},
     )
     return section_with(Camera, _camera, replace={"response": curves, "stages": stage_model}, extra=source)
+
+
+OWN_MODELS[Camera] = camera_section
 
 
 def load_camera(name: str, overrides: Iterable[str] = ()) -> Camera:

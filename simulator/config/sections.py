@@ -34,13 +34,23 @@ def descriptions(cls: type) -> dict[str, str]:
     return result
 
 
+OWN_MODELS: dict[type, Callable[[], type[Section]]] = {}  # classes whose section differs from their fields
+
+
 @functools.cache
 def section(cls: type) -> type[Section]:
     """Return the model of a frozen dataclass.
 
     Raises TypeError for a field whose type has no form in YAML, such as an array.
     """
-    return section_with(cls)
+    return OWN_MODELS[cls]() if cls in OWN_MODELS else section_with(cls)
+
+
+def given_later(cls: type, *names: str) -> None:
+    """Leave fields of a dataclass out of the configuration: its sections become functions of these fields."""
+    OWN_MODELS[cls] = functools.cache(
+        lambda: section_with(cls, functools.partial(functools.partial, cls), leave_out=frozenset(names))
+    )
 
 
 def section_with(

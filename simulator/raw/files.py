@@ -3,12 +3,14 @@
 import errno
 import os
 import secrets
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from simulator.errors import PhotositeError
 
+LEFTOVER = ".photosite-"  # begins the name of what is being written; a killed process leaves it behind
 _FIX = {
     errno.ENOSPC: "free some space or choose another disk",
     errno.EDQUOT: "your disk quota is used up: free some space or choose another disk",
@@ -35,18 +37,43 @@ def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
     # Renaming over a device such as /dev/null would replace the device.
     if target.exists() and not target.is_file():
         raise PhotositeError(f"{path}: cannot be written: it is not a plain file; choose another name")
-    temporary = target.with_name(f".photosite-{secrets.token_hex(8)}{target.suffix}")
+    temporary = target.with_name(f"{LEFTOVER}{secrets.token_hex(8)}{target.suffix}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
         _to_disk(temporary)
         os.replace(temporary, target)
     except OSError as error:
-        fix = _FIX.get(error.errno, "check the path and the disk")
-        raise PhotositeError(f"{path}: cannot be written: {error.strerror or error}; {fix}") from error
+        raise _refused(path, error) from error
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+@contextmanager
+def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
+    """Yield the path of a folder to be made; on success it replaces the folder `path`, on any failure it is removed.
+
+    The folder appears with all its files or not at all. An older one of that name is moved away just before, and two
+    processes that make the same folder leave one of theirs.
+    Raises PhotositeError as `atomic_write` does, and when the target is there and is no folder.
+    """
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_dir():
+        raise PhotositeError(f"{path}: cannot be written: it is not a folder; choose another name")
+    temporary, old = (target.with_name(f"{LEFTOVER}{secrets.token_hex(8)}{kind}") for kind in ("", ".old"))
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        yield temporary
+        for file in temporary.rglob("*"):
+            if file.is_file():
+                _to_disk(file)
+        _put_in_place(temporary, target, old)
+    except OSError as error:
+        raise _refused(path, error) from error
+    finally:
+        for folder in (temporary, old):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def reserve(path: str | os.PathLike, size_bytes: int) -> None:
@@ -58,6 +85,24 @@ def reserve(path: str | os.PathLike, size_bytes: int) -> None:
     if hasattr(os, "posix_fallocate"):
         with open(path, "wb") as file:
             os.posix_fallocate(file.fileno(), 0, max(size_bytes, 1))
+
+
+def _put_in_place(folder: Path, target: Path, old: Path) -> None:
+    """Rename a folder; what has its name is moved to `old` and deleted. Another process may do the same at the same time."""
+    for attempt in range(100):
+        try:
+            return os.replace(folder, target)  # takes the place of nothing, or of an empty folder
+        except OSError as error:
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST) or attempt == 99:
+                raise
+        with suppress(FileNotFoundError):  # the other process was faster
+            os.replace(target, old)
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def _refused(path: str | os.PathLike, error: OSError) -> PhotositeError:
+    fix = _FIX.get(error.errno, "check the path and the disk")
+    return PhotositeError(f"{path}: cannot be written: {error.strerror or error}; {fix}")
 
 
 def _to_disk(path: Path) -> None:

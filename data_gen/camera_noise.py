@@ -1,0 +1,123 @@
+"""Noise of calibrated cameras: which camera, at which ISO."""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import ClassVar
+
+from data_gen.chance import Chance
+from data_gen.noise_setting import NoiseSetting
+from data_gen.samplers import Choice, LogUniform, Normal, Sampler, Table, Uniform, check_weights, draw, ends, weighted
+from simulator.errors import require
+from simulator.fused import in_order
+from simulator.sensor.camera import Camera
+from simulator.units import Seconds
+
+
+@dataclass(frozen=True)
+class MeasuredIsos:
+    """ISOs that the camera was measured at, each as likely as the range of ln ISO nearest to it is wide.
+
+    measured: the lowest and the highest ISO; all when left out.
+    """
+
+    measured: tuple[int, int] = (1, 10**9)
+
+    def of(self, camera: Camera) -> tuple[int, ...]:
+        """Return the measured ISOs within the range, ascending. Raises PhotositeError when there is none."""
+        low, high = self.measured
+        isos = tuple(iso for iso in camera.isos if low <= iso <= high)
+        told = ", ".join(map(str, camera.isos))
+        rule = f"the {camera.make} {camera.model} was not measured between them, but at {told}; give a range with one of them"
+        require(bool(isos), "measured", list(self.measured), rule)
+        return isos
+
+    def at(self, camera: Camera, share: float) -> int:
+        """ISO nearest to a log-uniform draw between the lowest and the highest."""
+        isos = self.of(camera)
+        drawn = math.log(isos[0]) + share * math.log(isos[-1] / isos[0])
+        return min(isos, key=lambda iso: abs(math.log(iso) - drawn))
+
+
+@dataclass(frozen=True)
+class CameraChoice:
+    """A camera of the data set.
+
+    camera: as in a shot file; the name of this section when left out.
+    iso: which ISO each sample has: measured ones, or any distribution within the measured range.
+    weight: how often this camera is taken against the others.
+    Raises PhotositeError for a camera that neither has a 2x2 colour filter nor reads each photosite out alone.
+    """
+
+    camera: Camera
+    iso: MeasuredIsos | int | Uniform | LogUniform | Normal | Choice | Table = MeasuredIsos()
+    weight: float = 1.0
+
+    def __post_init__(self):
+        check_weights("weight", (self.weight or 1.0,))
+        camera, name = self.camera, f"{self.camera.make} {self.camera.model}"
+        require(camera.cfa != "MONO", "camera.cfa", "MONO", f"data sets need a 2x2 colour filter, which the {name} has not")
+        for key in ("binning", "crosstalk"):
+            rule = "data sets read each photosite out alone; take it away with null"
+            require(getattr(camera, key) is None, f"camera.{key}", "given", rule)
+        for iso in (*self.range(), *self._between()):
+            camera.iso_setting(iso)
+
+    def range(self) -> tuple[int, ...]:
+        """ISOs that are drawn, or the two ends of their range."""
+        if isinstance(self.iso, MeasuredIsos):
+            return self.iso.of(self.camera)
+        listed = self.iso.choice if isinstance(self.iso, Choice) else ends(self.iso)
+        return tuple(sorted({round(iso) for iso in listed}))
+
+    def _between(self) -> tuple[int, ...]:
+        """ISOs between measured ones, one for each gap that a continuous distribution draws from."""
+        if isinstance(self.iso, MeasuredIsos | int | Choice):
+            return ()
+        low, high = ends(self.iso)
+        middles = (round(math.sqrt(below * above)) for below, above in pairwise(self.camera.isos))
+        return tuple(iso for iso in middles if low <= iso <= high)
+
+    def iso_at(self, share: float) -> int:
+        """ISO at a share from 0 to 1."""
+        return self.iso.at(self.camera, share) if isinstance(self.iso, MeasuredIsos) else round(draw(self.iso, share))
+
+
+@dataclass(frozen=True)
+class CameraNoise:
+    """Noise of calibrated cameras.
+
+    cameras: a section for each camera, by name.
+    exposure_time_s: exposure of the noisy frame, which the dark current of a camera that has one follows [s].
+    """
+
+    exposure_ratio: ClassVar[Sampler] = 1.0
+
+    cameras: dict[str, CameraChoice]
+    exposure_time_s: Seconds = 1.0 / 30.0
+
+    def __post_init__(self):
+        require(bool(self.cameras), "noise.cameras", "{}", "name at least one camera, such as `sony_a7s2: {}`")
+        check_weights("noise.cameras", self._weights())
+        require(0 < self.exposure_time_s < math.inf, "noise.exposure_time", self.exposure_time_s, "give a time such as 1/30 s")
+
+    def drawn(self, group: Chance, sample: Chance) -> NoiseSetting:
+        """Setting of one sample. group: gives the camera; sample: gives the ISO."""
+        name = tuple(self.cameras)[weighted(self._weights(), group.share("camera"))]
+        return self.setting(name, self.cameras[name].iso_at(sample.share("iso")))
+
+    def setting(self, name: str, iso: int) -> NoiseSetting:
+        """Return a camera of the section at an ISO. Raises PhotositeError outside its range."""
+        camera = self.cameras[name].camera
+        return NoiseSetting(name, iso, camera, in_order(camera.sensor_stages(iso, self.exposure_time_s).values()))
+
+    def seen_by(self) -> tuple[Camera, ...]:
+        """Cameras that clean pictures are made for."""
+        return tuple(choice.camera for choice in self.cameras.values())
+
+    def table(self) -> list[tuple[str, str]]:
+        """Cameras and their ISOs in words, for people."""
+        return [(name, ", ".join(map(str, choice.range()))) for name, choice in self.cameras.items()]
+
+    def _weights(self) -> tuple[float, ...]:
+        return tuple(choice.weight for choice in self.cameras.values())

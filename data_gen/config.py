@@ -1,0 +1,174 @@
+"""What a data set is: its configuration as frozen objects. docs/dataset.md says how the file is written."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+from data_gen.camera_noise import CameraNoise
+from data_gen.chance import LARGEST_SEED
+from data_gen.pictures import Pictures, open_collection
+from data_gen.priors import PriorNoise
+from data_gen.sample import Mode
+from data_gen.samplers import Choice, LogUniform, Normal, Sampler, Table, Uniform, check_weights, ends
+from data_gen.writers import FORMATS, WriterOptions
+from simulator.errors import require
+
+LARGEST_COUNT = 2**48
+Drawn = float | Uniform | LogUniform | Normal | Choice | Table
+
+
+@dataclass(frozen=True)
+class Burst:
+    """Several frames of one scene, each moved against the first.
+
+    frames: how many, 2 to 64.
+    shift_px: shift of a frame along y and along x, drawn for each [px].
+    """
+
+    frames: int = 8
+    shift_px: Drawn = Normal((0.0, 1.0))
+
+    def __post_init__(self):
+        require(2 <= self.frames <= 64, "burst.frames", self.frames, "give 2 to 64")
+        reach = self.reach_px
+        require(reach <= 64, "burst.shift", f"up to {reach} px", "shifts beyond 64 pixels are no burst; narrow the range")
+
+    @property
+    def reach_px(self) -> int:
+        """Largest shift, rounded up; a normal one ends at six standard deviations."""
+        if isinstance(self.shift_px, Normal) and self.shift_px.within is None:
+            mean, deviation = self.shift_px.normal
+            return math.ceil(abs(mean) + 6.0 * deviation)
+        return math.ceil(max(map(abs, ends(self.shift_px))))
+
+
+@dataclass(frozen=True)
+class MultiExposure:
+    """Several frames of one scene with different light.
+
+    ratios: what each frame's exposure ratio is multiplied by.
+    """
+
+    ratios: tuple[float, ...] = (1.0, 4.0, 16.0)
+
+    def __post_init__(self):
+        good = 2 <= len(self.ratios) <= 64 and all(0 < ratio < math.inf for ratio in self.ratios)
+        require(good, "multi_exposure.ratios", list(self.ratios), "give 2 to 64 ratios above 0")
+
+
+@dataclass(frozen=True)
+class NoiseOnly:
+    """Flat frames: what differs from the clean code is noise alone.
+
+    level: signal of the reference exposure, 0 dark, 1 saturated.
+    """
+
+    level: Drawn = LogUniform((1e-3, 1.0))
+
+    def __post_init__(self):
+        low, high = ends(self.level)
+        require(0 <= low and high <= 1, "noise_only.level", f"{low:g} to {high:g}", "give 0 (dark) to 1 (saturated)")
+
+
+@dataclass(frozen=True)
+class WriterChoice:
+    """How samples are stored.
+
+    format: of the shards; docs/dataset.md lists them.
+    channels: mosaic as the sensor has it, or four planes in the order rggb or rgbg.
+    samples_per_shard: a shard is the unit of work, of restarting and of distribution.
+    """
+
+    format: str = "webdataset"
+    channels: Literal["mosaic", "rggb", "rgbg"] = "mosaic"
+    samples_per_shard: int = 1000
+
+    def __post_init__(self):
+        require(self.format in FORMATS, "writer.format", self.format, f"give one of {', '.join(FORMATS)}")
+        require(1 <= self.samples_per_shard <= 1e9, "writer.samples_per_shard", self.samples_per_shard, "give 1 or more")
+
+    @property
+    def options(self) -> WriterOptions:
+        """As the writers take it."""
+        return WriterOptions(self.channels)
+
+
+@dataclass(frozen=True)
+class DataSet:
+    """A data set: sample number i is a function of this and of i alone.
+
+    count: samples. seed: of everything that is drawn, 0 to 2^64 - 1.
+    crop_px: height and width of a sample, both even [px].
+    pictures: where clean pictures come from, a section for each collection, by any name; none for dark and noise_only.
+    picture_weights: how often a collection is taken against the others, by its name; 1 when left out.
+    noise: calibrated cameras, or a published prior.
+    exposure_ratio: light of the clean reference over that of the noisy frame; 1, or the prior's when left out.
+    mode: single, burst, dark, noise_only or multi_exposure; of the last sections, the one of that name counts.
+    variance: whether samples hold the variance of each code.
+    augment: flips and transposition, each with probability 1/2.
+    crops_per_picture: samples in a row that are cut from one picture, seen by one camera.
+    bodies: camera bodies of each camera, each with its own fixed patterns; another for every sample when left out.
+    on_problem: skip takes another picture in place of one that cannot be used, refuse stops.
+    name, description, license: for the data card; the licence is that of the pictures.
+    resolved: the full configuration, plain data.
+    """
+
+    count: int
+    crop_px: tuple[int, int]
+    noise: CameraNoise | PriorNoise
+    pictures: dict[str, Pictures] = field(default_factory=dict)
+    picture_weights: dict[str, float] = field(default_factory=dict)
+    seed: int = 0
+    exposure_ratio: Drawn | None = None
+    mode: Mode = "single"
+    variance: bool = False
+    augment: bool = True
+    crops_per_picture: int = 1
+    bodies: int | None = None
+    on_problem: Literal["skip", "refuse"] = "skip"
+    name: str = "Photosite data set"
+    license: str = "not stated"
+    description: str = ""
+    writer: WriterChoice = WriterChoice()
+    burst: Burst = Burst()
+    multi_exposure: MultiExposure = MultiExposure()
+    noise_only: NoiseOnly = NoiseOnly()
+    resolved: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        require(1 <= self.count <= LARGEST_COUNT, "count", self.count, "give 1 to 2^48 samples")
+        require(0 <= self.seed <= LARGEST_SEED, "seed", self.seed, "give a whole number from 0 to 2^64 - 1")
+        good = all(2 <= side <= 16384 and side % 2 == 0 for side in self.crop_px)
+        require(good, "crop", list(self.crop_px), "give height and width, even numbers from 2 to 16384, such as [512, 512]")
+        require(self.crops_per_picture >= 1, "crops_per_picture", self.crops_per_picture, "give 1 or more")
+        require(self.bodies is None or self.bodies >= 1, "bodies", self.bodies, "give 1 or more, or leave it out")
+        ratio = self.ratio_sampler
+        require(ends(ratio)[0] > 0, "exposure_ratio", f"from {ends(ratio)[0]:g}", "a ratio of light is above 0")
+        need = "this mode cuts samples from pictures; name a collection, such as `leaves: {procedural: [dead_leaves]}`"
+        require(bool(self.pictures) or not self.needs_pictures, "pictures", "{}", need)
+        for name in self.picture_weights:
+            require(name in self.pictures, "picture_weights", name, f"no such collection; there is {', '.join(self.pictures)}")
+        check_weights("picture_weights", self.weights or (1.0,))
+        for name in self.pictures:
+            for camera in self.noise.seen_by():
+                open_collection(self.pictures, name, camera)
+
+    @property
+    def weights(self) -> tuple[float, ...]:
+        """Of the collections, in their order."""
+        return tuple(self.picture_weights.get(name, 1.0) for name in self.pictures)
+
+    @property
+    def needs_pictures(self) -> bool:
+        """Whether samples are cut from pictures."""
+        return self.mode not in ("dark", "noise_only")
+
+    @property
+    def ratio_sampler(self) -> Sampler:
+        """What the exposure ratio is drawn from."""
+        return self.noise.exposure_ratio if self.exposure_ratio is None else self.exposure_ratio
+
+    @property
+    def frames(self) -> int:
+        """Frames of a sample."""
+        return {"burst": self.burst.frames, "multi_exposure": len(self.multi_exposure.ratios)}.get(self.mode, 1)

@@ -1,0 +1,98 @@
+"""`photosite dataset`: make, estimate or verify a data set, with progress."""
+
+import shutil
+from pathlib import Path
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from data_gen.config import DataSet
+from data_gen.estimate import estimate
+from data_gen.manifest import verify
+from data_gen.run import run
+from simulator.command_line.screen import console, log, progress
+from simulator.config import load_file
+
+SHOWN_PROBLEMS = 20
+
+
+def make(path: Path, settings: list[str], out: Path, device: str | None, workers: int, scheduler: str | None) -> None:
+    """Make a data set; the manifest's path goes to stdout, problems of pictures to stderr."""
+    config = load_file(DataSet, path, settings)
+    with progress() as bar:
+        checked = bar.add_task("pictures looked at", total=None, visible=config.on_problem == "refuse")
+        task = bar.add_task("samples", total=config.count)
+        outcome = run(
+            config,
+            out,
+            device=device,
+            workers=workers,
+            scheduler=scheduler,
+            tell=lambda count: bar.advance(task, count),
+            tell_checked=lambda done, total: bar.update(checked, completed=done, total=total),
+        )
+    _show_problems(outcome.problems)
+    log.print(f"{outcome.made} shards made, {outcome.kept} were there")
+    print(outcome.manifest)
+
+
+def verify_folder(out: Path) -> None:
+    """Compare a data set with its manifest. Raises typer.Exit(1) when something differs."""
+    with progress() as bar:
+        found = verify(out, lambda records: bar.track(records, description="shards"))
+    for line in found:
+        print(line)
+    if found:
+        raise typer.Exit(1)
+    print(f"{out}: every byte is that of the manifest")
+
+
+def show_plan(path: Path, settings: list[str], out: Path, device: str | None, workers: int) -> None:
+    """Print what a run would make, and what it would take."""
+    config = load_file(DataSet, path, settings)
+    found = estimate(config, device)
+    free = shutil.disk_usage(next(folder for folder in (out.absolute(), *out.absolute().parents) if folder.is_dir())).free
+    needed, seconds = config.count * found.bytes_per_sample, config.count * found.seconds_per_sample / workers
+    milliseconds, processor = (f"{1e3 * value:.3g}" for value in (found.seconds_per_sample, found.cpu_seconds_per_sample))
+    shape, stored = (config.frames, *config.crop_px), config.writer
+    rows = {
+        "samples": f"{config.count} of {' x '.join(map(str, shape))}, mode {config.mode}",
+        "shards": f"{found.shards} of {stored.samples_per_shard} samples, {stored.format}, {stored.channels}",
+        "pictures": ", ".join(f"{name}: {count}" for name, count in found.pictures.items()) or "none",
+        "disk": f"{size(needed)} of {size(free)} free, {size(found.bytes_per_sample)} per sample",
+        "time": f"{duration(seconds)} on {workers} worker(s): {milliseconds} ms per sample, {processor} ms of processor time",
+        "exposure ratio": f"{found.ratios[0]:g} to {found.ratios[1]:g}",
+    }
+    rows |= {f"noise: {name}": f"ISO {isos}" if isos[0].isdigit() else isos for name, isos in config.noise.table()}
+    table = Table(show_header=False, box=None, pad_edge=False)
+    for name, value in rows.items():
+        table.add_row(name, escape(value))
+    console().print(table)
+    _show_problems(found.problems)
+    if needed > free:
+        log.print(f"warning: {out}: the disk has too little space; choose another --out or a smaller count")
+
+
+def size(count: float) -> str:
+    """Bytes in words, 1 kB = 1000 bytes."""
+    for unit in ("B", "kB", "MB", "GB", "TB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} PB"
+
+
+def duration(seconds: float) -> str:
+    """Time in words."""
+    for unit, length in (("days", 86400), ("h", 3600), ("min", 60)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.1f} {unit}"
+    return f"{seconds:.1f} s"
+
+
+def _show_problems(problems: dict[str, int]) -> None:
+    for message, count in list(problems.items())[:SHOWN_PROBLEMS]:
+        log.print(escape(f"skipped: {message} (drawn for {count} samples)"))
+    if problems:
+        log.print(f"{len(problems)} problems, met by {sum(problems.values())} samples; manifest.json lists all")

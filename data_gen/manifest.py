@@ -1,0 +1,85 @@
+"""The list of a complete data set: what it was made from, its shards with their SHA-256, and what went wrong on the way.
+
+It is written last, so a folder that has it is complete. It holds no clock and nothing of the machine, and is sorted, so that
+equal data sets have equal manifests.
+"""
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from data_gen.shards import RECORD, Shard, ShardRecord, finished, problem_of, record_path, remove_leftovers
+from data_gen.writers import WriterOptions
+from simulator.errors import PhotositeError
+from simulator.raw import software
+from simulator.raw.files import atomic_write
+
+MANIFEST = "manifest.json"
+
+
+def write_manifest(
+    folder: Path, plan: Sequence[Shard], dataset: str, options: WriterOptions, problems: Iterable[str] = ()
+) -> Path:
+    """Write `manifest.json` for a folder whose shards are all finished, and remove what killed runs left there.
+
+    dataset: hash of the configuration. problems: one line for each picture that was left out or file that was refused.
+    Call it when no other process writes into the folder. Raises PhotositeError when a shard is missing.
+    """
+    records = finished(folder, dataset)
+    missing = [shard.index for shard in plan if shard.index not in records]
+    if missing:
+        told = f"{len(missing)} of {len(plan)} shards are not there, the first is {missing[0]}"
+        raise PhotositeError(f"{folder}: {told}; run the same command again")
+    shards = [records[shard.index] for shard in plan]
+    listed = sorted(problems)
+    content = {
+        "software": software(),
+        "dataset": dataset,
+        "format": shards[0].format,
+        "channels": options.channels,
+        "samples": sum(record.count for record in shards),
+        "bytes": sum(record.bytes for record in shards),
+        "shards": [asdict(record) for record in shards],
+        "problem_count": len(listed),
+        "problems": listed,
+    }
+    remove_leftovers(folder)
+    path = folder / MANIFEST
+    with atomic_write(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=1, sort_keys=True, allow_nan=False) + "\n", encoding="utf-8")
+    return path
+
+
+def read_manifest(folder: Path) -> dict:
+    """Return the content of `manifest.json`, `shards` as ShardRecord. Raises PhotositeError when it is missing or damaged."""
+    path = folder / MANIFEST
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        content["shards"] = [ShardRecord(**record) for record in content["shards"]]
+    except FileNotFoundError:
+        raise PhotositeError(f"{path}: is missing: the data set is not complete; run the same command again") from None
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise PhotositeError(f"{path}: cannot be read: {error}; run the same command again") from error
+    return content
+
+
+def verify(folder: Path, track: Callable[[Sequence[ShardRecord]], Iterable[ShardRecord]] = iter) -> list[str]:
+    """Compare every byte of a data set with its manifest; return what is wrong, one line each, and [] when all is well.
+
+    track: shows progress while it passes the shards on, for example `rich.progress.track`.
+    A shard found wrong loses its record, so that the next run makes it anew.
+    """
+    try:
+        manifest = read_manifest(folder)
+    except PhotositeError as error:
+        return [str(error)]
+    found = []
+    for record in track(manifest["shards"]):
+        problem = problem_of(folder, record, verify=True)
+        if problem is not None:
+            record_path(folder / record.name).unlink(missing_ok=True)
+            found.append(f"{problem}; run the same command again to make it anew")
+    known = {record.name for record in manifest["shards"]}
+    strangers = sorted(path.name for path in folder.glob("shard-*") if path.name.removesuffix(RECORD) not in known)
+    return found + [f"{folder / name}: is no part of this data set; delete it" for name in strangers]

@@ -1,0 +1,60 @@
+"""What makes the noise of one sample: sensor stages with their numbers, and the levels that follow from them."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from simulator.fused import stage_moments, white_level_dn
+from simulator.sensor.camera import Camera
+from simulator.stage import Stage
+
+
+@dataclass(frozen=True)
+class NoiseSetting:
+    """A sensor at one setting.
+
+    label: camera or prior, for people. iso: 0 where the noise model knows no ISO.
+    camera: geometry and colours of the clean picture. stages: of the sensor, in physical order.
+    """
+
+    label: str
+    iso: int
+    camera: Camera
+    stages: tuple[Stage, ...]
+
+    def stage(self, stem: str) -> Stage:
+        """The stage of this stem. Raises KeyError when it is absent."""
+        return {stage.stem: stage for stage in self.stages}[stem]
+
+    @property
+    def bit_depth(self) -> int:
+        """Of the codes."""
+        return self.stage("adc").bit_depth
+
+    @property
+    def black_level_dn(self) -> float:
+        """Pedestal [DN]."""
+        return self.stage("adc").black_level_dn
+
+    @cached_property
+    def white_level_dn(self) -> int:
+        """Code of a saturated photosite [DN]: of the full well or of the ADC, whichever is lower."""
+        return white_level_dn(self.stages, lambda electrons: stage_moments(self.stages, electrons))
+
+    @cached_property
+    def gain_dn_per_e(self) -> float:
+        """K of EMVA 1288 [DN/e-], everything between the charge and the code that multiplies."""
+        present = {stage.stem: stage for stage in self.stages}
+        conversion, digital = present.get("conversion_gain"), present.get("digital_gain")
+        gain = present["analog_gain"].gain_dn_per_e
+        return gain * (conversion.ratio if conversion else 1.0) * (digital.factor if digital else 1.0)
+
+    @cached_property
+    def read_noise_dn(self) -> float:
+        """Standard deviation of the dark code in one frame [DN]: read noise, row noise, dark current, rounding."""
+        return math.sqrt(stage_moments(self.stages, 0.0).variance)
+
+    @property
+    def reference_electrons(self) -> float:
+        """Mean photoelectrons at which the code reaches white: (white - black) / K [e-]."""
+        return (self.white_level_dn - self.black_level_dn) / self.gain_dn_per_e

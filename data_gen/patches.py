@@ -1,0 +1,117 @@
+"""Patches of clean pictures: crops, flips and transposition that keep the colour filter's phase, and mosaicing.
+
+A flipped or transposed Bayer mosaic begins with another colour. Moving the crop by one photosite puts the wanted colour back
+in the corner without touching a value (Liu et al., "Learning Raw Image Denoising with Bayer Pattern Unification and Bayer
+Preserving Augmentation", CVPR Workshops 2019). Nothing here draws: every patch follows from numbers in [0, 1).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from data_gen.sources import CleanImage
+from simulator.errors import PhotositeError
+from simulator.sensor.camera import Cfa
+
+
+@dataclass(frozen=True)
+class Augmentation:
+    """One of the eight symmetries of the square. Rows and columns are exchanged first, then the patch is flipped."""
+
+    transpose: bool = False
+    flip_y: bool = False
+    flip_x: bool = False
+
+    @property
+    def name(self) -> str:
+        """Return "none", or what is done, in order, such as "transpose+flip_x"."""
+        return "+".join(step for step in ("transpose", "flip_y", "flip_x") if getattr(self, step)) or "none"
+
+    def of(self, picture: np.ndarray) -> np.ndarray:
+        """Apply to a (height, width[, channels]) array; the result is a view."""
+        if self.transpose:
+            picture = picture.swapaxes(0, 1)
+        return picture[:: -1 if self.flip_y else 1, :: -1 if self.flip_x else 1]
+
+
+AUGMENTATIONS = tuple(Augmentation(bool(code & 4), bool(code & 2), bool(code & 1)) for code in range(8))
+
+
+@dataclass(frozen=True)
+class Crop:
+    """Where a patch lies in its picture, and what is done to it after it was cut out.
+
+    top, left, height, width: in pixels of the picture, before the augmentation.
+    """
+
+    top: int
+    left: int
+    height: int
+    width: int
+    augmentation: Augmentation
+
+    def of(self, picture: np.ndarray) -> np.ndarray:
+        """Cut a (height, width[, channels]) array and augment the patch."""
+        return self.augmentation.of(picture[self.top : self.top + self.height, self.left : self.left + self.width])
+
+
+def choose_crop(
+    picture: CleanImage,
+    size: tuple[int, int],
+    cfa: Cfa,
+    place: tuple[float, float] = (0.0, 0.0),
+    augmentation: Augmentation = AUGMENTATIONS[0],
+    name: str = "picture",
+) -> Crop:
+    """Return the crop that gives a patch of this height and width whose mosaic begins with `cfa`.
+
+    place: two numbers in [0, 1): how far down and right, over all places that fit; even draws give even places.
+    name: of the picture, for messages.
+    Raises PhotositeError when the picture is too small, or when its mosaic cannot begin with `cfa`.
+    """
+    height, width = size[::-1] if augmentation.transpose else size
+    first_y, first_x, step = _first_place(picture, size, cfa, augmentation, name)
+    rows, columns = picture.signal.shape[:2]
+    places = [(rows - height - first_y) // step + 1, (columns - width - first_x) // step + 1]
+    if min(places) < 1:
+        raise PhotositeError(
+            f"{name}: {columns} x {rows} pixels are too few for a patch of {width} x {height} that begins with {cfa}; "
+            "give a larger picture or ask for smaller patches"
+        )
+    top, left = (
+        first + step * min(int(share * count), count - 1)
+        for first, share, count in zip((first_y, first_x), place, places, strict=True)
+    )
+    return Crop(top, left, height, width, augmentation)
+
+
+def cut_patch(picture: CleanImage, crop: Crop, cfa: Cfa) -> np.ndarray:
+    """Return the mosaic (height, width) float32 of a crop that `choose_crop` gave for the same picture and `cfa`."""
+    patch = crop.of(picture.signal)
+    return mosaic_of(patch, cfa) if patch.ndim == 3 else np.ascontiguousarray(patch)
+
+
+def mosaic_of(planes: np.ndarray, cfa: Cfa) -> np.ndarray:
+    """Keep at each pixel the colour of its filter: (height, width, 3) R, G, B to (height, width), same type."""
+    mosaic = np.empty(planes.shape[:2], planes.dtype)
+    for place, letter in enumerate(cfa):
+        row, column = divmod(place, 2)
+        mosaic[row::2, column::2] = planes[row::2, column::2, "RGB".index(letter)]
+    return mosaic
+
+
+def _first_place(picture: CleanImage, size: tuple[int, int], cfa: Cfa, augmentation: Augmentation, name: str):
+    """Row and column of the first place with the right phase, and the step to the next ones."""
+    own = picture.cfa
+    if (own == "MONO") != (cfa == "MONO"):
+        held = f"a {own} mosaic" if own else "R, G, B planes"
+        raise PhotositeError(f"{name}: holds {held}, which a {cfa} sensor does not see; choose another camera or source")
+    if own is None or own == "MONO":
+        return 0, 0, 1
+    height, width = (2 + side % 2 for side in (size[::-1] if augmentation.transpose else size))  # parity alone decides
+    letters = np.tile(np.array(list(own)).reshape(2, 2), (2, 2))
+    for y, x in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        seen = augmentation.of(letters[y : y + height, x : x + width])
+        if "".join(seen[:2, :2].ravel()) == cfa:
+            return y, x, 2
+    raise PhotositeError(f"{name}: a {own} mosaic never begins with {cfa}; only R, G, G, B patterns can be turned")

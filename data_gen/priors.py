@@ -1,0 +1,162 @@
+"""Published priors of noise: what well-known denoisers were trained on, by name.
+
+| prior | source of the numbers |
+|---|---|
+| unprocessing | Brooks et al., CVPR 2019, "Unprocessing Images": timothybrooks/unprocessing, unprocess.py |
+| cycleisp | Zamir et al., CVPR 2020: swz30/CycleISP@dc64f64, utils/noise_sampling.py, the setting for DND |
+| eld | Wei et al., CVPR 2020, "A Physics-based Noise Model": Vandermode/ELD@53d5408, noise.py, camera_params/release |
+| pmn | Feng et al., ACM MM 2022: megvii-research/PMN@d207d3e, data_process/process.py, the two lines of the Sony A7S II |
+| led | Jin et al., ICCV 2023: Srameo/LED@ee3d372, options/base/noise_g/noise_g_virtual.yaml, noise_generator.py |
+
+The first two give var = shot x + read of a signal x from 0 to 1. Here K = shot * (white - black), and the shot noise is counted
+(Poisson), which has the same mean and variance as the published normal number and never counts below 0. They know no levels
+and no ISO: 16 bits with a pedestal of 1/4 of the range keep rounding and clipping out. The others state K and scales in DN.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from data_gen.chance import Chance
+from data_gen.noise_setting import NoiseSetting
+from data_gen.prior_cameras import ELD, LED, PMN, LineCamera
+from data_gen.samplers import Normal, Sampler, Uniform, draw
+from simulator.errors import require
+from simulator.fused import in_order
+from simulator.sensor.adc import Adc
+from simulator.sensor.analog_gain import AnalogGain
+from simulator.sensor.camera import Camera
+from simulator.sensor.color_bias import ColorBias
+from simulator.sensor.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.row_noise import RowNoise
+from simulator.stage import Stage
+
+PriorName = Literal["unprocessing", "cycleisp", "eld", "pmn", "led"]
+
+
+@dataclass(frozen=True)
+class ShotReadPrior:
+    """var = shot x + read; log shot is uniform, log read is normal about a line on it.
+
+    base: of both logarithms. log_shot: range. slope, intercept, deviation: of log read on log shot.
+    """
+
+    base: float
+    log_shot: tuple[float, float]
+    slope: float
+    intercept: float
+    deviation: float
+    bit_depth: int = 16
+    black_level_dn: float = 16384.0
+    exposure_ratio: Sampler = 1.0
+
+    def stages(self, chance: Chance) -> tuple[str, list[Stage]]:
+        """Name of the camera, "" for none, and stages with drawn numbers."""
+        log_shot = draw(Uniform(self.log_shot), chance.share("gain"))
+        log_read = draw(Normal((self.slope * log_shot + self.intercept, self.deviation)), chance.share("read noise"))
+        span_dn = 2**self.bit_depth - 1 - self.black_level_dn
+        read = ReadNoiseAfterGain(_kept(span_dn * self.base ** (0.5 * log_read)))
+        return "", [AnalogGain(_kept(span_dn * self.base**log_shot)), read, Adc(self.bit_depth, self.black_level_dn)]
+
+
+@dataclass(frozen=True)
+class LinePrior:
+    """ln K is uniform; ln of each scale is normal about a line on ln K (Wei et al. 2020, eq. 10 and 11).
+
+    cameras: one is drawn, all equally likely.
+    """
+
+    cameras: tuple[LineCamera, ...]
+    black_level_dn: float
+    exposure_ratio: Sampler
+    bit_depth: int = 14
+
+    def stages(self, chance: Chance) -> tuple[str, list[Stage]]:
+        """Name of the camera and stages with drawn numbers."""
+        camera = self.cameras[chance.whole("prior camera", len(self.cameras))]
+        ln_gain = draw(Uniform(camera.ln_gain), chance.share("gain"))
+        shape = camera.lambdas[chance.whole("lambda", len(camera.lambdas))]
+        scale_dn = _on_line(camera.read_scale, ln_gain, chance.share("read noise"))
+        row_dn = _on_line(camera.row, ln_gain, chance.share("row noise"))
+        stages: list[Stage] = [ReadNoiseAfterGain(_kept(scale_dn * unit_deviation(shape)), shape), RowNoise(_kept(row_dn))]
+        if camera.color_bias is not None:
+            stages.append(ColorBias(_color_bias(camera, chance)))
+        stages += [AnalogGain(_kept(math.exp(ln_gain))), Adc(self.bit_depth, self.black_level_dn)]
+        return camera.name, stages
+
+
+# ratio of light: Vandermode/ELD and PMN draw it from U(100, 300), LED's options/base/pretrain/CVPR20_ELD.yaml the same.
+DARK = Uniform((100.0, 300.0))
+PRIORS: dict[str, ShotReadPrior | LinePrior] = {
+    "unprocessing": ShotReadPrior(math.e, (math.log(1e-4), math.log(0.012)), 2.18, 1.20, 0.26),
+    # The same constants, but as decimal logarithms: 10^1.2 / e^1.2 = 4.77 times the read variance, 2.3 times the spread.
+    "cycleisp": ShotReadPrior(10.0, (-4.0, math.log10(0.012)), 2.18, 1.20, 0.26),
+    "eld": LinePrior(ELD, 800.0, DARK),
+    "pmn": LinePrior(PMN, 512.0, DARK),
+    "led": LinePrior(LED, 512.0, DARK),
+}
+
+
+@dataclass(frozen=True)
+class PriorNoise:
+    """Noise of a published prior; docs/dataset.md says what each draws.
+
+    prior: unprocessing, cycleisp, eld, pmn or led.
+    camera: whose colour filter and response the clean pictures have, as in a shot file.
+    """
+
+    prior: PriorName
+    camera: Camera
+
+    def __post_init__(self):
+        require(self.prior in PRIORS, "noise.prior", self.prior, f"give one of {', '.join(get_args(PriorName))}")
+        require(
+            self.camera.cfa != "MONO", "noise.camera.cfa", "MONO", "data sets need a 2x2 colour filter; name another camera"
+        )
+
+    @property
+    def exposure_ratio(self) -> Sampler:
+        """Ratio of light that the prior is published with; 1 where it has none."""
+        return PRIORS[self.prior].exposure_ratio
+
+    def drawn(self, group: Chance, sample: Chance) -> NoiseSetting:
+        """Setting of one sample. group: not used, all numbers belong to the sample."""
+        name, stages = PRIORS[self.prior].stages(sample)
+        return NoiseSetting(
+            f"{self.prior}: {name}" if name else self.prior, 0, self.camera, in_order((PhotonShotNoise(), *stages))
+        )
+
+    def seen_by(self) -> tuple[Camera, ...]:
+        """Cameras that clean pictures are made for."""
+        return (self.camera,)
+
+    def table(self) -> list[tuple[str, str]]:
+        """Cameras and their ISOs in words, for people."""
+        return [(self.prior, "no ISO: K and noise are drawn")]
+
+
+def unit_deviation(shape: float) -> float:
+    """Standard deviation of the Tukey-lambda distribution of scale 1, which published scales must be multiplied by."""
+    from scipy.stats import tukeylambda
+
+    return float(tukeylambda.std(shape))
+
+
+def _on_line(line: tuple[float, float, float], ln_gain: float, share: float) -> float:
+    """Scale [DN] whose logarithm is normal about slope * ln K + intercept. line: slope, intercept, deviation."""
+    slope, intercept, deviation = line
+    return math.exp(draw(Normal((slope * ln_gain + intercept, deviation)), share))
+
+
+def _color_bias(camera: LineCamera, chance: Chance) -> tuple[float, float, float, float]:
+    """Offsets of the four places [DN]: one level for all, and a normal number each, of a deviation drawn for the sample."""
+    level, deviation, *each = chance.shares("color bias", 6)
+    deviation_dn = draw(Uniform(camera.color_bias_deviation), deviation)
+    level_dn = draw(Uniform(camera.color_bias), level)
+    return tuple(_kept(level_dn + deviation_dn * draw(Normal((0.0, 1.0)), share)) for share in each)
+
+
+def _kept(value: float) -> float:
+    """Nine digits of a number; see samplers.draw."""
+    return draw(value, 0.0)

@@ -1,0 +1,73 @@
+"""What a camera sees in a light: its white, and from it white balance and clean pictures."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from data_gen.sources import CleanImage
+from simulator.color import as_shot_neutral
+from simulator.errors import require
+from simulator.planner import matrix_under_d65
+from simulator.sensor.camera import Camera
+from simulator.spectra import WAVELENGTHS_NM, check_illuminant, efficiency_on, illuminant
+
+
+@dataclass(frozen=True)
+class CameraView:
+    """A camera in one light.
+
+    light: name that `simulator.spectra.illuminant` knows.
+    white: (channels,) float64, signal of a white surface, largest = 1 (DNG AsShotNeutral).
+    color_matrix: (3, 3) XYZ to camera under D65; None for MONO.
+    """
+
+    camera: Camera
+    light: str
+    white: np.ndarray
+    color_matrix: tuple[tuple[float, ...], ...] | None
+
+    @property
+    def white_balance(self) -> tuple[float, float, float]:
+        """Gains of R, G, B that make white neutral, green = 1; all 1 for MONO."""
+        white = self.white if self.white.size == 3 else np.ones(3)
+        return tuple(float(white[1] / value) for value in white)
+
+    def picture(self, planes: np.ndarray) -> CleanImage:
+        """Clean picture of planes (height, width, channels); a monochrome camera's one plane is its mosaic."""
+        planes = np.ascontiguousarray(planes, dtype=np.float32)
+        if self.camera.channels == 1:
+            return CleanImage(planes[..., 0], "MONO", self.white_balance)
+        return CleanImage(planes, None, self.white_balance, self.color_matrix)
+
+
+def camera_view(
+    camera: Camera, light: str, power: np.ndarray | None = None, grid_nm: np.ndarray = WAVELENGTHS_NM
+) -> CameraView:
+    """Return what a camera sees in a light. Raises PhotositeError for an unknown light or one that a channel cannot see.
+
+    power: (wavelengths,) relative power on grid_nm, where it is not that of the named light.
+    """
+    response = camera.response
+    power = illuminant(light, grid_nm) if power is None else power
+    white = as_shot_neutral(power, response.wavelengths_nm, response.quantum_efficiency, grid_nm)
+    matrix = matrix_under_d65(camera)
+    return CameraView(camera, light, white, None if matrix is None else tuple(tuple(map(float, row)) for row in matrix))
+
+
+def efficiency_of(camera: Camera) -> np.ndarray:
+    """Electrons per photon on WAVELENGTHS_NM, (81, channels)."""
+    return efficiency_on(WAVELENGTHS_NM, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
+
+
+def check_illuminants(names: Iterable[str], key: str) -> None:
+    """Raise PhotositeError unless there is at least one name of a light and all are known."""
+    names = tuple(names)
+    require(len(names) > 0, key, "nothing", "name one light or more, such as D65")
+    for name in names:
+        check_illuminant(name, key)
+
+
+def drawn(names: tuple[str, ...], draw: np.random.Generator) -> str:
+    """One of the names, all equally likely; a single one takes no random number."""
+    return names[0] if len(names) == 1 else names[int(draw.integers(len(names)))]

@@ -1,0 +1,97 @@
+"""All pictures of a data set looked at once, so that what is wrong with any of them is known before the work begins."""
+
+import unicodedata
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from data_gen.patches import AUGMENTATIONS, Augmentation, choose_crop
+from data_gen.sources import Source
+from simulator.errors import PhotositeError
+from simulator.sensor.camera import Cfa
+
+ProblemKind = Literal["not listed", "duplicate name", "unreadable", "too small"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One picture that cannot be used, or (kind "not listed", name "") a whole source.
+
+    message: names the file, what is wrong and what helps.
+    """
+
+    source: int
+    name: str
+    kind: ProblemKind
+    message: str
+
+
+@dataclass(frozen=True)
+class SourceReport:
+    """What `check_sources` found: how many pictures are listed, and every problem in the order of the names."""
+
+    pictures: int
+    problems: tuple[Problem, ...]
+
+    def counts(self) -> dict[ProblemKind, int]:
+        """Problems by kind."""
+        return dict(Counter(problem.kind for problem in self.problems))
+
+    def refuse(self) -> None:
+        """Raise PhotositeError with the count and the first problems, if there is any problem."""
+        if self.problems:
+            told = ", ".join(f"{count} {kind}" for kind, count in self.counts().items())
+            shown = "\n  ".join(problem.message for problem in self.problems[:10])
+            more = f"\n  and {len(self.problems) - 10} more" if len(self.problems) > 10 else ""
+            raise PhotositeError(f"{self.pictures} pictures, of which cannot be used: {told}\n  {shown}{more}")
+
+
+def check_sources(
+    sources: Iterable[Source],
+    size: tuple[int, int] = (1, 1),
+    cfas: Iterable[Cfa] = (),
+    augmentations: Iterable[Augmentation] = AUGMENTATIONS,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> SourceReport:
+    """Read every picture of all sources and note what is wrong, without stopping.
+
+    size: height and width of the patches; a picture must hold one that begins with each of `cfas` after each augmentation.
+    progress: called with the number of pictures read and of all.
+    """
+    listed, problems = [], []
+    for number, source in enumerate(sources):
+        try:
+            listed += [(number, source, name) for name in source.names()]
+        except PhotositeError as error:
+            problems.append(Problem(number, "", "not listed", str(error)))
+    wanted, composed = [(cfa, augmentation) for cfa in cfas for augmentation in augmentations], {}
+    for done, (number, source, name) in enumerate(listed):
+        progress(done, len(listed))
+        first = composed.setdefault(unicodedata.normalize("NFC", name), number)
+        if first != number:
+            message = f"{name}: in source {first + 1} and in source {number + 1}; rename one, or its folder"
+            problems.append(Problem(number, name, "duplicate name", message))
+            continue
+        problem = _problem(source, name, size, wanted)
+        if problem is not None:
+            problems.append(Problem(number, name, *problem))
+    progress(len(listed), len(listed))
+    return SourceReport(len(listed), tuple(problems))
+
+
+def _problem(
+    source: Source, name: str, size: tuple[int, int], wanted: list[tuple[Cfa, Augmentation]]
+) -> tuple[ProblemKind, str] | None:
+    try:
+        picture = source.read(name, np.random.default_rng(0))
+    except PhotositeError as error:
+        return "unreadable", str(error)
+    try:
+        for cfa, augmentation in wanted:
+            choose_crop(picture, size, cfa, augmentation=augmentation, name=name)
+    except PhotositeError as error:
+        return "too small", str(error)
+    return None

@@ -1,0 +1,50 @@
+"""A scene of radiance as the camera sees it without a lens, exposed so that its highlights lie where they are wanted."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from data_gen.sources import CleanImage
+from data_gen.sources.camera_view import camera_view
+from simulator.errors import PhotositeError, require
+from simulator.scene import Scene
+from simulator.sensor.camera import Camera
+from simulator.spectra import electron_radiance_weights
+
+
+def exposed(scene: Scene, camera: Camera, light: str, percentile: float, signal: float, path: Path) -> CleanImage:
+    """Return the clean picture of a scene, pixel by pixel.
+
+    light: name of what the scene's illuminant is. percentile, signal: this percentile, over the pixels, of the brightest
+    channel gets this signal, 1 = saturation. path: for messages.
+    Raises PhotositeError for a picture that is dark there, or whose contrast single precision cannot hold.
+    """
+    view = camera_view(camera, light, scene.illuminant, scene.wavelengths_nm)
+    weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
+    planes = scene.planes @ (weights / weights.max()).astype(np.float32)
+    level = float(np.percentile(planes.max(axis=2), percentile))
+    require(level > 0, "exposed_percentile", percentile, f"{path} is black there; give a higher one, or take the picture out")
+    with np.errstate(over="ignore"):
+        planes *= np.float32(signal / level)
+    rule = f"{path}: its brightest pixel is too bright for that; give a higher percentile"
+    require(bool(np.isfinite(planes.max())), "exposed_percentile", percentile, rule)
+    return view.picture(planes)
+
+
+def check_exposure(percentile: float, signal: float) -> None:
+    """Raise PhotositeError unless these can be a percentile and a share of saturation."""
+    require(0 < percentile <= 100, "exposed_percentile", percentile, "give a percentage above 0 and up to 100, such as 99")
+    require(0 < signal < 1e6, "exposed_signal", signal, "give a share of saturation above 0, such as 0.9")
+
+
+@contextmanager
+def told_as(key: str, *scene_keys: str) -> Iterator[None]:
+    """Give errors of the block, which begin with a key of the shot file, the key of the data set's file."""
+    try:
+        yield
+    except PhotositeError as error:
+        message = str(error)
+        own = next((each for each in scene_keys if message.startswith(f"{each} = ")), None)
+        raise PhotositeError(message if own is None else key + message.removeprefix(own)) from error

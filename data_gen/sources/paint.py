@@ -1,0 +1,54 @@
+"""Colours that drawings may use: what a camera sees of measured surfaces in a light, and of lamps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from data_gen.sources.camera_view import efficiency_of
+from simulator.color import camera_response, chart_reflectances
+from simulator.sensor.camera import Camera
+from simulator.spectra import WAVELENGTHS_NM, illuminant
+
+LAMP_TEMPERATURES_K = tuple(round(1e6 / mired) for mired in range(100, 531, 10))  # from a blue sky to a candle, even in mired
+_MIXTURE = 0.04  # of the Dirichlet distribution: most surfaces are close to one or two measured ones
+_DARKEST = 0.1  # share of the measured reflectance that is left of the darkest surfaces
+
+
+@dataclass(frozen=True)
+class Paint:
+    """Camera signals of measured surfaces and of lamps.
+
+    measured: (patches, channels) float64, of measured surfaces; a perfect white is 1 in the channel that sees it brightest.
+    lamps: (temperatures, channels) float64, of blackbodies, 1 in the brightest channel.
+    """
+
+    measured: np.ndarray
+    lamps: np.ndarray
+
+    def surfaces(self, draw: np.random.Generator, count: int) -> np.ndarray:
+        """Signals of surfaces, (count, channels) float32.
+
+        A surface is a mixture of measured ones, darkened evenly on a logarithmic scale. Mixtures of reflectances are
+        reflectances, and what a camera sees of them is the same mixture.
+        """
+        shares = draw.standard_gamma(_MIXTURE, (count, len(self.measured)))
+        shares *= (_DARKEST ** draw.random(count) / np.maximum(shares.sum(axis=1), 1e-300))[:, None]
+        return (shares @ self.measured).astype(np.float32)
+
+    def lamp(self, draw: np.random.Generator) -> np.ndarray:
+        """Signal of one lamp, (channels,) float32."""
+        return self.lamps[draw.integers(len(self.lamps))].astype(np.float32)
+
+
+def paint_for(camera: Camera, light: str) -> Paint:
+    """Mix the paint for a camera and a light.
+
+    Surfaces: the 24 patches of the ColorChecker as Ohta measured them (1997, in colour-science). Lamps: blackbodies of
+    LAMP_TEMPERATURES_K (Planck), which most lamps resemble.
+    """
+    efficiency, power = efficiency_of(camera), illuminant(light)
+    white = camera_response(power[None], WAVELENGTHS_NM, efficiency)
+    surfaces = camera_response(chart_reflectances(WAVELENGTHS_NM) * power, WAVELENGTHS_NM, efficiency) / white.max()
+    blackbodies = np.stack([illuminant(f"{kelvin} K") for kelvin in LAMP_TEMPERATURES_K])
+    lamps = camera_response(blackbodies, WAVELENGTHS_NM, efficiency)
+    return Paint(surfaces, lamps / lamps.max(axis=1, keepdims=True))

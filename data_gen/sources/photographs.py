@@ -1,0 +1,125 @@
+"""Clean pictures from finished photographs: sRGB back to camera signal."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+
+from data_gen.sources import CleanImage
+from data_gen.sources.camera_view import camera_view, check_illuminants, drawn
+from data_gen.sources.folder import check_extensions, picture_names
+from data_gen.sources.inverse_isp import (
+    SRGB_TO_XYZ,
+    drawn_brightness,
+    drawn_white,
+    gamma_expanded,
+    inverse_smoothstep,
+    mixed_matrix,
+    to_balanced_camera,
+    to_balanced_camera_in,
+    without_gains,
+)
+from simulator.errors import PhotositeError, require
+from simulator.scene.color_channels import srgb_to_linear
+from simulator.scene.pixel_file import memory_for, read_pixels
+from simulator.sensor.camera import Camera
+
+KEY = "photographs"
+
+
+@dataclass(frozen=True)
+class Photographs:
+    """sRGB pictures of 8 or 16 bits, taken back to camera signal by an inverse ISP (data_gen/sources/inverse_isp.py).
+
+    photographs: folder, with all folders in it. Colours are taken as sRGB; an embedded profile is not read.
+    camera: whose colours the pictures get. brooks2019 does not need it.
+    inverse_isp: "camera" undoes the curve of sRGB and takes colours to this camera in the drawn light, "brooks2019" does all as
+        the paper does: gamma 2.2, a mixture of four cameras, gains drawn at random. Both undo the smoothstep tone curve, draw
+        the brightness from N(0.8, 0.1), and keep what is saturated.
+    illuminants: lights for "camera", one drawn for each reading, all equally likely.
+    downscale: side of the square of pixels that are averaged, in linear light, which takes off noise and JPEG blocks.
+    extensions: of the files to take, in lower case.
+    """
+
+    photographs: Annotated[Path, "folder of sRGB pictures"]
+    camera: Camera
+    inverse_isp: Literal["camera", "brooks2019"] = "camera"
+    illuminants: tuple[str, ...] = ("D65",)
+    downscale: Annotated[int, "1 keeps every pixel"] = 1
+    extensions: tuple[str, ...] = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
+
+    def __post_init__(self):
+        colour = self.camera.channels == 3 or self.inverse_isp == "brooks2019"
+        rule = "an inverse ISP ends in R, G, B; take another camera, or linear_images for a monochrome one"
+        require(colour, "camera.cfa", self.camera.cfa, rule)
+        require(1 <= self.downscale <= 64, "downscale", self.downscale, "give 1 to 64")
+        used = self.inverse_isp == "camera" or self.illuminants == ("D65",)
+        require(used, "illuminants", self.illuminants, "brooks2019 draws gains in their place; leave them out")
+        check_illuminants(self.illuminants, "illuminants")
+        check_extensions(self.extensions)
+
+    def names(self) -> tuple[str, ...]:
+        """Return paths relative to the folder, see `picture_names`."""
+        return self._names
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return picture_names(self.photographs, self.extensions, KEY)
+
+    def read(self, name: str, draw: np.random.Generator) -> CleanImage:
+        """Read one picture; `draw` gives light, matrix, gains and brightness.
+
+        Raises PhotositeError for a file that is missing, damaged, grey, of floats, or larger than memory.
+        """
+        path = self.photographs / name
+        with memory_for(path, KEY):
+            codes = _rgb_codes(path)
+            matrix, white, picture = self._colours(draw)
+            balanced = _decoded(codes, self.inverse_isp) @ matrix.T.astype(np.float32)
+            signal = np.maximum(without_gains(balanced, white * drawn_brightness(draw)), np.float32(0))
+            if self.inverse_isp == "brooks2019":
+                signal = np.minimum(signal, np.float32(1))
+            return picture(_reduced(signal, self.downscale, path))
+
+    def _colours(self, draw: np.random.Generator):
+        """Linear sRGB to white-balanced camera (3, 3), signal of white (3,), and what makes a CleanImage of planes."""
+        if self.inverse_isp == "camera":
+            view = camera_view(self.camera, drawn(self.illuminants, draw))
+            return to_balanced_camera_in(self.camera, view.light), view.white, view.picture
+        matrix, white = to_balanced_camera(mixed_matrix(draw)), drawn_white(draw)
+        # Rows were divided by their sums: this is the matrix under D65 of a camera whose white is the drawn one.
+        xyz_to_camera = tuple(map(tuple, (white[:, None] * matrix @ np.linalg.inv(SRGB_TO_XYZ)).tolist()))
+        balance = tuple(float(1.0 / value) for value in white)
+        return matrix, white, lambda planes: CleanImage(planes, None, balance, xyz_to_camera)
+
+
+def _rgb_codes(path: Path) -> np.ndarray:
+    """Codes (height, width, 3) uint8 or uint16 of a picture, alpha left out."""
+    file = read_pixels(path, KEY)
+    colours = [name for index, name in enumerate(file.channels) if index != file.alpha]
+    kind = "grey, without colours" if len(colours) == 1 else f"of {len(colours)} channels ({', '.join(colours[:6])})"
+    require(colours == ["R", "G", "B"], KEY, path, f"the picture is {kind}; give R, G, B, or take it out of the folder")
+    if file.pixels.dtype not in (np.uint8, np.uint16):
+        raise PhotositeError(
+            f"{KEY} = {path}: holds {file.pixels.dtype}, no 8 or 16 bit codes; take linear_images for such files"
+        )
+    return file.pixels[..., [file.channels.index(name) for name in "RGB"]]
+
+
+def _decoded(codes: np.ndarray, inverse_isp: str) -> np.ndarray:
+    """Linear colours float32, 0 to 1: tone curve and gamma undone, through a table of all codes."""
+    largest = np.iinfo(codes.dtype).max
+    curve = gamma_expanded if inverse_isp == "brooks2019" else srgb_to_linear
+    return curve(inverse_smoothstep(np.arange(largest + 1) / largest)).astype(np.float32)[codes]
+
+
+def _reduced(planes: np.ndarray, side: int, path: Path) -> np.ndarray:
+    """Means over squares of pixels; what is left over at the right and lower border is dropped."""
+    if side == 1:
+        return planes
+    height, width = planes.shape[0] // side, planes.shape[1] // side
+    rule = f"smaller than the {side} x {side} pixels of downscale; take it out of the folder"
+    require(min(height, width) > 0, KEY, path, rule)
+    return planes[: height * side, : width * side].reshape(height, side, width, side, 3).mean(axis=(1, 3))

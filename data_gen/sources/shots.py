@@ -1,0 +1,95 @@
+"""Clean pictures from shots: a scene through lens and shutter onto the camera, without the sensor's noise."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from data_gen.sources import CleanImage
+from simulator.config import Sweep, load_shot, load_sweep
+from simulator.device import Device, open_device
+from simulator.errors import PhotositeError, require
+from simulator.pipeline import check_memory, expose_mosaic, truth
+from simulator.planner import Plan, plan
+from simulator.shot import Shot
+
+
+@dataclass(frozen=True)
+class Shots:
+    """A shot file, or every point of its sweep, as mean photoelectrons over those that saturate the camera at the shot's ISO.
+
+    Planes of all three colours where photosites share nothing; with crosstalk or binning, which mix neighbours, the mosaic
+    of the shot's own camera.
+    shot: file as `photosite simulate` takes it.
+    """
+
+    shot: Annotated[Path, "shot file, with or without a sweep"]
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the sweep's points, or that of the single shot. Raises PhotositeError for a wrong file."""
+        return self._names
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        if self._sweep is None:
+            return (load_shot(self.shot).name,)
+        return tuple(point.name for point in self._sweep)
+
+    @cached_property
+    def _sweep(self) -> Sweep | None:
+        return load_sweep(self.shot)
+
+    def read(self, name: str, draw: np.random.Generator) -> CleanImage:
+        """Expose one shot; nothing is drawn.
+
+        Raises PhotositeError for a name that is not of this file and for all that a shot may be refused for.
+        """
+        require(
+            name in self._names, "shot", name, f"no such shot in {self.shot}, which has {self._names[0]} to {self._names[-1]}"
+        )
+        try:
+            return clean_picture(self._shot(name), open_device())
+        except PhotositeError as error:
+            raise PhotositeError(f"{self.shot}: {name}: {error}") from error
+
+    def _shot(self, name: str) -> Shot:
+        return load_shot(self.shot) if self._sweep is None else self._sweep[self._names.index(name)].shot()
+
+
+def clean_picture(shot: Shot, device: Device) -> CleanImage:
+    """Return the clean picture of a shot: 0 without light, 1 where its camera saturates at its ISO.
+
+    What optical black covers is cut off; it is an even number of rows and columns, so the pattern stays.
+    """
+    planned = plan(shot)
+    check_memory(planned, device)
+    matrix, neutral = planned.color_metadata()
+    balance = tuple(neutral[1] / value for value in neutral) if len(neutral) == 3 else (1.0, 1.0, 1.0)
+    matrix = None if matrix is None else tuple(tuple(map(float, row)) for row in matrix)
+    scale, lit = np.float32(1.0 / saturating_electrons(planned)), _lit(planned)
+    crosstalk, binning = planned.layout.crosstalk, planned.layout.binning
+    if shot.camera.channels == 3 and binning is None and not any(crosstalk.optical_shares + crosstalk.electrical_shares):
+        planes = [_electrons(replace(planned, only_colour=channel), device)[lit] for channel in range(3)]
+        return CleanImage(np.stack(planes, axis=-1) * scale, None, balance, matrix)
+    return CleanImage(_electrons(planned, device)[lit] * scale, shot.camera.frame_cfa(), balance, matrix)
+
+
+def saturating_electrons(planned: Plan) -> float:
+    """Mean photoelectrons [e-] in what is read at once at which the code without noise reaches white, linearly from dark."""
+    dark, one = planned.moments(0.0).mean, planned.moments(1.0).mean
+    read_together = planned.layout.binning.factor**2 if planned.layout.adds_charge else 1
+    return read_together * (planned.white_level_dn() - dark) / (one - dark)
+
+
+def _electrons(planned: Plan, device: Device) -> np.ndarray:
+    """Mean photoelectrons of every pixel that is given out, (height, width) float32 [e-]."""
+    mean_electrons, _ = truth(planned, device, expose_mosaic(planned, device))
+    return mean_electrons
+
+
+def _lit(planned: Plan) -> tuple[slice, slice]:
+    """Rows and columns of the frame that light reaches."""
+    area = planned.layout.active_area
+    return (slice(None), slice(None)) if area is None else (slice(area[0], area[2]), slice(area[1], area[3]))

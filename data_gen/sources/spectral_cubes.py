@@ -1,0 +1,73 @@
+"""Clean pictures from spectral cubes."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+
+from data_gen.sources import CleanImage
+from data_gen.sources.camera_view import check_illuminants, drawn
+from data_gen.sources.exposed_scene import check_exposure, exposed, told_as
+from data_gen.sources.folder import check_extensions, picture_names
+from simulator.scene.spectral_cube import SpectralCubeScene
+from simulator.sensor.camera import Camera
+
+KEY = "spectral_cubes"
+
+
+@dataclass(frozen=True)
+class SpectralCubes:
+    """Spectral cubes, integrated over the camera's response.
+
+    Reading is that of a shot's `scene.spectral_cube`, with the same checks.
+    spectral_cubes: folder, with all folders in it.
+    camera: whose colours the pictures get.
+    wavelengths: file of wavelengths in nm, for cubes that do not name them.
+    quantity: "reflectance" is lit by the drawn light; "radiance" is light already.
+    illuminants: one is drawn for each reading; for radiance it only states the light that the white balance neutralises.
+    exposed_percentile: percentile of the pixels' brightest channel that gets the signal `exposed_signal`.
+    exposed_signal: 1 = saturation.
+    extensions: of the files to take, in lower case.
+    """
+
+    spectral_cubes: Annotated[Path, "folder of spectral cubes"]
+    camera: Camera
+    wavelengths: Path | None = None
+    quantity: Literal["radiance", "reflectance"] = "reflectance"
+    illuminants: tuple[str, ...] = ("D65",)
+    exposed_percentile: float = 99.0
+    exposed_signal: float = 0.9
+    extensions: tuple[str, ...] = (".exr", ".npy")
+
+    def __post_init__(self):
+        check_illuminants(self.illuminants, "illuminants")
+        check_exposure(self.exposed_percentile, self.exposed_signal)
+        check_extensions(self.extensions)
+
+    def names(self) -> tuple[str, ...]:
+        """Return paths relative to the folder, see `picture_names`; the file of wavelengths is none of them."""
+        return self._names
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        names = picture_names(self.spectral_cubes, self.extensions, KEY)
+        own = None if self.wavelengths is None else Path(self.wavelengths).resolve()
+        return tuple(name for name in names if (self.spectral_cubes / name).resolve() != own)
+
+    def read(self, name: str, draw: np.random.Generator) -> CleanImage:
+        """Read one cube; `draw` gives the light.
+
+        Raises PhotositeError for what `SpectralCubeScene.load` refuses, and for a cube without light.
+        """
+        light, path = drawn(self.illuminants, draw), self.spectral_cubes / name
+        with told_as(KEY, "scene.spectral_cube"), told_as(f"wavelengths of {path}", "scene.wavelengths"):
+            scene = SpectralCubeScene(
+                spectral_cube=path,
+                wavelengths=self.wavelengths,
+                quantity=self.quantity,
+                luminance_cd_m2=1.0 if self.quantity == "reflectance" else None,  # any: exposure follows from the percentile
+                illuminant=light,
+            ).load()
+        return exposed(scene, self.camera, light, self.exposed_percentile, self.exposed_signal, path)

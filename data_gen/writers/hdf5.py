@@ -1,0 +1,124 @@
+"""HDF5: one dataset for each array, the samples along its first axis, each sample a chunk of its own.
+
+Datasets `noisy`, `clean` and, where the samples have it, `variance`: (samples, frames, height, width), or packed
+(samples, frames, 4, height / 2, width / 2). Each number that every sample has is a dataset of its field's name, such as
+`gain_dn_per_e`; `facts` holds all that is known of a sample as JSON. Attributes say the units.
+"""
+
+import io
+import json
+from collections.abc import Iterable, Iterator
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from data_gen.record import UNITS, alike, sample_arrays, sample_facts, sample_from
+from data_gen.sample import Sample
+from data_gen.writers import WriterOptions
+from simulator.raw import software
+
+if TYPE_CHECKING:
+    import h5py
+
+
+class Hdf5Writer:
+    """One file per shard, without compression (noise has nothing to compress) and without times."""
+
+    format = "hdf5"
+    suffix = ".h5"
+    folder = False
+
+    def write(self, path: Path, samples: Iterable[Sample], options: WriterOptions) -> None:
+        """Write one file; see `Writer`. Raises PhotositeError unless all samples have one shape."""
+        import h5py
+
+        facts: list[str] = []
+        with _PatientFile(path) as target:
+            with h5py.File(target, "w", libver=("v110", "v110"), track_times=False) as file:
+                file.attrs["software"], file.attrs["channels"] = software(), options.channels
+                for place, arrays in enumerate(alike(samples, options.channels, facts)):
+                    for name, array in arrays.items():
+                        stored = file.get(name) or _dataset(file, name, array)
+                        stored.resize(place + 1, axis=0)
+                        stored[place] = array
+                    target.complain()
+                _columns(file, facts)
+            target.complain()
+
+    def read(self, path: Path, places: Iterable[int]) -> Iterator[Sample]:
+        """Read samples by their places; see `Writer`."""
+        import h5py
+
+        with h5py.File(path, "r") as file:
+            names = [name for name in UNITS if name in file]
+            for place in places:
+                yield sample_from({name: file[name][place] for name in names}, file["facts"][place])
+
+    def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
+        """Arrays, columns and the index of the chunks; see `Writer`."""
+        arrays, facts = sample_arrays(sample, options.channels), sample_facts(sample, options.channels)
+        columns = sum(array.itemsize * array[0].size for array in _numbers([json.loads(facts)]).values())
+        return sum(array.nbytes + 8 for array in arrays.values()) + columns + len(facts)
+
+
+WRITER = Hdf5Writer()
+
+
+class _PatientFile(io.FileIO):
+    """A new file that keeps its first error to itself until it is asked.
+
+    HDF5 cannot let go of a file that it failed to write to: it tries again when the process ends, loudly.
+    """
+
+    def __init__(self, path: Path):
+        super().__init__(path, "w+")
+        self.error: OSError | None = None
+
+    def write(self, data: memoryview) -> int:
+        """Write all of it, or nothing once an error has occurred."""
+        rest = memoryview(data).cast("B")
+        try:
+            while rest and self.error is None:
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.error = error
+        return memoryview(data).nbytes
+
+    def complain(self) -> None:
+        """Raise the error that occurred, if any."""
+        if self.error is not None:
+            raise self.error
+
+
+def _dataset(file: "h5py.File", name: str, array: np.ndarray) -> "h5py.Dataset":
+    """Dataset that grows sample by sample."""
+    made = file.create_dataset(
+        name,
+        shape=(0, *array.shape),
+        maxshape=(None, *array.shape),
+        chunks=(1, *array.shape),
+        dtype=array.dtype,
+        track_times=False,
+    )
+    made.attrs["unit"] = UNITS[name]
+    made.attrs["axes"] = "sample, frame, row, column" if array.ndim == 3 else "sample, frame, channel, row, column"
+    return made
+
+
+def _columns(file: "h5py.File", facts: list[str]) -> None:
+    file.create_dataset("facts", data=np.array([line.encode("ascii") for line in facts]), track_times=False)
+    for name, column in _numbers([json.loads(line) for line in facts]).items():
+        file.create_dataset(name, data=column, track_times=False)
+
+
+def _numbers(facts: list[dict]) -> dict[str, np.ndarray]:
+    """Columns of the facts that are numbers, or equally long lists of them, in every sample."""
+    found = {}
+    for name in facts[0]:
+        values = [one[name] for one in facts]
+        leaves = chain.from_iterable(np.ravel(np.array(value, dtype=object)) for value in values)
+        if len({np.shape(value) for value in values}) == 1 and all(type(leaf) in (int, float) for leaf in leaves):
+            found[name] = np.array(values)
+    return found

@@ -1,0 +1,39 @@
+"""A sample as named members, for formats that hold a list of small files."""
+
+import io
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.lib import format as npy_format
+
+from data_gen.packing import Channels
+from data_gen.record import ARRAYS, sample_arrays, sample_facts, sample_from
+from data_gen.sample import Sample
+
+FACTS = "json"
+Pieces = list[bytes | memoryview]  # buffers that make one member, in order; arrays are not copied
+
+
+def members(sample: Sample, channels: Channels) -> dict[str, Pieces]:
+    """Contents by name, sorted: `INDEX.clean.npy`, `INDEX.json`, `INDEX.noisy.npy` and, where known, `INDEX.variance.npy`."""
+    found = {f"{name}.npy": _npy(array) for name, array in sample_arrays(sample, channels).items()}
+    found[FACTS] = [sample_facts(sample, channels).encode("ascii")]
+    return {f"{sample.index:09d}.{name}": found[name] for name in sorted(found)}
+
+
+def size(pieces: Pieces) -> int:
+    """Bytes of one member."""
+    return sum(len(piece) for piece in pieces)
+
+
+def from_members(contents: Mapping[str, bytes]) -> Sample:
+    """Sample of contents by name, without the index: `clean.npy`, `json`, ..."""
+    arrays = {name: np.load(io.BytesIO(contents[f"{name}.npy"])) for name in ARRAYS if f"{name}.npy" in contents}
+    return sample_from(arrays, contents[FACTS])
+
+
+def _npy(array: np.ndarray) -> Pieces:
+    """File in NumPy's format 1.0."""
+    header = io.BytesIO()
+    npy_format.write_array_header_1_0(header, npy_format.header_data_from_array_1_0(array))
+    return [header.getvalue(), memoryview(array).cast("B")]

@@ -1,0 +1,92 @@
+"""Zarr, format 3: one array each for `noisy`, `clean` and `variance`, the samples along the first axis.
+
+Format 3 because of its sharding codec: each sample stays a chunk that can be read alone, but many chunks share a file, where
+format 2 would make a file for every one. Arrays are (samples, frames, height, width), or packed
+(samples, frames, 4, height / 2, width / 2); the group's attribute `samples` is a list of all that is known of each.
+"""
+
+import json
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from data_gen.record import UNITS, alike, sample_arrays, sample_facts, sample_from
+from data_gen.sample import Sample
+from data_gen.writers import WriterOptions
+from simulator.raw import software
+
+if TYPE_CHECKING:
+    import zarr
+
+_FILE_BYTES = 2**25  # about, of the file that holds several samples of one array; it is made in memory
+_LARGEST_INDEX = 256  # chunks; a file that holds fewer has a place for each all the same
+_INDEX_BYTES = 16  # of each chunk in the index of its file
+
+
+class ZarrWriter:
+    """A folder per shard, without compression: noise has nothing to compress."""
+
+    format = "zarr"
+    suffix = ".zarr"
+    folder = True
+
+    def write(self, path: Path, samples: Iterable[Sample], options: WriterOptions) -> None:
+        """Write one group; see `Writer`. Raises PhotositeError unless all samples have one shape."""
+        import zarr
+
+        group = zarr.open_group(str(path), mode="w", zarr_format=3)
+        facts: list[str] = []
+        waiting: list[dict[str, np.ndarray]] = []
+        for arrays in alike(samples, options.channels, facts):
+            waiting.append(arrays)
+            if len(waiting) == _samples_per_file(arrays):
+                _append(group, waiting)
+        if waiting:
+            _append(group, waiting)
+        told = {"software": software(), "channels": options.channels, "units": UNITS}
+        group.attrs.update(told | {"samples": [json.loads(line) for line in facts]})
+
+    def read(self, path: Path, places: Iterable[int]) -> Iterator[Sample]:
+        """Read samples by their places; see `Writer`."""
+        import zarr
+
+        group = zarr.open_group(str(path), mode="r")
+        facts, names = group.attrs["samples"], [name for name in UNITS if name in group]
+        for place in places:
+            yield sample_from({name: group[name][place] for name in names}, json.dumps(facts[place]))
+
+    def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
+        """Chunks, their places in the index, and the facts with their indentation; see `Writer`."""
+        arrays = sample_arrays(sample, options.channels).values()
+        facts = json.dumps([json.loads(sample_facts(sample, options.channels))], indent=2)
+        deeper = 4 * facts.count("\n")  # the list stands two levels down in the file
+        return sum(array.nbytes + _INDEX_BYTES for array in arrays) + len(facts) + deeper
+
+
+WRITER = ZarrWriter()
+
+
+def _samples_per_file(arrays: dict[str, np.ndarray]) -> int:
+    return min(max(1, _FILE_BYTES // max(array.nbytes for array in arrays.values())), _LARGEST_INDEX)
+
+
+def _append(group: "zarr.Group", waiting: list[dict[str, np.ndarray]]) -> None:
+    """Write the samples that wait as the next file of each array, and empty the list."""
+    for name, first in waiting[0].items():
+        if name not in group:
+            axes = ("frame", "row", "column") if first.ndim == 3 else ("frame", "channel", "row", "column")
+            group.create_array(
+                name,
+                shape=(0, *first.shape),
+                chunks=(1, *first.shape),
+                shards=(_samples_per_file(waiting[0]), *first.shape),
+                dtype=first.dtype,
+                compressors=None,
+                dimension_names=("sample", *axes),
+                attributes={"unit": UNITS[name]},
+                config={"write_empty_chunks": True},
+            )
+        group[name].append(np.stack([arrays[name] for arrays in waiting]))
+    waiting.clear()
