@@ -13,6 +13,8 @@ from simulator.defocus.tiles import NODES_PER_PX, TileChoice, slab_lists
 from simulator.device import Device
 from simulator.planner import Plan, projection_arguments, projection_defines
 
+POINTS_SAVED = 4  # where points find the means' covariance only, and do not spread over the photosite, too
+
 
 class Strip:
     """The buffers of a band of rows with its margins, at `over` x `over` points per photosite, and what runs on them."""
@@ -126,10 +128,9 @@ class Strip:
             )
         slabs, first, count = slab_lists(self.planned.defocus, chosen.present[:, sampled])
         lists, slabs = self._tile_list(sampled, first, count), device.upload(slabs)
-        points, corrected = (
-            points_wanted(chosen.largest_px[sampled], self.planned.defocus.scale),
-            chosen.methods[sampled] == Method.CORRECTED,
-        )
+        corrected = chosen.methods[sampled] == Method.CORRECTED
+        points = points_wanted(chosen.largest_px[sampled], self.planned.defocus.scale)
+        points = np.where(corrected & (self.over == 1), points // POINTS_SAVED, points)
         for number, correction in sorted(set(zip(points.tolist(), corrected.tolist(), strict=True))):
             wanted = (points == number) & (corrected == correction)
             defines = self.defines | {"LAYERS": len(self.planes), "CORRECTION": int(correction)}
