@@ -18,9 +18,11 @@ help: ## print this list
 demo: $(VENV)/demo.stamp ## take the demonstration pictures
 	@$(BIN)/python examples/demo.py
 
-docs: $(VENV)/demo.stamp ## write docs/cameras.md with its charts, and the sheet of drawings
+docs: $(VENV)/demo.stamp ## write docs/cameras.md and its charts from configs/cameras, and the chart of docs/lens.md
 	@$(BIN)/python docs/make_cameras.py
+	@$(BIN)/python docs/make_lens.py
 	@$(BIN)/python docs/make_drawings.py
+	@$(BIN)/python docs/make_color_tables.py
 
 test: $(VENV)/test.stamp ## run the tests that take seconds
 	@$(BIN)/python -m pytest -m "not slow"

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import ClassVar
 
 from data_gen.chance import Chance
@@ -59,7 +60,7 @@ class CameraChoice:
         for key in ("binning", "crosstalk"):
             rule = "data sets read each photosite out alone; take it away with null"
             require(getattr(camera, key) is None, f"camera.{key}", "given", rule)
-        for iso in self.range():
+        for iso in (*self.range(), *self._between()):
             camera.iso_setting(iso)
 
     def range(self) -> tuple[int, ...]:
@@ -68,6 +69,14 @@ class CameraChoice:
             return self.iso.of(self.camera)
         listed = self.iso.choice if isinstance(self.iso, Choice) else ends(self.iso)
         return tuple(sorted({round(iso) for iso in listed}))
+
+    def _between(self) -> tuple[int, ...]:
+        """ISOs between measured ones, one for each gap that a continuous distribution draws from."""
+        if isinstance(self.iso, MeasuredIsos | int | Choice):
+            return ()
+        low, high = ends(self.iso)
+        middles = (round(math.sqrt(below * above)) for below, above in pairwise(self.camera.isos))
+        return tuple(iso for iso in middles if low <= iso <= high)
 
     def iso_at(self, share: float) -> int:
         """ISO at a share from 0 to 1."""

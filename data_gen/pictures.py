@@ -6,6 +6,7 @@ from dataclasses import fields
 from typing import get_args
 
 from data_gen.sources import Source
+from data_gen.sources.data_set import DataSetSamples
 from data_gen.sources.linear_images import LinearImages
 from data_gen.sources.photographs import Photographs
 from data_gen.sources.procedural import Procedural
@@ -16,7 +17,7 @@ from simulator.config import given_later
 from simulator.errors import PhotositeError
 from simulator.sensor.camera import Camera
 
-Pictures = Procedural | Photographs | LinearImages | SpectralCubes | RawFiles | Shots
+Pictures = Procedural | Photographs | LinearImages | SpectralCubes | RawFiles | Shots | DataSetSamples
 KINDS = get_args(Pictures)
 
 # A collection is seen by any camera of the data set, so its section leaves the camera open; raw files and shots have their own.

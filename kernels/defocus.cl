@@ -1,109 +1,106 @@
-// Thin-lens defocus by layers of constant blur circle, front to back:
-//   light += (1 - seen) * blur(colour in the layer);  seen += (1 - seen) * blur(coverage of the layer)
-// and at the end light / seen: where no surface is known, the light of the known ones stands in. `light` is kept as the
-// difference to the sharp picture times `seen`, so that rounding cannot add up where the blur changes nothing.
-// A blur is the mean over a disk: its area in each row of photosites, read as a difference of running sums.
+// Thin-lens defocus of one surface: each photosite's mean over the image of the aperture, whose radius may change from
+// photosite to photosite.
+//   light(x) = sum over nodes of share(radius(x), node) * mean over the aperture's image of that node's radius
+// A mean is read from running sums down the columns where the image's weight changes (simulator/defocus/aperture_image.py). Between
+// nodes, one `1 / nodes_per_px` apart in signed radius, it is a cubic through the four nearest (Lagrange). ways.h has the order of
+// the planes.
 //
-// sampled: (channels, rows, columns) float32 [e- s^-1 um^-2 sr^-1]; layers: (rows, columns) uchar; both with a margin around
-//          the frame, their columns starting at a multiple of SEGMENT on the sensor, so that a crop has the same bits.
-// sums:    (planes, rows, segments, SEGMENT + 2 reach + 2) float32, running sums of one layer over [-reach, SEGMENT + reach) of
-//          each segment, of colour less a base value that stands in the last place: differences of large sums would cost
-//          float32 its last digits. Plane CHANNELS is the layer's coverage, 0 or 1 (absent when COVERAGE is 0).
-// chords:  (disk_rows, 2) float32: whole photosites n on either side of the centre (-1: none), share g of the next one.
-// tiles:   (tiles, 2) uint32: segment and first row; the launch has the tiles' rows as a dimension.
-// light, seen: (height, width) float32, the frame in the colour of each photosite, and the share of the lens used up so far.
+// sampled: (planes, WAYS, rows, way_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1], a strip with its margin; this surface's
+//          colours begin at first_plane.
+// sums:    (CHANNELS + COVERAGE, WAYS, rows + 1, way_columns) float32, sums down the columns of what exceeds `least`.
+// least:   (CHANNELS + COVERAGE, WAYS, way_columns) float32, least value of each column.
+// radius:  (maps, 2, radius_rows, way_columns) float32, signed radius [photosites], > 0 behind the plane in focus.
+// light:   (height, width) float32, the mosaic. open: (height, width) float32, share of the light that the layers before let
+//          through; COMPOSITE 1 lays this surface behind them, with its mean coverage, plane CHANNELS of it.
+// tiles:   (tiles, 4) uint32: first half column and row in the strip, first node, nodes (0: sharp, copied).
+// nodes:   (nodes, 4) int32: first tap, taps, first side, sides; counts are multiples of 8.
+// taps:    (2, all taps) int32, distance in `sums` for an even and an odd photosite; weights: (all taps) float32.
+// sides:   (2, all sides) int32, distance in `least`; totals: (all sides) float32.
+// margin_x, margin_y: place of the frame's first photosite in the strip; strip_y: row of the frame at the strip's first row.
 #include "conventions.h"
 #include "cfa.h"
+#include "ways.h"
 
-// One work-item per row of a tile (dimension 0), plane (1) and listed tile (2).
-kernel void defocus_sums(global const float *restrict sampled, global const uchar *restrict layers, global float *restrict sums,
-                         global const uint *restrict tiles, const uint rows, const uint columns, const uint reach,
-                         const uint layer) {
-    const uint length = SEGMENT + 2 * reach + 2;
-    const size_t plane = get_global_id(1), tile = get_global_id(2);
-    const size_t segment = tiles[2 * tile], row = tiles[2 * tile + 1] + get_global_id(0);
-    global const uchar *mine = layers + row * columns;
-    global const float *colour = sampled + (plane * rows + row) * columns;
-    global float *sum = sums + ((plane * rows + row) * (columns / SEGMENT) + segment) * length;
-    const float base = plane < CHANNELS ? colour[segment * SEGMENT] : 0.0f;
-    float running = 0.0f;
-    for (int i = 0; i + 1 < (int)length; i++) {
-        const int column = (int)(segment * SEGMENT) - (int)reach + i;
-        sum[i] = running;
-        if (i + 2 < (int)length && column >= 0 && column < (int)columns && mine[column] == layer)
-            running += plane < CHANNELS ? colour[column] - base : 1.0f;
+kernel void defocus_sums(global const float *restrict sampled, global float *restrict sums, global float *restrict least,
+                         const uint first_plane, const uint rows, const uint way_columns) {
+    const size_t plane = get_global_id(1), first = get_global_id(0) * SPAN;
+    global const float *value = sampled + (WAYS * first_plane + plane) * rows * way_columns + first;
+    global float *sum = sums + plane * (rows + 1) * way_columns + first;
+    float low[SPAN], running[SPAN];
+    for (uint i = 0; i < SPAN; i++) low[i] = value[i];
+    for (uint row = 1; row < rows; row++)
+        for (uint i = 0; i < SPAN; i++) low[i] = value[row * way_columns + i] < low[i] ? value[row * way_columns + i] : low[i];
+    for (uint i = 0; i < SPAN; i++) {
+        least[plane * way_columns + first + i] = low[i];
+        running[i] = 0.0f;
     }
-    sum[length - 1] = base;
+    for (uint row = 0; row < rows; row++)
+        for (uint i = 0; i < SPAN; i++) {
+            sum[row * way_columns + i] = running[i];
+            running[i] += value[row * way_columns + i] - low[i];
+        }
+    for (uint i = 0; i < SPAN; i++) sum[rows * way_columns + i] = running[i];
 }
 
-INLINE float chord(global const float *sum, const int n, const float g) {
-    const float left = sum[-n - 1] + (sum[-n] - sum[-n - 1]) * (1.0f - g);
-    const float right = sum[n + 1] + (sum[n + 2] - sum[n + 1]) * g;
-    return right - left;
+// What a node counts at a distance t [nodes]: Lagrange's cubic on the four nearest.
+INLINE float share(const float distance) {
+    const float t = distance < 0.0f ? -distance : distance;
+    const float outer = t < 2.0f ? (1.0f - t) * (2.0f - t) * (3.0f - t) * (1.0f / 6.0f) : 0.0f;
+    return t < 1.0f ? (1.0f - t * t) * (1.0f - 0.5f * t) : outer;
 }
 
-// One work-group per row of a tile (dimension 1) and tile (2); within it dimension 1 is the column's parity, so that a vector
-// of photosites has one colour.
-// The barrier in the loop has no data to guard: it makes CPU compilers run the row loop outside and the photosites,
-// vectorised, inside.
-kernel void defocus_gather(global const float *restrict sums, global const float *restrict sampled, global float *restrict light,
-                           global float *restrict seen,
-                           global const uint *restrict tiles, constant float *restrict chords, const uint disk_rows,
-                           const float disk_area, const uint rows, const uint columns, const uint reach,
-                           const uint margin_x, const uint margin_y, const uint width, const uint height) {
-    const size_t tile = get_group_id(2);
-    const uint y = tiles[2 * tile + 1] + get_group_id(1) - margin_y; // wraps to a large number in the margin
-    const size_t segment = tiles[2 * tile], row = (y < height ? y : 0) + margin_y; // a row of the margin has no disk to read
-    const size_t length = SEGMENT + 2 * reach + 2, stride = columns / SEGMENT * length;
-    const uint column = 2 * get_local_id(0) + get_local_id(1);
-    const uint x = segment * SEGMENT + column - margin_x;
-    const uint plane = cfa_plane(x, y);
-    global const float *sum = sums + (row * (columns / SEGMENT) + segment) * length + reach + column;
-    const float sharp = sampled[(plane * rows + row) * columns + segment * SEGMENT + column];
-    float colour = 0.0f, coverage = 0.0f; // colour: its difference to the sharp picture
-    uint first = 0, last = disk_rows;
-#if COVERAGE
-    // rows where this segment holds nothing of the layer add nothing; the last running sum tells
-    global const float *total = sums + (((long)CHANNELS * rows + row - disk_rows / 2) * (columns / SEGMENT) + segment + 1) * length - 2;
-    while (first < last && total[first * stride] == 0.0f) first++;
-    while (first < last && total[(last - 1) * stride] == 0.0f) last--;
-#endif
-    for (uint disk_row = first; disk_row < last; disk_row++) {
-        const int n = (int)chords[2 * disk_row];
-        const float g = chords[2 * disk_row + 1];
-        const long offset = (long)stride * ((long)disk_row - (long)(disk_rows / 2));
-        global const float *line = sum + (long)plane * rows * stride + offset;
-#if COVERAGE
-        const float covered = chord(sum + (long)CHANNELS * rows * stride + offset, n, g);
+INLINE void add_taps(global const float *line, global const int *places, global const float *shares, const int count, float *mean) {
+    for (int tap = 0; tap < count; tap += 8) {
+        global const float *a = line + places[tap], *b = line + places[tap + 1], *c = line + places[tap + 2], *d = line + places[tap + 3];
+        global const float *e = line + places[tap + 4], *f = line + places[tap + 5], *g = line + places[tap + 6], *h = line + places[tap + 7];
+        const float wa = shares[tap], wb = shares[tap + 1], wc = shares[tap + 2], wd = shares[tap + 3];
+        const float we = shares[tap + 4], wf = shares[tap + 5], wg = shares[tap + 6], wh = shares[tap + 7];
+        for (uint i = 0; i < SPAN; i++)
+            mean[i] = mean[i] + (wa * a[i] + wb * b[i] + wc * c[i] + wd * d[i]) + (we * e[i] + wf * f[i] + wg * g[i] + wh * h[i]);
+    }
+}
+
+// Dimension 0: spans of a tile; 1: its rows, each as even and odd columns; 2: tiles.
+kernel void defocus_mean(global const float *restrict sampled, global const float *restrict sums, global const float *restrict least,
+                         global const float *restrict radius, global float *restrict light, global float *restrict open,
+                         global const uint *restrict tiles, global const int *restrict nodes, global const int *restrict taps,
+                         global const float *restrict weights, global const int *restrict sides, global const float *restrict totals,
+                         const uint all_taps, const uint all_sides, const int first_node, const float nodes_per_px,
+                         const uint first_plane, const uint map, const uint rows, const uint way_columns, const uint radius_rows,
+                         const uint radius_row, const uint margin_x, const uint strip_y, const uint margin_y, const uint width,
+                         const uint height) {
+    const size_t parity = get_global_id(1) & 1;
+    global const uint *tile = tiles + 4 * get_global_id(2);
+    const uint row = tile[1] + (uint)(get_global_id(1) >> 1), y = strip_y + row - margin_y;
+    const size_t column = tile[0] + get_global_id(0) * SPAN;
+    if (y >= height) return;
+    const size_t colour = WAYS * cfa_plane(parity + margin_x, y); // the margin's parity moves the pattern
+    global const float *own = radius + ((2 * map + parity) * radius_rows + radius_row + row) * way_columns + column;
+    global const float *sharp = sampled + ((WAYS * first_plane + colour + parity) * rows + row) * way_columns + column;
+    float sum[2 * SPAN], mean[SPAN]; // colour, and coverage
+    for (uint i = 0; i < SPAN; i++) sum[i] = tile[3] ? 0.0f : sharp[i]; // only where OVER is 1
+    for (uint i = SPAN; i < 2 * SPAN; i++) sum[i] = 0.0f;
+    for (int n = (int)tile[2]; n < (int)(tile[2] + tile[3]); n++) {
+        global const int *node = nodes + 4 * n;
+        for (uint what = 0; what <= COMPOSITE; what++) {
+            const size_t plane = what ? WAYS * CHANNELS : colour;
+            global const float *line = sums + (plane * (rows + 1) + OVER * row) * way_columns + column;
+            for (uint i = 0; i < SPAN; i++) mean[i] = 0.0f;
+            add_taps(line, taps + parity * all_taps + node[0], weights + node[0], node[1], mean);
+            add_taps(least + plane * way_columns + column, sides + parity * all_sides + node[2], totals + node[2], node[3], mean);
+            for (uint i = 0; i < SPAN; i++)
+                sum[what * SPAN + i] += (NODES ? share(own[i] * nodes_per_px - (float)(first_node + n)) : 1.0f) * mean[i];
+        }
+    }
+    for (uint i = 0; i < SPAN; i++) {
+        const uint x = (uint)(2 * (column + i) + parity) - margin_x; // wraps to a large number in the margin
+        if (x >= width) continue;
+#if COMPOSITE
+        const float through = open[(size_t)y * width + x];
+        light[(size_t)y * width + x] += through * sum[i];
+        open[(size_t)y * width + x] = through * (1.0f - sum[SPAN + i]);
 #else
-        const float covered = 2.0f * ((float)n + g) + 1.0f;
-#endif
-        colour += chord(line, n, g) + covered * (line[length - 1 - reach - column] - sharp);
-        coverage += covered;
-        barrier(CLK_LOCAL_MEM_FENCE);
-    }
-    if (x < width && y < height && first < last) {
-        const size_t index = (size_t)y * width + x;
-#if COVERAGE
-        const float through = (1.0f - seen[index]) / disk_area;
-        light[index] += through * colour;
-        seen[index] += through * coverage;
-#else
-        light[index] = sharp + colour / disk_area;
+        light[(size_t)y * width + x] = sum[i];
 #endif
     }
-}
-
-// One work-item per photosite of the frame: nothing seen yet.
-kernel void defocus_clear(global float *restrict light, global float *restrict seen) {
-    light[get_global_id(0)] = 0.0f;
-    seen[get_global_id(0)] = 0.0f;
-}
-
-// One work-item per photosite of the frame: light becomes the blurred picture.
-kernel void defocus_normalise(global const float *restrict sampled, global float *restrict light, global const float *restrict seen,
-                              const uint rows, const uint columns, const uint margin_x, const uint margin_y) {
-    const size_t x = get_global_id(0), y = get_global_id(1), index = y * get_global_size(0) + x;
-    const size_t plane = cfa_plane(x, y);
-    light[index] = sampled[(plane * rows + y + margin_y) * columns + x + margin_x] + light[index] / seen[index];
 }

@@ -8,6 +8,9 @@
 INLINE float smaller(const float a, const float b) { return a < b ? a : b; }
 INLINE float larger(const float a, const float b) { return a > b ? a : b; }
 
+// Greatest integer not above v.
+INLINE int whole(const float v) { return (int)v - (v < (float)(int)v ? 1 : 0); }
+
 // 1/x for normal x > 0: integer seed (12 % off), three Newton steps; relative error below 2e-7.
 INLINE float reciprocal(const float x) {
     float y = as_float(0x7EF311C7u - as_uint(x));

@@ -123,6 +123,7 @@ def declared_arguments(source: str, name: str) -> dict[str, str]:
 
 
 CPU_ROW_PX = 1024  # a CPU starts work-groups one after another, which costs more than 500 photosites do
+CPU_SPAN = 64  # photosites of a work-item in kernels whose innermost loop runs over them; a GPU has work-items enough
 GPU_ROW_PX = 256  # what every GPU can run at once
 SHORTEST_ROW_PX = 32  # shorter groups waste lanes of a GPU and cost a CPU more to start than to run
 
@@ -137,6 +138,7 @@ class Device:
         self.info = _info(device)
         wanted = CPU_ROW_PX if device.type & cl.device_type.CPU else GPU_ROW_PX
         self.row_px = min(wanted, device.max_work_group_size)
+        self.span = CPU_SPAN if device.type & cl.device_type.CPU else 1
         self._shares_memory = bool(device.type & cl.device_type.CPU)
         self._own_context = cl.Context([device])
         self._own_queue = cl.CommandQueue(self._own_context)
@@ -189,10 +191,21 @@ class Device:
                 f"({error}); read out a part of the sensor with camera.window"
             ) from None
 
+    def write(self, buffer: cl.Buffer, array: np.ndarray, offset: int) -> None:
+        """Copy an array into a buffer, from this byte on."""
+        cl.enqueue_copy(self._queue, buffer, np.ascontiguousarray(array), dst_offset=offset)
+
     def zeros(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
         """Buffer of zeros for an array of this shape."""
-        buffer = self.empty(shape, dtype)
-        cl.enqueue_fill_buffer(self._queue, buffer, np.zeros(1, dtype), 0, buffer.size)
+        return self._filled(shape, np.zeros(1, dtype))
+
+    def ones(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
+        """Buffer of ones for an array of this shape."""
+        return self._filled(shape, np.ones(1, dtype))
+
+    def _filled(self, shape: tuple[int, ...], value: np.ndarray) -> cl.Buffer:
+        buffer = self.empty(shape, value.dtype)
+        cl.enqueue_fill_buffer(self._queue, buffer, value, 0, buffer.size)
         return buffer
 
     def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype) -> np.ndarray:

@@ -30,6 +30,8 @@ class Raw:
         not known.
     date_time: when it was taken, such as 2026-05-01 12:30:00; None when the shot does not say.
     active_area: top, left, bottom, right of what light reaches [px]; the rest is optical black. None: all.
+    warp_rectilinear: for the place to look at in the distorted picture (DNG 1.4, WarpRectilinear): kr0..kr3, kt0, kt1 of each
+        colour plane, and the optical centre (x, y) as shares of the active area's sides; None without distortion.
     truth: what the shot asks the truth twin to hold besides: "variance" [DN^2], "depth" [m], "blur" [pixels], each
         (height, width) float32, and "rgb" (height, width, 3, or 1 for MONO), 0 at black and 1 at white. docs/raw_files.md.
     resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
@@ -63,6 +65,7 @@ class Raw:
     format: RawFormat = RawFormat()
     date_time: str | None = None
     active_area: tuple[int, int, int, int] | None = None
+    warp_rectilinear: tuple[tuple[tuple[float, ...], ...], tuple[float, float]] | None = None
     truth: dict[str, np.ndarray] = field(default_factory=dict)
     resolved: dict = field(default_factory=dict)
 

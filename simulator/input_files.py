@@ -19,6 +19,8 @@ def named_files(value: object, keys: tuple[str, ...]) -> list[tuple[tuple[str, .
     """Return the paths in a frozen dataclass, each with its keys in the shot file."""
     if isinstance(value, Path):
         return [(keys, value)]
+    if isinstance(value, tuple):
+        return [found for index, inner in enumerate(value) for found in named_files(inner, keys + (str(index),))]
     if not is_dataclass(value):
         return []
     hints = get_type_hints(type(value), include_extras=True)

@@ -16,6 +16,7 @@ from simulator.input_files import fingerprints
 from simulator.noise_free import mean_charge, noise_free
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
 from simulator.readout import averaged, covered, mixed, read_out, shared_charge
+from simulator.scene import Layer
 from simulator.sensing import FrameSetting
 from simulator.sensitivity import baseline_exposure_ev
 from simulator.shot import Shot
@@ -35,7 +36,7 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     tell("scene", 0.0)
     planned = plan(shot)
     opened = open_device(device)
-    check_memory(planned, opened)
+    check_memory(planned, opened, shot.truth)
     tell("light", 0.1)
     mosaic = expose_mosaic(planned, opened, lambda share: tell("light", 0.1 + 0.7 * share))
     tell("sensor", 0.8)
@@ -47,9 +48,9 @@ def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None
     return _raw(shot, planned, opened, dn, mean_electrons, noise_free_dn, parts)
 
 
-def check_memory(planned: Plan, device: Device) -> None:
-    """Raise PhotositeError for a frame that does not fit into the device's memory."""
-    needed, there, frame = planned.memory_bytes(), device.info.memory_bytes, planned.frame
+def check_memory(planned: Plan, device: Device, parts: tuple[str, ...] = ()) -> None:
+    """Raise PhotositeError for a frame that does not fit into the device's memory; parts: of the truth, as `Shot.truth`."""
+    needed, there, frame = planned.memory_bytes(parts), device.info.memory_bytes, planned.frame
     if needed > there:
         raise PhotositeError(
             f"out of memory: {frame.width} x {frame.height} photosites need about {needed / 1e9:.1f} GB, "
@@ -60,26 +61,37 @@ def check_memory(planned: Plan, device: Device) -> None:
 def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], None] = lambda share: None):
     """Device buffer (height, width) float32: electron radiance through the lens in each photosite's colour."""
     scene, frame = planned.scene, planned.frame
-    height, width, bands = scene.planes.shape
-    channels = planned.camera.channels
-    pixels = height * width
-    planes = device.empty((channels, pixels), np.float32)
+    if planned.defocus is not None:
+        mosaic = blurred_mosaic(planned, device, [_layer_planes(planned, device, layer) for layer in scene.layers], progress)
+    else:
+        mosaic = device.empty((frame.height, frame.width), np.float32)
+        kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
+        planes, arguments = _layer_planes(planned, device, scene.layers[0]), projection_arguments(planned, frame.x, frame.y)
+        device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
+    return covered(planned, device, mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares))
+
+
+def _layer_planes(planned: Plan, device: Device, layer: Layer):
+    """Device buffer (channels, scene height, scene width) float32 of a layer's electron radiance [e- s^-1 um^-2 sr^-1].
+
+    With a plane more, the layer's coverage, where any layer of the scene has one.
+    """
+    height, width, bands = layer.planes.shape
+    channels, pixels = planned.camera.channels, height * width
+    coverage = any(one.coverage is not None for one in planned.scene.layers)
+    planes = device.empty((channels + coverage, pixels), np.float32)
     device.run(
         device.kernel("camera_planes", {"BANDS": bands, "CHANNELS": channels}),
         (pixels, channels),
         None,
-        scene=device.upload(scene.planes.astype(np.float32, copy=False)),
+        scene=device.upload(layer.planes.astype(np.float32, copy=False)),
         weights=device.upload(planned.weights),
         planes=planes,
     )
-    if planned.layers is not None:
-        mosaic = blurred_mosaic(planned, device, planes, progress)
-    else:
-        mosaic = device.empty((frame.height, frame.width), np.float32)
-        kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
-        arguments = projection_arguments(planned, frame.x, frame.y)
-        device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
-    return covered(planned, device, mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares))
+    if coverage:
+        whole = np.ones(pixels, np.float32) if layer.coverage is None else layer.coverage.astype(np.float32).reshape(-1)
+        device.write(planes, whole, 4 * channels * pixels)
+    return planes
 
 
 def truth(planned: Plan, device: Device, mosaic) -> tuple[np.ndarray, np.ndarray]:
@@ -99,8 +111,10 @@ def truth_parts(shot: Shot, planned: Plan, device: Device, mean_electrons: np.nd
         parts["variance"] = variance_map(planned, mean_electrons)
     if wanted & {"depth", "blur"}:
         depth_m = depth_map(planned)
-        maps = {"depth": depth_m, "blur": blur_map(planned, shot.lens, depth_m)}
-        parts |= {name: plane for name, plane in maps.items() if name in wanted}
+        if "depth" in wanted:
+            parts["depth"] = depth_m
+        if "blur" in wanted:
+            parts["blur"] = blur_map(planned, shot.lens, depth_m)
     if "rgb" in wanted:
         parts["rgb"] = clean_rgb(planned, device)
     return parts
@@ -153,6 +167,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         format=shot.raw,
         date_time=shot.exposure.date_time,
         active_area=planned.layout.active_area,
+        warp_rectilinear=planned.warp_rectilinear(),
         truth=parts,
         resolved={
             "shot": shot.resolved,

@@ -1,25 +1,32 @@
 """The plan of a shot: what is computed, what is skipped and why. Executing it is the pipeline's work."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
 
 from simulator.color import as_shot_neutral, color_matrix, forward_matrix
-from simulator.defocus import SHARP_PX, Layers, plan_layers
+from simulator.defocus import SHARP_PX, Defocus, plan_defocus
+from simulator.distortion import Warp
 from simulator.errors import PhotositeError
 from simulator.exposure import Integration
 from simulator.fused import CHARGE_STAGES, MOST_ELECTRONS, READOUT_STAGES, in_order, stage_order, white_level_dn
 from simulator.layout import Layout, plan_layout
-from simulator.lens import Irradiance
+from simulator.lens import BareSensor, Irradiance, Lens
+from simulator.lens.bare_sensor import gathered
 from simulator.projection import Projection, plan_projection
 from simulator.scene import Scene
+from simulator.scene.hidden_surface import hidden_share, with_hidden_surface
+from simulator.scene.pinhole import pinhole_scene
 from simulator.sensor import STAGES
 from simulator.sensor.camera import Camera, Window
 from simulator.shot import Shot
 from simulator.spectra import electron_radiance_weights
 from simulator.stage import Moments, Stage
+
+_TRUTH_BYTES = {"variance": 4, "depth": 12, "blur": 20}  # per photosite, with what the float64 steps to it hold
 
 
 @dataclass(frozen=True)
@@ -44,7 +51,7 @@ class Plan:
     weights: np.ndarray
     projection: Projection
     layout: Layout
-    layers: Layers | None
+    defocus: Defocus | None
     stages: tuple[Stage, ...]
     steps: tuple[Step, ...]
     only_colour: int | None = None
@@ -80,14 +87,18 @@ class Plan:
         steps += [(stage.stem, stage.moments) for stage in sensor if stage.stem in READOUT_STAGES]
         return steps if binning is None else [*steps, ("binning", binning.of_code)]
 
-    def memory_bytes(self) -> int:
-        """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
-        pixels, channels = self.frame.width * self.frame.height, self.camera.channels
+    def memory_bytes(self, truth: Collection[str] = ()) -> int:
+        """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU.
+
+        truth: parts of the truth that it asks for, as `Shot.truth`.
+        """
+        pixels = self.frame.width * self.frame.height
         per_photosite = 4 + 2 * (2 + 4 + 4)  # mosaic; codes, mean electrons and noise-free codes, on both sides
         per_photosite += 4 * any(self.layout.crosstalk.optical_shares) + 8 * self.layout.shares_charge  # what passes leave
-        if self.layers is not None:
-            sums = 4 * (channels + 1) * (1.0 + 2.0 * self.layers.reach_px / 128.0)
-            per_photosite += 4 * channels + 1 + 8 + sums
+        if self.defocus is not None:
+            per_photosite += 4 * sum(np.ndim(radius) > 0 for radius in self.defocus.radii_px)
+        per_photosite += sum(_TRUTH_BYTES.get(part, 0) for part in truth)
+        per_photosite += (8 * self.camera.channels + 20) * ("rgb" in truth)  # planes, then stacked; mosaic and both truths
         return int(pixels * per_photosite) + self.scene.planes.nbytes * 2
 
     def white_level_dn(self) -> int:
@@ -114,6 +125,16 @@ class Plan:
         span = self.white_level_dn() - self.stage("adc").black_level_dn
         slope = (one.variance - dark.variance) / (one.mean - dark.mean)
         return slope / span, dark.variance / span**2
+
+    def warp_rectilinear(self) -> tuple[tuple[tuple[float, ...], ...], tuple[float, float]] | None:
+        """Return what undoes the lens's distortion in the lit part of the frame; see `Raw.warp_rectilinear`."""
+        warp, output, lit = self.projection.warp, self.layout.output, self.layout.lit
+        if warp is None:
+            return None
+        left, top = max(output.x, lit.x), max(output.y, lit.y)
+        right, bottom = min(output.x + output.width, lit.x + lit.width), min(output.y + output.height, lit.y + lit.height)
+        half = 0.5 * (1 if self.layout.binning is None else self.layout.binning.factor)
+        return warp.rectilinear(left + half, top + half, right - half, bottom - half)
 
     def color_matrices(self) -> dict[str, np.ndarray]:
         """Fields of Raw beside color_matrix; none without a colour filter or with a published matrix, which is for D65."""
@@ -143,17 +164,23 @@ def matrix_under_d65(camera: Camera) -> np.ndarray | None:
 def plan(shot: Shot) -> Plan:
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
     layout = plan_layout(shot.camera)
-    scene, camera = shot.scene.load(), replace(shot.camera, window=layout.computed)
+    loaded, camera = shot.scene.load(), replace(shot.camera, window=layout.computed)
+    forms_image = not isinstance(shot.lens, BareSensor)
+    scene = pinhole_scene(loaded) if forms_image else gathered(loaded)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
     _check_light(scene, weights, shot)
     projection = plan_projection(scene, shot.lens, camera)
-    layers = plan_layers(shot.lens, camera.pixel_pitch_um, scene.depth_m)
+    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, loaded, projection.scale) if forms_image else None
     stages = fused_stages(shot)
     fused = {stage.stem: stage for stage in stages}
-    steps = _steps(scene, camera, projection, layers, layout, fused)
-    return Plan(scene, camera, weights.astype(np.float32), projection, layout, layers, stages, steps)
+    steps = _steps(scene, camera, projection, _defocus_step(defocus, forms_image), layout, fused)
+    if defocus is not None:
+        steps += (_hidden_step(loaded, shot.lens, camera, projection),)
+        scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection))
+        defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale)
+    return Plan(scene, camera, weights.astype(np.float32), projection, layout, defocus, stages, steps)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, shot: Shot) -> None:
@@ -175,22 +202,19 @@ def fused_stages(shot: Shot) -> tuple[Stage, ...]:
 def _fused_stages(shot: Shot) -> dict[str, Stage]:
     lens, camera = shot.lens, shot.camera
     return {
-        Irradiance.stem: Irradiance(
-            solid_angle_sr=lens.irradiance_per_radiance_sr(),
-            tan2_per_px2=(1e-3 * camera.pixel_pitch_um / lens.image_distance_mm) ** 2 if lens.cos4 else 0.0,
-            centre_x_px=0.5 * camera.width_px,
-            centre_y_px=0.5 * camera.height_px,
-        ),
+        Irradiance.stem: Irradiance.behind(lens, camera.pixel_pitch_um, camera.width_px, camera.height_px),
         Integration.stem: Integration(shot.exposure.time_s, camera.pixel_pitch_um**2 * camera.fill_factor),
         **camera.sensor_stages(shot.exposure.iso, shot.exposure.time_s),
     }
 
 
-def projection_defines(planned: Plan) -> dict[str, object]:
-    """Macros of kernels/projection.cl."""
+def projection_defines(planned: Plan, over: int = 1) -> dict[str, object]:
+    """Macros of kernels/projection.cl, for planes of `over` x `over` points per photosite."""
     (c00, c01), (c10, c11) = planned.filter_block()
     cfa = {"CFA_00": c00, "CFA_01": c01, "CFA_10": c10, "CFA_11": c11}
-    return {"SAMPLES": planned.projection.samples, "NEAREST": int(planned.projection.nearest), **cfa}
+    warp, samples = planned.projection.warp, -(-planned.projection.samples // over)
+    warped = {"DISTORTION": int(warp is not None)} | ({} if warp is None else warp.macros())
+    return {"SAMPLES": samples, "NEAREST": int(planned.projection.nearest), "OVER": over, **warped, **cfa}
 
 
 def projection_arguments(planned: Plan, origin_x: int, origin_y: int) -> dict[str, object]:
@@ -207,7 +231,7 @@ def projection_arguments(planned: Plan, origin_x: int, origin_y: int) -> dict[st
     }
 
 
-def _steps(scene, camera, projection, layers, layout, fused) -> tuple[Step, ...]:
+def _steps(scene, camera, projection, defocus, layout, fused) -> tuple[Step, ...]:
     bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
     steps = [
         Step(
@@ -216,7 +240,8 @@ def _steps(scene, camera, projection, layers, layout, fused) -> tuple[Step, ...]
             f"{bands} scene planes of {wavelengths} wavelengths -> {camera.channels} camera planes",
         ),
         Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {_samples(projection)}"),
-        _defocus_step(layers),
+        _distortion_step(projection.warp, camera),
+        defocus,
     ]
     dark = camera.optical_black
     told = "light reaches all of the sensor" if dark is None else str(dark)
@@ -238,6 +263,23 @@ def _steps(scene, camera, projection, layers, layout, fused) -> tuple[Step, ...]
     return tuple(steps)
 
 
+def _hidden_step(scene: Scene, lens: Lens, camera: Camera, projection: Projection) -> Step:
+    """What a lens sees behind the edges of near things: the error that no method can remove from one picture with depth."""
+    if scene.behind or np.ndim(scene.depth_m) == 0:
+        return Step("hidden surfaces", bool(scene.behind), f"the scene has {len(scene.layers)} layers")
+    share = hidden_share(scene.depth_m, _per_dioptre(lens, camera, projection), lens.focus_distance_m)
+    told = "is not shown by the scene, and none is assumed" if scene.hidden == "none" else "is assumed to go on behind edges"
+    return Step(
+        "hidden surfaces", scene.hidden == "extend", f"about {100 * share:.2g} % of the picture sees background that {told}"
+    )
+
+
+def _per_dioptre(lens: Lens, camera: Camera, projection: Projection) -> float:
+    """Growth of the signed blur radius [scene pixels] per 1/m of inverse distance."""
+    growth_um = float(lens.blur_radius_um(math.inf) - lens.blur_radius_um(1.0))
+    return growth_um * projection.scale / camera.pixel_pitch_um
+
+
 def _number(value: float | tuple[float, ...]) -> str:
     return f"{len(value)} values" if isinstance(value, tuple) else f"{value:.6g}"
 
@@ -246,8 +288,22 @@ def _samples(projection: Projection) -> str:
     return "one sample each" if projection.samples == 1 else f"{projection.samples} x {projection.samples} samples each"
 
 
-def _defocus_step(layers: Layers | None) -> Step:
-    if layers is None:
+def _distortion_step(warp: Warp | None, camera: Camera) -> Step:
+    if warp is None:
+        return Step("distortion", False, "the lens has none")
+    corner_x, corner_y = warp.distorted(camera.width_px, camera.height_px)
+    moved_px = math.hypot(corner_x - warp.centre_x_px, corner_y - warp.centre_y_px) - math.hypot(
+        warp.centre_x_px, warp.centre_y_px
+    )
+    return Step("distortion", True, f"the corner moves {moved_px:+.1f} photosites outwards, traced back in {warp.steps} steps")
+
+
+def _defocus_step(defocus: Defocus | None, forms_image: bool) -> Step:
+    if not forms_image:
+        return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
+    if defocus is None:
         return Step("defocus", False, f"no blur circle has a radius above {SHARP_PX} photosites")
-    radii = layers.radii_px
-    return Step("defocus", True, f"{len(radii)} depth layers, blur radius {min(radii):.2f} to {max(radii):.2f} photosites")
+    surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"
+    near, far = defocus.least_px, defocus.greatest_px
+    radii = f"{abs(near):.2f} photosites" if near == far else f"from {near:.2f} (nearest) to {far:+.2f} photosites"
+    return Step("defocus", True, f"{surfaces}, blur radius {radii}")

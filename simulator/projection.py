@@ -3,8 +3,9 @@
 import math
 from dataclasses import dataclass
 
+from simulator.distortion import Warp, plan_warp
 from simulator.errors import PhotositeError
-from simulator.lens import ThinLens
+from simulator.lens import Lens
 from simulator.scene import Scene
 from simulator.sensor.camera import Camera
 
@@ -15,6 +16,7 @@ class Projection:
 
     scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's upper left corner.
     samples: points per photosite and axis. nearest: nearest pixel instead of bilinear.
+    warp: distortion of the lens, which comes before the scale; None: none.
     """
 
     scale: float
@@ -22,9 +24,10 @@ class Projection:
     offset_y: float
     samples: int
     nearest: bool
+    warp: Warp | None = None
 
 
-def plan_projection(scene: Scene, lens: ThinLens, camera: Camera) -> Projection:
+def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
     """Geometry between scene pixels and photosites; the optical axis meets the centres of both.
 
     A scene with a field of view keeps its true size: scene pixels per radian of tangent over photosites per
@@ -32,25 +35,30 @@ def plan_projection(scene: Scene, lens: ThinLens, camera: Camera) -> Projection:
     Raises PhotositeError when the camera sees past the scene's edges.
     """
     height, width = scene.planes.shape[:2]
+    image_distance_px = 1e3 * lens.image_distance_mm / camera.pixel_pitch_um
+    warp = plan_warp(lens.distortion, image_distance_px, camera.width_px, camera.height_px, camera.channels)
+    reach_x, reach_y, stretch = (1.0, 1.0, 1.0) if warp is None else warp.extent(camera.width_px, camera.height_px)
     if scene.field_of_view_deg is None:
         scale = min(width / camera.width_px, height / camera.height_px)
     else:
         scene_focal_px = 0.5 * width / math.tan(math.radians(0.5 * scene.field_of_view_deg))
         scale = scene_focal_px * 1e-3 * camera.pixel_pitch_um / lens.image_distance_mm
-        _check_coverage(scale, scene, lens, camera)
+        _check_coverage(scale, (reach_x, reach_y), scene, lens, camera)
     return Projection(
         scale=scale,
         offset_x=0.5 * (width - scale * camera.width_px),
         offset_y=0.5 * (height - scale * camera.height_px),
-        samples=max(1, math.ceil(scale - 1e-6)),
+        samples=max(1, math.ceil(scale * stretch - 1e-6)),
         nearest=scene.interpolation == "nearest",
+        warp=warp,
     )
 
 
-def _check_coverage(scale: float, scene: Scene, lens: ThinLens, camera: Camera) -> None:
+def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:
     height, width = scene.planes.shape[:2]
-    if scale * camera.width_px > width + 1e-6 or scale * camera.height_px > height + 1e-6:
-        short = max(scale * camera.width_px / width, scale * camera.height_px / height)
+    seen_x, seen_y = scale * camera.width_px * reach[0], scale * camera.height_px * reach[1]
+    if seen_x > width + 1e-6 or seen_y > height + 1e-6:
+        short = max(seen_x / width, seen_y / height)
         raise PhotositeError(
             f"scene.field_of_view = {scene.field_of_view_deg:g} deg: the camera sees "
             f"{lens.field_of_view_deg(camera.sensor_mm[0]):.1f} deg x {lens.field_of_view_deg(camera.sensor_mm[1]):.1f} deg, "

@@ -21,6 +21,7 @@ class RawFormat:
         6 is to be turned clockwise, 8 anticlockwise; 2, 4, 5 and 7 are mirrored. The codes stay as the sensor has them.
     black_per_place: tell the sensor's color_bias as four black levels, one for each place of the 2x2 block; else the DNG
         tells the camera's one level, and the bias is an error to be found.
+    opcodes: tell converters how to undo the lens's distortion (DNG 1.4, WarpRectilinear in OpcodeList3).
     Raises PhotositeError for an unknown payload or orientation, and for a payload whose library is not installed: before
     the work, not after it.
     """
@@ -28,6 +29,7 @@ class RawFormat:
     payload: Payload = "uncompressed"
     orientation: int = 1
     black_per_place: bool = False
+    opcodes: bool = True
 
     def __post_init__(self):
         known = get_args(Payload)

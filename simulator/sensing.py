@@ -1,5 +1,6 @@
 """The fused kernel over a stack of frames: one launch for all tiles of one kind, whatever frame they belong to."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -160,7 +161,7 @@ def _electrons_per_light(setting: FrameSetting, shape: tuple[int, int]) -> tuple
         dx = max(abs(setting.x - irradiance.centre_x_px), abs(setting.x + shape[1] - irradiance.centre_x_px))
         dy = max(abs(setting.y - irradiance.centre_y_px), abs(setting.y + shape[0] - irradiance.centre_y_px))
         brightest = irradiance.solid_angle_sr
-        darkest = brightest / (1.0 + (dx**2 + dy**2) * irradiance.tan2_per_px2) ** 2
+        darkest = brightest * irradiance.fall_off(math.hypot(dx, dy))  # it never rises outwards
     per_irradiance = 1.0 if integration is None else integration.time_s * integration.collecting_area_um2
     reach = 0.0 if response is None else 6.8 * response.sigma  # of the normal numbers of kernels/normal.h
     return 0.9999 * darkest * per_irradiance * max(0.0, 1.0 - reach), 1.0001 * brightest * per_irradiance * (1.0 + reach)

@@ -6,7 +6,7 @@ from typing import Literal, Protocol
 
 from simulator.errors import require
 from simulator.exposure import Exposure
-from simulator.lens import ThinLens
+from simulator.lens import Lens
 from simulator.raw_format import RawFormat
 from simulator.scene import Scene
 from simulator.sensor.camera import Camera
@@ -50,7 +50,7 @@ class Shot:
     """
 
     scene: SceneSource
-    lens: ThinLens
+    lens: Lens
     exposure: Exposure
     camera: Camera
     seeds: Seeds = Seeds()

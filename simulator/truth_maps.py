@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from simulator.code_variance import code_variance
-from simulator.lens import ThinLens
+from simulator.lens import Lens
 from simulator.planner import Plan
+from simulator.scene.pinhole import surface_depth_m
 
 
 def variance_map(planned: Plan, mean_electrons: np.ndarray) -> np.ndarray:
@@ -24,13 +25,16 @@ def variance_map(planned: Plan, mean_electrons: np.ndarray) -> np.ndarray:
 def depth_map(planned: Plan) -> np.ndarray:
     """Distance of what each pixel's centre sees, along the optical axis (height, width) float32 [m]; inf is allowed.
 
-    Nearest scene pixel: a mean over an edge would be a distance at which nothing stands.
+    Nearest scene pixel: a mean over an edge would be a distance at which nothing stands. Of several surfaces the first at
+    which more than half the pixel is covered.
     """
-    depth_m, layout, projection = planned.scene.depth_m, planned.layout, planned.projection
+    depth_m, layout, projection = surface_depth_m(planned.scene), planned.layout, planned.projection
     shape = (layout.binned.height, layout.binned.width)
     if np.ndim(depth_m) == 0:
         return np.full(shape, depth_m, np.float32)[layout.kept]
     factor = 1 if layout.binning is None else layout.binning.factor
+    if projection.warp is not None:
+        return _warped_depth(planned, shape, factor)[layout.kept]
     indices = []
     for first, offset, pixels, scene_pixels in (
         (planned.frame.y, projection.offset_y, shape[0], depth_m.shape[0]),
@@ -41,10 +45,21 @@ def depth_map(planned: Plan) -> np.ndarray:
     return depth_m[np.ix_(*indices)].astype(np.float32)[layout.kept]
 
 
-def blur_map(planned: Plan, lens: ThinLens, depth_m: np.ndarray) -> np.ndarray:
+def _warped_depth(planned: Plan, shape: tuple[int, int], factor: int) -> np.ndarray:
+    """Depth of what each pixel's centre sees through a lens that distorts, (height, width) float32 [m]."""
+    depth_m, projection = planned.scene.depth_m, planned.projection
+    across, down = (_centres_px(count, factor, planned.layout.filter_step) for count in shape[::-1])
+    channel = min(1, planned.camera.channels - 1)  # the green one, as in kernels/projection.cl
+    x, y = projection.warp.undistorted(*np.meshgrid(planned.frame.x + across, planned.frame.y + down), channel)
+    column = np.clip(np.floor(projection.offset_x + projection.scale * x), 0, depth_m.shape[1] - 1).astype(np.intp)
+    row = np.clip(np.floor(projection.offset_y + projection.scale * y), 0, depth_m.shape[0] - 1).astype(np.intp)
+    return depth_m[row, column].astype(np.float32)
+
+
+def blur_map(planned: Plan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:
     """Radius of the blur circle of each pixel's depth (height, width) float32 [pixels of the frame], >= 0.
 
-    The thin lens's own radius (`ThinLens.blur_radius_um`). The frame is made with radii in steps (docs/architecture.md).
+    The lens's own radius (`ThinLens.blur_radius_um`).
     depth_m: (height, width) distance [m], as `depth_map` gives it.
     """
     pitch_um = planned.camera.pixel_pitch_um * (1 if planned.layout.binning is None else planned.layout.binning.factor)

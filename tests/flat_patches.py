@@ -18,24 +18,29 @@ PATCHES = np.array(
 )
 
 
-def patch_frame(height: int, width: int, cfa: str, bit_depth: int) -> tuple[Raw, np.ndarray]:
+def patch_frame(height: int, width: int, cfa: str, bit_depth: int, light=1.0, **changes) -> tuple[Raw, np.ndarray]:
     """A frame without noise, and the linear sRGB (8, 3) that its codes stand for, their rounding included.
 
     The light is D65, for which ColorMatrix1 holds, so that no two ways of adapting to a white can differ.
-    A MONO frame has the green values.
+    A MONO frame has the green values. Optical black has the black level of its place.
+    light: factor on the patches. changes: to the other fields of the frame; black_offsets_dn whole and not below 0.
     """
     to_camera = COLOR_MATRIX @ SRGB_TO_XYZ
     white = to_camera.sum(axis=1)
     signal = PATCHES[:, 1:2] if cfa == "MONO" else PATCHES @ to_camera.T / white.max()
-    raw = random_frame(height, width, cfa, bit_depth)
+    raw = random_frame(height, width, cfa, bit_depth, **changes)
     black, span = raw.black_level_dn, raw.white_level_dn - raw.black_level_dn
-    codes = np.rint(black + span * signal).astype(np.uint16)
+    codes = np.rint(black + span * light * signal).astype(np.uint16)
     block = np.array([max("RGB".find(letter), 0) for letter in (cfa if cfa != "MONO" else 4 * "W")]).reshape(2, 2)
     channel = np.tile(block, (-(-height // 2), -(-width // 2)))[:height, :width]
     stored = (codes - float(black)) / span
     shown = np.repeat(stored, 3, axis=1) if cfa == "MONO" else white.max() * stored @ np.linalg.inv(to_camera).T
     neutral = (1.0,) if cfa == "MONO" else tuple(white / white.max())
-    return dataclasses.replace(raw, dn=codes[patch_index(height, width), channel], as_shot_neutral=neutral), shown
+    offsets = np.reshape(raw.black_offsets_dn, (2, 2)).astype(np.uint16)
+    dn = black + offsets[np.ix_(np.arange(height) % 2, np.arange(width) % 2)]
+    rows, columns = dn[raw.active].shape
+    dn[raw.active] += codes[patch_index(rows, columns), channel[:rows, :columns]] - np.uint16(black)
+    return dataclasses.replace(raw, dn=dn, as_shot_neutral=neutral), shown
 
 
 def patch_index(height: int, width: int) -> np.ndarray:

@@ -18,6 +18,7 @@ ORDER = [
     {"errors", "units", "colour_data"},
     {"raw_format", "stage", "input_files"},
     {"device"},
+    {"lens_aberrations", "psf_convolution", "distortion"},
     {"spectra", "scene", "color", "color_correction", "lens", "defocus", "projection", "exposure", "sensor"},
     {"shot", "frame"},
     {"tiles", "fused", "layout", "code_variance"},
@@ -41,6 +42,7 @@ ONLY = {
     "yaml": {"config"},
     "rawpy": {"development", "raw_file", "white_balance"},
     "typer": {"command_line", "data_gen"},
+    "torch": {"data_gen"},
 }
 
 
@@ -82,6 +84,10 @@ def test_imports_run_one_way(path):
             assert room(path) in ONLY[parts[0]], f"{name} belongs to {ONLY[parts[0]]}"
 
 
+def test_only_one_module_needs_pytorch_and_nobody_imports_it():
+    assert [path.name for path in ROOMS if {"torch", "data_gen.torch"} & imports(path)] == ["torch.py"]
+
+
 def test_every_room_has_its_place():
     assert {room(path) for path in ROOMS} == set().union(*ORDER)
 
@@ -91,7 +97,7 @@ def test_a_stage_has_header_module_test_and_line(stem):
     assert (KERNELS / f"{stem}.h").is_file()
     assert (TESTS / f"test_{stem}.py").is_file()
     module = FUSED[stem].__module__.split(".")
-    assert module[-1] == stem or stem in ("irradiance", "exposure") and module[-1] in ("lens", "exposure")
+    assert module[-1] == stem
     assert stem in stage_order()
     page = (KERNELS / "sensor.cl").read_text(encoding="utf-8")
     assert f'#include "{stem}.h"' in page

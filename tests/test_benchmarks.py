@@ -5,6 +5,7 @@ import importlib
 
 import numpy as np
 import pytest
+from live import WARM_UP, Waits, take_steps
 from measuring.contest import Contestant, contest
 from measuring.samplers import SHORTCUTS, Probe, errors, from_normals
 from measuring.work import CHAIN, ELD, ONE_READ_NOISE, ramp
@@ -89,3 +90,21 @@ def test_contestants_take_turns(monkeypatch):
     firsts = [name for name, before in zip(order[2:], order[1:], strict=False) if name != before]
     assert order[:2] == ["a", "b"] and firsts == ["a", "b", "a", "b"]
     assert all(len(timing.wall_s) == len(timing.cpu_s) > 2 for timing in timings.values())
+
+
+def test_a_step_that_waits_a_fourth_of_its_time_is_told_so(monkeypatch):
+    """Batches take 1 s and 9 s to come behind the warm-up, training 15 s: 10 of 40."""
+    clock = [0.0]
+    monkeypatch.setattr("live.time.perf_counter", lambda: clock[0])
+
+    def batches():
+        for seconds in [100.0] * WARM_UP + [1.0, 9.0]:
+            clock[0] += seconds
+            yield seconds
+
+    def train(batch):
+        clock[0] += 15.0
+
+    waits, seen = Waits([], []), []
+    take_steps(waits, batches(), train, 2, lambda: seen.append(1))
+    assert waits.waiting_s == [1.0, 9.0] and waits.share == 0.25 and waits.step_s == 20.0 and len(seen) == WARM_UP + 2

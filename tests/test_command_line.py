@@ -142,26 +142,12 @@ def test_explain_shows_plan_lens_and_white(capsys):
     assert code == 0
     assert "photon_shot_noise" in out and "dark_current" in out and "skipped" in out
     assert "51.282 mm" in out  # image distance 1 / (1/50 - 1/2000)
+    assert "f/4.103" in out and "38.30 deg" in out  # 4 (1 + 50/1950); 2 atan(17.81 / 51.28)
     assert "0.3678 lx s" in out  # pi 120 / (1 + 64 (1 + 50/1950)^2) / 15
     assert "stops below clipping" in out
     assert "A grey patch, 18 % of white" in out and "0.06621 lx s" in out  # 18 % of 0.3678 lx s
     assert "photon shot %" in out and "time [s]" in out and "shutter gets shorter" in out
     assert "shutter stays" in run(capsys, "explain", FLAT, "--same-shutter", "--patch", "0.05")[1]
-
-
-def test_depth_of_field_is_where_the_blur_circle_has_two_photosites():
-    from simulator.command_line.shot_numbers import depth_of_field_m, hyperfocal_m
-
-    shot = simulator.load_shot(CONFIGS / "shots" / "color_checker.yaml")
-    for distance_m in depth_of_field_m(shot):
-        assert 2 * abs(shot.lens.blur_radius_um(distance_m)) == pytest.approx(2 * shot.camera.pixel_pitch_um, rel=1e-12)
-    far = simulator.load_shot(
-        CONFIGS / "shots" / "color_checker.yaml", {"lens.focus_distance": f"{hyperfocal_m(shot) * 1.0001} m"}
-    )
-    near = simulator.load_shot(
-        CONFIGS / "shots" / "color_checker.yaml", {"lens.focus_distance": f"{hyperfocal_m(shot) * 0.9999} m"}
-    )
-    assert depth_of_field_m(far)[1] == float("inf") and depth_of_field_m(near)[1] < 1e7
 
 
 def test_explain_expects_the_electrons_that_the_frame_has(capsys):

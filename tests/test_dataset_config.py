@@ -7,6 +7,7 @@ import pytest
 from data_gen.config import DataSet
 from data_gen.pictures import open_collection
 from data_gen.samplers import LogUniform, Normal
+from data_gen.sources.data_set import DataSetSamples
 from data_gen.sources.linear_images import LinearImages
 from data_gen.sources.photographs import Photographs
 from data_gen.sources.procedural import Procedural
@@ -97,6 +98,11 @@ def test_shipped_configurations_load(path):
             "uniform: [100, 3200]",
             r"set.yaml:13: noise.cameras.cropped.iso = 100: .*not measured there, but at 1600",
         ),
+        (
+            "{measured: [1600, 6400]}",
+            "{log_uniform: [100, 6400]}",
+            r"set.yaml:10: noise.cameras.sony_a7s2.iso = 1789: .*not measured there, but at 50 to 1600 and 2000",
+        ),
         ("{base: imx385, bit_depth: 12}", "ideal", r"set.yaml:1\d: .*MONO.*2x2 colour filter"),
         ("[1, 300]", "[0, 300]", r"set.yaml:14: exposure_ratio.log_uniform = .*above 0"),
         ("frames: 4", "frames: 1", r"set.yaml:16: burst.frames = 1: give 2 to 64"),
@@ -122,6 +128,7 @@ def test_what_is_wrong_is_named_with_file_line_and_fix(tmp_path, old, new, messa
         ("{spectral_cubes: p, quantity: radiance}", SpectralCubes),
         ("{raw_files: p}", RawFiles),
         ("{shot: p.yaml}", Shots),
+        ("{data_set: p}", DataSetSamples),
     ],
 )
 def test_the_key_of_a_collection_says_its_kind(tmp_path, section, kind):

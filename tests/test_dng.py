@@ -167,6 +167,15 @@ def test_infinite_focus_is_the_numerator_exif_reserves_for_it():
     assert exif["SubjectDistance"] == (0xFFFFFFFF, 1)
 
 
+def test_exif_tells_a_lens_of_one_focal_length_whose_widest_aperture_nobody_said():
+    _, _, exif, *_ = read_tags(random_frame(focal_length_mm=32.5))
+    assert exif["LensSpecification"] == (65, 2, 65, 2, 0, 0, 0, 0)
+    with rawpy.imread(io.BytesIO(dng_bytes(random_frame()))) as frame:
+        assert (frame.lens.min_focal, frame.lens.max_focal) == (50, 50)
+    _, _, exif, *_ = read_tags(random_frame(focal_length_mm=0.0))
+    assert "LensSpecification" not in exif
+
+
 def test_an_iso_beyond_16_bits_goes_into_the_32_bit_tag():
     _, _, exif, *_ = read_tags(random_frame(iso=409600))
     assert (exif["ISOSpeedRatings"], exif["SensitivityType"], exif["RecommendedExposureIndex"]) == (65535, 2, 409600)

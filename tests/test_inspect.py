@@ -1,6 +1,7 @@
 """`photosite inspect`: levels, exposure, histogram and noise of any raw file, against numbers known beforehand."""
 
 import dataclasses
+import hashlib
 import json
 
 import numpy as np
@@ -14,7 +15,7 @@ from simulator.command_line.inspection import sparkline
 from simulator.errors import PhotositeError
 from simulator.measurement.inspection import BINS, inspect_raw
 from simulator.measurement.single_frame_noise import BLOCK_PX, single_frame_noise
-from simulator.raw import dng, tiff
+from simulator.raw import dng, tiff, xmp
 
 WHITE = 16383
 
@@ -51,6 +52,29 @@ def test_a_file_of_another_program_is_not_ours(tmp_path, monkeypatch):
     dng.write_dng(random_frame(make="Photosite"), tmp_path / "a.dng")
     found = inspect_raw(tmp_path / "a.dng")
     assert (found.ours, found.software) == (False, "Camera firmware 1.0")
+
+
+def test_the_shot_in_its_packet_makes_a_file_ours_whatever_its_software_tag_says(tmp_path, monkeypatch):
+    resolved = {"shot": {"exposure": {"iso": 400}}, "inputs": []}
+    text = json.dumps(resolved["shot"], separators=(",", ":"))
+    for module in (dng, xmp):
+        monkeypatch.setattr(module, "software", lambda: "Camera firmware 1.0")
+    whole = dng.dng_bytes(random_frame(resolved=resolved))
+    (tmp_path / "a.dng").write_bytes(whole)
+    found = inspect_raw(tmp_path / "a.dng")
+    assert (found.ours, found.config_changed, found.software) == (True, False, "Camera firmware 1.0")
+    assert found.config_sha256 == hashlib.sha256(text.encode()).hexdigest()
+    edited = whole.replace(b'"iso":400', b'"iso":800')
+    assert edited != whole
+    (tmp_path / "b.dng").write_bytes(edited)
+    found = inspect_raw(tmp_path / "b.dng")
+    assert (found.ours, found.config_changed, found.config_sha256) == (True, True, None)
+
+
+def test_a_file_without_settings_has_no_hash(tmp_path):
+    dng.write_dng(random_frame(), tmp_path / "a.dng")
+    found = inspect_raw(tmp_path / "a.dng")
+    assert (found.ours, found.config_changed, found.config_sha256) == (True, False, None)
 
 
 def test_black_levels_go_to_the_channel_of_their_place(tmp_path):

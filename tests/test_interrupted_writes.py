@@ -16,18 +16,29 @@ ROOT = Path(__file__).parent.parent
 NAMESPACE = ["unshare", "--map-root-user", "--mount"]
 START = """
 import sys
+from dataclasses import replace
 from pathlib import Path
+import numpy as np
 from raw_frame import random_frame
 from simulator.development import write_image
 from simulator.errors import PhotositeError
 from simulator.raw.dng import write_dng
 from simulator.raw.save import save
 from simulator.raw.twin import write_twin
+from simulator.raw_format import RawFormat
 folder = Path(sys.argv[1])
+def stored_as(frame, payload):
+    return replace(frame, format=RawFormat(payload))
+def with_truth(frame):
+    plane = frame.mean_electrons
+    return replace(frame, truth={name: plane for name in ("variance", "depth", "blur")} | {"rgb": np.dstack([plane] * 3)})
 """
 WRITERS = {
     "a.dng": "write_dng(frame, folder / 'a.dng')",
+    "packed.dng": "write_dng(stored_as(frame, 'packed'), folder / 'packed.dng')",
+    "jpeg.dng": "write_dng(stored_as(frame, 'lossless_jpeg'), folder / 'jpeg.dng')",
     "a.exr": "write_twin(frame, folder / 'a.exr')",
+    "truth.exr": "write_twin(with_truth(frame), folder / 'truth.exr')",
     "a.png": "write_image(folder / 'a.png', frame.dn)",
     "a.tif": "write_image(folder / 'a.tif', frame.dn)",
     "a.jpg": "write_image(folder / 'a.jpg', frame.dn)",
@@ -201,7 +212,7 @@ print(step - 1)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["a.dng", "a.exr", "a.png", "frame.dng"])
+@pytest.mark.parametrize("name", ["a.dng", "packed.dng", "jpeg.dng", "a.exr", "truth.exr", "a.png", "frame.dng"])
 def test_a_write_killed_at_a_random_moment_leaves_the_old_file_or_the_new_one(tmp_path, name):
     """Kill -9 at 60 moments; many of them hit a write at work, or the test would prove nothing.
 
@@ -211,7 +222,7 @@ def test_a_write_killed_at_a_random_moment_leaves_the_old_file_or_the_new_one(tm
     assert at_work >= 10
 
 
-@pytest.mark.parametrize(("name", "steps"), [("a.dng", 3), ("frame.dng", 10)])
+@pytest.mark.parametrize(("name", "steps"), [("a.dng", 3), ("jpeg.dng", 3), ("truth.exr", 3), ("frame.dng", 10)])
 def test_a_write_killed_before_any_of_its_steps_leaves_the_old_file_or_the_new_one(tmp_path, name, steps):
     """Kill -9 before each call that brings a file to disk, renames it or takes it away."""
     assert int(python((VERSIONS + EVERY_STEP).replace("WRITE", WRITERS[name]), tmp_path)) == steps

@@ -11,6 +11,7 @@ import pytest
 import rawpy
 import tifffile
 from conftest import band_scene, test_camera
+from dng_variants import UPRIGHT
 from fresh_reader import libraw_codes
 from raw_frame import random_frame
 
@@ -117,19 +118,6 @@ def test_digital_gain_stretches_what_the_black_levels_differ():
 def test_left_alone_the_file_tells_the_camera_s_one_level():
     raw = dark_frame(None, told=False)
     assert raw_tags(raw)[50714] == ("SHORT", 4, (100,) * 4)
-
-
-# Exif 2.3, Orientation: which side of the picture row 0 and column 0 are.
-UPRIGHT = {
-    1: lambda stored: stored,  # top, left
-    2: lambda stored: stored[:, ::-1],  # top, right
-    3: lambda stored: stored[::-1, ::-1],  # bottom, right
-    4: lambda stored: stored[::-1],  # bottom, left
-    5: lambda stored: stored.swapaxes(0, 1),  # left, top
-    6: lambda stored: stored.swapaxes(0, 1)[:, ::-1],  # right, top
-    7: lambda stored: stored.swapaxes(0, 1)[::-1, ::-1],  # right, bottom
-    8: lambda stored: stored.swapaxes(0, 1)[::-1],  # left, bottom
-}
 
 
 @pytest.mark.parametrize("orientation", UPRIGHT)

@@ -18,6 +18,7 @@ CASES = [
     "sharp MONO near",
     "sharp RGGB window near",
     "sharp RGGB covered",
+    "rays",
 ]
 
 pytestmark = [
@@ -70,6 +71,29 @@ def run(case: str) -> None:
     print("done", devices()[0].name)
 
 
+def follow_rays() -> None:
+    """Both reference blurs, all colours and a mosaic, with a margin too small for the blur."""
+    import numpy as np
+
+    from simulator.blur.lens_height_field import sample_height_field
+    from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
+    from simulator.device import devices, open_device
+    from simulator.sensor.camera import Window
+
+    rng = np.random.default_rng(0)
+    device, points, frame = open_device(), lens_points(8, patterns=3), Window(3, 5, 9, 7)
+    colour, coverage = rng.random((2, 3, 22, 26)), rng.random((2, 22, 26))
+    radius = np.stack([np.broadcast_to(0.05 * np.arange(26) - 2.0, (22, 26)), np.full((22, 26), 8.0)])
+    surfaces = upload_surfaces(device, colour, coverage, radius, margin_px=2, oversampling=2)
+    rough = np.where(rng.random((22, 26)) > 0.8, -3.0, 4.0)
+    for cfa in (None, ((0, 1), (1, 2))):
+        for cells in (True, False):
+            sample_lens(device, surfaces, points, frame, cfa, cells)
+        sample_height_field(device, colour[0], rough, 2, points, frame, 2, cfa)
+    device.finish()
+    print("done", devices()[0].name)
+
+
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parent.parent))
-    run(sys.argv[1])
+    follow_rays() if sys.argv[1] == "rays" else run(sys.argv[1])

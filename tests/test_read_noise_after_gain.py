@@ -7,7 +7,7 @@ from scipy import stats
 
 from simulator.errors import PhotositeError
 from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
-from simulator.sensor.tukey_lambda import GREATEST_LAMBDA, LEAST_LAMBDA, REACH, tukey_polynomial
+from simulator.sensor.tukey_lambda import GREATEST_LAMBDA, LEAST_LAMBDA, REACH, least_squares, tukey_polynomial
 from simulator.stage import Moments
 
 DARK = np.zeros((512, 512))
@@ -60,6 +60,14 @@ def test_the_polynomial_is_within_2e_5_of_the_distribution_and_within_1e_4_of_it
     assert 0.5 * np.abs(found - exact).sum() < 2e-5
     variance = np.sum(0.25 * (value[1:] + value[:-1]) ** 2 * found) / stats.tukeylambda.var(shape)
     assert abs(variance - 1.0) < (1e-4 if shape > LEAST_LAMBDA else 3e-3)  # its tail beyond 6.7 normal sigmas is cut
+
+
+def test_the_fit_of_the_polynomial_is_that_of_numpys_least_squares():
+    rng = np.random.default_rng(4)
+    matrix = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, 500), 8) * np.exp(rng.normal(0, 2, (500, 1)))
+    wanted = rng.normal(0, 1, 500)
+    expected = np.linalg.lstsq(matrix, wanted, rcond=None)[0]
+    np.testing.assert_allclose(least_squares(matrix, wanted), expected, rtol=1e-10)
 
 
 def test_a_shape_that_was_not_fitted_is_refused():

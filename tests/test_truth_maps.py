@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -9,9 +10,10 @@ from conftest import band_scene, test_camera
 from randomness import accept, mean_p, variance_p
 from scipy import stats
 
+from simulator.device import open_device
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
-from simulator.pipeline import simulate
+from simulator.pipeline import expose_mosaic, simulate, truth, truth_parts
 from simulator.planner import plan
 from simulator.sensor import STAGES
 from simulator.sensor.binning import Binning
@@ -132,3 +134,19 @@ def test_clean_rgb_of_a_flat_scene_is_each_channels_own_exposure():
 
 def test_a_shot_that_asks_for_nothing_more_gets_nothing_more():
     assert simulate(shot_of(np.ones((4, 4)))).truth == {}
+
+
+@pytest.mark.parametrize("part", ["variance", "depth", "blur", "rgb"])
+def test_what_a_part_holds_on_the_host_is_counted_before_the_shot_is_taken(part):
+    """Peak of Python's own allocations on a frame large enough that tables of fixed size do not count."""
+    device, scene = open_device(), RANDOM.uniform(0.1, 1.0, (60, 80, 3))
+    shot = shot_of(scene, RANDOM.uniform(1.999, 2.001, (60, 80)), noisy_camera(1600, 1200), truth=(part,))
+    planned = plan(shot)
+    mean_electrons, _ = truth(planned, device, expose_mosaic(planned, device))
+    tracemalloc.start()
+    truth_parts(shot, planned, device, mean_electrons)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    counted = planned.memory_bytes((part,)) - planned.memory_bytes()
+    on_device = 12 * 1600 * 1200 * (part == "rgb")
+    assert peak - 2**21 <= counted - on_device <= 1.1 * peak, (peak, counted)

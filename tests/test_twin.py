@@ -72,6 +72,15 @@ def test_every_part_of_the_truth_is_read_back_by_openexr_itself_and_by_us(tmp_pa
         np.testing.assert_array_equal(ours[name], plane)
 
 
+@pytest.mark.parametrize("height", [22, 64, 65])
+def test_tiles_are_as_wide_as_the_frame_and_no_higher(tmp_path, height):
+    raw = random_frame(height, 131)
+    write_twin(raw, tmp_path / "a.exr")
+    spec = OpenImageIO.ImageInput.open(str(tmp_path / "a.exr")).spec()
+    assert (spec.tile_width, spec.tile_height) == (131, min(height, 64))
+    np.testing.assert_array_equal(read_twin(tmp_path / "a.exr")["dn.noise_free"], raw.noise_free_dn)
+
+
 def test_a_twin_without_shot_noise_claims_no_gain(tmp_path):
     write_twin(random_frame(noise_profile=((0.0, 1e-9),) * 3), tmp_path / "a.exr")
     assert OpenImageIO.ImageInput.open(str(tmp_path / "a.exr")).spec().getattribute("photosite:gain_dn_per_e") is None

@@ -42,6 +42,7 @@ def _facts(found: Inspection) -> list[tuple[str, str]]:
     camera = " ".join(text for text in (found.make, found.model) if text)
     said = [
         ("written by Photosite", "yes" if found.ours else "no"),
+        ("settings", "changed after they were written" if found.config_changed else _settings(found)),
         ("software", found.software),
         ("camera", camera),
         ("lens", found.lens),
@@ -56,6 +57,10 @@ def _facts(found: Inspection) -> list[tuple[str, str]]:
         ("file", f"{found.size_bytes / 1e6:.2f} MB"),
     ]
     return [(name, value or "not said") for name, value in said]
+
+
+def _settings(found: Inspection) -> str | None:
+    return found.config_sha256 and f"SHA-256 {found.config_sha256}; photosite resimulate takes the shot again"
 
 
 def _levels(found: Inspection) -> Table:

@@ -6,8 +6,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from simulator.command_line.lens_numbers import lens_facts
 from simulator.command_line.screen import console
-from simulator.command_line.shot_numbers import Fact, lens_facts, white_facts
+from simulator.command_line.shot_numbers import Fact, white_facts
 from simulator.config import load_shot, located, shot_warnings
 from simulator.planner import Plan, plan
 from simulator.shot import Shot
@@ -40,7 +41,7 @@ def show_plan(path: Path, settings: list[str], reflectance: float, keep: str) ->
             escape(step.stage), "kept" if step.kept else "skipped", escape(step.why), style=None if step.kept else "dim"
         )
     out.print(steps)
-    out.print(_facts("Lens", lens_facts(shot)))
+    out.print(_facts("Lens", lens_facts(shot, planned)))
     out.print(_facts("A white surface at the centre", white_facts(shot, planned)))
     _show_patch(out, shot, planned, reflectance, keep)
     for note in planned.scene.notes:

@@ -30,10 +30,12 @@ def locate(value: object, keys: tuple, document: Document) -> object:
     if isinstance(value, Section):
         for name, field in type(value).model_fields.items():
             inner = getattr(value, name)
-            if isinstance(inner, (Path, Section, dict)):
+            if isinstance(inner, (Path, Section, dict, list, tuple)):
                 setattr(value, name, locate(inner, keys + (field.alias or name,), document))
     elif isinstance(value, dict):
         return {key: locate(inner, keys + (key,), document) for key, inner in value.items()}
+    elif isinstance(value, (list, tuple)):
+        return type(value)(locate(inner, keys + (index,), document) for index, inner in enumerate(value))
     return value
 
 

@@ -11,17 +11,19 @@ CONFIGS = next(
 )
 
 
-def subdocument(document: Document, key: str) -> Document:
+def subdocument(document: Document, key: str | int) -> Document:
     """Return the section `key` as a document of its own."""
     places = {keys[1:]: place for keys, place in document.places.items() if keys[:1] == (key,)}
     places.setdefault((), document.place((key,)))
     return Document(document.data[key], places)
 
 
-def with_section(document: Document, key: str, section: Document) -> Document:
+def with_section(document: Document, key: str | int, section: Document) -> Document:
     """Return the document with another section `key`; neither is changed."""
     places = {keys: place for keys, place in document.places.items() if keys[:1] != (key,)}
     places |= {(key,) + keys: place for keys, place in section.places.items()}
+    if isinstance(document.data, list):
+        return Document([*document.data[:key], section.data, *document.data[key + 1 :]], places)
     return Document(document.data | {key: section.data}, places)
 
 
@@ -59,6 +61,8 @@ def without(document: Document, keys: tuple) -> Document:
 def with_value(document: Document, dotted: str, value: object, place: Place) -> Document:
     """Return the document with the value at a dotted path set; null removes the key. Missing sections are made.
 
+    An item of a list is named by its number from 0, as in scene.layers.0.depth.
+
     Raises PhotositeError, which names the place, for a path that runs through a plain value or removes nothing.
     """
     keys = tuple(dotted.split("."))
@@ -68,9 +72,12 @@ def with_value(document: Document, dotted: str, value: object, place: Place) -> 
 
 
 def _set(document: Document, keys: tuple, value: object, place: Place, dotted: str) -> Document:
+    rest = keys[1:]
+    if isinstance(document.data, list):
+        return _set_item(document, keys, value, place, dotted)
     if not isinstance(document.data, dict):
         raise PhotositeError(f"{place.text}: {dotted}: `{document.data}` is a value, not a section; the path ends before it")
-    key, rest = same_key(document.data, keys[0]), keys[1:]
+    key = same_key(document.data, keys[0])
     if rest:
         inner = subdocument(document, key) if document.data.get(key) is not None else Document({}, {(): place})
         return with_section(document, key, _set(inner, rest, value, place, dotted))
@@ -79,6 +86,17 @@ def _set(document: Document, keys: tuple, value: object, place: Place, dotted: s
             raise PhotositeError(f"{place.text}: {dotted} is not there, so nothing is removed; leave it out")
         return without(document, (key,))
     return with_section(document, key, Document(value, {(): place}))
+
+
+def _set_item(document: Document, keys: tuple, value: object, place: Place, dotted: str) -> Document:
+    """`_set` for a list."""
+    count = len(document.data)
+    if not keys[0].isdecimal() or int(keys[0]) >= count or (value is None and len(keys) == 1):
+        fix = "write the whole list to change their number" if keys[0].isdecimal() else "name one by its number from 0"
+        raise PhotositeError(f"{place.text}: {dotted}: the list there has {count} items; {fix}")
+    index = int(keys[0])
+    inner = _set(subdocument(document, index), keys[1:], value, place, dotted) if keys[1:] else Document(value, {(): place})
+    return with_section(document, index, inner)
 
 
 def parse_override(text: str) -> tuple[str, object, Place]:

@@ -4,7 +4,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, fields, is_dataclass, replace
-from functools import cache
+from functools import cache, reduce
+from operator import or_
 from pathlib import Path
 from typing import Annotated, get_type_hints
 
@@ -14,33 +15,41 @@ from simulator.config.build import build, placed, validate
 from simulator.config.camera_file import camera_section, inline_camera, inline_response
 from simulator.config.document import Document, Place, read_document
 from simulator.config.layers import parse_override, subdocument, with_section, with_value
+from simulator.config.lens_section import lens_member
 from simulator.config.problems import nearest
 from simulator.config.section_types import Section
 from simulator.config.sections import model_type, model_value, section
 from simulator.config.sweep_section import SweepSection
 from simulator.errors import PhotositeError
 from simulator.scene.charts import ChartScene
+from simulator.scene.deep import DeepScene
 from simulator.scene.image import ImageScene
+from simulator.scene.layered import LayeredScene
 from simulator.scene.spectral_cube import SpectralCubeScene
 from simulator.shot import Shot
 
 # The key that decides which scene it is.
-SCENES = {"image": ImageScene, "spectral_cube": SpectralCubeScene, "chart": ChartScene}
+SCENES = {
+    "image": ImageScene,
+    "spectral_cube": SpectralCubeScene,
+    "chart": ChartScene,
+    "layers": LayeredScene,
+    "deep": DeepScene,
+}
 
 
 @cache
 def shot_section() -> type[Section]:
     """Return the model of a shot file: the fields of Shot, with the scene chosen by its key."""
     scenes = tuple(Annotated[section(cls), Tag(f"<{cls.__name__}>")] for cls in SCENES.values())
-    union = scenes[0] | scenes[1] | scenes[2]
     scene = (
-        Annotated[union, Discriminator(_scene_of)],
-        Field(description="what stands before the lens: an image, a spectral_cube or a chart"),
+        Annotated[reduce(or_, scenes), Discriminator(_scene_of)],
+        Field(description=f"what stands before the lens, told apart by its key: {', '.join(SCENES)}"),
     )
-    members = {"scene": scene, "camera": (camera_section(), Field(description="the camera body"))}
+    members = {"scene": scene, "lens": lens_member(), "camera": (camera_section(), Field(description="the camera body"))}
     hints = get_type_hints(Shot, include_extras=True)
     for field in fields(Shot):
-        if field.name in ("scene", "camera", "resolved"):
+        if field.name in ("scene", "lens", "camera", "resolved"):
             continue
         default = {} if field.default is MISSING else {"default_factory": lambda value=field.default: model_value(value)}
         text = (hints[field.name].__doc__ or "").partition("\n")[0] if is_dataclass(hints[field.name]) else None
@@ -148,7 +157,7 @@ def _check_scene_keys(document: Document) -> None:
     if not given:
         unknown = [key for key in scene if key not in ("illuminant", "luminance", "depth", "field_of_view")]
         hint = nearest(str(unknown[0]), list(SCENES)) if unknown else f"give one of {', '.join(SCENES)}"
-        raise document.problem(("scene", *unknown[:1]), f"scene: neither image nor spectral_cube nor chart; {hint}")
+        raise document.problem(("scene", *unknown[:1]), f"scene: none of {', '.join(SCENES)} is there; {hint}")
 
 
 def _check_name(name: str, document: Document) -> None:

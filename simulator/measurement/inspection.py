@@ -8,6 +8,7 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.measurement.single_frame_noise import LevelNoise, single_frame_noise
+from simulator.raw.xmp import SettingsChanged, read_provenance
 from simulator.raw_file import open_raw, plane_places
 
 BINS = 64
@@ -40,7 +41,10 @@ class Channel:
 class Inspection:
     """A raw file at a glance. What the file does not say is None.
 
-    ours: whether Photosite wrote it, by its Software tag.
+    ours: whether Photosite wrote it: its XMP packet holds a shot of ours, or, from Python without settings, its Software tag
+        says so.
+    config_sha256: of the shot it was simulated from, where the packet holds one that still has this hash.
+    config_changed: whether the packet holds a shot that was changed after it was written.
     pattern: colours of the repeating block, row by row, rows apart by "/"; "MONO"; "full colour" where each pixel has all.
     make, model and software are read from files that are built like TIFF (DNG, NEF, ARW, CR2, PEF and others).
     """
@@ -48,6 +52,8 @@ class Inspection:
     path: str
     size_bytes: int
     ours: bool
+    config_sha256: str | None
+    config_changed: bool
     software: str | None
     make: str | None
     model: str | None
@@ -75,12 +81,14 @@ def inspect_raw(path: str | os.PathLike) -> Inspection:
         pattern, places = _places(frame, image)
         channels = tuple(_channel(name, planes, float(black[index].mean()), white) for name, planes, index in places)
         other, lens = frame.other, frame.lens
-        named = _names(label)
+        named, (config_sha256, changed) = _names(label), _origin(label)
         taken = other.timestamp if other.timestamp is not None and other.timestamp.year > 1970 else None
         return Inspection(
             path=label,
             size_bytes=os.path.getsize(label),
-            ours=str(named.get("Software", "")).startswith(OURS),
+            ours=bool(config_sha256) or changed or str(named.get("Software", "")).startswith(OURS),
+            config_sha256=config_sha256,
+            config_changed=changed,
             software=named.get("Software"),
             make=named.get("Make"),
             model=named.get("Model"),
@@ -154,6 +162,17 @@ def _names(path: str) -> dict[str, str]:
     texts = {name: str(source.spec().getattribute(name) or "").strip() for name in ("Make", "Model", "Software")}
     source.close()
     return {name: text for name, text in texts.items() if text}
+
+
+def _origin(path: str) -> tuple[str | None, bool]:
+    """SHA-256 of the shot in the file's XMP packet, where it is whole, and whether one is there that was changed."""
+    try:
+        found = read_provenance(path)
+    except SettingsChanged:
+        return None, True
+    except PhotositeError:  # a raw file that is not built like TIFF
+        return None, False
+    return None if found is None else found.config_sha256, False
 
 
 def _told(value: float) -> float | None:

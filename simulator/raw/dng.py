@@ -18,6 +18,7 @@ from simulator.raw.color_tags import color_tags
 from simulator.raw.exif import exif_directory
 from simulator.raw.files import atomic_write
 from simulator.raw.levels import levels
+from simulator.raw.opcodes import opcodes
 from simulator.raw.payload import MosaicData, mosaic_data
 from simulator.raw.thumbnail import thumbnail
 from simulator.raw.xmp import xmp_packet
@@ -114,7 +115,7 @@ def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[int, tiff.Field | tiff.
         tags[33422] = tiff.byte(*CFA_COLOURS[raw.cfa])
         tags[50710] = tiff.byte(0, 1, 2)  # CFAPlaneColor
         tags[50711] = tiff.short(1)  # CFALayout: rectangular
-    return tags | areas(raw) | levels(raw, mosaic.bits_per_sample) | _strip(height, width, mosaic.size_bytes)
+    return tags | areas(raw) | opcodes(raw) | levels(raw, mosaic.bits_per_sample) | _strip(height, width, mosaic.size_bytes)
 
 
 def _strip(height: int, width: int, size_bytes: int) -> dict[int, tiff.Field]:

@@ -20,6 +20,9 @@ def exif_directory(raw: Raw) -> dict[int, tiff.Field]:
     if raw.focus_distance_m > 0:
         near = raw.focus_distance_m < tiff.LARGEST_FILE_BYTES
         tags[37382] = tiff.rational(raw.focus_distance_m if near else tiff.INFINITE_RATIONAL)  # SubjectDistance
+    if 0 < raw.focal_length_mm < math.inf:  # a lens that does not zoom; its widest aperture is not that of the shot
+        unknown = tiff.UNKNOWN_RATIONAL
+        tags[42034] = tiff.rational(raw.focal_length_mm, raw.focal_length_mm, unknown, unknown)  # LensSpecification
     if 0.5 < raw.focal_length_35mm_mm < _LARGEST_SHORT:
         tags[41989] = tiff.short(round(raw.focal_length_35mm_mm))
     if raw.lens_model:

@@ -23,12 +23,14 @@ class Part:
     """One picture of a file that holds several.
 
     name: of the part. pixels, channels, attributes: as `write_picture` takes them.
+    tile_rows: height of tiles that are as wide as the picture, in formats that have tiles; 0: rows, stored one by one.
     """
 
     name: str
     pixels: np.ndarray
     channels: tuple[str, ...]
     attributes: dict[str, object] = field(default_factory=dict)
+    tile_rows: int = 0
 
 
 def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes) -> None:
@@ -81,6 +83,8 @@ def _spec(part: Part):
 
     height, width, count = part.pixels.shape
     spec = OpenImageIO.ImageSpec(width, height, count, _FORMATS[str(part.pixels.dtype)])
+    if part.tile_rows:
+        spec.tile_width, spec.tile_height = width, min(part.tile_rows, height)
     if part.channels:
         spec.channelnames = part.channels
     named = {"oiio:subimagename": part.name} if part.name else {}

@@ -37,9 +37,9 @@ def _value(file: BinaryIO, code: int) -> bytes | None:
             size = count * _TYPE_BYTES.get(kind, 1)
             if size <= 4:
                 return field[:size]
-            file.seek(*struct.unpack(f"{order}I", field))
-            value = file.read(size)
-            if len(value) < size:
-                raise struct.error
-            return value
+            (offset,) = struct.unpack(f"{order}I", field)
+            if offset + size > os.fstat(file.fileno()).st_size:
+                raise struct.error  # asking for more than there is would take memory for all of it
+            file.seek(offset)
+            return file.read(size)
     return None

@@ -11,6 +11,7 @@ from simulator.errors import PhotositeError
 
 LARGEST_FILE_BYTES = 2**32 - 1  # TIFF offsets are 32 bits wide
 INFINITE_RATIONAL = (2**32 - 1, 1)  # Exif 2.3, SubjectDistance: numerator FFFFFFFF means infinity
+UNKNOWN_RATIONAL = (0, 0)  # Exif 2.3, LensSpecification
 _HEADER_BYTES = 8
 _DATA_ALIGNMENT = 16
 

@@ -2,6 +2,7 @@
 
 Each quantity is a part of its own, so that a reader loads only what it wants. float32, not compressed: on 12 Mpixel of
 fine texture zip takes five times as long and saves 1 % (piz 8 times, 8 %). Depth and blur circle are smooth and take zip.
+In tiles, since OpenEXR handles rows one by one: 64 rows at once take a quarter less time.
 """
 
 import os
@@ -16,6 +17,7 @@ from simulator.raw.picture import Part, put_parts, read_parts
 
 MEAN_ELECTRONS = "electrons.mean"  # mean photoelectrons per photosite, before any noise [e-]
 NOISE_FREE_DN = "dn.noise_free"  # code without noise and rounding, pedestal included, clipped as the sensor clips [DN]
+_TILE_ROWS = 64
 # Parts of Raw.truth: channels, unit, compression. docs/raw_files.md says what each is.
 PARTS = {
     "variance": (("dn.variance",), "DN^2", "none"),
@@ -79,7 +81,7 @@ def _part(raw: Raw, name: str, plane: np.ndarray, channels: tuple[str, ...], uni
         shown = channels[0] if len(channels) == 1 else name
         raise PhotositeError(f"{raw.name}: {shown} is {plane.shape} and the mosaic {raw.dn.shape}: they must agree")
     attributes = {"compression": compression, "photosite:unit": unit}
-    return Part(name, pixels.astype(np.float32, casting="same_kind", copy=False), channels, attributes)
+    return Part(name, pixels.astype(np.float32, casting="same_kind", copy=False), channels, attributes, _TILE_ROWS)
 
 
 def _gain_dn_per_e(raw: Raw) -> float:

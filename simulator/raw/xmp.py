@@ -23,6 +23,10 @@ _XMP = "http://ns.adobe.com/xap/1.0/"
 _COMPACT = {"separators": (",", ":"), "ensure_ascii": True}
 
 
+class SettingsChanged(PhotositeError):
+    """The settings in a file do not have the hash that was written beside them."""
+
+
 @dataclass(frozen=True)
 class Provenance:
     """What a raw frame was simulated from.
@@ -66,8 +70,8 @@ def xmp_packet(raw: Raw) -> bytes | None:
 def read_provenance(path: str | os.PathLike) -> Provenance | None:
     """Return what a DNG of ours was simulated from; None for any other TIFF or DNG.
 
-    Raises PhotositeError for a file that is missing, no TIFF or DNG, or cut short, and for settings that do not have the
-    hash written beside them.
+    Raises PhotositeError for a file that is missing, no TIFF or DNG, or cut short; SettingsChanged, which is one, for
+    settings that do not have the hash written beside them.
     """
     packet = read_tag(path, XMP_TAG)
     found = {} if packet is None else _properties(packet)
@@ -79,7 +83,7 @@ def read_provenance(path: str | os.PathLike) -> Provenance | None:
         shot, inputs = None, ()
     named = all(isinstance(each.get(name), str) for each in inputs for name in ("key", "path", "sha256"))
     if not isinstance(shot, dict) or not named or _sha256(found["Shot"]) != found.get("ConfigSHA256"):
-        raise PhotositeError(f"{path}: the shot in its XMP packet was changed after it was written; use an untouched copy")
+        raise SettingsChanged(f"{path}: the shot in its XMP packet was changed after it was written; use an untouched copy")
     return Provenance(shot, found["ConfigSHA256"], inputs, found.get("Version", "an unknown version"))
 
 

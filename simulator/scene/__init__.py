@@ -17,7 +17,8 @@ class Layer:
 
     planes: (height, width, bands) float32, >= 0, finite: weights of the light it sends out, times coverage (as EXR stores
         colours with alpha), so that layers lie over one another as planes + (1 - coverage) * planes of the next.
-    depth_m: distance along the optical axis [m], a float or (height, width) float32; inf is allowed.
+    depth_m: distance along the optical axis [m], a float or (height, width) float32; inf is allowed. Where coverage is 0 it
+        means nothing and should go on as beside.
     coverage: (height, width) float32, share of each pixel that it covers, 0 to 1; None: all of it.
     """
 
@@ -39,6 +40,7 @@ class Scene:
     field_of_view_deg: full horizontal angle of the grid [deg]; None: the grid fills the sensor.
     interpolation: how the sensor's pixels read the grid.
     notes: what was assumed while reading, for the log.
+    hidden: whether the background is continued behind the edges of what stands before it, see `hidden_surface`.
     """
 
     planes: np.ndarray
@@ -51,6 +53,7 @@ class Scene:
     notes: tuple[str, ...] = ()
     coverage: np.ndarray | None = None
     behind: tuple[Layer, ...] = ()
+    hidden: Literal["none", "extend"] = "none"
 
     @property
     def layers(self) -> tuple[Layer, ...]:

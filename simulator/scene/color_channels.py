@@ -9,12 +9,12 @@ from simulator.scene.pixel_file import PixelFile
 REC709_CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709-6, Table 1, item 1.3 and 1.4
 
 
-def color_channels(file: PixelFile, layer: str | None = None, depth_channel: str = "Z") -> tuple[np.ndarray, tuple[str, ...]]:
-    """Pick the colour of a picture as stored, (height, width, 3) or (height, width, 1), and notes for the log.
+def color_channels(file: PixelFile, layer: str | None = None, depth_channel: str = "Z", key: str = "scene.image") -> np.ndarray:
+    """Pick the colour of a picture as stored, (height, width, 3) or (height, width, 1), a view where that can be.
 
-    Alpha is dropped; colours stay as stored. For EXR, whose colours are multiplied by alpha by convention, that is
+    Alpha is left aside; colours stay as stored. For EXR, whose colours are multiplied by alpha by convention, that is
     the picture over black. An EXR is read by channel names: R, G, B, or its only channel beside alpha and depth.
-    Raises PhotositeError for another number of channels.
+    Raises PhotositeError, which names `key`, for another number of channels.
     """
     prefix = f"{layer}." if layer else ""
     wanted = [f"{prefix}{letter}" for letter in "RGB"]
@@ -24,21 +24,20 @@ def color_channels(file: PixelFile, layer: str | None = None, depth_channel: str
     elif len(rest) == 1 and not layer:
         chosen = rest
     else:
-        raise _wrong_channels(file, layer)
-    notes = []
-    if file.alpha is not None:
-        notes.append(f"{file.path.name}: alpha dropped; the colours are used as stored")
-    return file.pixels[..., [file.channels.index(name) for name in chosen]], tuple(notes)
+        raise _wrong_channels(file, layer, key)
+    first, *others = indices = [file.channels.index(name) for name in chosen]
+    beside = others == list(range(first + 1, first + len(indices)))
+    return file.pixels[..., first : first + len(indices)] if beside else np.take(file.pixels, indices, axis=2)
 
 
-def _wrong_channels(file: PixelFile, layer: str | None) -> PhotositeError:
+def _wrong_channels(file: PixelFile, layer: str | None, key: str) -> PhotositeError:
     names = file.channels
     layers = sorted({name[:-2] for name in names if name.endswith(".R")})
     hint = f"; write layer: and one of {', '.join(layers)}" if layers else ""
     shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
     where = f" of layer {layer}" if layer else ""
     return PhotositeError(
-        f"scene.image = {file.path}: has {len(names)} channels ({shown}), but the colour{where} must be "
+        f"{key} = {file.path}: has {len(names)} channels ({shown}), but the colour{where} must be "
         f"1 channel (grey) or R, G and B, with or without alpha{hint}"
     )
 
@@ -71,6 +70,8 @@ def _decode(stored: np.ndarray, encoding: str) -> np.ndarray:
         return curve(codes).astype(np.float32)[stored]
     largest = np.iinfo(stored.dtype).max if stored.dtype.kind in "ui" else 1.0
     with np.errstate(over="ignore"):  # what float32 cannot hold becomes Inf, which is refused later
+        if stored.dtype.kind == "f" and encoding == "linear":
+            return stored.astype(np.float32)
         return curve(stored.astype(np.float64) / largest).astype(np.float32)
 
 

@@ -1,6 +1,7 @@
 """Depth of a scene: one distance, a depth picture of its own, or a channel of the scene's EXR.
 
-Depth is the distance along the optical axis (a renderer's Z), not along the ray.
+Inside the simulator depth is the distance along the optical axis (a renderer's Z). Files may hold the distance along the
+ray instead: `along: ray` converts it with the field of view.
 """
 
 import math
@@ -11,10 +12,12 @@ from typing import Annotated, Literal
 import numpy as np
 
 from simulator.errors import PhotositeError, require
-from simulator.scene.pixel_file import PixelFile, first_fault, read_pixels
+from simulator.scene.depth_holes import Holes, nearest_pixels, without_holes
+from simulator.scene.pixel_file import PixelFile, read_pixels
 from simulator.units import Metres
 
 LengthUnit = Annotated[Literal["m", "cm", "mm", "km"], "unit of the stored numbers"]
+Along = Annotated[Literal["axis", "ray"], "distance along the optical axis, or along the ray; ray needs scene.field_of_view"]
 METRES_PER_UNIT = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
 
 
@@ -29,9 +32,11 @@ class DepthImage:
     channel: Annotated[str | None, "channel to read; not needed when there is only one, or a Z"] = None
     unit: LengthUnit = "m"
     scale: Annotated[float, "factor on the stored numbers"] = 1.0
+    along: Along = "axis"
+    holes: Holes = "error"
 
     def __post_init__(self):
-        _check_scale(self.scale)
+        check_scale(self.scale)
 
 
 @dataclass(frozen=True)
@@ -41,57 +46,94 @@ class DepthChannel:
     channel: Annotated[str, "channel to read, such as Z"] = "Z"
     unit: LengthUnit = "m"
     scale: Annotated[float, "factor on the stored numbers"] = 1.0
+    along: Along = "axis"
+    holes: Holes = "error"
 
     def __post_init__(self):
-        _check_scale(self.scale)
+        check_scale(self.scale)
 
 
 Depth = Metres | DepthImage | DepthChannel
 
 
-def _check_scale(scale: float) -> None:
+def check_scale(scale: float) -> None:
+    """Raise PhotositeError unless a factor on depth is above 0 and finite."""
     require(scale > 0 and math.isfinite(scale), "scene.depth.scale", scale, "give a number above 0")
 
 
-def check_depth(depth_m: float | DepthImage | DepthChannel) -> None:
-    """Raise PhotositeError for a constant depth of 0 or less, or NaN."""
-    if not isinstance(depth_m, DepthImage | DepthChannel):
-        require(depth_m > 0, "scene.depth", f"{depth_m} m", "give a distance above 0 m, such as 2 m")
+def check_along(along: str, field_of_view_deg: float | None, key: str = "scene.depth") -> None:
+    """Raise PhotositeError for distances along the ray without a field of view."""
+    rule = "needs the angles of the rays; add scene.field_of_view, the full horizontal angle of the picture"
+    require(along == "axis" or field_of_view_deg is not None, f"{key}.along", along, rule)
 
 
-def load_depth(depth_m: float | DepthImage | DepthChannel, scene_file: PixelFile) -> float | np.ndarray:
-    """Read depth for Scene.depth_m [m]: the float itself, or (height, width) float32.
+def check_depth(
+    depth_m: float | DepthImage | DepthChannel, field_of_view_deg: float | None = None, key: str = "scene.depth"
+) -> None:
+    """Raise PhotositeError for a constant depth of 0 or less, or NaN, or rays without a field of view."""
+    if isinstance(depth_m, DepthImage | DepthChannel):
+        check_along(depth_m.along, field_of_view_deg, key)
+    else:
+        require(depth_m > 0, key, f"{depth_m} m", "give a distance above 0 m, such as 2 m")
 
-    Raises PhotositeError for a missing channel, another size than the scene's, NaN, or depth of 0 or less;
-    inf is allowed.
+
+def load_depth(
+    depth_m: float | DepthImage | DepthChannel,
+    scene_file: PixelFile,
+    field_of_view_deg: float | None = None,
+    key: str = "scene",
+    coverage: np.ndarray | None = None,
+) -> tuple[float | np.ndarray, tuple[str, ...]]:
+    """Read depth for Layer.depth_m [m]: the float itself, or (height, width) float32, and notes for the log.
+
+    field_of_view_deg: for distances along the ray. key: section of the scene or layer, for messages.
+    coverage: (height, width); where it is 0, depth is that of the nearest covered pixel, whatever the file says.
+    Raises PhotositeError for a missing channel, another size than the scene's, and holes (NaN, 0 or less) unless the
+    source says how to fill them; inf is allowed.
     """
     if not isinstance(depth_m, DepthImage | DepthChannel):
-        return float(depth_m)
+        return float(depth_m), ()
+    if coverage is not None and not coverage.any():
+        return math.inf, ()
     if isinstance(depth_m, DepthChannel):
-        path, stored = scene_file.path, scene_file.channel(depth_m.channel, "scene.depth.channel")
+        path, stored = scene_file.path, scene_file.channel(depth_m.channel, f"{key}.depth.channel")
     else:
-        path = depth_m.image
-        stored = _depth_picture(depth_m)
+        path, stored = depth_m.image, _depth_picture(depth_m, key)
     if stored.shape != scene_file.size:
         raise PhotositeError(
-            f"scene.depth.image = {path}: is {stored.shape[1]}x{stored.shape[0]} pixels, but the scene is "
+            f"{key}.depth.image = {path}: is {stored.shape[1]}x{stored.shape[0]} pixels, but the scene is "
             f"{scene_file.size[1]}x{scene_file.size[0]}; export both at one size"
         )
-    depth = stored.astype(np.float32) * np.float32(depth_m.scale * METRES_PER_UNIT[depth_m.unit])
-    fault = ~(depth > 0)  # NaN too
-    if fault.any():
-        raise PhotositeError(
-            f"scene.depth = {path}: depth is NaN, 0 or less in {first_fault(fault)}; fill these pixels (inf is allowed)"
-        )
-    return depth
+    depth = stored.astype(np.float32)
+    depth *= np.float32(depth_m.scale * METRES_PER_UNIT[depth_m.unit])
+    if coverage is not None:
+        depth[coverage == 0] = np.inf  # nothing stands there: no hole
+    depth, notes = without_holes(depth, depth_m.holes, f"{key}.depth", path)
+    if coverage is not None:
+        depth = nearest_pixels(depth, coverage > 0)
+    if depth_m.along == "ray":
+        depth *= axis_per_ray(depth.shape, field_of_view_deg)
+    return depth, notes
 
 
-def _depth_picture(source: DepthImage) -> np.ndarray:
-    file = read_pixels(source.image, "scene.depth.image")
+def axis_per_ray(shape: tuple[int, int], field_of_view_deg: float) -> np.ndarray:
+    """Distance along the axis over distance along the ray, (height, width) float32: the cosine of the field angle.
+
+    The axis meets the picture's centre; tan(field of view / 2) is half the width (pinhole projection).
+    """
+    height, width = shape
+    per_px = 2.0 * math.tan(math.radians(0.5 * field_of_view_deg)) / width
+    x, y = ((np.arange(count) + 0.5 - 0.5 * count) * per_px for count in (width, height))
+    return (1.0 / np.sqrt(1.0 + x**2 + y[:, None] ** 2)).astype(np.float32)
+
+
+def _depth_picture(source: DepthImage, key: str) -> np.ndarray:
+    file = read_pixels(source.image, f"{key}.depth.image")
     names = [name for index, name in enumerate(file.channels) if index != file.alpha]
     if source.channel is not None:
-        return file.channel(source.channel, "scene.depth.channel")
+        return file.channel(source.channel, f"{key}.depth.channel")
     if len(names) == 1:
-        return file.channel(names[0], "scene.depth.image")
-    require("Z" in names, "scene.depth.image", source.image, f"has channels {', '.join(names)}; add channel: and one of them")
-    return file.channel("Z", "scene.depth.image")
+        return file.channel(names[0], f"{key}.depth.image")
+    rule = f"has channels {', '.join(names)}; add channel: and one of them"
+    require("Z" in names, f"{key}.depth.image", source.image, rule)
+    return file.channel("Z", f"{key}.depth.image")

@@ -18,6 +18,7 @@ class PixelFile:
     pixels: (height, width, channels) in the stored type; alpha has not been multiplied in.
     channels: their names as the file or OpenImageIO gives them ("R", "G", "B", "A", "Z", "Y", "450nm" ...).
     alpha: index of the alpha channel, or None.
+    straight_alpha: the colours are not multiplied by alpha (PNG, and TIFF that says so).
     is_exr: an EXR may carry any number of named channels; other kinds may not.
     chromaticities: red, green, blue and white x, y of an EXR that states them.
     notes: what the reader should know.
@@ -30,6 +31,7 @@ class PixelFile:
     is_exr: bool = False
     chromaticities: tuple[float, ...] | None = None
     notes: tuple[str, ...] = ()
+    straight_alpha: bool = False
 
     @property
     def size(self) -> tuple[int, int]:
@@ -92,13 +94,13 @@ def _read_picture(path: Path, key: str) -> PixelFile:
     wishes.attribute("oiio:UnassociatedAlpha", 1)  # else colours of PNG come multiplied by alpha
     source = oiio.ImageInput.open(str(path), wishes)
     if source is None:
-        raise _unreadable(key, path, oiio.geterror())
+        raise unreadable(key, path, oiio.geterror())
     try:
         spec = source.spec()
-        require(not spec.deep, key, path, "is a deep EXR; flatten it first")
+        require(not spec.deep, key, path, "is a deep EXR; write deep: instead of image:, or flatten it first")
         pixels = source.read_image(0, 0, 0, spec.nchannels, oiio.UNKNOWN)
         if pixels is None or source.has_error:
-            raise _unreadable(key, path, source.geterror())
+            raise unreadable(key, path, source.geterror())
         parts = spec.get_int_attribute("oiio:subimages", 1)
         return PixelFile(
             path,
@@ -108,6 +110,7 @@ def _read_picture(path: Path, key: str) -> PixelFile:
             source.format_name() == "openexr",
             spec.getattribute("chromaticities"),
             _notes(path.name, spec, parts),
+            spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 1,
         )
     finally:
         source.close()
@@ -124,7 +127,8 @@ def _notes(name: str, spec, parts: int) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _unreadable(key: str, path: Path, reason: str) -> PhotositeError:
+def unreadable(key: str, path: Path, reason: str) -> PhotositeError:
+    """Error for a file that OpenImageIO cannot read; `reason` is what it said."""
     first_line = (reason or "no reason given").strip().splitlines()[0]
     return PhotositeError(
         f"{key} = {path}: cannot be read ({first_line}); the file is damaged, cut short or no picture: export it again"

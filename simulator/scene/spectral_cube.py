@@ -11,6 +11,7 @@ from simulator.errors import PhotositeError, require
 from simulator.scene import Scene
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.depth import Depth, check_depth, load_depth
+from simulator.scene.hidden_surface import Hidden
 from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, memory_for, read_pixels
 from simulator.scene.wavelengths import common_grid, named_wavelengths, read_wavelengths
 from simulator.spectra import check_illuminant, illuminant, luminance_cd_m2
@@ -36,6 +37,7 @@ class SpectralCubeScene:
     illuminant: Annotated[str, 'CIE name such as D65 or A, or "3200 K"'] = "D65"
     depth_m: Depth = math.inf
     field_of_view_deg: Degrees | None = None
+    hidden: Hidden = "none"
 
     def __post_init__(self):
         if self.luminance_cd_m2 is not None:
@@ -43,7 +45,7 @@ class SpectralCubeScene:
         needed = self.quantity == "radiance" or self.luminance_cd_m2 is not None
         require(needed, "scene.luminance", "nothing", "a reflectance cube needs the luminance of white, such as 100 cd/m^2")
         check_illuminant(self.illuminant, "scene.illuminant")
-        check_depth(self.depth_m)
+        check_depth(self.depth_m, self.field_of_view_deg)
         check_field_of_view(self.field_of_view_deg)
 
     def load(self) -> Scene:
@@ -68,14 +70,16 @@ class SpectralCubeScene:
                 f"scene.spectral_cube = {self.spectral_cube}: negative in {fault}; light is never negative: clip it first"
             )
         light = illuminant(self.illuminant, grid_nm)
+        depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg)
         return Scene(
             planes=planes,
             spectra_w_m2_sr_nm=self._spectra(planes, basis, light, grid_nm),
             wavelengths_nm=grid_nm,
             illuminant=light,
-            depth_m=load_depth(self.depth_m, file),
+            depth_m=depth_m,
             field_of_view_deg=self.field_of_view_deg,
-            notes=(*file.notes, *notes),
+            notes=(*file.notes, *notes, *depth_notes),
+            hidden=self.hidden,
         )
 
     def _bands(self, file: PixelFile) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,249 @@
+"""The lens blur: time against the sensor kernel, and run time against error beside blurs by slabs in SciPy.
+
+    python benchmarks/defocus.py [--out build/benchmarks]
+
+The scene is a wall that tilts away from the plane in focus to a blur radius of 16 photosites, with disks out of focus the other
+way before it. The error is against rays through the lens (`simulator/blur/lens_sampling.py`) in a window with edges, in units
+of the noise of 2000 e-. SciPy's slabs see one picture with its depth, as they do for their users, and hidden surfaces are
+unknown to them; the row "one picture with depth" gives Photosite no more than that.
+"""
+
+import argparse
+import json
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from peers.slab_fft import slab_blur
+
+from simulator import load_shot
+from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
+from simulator.defocus import Defocus
+from simulator.device import open_device
+from simulator.exposure import Exposure
+from simulator.lens import ThinLens
+from simulator.pipeline import expose_mosaic
+from simulator.planner import plan
+from simulator.readout import read_out
+from simulator.scene import Layer, Scene
+from simulator.sensor.camera import Window
+
+SHOT = Path(__file__).parent.parent / "configs" / "shots" / "grey_ramp.yaml"
+RADII_PX = (2.0, 4.0, 8.0, 16.0, 32.0)
+LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
+STEPS_PX = (4.0, 2.0, 1.0)
+WINDOW = Window(1700, 1200, 192, 192)  # photosites compared with rays: the rim of a disk before the wall
+RAYS = 2048
+
+
+def timed(run, rounds: int) -> dict[str, float]:
+    """Least wall and processor time [s]; a first run is not counted."""
+    run()
+    wall, cpu = [], []
+    for _ in range(rounds):
+        started, used = time.perf_counter(), time.process_time()
+        run()
+        wall.append(time.perf_counter() - started)
+        cpu.append(time.process_time() - used)
+    return {"best_s": min(wall), "cpu_s": min(cpu)}
+
+
+class FixedScene:
+    """A scene in memory."""
+
+    def __init__(self, scene: Scene):
+        self.scene = scene
+
+    def load(self) -> Scene:
+        """The scene itself."""
+        return self.scene
+
+
+def one_radius(device, rounds: int) -> list[dict]:
+    """Time of the blur of one distance over the time of the sensor kernel, in turns."""
+    shot = load_shot(SHOT, {"camera": "sony_a7s2"})
+    sharp = plan(shot)
+    mosaic = expose_mosaic(sharp, device)
+    rows = []
+    for radius in RADII_PX:
+        blurred = replace(sharp, defocus=Defocus((radius,), True, sharp.projection.scale))
+
+        def blur(blurred=blurred):
+            expose_mosaic(blurred, device)
+            device.finish()
+
+        sensor, found = timed(lambda: read_out(sharp, device, mosaic, shot.seeds), rounds), timed(blur, rounds)
+        rows.append({"radius_px": radius, **found, "sensor_s": sensor["best_s"], "sensor_cpu_s": sensor["cpu_s"]})
+    return rows
+
+
+def wall_with_disks(width: int, height: int) -> tuple[np.ndarray, ...]:
+    """Colours (2, height, width, 3), coverage and signed radius (2, height, width) of disks before a tilted wall."""
+    rng = np.random.default_rng(11)
+    y, x = np.mgrid[:height, :width].astype(np.float32)
+    colours = []
+    for _ in range(2):
+        coarse = rng.random((3, height // 6 + 2, width // 6 + 2), dtype=np.float32)
+        fine = np.kron(coarse, np.ones((1, 6, 6), np.float32))[:, :height, :width]
+        colours.append(0.25 + 0.5 * fine + 0.2 * np.sin(0.11 * x + 0.05 * y))
+    inside = np.zeros((height, width), bool)
+    for row in range(160, height, 420):
+        for column in range(200, width, 520):
+            inside |= (x - column) ** 2 + (y - row) ** 2 < 110.0**2
+    coverage = np.stack([inside, np.ones_like(inside)]).astype(np.float32)
+    radius = np.stack([np.full_like(x, -6.0), 16.0 * x / width])
+    return np.stack(colours).transpose(0, 2, 3, 1), coverage, radius
+
+
+def depth_of(radius_px: np.ndarray, pitch_um: float) -> float | np.ndarray:
+    """Distance at which LENS blurs by this signed radius [m]."""
+    per_dioptre = float(LENS.blur_radius_um(np.inf) - LENS.blur_radius_um(1.0)) / pitch_um
+    depth = 1.0 / (0.5 - radius_px / per_dioptre)
+    return float(depth.flat[0]) if np.ptp(depth) == 0.0 else depth
+
+
+def scene_plans(camera_shot) -> tuple[dict, tuple[np.ndarray, ...]]:
+    """Plans of the scene as layers and as one picture with depth, and what it is made of."""
+    camera = camera_shot.camera
+    colours, coverage, radius = wall_with_disks(camera.width_px, camera.height_px)
+    wavelengths = np.arange(400.0, 701.0, 10.0)
+    spectra = 1e-3 * np.stack([(wavelengths >= low) & (wavelengths < low + 100.1) for low in (600.0, 500.0, 400.0)])
+    near, far = (depth_of(px, camera.pixel_pitch_um) for px in radius)
+    flat = coverage[0][..., None] * colours[0] + (1.0 - coverage[0][..., None]) * colours[1]
+    layered = Scene(
+        (colours[0] * coverage[0][..., None]).astype(np.float32),
+        spectra,
+        wavelengths,
+        np.ones(31),
+        near,
+        coverage=coverage[0],
+        behind=(Layer(colours[1].astype(np.float32), far),),
+    )
+    single = replace(
+        layered, planes=flat.astype(np.float32), depth_m=np.where(coverage[0] > 0, near, far), coverage=None, behind=()
+    )
+    shots = {
+        "layers": layered,
+        "one picture with depth": single,
+        "the same, background continued": replace(single, hidden="extend"),
+    }
+    exposure = Exposure(0.01)
+    plans = {
+        name: plan(replace(camera_shot, scene=FixedScene(one), lens=LENS, exposure=exposure)) for name, one in shots.items()
+    }
+    return plans, (colours, coverage, radius)
+
+
+def rays(device, planned, scene: tuple[np.ndarray, ...]) -> np.ndarray:
+    """Mean over the lens of the scene's own surfaces in the window, (height, width) in each photosite's colour."""
+    colours, coverage, radius = scene
+    margin = 20
+    rows, columns = (
+        slice(WINDOW.y - margin, WINDOW.y + WINDOW.height + margin),
+        slice(WINDOW.x - margin, WINDOW.x + WINDOW.width + margin),
+    )
+    light = (colours * coverage[..., None])[:, rows, columns] @ planned.weights.astype(np.float32)
+    surfaces = upload_surfaces(
+        device, light.transpose(0, 3, 1, 2), coverage[:, rows, columns], radius[:, rows, columns], margin
+    )
+    points = lens_points(RAYS)
+    points[..., :2] = 0.5  # the surfaces hold one value per photosite, and so do all contestants
+    block = planned.camera.filter_block()
+    found = sample_lens(device, surfaces, points, Window(0, 0, WINDOW.width, WINDOW.height), cfa=block, cells=False)
+    return device.download(found, (WINDOW.height, WINDOW.width), np.float32)
+
+
+def error(found: np.ndarray, truth: np.ndarray) -> dict[str, float]:
+    """Deviation in units of the noise of 2000 e- at the scene's mean."""
+    electrons = 2000.0 / truth.mean()
+    z = np.abs(electrons * (found - truth) / np.sqrt(electrons * truth + 4.0))
+    return {"rms": float(np.sqrt((z**2).mean())), "p99": float(np.quantile(z, 0.99)), "above_1": float((z > 1).mean())}
+
+
+def time_and_error(device, rounds: int) -> list[dict]:
+    """Run time for 12 megapixels and error in the window, of every method."""
+    shot = load_shot(SHOT, {"camera": "sony_a7s2"})
+    plans, scene = scene_plans(shot)
+    truth = rays(device, plans["layers"], scene)
+    here = slice(WINDOW.y, WINDOW.y + WINDOW.height), slice(WINDOW.x, WINDOW.x + WINDOW.width)
+    rows = []
+    for name, planned in plans.items():
+        mosaic = []
+
+        def blur(planned=planned, mosaic=mosaic):
+            mosaic[:] = [expose_mosaic(planned, device)]
+            device.finish()
+
+        took, frame = timed(blur, rounds), planned.frame
+        found = device.download(mosaic[0], (frame.height, frame.width), np.float32)[here]
+        rows.append({"name": f"Photosite, {name}", **took, **error(found, truth)})
+    colours, coverage, radius = scene
+    flat = (coverage[0][..., None] * colours[0] + (1.0 - coverage[0][..., None]) * colours[1]).transpose(2, 0, 1)
+    depth = np.where(coverage[0] > 0, radius[0], radius[1])
+    planes = np.tensordot(plans["layers"].weights.T.astype(np.float32), flat, axes=1)
+    (a, b), (c, d) = plans["layers"].camera.filter_block()
+    for how in ("add", "over"):
+        for step in STEPS_PX:
+            started, used = time.perf_counter(), time.process_time()
+            blurred = slab_blur(planes, depth, step, how)
+            took = {"best_s": time.perf_counter() - started, "cpu_s": time.process_time() - used}
+            own = np.empty(depth.shape, np.float32)
+            for plane, (row, column) in zip((a, b, c, d), ((0, 0), (0, 1), (1, 0), (1, 1)), strict=True):
+                own[row::2, column::2] = blurred[plane][row::2, column::2]
+            rows.append({"name": f"SciPy, slabs of {step:g} px, {how}", **took, **error(own[here], truth)})
+            print(rows[-1], flush=True)
+    return rows
+
+
+def chart(rows: list[dict], path: Path) -> None:
+    """Run time against error."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(7.2, 4.4), layout="constrained")
+    for prefix, marker, colour in (("Photosite", "o", "#c8102e"), ("SciPy", "s", "#5a6472")):
+        own = [row for row in rows if row["name"].startswith(prefix)]
+        axes.scatter(
+            [row["cpu_s"] for row in own], [row["p99"] for row in own], marker=marker, color=colour, label=prefix, s=42
+        )
+        for row in own:
+            text = row["name"].split(", ", 1)[1]
+            below = text.startswith("the same") or text == "slabs of 4 px, over"
+            place = {"textcoords": "offset points", "xytext": (7, -12 if below else 4), "fontsize": 8}
+            axes.annotate(text, (row["cpu_s"], row["p99"]), **place)
+    axes.set(xscale="log", yscale="log", xlabel="processor time, 12 megapixels [s]", ylabel="p99 of |z| at 2000 e⁻")
+    axes.axhline(0.3, color="0.7", linewidth=1)
+    axes.margins(x=0.35, y=0.12)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False)
+    figure.savefig(path, dpi=150)
+
+
+def main() -> None:
+    """Measure, print, and write defocus.json and defocus.png."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--rounds", type=int, default=3, help="counted runs of each fast method")
+    parser.add_argument("--out", type=Path, default=Path("build/benchmarks"), help="folder for defocus.json and defocus.png")
+    settings = parser.parse_args()
+    device = open_device()
+    record = {
+        "device": device.info.label,
+        "radii": one_radius(device, settings.rounds),
+        "rows": time_and_error(device, settings.rounds),
+    }
+    for row in record["radii"]:
+        ratio, cpu = row["best_s"] / row["sensor_s"], row["cpu_s"] / row["sensor_cpu_s"]
+        print(f"radius {row['radius_px']:4g} px: {row['best_s']:.3f} s, {ratio:.1f} x the sensor (processor time {cpu:.1f} x)")
+    for row in record["rows"]:
+        took, off = f"{row['best_s']:7.2f} s, processor {row['cpu_s']:7.2f} s", f"p99 {row['p99']:.2f}, rms {row['rms']:.2f}"
+        print(f"{row['name']:45s} {took}, {off}")
+    settings.out.mkdir(parents=True, exist_ok=True)
+    (settings.out / "defocus.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    chart(record["rows"], settings.out / "defocus.png")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,34 @@
+"""Executes the planned lens blur on the device, in bands of rows that stay in the cache."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from simulator.blur.frame import BlurFrame
+from simulator.blur.relief import measured_maps
+from simulator.blur.strip import Strip
+from simulator.defocus import Method
+from simulator.defocus.tiles import choose
+from simulator.device import Device
+from simulator.planner import Plan
+
+
+def blurred_mosaic(planned: Plan, device: Device, planes: list, progress: Callable[[float], None]):
+    """Device buffer (height, width) float32: the mosaic of electron radiance behind the defocused lens.
+
+    planes: for each layer a device buffer (channels, scene height, scene width) float32 [e- s^-1 um^-2 sr^-1]; with the layer's
+        coverage as one plane more where any layer of the scene has one.
+    """
+    frame, area = planned.frame, BlurFrame(planned)
+    maps = measured_maps(planned, device, area)
+    chosen = choose(planned.defocus, maps.reliefs, area.inside(planned))
+    light = device.zeros((frame.height, frame.width), np.float32)
+    composite = chosen.with_method(Method.COMPOSITE, Method.CORRECTED).any()
+    open_ = device.ones((frame.height, frame.width) if composite else (1,), np.float32)
+    strips = [Strip(planned, device, area, maps, chosen, planes, open_, over) for over in chosen.overs()]
+    for band in range(area.bands):
+        for strip in strips:
+            strip.band(band, light)
+        device.finish()
+        progress((band + 1) / area.bands)
+    return light

@@ -1,0 +1,104 @@
+"""Measures on the device what each patch of a blurred frame holds of each layer."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.blur.frame import BlurFrame
+from simulator.defocus import CLASS_UNIT_PX, PATCH_COLUMNS, PATCH_ROWS, Relief
+from simulator.device import Device
+from simulator.planner import Plan, projection_arguments, projection_defines
+
+EDGE_PX = 1.0  # neighbouring scene pixels whose radii differ by more belong to two surfaces
+
+
+@dataclass(frozen=True)
+class Maps:
+    """Radius maps of the layers that have one, one after the other on the device, and each layer's relief.
+
+    radius: buffer (maps, 2, rows, half columns) float32 [photosites].
+    scene_radius: the same of each mapped layer on the scene's grid, buffers (height, width) float32.
+    """
+
+    radius: object
+    scene_radius: list
+    reliefs: list[Relief]
+
+
+def measured_maps(planned: Plan, device: Device, area: BlurFrame) -> Maps:
+    """Radius on the photosites of every layer, and what its tiles hold."""
+    defocus, reliefs, scene_radius = planned.defocus, [], []
+    mapped = sum(np.ndim(radius) > 0 for radius in defocus.radii_px)
+    radius = device.empty((max(mapped, 1), 2, area.rows, area.way_columns), np.float32)
+    for layer, px in zip(planned.scene.layers, defocus.radii_px, strict=True):
+        if np.ndim(px):
+            first_plane = 2 * len(scene_radius)
+            scene_radius.append(device.upload(px))
+            place = {"origin_x": area.x, "origin_y": area.y, "rows": area.rows, "way_columns": area.way_columns}
+            project_radius(planned, device, scene_radius[-1], radius, first_plane, over=1, **place)
+            least, greatest, steepest, classes = _measured(planned, device, area, radius, first_plane)
+        else:
+            least = greatest = np.full(area.patches, px, np.float32)
+            steepest, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
+        filled, covered = _coverage(planned, area, layer.coverage)
+        reliefs.append(Relief(least, greatest, steepest, classes, covered, filled))
+    return Maps(radius, scene_radius, reliefs)
+
+
+def project_radius(planned, device, scene_radius, radius, first_plane, *, over, origin_x, origin_y, rows, way_columns) -> None:
+    """Enqueue the projection of a radius map onto `over` x `over` points per photosite; rows counts rows of points."""
+    device.run(
+        device.kernel("projection_radius", projection_defines(planned, over), file="projection.cl"),
+        (way_columns, rows, 2 * over),
+        None,
+        scene_radius=scene_radius,
+        radius=radius,
+        edge=EDGE_PX,
+        first_plane=first_plane,
+        **projection_arguments(planned, origin_x, origin_y),
+    )
+
+
+def _measured(planned: Plan, device: Device, area: BlurFrame, radius, first_plane: int) -> tuple[np.ndarray, ...]:
+    """Least, greatest and steepest radius of each patch, and its classes."""
+    relief, present = device.empty((3, *area.patches), np.float32), device.empty((2, *area.patches), np.uint32)
+    defocus = planned.defocus
+    defines = {"HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
+    device.run(
+        device.kernel("relief", defines),
+        area.patches[::-1],
+        None,
+        map=radius,
+        relief=relief,
+        present=present,
+        rows=area.rows,
+        way_columns=area.way_columns,
+        first_plane=first_plane,
+        first_class=defocus.first_class,
+        classes_per_unit=defocus.classes_per_unit,
+    )
+    near, far = device.download(present, (2, *area.patches), np.uint32).astype(np.uint64)
+    return (*device.download(relief, (3, *area.patches), np.float32), near | far << np.uint64(32))
+
+
+def _coverage(planned: Plan, area: BlurFrame, coverage: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest coverage of each patch, from all scene pixels that its photosites may read."""
+    if coverage is None:
+        return np.ones(area.patches, np.float32), np.ones(area.patches, np.float32)
+    projection = planned.projection
+    if projection.warp is not None:  # a tile's border is no straight line in the scene: what holds everywhere
+        return np.full(area.patches, coverage.min(), np.float32), np.full(area.patches, coverage.max(), np.float32)
+    least = greatest = coverage
+    sides = (
+        (0, area.y, PATCH_ROWS, area.patches[0], projection.offset_y),
+        (1, area.x, PATCH_COLUMNS, area.patches[1], projection.offset_x),
+    )
+    for axis, origin, size, tiles, offset in sides:
+        first = origin + size * np.arange(tiles)
+        low, high = (np.floor(offset + projection.scale * border).astype(int) for border in (first, first + size))
+        low, high = (np.clip(px, 0, coverage.shape[axis] - 1) for px in (low - 1, high + 1))
+        least, greatest = (
+            np.stack([ufunc.reduce(plane.take(range(a, b + 1), axis), axis) for a, b in zip(low, high, strict=True)], axis)
+            for ufunc, plane in ((np.minimum, least), (np.maximum, greatest))
+        )
+    return least, greatest

@@ -1,0 +1,162 @@
+"""A band of rows with its margins on the device, and the kernels that blur it."""
+
+from functools import cached_property
+
+import numpy as np
+
+from simulator.blur.frame import HALF_TILE, BlurFrame
+from simulator.blur.relief import Maps, project_radius
+from simulator.defocus import TILE_ROWS, Method
+from simulator.defocus.lens_points import lens_points, points_wanted
+from simulator.defocus.tables import blur_table
+from simulator.defocus.tiles import NODES_PER_PX, TileChoice, slab_lists
+from simulator.device import Device
+from simulator.planner import Plan, projection_arguments, projection_defines
+
+POINTS_SAVED = 4  # where points find the means' covariance only, and do not spread over the photosite, too
+
+
+class Strip:
+    """The buffers of a band of rows with its margins, at `over` x `over` points per photosite, and what runs on them."""
+
+    def __init__(
+        self, planned: Plan, device: Device, area: BlurFrame, maps: Maps, chosen: TileChoice, planes, open_, over: int
+    ):
+        self.planned, self.device, self.area, self.maps, self.chosen = planned, device, area, maps, chosen
+        self.planes, self.open, self.over, self.ways, self.rows = planes, open_, over, 2 * over, over * area.strip_rows
+        self.channels = planned.camera.channels
+        self.coverage = int(any(layer.coverage is not None for layer in planned.scene.layers))
+        self.layer_planes = self.channels + self.coverage
+        half = area.way_columns
+        self.sampled = device.empty((len(planes) * self.layer_planes, self.ways, self.rows, half), np.float32)
+        self.sums = device.empty((self.layer_planes, self.ways, self.rows + 1, half), np.float32)
+        self.least = device.empty((self.layer_planes, self.ways, half), np.float32)
+        self.radius = device.zeros((max(len(maps.scene_radius), 1), self.ways, self.rows, half), np.float32)
+        self.size = {"rows": self.rows, "way_columns": half}
+        defines = {"SPAN": device.span, "CHANNELS": self.channels, "COVERAGE": self.coverage}
+        self.defines = {**projection_defines(planned, over), **defines}
+
+    def band(self, band: int, light) -> None:
+        """Compute one band of rows of the mosaic `light`."""
+        tiles = self.area.band_tiles(band)
+        chosen = self.chosen.part(tiles, self.over)
+        if not chosen.wanted.any():
+            return
+        strip_row = self.area.strip_row(band)
+        frame, area = self.planned.frame, self.area
+        edges = {"margin_x": area.margin_x, "strip_y": strip_row, "margin_y": area.margin_y}
+        place = {**self.size, **edges, "width": frame.width, "height": frame.height, "light": light}
+        self._sample(strip_row)
+        means = place | {"radius_rows": area.rows, "radius_row": strip_row}
+        for layer in range(len(self.planes)):
+            self._means(chosen, layer, means)
+        self._occlusion(chosen, strip_row, place)
+
+    def _sample(self, strip_row: int) -> None:
+        kernel = self.device.kernel("projection_planes", self.defines, file="projection.cl")
+        arguments = projection_arguments(self.planned, self.area.x, self.area.y + strip_row)
+        for layer, planes in enumerate(self.planes):
+            first_plane = layer * self.layer_planes * self.ways
+            size = (self.area.way_columns, self.rows, self.layer_planes * self.ways)
+            self.device.run(kernel, size, None, planes=planes, sampled=self.sampled, first_plane=first_plane, **arguments)
+
+    def _means(self, chosen: TileChoice, layer: int, place: dict) -> None:
+        """Tiles that the layer fills, copied or a mean over the aperture's image, and those that several share."""
+        here = chosen.present[layer] > 0
+        copied, mean = (here & chosen.with_method(method) for method in (Method.COPY, Method.MEAN))
+        composite = here & chosen.with_method(Method.COMPOSITE, Method.CORRECTED)
+        if (mean | composite).any():
+            planes = self.channels + bool(composite.any())
+            kernel = self.device.kernel("defocus_sums", self.defines | {"NODES": 0, "COMPOSITE": 0}, file="defocus.cl")
+            size = (self.area.way_columns // self.device.span, self.ways * planes)
+            self.device.run(kernel, size, None, **self._sums(layer), **self.size)
+        constant = chosen.constant[layer]
+        for graded, several, wanted in (
+            (0, 0, copied | mean & constant),
+            (1, 0, mean & ~constant),
+            (0, 1, composite & constant),
+            (1, 1, composite & ~constant),
+        ):
+            if wanted.any():
+                self._mean(chosen, layer, wanted, np.where(copied, 0, chosen.nodes[layer]), graded, several, place)
+
+    def _sums(self, layer: int) -> dict[str, object]:
+        return {"sampled": self.sampled, "sums": self.sums, "least": self.least, "first_plane": layer * self.layer_planes}
+
+    def _mean(self, chosen: TileChoice, layer: int, wanted, nodes, graded: int, composite: int, place: dict) -> None:
+        table, first_node = self._graded if graded else self._constants
+        self.device.run(
+            self.device.kernel("defocus_mean", self.defines | {"NODES": graded, "COMPOSITE": composite}, file="defocus.cl"),
+            *self._launch(wanted),
+            radius=self.maps.radius,
+            map=sum(np.ndim(radius) > 0 for radius in self.planned.defocus.radii_px[:layer]),
+            open=self.open,
+            tiles=self.device.upload(self._tile_list(wanted, chosen.first_node[layer] - first_node, nodes)),
+            first_node=first_node,
+            nodes_per_px=NODES_PER_PX,
+            **table,
+            **self._sums(layer),
+            **place,
+        )
+
+    @cached_property
+    def _graded(self) -> tuple[dict[str, object], int]:
+        """Table of nodes in even steps over all radii that occur, and the first of them."""
+        first, last = self.chosen.graded_nodes()
+        return self._table([node / NODES_PER_PX for node in range(first, last)]), first
+
+    @cached_property
+    def _constants(self) -> tuple[dict[str, object], int]:
+        """Table of the radii of tiles with one blur circle."""
+        return self._table(self.chosen.constants.tolist()), 0
+
+    def _table(self, radii_px: list[float]) -> dict[str, object]:
+        table = blur_table(self.planned.defocus.pupil, radii_px, self.over, self.rows, self.area.way_columns)
+        buffers = {name: self.device.upload(array) for name, array in vars(table).items()}
+        return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}
+
+    def _occlusion(self, chosen: TileChoice, strip_row: int, place: dict) -> None:
+        """Tiles where surfaces hide each other."""
+        sampled = chosen.with_method(Method.OCCLUSION, Method.CORRECTED)
+        if not sampled.any():
+            return
+        area, device = self.area, self.device
+        for number, scene_radius in enumerate(self.maps.scene_radius):
+            origin = {"origin_x": area.x, "origin_y": area.y + strip_row}
+            project_radius(
+                self.planned, device, scene_radius, self.radius, self.ways * number, over=self.over, **origin, **self.size
+            )
+        slabs, first, count = slab_lists(self.planned.defocus, chosen.present[:, sampled])
+        lists, slabs = self._tile_list(sampled, first, count), device.upload(slabs)
+        corrected = chosen.methods[sampled] == Method.CORRECTED
+        points = points_wanted(chosen.largest_px[sampled], self.planned.defocus.scale)
+        points = np.where(corrected & (self.over == 1), points // POINTS_SAVED, points)
+        for number, correction in sorted(set(zip(points.tolist(), corrected.tolist(), strict=True))):
+            wanted = (points == number) & (corrected == correction)
+            defines = self.defines | {"LAYERS": len(self.planes), "CORRECTION": int(correction)}
+            device.run(
+                device.kernel("occlusion", defines, file="occlusion.cl"),
+                *self._launch(wanted),
+                planes=self.sampled,
+                radius=self.radius,
+                tiles=device.upload(lists[wanted]),
+                slabs=slabs,
+                points=device.upload(lens_points(self.planned.defocus.pupil, number, self.over)),
+                point_count=number,
+                normalise=int(self.planned.defocus.opaque),
+                **place,
+            )
+
+    def _launch(self, wanted: np.ndarray) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
+        spans = HALF_TILE // self.device.span
+        return (spans, 2 * TILE_ROWS, int(wanted.sum())), (spans, 1, 1)
+
+    def _tile_list(self, wanted: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
+        """(tiles, 4) uint32: first half column and row in the strip, first entry and entries of the tile's list.
+
+        first, count: of all tiles of the band, or of the wanted ones.
+        """
+        tile_rows, tile_columns = np.nonzero(wanted)
+        first, count = (values[wanted] if values.shape == wanted.shape else values for values in (first, count))
+        rows = self.area.reach + tile_rows * TILE_ROWS
+        return np.stack([tile_columns * HALF_TILE, rows, first, count], axis=-1).astype(np.uint32)

@@ -1,0 +1,120 @@
+"""What a lens amounts to, in numbers with their formulas."""
+
+import math
+
+import numpy as np
+
+from simulator.command_line.shot_numbers import Fact
+from simulator.lens import BareSensor, Pinhole, ThinLens
+from simulator.lens.perspective import GREEN_NM, Perspective, crop_factor
+from simulator.lens.pinhole import RAYLEIGH, SHARPEST
+from simulator.lens.thin_lens import CIRCLES_PER_DIAGONAL
+from simulator.planner import Plan
+from simulator.shot import Shot
+
+BLOCK_PX = 2.0  # a blur circle within one 2x2 block of the filter mosaic cannot be seen in the raw file
+
+
+def lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
+    """Geometry, depth of field, blur and light gathering of the shot's lens."""
+    if isinstance(shot.lens, Pinhole):
+        return _pinhole_facts(shot, planned)
+    if isinstance(shot.lens, BareSensor):
+        told = "pi, of a hemisphere of one radiance; the notes say how much of it the scene fills"
+        return [Fact("irradiance per radiance", f"{shot.lens.irradiance_per_radiance_sr():.5f} sr", told)]
+    return _thin_lens_facts(shot, planned)
+
+
+def _pinhole_facts(shot: Shot, planned: Plan) -> list[Fact]:
+    lens, pitch_um = shot.lens, shot.camera.pixel_pitch_um
+    at = f"at {GREEN_NM:g} nm"
+    advised = f"half of the light in the smallest circle: {SHARPEST:.3f} sqrt(lambda v) {at}"
+    return [
+        Fact("hole", f"{lens.diameter_mm:g} mm", "d"),
+        Fact("image distance", f"{lens.distance_mm:g} mm", "v, hole to sensor"),
+        *perspective_facts(lens, shot.camera.sensor_mm),
+        *_blur_facts(lens, planned, pitch_um, "d (1 + v / z)"),
+        Fact("Airy disk", size(lens.airy_diameter_um(), pitch_um), f"2.44 lambda N {at}, N = v / d = {lens.f_number:.4g}"),
+        Fact("sharpest hole", f"{lens.sharpest_diameter_mm():.3f} mm", advised),
+        Fact("sharpest, Rayleigh", f"{lens.sharpest_diameter_mm(constant=RAYLEIGH):.3f} mm", f"{RAYLEIGH} sqrt(lambda v) {at}"),
+        Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.4g} sr", "pi / (1 + 4 N^2)"),
+        _corner_fact(shot, planned),
+    ]
+
+
+def _thin_lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
+    lens, pitch_um = shot.lens, shot.camera.pixel_pitch_um
+    diagonal_mm = math.hypot(*shot.camera.sensor_mm)
+    return [
+        Fact("focal length", f"{lens.focal_length_mm:g} mm", "f"),
+        Fact("pupil diameter", f"{lens.pupil_diameter_mm:.3f} mm", "A = f / N"),
+        Fact("image distance", f"{lens.image_distance_mm:.3f} mm", "1/f = 1/z_i + 1/z_o"),
+        Fact("magnification", f"{lens.magnification:.5f}", "m = z_i / z_o"),
+        *perspective_facts(lens, shot.camera.sensor_mm),
+        *_depth_facts(lens, diagonal_mm, pitch_um),
+        *_blur_facts(lens, planned, pitch_um, "C = A z_i |1/z_focus - 1/z|"),
+        Fact("Airy disk", size(lens.airy_diameter_um(), pitch_um), f"2.44 lambda N_w at {GREEN_NM:g} nm"),
+        Fact("working f-number", f"f/{lens.working_f_number:.4g}", "N_w = N (1 + m)"),
+        Fact("T-stop", f"T/{lens.t_number:.4g}", f"T = N / sqrt(tau), tau = {lens.light_share:.4g}"),
+        Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.5f} sr", _irradiance_formula(lens.irradiance)),
+        _corner_fact(shot, planned),
+    ]
+
+
+def perspective_facts(lens: Perspective, sensor_mm: tuple[float, float]) -> list[Fact]:
+    """Field of view, and what sees and gathers the same on 36 mm x 24 mm."""
+    diagonal_mm = math.hypot(*sensor_mm)
+    across, down, diagonal = (lens.field_of_view_deg(extent) for extent in (*sensor_mm, diagonal_mm))
+    same = f"{lens.focal_length_35mm_mm(diagonal_mm):.1f} mm f/{lens.f_number_35mm(diagonal_mm):.3g}"
+    return [
+        Fact("field of view", f"{across:.2f} deg x {down:.2f} deg, diagonal {diagonal:.2f} deg", "2 atan(extent / 2 z_i)"),
+        Fact("35 mm equivalent", same, f"f and N times the crop factor 43.27 mm / diagonal = {crop_factor(diagonal_mm):.3f}"),
+    ]
+
+
+def _depth_facts(lens: ThinLens, diagonal_mm: float, pitch_um: float) -> list[Fact]:
+    circle_um, block_um = lens.circle_um(diagonal_mm), BLOCK_PX * pitch_um
+    default, told = lens.circle_of_confusion_um is None, f"diagonal / {CIRCLES_PER_DIAGONAL:g} (Lyon 2006)"
+    return [
+        Fact("circle of confusion", size(circle_um, pitch_um), told if default else "as stated"),
+        Fact("depth of field", _range(lens.depth_of_field_m(circle_um)), "1/z = 1/z_focus +- C / (A z_i)"),
+        Fact("depth of field, raw", _range(lens.depth_of_field_m(block_um)), f"the same, C = {BLOCK_PX:g} photosites"),
+        Fact("hyperfocal distance", metres(lens.hyperfocal_m(circle_um)), "f^2 / (N C) + f"),
+    ]
+
+
+def _blur_facts(lens: ThinLens | Pinhole, planned: Plan, pitch_um: float, formula: str) -> list[Fact]:
+    """Blur circle at infinity and at the scene's nearest and farthest place."""
+    depths_m = [layer.depth_m for layer in planned.scene.layers]
+    near_m, far_m = min(float(np.min(depth_m)) for depth_m in depths_m), max(float(np.max(depth_m)) for depth_m in depths_m)
+    told = {f"at {metres(distance)}": distance for distance in (near_m, far_m, math.inf)}
+    return [
+        Fact(f"blur circle {where}", size(2.0 * abs(float(lens.blur_radius_um(distance))), pitch_um), formula)
+        for where, distance in told.items()
+    ]
+
+
+def _corner_fact(shot: Shot, planned: Plan) -> Fact:
+    camera, stage = shot.camera, planned.stage("irradiance")
+    share = stage.fall_off(0.5 * math.hypot(camera.width_px, camera.height_px))
+    factors = ["cos^4 of the field angle"] * (stage.tan2_per_px2 > 0) + ["open share of the pupil"] * bool(stage.vignetting)
+    stops = f", {math.log2(share):.2f} stops" if 0 < share < 1 else ""
+    return Fact("light in the corner", f"{100 * share:.2f} %{stops}", " * ".join(factors) or "as on the axis")
+
+
+def size(diameter_um: float, pitch_um: float) -> str:
+    """A diameter in micrometres and in photosites."""
+    return f"{diameter_um:.4g} um, {diameter_um / pitch_um:.2f} photosites"
+
+
+def metres(distance_m: float) -> str:
+    """A distance; infinity in words."""
+    return "infinity" if math.isinf(distance_m) else f"{distance_m:#.4g} m"
+
+
+def _range(limits_m: tuple[float, float]) -> str:
+    return " to ".join(map(metres, limits_m))
+
+
+def _irradiance_formula(kind: str) -> str:
+    return "pi tau / (1 + 4 N_w^2)" if kind == "thin_lens" else "pi tau / (4 N_w^2)"

@@ -1,0 +1,42 @@
+"""The `lens:` section: one of several kinds, told apart by the key that names it; without one it is a thin lens."""
+
+from functools import cache
+from typing import Annotated
+
+from pydantic import Discriminator, Field, Tag, create_model
+
+from simulator.config.section_types import Section
+from simulator.config.sections import section
+from simulator.lens import BareSensor, Pinhole, ThinLens
+
+# Kinds with a key of their own, whose value holds their numbers.
+LENSES = {"pinhole": Pinhole, "bare_sensor": BareSensor}
+
+
+@cache
+def lens_member() -> tuple:
+    """Return the annotation and the Field of a shot's lens."""
+    thin = section(ThinLens)
+    kinds = [Annotated[thin, Tag(f"<{thin.__name__}>")]]
+    for key in LENSES:
+        model = _named(key)
+        kinds.append(Annotated[model, Tag(f"<{model.__name__}>")])
+    union = kinds[0] | kinds[1] | kinds[2]
+    text = "what forms the image: the numbers of a thin lens, or a pinhole, or bare_sensor"
+    return Annotated[union, Discriminator(_kind)], Field(description=text)
+
+
+@cache
+def _named(key: str) -> type[Section]:
+    cls = LENSES[key]
+    member = (section(cls), Field(description=(cls.__doc__ or "").partition("\n")[0]))
+    model = create_model(f"Lens{cls.__name__}", __base__=Section, __doc__="A lens of this kind.", **{key: member})
+    model.assemble = lambda **values: values[key]
+    return model
+
+
+def _kind(value: object) -> str:
+    if isinstance(value, Section):
+        return f"<{type(value).__name__}>"
+    key = next((key for key in LENSES if isinstance(value, dict) and key in value), None)
+    return f"<{ThinLens.__name__ if key is None else _named(key).__name__}>"

@@ -1,0 +1,160 @@
+"""Planning of the lens blur: the radius of each surface's blur circle, and which tile of the frame needs which method.
+
+A tile is as cheap as what it sees allows: copied where it is sharp, one mean over the aperture's image where a single surface
+fills its surroundings, and points of the aperture where surfaces hide each other.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from functools import cached_property
+
+import numpy as np
+
+from simulator.lens import Lens
+from simulator.lens.pupil import Pupil
+from simulator.scene import Scene
+
+SHARP_PX = 0.3  # a blur circle of this radius stays inside its photosite: nothing to do
+TILE_COLUMNS, TILE_ROWS = 128, 16
+PATCH_COLUMNS, PATCH_ROWS = 16, 8  # what reaches a tile is found out patch by patch
+STEEPEST_PX = 0.2  # change of the radius from photosite to photosite up to which a surface counts as one
+SAME_PX = 0.02  # radii that lie closer share one blur circle
+CLASSES = 64  # of radii, one bit each in a 64-bit mask
+CLASS_UNIT_PX = 4.0  # up to about this radius all classes are equally wide
+
+
+class Method(IntEnum):
+    """How a tile is computed."""
+
+    COPY = 0  # sharp
+    MEAN = 1  # one surface: mean over the aperture's image
+    COMPOSITE = 2  # smooth surfaces laid over one another, each with its mean; exact while only one is out of focus
+    CORRECTED = 3  # the same, and what the surfaces have to do with each other, from points of the aperture
+    OCCLUSION = 4  # points of the aperture alone: surfaces that hide parts of themselves
+
+
+@dataclass(frozen=True)
+class Defocus:
+    """Blur of a scene's layers, nearest first.
+
+    radii_px: signed radius of each layer's blur circle on the scene's grid [photosites], > 0 behind the plane in focus: a float
+        or (height, width) float32.
+    opaque: whether a layer covers everything, so that no line through the aperture ends in the dark.
+    scale: scene pixels per photosite.
+    pupil: shape of the aperture.
+    """
+
+    radii_px: tuple[float | np.ndarray, ...]
+    opaque: bool
+    scale: float
+    pupil: Pupil = Pupil()
+
+    @cached_property
+    def least_px(self) -> float:
+        """Least signed radius."""
+        return min(float(np.min(radius)) for radius in self.radii_px)
+
+    @cached_property
+    def greatest_px(self) -> float:
+        """Greatest signed radius."""
+        return max(float(np.max(radius)) for radius in self.radii_px)
+
+    @property
+    def largest_px(self) -> float:
+        """Largest blur circle's radius."""
+        return max(abs(self.least_px), abs(self.greatest_px))
+
+    @property
+    def reach_px(self) -> int:
+        """Photosites that a blur needs on either side."""
+        class_px = (self.largest_px + CLASS_UNIT_PX) / self.classes_per_unit
+        return math.ceil(self.pupil.corner_radius * (self.largest_px + 2.0 * class_px)) + 2
+
+    @cached_property
+    def classes_per_unit(self) -> float:
+        """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
+
+        Twelve make them a third of a photosite wide in focus, a twelfth of large radii; half of that where four photosites or
+        more show one scene pixel.
+        """
+        span = math.asinh(self.greatest_px / CLASS_UNIT_PX) - math.asinh(self.least_px / CLASS_UNIT_PX)
+        finest = 12.0 * min(max(2.0 * self.scale, 0.5), 1.0)
+        return min(finest, (CLASSES - 3) / span) if span else finest
+
+    @cached_property
+    def first_class(self) -> float:
+        """Border of the classes below the least radius: two before it, since slabs of a class begin one before."""
+        return math.floor(self.classes_per_unit * math.asinh(self.least_px / CLASS_UNIT_PX)) - 1.0
+
+    def class_border_px(self, number: int) -> float:
+        """Signed radius at which a class begins."""
+        return CLASS_UNIT_PX * math.sinh((self.first_class + number) / self.classes_per_unit)
+
+
+def plan_defocus(lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float) -> Defocus | None:
+    """Blur of a scene with so many pixels per photosite, or None when no blur circle is larger than a photosite."""
+    radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
+    planned = Defocus(radii, any(layer.coverage is None for layer in scene.layers), scale, replace(lens.pupil, stops=()))
+    return planned if planned.largest_px > SHARP_PX else None
+
+
+def _radius_px(lens: Lens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> float | np.ndarray:
+    signed = lens.blur_radius_um(depth_m) / pixel_pitch_um
+    if np.ndim(signed) == 0 or signed.min() == signed.max():
+        return float(np.min(signed))
+    return signed.astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Relief:
+    """What patches of a frame hold of one layer, (patch rows, patch columns) each; or tiles, or what reaches them.
+
+    least_px, greatest_px: signed radius. steepest_px: greatest step of it between neighbours.
+    classes: which classes of radii occur, one bit each. covered: greatest coverage. filled: least coverage.
+    """
+
+    least_px: np.ndarray
+    greatest_px: np.ndarray
+    steepest_px: np.ndarray
+    classes: np.ndarray
+    covered: np.ndarray
+    filled: np.ndarray
+
+    def of_tiles(self) -> "Relief":
+        """Put the patches of each tile together."""
+        rows, columns = TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS
+        split = {name: plane.reshape(plane.shape[0] // rows, rows, -1, columns) for name, plane in vars(self).items()}
+        return Relief(**{name: _JOIN[name].reduce(_JOIN[name].reduce(plane, axis=3), axis=1) for name, plane in split.items()})
+
+
+_JOIN = {
+    "least_px": np.minimum,
+    "greatest_px": np.maximum,
+    "steepest_px": np.maximum,
+    "classes": np.bitwise_or,
+    "covered": np.maximum,
+    "filled": np.minimum,
+}
+
+
+def seen_from(relief: Relief, corner_radius: float = 1.0) -> Relief:
+    """Return, for each tile, what can reach it: patches whose blur circles touch one of its own, and all that its own touch.
+
+    corner_radius: of the pupil, how far a spot reaches beyond its blur circle.
+    """
+    largest = np.maximum(np.abs(relief.least_px), np.abs(relief.greatest_px)) * corner_radius + 2.0
+    rows, columns = (math.ceil(float(largest.max()) / size) for size in (PATCH_ROWS, PATCH_COLUMNS))
+    found = {name: plane.copy() for name, plane in vars(relief).items()}
+    padding = ((rows, rows), (columns, columns))
+    padded = {name: np.pad(plane, padding, mode="edge") for name, plane in found.items()}
+    padded_largest = np.pad(largest, padding, mode="edge")
+    height, width = largest.shape
+    for down in range(-rows, rows + 1):
+        for right in range(-columns, columns + 1):
+            gap = math.hypot(max(abs(down) - 1, 0) * PATCH_ROWS, max(abs(right) - 1, 0) * PATCH_COLUMNS)
+            window = slice(rows + down, rows + down + height), slice(columns + right, columns + right + width)
+            near = np.maximum(padded_largest[window], largest) > gap
+            for name, plane in found.items():
+                np.copyto(plane, _JOIN[name](plane, padded[name][window]), where=near)
+    return Relief(**found).of_tiles()

@@ -1,0 +1,66 @@
+"""Tables that kernels/defocus.cl reads: where the running sums of a strip are read for each radius."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from simulator.defocus.aperture_image import CHUNK, Taps, photosite_weights, taps_of
+from simulator.lens.pupil import Pupil
+
+
+@dataclass(frozen=True)
+class BlurTable:
+    """Means over the aperture's image, one node for each radius; arrays as kernels/defocus.cl names them."""
+
+    nodes: np.ndarray
+    taps: np.ndarray
+    weights: np.ndarray
+    sides: np.ndarray
+    totals: np.ndarray
+
+
+@lru_cache(maxsize=4096)
+def aperture_taps(pupil: Pupil, radius_px: float, over: int) -> Taps:
+    """Taps of the aperture's image."""
+    return taps_of(photosite_weights(pupil, radius_px, over))
+
+
+def blur_table(pupil: Pupil, radii_px: Sequence[float], over: int, rows: int, way_columns: int) -> BlurTable:
+    """Table of these signed radii for a strip of `over` x `over` points per photosite with this many rows and half columns."""
+    images = [aperture_taps(pupil, radius, over) for radius in radii_px]
+    return BlurTable(
+        nodes=_nodes(images),
+        taps=_places([(image.rows, image.columns) for image in images], over, rows + 1, way_columns),
+        weights=_padded([image.weights for image in images]).astype(np.float32),
+        sides=_places([(0 * image.sides, image.sides) for image in images], over, 1, way_columns),
+        totals=_padded([image.totals for image in images]).astype(np.float32),
+    )
+
+
+def _nodes(images: list[Taps]) -> np.ndarray:
+    taps, sides = (np.array([_whole_chunks(count) for count in counts]) for counts in _counts(images))
+    first = [np.concatenate([[0], np.cumsum(counts)[:-1]]) for counts in (taps, sides)]
+    return np.stack([first[0], taps, first[1], sides], axis=-1).astype(np.int32)
+
+
+def _counts(images: list[Taps]) -> tuple[list[int], list[int]]:
+    return [len(image.weights) for image in images], [len(image.totals) for image in images]
+
+
+def _whole_chunks(count: int) -> int:
+    return -(-count // CHUNK) * CHUNK
+
+
+def _padded(parts: list[np.ndarray]) -> np.ndarray:
+    """All parts in a row, each filled up with zeros to whole chunks."""
+    return np.concatenate([np.pad(part, (0, _whole_chunks(len(part)) - len(part))) for part in parts])
+
+
+def _places(offsets: list[tuple[np.ndarray, np.ndarray]], over: int, rows: int, way_columns: int) -> np.ndarray:
+    """Distance in a strip in the order of kernels/ways.h, for an even and for an odd photosite: (2, places) int32."""
+    ways = 2 * over
+    down, right = (_padded([pair[axis] for pair in offsets]) for axis in (0, 1))
+    sides = [over * parity + right for parity in (0, 1)]
+    return np.stack([((side % ways) * rows + down) * way_columns + side // ways for side in sides]).astype(np.int32)

@@ -1,0 +1,1 @@
+"""Real lenses: from the wavefront in the exit pupil to point spread functions on photosites."""

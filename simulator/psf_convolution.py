@@ -1,0 +1,215 @@
+"""Planes seen through a lens whose point spread function changes over the field, by FFT.
+
+A photosite gathers what the kernel of its own place brings: T(x) = sum over nodes of weight(x) (kernel * S)(x), the kernels of
+the four nodes around it mixed bilinearly. The weights add up to 1, so that a flat field stays flat and patches have no seams.
+Distance belongs to the source: every pixel of S is spread with the kernel of its own blur radius.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy import fft
+
+from simulator.errors import require
+from simulator.lens_aberrations.sampling import Sampling
+
+TILE_PX = 512
+WORKERS = -1  # all cores
+MOST_SPECTRA = 64  # transforms of kernels that are kept, about 3 MB each
+# Rounding of a float32 transform is a share of the tile's largest value; above this many means it takes float64.
+HIGH_CONTRAST = 30.0
+
+
+class Psf(Protocol):
+    """A lens: PsfTable or WavefrontPsf."""
+
+    def kernel(
+        self, channel: int, blur_radius_px: float, field_xy: tuple[float, float], sampling: Sampling | None
+    ) -> np.ndarray:
+        """Response of the photosites around an image point, (size, size)."""
+
+
+@dataclass(frozen=True)
+class PsfGrid:
+    """Kernels at nodes on the planes.
+
+    kernels: (channels, node rows, node columns, size, size), size odd, as light of a point in the middle.
+    x_px, y_px: ascending positions of the nodes [px], 0 at the centre of the first pixel; constant beyond the outer ones.
+    """
+
+    kernels: np.ndarray
+    x_px: np.ndarray
+    y_px: np.ndarray
+
+    def __post_init__(self):
+        shape = np.shape(self.kernels)
+        good = len(shape) == 5 and shape[1:3] == (len(self.y_px), len(self.x_px)) and shape[3] == shape[4] and shape[3] % 2 == 1
+        require(good, "shape of the kernels", shape, "give (channels, node rows, node columns, size, size), size odd")
+
+
+def psf_grid(
+    psf: Psf,
+    channels: int,
+    sensor_px: tuple[int, int],
+    window_px: tuple[int, int, int, int] | None = None,
+    blur_radius_px: float = 0.0,
+    nodes: tuple[int, int] = (7, 9),
+    sampling: Sampling | None = None,
+) -> PsfGrid:
+    """Kernels of a lens at nodes (rows, columns) spread evenly over the sensor, whose centre is that of the field.
+
+    sensor_px: width and height of the whole sensor [px]. window_px: x, y, width, height of the planes on it; default: all.
+    """
+    width, height = sensor_px
+    left, top, *_ = window_px or (0, 0)
+    half_diagonal_px = 0.5 * float(np.hypot(width, height))
+    places = [
+        np.linspace(0.0, side, count) if count > 1 else np.array([0.5 * side])
+        for side, count in zip((height, width), nodes, strict=True)
+    ]
+    kernels = [
+        [
+            [
+                psf.kernel(
+                    channel,
+                    blur_radius_px,
+                    ((x - 0.5 * width) / half_diagonal_px, (y - 0.5 * height) / half_diagonal_px),
+                    sampling,
+                )
+                for x in places[1]
+            ]
+            for y in places[0]
+        ]
+        for channel in range(channels)
+    ]
+    return PsfGrid(np.array(kernels), places[1] - 0.5 - left, places[0] - 0.5 - top)
+
+
+def convolve(planes: np.ndarray, grid: PsfGrid, progress: Callable[[float], None] = lambda share: None) -> np.ndarray:
+    """Planes (channels, rows, columns) through the kernels of their places, same shape and type.
+
+    float32 planes are transformed in float32, less each tile's mean, where no point stands out; float64 ones in float64.
+    Outside the planes their edge goes on; a caller who knows better gives a margin of half a kernel and cuts it off.
+    Raises PhotositeError unless the grid has kernels for every channel, or for one that stands for all.
+    """
+    known = len(grid.kernels)
+    require(known in (1, len(planes)), "channels of the kernels", known, f"give 1 or {len(planes)}, one for each plane")
+    result = np.empty_like(planes)
+    tiles = list(_tiles(grid, planes.shape[1:]))
+    for channel, plane in enumerate(planes):
+        spectra = _Spectra(grid.kernels[channel % known], tiles)
+        for count, tile in enumerate(tiles):
+            result[channel][tile.rows, tile.columns] = _gathered(plane, tile, spectra)
+            progress((channel + (count + 1) / len(tiles)) / len(planes))
+    return result
+
+
+def convolve_distances(
+    planes: np.ndarray,
+    blur_px: np.ndarray,
+    radii_px: Sequence[float],
+    grids: Sequence[PsfGrid],
+    progress: Callable[[float], None] = lambda share: None,
+) -> np.ndarray:
+    """Like `convolve`, for a scene whose pixels have blur radii of their own; float32 of the planes' shape.
+
+    blur_px: (rows, columns) signed blur radius of each pixel [px]. radii_px: ascending, one grid of kernels for each; a
+    pixel's light is split between the two radii beside its own. The sum is divided by the same sum over light that is 1
+    everywhere, so that a flat field stays flat. Nothing hides anything: light of far surfaces comes onto near ones.
+    """
+    place = np.interp(blur_px, radii_px, np.arange(len(radii_px)))
+    light, seen = np.zeros(planes.shape), np.zeros(planes.shape)
+    for index, grid in enumerate(grids):
+        share = np.maximum(0.0, 1.0 - np.abs(place - index))
+        if share.any():
+            light += convolve(planes * share, grid)
+            seen += convolve(np.broadcast_to(share, (len(grid.kernels), *share.shape)), grid)
+        progress((index + 1) / len(grids))
+    return (light / seen).astype(np.float32)
+
+
+def with_veiling_glare(planes: np.ndarray, share: float) -> np.ndarray:
+    """Planes (channels, rows, columns) of which a share of the light is spread evenly over the frame, same shape and type.
+
+    The veiling glare index of ISO 9358 of a small black spot in a uniform bright field. Raises PhotositeError unless
+    0 <= share < 1.
+    """
+    require(0 <= share < 1, "lens.veiling_glare", share, "give a share from 0 to below 1, such as 0.02")
+    means = planes.mean(axis=(1, 2), keepdims=True, dtype=np.float64)
+    return ((1.0 - share) * planes + share * means).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class _Tile:
+    """A part of the planes between node lines. across, down: node and weight (pixels,) of its columns and of its rows."""
+
+    rows: slice
+    columns: slice
+    down: list[tuple[int, np.ndarray]]
+    across: list[tuple[int, np.ndarray]]
+
+
+def _tiles(grid: PsfGrid, shape: tuple[int, int]) -> Iterator[_Tile]:
+    columns = list(_pieces(np.asarray(grid.x_px), shape[1]))
+    for rows, down in _pieces(np.asarray(grid.y_px), shape[0]):
+        for part, across in columns:
+            yield _Tile(rows, part, down, across)
+
+
+def _pieces(nodes: np.ndarray, count: int) -> Iterator[tuple[slice, list[tuple[int, np.ndarray]]]]:
+    """Runs of at most TILE_PX pixels that cross no node, each with its one or two nodes and their weights."""
+    cuts = sorted({0, count, *(int(cut) for cut in np.ceil(nodes) if 0 < cut < count)})
+    for start, end in zip(cuts[:-1], cuts[1:], strict=True):
+        parts = -(-(end - start) // TILE_PX)
+        edges = [start + (end - start) * part // parts for part in range(parts + 1)]
+        for first, last in zip(edges[:-1], edges[1:], strict=True):
+            place = np.interp(np.arange(first, last), nodes, np.arange(len(nodes)))
+            low = int(place.mean())
+            weights = [(low, 1.0 - (place - low)), (low + 1, place - low)]
+            yield slice(first, last), [(node, weight) for node, weight in weights if weight.any()]
+
+
+class _Spectra:
+    """Transforms of one channel's kernels, made when first wanted, for tiles of one size."""
+
+    def __init__(self, kernels: np.ndarray, tiles: list[_Tile]):
+        self.kernels, self.reach = kernels, kernels.shape[-1] // 2
+        sides = [
+            max(part.stop - part.start for part in parts) for parts in zip(*((t.rows, t.columns) for t in tiles), strict=True)
+        ]
+        self.shape = tuple(fft.next_fast_len(side + 2 * self.reach, real=True) for side in sides)
+        self.light = kernels.sum(axis=(2, 3), dtype=np.float64)
+        self._made: dict[tuple, np.ndarray] = {}
+
+    def of(self, row: int, column: int, dtype: np.dtype) -> np.ndarray:
+        """Transform of the kernel of a node."""
+        key = (row, column, dtype)
+        if key not in self._made:
+            if len(self._made) >= MOST_SPECTRA:
+                self._made.clear()
+            self._made[key] = fft.rfft2(self.kernels[row, column].astype(dtype), self.shape, workers=WORKERS)
+        return self._made[key]
+
+
+def _gathered(plane: np.ndarray, tile: _Tile, spectra: _Spectra) -> np.ndarray:
+    """Light of one tile: the kernels of its nodes, weighted where it arrives."""
+    reach, (rows, columns) = spectra.reach, (tile.rows, tile.columns)
+    inside = [
+        slice(max(0, s.start - reach), min(size, s.stop + reach)) for s, size in zip((rows, columns), plane.shape, strict=True)
+    ]
+    margins = [(reach - (s.start - i.start), reach - (i.stop - s.stop)) for s, i in zip((rows, columns), inside, strict=True)]
+    part = np.pad(plane[tuple(inside)], margins, mode="edge")
+    mean = float(part.mean(dtype=np.float64))
+    even = part.dtype == np.float32 and float(part.max()) <= HIGH_CONTRAST * mean
+    dtype = np.dtype(np.float32 if even else np.float64)
+    source = fft.rfft2((part - part.dtype.type(mean)).astype(dtype, copy=False), spectra.shape, workers=WORKERS)
+    height, width = rows.stop - rows.start, columns.stop - columns.start
+    total = np.zeros((height, width))
+    for row, down in tile.down:
+        for column, across in tile.across:
+            brought = fft.irfft2(source * spectra.of(row, column, dtype), spectra.shape, workers=WORKERS)
+            brought = brought[2 * reach : 2 * reach + height, 2 * reach : 2 * reach + width]
+            total += (down[:, None] * across[None, :]) * (brought + mean * spectra.light[row, column])
+    return total

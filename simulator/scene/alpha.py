@@ -1,0 +1,69 @@
+"""Coverage of a picture: its alpha channel, or alpha in a picture of its own."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, read_pixels
+
+Alpha = Annotated[
+    Literal["auto", "associated", "straight"],
+    "whether colours come multiplied by alpha; auto: as the kind of file has it (EXR associated, PNG straight)",
+]
+SLACK = 1e-3  # of renderers' filters and half floats beyond 0 and 1; more is an error
+
+
+def load_coverage(
+    file: PixelFile, alpha: Alpha, alpha_image: Path | None, layer: str | None, key: str
+) -> tuple[np.ndarray | None, bool]:
+    """Coverage (height, width) float32 of 0 to 1, None when all is covered; and whether the colours are straight.
+
+    Colours with an alpha picture of their own are straight unless `alpha` says otherwise.
+    key: section of the layer, for messages. Raises PhotositeError for alpha outside 0 to 1, NaN, or of another size.
+    """
+    straight = alpha == "straight" or alpha == "auto" and (file.straight_alpha or alpha_image is not None)
+    if alpha_image is not None:
+        key, path, stored = f"{key}.alpha_image", alpha_image, _alpha_picture(alpha_image, f"{key}.alpha_image")
+        if stored.shape != file.size:
+            raise PhotositeError(
+                f"{key} = {path}: is {stored.shape[1]}x{stored.shape[0]} pixels, but its picture is "
+                f"{file.size[1]}x{file.size[0]}; export both at one size"
+            )
+    elif layer and f"{layer}.A" in file.channels:
+        key, path, stored = f"{key}.image", file.path, file.channel(f"{layer}.A", key)
+    elif file.alpha is not None:
+        key, path, stored = f"{key}.image", file.path, file.pixels[..., file.alpha]
+    else:
+        require(alpha == "auto", f"{key}.alpha", alpha, f"{file.path} has no alpha; leave it out, or give alpha_image")
+        return None, straight
+    coverage = unit_range(stored, key, path)
+    return (None if coverage.min() == 1.0 else coverage), straight
+
+
+def unit_range(stored: np.ndarray, key: str, path: Path) -> np.ndarray:
+    """Alpha (height, width) as float32 of 0 to 1; integer codes are divided by their largest.
+
+    Raises PhotositeError that names the file, the first pixel and its value, for NaN and for alpha outside 0 to 1.
+    """
+    largest = np.iinfo(stored.dtype).max if stored.dtype.kind in "ui" else 1
+    coverage = stored.astype(np.float32)
+    coverage /= np.float32(largest)
+    check_finite(coverage, key, path)
+    fault = (coverage < -SLACK) | (coverage > 1 + SLACK)
+    if fault.any():
+        raise PhotositeError(
+            f"{key} = {path}: alpha is {coverage[fault][0]:g} in {first_fault(fault)}; coverage is a share of the pixel, "
+            "0 to 1: export it again"
+        )
+    return np.clip(coverage, 0.0, 1.0, out=coverage)
+
+
+def _alpha_picture(path: Path, key: str) -> np.ndarray:
+    file = read_pixels(path, key)
+    if file.alpha is not None:
+        return file.pixels[..., file.alpha]
+    rule = f"has channels {', '.join(file.channels)}; give a picture of one channel, or one with alpha"
+    require(len(file.channels) == 1, key, path, rule)
+    return file.pixels[..., 0]

@@ -1,0 +1,44 @@
+"""Holes of a depth map: pixels whose distance nobody measured."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+from simulator.scene.pixel_file import first_fault
+
+Holes = Annotated[
+    Literal["error", "infinity", "nearest"], "what NaN, 0 and negative numbers become: refused, infinity, the nearest depth"
+]
+
+
+def without_holes(depth_m: np.ndarray, holes: Holes, key: str, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Depth (height, width) float32 [m] whose holes are filled, and a note that counts them.
+
+    Raises PhotositeError, which names `key`, `path`, count and first pixel, for holes that are not to be filled.
+    """
+    fault = ~(depth_m > 0)  # NaN too
+    if not fault.any():
+        return depth_m, ()
+    if holes == "error":
+        raise PhotositeError(
+            f"{key} = {path}: depth is NaN, 0 or less in {first_fault(fault)}; fill these pixels (inf is allowed), "
+            "or write holes: infinity or holes: nearest in the depth section"
+        )
+    if holes == "infinity":
+        depth_m[fault] = np.inf
+        return depth_m, (f"{path.name}: depth set to infinity in {first_fault(fault)}",)
+    if fault.all():
+        raise PhotositeError(f"{key} = {path}: all of it is NaN, 0 or less, so there is no nearest depth; check its channel")
+    return nearest_pixels(depth_m, ~fault), (f"{path.name}: depth taken from the nearest pixel in {first_fault(fault)}",)
+
+
+def nearest_pixels(values: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Values (height, width) where `known`, elsewhere those of the nearest known pixel; Euclidean, at least one is known."""
+    if known.all():
+        return values
+    from scipy.ndimage import distance_transform_edt
+
+    rows, columns = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    return values[rows, columns]

@@ -1,0 +1,154 @@
+"""Scenes of several pictures one behind the other, each with its coverage (alpha) and depth: hidden surfaces are real."""
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+from simulator.scene import Layer, Scene
+from simulator.scene.alpha import Alpha, load_coverage
+from simulator.scene.checks import check_field_of_view, check_luminance
+from simulator.scene.color_channels import color_channels, to_linear
+from simulator.scene.depth import Depth, DepthChannel, check_depth, load_depth
+from simulator.scene.picture_light import (
+    Encoding,
+    Illuminant,
+    LuminanceOf,
+    Negative,
+    Upsampling,
+    picture_light,
+    without_negative,
+)
+from simulator.scene.pixel_file import check_finite, memory_for, read_pixels
+from simulator.spectra import WAVELENGTHS_NM, check_illuminant
+from simulator.units import CandelasPerSquareMetre, Degrees
+
+
+@dataclass(frozen=True)
+class PictureLayer:
+    """One picture of a scene of layers.
+
+    depth_m: one distance, {image: FILE, ...}, or {channel: Z, ...} of the layer's own EXR.
+    """
+
+    image: Annotated[Path, "EXR, HDR, TIFF, PNG, JPEG or .npy; RGB or grey, with or without alpha"]
+    depth_m: Depth
+    alpha: Alpha = "auto"
+    alpha_image: Annotated[Path | None, "alpha in a picture of its own, 0 to 1 or integer codes; replaces the picture's"] = None
+    layer: Annotated[str | None, "EXR layer that holds R, G, B and perhaps A"] = None
+
+    def __post_init__(self):
+        check_depth(self.depth_m, field_of_view_deg=90.0)  # whether one is given, the scene knows
+
+    def load(self, key: str, scene: "LayeredScene") -> tuple[Layer, tuple[str, ...]]:
+        """Read one layer, whose planes are colour times coverage, and notes. Raises PhotositeError that names `key`."""
+        file = read_pixels(self.image, f"{key}.image")
+        depth_channel = self.depth_m.channel if isinstance(self.depth_m, DepthChannel) else "Z"
+        stored = color_channels(file, self.layer, depth_channel, f"{key}.image")
+        planes, notes = to_linear(stored, scene.encoding, file)
+        check_finite(planes, f"{key}.image", self.image)
+        planes, clip_notes = without_negative(planes, scene.negative, f"{key}.image", self.image)
+        coverage, straight = load_coverage(file, self.alpha, self.alpha_image, self.layer, key)
+        if coverage is not None and straight:
+            planes *= coverage[..., None]
+        elif coverage is not None and (scene.encoding == "srgb" or scene.encoding == "auto" and stored.dtype.kind in "ui"):
+            raise PhotositeError(
+                f"{key}.alpha = associated: the colours of {self.image} are sRGB codes, which are not in proportion to light; "
+                "write encoding: linear, or alpha: straight"
+            )
+        depth_m, depth_notes = load_depth(self.depth_m, file, scene.field_of_view_deg, key, coverage)
+        return Layer(planes, depth_m, coverage), (*file.notes, *notes, *clip_notes, *depth_notes)
+
+
+@dataclass(frozen=True)
+class LayeredScene:
+    """Pictures one behind the other, lit by one light, as `ImageScene` is.
+
+    layers: front to back, all of one size; a layer covers what is written after it by its alpha.
+    luminance_cd_m2: of white, or the mean over what a pinhole sees of all layers, as luminance_of says.
+    negative: renderers' filters leave small negative values; "clip" sets them to 0 and says how many.
+    field_of_view_deg: full horizontal angle of the pictures; left out, they fill the sensor.
+    """
+
+    layers: tuple[PictureLayer, ...]
+    luminance_cd_m2: CandelasPerSquareMetre
+    luminance_of: LuminanceOf = "white"
+    illuminant: Illuminant = "D65"
+    upsampling: Upsampling = "mallett2019"
+    encoding: Encoding = "auto"
+    negative: Negative = "error"
+    field_of_view_deg: Degrees | None = None
+
+    def __post_init__(self):
+        require(len(self.layers) > 0, "scene.layers", "[]", "give one layer or more, such as - {image: FILE, depth: 2 m}")
+        check_luminance(self.luminance_cd_m2)
+        check_illuminant(self.illuminant, "scene.illuminant")
+        check_field_of_view(self.field_of_view_deg)
+        for index, layer in enumerate(self.layers):
+            check_depth(layer.depth_m, self.field_of_view_deg, f"scene.layers.{index}.depth")
+
+    def load(self) -> Scene:
+        """Read all layers.
+
+        Raises PhotositeError as `ImageScene.load` does, and for layers of different size, alpha outside 0 to 1, and
+        a layer that stands wholly before an earlier one.
+        """
+        with memory_for(self.layers[0].image, "scene.layers.0.image"):
+            read = [layer.load(f"scene.layers.{index}", self) for index, layer in enumerate(self.layers)]
+            return self._scene([layer for layer, _ in read], tuple(note for _, notes in read for note in notes))
+
+    def _scene(self, layers: list[Layer], notes: tuple[str, ...]) -> Scene:
+        self._check_sizes(layers)
+        self._check_order(layers)
+        bands = max(layer.planes.shape[2] for layer in layers)
+        first, *behind = (_with_bands(layer, bands) for layer in layers)
+        light = self.illuminant, self.upsampling, self.luminance_cd_m2, self.luminance_of
+        spectra, relative = picture_light(*light, (first, *behind), self.layers[0].image)
+        return Scene(
+            planes=first.planes,
+            spectra_w_m2_sr_nm=spectra,
+            wavelengths_nm=WAVELENGTHS_NM,
+            illuminant=relative,
+            depth_m=first.depth_m,
+            field_of_view_deg=self.field_of_view_deg,
+            notes=(*notes, *self._hiding_notes(layers)),
+            coverage=first.coverage,
+            behind=tuple(behind),
+        )
+
+    def _check_sizes(self, layers: list[Layer]) -> None:
+        (height, width), *others = (layer.planes.shape[:2] for layer in layers)
+        for index, other in enumerate(others, 1):
+            rule = f"is {other[1]}x{other[0]} pixels, but the first layer is {width}x{height}; export all at one size"
+            require(other == (height, width), f"scene.layers.{index}.image", self.layers[index].image, rule)
+
+    def _check_order(self, layers: list[Layer]) -> None:
+        ranges = [_depth_range_m(layer) for layer in layers]
+        for (earlier, (nearest, _)), (later, (_, farthest)) in combinations(enumerate(ranges), 2):
+            if farthest < nearest:
+                raise PhotositeError(
+                    f"scene.layers.{later}.depth = up to {farthest:g} m: stands wholly before layer {earlier}, which begins at "
+                    f"{nearest:g} m; write layers from front to back"
+                )
+
+    def _hiding_notes(self, layers: list[Layer]) -> tuple[str, ...]:
+        full = [index for index, layer in enumerate(layers[:-1]) if layer.coverage is None]
+        told = "covers all of the picture, so that nothing behind it is seen; give it alpha or alpha_image"
+        return tuple(f"scene.layers.{index} ({self.layers[index].image.name}) {told}" for index in full)
+
+
+def _depth_range_m(layer: Layer) -> tuple[float, float]:
+    """Nearest and farthest distance of what a layer covers [m]; of nothing, a range that is behind and before all."""
+    if layer.coverage is not None and not layer.coverage.any():
+        return 0.0, np.inf
+    # Where a layer covers nothing its depth is that of a covered pixel, so that all pixels may be asked.
+    return float(np.min(layer.depth_m)), float(np.max(layer.depth_m))
+
+
+def _with_bands(layer: Layer, bands: int) -> Layer:
+    """A grey layer among RGB ones as R = G = B."""
+    own = layer.planes.shape[2]
+    return layer if own == bands else replace(layer, planes=np.repeat(layer.planes, bands, axis=2))

@@ -1,0 +1,54 @@
+"""What all scenes in RGB share: colours that are radiance, and the light that gives them their unit."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+from simulator.scene import Layer
+from simulator.scene.pinhole import pinhole_planes
+from simulator.scene.pixel_file import first_fault
+from simulator.spectra import illuminant, luminance_cd_m2, reflectance_basis
+
+LuminanceOf = Annotated[Literal["white", "mean"], "what has that luminance: RGB (1, 1, 1), or the picture's mean"]
+Illuminant = Annotated[str, 'CIE name such as D65 or A, or "3200 K"']
+Upsampling = Annotated[Literal["mallett2019"], "how RGB becomes a reflectance spectrum"]
+Encoding = Annotated[Literal["auto", "linear", "srgb"], "auto: integer files are sRGB, float files linear"]
+Negative = Annotated[Literal["error", "clip"], "what to do with negative radiance"]
+
+
+def without_negative(planes: np.ndarray, negative: Negative, key: str, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Planes (height, width, bands) with negative values set to 0 in place, and a note that counts them.
+
+    Raises PhotositeError, which names `key` and `path`, unless `negative` is "clip".
+    """
+    if planes.min() >= 0:
+        return planes, ()
+    fault = first_fault(planes < 0)
+    if negative == "error":
+        raise PhotositeError(
+            f"{key} = {path}: negative radiance in {fault}, down to {planes.min():.3g}; "
+            "light is never negative: export it again, or write negative: clip to set these to 0"
+        )
+    return np.maximum(planes, np.float32(0), out=planes), (f"{path.name}: negative radiance set to 0 in {fault}",)
+
+
+def picture_light(
+    light: str, upsampling: Upsampling, luminance: float, luminance_of: LuminanceOf, layers: tuple[Layer, ...], path: Path
+) -> tuple[np.ndarray, np.ndarray]:
+    """Spectra of the planes, (bands, 81) [W m^-2 sr^-1 nm^-1], and the illuminant's relative power, (81,).
+
+    L(lambda) = k * illuminant * (RGB . reflectance basis); k gives white, or the mean, its luminance [cd m^-2].
+    layers: whose planes are grey or RGB; the mean is that of what a pinhole camera sees of them.
+    path: of the picture, for the message when it is black.
+    """
+    relative = illuminant(light)
+    basis = reflectance_basis(upsampling) if layers[0].planes.shape[2] == 3 else np.ones((1, relative.size))
+    spectra, weights = relative * basis, np.ones(len(basis))
+    if luminance_of == "mean":
+        weights = pinhole_planes(layers)[0].mean(axis=(0, 1), dtype=np.float64)
+    own = float(weights @ luminance_cd_m2(spectra))
+    rule = f"{path} is black, so it has no mean to scale; write luminance_of: white"
+    require(own > 0, "scene.luminance_of", "mean", rule)
+    return spectra * (luminance / own), relative

@@ -1,0 +1,47 @@
+"""The frame that the pipeline makes of a `lens_truths.Case`."""
+
+import numpy as np
+from conftest import FixedScene, test_camera
+from lens_truths import Case
+
+from simulator.device import open_device
+from simulator.exposure import Exposure
+from simulator.lens import ThinLens
+from simulator.pipeline import expose_mosaic
+from simulator.planner import Plan, plan
+from simulator.scene import Layer, Scene
+from simulator.shot import Shot
+
+LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
+PX_PER_DIOPTRE = float(LENS.blur_radius_um(np.inf) - LENS.blur_radius_um(1.0)) / 5.0  # of conftest.test_camera's photosites
+
+
+def depth_of(radius_px) -> float | np.ndarray:
+    """Distance at which LENS blurs by this signed radius [m]; a float when it is one everywhere."""
+    depth = 1.0 / np.maximum(0.5 - np.asarray(radius_px, np.float64) / PX_PER_DIOPTRE, 1e-9)
+    return float(depth.flat[0]) if np.ptp(depth) == 0.0 else depth
+
+
+def case_plan(case: Case) -> Plan:
+    """Plan of a case whose samples become scene pixels, on a camera without colour filter."""
+    layers = [
+        Layer(
+            colour.astype(np.float32)[..., None], depth_of(radius), None if (cover >= 1.0).all() else cover.astype(np.float32)
+        )
+        for colour, cover, radius in zip(case.colour, case.coverage, case.radius_px, strict=True)
+    ]
+    first, *behind = layers
+    spectrum, wavelengths = 1e-3 * np.ones((1, 31)), np.arange(400.0, 701.0, 10.0)
+    scene = Scene(
+        first.planes, spectrum, wavelengths, np.ones(31), first.depth_m, coverage=first.coverage, behind=tuple(behind)
+    )
+    height, width = (side // case.oversampling for side in case.colour.shape[1:])
+    return plan(Shot(FixedScene(scene), LENS, Exposure(0.01), test_camera(width, height)))
+
+
+def blurred_case(case: Case) -> np.ndarray:
+    """Radiance of each photosite behind the lens, of the shape of the case's truth."""
+    planned, device = case_plan(case), open_device()
+    frame, margin = planned.frame, case.margin
+    mosaic = device.download(expose_mosaic(planned, device), (frame.height, frame.width), np.float32)
+    return mosaic[margin : frame.height - margin, margin : frame.width - margin] / planned.weights.sum()

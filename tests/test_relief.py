@@ -1,0 +1,78 @@
+"""What tiles hold of a map, against NumPy; and what can reach a tile."""
+
+import numpy as np
+import pytest
+
+from simulator.defocus import CLASS_UNIT_PX, PATCH_COLUMNS, PATCH_ROWS, TILE_COLUMNS, TILE_ROWS, Relief, seen_from
+
+ROWS, HALF = 32, 64
+FIRST_CLASS, PER_UNIT = -30.0, 12.0
+
+
+@pytest.fixture(scope="module")
+def measured(bench):
+    """A map (rows, 2 half columns) and its relief from the device."""
+    rng = np.random.default_rng(5)
+    picture = (rng.normal(0.0, 6.0, (ROWS, 2 * HALF)) * (rng.random((ROWS, 2 * HALF)) > 0.5)).astype(np.float32)
+    device, grid = bench.device, (ROWS // PATCH_ROWS, 2 * HALF // PATCH_COLUMNS)
+    relief, present = device.empty((3, *grid), np.float32), device.empty((2, *grid), np.uint32)
+    split = np.stack([np.zeros((2, ROWS, HALF), np.float32), picture.reshape(ROWS, HALF, 2).transpose(2, 0, 1)])
+    defines = {"HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
+    device.run(
+        device.kernel("relief", defines),
+        grid[::-1],
+        None,
+        map=device.upload(split),
+        relief=relief,
+        present=present,
+        rows=ROWS,
+        way_columns=HALF,
+        first_plane=2,
+        first_class=FIRST_CLASS,
+        classes_per_unit=PER_UNIT,
+    )
+    return picture, device.download(relief, (3, *grid), np.float32), device.download(present, (2, *grid), np.uint32)
+
+
+def patches(picture: np.ndarray) -> np.ndarray:
+    """(patch rows, patch columns, values of the patch)."""
+    split = picture.reshape(ROWS // PATCH_ROWS, PATCH_ROWS, -1, PATCH_COLUMNS).swapaxes(1, 2)
+    return split.reshape(*split.shape[:2], -1)
+
+
+def test_least_and_greatest_value_and_steepest_step(measured):
+    picture, (least, greatest, steepest), _ = measured
+    assert np.array_equal(least, patches(picture).min(axis=2)) and np.array_equal(greatest, patches(picture).max(axis=2))
+    right = np.abs(np.diff(picture, axis=1, append=picture[:, -1:]))
+    down = np.abs(np.diff(picture, axis=0, append=picture[-1:]))
+    assert np.array_equal(steepest, np.maximum(patches(right), patches(down)).max(axis=2))
+
+
+def test_classes_widen_with_the_value(measured):
+    picture, _, present = measured
+    place = PER_UNIT * np.arcsinh(patches(picture).astype(np.float64) / CLASS_UNIT_PX) - FIRST_CLASS
+    whole = np.abs(place - np.rint(place)) < 1e-3  # may fall on either side
+    expected = np.bitwise_or.reduce(np.uint64(1) << place.astype(np.uint64), axis=2)
+    unsure = [
+        np.bitwise_or.reduce(np.uint64(1) << np.where(whole, place + d, place).astype(np.uint64), axis=2) for d in (-0.5, 0.5)
+    ]
+    found = present[0].astype(np.uint64) | present[1].astype(np.uint64) << np.uint64(32)
+    assert np.all((found == expected) | (found == unsure[0]) | (found == unsure[1]))
+    assert len({int(mask).bit_count() for mask in found.ravel()}) > 1
+
+
+def test_a_tile_knows_what_reaches_it_and_no_more():
+    """One patch with a blur circle of 20 photosites: the tiles within 20 of it see it, whatever their own blur."""
+    shape = (8 * TILE_ROWS // PATCH_ROWS, 4 * TILE_COLUMNS // PATCH_COLUMNS)
+    flat = np.zeros(shape, np.float32)
+    radius, classes = flat.copy(), np.ones(shape, np.uint64)
+    row, column = 7, 9  # photosites 56 to 63 and 144 to 159
+    radius[row, column], classes[row, column] = -20.0, 2
+    seen = seen_from(Relief(radius, np.maximum(radius, 0.0), flat, classes, flat + 1, flat + 1))
+    rows, columns = np.arange(8) * TILE_ROWS, np.arange(4) * TILE_COLUMNS
+    gap_y = np.maximum(np.maximum(56 - (rows + TILE_ROWS), rows - 64), 0)
+    gap_x = np.maximum(np.maximum(144 - (columns + TILE_COLUMNS), columns - 160), 0)
+    gap = np.hypot(gap_y[:, None], gap_x[None, :])
+    reached = seen.classes == 3
+    assert np.all(reached[gap <= 20.0]) and not reached[gap > 22.0 + np.hypot(PATCH_ROWS, PATCH_COLUMNS)].any()
+    assert np.all(seen.least_px[reached] == -20.0) and np.all(seen.least_px[~reached] == 0.0)

@@ -1,0 +1,85 @@
+"""Depth maps: distances along the ray become distances along the axis, holes are told or filled as asked."""
+
+import math
+
+import numpy as np
+import pytest
+
+from simulator.errors import PhotositeError
+from simulator.scene.depth import DepthChannel, DepthImage
+from simulator.scene.image import ImageScene
+
+
+def saved(tmp_path, depth):
+    """A grey picture and a depth map of its size."""
+    np.save(tmp_path / "grey.npy", np.ones(np.shape(depth), np.float32))
+    np.save(tmp_path / "depth.npy", np.asarray(depth))
+    return tmp_path / "grey.npy", tmp_path / "depth.npy"
+
+
+def load(tmp_path, depth, fov=None, **source):
+    picture, file = saved(tmp_path, depth)
+    return ImageScene(picture, 100.0, depth_m=DepthImage(file, **source), field_of_view_deg=fov).load()
+
+
+@pytest.mark.parametrize("fov", [20.0, 65.0, 120.0])
+def test_a_wall_measured_along_the_ray_is_flat_along_the_axis(tmp_path, fov):
+    """Rays to a wall at 3 m by Pythagoras in float64, on a grid of odd width and even height."""
+    height, width, wall_m = 40, 61, 3.0
+    half_width_m = wall_m * math.tan(math.radians(fov / 2))
+    pixel_m = 2 * half_width_m / width
+    x = (np.arange(width) - 30) * pixel_m  # the middle pixel looks along the axis
+    y = (np.arange(height) - 19.5) * pixel_m
+    ray_m = np.sqrt(x**2 + y[:, None] ** 2 + wall_m**2)
+    scene = load(tmp_path, 1000 * ray_m, fov, unit="mm", along="ray")
+    np.testing.assert_allclose(scene.depth_m, wall_m, rtol=3e-7)
+    assert np.ptp(load(tmp_path, ray_m, fov).depth_m) > 0.03
+
+
+def test_a_sphere_around_the_camera_is_farther_along_the_axis_in_the_middle(tmp_path):
+    scene = load(tmp_path, np.full((5, 7), 2.0), 90.0, along="ray")
+    assert scene.depth_m[2, 3] == pytest.approx(2.0)
+    assert scene.depth_m[2, 0] == pytest.approx(2.0 * math.cos(math.atan(6 / 7)), rel=1e-6)
+
+
+@pytest.mark.parametrize("source", [DepthChannel(along="ray"), DepthImage("z.exr", along="ray")])
+def test_rays_without_a_field_of_view_are_refused_before_any_file_is_read(source):
+    with pytest.raises(PhotositeError, match="scene.depth.along = ray: needs the angles.*scene.field_of_view"):
+        ImageScene("nothing.exr", 100.0, depth_m=source)
+
+
+HOLES = np.array([[1.0, 2.0, np.nan, 4.0], [0.0, 6.0, 7.0, -1.0], [np.inf, 10.0, 11.0, 12.0]])
+
+
+def test_holes_are_refused_with_count_place_and_what_to_write(tmp_path):
+    with pytest.raises(PhotositeError, match="in 3 of 12 pixels, the first at x = 2, y = 0.*holes: infinity or holes: nearest"):
+        load(tmp_path, HOLES)
+
+
+def test_holes_become_infinity_or_the_nearest_depth_and_a_note(tmp_path):
+    good = HOLES > 0
+    far = load(tmp_path, HOLES, holes="infinity")
+    assert np.isinf(far.depth_m[~good]).all() and np.array_equal(far.depth_m[good], HOLES[good].astype(np.float32))
+    near = load(tmp_path, HOLES, holes="nearest")
+    assert near.depth_m[0, 2] in (2.0, 4.0, 7.0) and near.depth_m[1, 3] in (4.0, 7.0, 12.0)
+    assert near.depth_m[1, 0] in (1.0, 6.0, np.inf) and np.array_equal(near.depth_m[good], far.depth_m[good])
+    for scene in (far, near):
+        assert any("3 of 12 pixels" in note for note in scene.notes)
+
+
+def test_the_nearest_depth_is_nearest_by_euclid(tmp_path):
+    """Every filled pixel against a search through all pixels in float64."""
+    rng = np.random.default_rng(3)
+    depth = rng.random((24, 31)) + 1.0
+    depth[rng.random(depth.shape) < 0.7] = 0.0
+    filled = load(tmp_path, depth, holes="nearest").depth_m
+    rows, columns = np.nonzero(depth)
+    for y, x in zip(*np.nonzero(depth == 0), strict=True):
+        squared = (rows - y) ** 2 + (columns - x) ** 2
+        nearest = depth[rows, columns][squared == squared.min()].astype(np.float32)
+        assert filled[y, x] in nearest
+
+
+def test_a_map_of_holes_alone_has_no_nearest_depth(tmp_path):
+    with pytest.raises(PhotositeError, match="all of it is NaN, 0 or less"):
+        load(tmp_path, np.zeros((3, 3)), holes="nearest")
