@@ -42,11 +42,13 @@ kernel void defocus_sums(global const float *restrict sampled, global float *res
     for (uint i = 0; i < SPAN; i++) sum[rows * way_columns + i] = running[i];
 }
 
-// What a node counts at a distance t [nodes]: Lagrange's cubic on the four nearest.
-INLINE float share(const float distance) {
-    const float t = distance < 0.0f ? -distance : distance;
+// What a node counts at a place [nodes]: Lagrange's cubic on the four nearest; linear below a radius of 1, where a circle that does
+// not leave its photosite is none and a cubic would swing.
+INLINE float share(const float place, const int node, const float nodes_per_px) {
+    const float distance = place - (float)node, t = distance < 0.0f ? -distance : distance;
     const float outer = t < 2.0f ? (1.0f - t) * (2.0f - t) * (3.0f - t) * (1.0f / 6.0f) : 0.0f;
-    return t < 1.0f ? (1.0f - t * t) * (1.0f - 0.5f * t) : outer;
+    const float cubic = t < 1.0f ? (1.0f - t * t) * (1.0f - 0.5f * t) : outer, linear = t < 1.0f ? 1.0f - t : 0.0f;
+    return OVER == 1 && place > -nodes_per_px && place < nodes_per_px ? linear : cubic;
 }
 
 INLINE void add_taps(global const float *line, global const int *places, global const float *shares, const int count, float *mean) {
@@ -89,7 +91,7 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
             add_taps(line, taps + parity * all_taps + node[0], weights + node[0], node[1], mean);
             add_taps(least + plane * way_columns + column, sides + parity * all_sides + node[2], totals + node[2], node[3], mean);
             for (uint i = 0; i < SPAN; i++)
-                sum[what * SPAN + i] += (NODES ? share(own[i] * nodes_per_px - (float)(first_node + n)) : 1.0f) * mean[i];
+                sum[what * SPAN + i] += (NODES ? share(own[i] * nodes_per_px, first_node + n, nodes_per_px) : 1.0f) * mean[i];
         }
     }
     for (uint i = 0; i < SPAN; i++) {

@@ -4,7 +4,6 @@ A work-group of the sensor pass is one row of a tile; the device says how long a
 """
 
 import numpy as np
-from scipy.ndimage import maximum_filter
 
 TILE_HEIGHT = 64
 
@@ -51,18 +50,3 @@ def group_by_shape(columns: np.ndarray, rows: np.ndarray, wanted: np.ndarray) ->
         (int(width), int(height)): corners[(widths == width) & (heights == height)]
         for width, height in sorted(set(zip(widths.tolist(), heights.tolist(), strict=True)))
     }
-
-
-def presence(layers: np.ndarray, tile_height: int, tile_width: int) -> np.ndarray:
-    """Which layers each tile holds, one bit per layer: (tile rows, tile columns) uint64.
-
-    layers: uint8 below 64; its sides are multiples of the tile's.
-    """
-    bits = np.left_shift(np.uint64(1), np.arange(64, dtype=np.uint64))[layers]
-    rows = np.bitwise_or.reduce(bits.reshape(-1, tile_height, layers.shape[1]), axis=1)
-    return np.bitwise_or.reduce(rows.reshape(rows.shape[0], -1, tile_width), axis=2)
-
-
-def grown(wanted: np.ndarray, tile_rows: int, tile_columns: int) -> np.ndarray:
-    """Tiles within this many tiles of a wanted one."""
-    return maximum_filter(wanted, size=(2 * tile_rows + 1, 2 * tile_columns + 1), mode="constant", cval=False)

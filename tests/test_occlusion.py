@@ -93,6 +93,19 @@ def test_a_broken_floor_follows_the_reference_path(bench):
     assert found.p99 < 0.3 and abs(found.mean) < 0.02
 
 
+def test_what_is_skipped_would_change_nothing(monkeypatch):
+    """Blur circles that stay in their photosite: the frame without the lens blur is that with it, to 0.01 sigma."""
+    rng = np.random.default_rng(4)
+    radius = np.broadcast_to(np.linspace(-0.29, 0.29, 96), (1, 48, 96))
+    case = Case("sharp", rng.uniform(0.1, 1.0, (1, 48, 96)), np.ones((1, 48, 96)), radius, np.zeros((40, 88)), 4, 1, False)
+    skipped = blurred_case(case)
+    assert case_plan(case).defocus is None
+    for module in ("simulator.defocus", "simulator.defocus.tiles"):
+        monkeypatch.setattr(f"{module}.SHARP_PX", 0.0)
+    assert case_plan(case).defocus is not None
+    assert np.abs(z_scores(blurred_case(case), skipped, 20000.0)).max() < 0.01
+
+
 def test_slabs_of_a_class_follow_one_another_without_a_gap():
     planned = case_plan(slanted_plane((0.02, 0.03))).defocus
     slabs, first, count = slab_lists(planned, np.array([[0b0110, 0b1000]], np.uint64))

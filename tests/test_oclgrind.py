@@ -15,6 +15,7 @@ CASES = [
     "one depth MONO",
     "depth map GRBG",
     "depth map window",
+    "layers RGGB",
     "sharp MONO near",
     "sharp RGGB window near",
     "sharp RGGB covered",
@@ -44,6 +45,7 @@ def run(case: str) -> None:
     from simulator.exposure import Exposure
     from simulator.lens import ThinLens
     from simulator.pipeline import simulate
+    from simulator.scene import Layer
     from simulator.sensor.binning import Binning
     from simulator.sensor.camera import IsoSetting, Window
     from simulator.sensor.crosstalk import Crosstalk
@@ -66,7 +68,13 @@ def run(case: str) -> None:
         **neighbours,
     )
     depth = 2.0 if "sharp" in case else 5.0 if "one" in case else rng.uniform(1.7, 2.5, (20, 30)).astype(np.float32)
-    scene = band_scene(rng.random((20, 30, camera.channels)), depth)
+    settings = {}
+    if "layers" in case:  # both out of focus, the nearer one with a soft edge
+        light = rng.random((20, 30, camera.channels)).astype(np.float32)
+        settings = {"coverage": np.clip(rng.random((20, 30)) * 2.0 - 0.5, 0.0, 1.0).astype(np.float32)}
+        settings["behind"] = (Layer(light, rng.uniform(2.3, 2.4) * np.ones((20, 30), np.float32) + 1e-3 * np.arange(30)),)
+        depth = 1.8
+    scene = band_scene(rng.random((20, 30, camera.channels)), depth, **settings)
     simulate(Shot(scene, ThinLens(50.0, 4.0, 2.0), Exposure(0.001), camera))
     print("done", devices()[0].name)
 
