@@ -33,8 +33,10 @@ def methods(case: Case, bench) -> set[Method]:
 def test_each_scene_gets_the_cheapest_method_that_is_right(bench):
     both = uniform_layers(-5.0, 6.0)
     near_sharp = dataclasses.replace(both, radius_px=both.radius_px * [[[0.0]], [[1.0]]])
+    hidden = dataclasses.replace(near_sharp, coverage=np.ones_like(both.coverage))
     assert methods(both, bench) == {Method.CORRECTED}
     assert methods(near_sharp, bench) == {Method.COMPOSITE}
+    assert methods(hidden, bench) == {Method.COPY}  # what the near side covers costs nothing
     assert methods(slanted_plane((0.02, 0.03)), bench) == {Method.MEAN}
     cracked = slanted_plane((0.02, 0.03))
     radius = np.where(np.arange(cracked.radius_px.shape[2]) < 20, cracked.radius_px - 9.0, cracked.radius_px)
