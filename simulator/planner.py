@@ -179,7 +179,7 @@ def plan(shot: Shot) -> Plan:
     if defocus is not None:
         steps += (_hidden_step(loaded, shot.lens, camera, projection),)
         scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection))
-        defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale)
+        defocus = replace(plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale), guessed=defocus.guessed)
     return Plan(scene, camera, weights.astype(np.float32), projection, layout, defocus, stages, steps)
 
 

@@ -17,7 +17,8 @@ from simulator.scene import Scene
 
 SHARP_PX = 0.3  # a blur circle of this radius stays inside its photosite: nothing to do
 TILE_COLUMNS, TILE_ROWS = 128, 16
-PATCH_COLUMNS, PATCH_ROWS = 16, 8  # what reaches a tile is found out patch by patch
+BLOCK_COLUMNS, BLOCK_ROWS = 32, 8  # where points of the aperture are needed is decided block by block
+PATCH_COLUMNS, PATCH_ROWS = 8, 8  # what reaches a tile or a block is found out patch by patch
 STEEPEST_PX = 0.2  # change of the radius from photosite to photosite up to which a surface counts as one
 SAME_PX = 0.02  # radii that lie closer share one blur circle
 CLASSES = 64  # of radii, one bit each in a 64-bit mask
@@ -43,12 +44,14 @@ class Defocus:
     opaque: whether a layer covers everything, so that no line through the aperture ends in the dark.
     scale: scene pixels per photosite.
     pupil: shape of the aperture.
+    guessed: whether what lies behind edges is not in the scene, so that nobody can tell what is right there.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
     opaque: bool
     scale: float
     pupil: Pupil = Pupil()
+    guessed: bool = False
 
     @cached_property
     def least_px(self) -> float:
@@ -95,7 +98,8 @@ class Defocus:
 def plan_defocus(lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float) -> Defocus | None:
     """Blur of a scene with so many pixels per photosite, or None when no blur circle is larger than a photosite."""
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
-    planned = Defocus(radii, any(layer.coverage is None for layer in scene.layers), scale, replace(lens.pupil, stops=()))
+    opaque = any(layer.coverage is None for layer in scene.layers)
+    planned = Defocus(radii, opaque, scale, replace(lens.pupil, stops=()), guessed=not scene.behind)
     return planned if planned.largest_px > SHARP_PX else None
 
 
@@ -123,7 +127,13 @@ class Relief:
 
     def of_tiles(self) -> "Relief":
         """Put the patches of each tile together."""
-        rows, columns = TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS
+        return self._joined(TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS)
+
+    def of_blocks(self) -> "Relief":
+        """Put the patches of each block together."""
+        return self._joined(BLOCK_ROWS // PATCH_ROWS, BLOCK_COLUMNS // PATCH_COLUMNS)
+
+    def _joined(self, rows: int, columns: int) -> "Relief":
         split = {name: plane.reshape(plane.shape[0] // rows, rows, -1, columns) for name, plane in vars(self).items()}
         return Relief(**{name: _JOIN[name].reduce(_JOIN[name].reduce(plane, axis=3), axis=1) for name, plane in split.items()})
 
@@ -139,7 +149,7 @@ _JOIN = {
 
 
 def seen_from(relief: Relief, corner_radius: float = 1.0) -> Relief:
-    """Return, for each tile, what can reach it: patches whose blur circles touch one of its own, and all that its own touch.
+    """Return, for each patch, what can reach it: patches whose blur circles touch its own, and all that its own touch.
 
     corner_radius: of the pupil, how far a spot reaches beyond its blur circle.
     """
@@ -157,4 +167,4 @@ def seen_from(relief: Relief, corner_radius: float = 1.0) -> Relief:
             near = np.maximum(padded_largest[window], largest) > gap
             for name, plane in found.items():
                 np.copyto(plane, _JOIN[name](plane, padded[name][window]), where=near)
-    return Relief(**found).of_tiles()
+    return Relief(**found)

@@ -5,20 +5,20 @@ from functools import lru_cache
 
 import numpy as np
 
+from simulator.defocus import Defocus
 from simulator.lens.convex_area import Disk
 from simulator.lens.pupil import Pupil
 
 FEWEST, MOST = 128, 1024
+SAVED_ON_GUESSES = 4  # where what lies behind edges is guessed, which costs more than the points
 
 
-def points_wanted(radius_px: np.ndarray, scale: float) -> np.ndarray:
-    """Points for blur circles of this radius [photosites]: several for each scene pixel or photosite in it, in powers of two.
-
-    scale: scene pixels per photosite.
-    """
-    each = 4.0 * min(max(2.0 * scale, 0.5), 1.0)  # fewer where a scene pixel spreads over several photosites
-    wanted = np.clip(each * np.pi * (radius_px * min(scale, 1.0) + 1.0) ** 2, FEWEST, MOST)
-    return 2 ** np.ceil(np.log2(wanted)).astype(int)
+def points_wanted(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
+    """Points for blur circles of this radius [photosites]: several for each scene pixel or photosite in it; powers of two."""
+    each = 4.0 * min(max(2.0 * defocus.scale, 0.5), 1.0)  # fewer where a scene pixel spreads over several photosites
+    wanted = np.clip(each * np.pi * (radius_px * min(defocus.scale, 1.0) + 1.0) ** 2, FEWEST, MOST)
+    count = 2 ** np.ceil(np.log2(wanted)).astype(int)
+    return np.maximum(count // SAVED_ON_GUESSES, FEWEST) if defocus.guessed else count
 
 
 @lru_cache
