@@ -8,9 +8,9 @@ import numpy as np
 from simulator.defocus import Defocus
 from simulator.lens.convex_area import Disk
 from simulator.lens.pupil import Pupil
+from simulator.lens.pupil_points import points_of
 
 FEWEST, MOST = 128, 1024
-STRIPS = 512  # of a pupil over which points are spread: places to 1e-4
 SAVED_ON_GUESSES = 4  # where what lies behind edges is guessed, which costs more than the points
 
 
@@ -44,8 +44,7 @@ def lens_points(pupil: Pupil, count: int, over: int) -> np.ndarray:
 def lens_points_of(pupil: Pupil, fields: np.ndarray, count: int, over: int) -> np.ndarray:
     """Such points for each field (n, 2), as `Pupil` has it: (n, count, 5). Near fields have near points, one by one."""
     points = np.repeat(lens_points(pupil, count, over)[None], len(fields), axis=0)
-    for own, field in zip(points, fields, strict=True):
-        own[:, :2] = pupil.points(count, field, STRIPS)
+    points[..., :2] = points_of(pupil, fields, count)
     return points
 
 

@@ -100,19 +100,19 @@ class Pupil:
         """Area in squared pupil radii, in closed form; pi where nothing clips."""
         return intersection_area(self.parts(field))
 
-    def points(self, count: int, field=(0.0, 0.0), strips: int = _ROWS) -> np.ndarray:
+    def points(self, count: int, field=(0.0, 0.0)) -> np.ndarray:
         """Points (count, 2) float64 spread evenly over the area, of low discrepancy; those of a smaller count come first.
 
         The R2 sequence (Roberts 2018: the Kronecker sequence of the plastic number) in the unit square goes through a map
         that keeps areas (Rosenblatt 1952): the first number chooses the row by area, the second the place in the row.
-        strips: into which the pupil is cut. Raises PhotositeError where the pupil is closed.
+        Raises PhotositeError where the pupil is closed.
         """
-        rows, left, right = self.spans(field, strips)
+        rows, left, right = self.spans(field)
         widths = right - left
         area = np.concatenate([[0.0], np.cumsum(0.5 * (widths[1:] + widths[:-1]) * np.diff(rows))])
         if not area[-1] > 0:
             raise PhotositeError(f"lens.vignetting: no ray reaches the field ({field[0]:g}, {field[1]:g}); widen the stops")
-        chosen, across = np.mod(np.outer(_PLASTIC ** np.array([-1.0, -2.0]), np.arange(1, count + 1)) + 0.5, 1.0)
+        chosen, across = even_points(count)
         y = np.interp(chosen * area[-1], area, rows)
         return np.stack([np.interp(y, rows, left) + across * np.interp(y, rows, widths), y], axis=-1)
 
@@ -123,21 +123,26 @@ class Pupil:
             return np.empty((0, 2))
         return np.concatenate([np.stack([right, rows], axis=-1), np.stack([left, rows], axis=-1)[::-1]])
 
-    def spans(self, field=(0.0, 0.0), strips: int = _ROWS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def spans(self, field=(0.0, 0.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows (y) across the pupil with the x of both ends; denser at the top and the bottom, where the edge lies flat."""
         parts = self.parts(field)
         low, high = -2.0, 2.0  # a triangle of area pi reaches 1.56
         for _ in range(3):  # closes in on the open rows
-            rows = 0.5 * (low + high) - 0.5 * (high - low) * np.cos(np.linspace(0.0, math.pi, strips))
+            rows = 0.5 * (low + high) - 0.5 * (high - low) * np.cos(np.linspace(0.0, math.pi, _ROWS))
             ends = [part.span(rows) for part in parts]
             left, right = np.max([end[0] for end in ends], axis=0), np.min([end[1] for end in ends], axis=0)
             is_open = np.flatnonzero(right > left)
             if not len(is_open):
-                return rows, np.zeros(strips), np.zeros(strips)
-            low, high = rows[max(is_open[0] - 1, 0)], rows[min(is_open[-1] + 1, strips - 1)]
+                return rows, np.zeros(_ROWS), np.zeros(_ROWS)
+            low, high = rows[max(is_open[0] - 1, 0)], rows[min(is_open[-1] + 1, _ROWS - 1)]
         shut = right <= left
         left, right = (np.interp(rows, rows[~shut], end[~shut]) for end in (left, right))
         return rows, left, np.where(shut, left, right)
+
+
+def even_points(count: int) -> np.ndarray:
+    """Points (2, count) of the R2 sequence in the unit square."""
+    return np.mod(np.outer(_PLASTIC ** np.array([-1.0, -2.0]), np.arange(1, count + 1)) + 0.5, 1.0)
 
 
 @dataclass(frozen=True)
