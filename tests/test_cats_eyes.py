@@ -197,6 +197,33 @@ def test_the_reference_path_sees_the_same_cats_eyes(bench, radii):
         assert np.abs(z_scores(bench.device.download(height, (80, 96), np.float32), expected, 2000.0)).max() < 0.1
 
 
+def test_the_spots_of_small_lights_beside_an_edge_are_cut_too():
+    """Lights leave what points of the aperture sample: the spot of the light's field, behind a near half-plane."""
+    frame, light, edge, near_px, far_px = Window(1040, 660, 90, 80), (700, 1090), 1080, -6.0, 7.0
+    near, mosaics = np.broadcast_to(np.arange(1200) < edge, (800, 1200)), []
+    for radiance in (500.0, 0.0):
+        far = np.full((800, 1200, 1), 0.3, np.float32)
+        far[light] += radiance
+        scene = band_scene(0.5 * near, depth_of(LENS, near_px, 30.0)).load()
+        behind = (Layer(far, depth_of(LENS, far_px, 30.0)),)
+        scene = dataclasses.replace(scene, coverage=near.astype(np.float32), behind=behind)
+        planned = plan(Shot(FixedScene(scene), LENS, Exposure(1e-6), fine_camera()))
+        mosaics.append(corner(planned, frame) / planned.weights.sum())
+    images = [shape_weights(LENS.pupil, planned.defocus.eyes.fields([light[1] + 0.5], [light[0] + 0.5]), np.array([far_px]))[0]]
+    images.append(disk_weights(far_px))
+    half, spots = len(images[0]) // 2, []
+    x = np.arange(frame.x, frame.x + 90) + 0.5
+    open_ = np.clip(x + near_px * (light[1] + 0.5 - x) / far_px - edge + 0.5, 0.0, 1.0)  # the near side is read bilinearly
+    for image in images:
+        spot, down, right = np.zeros((80, 90)), light[0] - frame.y - half, light[1] - frame.x - half
+        spot[down : down + len(image), right : right + len(image)] = 500.0 * image[::-1, ::-1]
+        spots.append(spot * open_)
+    cut, full = (z_scores(mosaics[0], mosaics[1] + spot, 2000.0) for spot in spots)
+    lit = spots[1] > 0
+    assert np.sqrt(np.mean(cut[lit] ** 2)) < 0.05 * np.sqrt(np.mean(full[lit] ** 2))
+    assert mosaics[0].sum() - mosaics[1].sum() == pytest.approx(spots[0].sum(), rel=0.01)
+
+
 @pytest.mark.parametrize("aperture", [None, Aperture(6, 20.0, 0.5)])
 def test_a_flat_field_keeps_its_fall_off_and_a_crop_its_bits(aperture):
     """Under a rough depth map: every method and zone; the blur adds nothing to what the irradiance stage says."""
@@ -239,8 +266,8 @@ def test_a_corner_that_no_ray_reaches_is_dark():
 
 
 def test_zones_are_as_coarse_as_the_rims_allow():
-    """A rim moves by no more than MOST_MOVED across a zone; a slower lens and a finer sensor have larger ones."""
-    found = [plan_cats_eyes(LENS, 8.4, (4240, 2832), radius).zone_px for radius in (4.0, 16.0, 64.0)]
-    assert found == [64, 64, 32]
+    """A rim moves by no more than MOST_MOVED across a zone, but zones are no smaller than a quarter of the largest radius."""
+    found = [plan_cats_eyes(LENS, 8.4, (4240, 2832), radius).zone_px for radius in (4.0, 300.0, 512.0)]
+    assert found == [64, 64, 128]
     assert plan_cats_eyes(LENS, 4.2, (8480, 5664), 8.0).zone_px == 128
     assert plan_cats_eyes(dataclasses.replace(LENS, f_number=5.6), 8.4, (4240, 2832), 4.0) is None

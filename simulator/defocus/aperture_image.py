@@ -9,10 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.defocus.shape_areas import shape_weights
 from simulator.lens.convex_area import Disk
 from simulator.lens.pupil import Pupil
 
 SLICES = 64  # rows per photosite into which an aperture with blades is cut
+MOST_AT_ONCE, MOST_WEIGHTS = 16, 4e6  # images of the clipped aperture that are computed together, and their weights
 CHUNK = 8  # taps that kernels/defocus.cl adds up at a time
 
 
@@ -60,6 +62,19 @@ def photosite_weights(pupil: Pupil, radius_px: float, over: int) -> np.ndarray:
     `over`; even sizes have the photosite's centre between their middle points.
     """
     return over_a_photosite(aperture_weights(pupil, over * radius_px), over)
+
+
+def clipped_weights(pupil: Pupil, fields: np.ndarray, radii_px: np.ndarray, over: int) -> list[np.ndarray]:
+    """What `photosite_weights` says of the pupil as its stops cut it at each of the fields (n, 2), with signed radii (n,)."""
+    order, found = np.argsort(np.abs(radii_px)), [None] * len(radii_px)
+    largest = 2.0 * over * pupil.corner_radius * float(np.abs(radii_px).max(initial=0.0)) + 3.0
+    batch = max(1, min(MOST_AT_ONCE, int(MOST_WEIGHTS / largest**2)))
+    for start in range(0, len(order), batch):  # images of nearly one size
+        some = order[start : start + batch]
+        images = over_a_photosite(shape_weights(pupil, fields[some], over * radii_px[some]), over)
+        for number, image in zip(some, images, strict=True):
+            found[number] = image
+    return found
 
 
 def over_a_photosite(weights: np.ndarray, over: int) -> np.ndarray:

@@ -14,10 +14,9 @@ from simulator.lens import Lens
 from simulator.lens.pupil import Pupil
 
 ZONES_PX = (128, 64, 32, 16)  # sides of a zone, coarsest first; a tile has a whole number of them
-MOST_MOVED = (
-    0.02  # movement of a rim across a zone, in pupil radii: below 0.1 sigma of 2000 e- at edges (docs/lens_accuracy.md)
-)
-MOST_MOVED_PX = 0.75  # the same in the largest spot: how wide the outline of a small light is smeared at most
+MOST_MOVED = 0.02  # movement of a rim across a zone, in pupil radii: edges are right to 0.1 sigma of 2000 e-
+MOST_MOVED_OF_LIGHTS = 0.005  # the same across a square in which spots of lights have one shape
+FINEST = 0.25  # of the largest blur circle's radius: zones need not be smaller
 SHUT = 1e-3  # share of the pupil below which a photosite counts as dark
 TRIED = 256  # points of the pupil of which one must pass
 
@@ -74,6 +73,11 @@ class CatsEyes:
         """How far a rim moves in the pupil across so many photosites, in pupil radii."""
         return max(abs(stop.shift) for stop in self.pupil.stops) * self.tangent_per_px * zone_px
 
+    @property
+    def alike_px(self) -> int:
+        """Side of squares of the sensor in which spots of lights share their shape."""
+        return max(1, int(MOST_MOVED_OF_LIGHTS / self.movement(1.0)))
+
 
 def plan_cats_eyes(lens: Lens, pixel_pitch_um: float, sensor_px: tuple[int, int], largest_px: float) -> CatsEyes | None:
     """Pupil by place on a sensor of (width, height) photosites, or None where no rim hides anything of it.
@@ -87,7 +91,6 @@ def plan_cats_eyes(lens: Lens, pixel_pitch_um: float, sensor_px: tuple[int, int]
         return None
 
     def fine(zone_px: int) -> bool:
-        moved = eyes.movement(zone_px)
-        return moved <= MOST_MOVED and moved * largest_px <= MOST_MOVED_PX
+        return eyes.movement(zone_px) <= MOST_MOVED or zone_px <= FINEST * largest_px
 
     return replace(eyes, zone_px=next((zone_px for zone_px in ZONES_PX if fine(zone_px)), ZONES_PX[-1]))

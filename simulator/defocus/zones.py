@@ -6,14 +6,11 @@ from functools import cached_property
 import numpy as np
 
 from simulator.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
-from simulator.defocus.aperture_image import Taps, over_a_photosite, taps_of
+from simulator.defocus.aperture_image import clipped_weights, taps_of
 from simulator.defocus.cats_eyes import CatsEyes
 from simulator.defocus.lens_points import lens_points_of
-from simulator.defocus.shape_areas import shape_weights
 from simulator.defocus.tables import aperture_taps
 from simulator.defocus.tiles import TileChoice
-
-BATCH = 16  # images that are computed at once
 
 
 @dataclass(frozen=True)
@@ -70,7 +67,8 @@ class Zones:
         entries = np.zeros(needed.shape, np.int32)
         entries[:, whole] = np.arange(len(whole))
         entries[cut] = len(whole) + np.arange(len(cut[0]))
-        return taps + self._cut(cut[0], np.array(radii_px)[cut[1]], over), entries
+        cut_images = clipped_weights(self.eyes.pupil, self._open_fields(cut[0]), np.array(radii_px)[cut[1]], over)
+        return taps + [taps_of(image) for image in cut_images], entries
 
     def _needed(self, chosen: TileChoice, graded: bool, radii: int, first_node: int) -> np.ndarray:
         """Radii that the tiles around each corner hold: (corners, radii) bool."""
@@ -84,17 +82,6 @@ class Zones:
                 held = count > node
                 needed[corners[held], (first[held] + node)[:, None]] = True
         return needed
-
-    def _cut(self, corners: np.ndarray, radii_px: np.ndarray, over: int) -> list[Taps]:
-        """Taps of the clipped pupil at these corners and radii; those of one size are computed together."""
-        fields = self._open_fields(corners)
-        order, taps = np.argsort(np.abs(radii_px)), [None] * len(corners)
-        for start in range(0, len(order), BATCH):
-            some = order[start : start + BATCH]
-            weights = over_a_photosite(shape_weights(self.eyes.pupil, fields[some], over * radii_px[some]), over)
-            for number, image in zip(some, weights, strict=True):
-                taps[number] = taps_of(image)
-        return taps
 
     def _open_fields(self, corners: np.ndarray) -> np.ndarray:
         numbers, index = np.unique(corners, return_inverse=True)
