@@ -1,23 +1,29 @@
-"""Draws docs/images/lens.png from the lens object: depth of field, cat's eyes, light towards the corner.
+"""Draws docs/images/lens.png from the lens object: depth of field, cat's eyes, light towards the corner; and cats_eyes.png from
+frames of small lights taken with the same lens.
 
 python docs/make_lens.py
 """
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 from PIL import Image
 
+from simulator.exposure import Exposure
 from simulator.lens import Aperture, Irradiance, RoundStop, ThinLens, Vignetting
+from simulator.pipeline import simulate
 from simulator.raw.files import atomic_write
+from simulator.scene import Scene
+from simulator.sensor.camera import Camera, IsoSetting, SpectralResponse
+from simulator.shot import Shot
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
-PICTURE = Path(__file__).resolve().parent / "images" / "lens.png"
+IMAGES = Path(__file__).resolve().parent / "images"
 INK, SECOND, GRID = "#1f3b57", "#c0392b", "#d9dee3"
 FULL_FRAME_MM = (36.0, 24.0)
 RIMS = Vignetting(RoundStop(30.0, 44.0), RoundStop(20.0, 26.0))  # of a made-up 50 mm f/1.4
@@ -32,9 +38,47 @@ def main() -> None:
     _fall_off(axes[2])
     for axis in axes:
         axis.spines[["top", "right"]].set_visible(False)
+    _write(figure, "lens.png")
+    figure, axes = plt.subplots(1, 3, figsize=(12, 3.4), layout="constrained", dpi=90)
+    wide = ThinLens(50.0, 1.4, 0.5, vignetting=RIMS)
+    _lights(axes[0], wide, 4.0, "f/1.4, lights behind the plane in focus")
+    _lights(axes[1], wide, 0.3, "f/1.4, lights before it")
+    _lights(axes[2], replace(wide, f_number=1.8, aperture=Aperture(6, 10.0)), 4.0, "f/1.8 with six blades, lights behind")
+    _write(figure, "cats_eyes.png")
+
+
+def _write(figure, name: str) -> None:
     figure.canvas.draw()
-    with atomic_write(PICTURE) as part:
+    with atomic_write(IMAGES / name) as part:
         Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3]).save(part, "PNG", optimize=True)
+
+
+def _lights(axis, lens: ThinLens, depth_m: float, title: str) -> None:
+    """Mean electrons of a sensor of 36 mm x 24 mm in front of which hangs a lattice of small lights."""
+    width, height, wavelengths = 720, 480, np.arange(400.0, 701.0, 10.0)
+    planes = np.full((height, width, 1), 0.02, np.float32)
+    planes[40::80, 40::80] = 60.0
+    lights = Scene(planes, 1e-3 * np.ones((1, 31)), wavelengths, np.ones(31), depth_m)
+    response = SpectralResponse(wavelengths, np.ones((31, 1)))
+    sensor = {"width_px": width, "height_px": height, "pixel_pitch_um": 50.0, "cfa": "MONO", "bit_depth": 16}
+    camera = Camera(
+        "Photosite", "sketch", **sensor, black_level_dn=0.0, response=response, iso_table={100: IsoSetting(1.0, 0.0)}
+    )
+    light = simulate(Shot(InMemory(lights), lens, Exposure(1e-6), camera)).mean_electrons
+    axis.imshow((light / light.max()) ** (1 / 2.2), cmap="gray", extent=(-18, 18, 12, -12), interpolation="bilinear")
+    axis.set_title(title, fontsize=10)
+    axis.set_xlabel("place on the sensor [mm]")
+
+
+@dataclass(frozen=True)
+class InMemory:
+    """A scene that is already there."""
+
+    scene: Scene
+
+    def load(self) -> Scene:
+        """The scene itself."""
+        return self.scene
 
 
 def _depth_of_field(axis) -> None:

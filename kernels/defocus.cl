@@ -16,10 +16,14 @@
 // nodes:   (nodes, 4) int32: first tap, taps, first side, sides; counts are multiples of 8.
 // taps:    (2, all taps) int32, distance in `sums` for an even and an odd photosite; weights: (all taps) float32.
 // sides:   (2, all sides) int32, distance in `least`; totals: (all sides) float32.
+// corners: where the pupil changes over the field (zones.h), (tiles, 2, TILE_ZONES + 1) uint32: where a corner's list begins in
+//          entries: int32, the place in `nodes` of each node that tiles name. first_row: row of the strip where zones begin.
 // margin_x, margin_y: place of the frame's first photosite in the strip; strip_y: row of the frame at the strip's first row.
 #include "conventions.h"
+#include "aperture_mean.h"
 #include "cfa.h"
 #include "ways.h"
+#include "zones.h"
 
 kernel void defocus_sums(global const float *restrict sampled, global float *restrict sums, global float *restrict least,
                          const uint first_plane, const uint rows, const uint way_columns) {
@@ -42,31 +46,12 @@ kernel void defocus_sums(global const float *restrict sampled, global float *res
     for (uint i = 0; i < SPAN; i++) sum[rows * way_columns + i] = running[i];
 }
 
-// What a node counts at a place [nodes]: Lagrange's cubic on the four nearest; linear below a radius of 1, where a circle that does
-// not leave its photosite is none and a cubic would swing.
-INLINE float share(const float place, const int node, const float nodes_per_px) {
-    const float distance = place - (float)node, t = distance < 0.0f ? -distance : distance;
-    const float outer = t < 2.0f ? (1.0f - t) * (2.0f - t) * (3.0f - t) * (1.0f / 6.0f) : 0.0f;
-    const float cubic = t < 1.0f ? (1.0f - t * t) * (1.0f - 0.5f * t) : outer, linear = t < 1.0f ? 1.0f - t : 0.0f;
-    return OVER == 1 && place > -nodes_per_px && place < nodes_per_px ? linear : cubic;
-}
-
-INLINE void add_taps(global const float *line, global const int *places, global const float *shares, const int count, float *mean) {
-    for (int tap = 0; tap < count; tap += 8) {
-        global const float *a = line + places[tap], *b = line + places[tap + 1], *c = line + places[tap + 2], *d = line + places[tap + 3];
-        global const float *e = line + places[tap + 4], *f = line + places[tap + 5], *g = line + places[tap + 6], *h = line + places[tap + 7];
-        const float wa = shares[tap], wb = shares[tap + 1], wc = shares[tap + 2], wd = shares[tap + 3];
-        const float we = shares[tap + 4], wf = shares[tap + 5], wg = shares[tap + 6], wh = shares[tap + 7];
-        for (uint i = 0; i < SPAN; i++)
-            mean[i] = mean[i] + (wa * a[i] + wb * b[i] + wc * c[i] + wd * d[i]) + (we * e[i] + wf * f[i] + wg * g[i] + wh * h[i]);
-    }
-}
-
 // Dimension 0: spans of a tile; 1: its rows, each as even and odd columns; 2: tiles.
 kernel void defocus_mean(global const float *restrict sampled, global const float *restrict sums, global const float *restrict least,
                          global const float *restrict radius, global float *restrict light, global float *restrict open,
                          global const uint *restrict tiles, global const int *restrict nodes, global const int *restrict taps,
                          global const float *restrict weights, global const int *restrict sides, global const float *restrict totals,
+                         global const uint *restrict corners, global const int *restrict entries, const uint first_row,
                          const uint all_taps, const uint all_sides, const int first_node, const float nodes_per_px,
                          const uint first_plane, const uint map, const uint rows, const uint way_columns, const uint radius_rows,
                          const uint radius_row, const uint margin_x, const uint strip_y, const uint margin_y, const uint width,
@@ -82,16 +67,23 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
     float sum[2 * SPAN], mean[SPAN]; // colour, and coverage
     for (uint i = 0; i < SPAN; i++) sum[i] = tile[3] ? 0.0f : sharp[i]; // only where OVER is 1
     for (uint i = SPAN; i < 2 * SPAN; i++) sum[i] = 0.0f;
-    for (int n = (int)tile[2]; n < (int)(tile[2] + tile[3]); n++) {
-        global const int *node = nodes + 4 * n;
-        for (uint what = 0; what <= COMPOSITE; what++) {
-            const size_t plane = what ? WAYS * CHANNELS : colour;
-            global const float *line = sums + (plane * (rows + 1) + OVER * row) * way_columns + column;
-            for (uint i = 0; i < SPAN; i++) mean[i] = 0.0f;
-            add_taps(line, taps + parity * all_taps + node[0], weights + node[0], node[1], mean);
-            add_taps(least + plane * way_columns + column, sides + parity * all_sides + node[2], totals + node[2], node[3], mean);
-            for (uint i = 0; i < SPAN; i++)
-                sum[what * SPAN + i] += (NODES ? share(own[i] * nodes_per_px, first_node + n, nodes_per_px) : 1.0f) * mean[i];
+    const uint first_x = 2 * (uint)(column - tile[0]) + (uint)parity; // in the tile
+    const float down = zone_place(row - first_row);
+    for (uint corner = 0; corner < CORNERS; corner++) {
+        global const int *places = entries + zone_corner(corners, get_global_id(2), corner, first_x);
+        for (int n = (int)tile[2]; n < (int)(tile[2] + tile[3]); n++) {
+            global const int *node = nodes + 4 * (ZONE ? places[n] : n);
+            for (uint what = 0; what <= COMPOSITE; what++) {
+                const size_t plane = what ? WAYS * CHANNELS : colour;
+                global const float *line = sums + (plane * (rows + 1) + OVER * row) * way_columns + column;
+                global const float *low = least + plane * way_columns + column;
+                for (uint i = 0; i < SPAN; i++) mean[i] = 0.0f;
+                add_taps(line, taps + parity * all_taps + node[0], weights + node[0], node[1], mean);
+                add_taps(low, sides + parity * all_sides + node[2], totals + node[2], node[3], mean);
+                for (uint i = 0; i < SPAN; i++)
+                    sum[what * SPAN + i] += corner_share(corner, zone_place(first_x + 2 * i), down) *
+                        (NODES ? share(own[i] * nodes_per_px, first_node + n, nodes_per_px) : 1.0f) * mean[i];
+            }
         }
     }
     for (uint i = 0; i < SPAN; i++) {

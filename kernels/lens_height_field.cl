@@ -10,6 +10,8 @@
 // OVERSAMPLING: samples per photosite and axis. margin: photosites around the frame. first, last: steps of half a sample's radius
 // before the least and after the greatest radius; all frames share them, so a crop has the bits of the whole. origin_x, origin_y:
 // photosite on the sensor at [0, 0] of the frame.
+// stops (STOPS of them, lens_rays.h) hide parts of the pupil, tangent_per_px (x - centre_x, y - centre_y) being the field: the mean
+// is that of the rays that pass.
 #include "cfa.h"
 #include "lens_rays.h"
 
@@ -50,20 +52,29 @@ INLINE size_t seen(global const float *radius, const int row, const int column, 
 kernel void lens_height_field(global const float *restrict colour, global const float *restrict radius,
                               global const float *restrict points, global float *restrict light, const uint channels,
                               const uint rows, const uint columns, const uint margin, const int first, const int last,
-                              const uint patterns, const uint samples, const int origin_x, const int origin_y) {
+                              const uint patterns, const uint samples, const int origin_x, const int origin_y,
+                              global const float *restrict stops, const float tangent_per_px, const float centre_x,
+                              const float centre_y) {
     const size_t x_index = get_global_id(0), y_index = get_global_id(1), width = get_global_size(0), height = get_global_size(1);
     const uint channel = MOSAIC ? cfa_plane(x_index, y_index) : get_global_id(2);
     const int row = (int)((margin + y_index) * OVERSAMPLING), column = (int)((margin + x_index) * OVERSAMPLING);
     const uint pattern = place_bits((uint)(origin_x + (int)x_index), (uint)(origin_y + (int)y_index)) % patterns;
     global const float *plane = colour + (size_t)channel * rows * columns;
     global const float *point = points + (size_t)pattern * samples * 4;
+    const float sensor_x = (float)(origin_x + (int)x_index) - centre_x, sensor_y = (float)(origin_y + (int)y_index) - centre_y;
+    uint taken = 0;
     float sum = 0.0f, lost = 0.0f; // Kahan's compensated sum
     for (uint i = 0; i < samples; i++, point += 4) {
+#if STOPS
+        const float field_y = tangent_per_px * (sensor_y + point[0]), field_x = tangent_per_px * (sensor_x + point[1]);
+        if (!passes(stops, point[2], point[3], field_y, field_x)) continue;
+#endif
+        taken++;
         const size_t end = seen(radius, row, column, point[0] * OVERSAMPLING, point[1] * OVERSAMPLING, point[2] * OVERSAMPLING,
                                 point[3] * OVERSAMPLING, first, last, rows, columns);
         const float added = plane[end] - lost, next = sum + added;
         lost = (next - sum) - added;
         sum = next;
     }
-    light[(get_global_id(2) * height + y_index) * width + x_index] = sum / (float)samples;
+    light[(get_global_id(2) * height + y_index) * width + x_index] = taken ? sum / (float)taken : 0.0f;
 }

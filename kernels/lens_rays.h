@@ -26,4 +26,17 @@ INLINE uint place_bits(const uint x, const uint y) {
     return h ^ (h >> 16);
 }
 
+#if STOPS
+// Whether a ray through (y, x) of the pupil passes stops, (STOPS, 2): radius, and shift per tangent of the field angle, both in
+// pupil radii (simulator/lens/pupil.py). field_y, field_x: tangents at the ray's place on the sensor.
+INLINE bool passes(global const float *stops, const float y, const float x, const float field_y, const float field_x) {
+    bool through = true;
+    for (uint i = 0; i < STOPS; i++) {
+        const float dy = y - stops[2 * i + 1] * field_y, dx = x - stops[2 * i + 1] * field_x;
+        through = through && dy * dy + dx * dx <= stops[2 * i] * stops[2 * i];
+    }
+    return through;
+}
+#endif
+
 #endif

@@ -12,6 +12,8 @@
 // light:    (planes, height, width) float32, unit of colour: one plane with each photosite's own colour (MOSAIC) or all channels.
 // OVERSAMPLING: samples per photosite and axis. margin: photosites around the frame. iterations: fixed-point steps; 0 where every
 // layer has one radius. origin_x, origin_y: photosite on the sensor at [0, 0] of the frame.
+// stops (STOPS of them, lens_rays.h) hide parts of the pupil, tangent_per_px (x - centre_x, y - centre_y) being the field: the mean
+// is that of the rays that pass.
 #include "cfa.h"
 #include "lens_rays.h"
 
@@ -28,15 +30,23 @@ kernel void lens_sampling(global const float *restrict colour, global const floa
                           global const float *restrict radius, global const float *restrict points, global float *restrict light,
                           const uint layers, const uint channels, const uint rows, const uint columns, const uint margin,
                           const uint iterations, const uint patterns, const uint samples, const int origin_x,
-                          const int origin_y) {
+                          const int origin_y, global const float *restrict stops, const float tangent_per_px, const float centre_x,
+                          const float centre_y) {
     const size_t x_index = get_global_id(0), y_index = get_global_id(1), width = get_global_size(0), height = get_global_size(1);
     const uint channel = MOSAIC ? cfa_plane(x_index, y_index) : get_global_id(2);
     const int row = (int)((margin + y_index) * OVERSAMPLING), column = (int)((margin + x_index) * OVERSAMPLING);
     const size_t area = (size_t)rows * columns;
     const uint pattern = place_bits((uint)(origin_x + (int)x_index), (uint)(origin_y + (int)y_index)) % patterns;
     global const float *point = points + (size_t)pattern * samples * 4;
+    const float sensor_x = (float)(origin_x + (int)x_index) - centre_x, sensor_y = (float)(origin_y + (int)y_index) - centre_y;
+    uint taken = 0;
     float sum = 0.0f, lost = 0.0f; // Kahan's compensated sum: a flat field stays flat with any number of samples
     for (uint i = 0; i < samples; i++, point += 4) {
+#if STOPS
+        const float field_y = tangent_per_px * (sensor_y + point[0]), field_x = tangent_per_px * (sensor_x + point[1]);
+        if (!passes(stops, point[2], point[3], field_y, field_x)) continue;
+#endif
+        taken++;
         const float y = point[0] * OVERSAMPLING, x = point[1] * OVERSAMPLING;
         const float step_y = point[2] * OVERSAMPLING, step_x = point[3] * OVERSAMPLING;
         float seen = 0.0f, through = 1.0f;
@@ -54,5 +64,5 @@ kernel void lens_sampling(global const float *restrict colour, global const floa
         lost = (next - sum) - added;
         sum = next;
     }
-    light[(get_global_id(2) * height + y_index) * width + x_index] = sum / (float)samples;
+    light[(get_global_id(2) * height + y_index) * width + x_index] = taken ? sum / (float)taken : 0.0f;
 }

@@ -10,10 +10,10 @@
 //         [e- s^-1 um^-2 sr^-1], then coverage, 0 to 1; a strip with its margin, in the order of ways.h.
 // radius: (maps, WAYS, rows, way_columns) float32, signed radius [photosites], > 0 behind the plane in focus.
 // light:  (height, width) float32, the mosaic.
-// blocks: (blocks, 4) uint32: first way column and row in the strip, first slab, slabs.
+// blocks: (blocks, 5) uint32: first way column and row in the strip, first slab, slabs, first point.
 // slabs:  (slabs, 5) float32, layer by layer, nearest first: layer, map (-1: constant radius), and three radii: at phase 0 the
 //         range goes from the first to the second, at phase 1 from the second to the third.
-// points: (points, 5) float32: u in x and y (1: edge of the aperture), place in the photosite in x and y, phase (0 to 1).
+// points: (sets, points, 5) float32: u in x and y (1: edge of the aperture), place in the photosite in x and y, phase (0 to 1).
 // margin_x, margin_y, strip_y: as in defocus.cl. normalise: light that meets no surface is replaced by the mean of what does.
 #include "conventions.h"
 #include "cfa.h"
@@ -32,7 +32,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
                       const uint point_count, const uint normalise, const uint rows, const uint way_columns, const uint margin_x,
                       const uint strip_y, const uint margin_y, const uint width, const uint height) {
     const int parity = (int)(get_global_id(1) & 1);
-    global const uint *block = blocks + 4 * get_global_id(2);
+    global const uint *block = blocks + 5 * get_global_id(2);
     const uint end = block[2] + block[3], group = (uint)(get_global_id(1) >> 1);
     const uint row = block[1] + 2 * ROWS * (group / 2) + group % 2, y = strip_y + row - margin_y;
     const size_t column = block[0] + get_global_id(0) * SPAN, step = 2 * OVER * way_columns; // to the next row of the colour
@@ -44,7 +44,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
     for (uint i = 0; i < SIZE; i++) sharp[i] = own[i / SPAN * step + i % SPAN];
     float *all = sum + LAYERS * SIZE, *all_seen = seen + LAYERS * SIZE;
     for (uint n = 0; n < point_count; n++) {
-        global const float *point = points + 5 * n;
+        global const float *point = points + 5 * (size_t)(block[4] + n);
         int current = -1;
         for (uint i = 0; i < SIZE; i++) before[i] = 1.0f - (covered[i] = 0.0f);
         for (uint k = block[2]; k < end; k++) {

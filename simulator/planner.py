@@ -179,7 +179,8 @@ def plan(shot: Shot) -> Plan:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
     _check_light(scene, weights, shot)
     projection = plan_projection(scene, shot.lens, camera)
-    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, loaded, projection.scale) if forms_image else None
+    sensor_px = camera.width_px, camera.height_px
+    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, loaded, projection.scale, sensor_px) if forms_image else None
     stages = fused_stages(shot)
     fused = {stage.stem: stage for stage in stages}
     glare = plan_veiling_glare(shot.lens.veiling_glare, scene, weights, projection, camera, fused[Irradiance.stem])
@@ -187,7 +188,8 @@ def plan(shot: Shot) -> Plan:
     if defocus is not None:
         steps += (_hidden_step(loaded, shot.lens, camera, projection),)
         scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection))
-        defocus = replace(plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale), guessed=defocus.guessed)
+        again = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale, sensor_px)
+        defocus = replace(again, guessed=defocus.guessed)
     return Plan(scene, camera, weights.astype(np.float32), projection, layout, defocus, stages, steps, veiling_glare=glare)
 
 
@@ -319,4 +321,5 @@ def _defocus_step(defocus: Defocus | None, forms_image: bool) -> Step:
     surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"
     near, far = defocus.least_px, defocus.greatest_px
     radii = f"{abs(near):.2f} photosites" if near == far else f"from {near:.2f} (nearest) to {far:+.2f} photosites"
-    return Step("defocus", True, f"{surfaces}, blur radius {radii}")
+    eyes = "" if defocus.eyes is None else f"; spots are cat's eyes, by zones of {defocus.eyes.zone_px} photosites"
+    return Step("defocus", True, f"{surfaces}, blur radius {radii}{eyes}")

@@ -9,18 +9,27 @@ import math
 import numpy as np
 
 from simulator.blur.lens_sampling import check_grid, ray_arguments, ray_defines
+from simulator.defocus.cats_eyes import CatsEyes
 from simulator.device import Device
 from simulator.errors import require
 from simulator.sensor.camera import Window
 
 
 def sample_height_field(
-    device: Device, colour, radius_px, margin_px: int, points: np.ndarray, frame: Window, oversampling: int = 1, cfa=None
+    device: Device,
+    colour,
+    radius_px,
+    margin_px: int,
+    points: np.ndarray,
+    frame: Window,
+    oversampling: int = 1,
+    cfa=None,
+    eyes: CatsEyes | None = None,
 ):
     """Device buffer float32, the frame's light: (1, height, width), each photosite's own colour; or (channels, height, width).
 
     colour: (channels, rows, columns) radiance, means of samples. radius_px: (rows, columns) signed blur radius [photosites].
-    rows, columns: (frame + 2 margin_px) * oversampling. points: of `lens_points`. cfa: as in `sample_lens`.
+    rows, columns: (frame + 2 margin_px) * oversampling. points: of `lens_points`. cfa, eyes: as in `sample_lens`.
     Neighbours whose radii differ by more than 1.5 times their distance are an edge. Raises PhotositeError for NaN and infinity.
     """
     colour, radius_px = np.asarray(colour, dtype=np.float32), np.asarray(radius_px, dtype=np.float32)
@@ -40,7 +49,7 @@ def sample_height_field(
     planes = 1 if cfa is not None else colour.shape[0]
     light = device.empty((planes, frame.height, frame.width), np.float32)
     device.run(
-        device.kernel("lens_height_field", ray_defines(oversampling, cfa)),
+        device.kernel("lens_height_field", ray_defines(oversampling, cfa, eyes)),
         (frame.width, frame.height, planes),
         None,
         colour=device.upload(colour),
@@ -52,6 +61,6 @@ def sample_height_field(
         margin=margin_px,
         first=math.floor(steps * float(radius_px.min())) - 1,
         last=math.ceil(steps * float(radius_px.max())) + 1,
-        **ray_arguments(device, points, frame),
+        **ray_arguments(device, points, frame, eyes),
     )
     return light

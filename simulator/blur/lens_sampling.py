@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.defocus.cats_eyes import CatsEyes
 from simulator.defocus.lens_points import disk_of_square
 from simulator.device import Device
 from simulator.errors import require
@@ -120,15 +121,24 @@ def _polygon(first: np.ndarray, second: np.ndarray, blades: int, rotation_deg: f
     return place.imag, place.real
 
 
-def sample_lens(device: Device, surfaces: Surfaces, points: np.ndarray, frame: Window, cfa=None, cells: bool = True):
+def sample_lens(
+    device: Device,
+    surfaces: Surfaces,
+    points: np.ndarray,
+    frame: Window,
+    cfa=None,
+    cells: bool = True,
+    eyes: CatsEyes | None = None,
+):
     """Device buffer float32, the frame's light: (1, height, width), each photosite's own colour; or (channels, height, width).
 
     points: of `lens_points`. cfa: planes ((p00, p01), (p10, p11)) of the frame's upper left corner; None: all channels.
     cells: colour and coverage are means of their samples; False: values at their centres, read bilinearly.
+    eyes: stops that hide parts of the pupil by place on the sensor; each ray is tested, and where none passes it is dark.
     The error falls nearly as 1/samples where light is smooth, as their power -0.7 at edges and small lights.
     """
     check_grid((surfaces.rows, surfaces.columns), frame, surfaces.margin_px, surfaces.oversampling)
-    defines = ray_defines(surfaces.oversampling, cfa) | {"CELLS": int(cells)}
+    defines = ray_defines(surfaces.oversampling, cfa, eyes) | {"CELLS": int(cells)}
     planes = 1 if cfa is not None else surfaces.channels
     light = device.empty((planes, frame.height, frame.width), np.float32)
     device.run(
@@ -145,7 +155,7 @@ def sample_lens(device: Device, surfaces: Surfaces, points: np.ndarray, frame: W
         columns=surfaces.columns,
         margin=surfaces.margin_px,
         iterations=surfaces.iterations,
-        **ray_arguments(device, points, frame),
+        **ray_arguments(device, points, frame, eyes),
     )
     return light
 
@@ -157,14 +167,25 @@ def check_grid(shape: tuple[int, int], frame: Window, margin_px: int, oversampli
     require(enough, "surfaces", f"{shape} samples", f"give {wanted}: the frame and its margin, {oversampling} per photosite")
 
 
-def ray_defines(oversampling: int, cfa) -> dict[str, int]:
+def ray_defines(oversampling: int, cfa, eyes: CatsEyes | None) -> dict[str, int]:
     """Macros of a kernel that follows rays; cfa: planes of the frame's upper left corner, or None."""
     block = cfa or ((0, 0), (0, 0))
     places = {f"CFA_{y}{x}": block[y][x] for y in (0, 1) for x in (0, 1)}
-    return places | {"OVERSAMPLING": oversampling, "MOSAIC": int(cfa is not None)}
+    return places | {"OVERSAMPLING": oversampling, "MOSAIC": int(cfa is not None), "STOPS": len(_stops(eyes))}
 
 
-def ray_arguments(device: Device, points: np.ndarray, frame: Window) -> dict[str, object]:
+def ray_arguments(device: Device, points: np.ndarray, frame: Window, eyes: CatsEyes | None) -> dict[str, object]:
     """Arguments of such a kernel that say which rays it follows."""
     pattern = {"patterns": points.shape[0], "samples": points.shape[1], "origin_x": frame.x, "origin_y": frame.y}
-    return pattern | {"points": device.upload(np.asarray(points, dtype=np.float32))}
+    stops, (tangent, width, height) = (
+        _stops(eyes),
+        (eyes.tangent_per_px, eyes.width_px, eyes.height_px) if eyes else (0.0, 0, 0),
+    )
+    field = {"tangent_per_px": tangent, "centre_x": 0.5 * width, "centre_y": 0.5 * height}
+    listed = device.upload(np.array(stops or [(0.0, 0.0)], dtype=np.float32))
+    return pattern | field | {"points": device.upload(np.asarray(points, dtype=np.float32)), "stops": listed}
+
+
+def _stops(eyes: CatsEyes | None) -> list[tuple[float, float]]:
+    """Radius and shift of each stop, in pupil radii."""
+    return [(stop.radius, stop.shift) for stop in eyes.pupil.stops] if eyes else []

@@ -15,6 +15,7 @@ class StripLights:
 
     def __init__(self, strip, strip_row: int, places: np.ndarray, limit: np.ndarray):
         self.strip, self.places = strip, places
+        self.origin_px = strip.area.x, strip.area.y + strip_row
         shape = (len(strip.planes), strip.layer_planes, strip.ways, strip.rows, strip.area.way_columns)
         self.sampled = strip.device.download(strip.sampled, shape, np.float32)
         self.lights = brightest(self._bright(limit), strip.over, strip.area.y + strip_row)
@@ -55,7 +56,9 @@ class StripLights:
         """Give the photosites of the reached blocks their share. slabs, light: device buffers. place: of the strip."""
         lights, lists = self.lights, [own for own in self.lists if len(own)]
         counts = np.array([len(own) for own in lists])
-        weights, first, side = spot_weights(lights, self._pupil, self.strip.over)
+        weights, first, side = spot_weights(
+            lights, self._pupil, self.strip.over, self.strip.planned.defocus.eyes, self.origin_px
+        )
         arrays = {
             "blocks": self.places[self.reached],
             "ranges": np.stack([np.cumsum(counts) - counts, counts], axis=-1).astype(np.uint32),

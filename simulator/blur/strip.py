@@ -4,14 +4,14 @@ from functools import cached_property
 
 import numpy as np
 
+from simulator.blur.blur_tables import BlurTables
 from simulator.blur.frame import HALF_TILE, BlurFrame
 from simulator.blur.lights import StripLights
 from simulator.blur.relief import Maps, project_radius
 from simulator.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
 from simulator.defocus.blocks import BlockChoice, slab_lists
-from simulator.defocus.lens_points import lens_points, points_wanted
+from simulator.defocus.lens_points import points_wanted
 from simulator.defocus.lights import bright_limit
-from simulator.defocus.tables import blur_table
 from simulator.defocus.tiles import NODES_PER_PX, TileChoice
 from simulator.device import Device
 from simulator.planner import Plan, projection_arguments, projection_defines
@@ -23,10 +23,12 @@ class Strip:
     """The buffers of a band of rows with its margins, at `over` x `over` points per photosite, and what runs on them."""
 
     def __init__(
-        self, planned: Plan, device: Device, area: BlurFrame, maps: Maps, chosen: TileChoice, planes, open_, over: int
+        self, planned: Plan, device: Device, area: BlurFrame, maps: Maps, chosen: TileChoice, tables: BlurTables, planes, open_
     ):
+        over = tables.over
         self.planned, self.device, self.area, self.maps, self.chosen = planned, device, area, maps, chosen
-        self.planes, self.open, self.over, self.ways, self.rows = planes, open_, over, 2 * over, over * area.strip_rows
+        self.tables, self.planes, self.open = tables, planes, open_
+        self.over, self.ways, self.rows = over, 2 * over, over * area.strip_rows
         self.channels = planned.camera.channels
         self.coverage = int(any(layer.coverage is not None for layer in planned.scene.layers))
         self.layer_planes = self.channels + self.coverage
@@ -72,7 +74,9 @@ class Strip:
         composite = here & chosen.with_method(Method.COMPOSITE, Method.CORRECTED)
         if (mean | composite).any():
             planes = self.channels + bool(composite.any())
-            kernel = self.device.kernel("defocus_sums", self.defines | {"NODES": 0, "COMPOSITE": 0}, file="defocus.cl")
+            kernel = self.device.kernel(
+                "defocus_sums", self.defines | {"NODES": 0, "COMPOSITE": 0, "ZONE": 0}, file="defocus.cl"
+            )
             size = (self.area.way_columns // self.device.span, self.ways * planes)
             self.device.run(kernel, size, None, **self._sums(layer), **self.size)
         constant = chosen.constant[layer]
@@ -82,47 +86,36 @@ class Strip:
             (0, 1, composite & constant),
             (1, 1, composite & ~constant),
         ):
-            if wanted.any():
-                self._mean(chosen, layer, wanted, np.where(copied, 0, chosen.nodes[layer]), graded, several, place)
+            for clipped in (False, True):
+                tiles = wanted & (((chosen.zone >= 0) & ~copied) == clipped)
+                if tiles.any():
+                    self._mean(chosen, layer, tiles, np.where(copied, 0, chosen.nodes[layer]), graded, several, clipped, place)
 
     def _sums(self, layer: int) -> dict[str, object]:
         return {"sampled": self.sampled, "sums": self.sums, "least": self.least, "first_plane": layer * self.layer_planes}
 
-    def _mean(self, chosen: TileChoice, layer: int, wanted, nodes, graded: int, composite: int, place: dict) -> None:
-        table, first_node = self._graded if graded else self._constants
-        spans = HALF_TILE // self.device.span
+    def _mean(
+        self, chosen: TileChoice, layer: int, wanted, nodes, graded: int, composite: int, clipped: bool, place: dict
+    ) -> None:
+        table, first_node, all_nodes = self.tables.of_tiles(bool(graded), clipped)
+        defines = self.defines | {"NODES": graded, "COMPOSITE": composite} | self.tables.defines(clipped)
+        spans, own_node = HALF_TILE // defines["SPAN"], chosen.first_node[layer] - first_node
         self.device.run(
-            self.device.kernel("defocus_mean", self.defines | {"NODES": graded, "COMPOSITE": composite}, file="defocus.cl"),
+            self.device.kernel("defocus_mean", defines, file="defocus.cl"),
             (spans, 2 * TILE_ROWS, int(wanted.sum())),
             (spans, 1, 1),
             radius=self.maps.radius,
             map=sum(np.ndim(radius) > 0 for radius in self.planned.defocus.radii_px[:layer]),
             open=self.open,
-            tiles=self.device.upload(
-                self._places(wanted, TILE_ROWS, TILE_COLUMNS, chosen.first_node[layer] - first_node, nodes)
-            ),
+            tiles=self.device.upload(self._places(wanted, TILE_ROWS, TILE_COLUMNS, own_node, nodes)),
+            corners=self.tables.corners(chosen.zone[wanted] if clipped else None, all_nodes),
+            first_row=self.area.reach,
             first_node=first_node,
             nodes_per_px=NODES_PER_PX,
             **table,
             **self._sums(layer),
             **place,
         )
-
-    @cached_property
-    def _graded(self) -> tuple[dict[str, object], int]:
-        """Table of nodes in even steps over all radii that occur, and the first of them."""
-        first, last = self.chosen.graded_nodes()
-        return self._table([node / NODES_PER_PX for node in range(first, last)]), first
-
-    @cached_property
-    def _constants(self) -> tuple[dict[str, object], int]:
-        """Table of the radii of tiles with one blur circle."""
-        return self._table(self.chosen.constants.tolist()), 0
-
-    def _table(self, radii_px: list[float]) -> dict[str, object]:
-        table = blur_table(self.planned.defocus.pupil, radii_px, self.over, self.rows, self.area.way_columns)
-        buffers = {name: self.device.upload(array) for name, array in vars(table).items()}
-        return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}
 
     def _occlusion(self, chosen: BlockChoice, strip_row: int, place: dict) -> None:
         """Blocks where surfaces hide each other."""
@@ -143,26 +136,12 @@ class Strip:
             corrected &= ~lights.reached  # the means hold the lights
         points = points_wanted(chosen.largest_px[sampled], self.planned.defocus)
         points = np.where(corrected & (self.over == 1), points // POINTS_SAVED, points)
-        kinds = np.stack([points, corrected, lists.mapped])
+        rows, columns = np.nonzero(sampled)
+        around = self.tables.around_blocks((strip_row + self.area.reach) // BLOCK_ROWS + rows, columns)
+        kinds = np.stack([points, corrected, lists.mapped, around[0][:, 0] >= 0])
         for kind in np.unique(kinds, axis=1).T:
             wanted = (kinds == kind[:, None]).all(axis=0)
-            number, correction, mapped = kind.tolist()
-            span, rows = self.block_size
-            size = (BLOCK_COLUMNS // 2 // span, 2 * BLOCK_ROWS // rows, int(wanted.sum()))
-            variant = {"LAYERS": len(self.planes), "CORRECTION": correction, "MAPPED": mapped}
-            self.device.run(
-                self.device.kernel("occlusion", self.defines | variant | {"SPAN": span, "ROWS": rows}, file="occlusion.cl"),
-                size,
-                (size[0], 1, 1),
-                planes=self.sampled,
-                radius=self.radius,
-                blocks=self.device.upload(places[wanted]),
-                slabs=slabs,
-                points=self.device.upload(lens_points(self.planned.defocus.pupil, number, self.over)),
-                point_count=number,
-                normalise=int(self.planned.defocus.opaque),
-                **place,
-            )
+            self._follow(kind.tolist(), places[wanted], tuple(part[wanted] for part in around), slabs, place)
         if lights is not None and lights.reached.any():
             lights.spread(slabs, **place)
 
@@ -170,6 +149,28 @@ class Strip:
     def bright(self) -> np.ndarray | None:
         """What a sample must exceed to be a light, (channels,)."""
         return bright_limit(self.planned.scene, self.planned.weights)
+
+    def _follow(self, kind: list[int], places: np.ndarray, around: tuple[np.ndarray, np.ndarray], slabs, place: dict) -> None:
+        """Blocks that share the number of points, whether they are a correction, read a map, and have points of their own."""
+        number, correction, mapped, clipped = kind
+        span, rows = self.block_size
+        size = (BLOCK_COLUMNS // 2 // span, 2 * BLOCK_ROWS // rows, len(places))
+        variant = {"LAYERS": len(self.planes), "CORRECTION": correction, "MAPPED": mapped, "SPAN": span, "ROWS": rows}
+        points = self.tables.points(number, around if clipped else None)
+        first_points = number * clipped * np.arange(len(places))
+        self.device.run(
+            self.device.kernel("occlusion", self.defines | variant, file="occlusion.cl"),
+            size,
+            (size[0], 1, 1),
+            planes=self.sampled,
+            radius=self.radius,
+            blocks=self.device.upload(np.column_stack([places, first_points]).astype(np.uint32)),
+            slabs=slabs,
+            points=self.device.upload(points),
+            point_count=number,
+            normalise=int(self.planned.defocus.opaque),
+            **place,
+        )
 
     def _sample_radius(self, strip_row: int) -> None:
         """Radius maps at the strip's points."""

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from simulator.defocus.cats_eyes import CatsEyes, plan_cats_eyes
 from simulator.defocus.reach import far_reaching
 from simulator.errors import require
 from simulator.lens import Lens, Pinhole
@@ -47,7 +48,7 @@ class Defocus:
         or (height, width) float32.
     opaque: whether a layer covers everything, so that no line through the aperture ends in the dark.
     scale: scene pixels per photosite.
-    pupil: shape of the aperture.
+    pupil: shape of the aperture. eyes: how rims cut it by place on the sensor; None: nowhere.
     guessed: whether what lies behind edges is not in the scene, so that nobody can tell what is right there.
     """
 
@@ -56,6 +57,7 @@ class Defocus:
     scale: float
     pupil: Pupil = Pupil()
     guessed: bool = False
+    eyes: CatsEyes | None = None
 
     @cached_property
     def least_px(self) -> float:
@@ -99,15 +101,20 @@ class Defocus:
         return CLASS_UNIT_PX * math.sinh((self.first_class + number) / self.classes_per_unit)
 
 
-def plan_defocus(lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float) -> Defocus | None:
+def plan_defocus(
+    lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float, sensor_px: tuple[int, int] = (0, 0)
+) -> Defocus | None:
     """Blur of a scene with so many pixels per photosite, or None when no blur circle is larger than a photosite.
 
+    sensor_px: (width, height) of the whole sensor, whose middle lies on the axis; (0, 0): all of it is seen from the axis.
     Raises PhotositeError for blur circles above LARGEST_PX.
     """
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
     opaque = any(layer.coverage is None for layer in scene.layers)
     planned = Defocus(radii, opaque, scale, replace(lens.pupil, stops=()), guessed=not scene.behind)
-    return planned if planned.largest_px > SHARP_PX else None
+    if planned.largest_px <= SHARP_PX:
+        return None
+    return replace(planned, eyes=plan_cats_eyes(lens, pixel_pitch_um, sensor_px, planned.largest_px))
 
 
 def _radius_px(lens: Lens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> float | np.ndarray:

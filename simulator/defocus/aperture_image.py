@@ -9,10 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.defocus.shape_areas import shape_weights
 from simulator.lens.convex_area import Disk
 from simulator.lens.pupil import Pupil
 
 SLICES = 64  # rows per photosite into which an aperture with blades is cut
+MOST_AT_ONCE, MOST_WEIGHTS = 16, 4e6  # images of the clipped aperture that are computed together, and their weights
 CHUNK = 8  # taps that kernels/defocus.cl adds up at a time
 
 
@@ -32,7 +34,7 @@ def disk_weights(radius_px: float) -> np.ndarray:
 
 
 def aperture_weights(pupil: Pupil, radius_px: float) -> np.ndarray:
-    """Weights of the aperture's image of this signed radius [px], (2 n + 1, 2 n + 1) float64, sum 1.
+    """Weights of the aperture's image of this signed radius [px] on the axis, (2 n + 1, 2 n + 1) float64, sum 1.
 
     A photosite at x sees the point x + radius u through the place u of the pupil (`Pupil`). A pupil with blades is cut into
     SLICES rows per photosite, each with its exact length in each photosite.
@@ -59,12 +61,29 @@ def photosite_weights(pupil: Pupil, radius_px: float, over: int) -> np.ndarray:
     The aperture on the points' own squares, and the mean over the photosite's points: (n, n) float64, sum 1, n odd for an odd
     `over`; even sizes have the photosite's centre between their middle points.
     """
-    weights = aperture_weights(pupil, over * radius_px)
-    size = weights.shape[0] + over - 1
-    spread = np.zeros((size, size))
+    return over_a_photosite(aperture_weights(pupil, over * radius_px), over)
+
+
+def clipped_weights(pupil: Pupil, fields: np.ndarray, radii_px: np.ndarray, over: int) -> list[np.ndarray]:
+    """What `photosite_weights` says of the pupil as its stops cut it at each of the fields (n, 2), with signed radii (n,)."""
+    order, found = np.argsort(np.abs(radii_px)), [None] * len(radii_px)
+    largest = 2.0 * over * pupil.corner_radius * float(np.abs(radii_px).max(initial=0.0)) + 3.0
+    batch = max(1, min(MOST_AT_ONCE, int(MOST_WEIGHTS / largest**2)))
+    for start in range(0, len(order), batch):  # images of nearly one size
+        some = order[start : start + batch]
+        images = over_a_photosite(shape_weights(pupil, fields[some], over * radii_px[some]), over)
+        for number, image in zip(some, images, strict=True):
+            found[number] = image
+    return found
+
+
+def over_a_photosite(weights: np.ndarray, over: int) -> np.ndarray:
+    """Mean of weights (..., n, n) over the `over` x `over` points of a photosite: (..., n + over - 1, n + over - 1)."""
+    size = weights.shape[-1]
+    spread = np.zeros((*weights.shape[:-2], size + over - 1, size + over - 1))
     for down in range(over):
         for right in range(over):
-            spread[down : down + weights.shape[0], right : right + weights.shape[1]] += weights
+            spread[..., down : down + size, right : right + size] += weights
     return spread / over**2
 
 
@@ -110,7 +129,9 @@ def taps_of(weights: np.ndarray) -> Taps:
     aperture is evenly bright a column changes at its two ends only: the work grows with the radius, not with its square.
     """
     reach = (weights.shape[0] - 1) // 2
-    steps = -np.diff(np.pad(weights, ((1, 1), (0, 0))), axis=0)
+    steps = np.zeros((weights.shape[0] + 1, weights.shape[1]))
+    steps[1:] = weights
+    steps[:-1] -= weights
     rows, columns = np.nonzero(np.abs(steps) > 1e-12)
     sides = np.arange(weights.shape[1]) - reach
     return Taps(rows - reach, columns - reach, steps[rows, columns], sides, weights.sum(axis=0))

@@ -8,6 +8,7 @@ import numpy as np
 from simulator.defocus import Defocus
 from simulator.lens.convex_area import Disk
 from simulator.lens.pupil import Pupil
+from simulator.lens.pupil_points import points_of
 
 FEWEST, MOST = 128, 1024
 SAVED_ON_GUESSES = 4  # where what lies behind edges is guessed, which costs more than the points
@@ -38,6 +39,13 @@ def lens_points(pupil: Pupil, count: int, over: int) -> np.ndarray:
     width = np.sqrt(1.0 - 1.0 / over**2)
     place = width * (square[:, 2:4] - 0.5)
     return np.stack([x, y, *place.T, square[:, 4]], axis=-1).astype(np.float32)
+
+
+def lens_points_of(pupil: Pupil, fields: np.ndarray, count: int, over: int) -> np.ndarray:
+    """Such points for each field (n, 2), as `Pupil` has it: (n, count, 5). Near fields have near points, one by one."""
+    points = np.repeat(lens_points(pupil, count, over)[None], len(fields), axis=0)
+    points[..., :2] = points_of(pupil, fields, count)
+    return points
 
 
 def disk_of_square(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.defocus import BLOCK_COLUMNS, BLOCK_ROWS
-from simulator.defocus.aperture_image import photosite_weights
+from simulator.defocus.aperture_image import clipped_weights, photosite_weights
+from simulator.defocus.cats_eyes import CatsEyes
 from simulator.lens.pupil import Pupil
 from simulator.scene import Scene
 
@@ -84,10 +85,28 @@ def reaching(lights: Lights, pupil: Pupil, over: int, block_rows: np.ndarray, bl
     return found
 
 
-def spot_weights(lights: Lights, pupil: Pupil, over: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Weights of all spots in a row, float32, and each light's first element and side."""
-    steps, index = np.unique(np.rint(lights.radii_px * STEPS_PER_PX).astype(int), return_inverse=True)
-    spots = [photosite_weights(pupil, step / STEPS_PER_PX, over) for step in steps]
+def spot_weights(
+    lights: Lights, pupil: Pupil, over: int, eyes: CatsEyes | None = None, origin_px: tuple[int, int] = (0, 0)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Weights of all spots in a row, float32, and each light's first element and side.
+
+    eyes: rims cut each spot, those of near lights alike. origin_px: (x, y) on the sensor of the strip's first photosite.
+    """
+    steps = np.rint(lights.radii_px * STEPS_PER_PX).astype(int)
+    fields = np.zeros((2, len(steps)))
+    if eyes is not None:
+        side = eyes.alike_px
+        places = zip((lights.columns, lights.rows), origin_px, strict=True)
+        found = eyes.fields(*(side * ((place / over + origin) // side + 0.5) for place, origin in places))
+        fields = np.where(eyes.clips(found)[:, None], found, 0.0).T
+    kinds, index = np.unique(np.stack([steps, *fields]), axis=1, return_inverse=True)
+    radii_px, clipped = kinds[0] / STEPS_PER_PX, kinds[1:].any(axis=0)
+    spots = [None if is_cut else photosite_weights(pupil, px, over) for px, is_cut in zip(radii_px, clipped, strict=True)]
+    if clipped.any():
+        images = clipped_weights(eyes.pupil, eyes.open_fields(kinds[1:, clipped].T), radii_px[clipped], over)
+        for number, image in zip(np.flatnonzero(clipped), images, strict=True):
+            spots[number] = image
+    index = index.reshape(-1)
     first = np.cumsum([0, *(spot.size for spot in spots)])[:-1]
     sides = np.array([len(spot) for spot in spots])
     return np.concatenate([spot.ravel() for spot in spots]).astype(np.float32), first[index], sides[index]

@@ -1,6 +1,5 @@
 """Tables that kernels/defocus.cl reads: where the running sums of a strip are read for each radius."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -23,13 +22,12 @@ class BlurTable:
 
 @lru_cache(maxsize=4096)
 def aperture_taps(pupil: Pupil, radius_px: float, over: int) -> Taps:
-    """Taps of the aperture's image."""
+    """Taps of the aperture's image on the axis."""
     return taps_of(photosite_weights(pupil, radius_px, over))
 
 
-def blur_table(pupil: Pupil, radii_px: Sequence[float], over: int, rows: int, way_columns: int) -> BlurTable:
-    """Table of these signed radii for a strip of `over` x `over` points per photosite with this many rows and half columns."""
-    images = [aperture_taps(pupil, radius, over) for radius in radii_px]
+def blur_table(images: list[Taps], over: int, rows: int, way_columns: int) -> BlurTable:
+    """Table of these images for a strip of `over` x `over` points per photosite with this many rows and half columns."""
     return BlurTable(
         nodes=_nodes(images),
         taps=_places([(image.rows, image.columns) for image in images], over, rows + 1, way_columns),
@@ -55,7 +53,13 @@ def _whole_chunks(count: int) -> int:
 
 def _padded(parts: list[np.ndarray]) -> np.ndarray:
     """All parts in a row, each filled up with zeros to whole chunks."""
-    return np.concatenate([np.pad(part, (0, _whole_chunks(len(part)) - len(part))) for part in parts])
+    sizes = np.array([len(part) for part in parts])
+    ends = np.cumsum([_whole_chunks(size) for size in sizes])
+    begins = np.concatenate([[0], ends[:-1]]) - np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    values = np.concatenate(parts)
+    padded = np.zeros(ends[-1], values.dtype)
+    padded[np.repeat(begins, sizes) + np.arange(len(values))] = values
+    return padded
 
 
 def _places(offsets: list[tuple[np.ndarray, np.ndarray]], over: int, rows: int, way_columns: int) -> np.ndarray:

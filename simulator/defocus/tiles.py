@@ -36,6 +36,7 @@ class TileChoice:
     constant: (layers, ...) whether one blur circle is enough; then first_node is an index into `constants`, radii [photosites].
     first_node, nodes: (layers, ...) otherwise nodes of 1 / NODES_PER_PX photosites of signed radius.
     blocks: what the tiles' blocks need in addition.
+    zone: number of the upper left corner of zones around it (`zones.Zones`); -1 where no rim hides anything.
     """
 
     wanted: np.ndarray
@@ -47,6 +48,7 @@ class TileChoice:
     nodes: np.ndarray
     constants: np.ndarray
     blocks: BlockChoice
+    zone: np.ndarray
 
     def overs(self) -> list[int]:
         """Return the numbers of points per photosite and axis that occur."""
@@ -87,7 +89,7 @@ def choose(defocus: Defocus, reliefs: list[Relief], wanted: np.ndarray) -> TileC
     present = np.where(block_visible, np.stack([seen.classes for seen in blocks]), np.uint64(0))
     even = np.stack([even_radius(seen, block_methods) for seen in blocks])
     points = BlockChoice(_each_block(wanted), block_methods, block_largest, present, even)
-    return TileChoice(wanted, methods, over, visible, constant, first_node, nodes, constants, points)
+    return TileChoice(wanted, methods, over, visible, constant, first_node, nodes, constants, points, np.full(over.shape, -1))
 
 
 def _each_block(tiles: np.ndarray) -> np.ndarray:

@@ -112,7 +112,7 @@ class Pupil:
         area = np.concatenate([[0.0], np.cumsum(0.5 * (widths[1:] + widths[:-1]) * np.diff(rows))])
         if not area[-1] > 0:
             raise PhotositeError(f"lens.vignetting: no ray reaches the field ({field[0]:g}, {field[1]:g}); widen the stops")
-        chosen, across = np.mod(np.outer(_PLASTIC ** np.array([-1.0, -2.0]), np.arange(1, count + 1)) + 0.5, 1.0)
+        chosen, across = even_points(count)
         y = np.interp(chosen * area[-1], area, rows)
         return np.stack([np.interp(y, rows, left) + across * np.interp(y, rows, widths), y], axis=-1)
 
@@ -138,6 +138,11 @@ class Pupil:
         shut = right <= left
         left, right = (np.interp(rows, rows[~shut], end[~shut]) for end in (left, right))
         return rows, left, np.where(shut, left, right)
+
+
+def even_points(count: int) -> np.ndarray:
+    """Points (2, count) of the R2 sequence in the unit square."""
+    return np.mod(np.outer(_PLASTIC ** np.array([-1.0, -2.0]), np.arange(1, count + 1)) + 0.5, 1.0)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,108 @@
+"""Cat's eyes: error of the zones in units of the noise, and time with rims beside that without.
+
+    python benchmarks/cats_eyes.py [--out build/benchmarks]
+
+The lens is the 50 mm f/1.4 of docs/lens.md with its two rims, before a full-frame sensor of 4240 x 2832 photosites. Truth: each
+photosite's mean over its own pupil in float64, in the middle and at the border of a zone near a corner. Edges run in 24
+directions and nine distances through the spot, from 0.02 to 1; a texture is independent from photosite to photosite.
+"""
+
+import argparse
+import json
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from simulator import load_shot
+from simulator.defocus import Defocus
+from simulator.defocus.cats_eyes import CatsEyes, plan_cats_eyes
+from simulator.defocus.shape_areas import shape_weights
+from simulator.device import open_device
+from simulator.lens import RoundStop, ThinLens, Vignetting
+from simulator.pipeline import expose_mosaic
+from simulator.planner import plan
+
+SHOT = Path(__file__).parent.parent / "configs" / "shots" / "grey_ramp.yaml"
+LENS = ThinLens(50.0, 1.4, 2.0, vignetting=Vignetting(RoundStop(30.0, 44.0), RoundStop(20.0, 26.0)), cos4=False)
+SENSOR_PX, PITCH_UM = (4240, 2832), 8.4
+CORNER_PX = (3800, 2500)
+READ_NOISE_E = 2.0
+
+
+def scenes(radius_px: float, side: int) -> dict[str, np.ndarray]:
+    """What lies around a photosite: edges and textures, (n, side, side) each."""
+    y, x = np.mgrid[:side, :side] - side // 2
+    angles = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    edges = [
+        np.where(x * np.cos(angle) + y * np.sin(angle) > place * radius_px, 1.0, 0.02)
+        for angle in angles
+        for place in np.linspace(-1.0, 1.0, 9)
+    ]
+    return {"edges": np.array(edges), "texture": np.random.default_rng(5).random((60, side, side))}
+
+
+def zone_error(radius_px: float, zone_px: int) -> list[dict]:
+    """Deviation [sigma] of the mean of four corners, and of one pupil for the whole zone, from each photosite's own."""
+    eyes = replace(CatsEyes(LENS.pupil, 1e-3 * PITCH_UM / LENS.image_distance_mm, *SENSOR_PX), zone_px=zone_px)
+    first = np.array([zone_px * (place // zone_px) for place in CORNER_PX])
+    steps = np.arange(0, zone_px, max(zone_px // 16, 1))
+    x, y = (part.ravel() for part in np.meshgrid(steps, [0, zone_px // 2]))
+
+    def weights(places):
+        return shape_weights(LENS.pupil, eyes.fields(*(first[:, None] + places)), np.full(places.shape[1], radius_px))
+
+    own = weights(np.stack([x, y]) + 0.5)
+    corners = weights(zone_px * np.array([[0, 1, 0, 1], [0, 0, 1, 1]]))
+    right, down = (x + 0.5) / zone_px, (y + 0.5) / zone_px
+    shares = np.stack([(1 - down) * (1 - right), (1 - down) * right, down * (1 - right), down * right], axis=1)
+    found = {"four corners": np.einsum("nk,kij->nij", shares, corners), "one pupil": weights(np.full((2, 1), 0.5 * zone_px))}
+    rows = []
+    for scene, around in scenes(radius_px, own.shape[1]).items():
+        truth = np.einsum("nij,sij->ns", own, around)
+        for method, images in found.items():
+            error = np.einsum("nij,sij->ns", images, around) - truth
+            z = {e: np.abs(e * error / np.sqrt(e * truth + READ_NOISE_E**2)) for e in (2000, 20000)}
+            numbers = {f"{name}_{e}": cut(z[e]) for e in z for name, cut in (("p99", _p99), ("max", np.max))}
+            rows.append({"radius_px": radius_px, "zone_px": zone_px, "scene": scene, "method": method} | numbers)
+    return rows
+
+
+def _p99(values: np.ndarray) -> float:
+    return float(np.quantile(values, 0.99))
+
+
+def times(radius_px: float, rounds: int) -> dict[str, float]:
+    """Least time of the blur of one distance [s], without rims and with them, in turns."""
+    device, sharp = open_device(), plan(load_shot(SHOT, {"camera": "sony_a7s2"}))
+    eyes = plan_cats_eyes(LENS, PITCH_UM, SENSOR_PX, radius_px)
+    found = {"without": [], "with": []}
+    for _ in range(rounds + 1):
+        for name, own in (("without", None), ("with", eyes)):
+            planned = replace(sharp, defocus=Defocus((radius_px,), True, sharp.projection.scale, eyes=own))
+            started = time.perf_counter()
+            expose_mosaic(planned, device)
+            device.finish()
+            found[name].append(time.perf_counter() - started)
+    return {"radius_px": radius_px, "zone_px": eyes.zone_px} | {f"{name}_s": min(took[1:]) for name, took in found.items()}
+
+
+def main() -> None:
+    """Measure, print, and write build/benchmarks/cats_eyes.json."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("build/benchmarks"))
+    parser.add_argument("--rounds", type=int, default=3)
+    arguments = parser.parse_args()
+    errors = [row for radius in (4.0, 16.0) for zone in (128, 64, 32) for row in zone_error(radius, zone)]
+    for row in errors:
+        print(" ".join(f"{value:.3f}" if isinstance(value, float) else str(value) for value in row.values()))
+    took = [times(radius, arguments.rounds) for radius in (4.0, 16.0, 32.0)]
+    for row in took:
+        print(f"R = {row['radius_px']:g}: {row['without_s']:.2f} s without rims, {row['with_s']:.2f} s with")
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    (arguments.out / "cats_eyes.json").write_text(json.dumps({"errors": errors, "times": took}, indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""Tables of kernels/defocus.cl on the device: of the pupil that is the same everywhere, and of zones of the field."""
+
+from functools import cache
+
+import numpy as np
+
+from simulator.blur.frame import BlurFrame
+from simulator.defocus import TILE_COLUMNS
+from simulator.defocus.lens_points import lens_points
+from simulator.defocus.tables import aperture_taps, blur_table
+from simulator.defocus.tiles import NODES_PER_PX, TileChoice
+from simulator.defocus.zones import Zones
+from simulator.device import Device
+from simulator.planner import Plan
+
+
+class BlurTables:
+    """Tables for strips of `over` x `over` points per photosite.
+
+    zones: of the field; None: the pupil is the same everywhere.
+    """
+
+    def __init__(self, planned: Plan, device: Device, area: BlurFrame, chosen: TileChoice, zones: Zones | None, over: int):
+        self._device, self._pupil, self._zones, self.over = device, planned.defocus.pupil, zones, over
+        self._chosen, self._size = (
+            chosen.part(slice(0, len(chosen.wanted)), over),
+            (over, over * area.strip_rows, area.way_columns),
+        )
+        self._nothing = device.zeros((1,), np.int32)
+        self.of_tiles = cache(self._of_tiles)
+
+    def _of_tiles(self, graded: bool, clipped: bool) -> tuple[dict[str, object], int, int]:
+        """Arguments of kernels/defocus.cl, the first node that they hold, and how many.
+
+        graded: of tiles with more than one radius: nodes in even steps over all that occur. clipped: of the tiles in zones.
+        """
+        first, radii_px = 0, self._chosen.constants.tolist()
+        if graded:
+            first, end = self._chosen.graded_nodes()
+            radii_px = [node / NODES_PER_PX for node in range(first, end)]
+        if clipped:
+            images, entries = self._zones.images(self._chosen, graded, radii_px, first, self.over)
+        else:
+            images, entries = [aperture_taps(self._pupil, radius, self.over) for radius in radii_px], None
+        table = blur_table(images, *self._size)
+        buffers = {name: self._device.upload(array) for name, array in vars(table).items()}
+        buffers["entries"] = self._nothing if entries is None else self._device.upload(entries)
+        return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}, first, len(radii_px)
+
+    def corners(self, first_corners: np.ndarray | None, entries: int):
+        """Device buffer of the corners of tiles, as kernels/zones.h has them; without zones one that nobody reads.
+
+        first_corners: (tiles,) of TileChoice.zone. entries: of a corner's list.
+        """
+        if first_corners is None:
+            return self._nothing
+        return self._device.upload((entries * self._zones.corners(first_corners)).astype(np.uint32))
+
+    def points(self, count: int, around: tuple[np.ndarray, np.ndarray] | None) -> np.ndarray:
+        """Points of kernels/occlusion.cl for blocks, (blocks, count, 5), or (1, count, 5) for all of them.
+
+        around: what `Zones.around_blocks` says of the blocks; None: no rim hides anything.
+        """
+        if around is None:
+            return lens_points(self._pupil, count, self.over)[None]
+        return self._zones.points(*around, count, self.over)
+
+    def around_blocks(self, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """`Zones.around_blocks`, without zones as well."""
+        if self._zones is None:
+            return np.full((len(rows), 4), -1), np.zeros((len(rows), 4))
+        return self._zones.around_blocks(rows, columns)
+
+    def defines(self, clipped: bool) -> dict[str, int]:
+        """Macros of kernels/zones.h. The photosites of a work-item lie in one zone."""
+        if not clipped:
+            return {"ZONE": 0, "SPAN": self._device.span}
+        zone_px = self._zones.eyes.zone_px
+        return {"ZONE": zone_px, "TILE_ZONES": TILE_COLUMNS // zone_px, "SPAN": min(self._device.span, zone_px // 2)}
