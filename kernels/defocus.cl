@@ -13,7 +13,7 @@
 // light:   (height, width) float32, the mosaic. open: (height, width) float32, share of the light that the layers before let
 //          through; COMPOSITE 1 lays this surface behind them, with its mean coverage, plane CHANNELS of it.
 // tiles:   (tiles, 4) uint32: first half column and row in the strip, first node, nodes (0: sharp, copied).
-// nodes:   (nodes, 4) int32: first tap, taps, first side, sides; counts are multiples of 8.
+// nodes:   (nodes, 5) int32: first tap, taps, first side, sides, radius in steps of 1 / nodes_per_px; counts are multiples of 8.
 // taps:    (2, all taps) int32, distance in `sums` for an even and an odd photosite; weights: (all taps) float32.
 // sides:   (2, all sides) int32, distance in `least`; totals: (all sides) float32.
 // margin_x, margin_y: place of the frame's first photosite in the strip; strip_y: row of the frame at the strip's first row.
@@ -67,7 +67,7 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
                          global const float *restrict radius, global float *restrict light, global float *restrict open,
                          global const uint *restrict tiles, global const int *restrict nodes, global const int *restrict taps,
                          global const float *restrict weights, global const int *restrict sides, global const float *restrict totals,
-                         const uint all_taps, const uint all_sides, const int first_node, const float nodes_per_px,
+                         const uint all_taps, const uint all_sides, const float nodes_per_px,
                          const uint first_plane, const uint map, const uint rows, const uint way_columns, const uint radius_rows,
                          const uint radius_row, const uint margin_x, const uint strip_y, const uint margin_y, const uint width,
                          const uint height) {
@@ -83,7 +83,7 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
     for (uint i = 0; i < SPAN; i++) sum[i] = tile[3] ? 0.0f : sharp[i]; // only where OVER is 1
     for (uint i = SPAN; i < 2 * SPAN; i++) sum[i] = 0.0f;
     for (int n = (int)tile[2]; n < (int)(tile[2] + tile[3]); n++) {
-        global const int *node = nodes + 4 * n;
+        global const int *node = nodes + 5 * n;
         for (uint what = 0; what <= COMPOSITE; what++) {
             const size_t plane = what ? WAYS * CHANNELS : colour;
             global const float *line = sums + (plane * (rows + 1) + OVER * row) * way_columns + column;
@@ -91,7 +91,7 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
             add_taps(line, taps + parity * all_taps + node[0], weights + node[0], node[1], mean);
             add_taps(least + plane * way_columns + column, sides + parity * all_sides + node[2], totals + node[2], node[3], mean);
             for (uint i = 0; i < SPAN; i++)
-                sum[what * SPAN + i] += (NODES ? share(own[i] * nodes_per_px, first_node + n, nodes_per_px) : 1.0f) * mean[i];
+                sum[what * SPAN + i] += (NODES ? share(own[i] * nodes_per_px, node[4], nodes_per_px) : 1.0f) * mean[i];
         }
     }
     for (uint i = 0; i < SPAN; i++) {

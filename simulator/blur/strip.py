@@ -78,21 +78,20 @@ class Strip:
             (1, 1, composite & ~constant),
         ):
             if wanted.any():
-                self._mean(chosen, layer, wanted, np.where(copied, 0, chosen.nodes[layer]), graded, several, place)
+                self._mean(chosen, layer, wanted, np.where(copied, 0, chosen.images[layer]), graded, several, place)
 
     def _sums(self, layer: int) -> dict[str, object]:
         return {"sampled": self.sampled, "sums": self.sums, "least": self.least, "first_plane": layer * self.layer_planes}
 
     def _mean(self, chosen: TileChoice, layer: int, wanted, nodes, graded: int, composite: int, place: dict) -> None:
-        table, first_node = self._graded if graded else self._constants
+        table, places = self._table
         self.device.run(
             self.device.kernel("defocus_mean", self.defines | {"NODES": graded, "COMPOSITE": composite}, file="defocus.cl"),
             *self._launch(wanted),
             radius=self.maps.radius,
             map=sum(np.ndim(radius) > 0 for radius in self.planned.defocus.radii_px[:layer]),
             open=self.open,
-            tiles=self.device.upload(self._tile_list(wanted, chosen.first_node[layer] - first_node, nodes)),
-            first_node=first_node,
+            tiles=self.device.upload(self._tile_list(wanted, places[chosen.first_image[layer]], nodes)),
             nodes_per_px=NODES_PER_PX,
             **table,
             **self._sums(layer),
@@ -100,20 +99,12 @@ class Strip:
         )
 
     @cached_property
-    def _graded(self) -> tuple[dict[str, object], int]:
-        """Table of nodes in even steps over all radii that occur, and the first of them."""
-        first, last = self.chosen.graded_nodes()
-        return self._table([node / NODES_PER_PX for node in range(first, last)]), first
-
-    @cached_property
-    def _constants(self) -> tuple[dict[str, object], int]:
-        """Table of the radii of tiles with one blur circle."""
-        return self._table(self.chosen.constants.tolist()), 0
-
-    def _table(self, radii_px: list[float]) -> dict[str, object]:
-        table = blur_table(self.planned.defocus.pupil, radii_px, self.over, self.rows, self.area.way_columns)
+    def _table(self) -> tuple[dict[str, object], np.ndarray]:
+        """Table of the images of the aperture that the strips need, and the place of each of all images in it."""
+        images, places = self.chosen.part(slice(None), self.over).table()
+        table = blur_table(self.planned.defocus.pupil, images, self.over, self.rows, self.area.way_columns)
         buffers = {name: self.device.upload(array) for name, array in vars(table).items()}
-        return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}
+        return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}, places
 
     def _occlusion(self, chosen: TileChoice, strip_row: int, place: dict) -> None:
         """Tiles where surfaces hide each other."""

@@ -110,13 +110,16 @@ def _radius_px(lens: Lens, pixel_pitch_um: float, depth_m: float | np.ndarray) -
 class Relief:
     """What patches of a frame hold of one layer, (patch rows, patch columns) each; or tiles, or what reaches them.
 
-    least_px, greatest_px: signed radius. steepest_px: greatest step of it between neighbours.
+    least_px, greatest_px: signed radius. steepest_px: greatest step of it between neighbours. slope_x, slope_y: mean step to
+        the right and down; `seen_from` leaves a tile its own.
     classes: which classes of radii occur, one bit each. covered: greatest coverage. filled: least coverage.
     """
 
     least_px: np.ndarray
     greatest_px: np.ndarray
     steepest_px: np.ndarray
+    slope_x: np.ndarray
+    slope_y: np.ndarray
     classes: np.ndarray
     covered: np.ndarray
     filled: np.ndarray
@@ -125,7 +128,8 @@ class Relief:
         """Put the patches of each tile together."""
         rows, columns = TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS
         split = {name: plane.reshape(plane.shape[0] // rows, rows, -1, columns) for name, plane in vars(self).items()}
-        return Relief(**{name: _JOIN[name].reduce(_JOIN[name].reduce(plane, axis=3), axis=1) for name, plane in split.items()})
+        joined = {name: join.reduce(join.reduce(split[name], axis=3), axis=1) for name, join in _JOIN.items()}
+        return Relief(**joined, **{name: split[name].mean(axis=(1, 3)) for name in _SLOPES})
 
 
 _JOIN = {
@@ -136,6 +140,7 @@ _JOIN = {
     "covered": np.maximum,
     "filled": np.minimum,
 }
+_SLOPES = ("slope_x", "slope_y")
 
 
 def seen_from(relief: Relief, corner_radius: float = 1.0) -> Relief:
@@ -145,7 +150,7 @@ def seen_from(relief: Relief, corner_radius: float = 1.0) -> Relief:
     """
     largest = np.maximum(np.abs(relief.least_px), np.abs(relief.greatest_px)) * corner_radius + 2.0
     rows, columns = (math.ceil(float(largest.max()) / size) for size in (PATCH_ROWS, PATCH_COLUMNS))
-    found = {name: plane.copy() for name, plane in vars(relief).items()}
+    found = {name: getattr(relief, name).copy() for name in _JOIN}
     padding = ((rows, rows), (columns, columns))
     padded = {name: np.pad(plane, padding, mode="edge") for name, plane in found.items()}
     padded_largest = np.pad(largest, padding, mode="edge")
@@ -157,4 +162,4 @@ def seen_from(relief: Relief, corner_radius: float = 1.0) -> Relief:
             near = np.maximum(padded_largest[window], largest) > gap
             for name, plane in found.items():
                 np.copyto(plane, _JOIN[name](plane, padded[name][window]), where=near)
-    return Relief(**found).of_tiles()
+    return Relief(**found, **{name: getattr(relief, name) for name in _SLOPES}).of_tiles()

@@ -7,12 +7,25 @@ from functools import lru_cache
 import numpy as np
 
 from simulator.defocus.aperture_image import CHUNK, Taps, photosite_weights, taps_of
+from simulator.defocus.tilted_image import tilted_weights
 from simulator.lens.pupil import Pupil
 
 
 @dataclass(frozen=True)
+class Image:
+    """An image of the aperture: of signed radius radius_px [photosites], on a surface of this slope, x and y.
+
+    node: number of the radius where the mean is interpolated between radii.
+    """
+
+    radius_px: float
+    slope: tuple[float, float] = (0.0, 0.0)
+    node: int = 0
+
+
+@dataclass(frozen=True)
 class BlurTable:
-    """Means over the aperture's image, one node for each radius; arrays as kernels/defocus.cl names them."""
+    """Means over images of the aperture, one node each; arrays as kernels/defocus.cl names them."""
 
     nodes: np.ndarray
     taps: np.ndarray
@@ -22,16 +35,18 @@ class BlurTable:
 
 
 @lru_cache(maxsize=4096)
-def aperture_taps(pupil: Pupil, radius_px: float, over: int) -> Taps:
-    """Taps of the aperture's image."""
+def aperture_taps(pupil: Pupil, radius_px: float, slope: tuple[float, float], over: int) -> Taps:
+    """Taps of the aperture's image on a surface of this slope."""
+    if any(slope):
+        return taps_of(tilted_weights(pupil, radius_px, slope, over))
     return taps_of(photosite_weights(pupil, radius_px, over))
 
 
-def blur_table(pupil: Pupil, radii_px: Sequence[float], over: int, rows: int, way_columns: int) -> BlurTable:
-    """Table of these signed radii for a strip of `over` x `over` points per photosite with this many rows and half columns."""
-    images = [aperture_taps(pupil, radius, over) for radius in radii_px]
+def blur_table(pupil: Pupil, wanted: Sequence[Image], over: int, rows: int, way_columns: int) -> BlurTable:
+    """Table of these images for a strip of `over` x `over` points per photosite with this many rows and half columns."""
+    images = [aperture_taps(pupil, image.radius_px, image.slope, over) for image in wanted]
     return BlurTable(
-        nodes=_nodes(images),
+        nodes=_nodes(images, [image.node for image in wanted]),
         taps=_places([(image.rows, image.columns) for image in images], over, rows + 1, way_columns),
         weights=_padded([image.weights for image in images]).astype(np.float32),
         sides=_places([(0 * image.sides, image.sides) for image in images], over, 1, way_columns),
@@ -39,10 +54,10 @@ def blur_table(pupil: Pupil, radii_px: Sequence[float], over: int, rows: int, wa
     )
 
 
-def _nodes(images: list[Taps]) -> np.ndarray:
+def _nodes(images: list[Taps], numbers: list[int]) -> np.ndarray:
     taps, sides = (np.array([_whole_chunks(count) for count in counts]) for counts in _counts(images))
     first = [np.concatenate([[0], np.cumsum(counts)[:-1]]) for counts in (taps, sides)]
-    return np.stack([first[0], taps, first[1], sides], axis=-1).astype(np.int32)
+    return np.stack([first[0], taps, first[1], sides, numbers], axis=-1).astype(np.int32)
 
 
 def _counts(images: list[Taps]) -> tuple[list[int], list[int]]:
