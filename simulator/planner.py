@@ -8,7 +8,8 @@ from functools import reduce
 import numpy as np
 
 from simulator.color import as_shot_neutral, color_matrix, forward_matrix
-from simulator.defocus import SHARP_PX, Defocus, plan_defocus
+from simulator.defocus import Defocus, plan_defocus
+from simulator.defocus.accuracy import Accuracy, brightest_electrons
 from simulator.distortion import Warp
 from simulator.errors import PhotositeError
 from simulator.exposure import Integration
@@ -172,15 +173,32 @@ def plan(shot: Shot) -> Plan:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
     _check_light(scene, weights, shot)
     projection = plan_projection(scene, shot.lens, camera)
-    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, loaded, projection.scale) if forms_image else None
     stages = fused_stages(shot)
+    planned = Plan(scene, camera, weights.astype(np.float32), projection, layout, None, stages, ())
+    accuracy = _accuracy(planned, shot)
+    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, loaded, projection.scale, accuracy) if forms_image else None
     fused = {stage.stem: stage for stage in stages}
-    steps = _steps(scene, camera, projection, _defocus_step(defocus, forms_image), layout, fused)
+    steps = _steps(scene, camera, projection, _defocus_step(defocus, forms_image, accuracy), layout, fused)
     if defocus is not None:
-        steps += (_hidden_step(loaded, shot.lens, camera, projection),)
+        steps += (
+            _hidden_step(loaded, shot.lens, camera, projection),
+            Step("blur accuracy", True, accuracy.told(projection.scale)),
+        )
         scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection))
-        defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale)
-    return Plan(scene, camera, weights.astype(np.float32), projection, layout, defocus, stages, steps)
+        defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale, accuracy)
+    return replace(planned, scene=scene, defocus=defocus, steps=steps)
+
+
+def _accuracy(planned: Plan, shot: Shot) -> Accuracy:
+    """Error that the blur may have: of the noise at the scene's brightest light, or at what saturates a photosite."""
+    dark, one = planned.moments(0.0), planned.moments(1.0)
+    gain = one.mean - dark.mean
+    per_radiance = shot.lens.irradiance_per_radiance_sr() * shot.exposure.time_s
+    per_radiance *= shot.camera.pixel_pitch_um**2 * shot.camera.fill_factor
+    full_e = (planned.white_level_dn() - planned.stage("adc").black_level_dn) / gain
+    brightest_e, peak_e = brightest_electrons(planned.scene, planned.weights, per_radiance)
+    electrons = float(min(max(brightest_e, 1.0), full_e))
+    return Accuracy(shot.tolerance, electrons, math.sqrt(dark.variance) / gain, max(peak_e / electrons, 1.0))
 
 
 def _check_light(scene: Scene, weights: np.ndarray, shot: Shot) -> None:
@@ -298,11 +316,11 @@ def _distortion_step(warp: Warp | None, camera: Camera) -> Step:
     return Step("distortion", True, f"the corner moves {moved_px:+.1f} photosites outwards, traced back in {warp.steps} steps")
 
 
-def _defocus_step(defocus: Defocus | None, forms_image: bool) -> Step:
+def _defocus_step(defocus: Defocus | None, forms_image: bool, accuracy: Accuracy) -> Step:
     if not forms_image:
         return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
     if defocus is None:
-        return Step("defocus", False, f"no blur circle has a radius above {SHARP_PX} photosites")
+        return Step("defocus", False, f"no blur circle has a radius above {accuracy.sharp_px:.2g} photosites")
     surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"
     near, far = defocus.least_px, defocus.greatest_px
     radii = f"{abs(near):.2f} photosites" if near == far else f"from {near:.2f} (nearest) to {far:+.2f} photosites"

@@ -13,7 +13,8 @@ from lens_truths import cases
 from scipy.integrate import quad
 from scipy.signal import convolve2d
 
-from simulator.defocus import SHARP_PX, plan_defocus
+from simulator.defocus import plan_defocus
+from simulator.defocus.accuracy import SHARP_PX
 from simulator.defocus.aperture_image import aperture_weights, photosite_weights, taps_of
 from simulator.device import Device
 from simulator.exposure import Exposure

@@ -120,7 +120,9 @@ class Strip:
         slabs, first, count = slab_lists(self.planned.defocus, chosen.present[:, sampled])
         lists, slabs = self._tile_list(sampled, first, count), device.upload(slabs)
         corrected = chosen.methods[sampled] == Method.CORRECTED
-        points = points_wanted(chosen.largest_px[sampled], self.planned.defocus.scale)
+        defocus = self.planned.defocus
+        factor = defocus.accuracy.points_factor(corrected)
+        points = points_wanted(chosen.largest_px[sampled], defocus.scale, factor)
         points = np.where(corrected & (self.over == 1), points // POINTS_SAVED, points)
         for number, correction in sorted(set(zip(points.tolist(), corrected.tolist(), strict=True))):
             wanted = (points == number) & (corrected == correction)

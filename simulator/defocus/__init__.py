@@ -11,16 +11,16 @@ from functools import cached_property
 
 import numpy as np
 
+from simulator.defocus.accuracy import Accuracy
 from simulator.lens import Lens
 from simulator.lens.pupil import Pupil
 from simulator.scene import Scene
 
-SHARP_PX = 0.3  # a blur circle of this radius stays inside its photosite: nothing to do
 TILE_COLUMNS, TILE_ROWS = 128, 16
 PATCH_COLUMNS, PATCH_ROWS = 16, 8  # what reaches a tile is found out patch by patch
 STEEPEST_PX = 0.2  # change of the radius from photosite to photosite up to which a surface counts as one
-SAME_PX = 0.02  # radii that lie closer share one blur circle
 CLASSES = 64  # of radii, one bit each in a 64-bit mask
+_USUAL = Accuracy()
 CLASS_UNIT_PX = 4.0  # up to about this radius all classes are equally wide
 
 
@@ -43,12 +43,14 @@ class Defocus:
     opaque: whether a layer covers everything, so that no line through the aperture ends in the dark.
     scale: scene pixels per photosite.
     pupil: shape of the aperture.
+    accuracy: how exact the blur has to be.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
     opaque: bool
     scale: float
     pupil: Pupil = Pupil()
+    accuracy: Accuracy = Accuracy()
 
     @cached_property
     def least_px(self) -> float:
@@ -76,10 +78,10 @@ class Defocus:
         """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
 
         Twelve make them a third of a photosite wide in focus, a twelfth of large radii; half of that where four photosites or
-        more show one scene pixel.
+        more show one scene pixel. A loose tolerance makes them wider.
         """
         span = math.asinh(self.greatest_px / CLASS_UNIT_PX) - math.asinh(self.least_px / CLASS_UNIT_PX)
-        finest = 12.0 * min(max(2.0 * self.scale, 0.5), 1.0)
+        finest = 12.0 * min(max(2.0 * self.scale, 0.5), 1.0) / self.accuracy.coarser
         return min(finest, (CLASSES - 3) / span) if span else finest
 
     @cached_property
@@ -92,11 +94,12 @@ class Defocus:
         return CLASS_UNIT_PX * math.sinh((self.first_class + number) / self.classes_per_unit)
 
 
-def plan_defocus(lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float) -> Defocus | None:
-    """Blur of a scene with so many pixels per photosite, or None when no blur circle is larger than a photosite."""
+def plan_defocus(lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float, accuracy: Accuracy = _USUAL) -> Defocus | None:
+    """Blur of a scene with so many pixels per photosite, or None when no blur circle is as large as `Accuracy.sharp_px`."""
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
-    planned = Defocus(radii, any(layer.coverage is None for layer in scene.layers), scale, replace(lens.pupil, stops=()))
-    return planned if planned.largest_px > SHARP_PX else None
+    opaque, pupil = any(layer.coverage is None for layer in scene.layers), replace(lens.pupil, stops=())
+    planned = Defocus(radii, opaque, scale, pupil, accuracy)
+    return planned if planned.largest_px > accuracy.sharp_px else None
 
 
 def _radius_px(lens: Lens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> float | np.ndarray:
@@ -126,10 +129,18 @@ class Relief:
 
     def of_tiles(self) -> "Relief":
         """Put the patches of each tile together."""
-        rows, columns = TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS
-        split = {name: plane.reshape(plane.shape[0] // rows, rows, -1, columns) for name, plane in vars(self).items()}
+        split = {name: _in_tiles(plane) for name, plane in vars(self).items()}
         joined = {name: join.reduce(join.reduce(split[name], axis=3), axis=1) for name, join in _JOIN.items()}
         return Relief(**joined, **{name: split[name].mean(axis=(1, 3)) for name in _SLOPES})
+
+    def bend(self) -> np.ndarray:
+        """How far the slopes of each tile's patches lie apart: (tile rows, tile columns)."""
+        return np.max([np.ptp(_in_tiles(getattr(self, name)), axis=(1, 3)) for name in _SLOPES], axis=0)
+
+
+def _in_tiles(plane: np.ndarray) -> np.ndarray:
+    rows, columns = TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS
+    return plane.reshape(plane.shape[0] // rows, rows, -1, columns)
 
 
 _JOIN = {

@@ -8,17 +8,19 @@ import numpy as np
 from simulator.lens.convex_area import Disk
 from simulator.lens.pupil import Pupil
 
-FEWEST, MOST = 128, 1024
+FEWEST, MOST = 128, 1024  # at Accuracy's MEASURED
+FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192
 
 
-def points_wanted(radius_px: np.ndarray, scale: float) -> np.ndarray:
+def points_wanted(radius_px: np.ndarray, scale: float, factor: float = 1.0) -> np.ndarray:
     """Points for blur circles of this radius [photosites]: several for each scene pixel or photosite in it, in powers of two.
 
-    scale: scene pixels per photosite.
+    scale: scene pixels per photosite. factor: `Accuracy.points_factor`.
     """
     each = 4.0 * min(max(2.0 * scale, 0.5), 1.0)  # fewer where a scene pixel spreads over several photosites
     wanted = np.clip(each * np.pi * (radius_px * min(scale, 1.0) + 1.0) ** 2, FEWEST, MOST)
-    return 2 ** np.ceil(np.log2(wanted)).astype(int)
+    wanted = np.clip(factor * 2.0 ** np.ceil(np.log2(wanted)), FEWEST_OF_ALL, MOST_OF_ALL)
+    return 2 ** np.ceil(np.log2(wanted) - 1e-9).astype(int)
 
 
 @lru_cache

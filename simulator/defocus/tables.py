@@ -38,8 +38,8 @@ class BlurTable:
 def aperture_taps(pupil: Pupil, radius_px: float, slope: tuple[float, float], over: int) -> Taps:
     """Taps of the aperture's image on a surface of this slope."""
     if any(slope):
-        return taps_of(tilted_weights(pupil, radius_px, slope, over))
-    return taps_of(photosite_weights(pupil, radius_px, over))
+        return taps_of(tilted_weights(pupil, radius_px, slope, over), over)
+    return taps_of(photosite_weights(pupil, radius_px, over), over)
 
 
 def blur_table(pupil: Pupil, wanted: Sequence[Image], over: int, rows: int, way_columns: int) -> BlurTable:

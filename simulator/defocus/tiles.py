@@ -4,14 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.defocus import CLASSES, SAME_PX, SHARP_PX, STEEPEST_PX, Defocus, Method, Relief, seen_from
+from simulator.defocus import CLASSES, STEEPEST_PX, Defocus, Method, Relief, seen_from
+from simulator.defocus.accuracy import product_error
 from simulator.defocus.tables import Image
 
 NODES_PER_PX = 2  # between two nodes the mean is a cubic in the radius
 CONSTANT_NODES_PER_PX = 32  # radii at which a tile of one radius is computed
-FINE_SCALE = 1.5  # scene pixels per photosite from which a scene has detail between photosites
-FINE_PX = 12.0  # blur circles up to this radius do not wipe it out
-SLOPE_STEP = 0.03  # slopes are rounded to multiples: half a step is 0.05 of the noise of 2000 e- on rough textures
 
 
 @dataclass(frozen=True)
@@ -70,14 +68,23 @@ def choose(defocus: Defocus, reliefs: list[Relief], wanted: np.ndarray) -> TileC
     visible = present > 0
     smooth = (~visible | (np.stack([seen.steepest_px for seen in around]) <= STEEPEST_PX)).all(axis=0)
     single = (visible.sum(axis=0) == 1) & (~visible | (np.stack([seen.filled for seen in around]) >= 1.0)).all(axis=0)
-    blurred = [np.maximum(np.abs(seen.least_px), np.abs(seen.greatest_px)) > SHARP_PX for seen in around]
-    several = (visible & np.stack(blurred)).sum(axis=0) > 1
-    cases = [(single & (largest <= SHARP_PX), Method.COPY), (single & smooth, Method.MEAN)]
-    cases += [(smooth & ~several, Method.COMPOSITE), (smooth, Method.CORRECTED)]
+    accuracy, reach = defocus.accuracy, [np.maximum(np.abs(seen.least_px), np.abs(seen.greatest_px)) for seen in around]
+    several = (visible & (np.stack(reach) > accuracy.sharp_px)).sum(axis=0) > 1
+    over = accuracy.over(_smallest(around, visible), largest, defocus.scale)
+    apart = ~several & ((over == 1) | (product_error(largest) <= accuracy.allowed))
+    cases = [(single & (largest <= accuracy.sharp_px), Method.COPY), (single & smooth, Method.MEAN)]
+    cases += [(smooth & apart, Method.COMPOSITE), (smooth, Method.CORRECTED)]
     methods = np.select(*zip(*cases, strict=True), Method.OCCLUSION)
-    over = np.where((defocus.scale >= FINE_SCALE) & (largest <= FINE_PX) & (methods != Method.COPY), 2, 1)
-    images = _images(defocus, [relief.of_tiles() for relief in reliefs], visible & wanted)
+    over = np.where(methods == Method.COPY, 1, over)
+    bend = np.stack([relief.bend() for relief in reliefs])
+    images = _images(defocus, [relief.of_tiles() for relief in reliefs], bend, visible & wanted)
     return TileChoice(wanted, methods, over, largest, present, *images)
+
+
+def _smallest(around: list[Relief], visible: np.ndarray) -> np.ndarray:
+    """Radius of the smallest blur circle of a surface that can be seen from each tile; 0 where one is in focus."""
+    least = [np.maximum(np.maximum(seen.least_px, -seen.greatest_px), 0.0) for seen in around]
+    return np.where(visible, np.stack(least), np.inf).min(axis=0)
 
 
 def _visible(around: list[Relief]) -> tuple[np.ndarray, np.ndarray]:
@@ -92,16 +99,16 @@ def _visible(around: list[Relief]) -> tuple[np.ndarray, np.ndarray]:
     return np.stack(present), largest
 
 
-def _images(defocus: Defocus, reliefs: list[Relief], needed: np.ndarray) -> tuple:
+def _images(defocus: Defocus, reliefs: list[Relief], bend: np.ndarray, needed: np.ndarray) -> tuple:
     """Fields constant, first_image, images and all_images of TileChoice; tiles that are not needed get none."""
     least, greatest = (np.stack([getattr(relief, name) for relief in reliefs]) for name in ("least_px", "greatest_px"))
     radius = np.rint(0.5 * (least + greatest) * CONSTANT_NODES_PER_PX) / CONSTANT_NODES_PER_PX
     for layer, own in enumerate(defocus.radii_px):
         if np.ndim(own) == 0:
             radius[layer] = own
-    constant = np.maximum(greatest - radius, radius - least) <= SAME_PX
+    constant = np.maximum(greatest - radius, radius - least) <= defocus.accuracy.same_px
     first, last = np.floor(least * NODES_PER_PX).astype(int) - 1, np.floor(greatest * NODES_PER_PX).astype(int) + 2
-    slopes = _slopes(defocus, reliefs, np.maximum(-first, last) / NODES_PER_PX)
+    slopes = _slopes(defocus, reliefs, bend, np.maximum(-first, last) / NODES_PER_PX)
     one, graded = needed & constant, needed & ~constant
     constants, index = np.unique(radius[one], return_inverse=True)
     first_image, count = np.zeros(constant.shape, int), np.zeros(constant.shape, int)
@@ -114,20 +121,23 @@ def _images(defocus: Defocus, reliefs: list[Relief], needed: np.ndarray) -> tupl
     places = {key: len(constants) + place for place, key in enumerate(keys)}
     first_image[graded] = [places[start] for start in starts]
     images = [Image(value) for value in constants.tolist()]
-    images += [Image(node / NODES_PER_PX, (SLOPE_STEP * x, SLOPE_STEP * y), node) for x, y, node in keys]
+    step = defocus.accuracy.slope_step
+    images += [Image(node / NODES_PER_PX, (step * x, step * y), node) for x, y, node in keys]
     return constant, first_image, count, tuple(images)
 
 
-def _slopes(defocus: Defocus, reliefs: list[Relief], largest_px: np.ndarray) -> np.ndarray:
-    """Slopes of the tiles in x and y, whole multiples of SLOPE_STEP: (2, layers, tile rows, tile columns) int.
+def _slopes(defocus: Defocus, reliefs: list[Relief], bend: np.ndarray, largest_px: np.ndarray) -> np.ndarray:
+    """Slopes of the tiles in x and y, whole multiples of `Accuracy.slope_step`: (2, layers, tile rows, tile columns) int.
 
     largest_px: blur radius of each tile. A slope that would reach beyond the margin is less: no surface has such a radius.
+    A tile whose slope changes inside it, by `bend`, is not told more exactly than a quarter of that: fewer images are needed.
     """
     slope = np.stack([np.stack([getattr(relief, name) for relief in reliefs]) for name in ("slope_x", "slope_y")])
-    corner = defocus.pupil.corner_radius
+    corner, step = defocus.pupil.corner_radius, defocus.accuracy.slope_step
     most = np.maximum((1.0 - largest_px * corner / (defocus.reach_px - 1.0)) / corner, 0.0)
-    whole = np.rint(slope / SLOPE_STEP)
-    length = SLOPE_STEP * np.hypot(*whole)
+    coarse = 2.0 ** np.ceil(np.log2(np.maximum(0.25 * bend / step, 1.0)))
+    whole = np.rint(slope / (step * coarse)) * coarse
+    length = step * np.hypot(*whole)
     return np.where(length > most, np.trunc(whole * most / np.maximum(length, 1e-9)), whole).astype(int)
 
 
