@@ -4,6 +4,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# Two files of tests at a time: most tests keep one core busy, kernels all of them.
+TWICE := -n 2 --dist loadfile
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
@@ -25,10 +27,10 @@ docs: $(VENV)/demo.stamp ## write docs/cameras.md and its charts from configs/ca
 	@$(BIN)/python docs/make_color_tables.py
 
 test: $(VENV)/test.stamp ## run the tests that take seconds
-	@$(BIN)/python -m pytest -m "not slow"
+	@$(BIN)/python -m pytest $(TWICE) -m "not slow"
 
 test-all: $(VENV)/test.stamp $(VENV)/peers.stamp ## run every test, the minutes-long ones too
-	@$(BIN)/python -m pytest -m "slow or not slow"
+	@$(BIN)/python -m pytest $(TWICE) -m "slow or not slow"
 
 test-clients: $(VENV)/test.stamp $(VENV)/clients.stamp converters ## open the raw files with other converters, installed for it
 	@$(BIN)/python -m pytest -m clients

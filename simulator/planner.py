@@ -185,7 +185,8 @@ def plan(shot: Shot) -> Plan:
             Step("blur accuracy", True, accuracy.told(projection.scale)),
         )
         scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection))
-        defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale, accuracy)
+        extended = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale, accuracy)
+        defocus = replace(extended, guessed=defocus.guessed)
     return replace(planned, scene=scene, defocus=defocus, steps=steps)
 
 

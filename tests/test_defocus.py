@@ -268,7 +268,7 @@ def half_planes(near_px: float, far_px: float, near: float, far: float) -> np.nd
 def test_the_penumbra_of_a_defocused_edge_follows_its_closed_form():
     """Near half-plane out of focus before a background in focus: T = F A + B (1 - A), on the side where nothing is hidden."""
     found, covered = half_planes(12.0, 0.0, 0.2, 1.0), covered_by_left(80, 12.0)
-    assert np.max(np.abs(found - (0.2 * covered + (1.0 - covered)))[80:]) < 2e-3
+    assert np.max(np.abs(found - (0.2 * covered + (1.0 - covered)))[80:]) < 5e-3  # 0.3 sigma of 2000 e-
     assert np.allclose(found[:60], 0.2, rtol=1e-6)
 
 

@@ -14,33 +14,34 @@ from simulator.blur.frame import BlurFrame
 from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
 from simulator.blur.relief import measured_maps
 from simulator.defocus import Method
+from simulator.defocus.blocks import slab_lists
 from simulator.defocus.lens_points import lens_points as tile_points
-from simulator.defocus.tiles import choose, slab_lists
+from simulator.defocus.tiles import choose
 from simulator.lens.pupil import Pupil
 from simulator.sensor.camera import Window
 
 RENDERS = Path(__file__).parent.parent.parent / "shared" / "data" / "mitsuba"
 
 
-def methods(case: Case, bench) -> set[Method]:
-    """Methods that the tiles of a case's frame get."""
+def hardest(case: Case, bench) -> Method:
+    """The most expensive method that a block of the case's frame gets."""
     planned = case_plan(case)
     area = BlurFrame(planned)
     chosen = choose(planned.defocus, measured_maps(planned, bench.device, area).reliefs, area.inside(planned))
-    return {Method(value) for value in chosen.methods[chosen.wanted]}
+    return Method(chosen.blocks.methods[chosen.blocks.wanted].max())
 
 
 def test_each_scene_gets_the_cheapest_method_that_is_right(bench):
     both = uniform_layers(-5.0, 6.0)
     near_sharp = dataclasses.replace(both, radius_px=both.radius_px * [[[0.0]], [[1.0]]])
     hidden = dataclasses.replace(near_sharp, coverage=np.ones_like(both.coverage))
-    assert methods(both, bench) == {Method.CORRECTED}
-    assert methods(near_sharp, bench) == {Method.COMPOSITE}
-    assert methods(hidden, bench) == {Method.COPY}  # what the near side covers costs nothing
-    assert methods(slanted_plane((0.02, 0.03)), bench) == {Method.MEAN}
+    assert hardest(both, bench) == Method.CORRECTED
+    assert hardest(near_sharp, bench) == Method.COMPOSITE
+    assert hardest(hidden, bench) == Method.COPY  # what the near side covers costs nothing
+    assert hardest(slanted_plane((0.02, 0.03)), bench) == Method.MEAN
     cracked = slanted_plane((0.02, 0.03))
     radius = np.where(np.arange(cracked.radius_px.shape[2]) < 20, cracked.radius_px - 9.0, cracked.radius_px)
-    assert methods(dataclasses.replace(cracked, radius_px=radius), bench) == {Method.OCCLUSION}
+    assert hardest(dataclasses.replace(cracked, radius_px=radius), bench) == Method.OCCLUSION
 
 
 def test_what_the_layers_have_to_do_with_each_other_is_added():
@@ -68,7 +69,7 @@ def test_a_step_in_depth_of_one_picture_is_that_of_two_layers(bench):
     double = Case("double", layers, coverage, np.stack([-6.0 * whole, 0.0 * whole]), truth, margin, 1, False)
     found, expected = blurred_case(single), blurred_case(double)
     beyond = slice(edge - margin, None)  # on the near side only what is seen beside it can stand in
-    assert methods(single, bench) == {Method.OCCLUSION}
+    assert hardest(single, bench) == Method.OCCLUSION
     assert statistics(z_scores(found[:, beyond], expected[:, beyond], 2000.0)).p99 < 0.15
 
 
@@ -91,7 +92,7 @@ def test_a_broken_floor_follows_the_reference_path(bench):
     rays = sample_lens(bench.device, surfaces, points, Window(0, 0, 112, 48), cells=False)
     expected = bench.device.download(rays, (48, 112), np.float32)
     found = statistics(z_scores(blurred_case(case), expected, 2000.0))
-    assert Method.CORRECTED in methods(case, bench)
+    assert hardest(case, bench) == Method.CORRECTED
     assert found.p99 < 0.3 and abs(found.mean) < 0.02
 
 
@@ -109,9 +110,11 @@ def test_what_is_skipped_would_change_nothing(monkeypatch):
 
 def test_slabs_of_a_class_follow_one_another_without_a_gap():
     planned = case_plan(slanted_plane((0.02, 0.03))).defocus
-    slabs, first, count = slab_lists(planned, np.array([[0b0110, 0b1000]], np.uint64))
-    own = slabs[first[0] : first[0] + count[0]]
-    assert count.tolist() == [3, 2] and np.all(own[:, :2] == [0, 0])
+    classes, several = np.array([[0b0110, 0b1000, 0b1000]], np.uint64), np.array([[np.nan, np.nan, 1.5]], np.float32)
+    lists = slab_lists(planned, classes, several)
+    own = lists.slabs[lists.first[0] : lists.first[0] + lists.count[0]]
+    assert lists.count.tolist() == [3, 2, 1] and np.all(own[:, :2] == [0, 0]) and lists.mapped.tolist() == [True, True, False]
+    assert lists.slabs[lists.first[2]].tolist() == [0, -1, 1.5, 1.5, 1.5]  # one radius all around
     assert np.array_equal(own[1:, 2:4], own[:-1, 3:5]) and np.all(np.diff(own[:, 2:]) > 0)
 
 

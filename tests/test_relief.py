@@ -73,9 +73,9 @@ def test_a_tile_knows_what_reaches_it_and_no_more():
     shape = (8 * TILE_ROWS // PATCH_ROWS, 4 * TILE_COLUMNS // PATCH_COLUMNS)
     flat = np.zeros(shape, np.float32)
     radius, classes = flat.copy(), np.ones(shape, np.uint64)
-    row, column = 7, 9  # photosites 56 to 63 and 144 to 159
-    radius[row, column], classes[row, column] = -20.0, 2
-    seen = seen_from(Relief(radius, np.maximum(radius, 0.0), flat, flat, flat, classes, flat + 1, flat + 1))
+    row, columns_of_it = 7, slice(18, 20)  # photosites 56 to 63 and 144 to 159
+    radius[row, columns_of_it], classes[row, columns_of_it] = -20.0, 2
+    seen = seen_from(Relief(radius, np.maximum(radius, 0.0), flat, flat, flat, classes, flat + 1, flat + 1)).of_tiles()
     rows, columns = np.arange(8) * TILE_ROWS, np.arange(4) * TILE_COLUMNS
     gap_y = np.maximum(np.maximum(56 - (rows + TILE_ROWS), rows - 64), 0)
     gap_x = np.maximum(np.maximum(144 - (columns + TILE_COLUMNS), columns - 160), 0)

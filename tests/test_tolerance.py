@@ -11,6 +11,7 @@ from lens_frame import blurred_case, case_plan
 from lens_truths import cases, penumbra, sinusoid, slanted_plane, stripes, uniform_layers
 
 from simulator.config.shot_file import load_shot
+from simulator.defocus import Defocus
 from simulator.defocus.accuracy import Accuracy, grid_error, points_error, product_error, slope_error
 from simulator.defocus.lens_points import points_wanted
 from simulator.device import open_device
@@ -68,7 +69,7 @@ def share(case, found) -> float:
 def test_the_law_of_the_grid_bounds_what_is_found(over, monkeypatch):
     """With many points of the aperture, on waves and two layers, the scene as fine as the points."""
     monkeypatch.setattr(Accuracy, "over", lambda self, least, largest, scale: np.full(least.shape, over))
-    monkeypatch.setattr(Accuracy, "points_factor", lambda self, layered: 8.0)
+    monkeypatch.setattr(Accuracy, "points_factor", 8.0)
     scenes = [sinusoid(radius, 9.0, over) for radius in (0.7, 3.3, 7.6)]
     for case, radius in zip([*scenes, uniform_layers(-5.0, 6.0, over)], (0.7, 3.3, 7.6, 5.0), strict=True):
         assert share(case, blurred_case(case)) < grid_error(radius, over, over), case.name
@@ -124,8 +125,10 @@ def test_settings_follow_the_error_that_is_allowed():
     assert usual.looser == pytest.approx(1.0) and usual.allowed == pytest.approx(0.1 * 2004**0.5 / 2000)
     for name in ("sharp_px", "same_px", "slope_step"):
         assert getattr(bright, name) < getattr(usual, name) < getattr(loose, name), name
-    counts = [int(points_wanted(np.array(8.0), 1.0, one.points_factor(True))) for one in (loose, usual, bright)]
+    blurs = [Defocus((8.0,), True, 1.0, accuracy=one) for one in (loose, usual, bright)]
+    counts = [int(points_wanted(np.array(8.0), one)) for one in blurs]
     assert counts == sorted(set(counts)) and counts[1] == 1024
+    assert int(points_wanted(np.array(8.0), dataclasses.replace(blurs[2], guessed=True))) == 256  # a guess stays a guess
     focus = np.zeros(1)
     assert [int(one.over(focus, focus + 9.0, 4.0)[0]) for one in (dataclasses.replace(loose, tolerance=5.0), usual)] == [1, 4]
     assert int(usual.over(focus + 5.0, focus + 9.0, 1.0)[0]) == 1  # the scene has no more

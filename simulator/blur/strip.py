@@ -6,10 +6,11 @@ import numpy as np
 
 from simulator.blur.frame import HALF_TILE, BlurFrame
 from simulator.blur.relief import Maps, project_radius
-from simulator.defocus import TILE_ROWS, Method
+from simulator.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
+from simulator.defocus.blocks import BlockChoice, slab_lists
 from simulator.defocus.lens_points import lens_points, points_wanted
 from simulator.defocus.tables import blur_table
-from simulator.defocus.tiles import NODES_PER_PX, TileChoice, slab_lists
+from simulator.defocus.tiles import NODES_PER_PX, TileChoice
 from simulator.device import Device
 from simulator.planner import Plan, projection_arguments, projection_defines
 
@@ -33,6 +34,8 @@ class Strip:
         self.least = device.empty((self.layer_planes, self.ways, half), np.float32)
         self.radius = device.zeros((max(len(maps.scene_radius), 1), self.ways, self.rows, half), np.float32)
         self.size = {"rows": self.rows, "way_columns": half}
+        # Points run over 16 columns and 4 rows of a colour at once on CPUs; on GPUs there are work-items enough.
+        self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         defines = {"SPAN": device.span, "CHANNELS": self.channels, "COVERAGE": self.coverage}
         self.defines = {**projection_defines(planned, over), **defines}
 
@@ -50,7 +53,7 @@ class Strip:
         means = place | {"radius_rows": area.rows, "radius_row": strip_row}
         for layer in range(len(self.planes)):
             self._means(chosen, layer, means)
-        self._occlusion(chosen, strip_row, place)
+        self._occlusion(chosen.blocks, strip_row, place)
 
     def _sample(self, strip_row: int) -> None:
         kernel = self.device.kernel("projection_planes", self.defines, file="projection.cl")
@@ -62,7 +65,7 @@ class Strip:
 
     def _means(self, chosen: TileChoice, layer: int, place: dict) -> None:
         """Tiles that the layer fills, copied or a mean over the aperture's image, and those that several share."""
-        here = chosen.present[layer] > 0
+        here = chosen.visible[layer]
         copied, mean = (here & chosen.with_method(method) for method in (Method.COPY, Method.MEAN))
         composite = here & chosen.with_method(Method.COMPOSITE, Method.CORRECTED)
         if (mean | composite).any():
@@ -85,13 +88,15 @@ class Strip:
 
     def _mean(self, chosen: TileChoice, layer: int, wanted, nodes, graded: int, composite: int, place: dict) -> None:
         table, places = self._table
+        spans = HALF_TILE // self.device.span
         self.device.run(
             self.device.kernel("defocus_mean", self.defines | {"NODES": graded, "COMPOSITE": composite}, file="defocus.cl"),
-            *self._launch(wanted),
+            (spans, 2 * TILE_ROWS, int(wanted.sum())),
+            (spans, 1, 1),
             radius=self.maps.radius,
             map=sum(np.ndim(radius) > 0 for radius in self.planned.defocus.radii_px[:layer]),
             open=self.open,
-            tiles=self.device.upload(self._tile_list(wanted, places[chosen.first_image[layer]], nodes)),
+            tiles=self.device.upload(self._places(wanted, TILE_ROWS, TILE_COLUMNS, places[chosen.first_image[layer]], nodes)),
             nodes_per_px=NODES_PER_PX,
             **table,
             **self._sums(layer),
@@ -101,55 +106,59 @@ class Strip:
     @cached_property
     def _table(self) -> tuple[dict[str, object], np.ndarray]:
         """Table of the images of the aperture that the strips need, and the place of each of all images in it."""
-        images, places = self.chosen.part(slice(None), self.over).table()
+        images, places = self.chosen.part(slice(0, self.area.grid[0]), self.over).table()
         table = blur_table(self.planned.defocus.pupil, images, self.over, self.rows, self.area.way_columns)
         buffers = {name: self.device.upload(array) for name, array in vars(table).items()}
         return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}, places
 
-    def _occlusion(self, chosen: TileChoice, strip_row: int, place: dict) -> None:
-        """Tiles where surfaces hide each other."""
-        sampled = chosen.with_method(Method.OCCLUSION, Method.CORRECTED)
+    def _occlusion(self, chosen: BlockChoice, strip_row: int, place: dict) -> None:
+        """Blocks where surfaces hide each other."""
+        sampled = chosen.sampled()
         if not sampled.any():
             return
-        area, device = self.area, self.device
-        for number, scene_radius in enumerate(self.maps.scene_radius):
-            origin = {"origin_x": area.x, "origin_y": area.y + strip_row}
-            project_radius(
-                self.planned, device, scene_radius, self.radius, self.ways * number, over=self.over, **origin, **self.size
-            )
-        slabs, first, count = slab_lists(self.planned.defocus, chosen.present[:, sampled])
-        lists, slabs = self._tile_list(sampled, first, count), device.upload(slabs)
+        lists = slab_lists(self.planned.defocus, chosen.present[:, sampled], chosen.even_px[:, sampled])
+        if lists.mapped.any():
+            self._sample_radius(strip_row)
+        slabs, places = (
+            self.device.upload(lists.slabs),
+            self._places(sampled, BLOCK_ROWS, BLOCK_COLUMNS, lists.first, lists.count),
+        )
         corrected = chosen.methods[sampled] == Method.CORRECTED
-        defocus = self.planned.defocus
-        factor = defocus.accuracy.points_factor(corrected)
-        points = points_wanted(chosen.largest_px[sampled], defocus.scale, factor)
+        points = points_wanted(chosen.largest_px[sampled], self.planned.defocus)
         points = np.where(corrected & (self.over == 1), points // POINTS_SAVED, points)
-        for number, correction in sorted(set(zip(points.tolist(), corrected.tolist(), strict=True))):
-            wanted = (points == number) & (corrected == correction)
-            defines = self.defines | {"LAYERS": len(self.planes), "CORRECTION": int(correction)}
-            device.run(
-                device.kernel("occlusion", defines, file="occlusion.cl"),
-                *self._launch(wanted),
+        kinds = np.stack([points, corrected, lists.mapped])
+        for kind in np.unique(kinds, axis=1).T:
+            wanted = (kinds == kind[:, None]).all(axis=0)
+            number, correction, mapped = kind.tolist()
+            span, rows = self.block_size
+            size = (BLOCK_COLUMNS // 2 // span, 2 * BLOCK_ROWS // rows, int(wanted.sum()))
+            variant = {"LAYERS": len(self.planes), "CORRECTION": correction, "MAPPED": mapped}
+            self.device.run(
+                self.device.kernel("occlusion", self.defines | variant | {"SPAN": span, "ROWS": rows}, file="occlusion.cl"),
+                size,
+                (size[0], 1, 1),
                 planes=self.sampled,
                 radius=self.radius,
-                tiles=device.upload(lists[wanted]),
+                blocks=self.device.upload(places[wanted]),
                 slabs=slabs,
-                points=device.upload(lens_points(self.planned.defocus.pupil, number, self.over)),
+                points=self.device.upload(lens_points(self.planned.defocus.pupil, number, self.over)),
                 point_count=number,
                 normalise=int(self.planned.defocus.opaque),
                 **place,
             )
 
-    def _launch(self, wanted: np.ndarray) -> tuple[tuple[int, int, int], tuple[int, int, int]]:
-        spans = HALF_TILE // self.device.span
-        return (spans, 2 * TILE_ROWS, int(wanted.sum())), (spans, 1, 1)
+    def _sample_radius(self, strip_row: int) -> None:
+        """Radius maps at the strip's points."""
+        origin = {"origin_x": self.area.x, "origin_y": self.area.y + strip_row}
+        for number, scene_radius in enumerate(self.maps.scene_radius):
+            plane = self.ways * number
+            project_radius(self.planned, self.device, scene_radius, self.radius, plane, over=self.over, **origin, **self.size)
 
-    def _tile_list(self, wanted: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarray:
-        """(tiles, 4) uint32: first half column and row in the strip, first entry and entries of the tile's list.
+    def _places(self, wanted: np.ndarray, rows: int, columns: int, first: np.ndarray, count: np.ndarray) -> np.ndarray:
+        """(places, 4) uint32: first half column and row in the strip, first entry and entries of its list.
 
-        first, count: of all tiles of the band, or of the wanted ones.
+        wanted: of the band's tiles or blocks, of so many rows and columns. first, count: of the same, or of the wanted ones.
         """
-        tile_rows, tile_columns = np.nonzero(wanted)
+        down, right = np.nonzero(wanted)
         first, count = (values[wanted] if values.shape == wanted.shape else values for values in (first, count))
-        rows = self.area.reach + tile_rows * TILE_ROWS
-        return np.stack([tile_columns * HALF_TILE, rows, first, count], axis=-1).astype(np.uint32)
+        return np.stack([right * (columns // 2), self.area.reach + down * rows, first, count], axis=-1).astype(np.uint32)

@@ -17,7 +17,8 @@ from simulator.lens.pupil import Pupil
 from simulator.scene import Scene
 
 TILE_COLUMNS, TILE_ROWS = 128, 16
-PATCH_COLUMNS, PATCH_ROWS = 16, 8  # what reaches a tile is found out patch by patch
+BLOCK_COLUMNS, BLOCK_ROWS = 32, 8  # where points of the aperture are needed is decided block by block
+PATCH_COLUMNS, PATCH_ROWS = 8, 8  # what reaches a tile or a block is found out patch by patch
 STEEPEST_PX = 0.2  # change of the radius from photosite to photosite up to which a surface counts as one
 CLASSES = 64  # of radii, one bit each in a 64-bit mask
 _USUAL = Accuracy()
@@ -44,6 +45,7 @@ class Defocus:
     scale: scene pixels per photosite.
     pupil: shape of the aperture.
     accuracy: how exact the blur has to be.
+    guessed: whether what lies behind edges is not in the scene, so that nobody can tell what is right there.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
@@ -51,6 +53,7 @@ class Defocus:
     scale: float
     pupil: Pupil = Pupil()
     accuracy: Accuracy = Accuracy()
+    guessed: bool = False
 
     @cached_property
     def least_px(self) -> float:
@@ -98,7 +101,7 @@ def plan_defocus(lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float, 
     """Blur of a scene with so many pixels per photosite, or None when no blur circle is as large as `Accuracy.sharp_px`."""
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
     opaque, pupil = any(layer.coverage is None for layer in scene.layers), replace(lens.pupil, stops=())
-    planned = Defocus(radii, opaque, scale, pupil, accuracy)
+    planned = Defocus(radii, opaque, scale, pupil, accuracy, guessed=not scene.behind)
     return planned if planned.largest_px > accuracy.sharp_px else None
 
 
@@ -129,18 +132,16 @@ class Relief:
 
     def of_tiles(self) -> "Relief":
         """Put the patches of each tile together."""
-        split = {name: _in_tiles(plane) for name, plane in vars(self).items()}
+        return self._joined(TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS)
+
+    def of_blocks(self) -> "Relief":
+        """Put the patches of each block together."""
+        return self._joined(BLOCK_ROWS // PATCH_ROWS, BLOCK_COLUMNS // PATCH_COLUMNS)
+
+    def _joined(self, rows: int, columns: int) -> "Relief":
+        split = {name: plane.reshape(plane.shape[0] // rows, rows, -1, columns) for name, plane in vars(self).items()}
         joined = {name: join.reduce(join.reduce(split[name], axis=3), axis=1) for name, join in _JOIN.items()}
         return Relief(**joined, **{name: split[name].mean(axis=(1, 3)) for name in _SLOPES})
-
-    def bend(self) -> np.ndarray:
-        """How far the slopes of each tile's patches lie apart: (tile rows, tile columns)."""
-        return np.max([np.ptp(_in_tiles(getattr(self, name)), axis=(1, 3)) for name in _SLOPES], axis=0)
-
-
-def _in_tiles(plane: np.ndarray) -> np.ndarray:
-    rows, columns = TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS
-    return plane.reshape(plane.shape[0] // rows, rows, -1, columns)
 
 
 _JOIN = {
@@ -155,7 +156,7 @@ _SLOPES = ("slope_x", "slope_y")
 
 
 def seen_from(relief: Relief, corner_radius: float = 1.0) -> Relief:
-    """Return, for each tile, what can reach it: patches whose blur circles touch one of its own, and all that its own touch.
+    """Return, for each patch, what can reach it: patches whose blur circles touch its own, and all that its own touch.
 
     corner_radius: of the pupil, how far a spot reaches beyond its blur circle.
     """
@@ -173,4 +174,4 @@ def seen_from(relief: Relief, corner_radius: float = 1.0) -> Relief:
             near = np.maximum(padded_largest[window], largest) > gap
             for name, plane in found.items():
                 np.copyto(plane, _JOIN[name](plane, padded[name][window]), where=near)
-    return Relief(**found, **{name: getattr(relief, name) for name in _SLOPES}).of_tiles()
+    return Relief(**found, **{name: getattr(relief, name) for name in _SLOPES})

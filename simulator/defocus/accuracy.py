@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.defocus.lens_points import MOST
 from simulator.scene import Scene
 
 MEASURED = 0.1 * math.sqrt(2004.0) / 2000.0  # allowed error at which the settings below were found: 0.1 sigma of 2000 e-
@@ -19,6 +18,7 @@ SHARP_PX = 0.3  # radius of a blur circle that may be left out
 SAME_PX = 0.02  # radii that lie closer share one blur circle
 SLOPE_STEP = 0.03  # slopes are rounded to multiples of this
 FINE_PX = 12.0  # blur circles up to this radius do not wipe out what lies between photosites
+FEWEST, MOST = 128, 1024  # points of the aperture at MEASURED, by radius
 BRIGHT = 0.999  # quantile of the scene's light that counts as its brightest: a few lights more leave the rest its accuracy
 _SAMPLES = 400  # places per axis at which the scene's light is looked at
 
@@ -67,19 +67,15 @@ class Accuracy:
         """Slopes are rounded to multiples of this: the error is proportional to it."""
         return max(SLOPE_STEP * min(self.looser, 2.0), 0.002)
 
-    def points_factor(self, layered) -> np.ndarray:
-        """How many times the points of MEASURED an aperture gets; their error falls as their number to the power of -0.8.
-
-        layered: whether smooth layers hide each other. Where steps of one picture hide parts of it, what they hide is not in
-        the scene; that error is larger than any here, and more points are in vain.
-        """
-        factor = self.looser**-1.25
-        return np.where(layered, factor, min(factor, 1.0))
+    @property
+    def points_factor(self) -> float:
+        """How many times the points of MEASURED an aperture gets; their error falls as their number to the power of -0.8."""
+        return self.looser**-1.25
 
     @property
     def coarser(self) -> float:
-        """How many times wider than in MEASURED the slabs of radius are; never narrower, see `points_factor`."""
-        return min(max(self.looser, 1.0), 4.0)
+        """How many times wider than in MEASURED the slabs of radius are; narrower ones have not been measured."""
+        return min(max(0.5 * self.looser, 1.0), 4.0)
 
     def over(self, least_px: np.ndarray, largest_px: np.ndarray, scale: float) -> np.ndarray:
         """Points per photosite and axis, 1, 2 or 4, for blur circles between these radii [photosites]; at most the scene's.
@@ -101,7 +97,7 @@ class Accuracy:
         if self.tolerance == 0.0:
             return f"{light}; every photosite by rays"
         least, finest = self.sharp_px, int(self.over(np.zeros(1), np.zeros(1), scale)[0])
-        points = MOST * float(self.points_factor(True))
+        points = MOST * self.points_factor
         errors = {
             f"copy up to a radius of {least:.2g}": copy_error(least),
             f"means on {finest} x {finest} points": grid_error(least, finest, scale),
