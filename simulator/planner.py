@@ -184,7 +184,7 @@ def plan(shot: Shot) -> Plan:
             _hidden_step(loaded, shot.lens, camera, projection),
             Step("blur accuracy", True, accuracy.told(projection.scale)),
         )
-        scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection))
+        scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection)) if shot.tolerance else loaded
         extended = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale, accuracy)
         defocus = replace(extended, guessed=defocus.guessed)
     return replace(planned, scene=scene, defocus=defocus, steps=steps)

@@ -10,6 +10,8 @@ from lens_error import statistics, z_scores
 from lens_frame import blurred_case, case_plan
 from lens_truths import cases, penumbra, sinusoid, slanted_plane, stripes, uniform_layers
 
+from simulator.blur.lens_height_field import sample_height_field
+from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
 from simulator.config.shot_file import load_shot
 from simulator.defocus import Defocus
 from simulator.defocus.accuracy import Accuracy, grid_error, points_error, product_error, slope_error
@@ -18,8 +20,10 @@ from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
+from simulator.lens.pupil import Aperture
 from simulator.pipeline import expose_mosaic
 from simulator.planner import plan
+from simulator.sensor.camera import Window
 from simulator.shot import Shot
 
 
@@ -149,3 +153,43 @@ def test_a_shot_file_sets_it(tmp_path):
         path.write_text(path.read_text(encoding="utf-8").rpartition(":")[0] + f": {bad}\n", encoding="utf-8")
         with pytest.raises(PhotositeError, match=r"shot\.yaml:5.*tolerance.*0 to 10"):
             load_shot(path)
+
+
+def test_without_tolerance_rays_are_followed(bench, monkeypatch):
+    """Layers, a frame with an odd number of bands: what `sample_lens` gives for these surfaces, and the closed form."""
+    monkeypatch.setattr("simulator.blur.reference.RAYS", 2048)
+    monkeypatch.setattr("simulator.blur.reference.BAND_ROWS", 16)
+    case = stripes(-5.1, 6.0, 12.0, 2)
+    surfaces = upload_surfaces(bench.device, case.colour[:, None], case.coverage, case.radius_px, case.margin, 2)
+    rays = sample_lens(bench.device, surfaces, lens_points(2048), Window(case.margin, case.margin, 48, 24))
+    expected = bench.device.download(rays, (24, 48), np.float32)
+    found = blurred_case(case, tolerance=0.0)
+    assert np.abs(found - expected).max() < 1e-3 * expected.max()
+    assert statistics(z_scores(found, case.truth, 2000.0)).p99_9 < 0.3
+
+
+def test_without_tolerance_one_picture_is_a_height_field(bench, monkeypatch):
+    monkeypatch.setattr("simulator.blur.reference.RAYS", 2048)
+    case = slanted_plane((0.05, 0.11), 2)
+    window, points = Window(case.margin, case.margin, 48, 24), lens_points(2048)
+    rays = sample_height_field(bench.device, case.colour, case.radius_px[0], case.margin, points, window, 2)
+    expected = bench.device.download(rays, (24, 48), np.float32)
+    found = blurred_case(case, tolerance=0.0)
+    assert np.abs(found - expected).max() < 2e-3 * expected.max()
+
+
+def test_without_tolerance_any_lens_and_filter_is_followed():
+    """Blades and a colour filter, at one sample per photosite: the blur's own frame to the rays' error; the plan says rays."""
+    rng = np.random.default_rng(5)
+    light = rng.uniform(0.2, 1.0, (60, 90, 3)).repeat(3, 0).repeat(3, 1)[:60, :90]
+    lens = ThinLens(50.0, 2.0, 2.0, cos4=False, aperture=Aperture(5, rotation_deg=12.0))
+    shot = Shot(band_scene(light, 2.15), lens, Exposure(1e-5), test_camera(90, 60, "GRBG"), tolerance=0.0)
+    device, frames = open_device(), []
+    for tolerance in (0.0, 0.1):
+        planned = plan(dataclasses.replace(shot, tolerance=tolerance))
+        frames.append(device.download(expose_mosaic(planned, device), (60, 90), np.float32))
+        told = next(step.why for step in planned.steps if step.stage == "blur accuracy")
+        assert ("by rays" in told) == (tolerance == 0.0)
+    rays, fast = frames
+    assert planned.defocus.largest_px > 3.0
+    assert np.quantile(np.abs(rays / fast - 1.0)[8:-8, 8:-8], 0.99) < 3e-3
