@@ -10,6 +10,7 @@ import numpy as np
 from simulator.color import as_shot_neutral, color_matrix, forward_matrix
 from simulator.defocus import Defocus, plan_defocus
 from simulator.defocus.accuracy import Accuracy, brightest_electrons
+from simulator.defocus.prediction import told
 from simulator.distortion import Warp
 from simulator.errors import PhotositeError
 from simulator.exposure import Integration
@@ -175,14 +176,14 @@ def plan(shot: Shot) -> Plan:
     projection = plan_projection(scene, shot.lens, camera)
     stages = fused_stages(shot)
     planned = Plan(scene, camera, weights.astype(np.float32), projection, layout, None, stages, ())
-    accuracy = _accuracy(planned, shot)
+    accuracy = _accuracy(planned, shot) if forms_image else Accuracy()
     defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, loaded, projection.scale, accuracy) if forms_image else None
     fused = {stage.stem: stage for stage in stages}
     steps = _steps(scene, camera, projection, _defocus_step(defocus, forms_image, accuracy), layout, fused)
     if defocus is not None:
         steps += (
             _hidden_step(loaded, shot.lens, camera, projection),
-            Step("blur accuracy", True, accuracy.told(projection.scale)),
+            Step("blur accuracy", True, told(defocus)),
         )
         scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection)) if shot.tolerance else loaded
         extended = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale, accuracy)

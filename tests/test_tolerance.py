@@ -16,6 +16,7 @@ from simulator.config.shot_file import load_shot
 from simulator.defocus import Defocus
 from simulator.defocus.accuracy import Accuracy, grid_error, points_error, product_error, slope_error
 from simulator.defocus.lens_points import points_wanted
+from simulator.defocus.prediction import predicted_errors
 from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
@@ -139,9 +140,18 @@ def test_settings_follow_the_error_that_is_allowed():
 
 
 def test_the_plan_tells_the_predicted_error():
+    """Of the methods that the scene may need, from the laws: two layers of constant radius, and a plane through the focus."""
     planned = case_plan(uniform_layers(-5.0, 6.0, 2), 20000.0)
+    errors, accuracy = predicted_errors(planned.defocus), planned.defocus.accuracy
+    expected = {
+        "means on 2 x 2 points per photosite": grid_error(5.0, 2, 2.0),
+        "4096 points of the aperture": points_error(4096, 2),
+    }
+    assert errors == pytest.approx({method: share / accuracy.sigma for method, share in expected.items()})
     told = next(step.why for step in planned.steps if step.stage == "blur accuracy")
-    assert "brightest light 2e+04 e-" in told and "points of the aperture" in told and "2 x 2" in told
+    assert "brightest light 2e+04 e-" in told and "8192 points of the aperture 0.0" in told
+    plane = predicted_errors(case_plan(slanted_plane((0.05, 0.11), 2)).defocus)
+    assert len(plane) == 3 and any("slopes" in method for method in plane) and any("no blur" in method for method in plane)
 
 
 def test_a_shot_file_sets_it(tmp_path):

@@ -88,24 +88,9 @@ class Accuracy:
         there = 4 if scale >= 3.0 else 2 if scale >= 1.5 else 1
         return np.where(largest_px * min(self.looser, 1.0) <= FINE_PX, np.minimum(needed, there), 1)
 
-    def told(self, scale: float) -> str:
-        """Light that is looked at, and the error that the laws below predict for each method, for a plan's reader.
-
-        scale: scene pixels per photosite.
-        """
-        light = f"brightest light {self.electrons:.3g} e-, noise {self.sigma * self.electrons:.3g} e-"
-        if self.tolerance == 0.0:
-            return f"{light}; every photosite by rays"
-        least, finest = self.sharp_px, int(self.over(np.zeros(1), np.zeros(1), scale)[0])
-        points = MOST * self.points_factor
-        errors = {
-            f"copy up to a radius of {least:.2g}": copy_error(least),
-            f"means on {finest} x {finest} points": grid_error(least, finest, scale),
-            "slope": slope_error(self.slope_step),
-            f"{2 ** math.ceil(math.log2(points))} points of the aperture": points_error(points, finest),
-        }
-        told = ", ".join(f"{method} {share / self.sigma:.2g}" for method, share in errors.items())
-        return f"{light}; predicted errors up to, in sigma: {told}"
+    def in_sigma(self, share: float) -> float:
+        """An error that is a share of the brightest light, in standard deviations."""
+        return share / self.sigma
 
 
 def grid_error(radius_px, over: int, scale: float):
