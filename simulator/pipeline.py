@@ -15,7 +15,7 @@ from simulator.frame import Raw
 from simulator.input_files import fingerprints
 from simulator.noise_free import mean_charge, noise_free
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
-from simulator.readout import averaged, covered, mixed, read_out, shared_charge
+from simulator.readout import averaged, covered, mixed, read_out, shared_charge, veiled
 from simulator.scene import Layer
 from simulator.sensing import FrameSetting
 from simulator.sensitivity import baseline_exposure_ev
@@ -68,6 +68,7 @@ def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], Non
         kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
         planes, arguments = _layer_planes(planned, device, scene.layers[0]), projection_arguments(planned, frame.x, frame.y)
         device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
+    mosaic = veiled(planned, device, mosaic)
     return covered(planned, device, mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares))
 
 

@@ -27,6 +27,7 @@ from simulator.sensor.camera import Camera, Window
 from simulator.shot import Shot
 from simulator.spectra import electron_radiance_weights
 from simulator.stage import Moments, Stage
+from simulator.veiling_glare import VeilingGlare, plan_veiling_glare
 
 _TRUTH_BYTES = {"variance": 4, "depth": 12, "blur": 20}  # per photosite, with what the float64 steps to it hold
 
@@ -57,6 +58,7 @@ class Plan:
     stages: tuple[Stage, ...]
     steps: tuple[Step, ...]
     only_colour: int | None = None
+    veiling_glare: VeilingGlare | None = None
 
     @property
     def frame(self) -> Window:
@@ -67,6 +69,11 @@ class Plan:
         """Channels that the 2x2 block at the frame's upper left corner sees, [row][column]."""
         own = self.only_colour
         return self.camera.filter_block() if own is None else ((own, own), (own, own))
+
+    def filter_macros(self) -> dict[str, int]:
+        """Macros of kernels/cfa.h."""
+        (c00, c01), (c10, c11) = self.filter_block()
+        return {"CFA_00": c00, "CFA_01": c01, "CFA_10": c10, "CFA_11": c11}
 
     def stage(self, stem: str) -> Stage | None:
         """The fused stage of this stem, or None when it is skipped."""
@@ -179,7 +186,8 @@ def plan(shot: Shot) -> Plan:
     accuracy = _accuracy(planned, shot) if forms_image else Accuracy()
     defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, loaded, projection.scale, accuracy) if forms_image else None
     fused = {stage.stem: stage for stage in stages}
-    steps = _steps(scene, camera, projection, _defocus_step(defocus, forms_image, accuracy), layout, fused)
+    glare = plan_veiling_glare(shot.lens.veiling_glare, scene, weights, projection, camera, fused[Irradiance.stem])
+    steps = _steps(scene, camera, projection, _defocus_step(defocus, forms_image, accuracy), _glare_step(glare), layout, fused)
     if defocus is not None:
         steps += (
             _hidden_step(loaded, shot.lens, camera, projection),
@@ -188,7 +196,7 @@ def plan(shot: Shot) -> Plan:
         scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection)) if shot.tolerance else loaded
         extended = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale, accuracy)
         defocus = replace(extended, guessed=defocus.guessed)
-    return replace(planned, scene=scene, defocus=defocus, steps=steps)
+    return replace(planned, scene=scene, defocus=defocus, steps=steps, veiling_glare=glare)
 
 
 def _accuracy(planned: Plan, shot: Shot) -> Accuracy:
@@ -230,11 +238,9 @@ def _fused_stages(shot: Shot) -> dict[str, Stage]:
 
 def projection_defines(planned: Plan, over: int = 1) -> dict[str, object]:
     """Macros of kernels/projection.cl, for planes of `over` x `over` points per photosite."""
-    (c00, c01), (c10, c11) = planned.filter_block()
-    cfa = {"CFA_00": c00, "CFA_01": c01, "CFA_10": c10, "CFA_11": c11}
     warp, samples = planned.projection.warp, -(-planned.projection.samples // over)
     warped = {"DISTORTION": int(warp is not None)} | ({} if warp is None else warp.macros())
-    return {"SAMPLES": samples, "NEAREST": int(planned.projection.nearest), "OVER": over, **warped, **cfa}
+    return {"SAMPLES": samples, "NEAREST": int(planned.projection.nearest), "OVER": over, **warped, **planned.filter_macros()}
 
 
 def projection_arguments(planned: Plan, origin_x: int, origin_y: int) -> dict[str, object]:
@@ -251,7 +257,7 @@ def projection_arguments(planned: Plan, origin_x: int, origin_y: int) -> dict[st
     }
 
 
-def _steps(scene, camera, projection, defocus, layout, fused) -> tuple[Step, ...]:
+def _steps(scene, camera, projection, defocus, glare, layout, fused) -> tuple[Step, ...]:
     bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
     steps = [
         Step(
@@ -262,6 +268,7 @@ def _steps(scene, camera, projection, defocus, layout, fused) -> tuple[Step, ...
         Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {_samples(projection)}"),
         _distortion_step(projection.warp, camera),
         defocus,
+        glare,
     ]
     dark = camera.optical_black
     told = "light reaches all of the sensor" if dark is None else str(dark)
@@ -316,6 +323,12 @@ def _distortion_step(warp: Warp | None, camera: Camera) -> Step:
         warp.centre_x_px, warp.centre_y_px
     )
     return Step("distortion", True, f"the corner moves {moved_px:+.1f} photosites outwards, traced back in {warp.steps} steps")
+
+
+def _glare_step(glare: VeilingGlare | None) -> Step:
+    if glare is None:
+        return Step("veiling glare", False, "the lens scatters no light")
+    return Step("veiling glare", True, f"{100 * glare.share:g} % of all light lies evenly on the sensor")
 
 
 def _defocus_step(defocus: Defocus | None, forms_image: bool, accuracy: Accuracy) -> Step:

@@ -130,17 +130,6 @@ def convolve_distances(
     return (light / seen).astype(np.float32)
 
 
-def with_veiling_glare(planes: np.ndarray, share: float) -> np.ndarray:
-    """Planes (channels, rows, columns) of which a share of the light is spread evenly over the frame, same shape and type.
-
-    The veiling glare index of ISO 9358 of a small black spot in a uniform bright field. Raises PhotositeError unless
-    0 <= share < 1.
-    """
-    require(0 <= share < 1, "lens.veiling_glare", share, "give a share from 0 to below 1, such as 0.02")
-    means = planes.mean(axis=(1, 2), keepdims=True, dtype=np.float64)
-    return ((1.0 - share) * planes + share * means).astype(np.float32)
-
-
 @dataclass(frozen=True)
 class _Tile:
     """A part of the planes between node lines. across, down: node and weight (pixels,) of its columns and of its rows."""

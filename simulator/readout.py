@@ -1,11 +1,15 @@
-"""Executes the sensor for one shot: the fused kernel, and the passes between neighbours."""
+"""Executes the sensor for one shot: the fused kernel, and the passes around it."""
 
 import numpy as np
 
 from simulator.device import Device
+from simulator.fused import sensor_defines
+from simulator.lens import Irradiance
 from simulator.planner import Plan
 from simulator.sensing import FrameSetting, Part, sense
 from simulator.shot import Seeds
+
+LEAST_OPEN = 1e-4  # of the light on the axis: where rims let less through, scattered light fades as the image does
 
 
 def read_out(planned: Plan, device: Device, mosaic, seeds: Seeds) -> np.ndarray:
@@ -25,6 +29,28 @@ def read_out(planned: Plan, device: Device, mosaic, seeds: Seeds) -> np.ndarray:
     if layout.averages:
         signal = _binned(planned, device, "codes", signal, np.uint16)
     return device.download(signal, (binned.height, binned.width), np.uint16)[layout.kept]
+
+
+def veiled(planned: Plan, device: Device, mosaic):
+    """Mosaic of electron radiance with the light that the lens scatters; the same buffer, as it is without scattered light."""
+    glare, frame = planned.veiling_glare, planned.frame
+    if glare is not None:
+        stage = planned.stage(Irradiance.stem)
+        defines, numbers = sensor_defines((stage,))
+        lens = {name: value for name, value in defines.items() if name.startswith(stage.stem.upper())}
+        device.run(
+            device.kernel("veiling_glare", lens | planned.filter_macros()),
+            (frame.width, frame.height),
+            None,
+            mosaic=mosaic,
+            veil=device.upload(glare.irradiance.astype(np.float32)),
+            parameters=device.upload(numbers),
+            window_x=frame.x,
+            window_y=frame.y,
+            image_share=1.0 - glare.share,
+            least_open=LEAST_OPEN * stage.solid_angle_sr,
+        )
+    return mosaic
 
 
 def covered(planned: Plan, device: Device, mosaic):

@@ -20,7 +20,7 @@ ORDER = [
     {"device"},
     {"lens_aberrations", "psf_convolution", "distortion"},
     {"spectra", "scene", "color", "color_correction", "lens", "defocus", "projection", "exposure", "sensor"},
-    {"shot", "frame"},
+    {"shot", "frame", "veiling_glare"},
     {"tiles", "fused", "layout", "code_variance"},
     {"sensing"},
     {"noise_free"},

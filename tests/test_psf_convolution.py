@@ -8,7 +8,7 @@ from simulator import psf_convolution
 from simulator.errors import PhotositeError
 from simulator.lens_aberrations.aberrations import Aberrations, ChromaticShift
 from simulator.lens_aberrations.wavefront_psf import WavefrontPsf
-from simulator.psf_convolution import PsfGrid, convolve, convolve_distances, psf_grid, with_veiling_glare
+from simulator.psf_convolution import PsfGrid, convolve, convolve_distances, psf_grid
 
 
 def kernels_of(seed: int, *shape: int, size=9) -> np.ndarray:
@@ -164,17 +164,6 @@ def test_distances_split_light_between_radii_and_keep_a_flat_field_flat():
     found = convolve_distances(point, alone, radii, grids)
     sharp, own = grids[1].kernels[0, 0, 0], grids[0].kernels[0, 0, 0]
     assert np.allclose(found[0, 17:24, 17:24], own / (own + 1.0 - sharp), rtol=1e-5)
-
-
-def test_veiling_glare_is_the_light_in_a_small_black_spot():
-    """ISO 9358: a black spot in a bright field shows the index, to what the spot itself lacks."""
-    planes = np.full((1, 100, 100), 500.0, np.float32)
-    planes[0, 50:52, 50:52] = 0.0
-    found = with_veiling_glare(planes, 0.03)
-    assert found[0, 50, 50] == pytest.approx(0.03 * 500.0 * (1 - 4e-4), rel=1e-5)
-    assert found.mean(dtype=np.float64) == pytest.approx(planes.mean(dtype=np.float64), rel=1e-6)
-    with pytest.raises(PhotositeError, match="lens.veiling_glare = 1: give a share"):
-        with_veiling_glare(planes, 1)
 
 
 def test_kernels_of_another_number_of_channels_are_refused():

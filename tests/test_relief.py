@@ -83,3 +83,20 @@ def test_a_tile_knows_what_reaches_it_and_no_more():
     reached = seen.classes == 3
     assert np.all(reached[gap <= 20.0]) and not reached[gap > 22.0 + np.hypot(PATCH_ROWS, PATCH_COLUMNS)].any()
     assert np.all(seen.least_px[reached] == -20.0) and np.all(seen.least_px[~reached] == 0.0)
+
+
+def test_a_blur_circle_of_many_patches_is_seen_wherever_it_reaches():
+    """400 photosites: all tiles within the circle see it, none outside the square around it; and the other way round."""
+    shape = (64 * TILE_ROWS // PATCH_ROWS, 10 * TILE_COLUMNS // PATCH_COLUMNS)
+    flat, classes = np.zeros(shape, np.float32), np.ones(shape, np.uint64)
+    classes[61, 74:76] = 2  # photosites 488 to 495 and 592 to 607
+    rows, columns = np.arange(64) * TILE_ROWS, np.arange(10) * TILE_COLUMNS
+    gap_y = np.maximum(np.maximum(488 - (rows + TILE_ROWS), rows - 496), 0)[:, None]
+    gap_x = np.maximum(np.maximum(592 - (columns + TILE_COLUMNS), columns - 608), 0)[None, :]
+    for own, others in ((400.0, 0.0), (0.0, 400.0)):
+        radius = np.where(classes == 2, own, others).astype(np.float32)
+        seen = seen_from(Relief(radius, radius, flat, flat, flat, classes, flat + 1, flat + 1), largest_px=400.0).of_tiles()
+        reached = seen.classes == 3
+        assert np.all(reached[np.hypot(gap_y, gap_x) <= 400.0])
+        assert not reached[np.maximum(gap_y, gap_x) > 402.0 + PATCH_COLUMNS].any()
+        assert reached.any() and not reached.all() and np.all(seen.greatest_px[reached] == 400.0)

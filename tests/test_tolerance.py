@@ -145,7 +145,7 @@ def test_the_plan_tells_the_predicted_error():
     errors, accuracy = predicted_errors(planned.defocus), planned.defocus.accuracy
     expected = {
         "means on 2 x 2 points per photosite": grid_error(5.0, 2, 2.0),
-        "4096 points of the aperture": points_error(4096, 2),
+        "8192 points of the aperture": points_error(8192, 2),  # 1024 times 3.16^1.25, as a power of two
     }
     assert errors == pytest.approx({method: share / accuracy.sigma for method, share in expected.items()})
     told = next(step.why for step in planned.steps if step.stage == "blur accuracy")

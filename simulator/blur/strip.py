@@ -5,10 +5,12 @@ from functools import cached_property
 import numpy as np
 
 from simulator.blur.frame import HALF_TILE, BlurFrame
+from simulator.blur.lights import StripLights
 from simulator.blur.relief import Maps, project_radius
 from simulator.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
 from simulator.defocus.blocks import BlockChoice, slab_lists
 from simulator.defocus.lens_points import lens_points, points_wanted
+from simulator.defocus.lights import bright_limit
 from simulator.defocus.tables import blur_table
 from simulator.defocus.tiles import NODES_PER_PX, TileChoice
 from simulator.device import Device
@@ -124,6 +126,10 @@ class Strip:
             self._places(sampled, BLOCK_ROWS, BLOCK_COLUMNS, lists.first, lists.count),
         )
         corrected = chosen.methods[sampled] == Method.CORRECTED
+        lights = None if self.bright is None else StripLights(self, strip_row, places, self.bright)
+        if lights is not None and lights.reached.any():
+            lights.take()
+            corrected &= ~lights.reached  # the means hold the lights
         points = points_wanted(chosen.largest_px[sampled], self.planned.defocus)
         points = np.where(corrected & (self.over == 1), points // POINTS_SAVED, points)
         kinds = np.stack([points, corrected, lists.mapped])
@@ -146,6 +152,13 @@ class Strip:
                 normalise=int(self.planned.defocus.opaque),
                 **place,
             )
+        if lights is not None and lights.reached.any():
+            lights.spread(slabs, **place)
+
+    @cached_property
+    def bright(self) -> np.ndarray | None:
+        """What a sample must exceed to be a light, (channels,)."""
+        return bright_limit(self.planned.scene, self.planned.weights)
 
     def _sample_radius(self, strip_row: int) -> None:
         """Radius maps at the strip's points."""

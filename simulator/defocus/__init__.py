@@ -12,13 +12,17 @@ from functools import cached_property
 import numpy as np
 
 from simulator.defocus.accuracy import Accuracy
-from simulator.lens import Lens
+from simulator.defocus.reach import far_reaching
+from simulator.errors import require
+from simulator.lens import Lens, Pinhole
 from simulator.lens.pupil import Pupil
 from simulator.scene import Scene
 
+LARGEST_PX = 1024  # a blur circle of this radius takes seconds to compute; larger ones hardly show a picture
 TILE_COLUMNS, TILE_ROWS = 128, 16
 BLOCK_COLUMNS, BLOCK_ROWS = 32, 8  # where points of the aperture are needed is decided block by block
 PATCH_COLUMNS, PATCH_ROWS = 8, 8  # what reaches a tile or a block is found out patch by patch
+PATCHWISE_PX = 66.0  # reach up to which every pair of patches is looked at
 STEEPEST_PX = 0.2  # change of the radius from photosite to photosite up to which a surface counts as one
 CLASSES = 64  # of radii, one bit each in a 64-bit mask
 _USUAL = Accuracy()
@@ -98,7 +102,10 @@ class Defocus:
 
 
 def plan_defocus(lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float, accuracy: Accuracy = _USUAL) -> Defocus | None:
-    """Blur of a scene with so many pixels per photosite, or None when no blur circle is as large as `Accuracy.sharp_px`."""
+    """Blur of a scene with so many pixels per photosite, or None when no blur circle is as large as `Accuracy.sharp_px`.
+
+    Raises PhotositeError for blur circles above LARGEST_PX.
+    """
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
     opaque, pupil = any(layer.coverage is None for layer in scene.layers), replace(lens.pupil, stops=())
     planned = Defocus(radii, opaque, scale, pupil, accuracy, guessed=not scene.behind)
@@ -107,9 +114,22 @@ def plan_defocus(lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float, 
 
 def _radius_px(lens: Lens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> float | np.ndarray:
     signed = lens.blur_radius_um(depth_m) / pixel_pitch_um
+    _check_size(signed, depth_m, lens)
     if np.ndim(signed) == 0 or signed.min() == signed.max():
         return float(np.min(signed))
     return signed.astype(np.float32)
+
+
+def _check_size(signed_px: np.ndarray, depth_m: float | np.ndarray, lens: Lens) -> None:
+    worst = np.argmax(np.abs(signed_px))
+    radius_px, depth = abs(float(np.ravel(signed_px)[worst])), float(np.ravel(depth_m)[worst])
+    over = 1.005 * radius_px / LARGEST_PX  # what is advised has three digits, and is enough
+    if isinstance(lens, Pinhole):
+        key, value, fix = "lens.pinhole.diameter", f"{lens.diameter_mm:g} mm", f"{lens.diameter_mm / over:.3g} mm or less"
+    else:
+        key, value, fix = "lens.f_number", f"f/{lens.f_number:g}", f"f/{lens.f_number * over:.3g} or more, focus nearer to it"
+    told = f"blurs what stands at {depth:.3g} m to a radius of {radius_px:.4g} photosites, at most {LARGEST_PX} are computed"
+    require(radius_px <= LARGEST_PX, key, value, f"{told}; give {fix}, or correct its depth")
 
 
 @dataclass(frozen=True)
@@ -155,14 +175,17 @@ _JOIN = {
 _SLOPES = ("slope_x", "slope_y")
 
 
-def seen_from(relief: Relief, corner_radius: float = 1.0) -> Relief:
+def seen_from(relief: Relief, corner_radius: float = 1.0, largest_px: float = math.inf) -> Relief:
     """Return, for each patch, what can reach it: patches whose blur circles touch its own, and all that its own touch.
 
-    corner_radius: of the pupil, how far a spot reaches beyond its blur circle.
+    corner_radius: of the pupil, how far a spot reaches beyond its blur circle. largest_px: radius of the largest blur circle of
+        the scene, so that a part of the frame finds what the whole finds.
     """
-    largest = np.maximum(np.abs(relief.least_px), np.abs(relief.greatest_px)) * corner_radius + 2.0
+    reach = np.maximum(np.abs(relief.least_px), np.abs(relief.greatest_px)) * corner_radius + 2.0
+    largest = np.where(reach <= PATCHWISE_PX, reach, 0.0)
     rows, columns = (math.ceil(float(largest.max()) / size) for size in (PATCH_ROWS, PATCH_COLUMNS))
-    found = {name: getattr(relief, name).copy() for name in _JOIN}
+    joined = {name: getattr(relief, name) for name in _JOIN}
+    found = {name: plane.copy() for name, plane in joined.items()}
     padding = ((rows, rows), (columns, columns))
     padded = {name: np.pad(plane, padding, mode="edge") for name, plane in found.items()}
     padded_largest = np.pad(largest, padding, mode="edge")
@@ -174,4 +197,6 @@ def seen_from(relief: Relief, corner_radius: float = 1.0) -> Relief:
             near = np.maximum(padded_largest[window], largest) > gap
             for name, plane in found.items():
                 np.copyto(plane, _JOIN[name](plane, padded[name][window]), where=near)
+    far = np.where(largest > 0, 0.0, reach)
+    far_reaching(joined, _JOIN, found, far, largest_px * corner_radius + 2.0, (PATCH_ROWS, PATCH_COLUMNS))
     return Relief(**found, **{name: getattr(relief, name) for name in _SLOPES})

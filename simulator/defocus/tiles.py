@@ -78,7 +78,7 @@ def choose(defocus: Defocus, reliefs: list[Relief], wanted: np.ndarray) -> TileC
 
     reliefs: of each layer's patches. wanted: (tile rows, tile columns) bool.
     """
-    around = [seen_from(relief, defocus.pupil.corner_radius) for relief in reliefs]
+    around = [seen_from(relief, defocus.pupil.corner_radius, defocus.largest_px) for relief in reliefs]
     tiles, blocks = ([getattr(seen, part)() for seen in around] for part in ("of_tiles", "of_blocks"))
     methods, over, visible, largest, single = _methods(defocus, tiles)
     block_methods, _, block_visible, block_largest, _ = _methods(defocus, blocks)

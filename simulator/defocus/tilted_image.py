@@ -13,7 +13,8 @@ import numpy as np
 from simulator.lens.pupil import Pupil
 
 OUTLINE_POINTS = 1024  # of the pupil's edge: a polygon within 1e-5 of its radius
-FEWEST_SLICES, MOST_SLICES = 16, 64  # rows per point into which the image is cut; more of a small one
+SLICES = 256  # rows into which the image's radius is cut
+MOST_SLICES = 64  # of them in one point
 STEP = 0.15  # change of the weight down a column that is left as one step
 
 
@@ -47,7 +48,7 @@ def _cells(pupil: Pupil, radius: float, slope: tuple[float, float], reach: int) 
         weights = np.zeros((size, size))
         weights[reach, reach] = 1.0
         return weights, weights
-    slices = min(max(math.ceil(MOST_SLICES / abs(radius)), FEWEST_SLICES), MOST_SLICES)
+    slices = min(math.ceil(SLICES / abs(radius)), MOST_SLICES)
     rows = ((np.arange(size * slices) + 0.5) / slices - reach - 0.5) / radius
     low, high = _spans(pupil, slope, rows)
     borders = np.clip((np.arange(size + 1) - reach - 0.5) / radius, low[:, None], high[:, None])

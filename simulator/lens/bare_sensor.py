@@ -24,6 +24,7 @@ class BareSensor:
     pupil: ClassVar[Pupil] = Pupil()
     cos4: ClassVar[bool] = False
     distortion: ClassVar[None] = None
+    veiling_glare: ClassVar[float] = 0.0
     f_number: ClassVar[float] = math.nan
     focal_length_mm: ClassVar[float] = math.nan
     focus_distance_m: ClassVar[float] = math.nan

@@ -5,6 +5,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from simulator.errors import require
 from simulator.lens.vignetting import light_by_radius
 from simulator.stage import Moments, Stage
 
@@ -47,11 +48,11 @@ class Irradiance(Stage):
         """The table only where there is one; without it the code is left out."""
         return {name: value for name, value in super().kernel_values().items() if self.vignetting or name not in _TABLE}
 
-    def fall_off(self, radius_px: float) -> float:
-        """Irradiance at this distance from the axis over that on the axis."""
+    def fall_off(self, radius_px):
+        """Irradiance at this distance from the axis over that on the axis; of a number or an array."""
         cos4 = 1.0 / (1.0 + radius_px**2 * self.tan2_per_px2) ** 2
         table = self.vignetting
-        return cos4 * (float(np.interp(radius_px * self.nodes_per_px, np.arange(len(table)), table)) if table else 1.0)
+        return cos4 * (np.interp(radius_px * self.nodes_per_px, np.arange(len(table)), table) if table else 1.0)
 
     def moments(self, signal: Moments) -> Moments:
         """On the axis."""
@@ -59,3 +60,8 @@ class Irradiance(Stage):
 
 
 _TABLE = ("vignetting", "nodes_per_px")
+
+
+def check_veiling_glare(share: float, key: str) -> None:
+    """Raise PhotositeError unless 0 <= share < 1."""
+    require(0 <= share < 1, key, share, "give the share of light that is scattered over the sensor, below 1, such as 0.02")

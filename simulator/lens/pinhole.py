@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from simulator.errors import require
+from simulator.lens.irradiance import check_veiling_glare
 from simulator.lens.perspective import AIRY_ZERO, GREEN_NM, Perspective
 from simulator.lens.pupil import Pupil
 from simulator.units import Millimetres
@@ -29,6 +30,7 @@ class Pinhole(Perspective):
     diameter_mm: d of the hole [mm], > 0 and below its distance.
     distance_mm: v, hole to sensor along the axis [mm].
     cos4: whether irradiance falls with the fourth power of the cosine of the field angle.
+    veiling_glare: share of the light that is scattered evenly over the sensor, 0 <= share < 1 (ISO 9358).
     model: name for the file's metadata.
     """
 
@@ -39,6 +41,7 @@ class Pinhole(Perspective):
     distance_mm: Millimetres
     cos4: bool = True
     model: str = "pinhole"
+    veiling_glare: float = 0.0
 
     def __post_init__(self):
         distance_mm, diameter_mm, key = self.distance_mm, self.diameter_mm, "lens.pinhole"
@@ -46,6 +49,7 @@ class Pinhole(Perspective):
         require(good, f"{key}.distance", f"{distance_mm:g} mm", "give hole to sensor, above 0 mm, such as 50 mm")
         told = f"no small hole {distance_mm:g} mm before the sensor; the sharpest is {self.sharpest_diameter_mm():.2g} mm wide"
         require(0 < diameter_mm < distance_mm, f"{key}.diameter", f"{diameter_mm:g} mm", told)
+        check_veiling_glare(self.veiling_glare, f"{key}.veiling_glare")
 
     @property
     def image_distance_mm(self) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 
 from simulator.distortion import Distortion
 from simulator.errors import PhotositeError, require
+from simulator.lens.irradiance import check_veiling_glare
 from simulator.lens.perspective import AIRY_ZERO, GREEN_NM, Perspective
 from simulator.lens.pupil import Aperture, Pupil
 from simulator.lens.vignetting import Vignetting
@@ -37,6 +38,7 @@ class ThinLens(Perspective):
     circle_of_confusion_um: largest blur circle that counts as sharp in depth of field [um]; left out: diagonal / 1500.
     vignetting: stops that clip the light off the axis; left out: none.
     distortion: geometric distortion and lateral colour; left out: none.
+    veiling_glare: share of the light that is scattered evenly over the sensor, 0 <= share < 1 (ISO 9358).
     model: name for the file's metadata.
     """
 
@@ -52,6 +54,7 @@ class ThinLens(Perspective):
     circle_of_confusion_um: Micrometres | None = None
     vignetting: Vignetting | None = None
     distortion: Distortion | None = None
+    veiling_glare: float = 0.0
 
     def __post_init__(self):
         good = 0 < self.focal_length_mm < math.inf
@@ -71,6 +74,7 @@ class ThinLens(Perspective):
         circle_um = self.circle_of_confusion_um
         good = circle_um is None or 0 < circle_um < math.inf
         require(good, "lens.circle_of_confusion", f"{circle_um} um", "give a diameter above 0, such as 29 um")
+        check_veiling_glare(self.veiling_glare, "lens.veiling_glare")
         self._check_t_stop()
         _ = self.pupil  # its checks
 

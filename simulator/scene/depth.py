@@ -19,6 +19,7 @@ from simulator.units import Metres
 LengthUnit = Annotated[Literal["m", "cm", "mm", "km"], "unit of the stored numbers"]
 Along = Annotated[Literal["axis", "ray"], "distance along the optical axis, or along the ray; ray needs scene.field_of_view"]
 METRES_PER_UNIT = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
+LEAST_FARTHEST_M, MOST_NEAREST_M = 1e-3, 1e5  # beyond: the scene ends within 1 mm, or begins behind 100 km
 
 
 @dataclass(frozen=True)
@@ -113,7 +114,14 @@ def load_depth(
         depth = nearest_pixels(depth, coverage > 0)
     if depth_m.along == "ray":
         depth *= axis_per_ray(depth.shape, field_of_view_deg)
-    return depth, notes
+    return depth, (*notes, *_unit_notes(depth, depth_m.unit, path))
+
+
+def _unit_notes(depth: np.ndarray, unit: str, path: Path) -> tuple[str, ...]:
+    """Note for distances that no scene has: the file may have another unit."""
+    nearest, farthest = float(depth.min()), float(depth.max(initial=0.0, where=np.isfinite(depth)))
+    odd = LEAST_FARTHEST_M > farthest > 0 or MOST_NEAREST_M < nearest < math.inf
+    return (f"{path.name}: depth from {nearest:g} m to {farthest:g} m; check its unit, which is {unit}",) if odd else ()
 
 
 def axis_per_ray(shape: tuple[int, int], field_of_view_deg: float) -> np.ndarray:
