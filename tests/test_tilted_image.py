@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from conftest import band_scene, test_camera
 from lens_error import statistics, z_scores
 from lens_frame import blurred_case
 from lens_truths import Case, slanted_plane
@@ -12,8 +13,12 @@ from lens_truths import Case, slanted_plane
 from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
 from simulator.defocus.aperture_image import photosite_weights, taps_of
 from simulator.defocus.tilted_image import tilted_weights
+from simulator.exposure import Exposure
+from simulator.lens import ThinLens
 from simulator.lens.pupil import Pupil
+from simulator.pipeline import simulate
 from simulator.sensor.camera import Window
+from simulator.shot import Shot
 
 
 def met_by_lines(pupil: Pupil, radius: float, slope: tuple[float, float], half: int) -> np.ndarray:
@@ -80,3 +85,16 @@ def test_a_curved_surface_follows_its_rays(bench):
     flat = dataclasses.replace(case, radius_px=np.full_like(case.radius_px, 3.0))
     assert found.p99 < 0.15, found
     assert statistics(z_scores(blurred_case(flat), expected, 2000.0)).p99 > 1.0
+
+
+def test_a_crop_of_a_tilted_surface_has_the_bits_of_the_whole():
+    """Slopes belong to tiles of the sensor, also where a tile reaches over the sensor's edge."""
+    rng = np.random.default_rng(9)
+    depth = 1.0 / (0.5 - 0.0004 * np.mgrid[:180, :300][1] + 0.0003 * np.mgrid[:180, :300][0])
+    scene = band_scene(rng.random((180, 300, 3)), depth.astype(np.float32))
+    camera, lens = test_camera(300, 180, "GRBG"), ThinLens(50.0, 2.0, 2.0)
+    whole = simulate(Shot(scene, lens, Exposure(0.01), camera))
+    for x, y, width, height in ((0, 0, 120, 60), (131, 37, 90, 101), (170, 80, 130, 100)):
+        window = dataclasses.replace(camera, window=Window(x, y, width, height))
+        crop = simulate(Shot(scene, lens, Exposure(0.01), window))
+        assert np.array_equal(crop.mean_electrons, whole.mean_electrons[y : y + height, x : x + width])
