@@ -13,7 +13,7 @@
 // light:   (height, width) float32, the mosaic. open: (height, width) float32, share of the light that the layers before let
 //          through; COMPOSITE 1 lays this surface behind them, with its mean coverage, plane CHANNELS of it.
 // tiles:   (tiles, 4) uint32: first half column and row in the strip, first node, nodes (0: sharp, copied).
-// nodes:   (nodes, 4) int32: first tap, taps, first side, sides; counts are multiples of 8.
+// nodes:   (nodes, 5) int32: first tap, taps, first side, sides, radius in steps of 1 / nodes_per_px; counts are multiples of 8.
 // taps:    (2, all taps) int32, distance in `sums` for an even and an odd photosite; weights: (all taps) float32.
 // sides:   (2, all sides) int32, distance in `least`; totals: (all sides) float32.
 // corners: where the pupil changes over the field (zones.h), (tiles, 2, TILE_ZONES + 1) uint32: where a corner's list begins in
@@ -52,7 +52,7 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
                          global const uint *restrict tiles, global const int *restrict nodes, global const int *restrict taps,
                          global const float *restrict weights, global const int *restrict sides, global const float *restrict totals,
                          global const uint *restrict corners, global const int *restrict entries, const uint first_row,
-                         const uint all_taps, const uint all_sides, const int first_node, const float nodes_per_px,
+                         const uint all_taps, const uint all_sides, const float nodes_per_px,
                          const uint first_plane, const uint map, const uint rows, const uint way_columns, const uint radius_rows,
                          const uint radius_row, const uint margin_x, const uint strip_y, const uint margin_y, const uint width,
                          const uint height) {
@@ -72,7 +72,7 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
     for (uint corner = 0; corner < CORNERS; corner++) {
         global const int *places = entries + zone_corner(corners, get_global_id(2), corner, first_x);
         for (int n = (int)tile[2]; n < (int)(tile[2] + tile[3]); n++) {
-            global const int *node = nodes + 4 * (ZONE ? places[n] : n);
+            global const int *node = nodes + 5 * (ZONE ? places[n] : n);
             for (uint what = 0; what <= COMPOSITE; what++) {
                 const size_t plane = what ? WAYS * CHANNELS : colour;
                 global const float *line = sums + (plane * (rows + 1) + OVER * row) * way_columns + column;
@@ -82,7 +82,7 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
                 add_taps(low, sides + parity * all_sides + node[2], totals + node[2], node[3], mean);
                 for (uint i = 0; i < SPAN; i++)
                     sum[what * SPAN + i] += corner_share(corner, zone_place(first_x + 2 * i), down) *
-                        (NODES ? share(own[i] * nodes_per_px, first_node + n, nodes_per_px) : 1.0f) * mean[i];
+                        (NODES ? share(own[i] * nodes_per_px, node[4], nodes_per_px) : 1.0f) * mean[i];
             }
         }
     }

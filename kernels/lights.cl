@@ -42,7 +42,7 @@ kernel void lights_spread(global const float *restrict sampled, global const flo
     for (uint n = range[0]; n < range[0] + range[1]; n++) {
         global const int *point = lights + 5 * reaching[n];
         global const float *own = excess + (1 + CHANNELS) * reaching[n];
-        const int middle = (point[4] - 1) / 2, i = point[0] - OVER * across + middle, j = point[1] - OVER * down + middle;
+        const int middle = (point[4] - OVER) / 2, i = point[0] - OVER * across + middle, j = point[1] - OVER * down + middle;
         if (i < 0 || j < 0 || i >= point[4] || j >= point[4]) continue;
         const float share = weights[point[3] + j * point[4] + i] * own[1 + cfa_plane(x, y)];
         const float towards_x = (((float)point[0] + 0.5f) * (1.0f / OVER) - ((float)across + 0.5f)) / own[0];

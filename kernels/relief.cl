@@ -1,8 +1,9 @@
-// What each patch of a map holds: least and greatest value, the greatest step between neighbours, and which classes of values
-// occur, so that the planner knows where a surface is smooth.
+// What each patch of a map holds: least and greatest value, the greatest step between neighbours, the mean slope, and which
+// classes of values occur, so that the planner knows where a surface is smooth and how it tilts.
 //
 // map:    (planes, rows, way_columns) float32, split by column parity as in defocus.cl; this one's two planes begin at first_plane.
-// relief: (3, rows / PATCH_ROWS, way_columns / HALF_PATCH) float32: least, greatest, greatest step to the right or below.
+// relief: (5, rows / PATCH_ROWS, way_columns / HALF_PATCH) float32: least, greatest, greatest step to the right or below, mean
+//         slope to the right and down.
 // present: (2, rows / PATCH_ROWS, way_columns / HALF_PATCH) uint32, a bit for each class of values, from `first_class` on:
 //          classes_per_unit * asinh(value / CLASS_UNIT), so that they widen with the value.
 // One work-item per patch of HALF_PATCH half columns (dimension 0) and PATCH_ROWS rows (dimension 1).
@@ -24,8 +25,11 @@ kernel void relief(global const float *restrict map, global float *restrict reli
     const uint top = get_global_id(1) * PATCH_ROWS, reach = way_columns - column < HALF_PATCH + 1 ? 0u : 1u;
     global const float *even = map + (size_t)first_plane * rows * way_columns + column, *odd = even + (size_t)rows * way_columns;
     float low[HALF_PATCH], high[HALF_PATCH], steep[HALF_PATCH];
+    float down_all[HALF_PATCH], across_all = 0.0f;
     uint near[HALF_PATCH], far[HALF_PATCH];
     for (uint i = 0; i < HALF_PATCH; i++) {
+        const size_t last = (size_t)(top + PATCH_ROWS - 1) * way_columns + i, first = (size_t)top * way_columns + i;
+        down_all[i] = even[last] - even[first] + (odd[last] - odd[first]);
         low[i] = high[i] = even[(size_t)top * way_columns + i];
         steep[i] = 0.0f;
         near[i] = far[i] = 0u;
@@ -33,6 +37,7 @@ kernel void relief(global const float *restrict map, global float *restrict reli
     for (uint row = top; row < top + PATCH_ROWS; row++) {
         global const float *a = even + (size_t)row * way_columns, *b = odd + (size_t)row * way_columns;
         const size_t down = row + 1 < rows ? way_columns : 0;
+        across_all += b[HALF_PATCH - 1] - a[0];
         for (uint i = 0; i < HALF_PATCH; i++) {
             const float p = a[i], q = b[i];
             low[i] = smaller(low[i], smaller(p, q));
@@ -48,12 +53,15 @@ kernel void relief(global const float *restrict map, global float *restrict reli
         low[0] = smaller(low[0], low[i]);
         high[0] = larger(high[0], high[i]);
         steep[0] = larger(steep[0], steep[i]);
+        down_all[0] += down_all[i];
         near[0] |= near[i];
         far[0] |= far[i];
     }
     relief[tile] = low[0];
     relief[tiles + tile] = high[0];
     relief[2 * tiles + tile] = steep[0];
+    relief[3 * tiles + tile] = across_all * (1.0f / (PATCH_ROWS * (2 * HALF_PATCH - 1)));
+    relief[4 * tiles + tile] = down_all[0] * (1.0f / (2 * HALF_PATCH * (PATCH_ROWS - 1)));
     present[tile] = near[0];
     present[tiles + tile] = far[0];
 }

@@ -8,7 +8,9 @@ from functools import reduce
 import numpy as np
 
 from simulator.color import as_shot_neutral, color_matrix, forward_matrix
-from simulator.defocus import SHARP_PX, Defocus, plan_defocus
+from simulator.defocus import Defocus, plan_defocus
+from simulator.defocus.accuracy import Accuracy, brightest_electrons
+from simulator.defocus.prediction import told
 from simulator.distortion import Warp
 from simulator.errors import PhotositeError
 from simulator.exposure import Integration
@@ -179,18 +181,35 @@ def plan(shot: Shot) -> Plan:
         raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
     _check_light(scene, weights, shot)
     projection = plan_projection(scene, shot.lens, camera)
-    sensor_px = camera.width_px, camera.height_px
-    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, loaded, projection.scale, sensor_px) if forms_image else None
     stages = fused_stages(shot)
+    planned = Plan(scene, camera, weights.astype(np.float32), projection, layout, None, stages, ())
+    accuracy = _accuracy(planned, shot) if forms_image else Accuracy()
+    blur = {"scale": projection.scale, "accuracy": accuracy, "sensor_px": (camera.width_px, camera.height_px)}
+    defocus = plan_defocus(shot.lens, camera.pixel_pitch_um, loaded, **blur) if forms_image else None
     fused = {stage.stem: stage for stage in stages}
     glare = plan_veiling_glare(shot.lens.veiling_glare, scene, weights, projection, camera, fused[Irradiance.stem])
-    steps = _steps(scene, camera, projection, _defocus_step(defocus, forms_image), _glare_step(glare), layout, fused)
+    steps = _steps(scene, camera, projection, _defocus_step(defocus, forms_image, accuracy), _glare_step(glare), layout, fused)
     if defocus is not None:
-        steps += (_hidden_step(loaded, shot.lens, camera, projection),)
-        scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection))
-        again = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, projection.scale, sensor_px)
-        defocus = replace(again, guessed=defocus.guessed)
-    return Plan(scene, camera, weights.astype(np.float32), projection, layout, defocus, stages, steps, veiling_glare=glare)
+        steps += (
+            _hidden_step(loaded, shot.lens, camera, projection),
+            Step("blur accuracy", True, told(defocus)),
+        )
+        scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection)) if shot.tolerance else loaded
+        extended = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, **blur)
+        defocus = replace(extended, guessed=defocus.guessed)
+    return replace(planned, scene=scene, defocus=defocus, steps=steps, veiling_glare=glare)
+
+
+def _accuracy(planned: Plan, shot: Shot) -> Accuracy:
+    """Error that the blur may have: of the noise at the scene's brightest light, or at what saturates a photosite."""
+    dark, one = planned.moments(0.0), planned.moments(1.0)
+    gain = one.mean - dark.mean
+    per_radiance = shot.lens.irradiance_per_radiance_sr() * shot.exposure.time_s
+    per_radiance *= shot.camera.pixel_pitch_um**2 * shot.camera.fill_factor
+    full_e = (planned.white_level_dn() - planned.stage("adc").black_level_dn) / gain
+    brightest_e, peak_e = brightest_electrons(planned.scene, planned.weights, per_radiance)
+    electrons = float(min(max(brightest_e, 1.0), full_e))
+    return Accuracy(shot.tolerance, electrons, math.sqrt(dark.variance) / gain, max(peak_e / electrons, 1.0))
 
 
 def _check_light(scene: Scene, weights: np.ndarray, shot: Shot) -> None:
@@ -313,11 +332,11 @@ def _glare_step(glare: VeilingGlare | None) -> Step:
     return Step("veiling glare", True, f"{100 * glare.share:g} % of all light lies evenly on the sensor")
 
 
-def _defocus_step(defocus: Defocus | None, forms_image: bool) -> Step:
+def _defocus_step(defocus: Defocus | None, forms_image: bool, accuracy: Accuracy) -> Step:
     if not forms_image:
         return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
     if defocus is None:
-        return Step("defocus", False, f"no blur circle has a radius above {SHARP_PX} photosites")
+        return Step("defocus", False, f"no blur circle has a radius above {accuracy.sharp_px:.2g} photosites")
     surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"
     near, far = defocus.least_px, defocus.greatest_px
     radii = f"{abs(near):.2f} photosites" if near == far else f"from {near:.2f} (nearest) to {far:+.2f} photosites"

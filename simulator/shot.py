@@ -45,8 +45,10 @@ class Shot:
 
     raw: how the raw file holds the frame.
     truth: what the truth twin holds besides mean electrons and noise-free codes: variance, depth, blur, rgb; any of them.
+    tolerance: error that the lens blur may have, in standard deviations of the noise of the scene's brightest light, 0 to 10;
+        0 follows rays instead (slow).
     resolved: the full configuration the shot was read from, plain data, for the sidecar file.
-    Raises PhotositeError for an ISO outside those the camera was measured at.
+    Raises PhotositeError for an ISO outside those the camera was measured at, and a tolerance out of range.
     """
 
     scene: SceneSource
@@ -57,7 +59,11 @@ class Shot:
     raw: RawFormat = RawFormat()
     name: str = "shot"
     truth: tuple[TruthPart, ...] = ()
+    tolerance: float = 0.1
     resolved: dict = field(default_factory=dict)
 
     def __post_init__(self):
+        require(
+            0 <= self.tolerance <= 10, "tolerance", self.tolerance, "give 0 to 10 standard deviations of the noise, such as 0.1"
+        )
         self.camera.iso_setting(self.exposure.iso)

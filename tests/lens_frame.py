@@ -11,6 +11,7 @@ from simulator.pipeline import expose_mosaic
 from simulator.planner import Plan, plan
 from simulator.scene import Layer, Scene
 from simulator.shot import Shot
+from simulator.spectra import electron_radiance_weights
 
 LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
 PX_PER_DIOPTRE = float(LENS.blur_radius_um(np.inf) - LENS.blur_radius_um(1.0)) / 5.0  # of conftest.test_camera's photosites
@@ -22,8 +23,11 @@ def depth_of(radius_px) -> float | np.ndarray:
     return float(depth.flat[0]) if np.ptp(depth) == 0.0 else depth
 
 
-def case_plan(case: Case) -> Plan:
-    """Plan of a case whose samples become scene pixels, on a camera without colour filter."""
+def case_plan(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> Plan:
+    """Plan of a case whose samples become scene pixels, on a camera without colour filter.
+
+    electrons: of a photosite at radiance 1. tolerance: as in `Shot`.
+    """
     layers = [
         Layer(
             colour.astype(np.float32)[..., None], depth_of(radius), None if (cover >= 1.0).all() else cover.astype(np.float32)
@@ -36,12 +40,15 @@ def case_plan(case: Case) -> Plan:
         first.planes, spectrum, wavelengths, np.ones(31), first.depth_m, coverage=first.coverage, behind=tuple(behind)
     )
     height, width = (side // case.oversampling for side in case.colour.shape[1:])
-    return plan(Shot(FixedScene(scene), LENS, Exposure(0.01), test_camera(width, height)))
+    camera = test_camera(width, height)
+    weight = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency).sum()
+    time_s = electrons / (weight * LENS.irradiance_per_radiance_sr() * camera.pixel_pitch_um**2)
+    return plan(Shot(FixedScene(scene), LENS, Exposure(time_s), camera, tolerance=tolerance))
 
 
-def blurred_case(case: Case) -> np.ndarray:
+def blurred_case(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> np.ndarray:
     """Radiance of each photosite behind the lens, of the shape of the case's truth."""
-    planned, device = case_plan(case), open_device()
+    planned, device = case_plan(case, electrons, tolerance), open_device()
     frame, margin = planned.frame, case.margin
     mosaic = device.download(expose_mosaic(planned, device), (frame.height, frame.width), np.float32)
     return mosaic[margin : frame.height - margin, margin : frame.width - margin] / planned.weights.sum()

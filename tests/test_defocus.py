@@ -13,7 +13,8 @@ from lens_truths import cases
 from scipy.integrate import quad
 from scipy.signal import convolve2d
 
-from simulator.defocus import SHARP_PX, plan_defocus
+from simulator.defocus import plan_defocus
+from simulator.defocus.accuracy import SHARP_PX
 from simulator.defocus.aperture_image import aperture_weights, photosite_weights, taps_of
 from simulator.device import Device
 from simulator.exposure import Exposure
@@ -190,11 +191,11 @@ def test_closed_forms_are_met(over):
     """A tenth of the noise of 2000 e- where the scene has as much detail as its surfaces' grid can hold (`lens_truths`).
 
     At one point per photosite a wave of 9 photosites, a straight edge over fractions of a photosite and a small light lie
-    between points. The plane that tilts by 0.12 photosites of radius per photosite is beyond what one surface's mean can do.
+    between points.
     """
     coarse = {"sinusoid_0.7_9", "sinusoid_3.3_9", "square_light_2.4", "square_light_7.6", "penumbra_-3.4_0.3"}
     coarse |= {"uniform_layers_-5_6", "stripes_4_9_10", "slanted_plane_0.05_0.11"}
-    fine = {"square_light_2.4", "square_light_7.6", "slanted_plane_0.05_0.11"}
+    fine = {"square_light_2.4", "square_light_7.6"}
     for case in cases(over):
         worst = statistics(z_scores(blurred_case(case), case.truth, 2000.0)).p99_9
         limit = 0.1 if case.name not in (coarse if over == 1 else fine) else KNOWN_LIMITS[over][case.name]
@@ -211,9 +212,9 @@ KNOWN_LIMITS = {
         "penumbra_-3.4_0.3": 0.3,
         "uniform_layers_-5_6": 0.2,
         "stripes_4_9_10": 0.33,
-        "slanted_plane_0.05_0.11": 0.7,
+        "slanted_plane_0.05_0.11": 0.6,
     },
-    2: {"square_light_2.4": 13.0, "square_light_7.6": 2.3, "slanted_plane_0.05_0.11": 0.4},
+    2: {"square_light_2.4": 13.0, "square_light_7.6": 2.3},
 }
 
 

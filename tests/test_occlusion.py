@@ -103,8 +103,7 @@ def test_what_is_skipped_would_change_nothing(monkeypatch):
     case = Case("sharp", rng.uniform(0.1, 1.0, (1, 48, 96)), np.ones((1, 48, 96)), radius, np.zeros((40, 88)), 4, 1, False)
     skipped = blurred_case(case)
     assert case_plan(case).defocus is None
-    for module in ("simulator.defocus", "simulator.defocus.tiles"):
-        monkeypatch.setattr(f"{module}.SHARP_PX", 0.0)
+    monkeypatch.setattr("simulator.defocus.accuracy.SHARP_PX", 0.0)
     assert case_plan(case).defocus is not None
     assert np.abs(z_scores(blurred_case(case), skipped, 20000.0)).max() < 0.01
 

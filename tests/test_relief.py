@@ -15,7 +15,7 @@ def measured(bench):
     rng = np.random.default_rng(5)
     picture = (rng.normal(0.0, 6.0, (ROWS, 2 * HALF)) * (rng.random((ROWS, 2 * HALF)) > 0.5)).astype(np.float32)
     device, grid = bench.device, (ROWS // PATCH_ROWS, 2 * HALF // PATCH_COLUMNS)
-    relief, present = device.empty((3, *grid), np.float32), device.empty((2, *grid), np.uint32)
+    relief, present = device.empty((5, *grid), np.float32), device.empty((2, *grid), np.uint32)
     split = np.stack([np.zeros((2, ROWS, HALF), np.float32), picture.reshape(ROWS, HALF, 2).transpose(2, 0, 1)])
     defines = {"HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
     device.run(
@@ -31,7 +31,7 @@ def measured(bench):
         first_class=FIRST_CLASS,
         classes_per_unit=PER_UNIT,
     )
-    return picture, device.download(relief, (3, *grid), np.float32), device.download(present, (2, *grid), np.uint32)
+    return picture, device.download(relief, (5, *grid), np.float32), device.download(present, (2, *grid), np.uint32)
 
 
 def patches(picture: np.ndarray) -> np.ndarray:
@@ -41,11 +41,18 @@ def patches(picture: np.ndarray) -> np.ndarray:
 
 
 def test_least_and_greatest_value_and_steepest_step(measured):
-    picture, (least, greatest, steepest), _ = measured
+    picture, (least, greatest, steepest, *_), _ = measured
     assert np.array_equal(least, patches(picture).min(axis=2)) and np.array_equal(greatest, patches(picture).max(axis=2))
     right = np.abs(np.diff(picture, axis=1, append=picture[:, -1:]))
     down = np.abs(np.diff(picture, axis=0, append=picture[-1:]))
     assert np.array_equal(steepest, np.maximum(patches(right), patches(down)).max(axis=2))
+
+
+def test_slopes_are_the_mean_step_inside_a_patch(measured):
+    picture, (*_, slope_x, slope_y), _ = measured
+    split = picture.astype(np.float64).reshape(ROWS // PATCH_ROWS, PATCH_ROWS, -1, PATCH_COLUMNS)
+    assert np.allclose(slope_x, np.diff(split, axis=3).mean(axis=(1, 3)), atol=1e-5)
+    assert np.allclose(slope_y, np.diff(split, axis=1).mean(axis=(1, 3)), atol=1e-5)
 
 
 def test_classes_widen_with_the_value(measured):
@@ -68,7 +75,7 @@ def test_a_tile_knows_what_reaches_it_and_no_more():
     radius, classes = flat.copy(), np.ones(shape, np.uint64)
     row, columns_of_it = 7, slice(18, 20)  # photosites 56 to 63 and 144 to 159
     radius[row, columns_of_it], classes[row, columns_of_it] = -20.0, 2
-    seen = seen_from(Relief(radius, np.maximum(radius, 0.0), flat, classes, flat + 1, flat + 1)).of_tiles()
+    seen = seen_from(Relief(radius, np.maximum(radius, 0.0), flat, flat, flat, classes, flat + 1, flat + 1)).of_tiles()
     rows, columns = np.arange(8) * TILE_ROWS, np.arange(4) * TILE_COLUMNS
     gap_y = np.maximum(np.maximum(56 - (rows + TILE_ROWS), rows - 64), 0)
     gap_x = np.maximum(np.maximum(144 - (columns + TILE_COLUMNS), columns - 160), 0)
@@ -88,7 +95,7 @@ def test_a_blur_circle_of_many_patches_is_seen_wherever_it_reaches():
     gap_x = np.maximum(np.maximum(592 - (columns + TILE_COLUMNS), columns - 608), 0)[None, :]
     for own, others in ((400.0, 0.0), (0.0, 400.0)):
         radius = np.where(classes == 2, own, others).astype(np.float32)
-        seen = seen_from(Relief(radius, radius, flat, classes, flat + 1, flat + 1), largest_px=400.0).of_tiles()
+        seen = seen_from(Relief(radius, radius, flat, flat, flat, classes, flat + 1, flat + 1), largest_px=400.0).of_tiles()
         reached = seen.classes == 3
         assert np.all(reached[np.hypot(gap_y, gap_x) <= 400.0])
         assert not reached[np.maximum(gap_y, gap_x) > 402.0 + PATCH_COLUMNS].any()

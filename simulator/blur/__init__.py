@@ -7,6 +7,7 @@ import numpy as np
 
 from simulator.blur.blur_tables import BlurTables
 from simulator.blur.frame import BlurFrame
+from simulator.blur.reference import reference_mosaic
 from simulator.blur.relief import measured_maps
 from simulator.blur.strip import Strip
 from simulator.defocus import Method
@@ -22,6 +23,8 @@ def blurred_mosaic(planned: Plan, device: Device, planes: list, progress: Callab
     planes: for each layer a device buffer (channels, scene height, scene width) float32 [e- s^-1 um^-2 sr^-1]; with the layer's
         coverage as one plane more where any layer of the scene has one.
     """
+    if planned.defocus.accuracy.tolerance == 0.0:
+        return reference_mosaic(planned, device, planes, progress)
     frame, area = planned.frame, BlurFrame(planned)
     maps = measured_maps(planned, device, area)
     chosen, zones = choose(planned.defocus, maps.reliefs, area.inside(planned)), None

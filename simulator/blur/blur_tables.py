@@ -8,7 +8,7 @@ from simulator.blur.frame import BlurFrame
 from simulator.defocus import TILE_COLUMNS
 from simulator.defocus.lens_points import lens_points
 from simulator.defocus.tables import aperture_taps, blur_table
-from simulator.defocus.tiles import NODES_PER_PX, TileChoice
+from simulator.defocus.tiles import TileChoice
 from simulator.defocus.zones import Zones
 from simulator.device import Device
 from simulator.planner import Plan
@@ -27,34 +27,33 @@ class BlurTables:
             (over, over * area.strip_rows, area.way_columns),
         )
         self._nothing = device.zeros((1,), np.int32)
-        self.of_tiles = cache(self._of_tiles)
+        self.of_tiles, self._images = cache(self._of_tiles), cache(self._chosen.table)
 
-    def _of_tiles(self, graded: bool, clipped: bool) -> tuple[dict[str, object], int, int]:
-        """Arguments of kernels/defocus.cl, the first node that they hold, and how many.
+    def _of_tiles(self, clipped: bool) -> tuple[dict[str, object], np.ndarray]:
+        """Arguments of kernels/defocus.cl, and the place in them of each of `TileChoice.all_images`.
 
-        graded: of tiles with more than one radius: nodes in even steps over all that occur. clipped: of the tiles in zones.
+        clipped: of the tiles in zones.
         """
-        first, radii_px = 0, self._chosen.constants.tolist()
-        if graded:
-            first, end = self._chosen.graded_nodes()
-            radii_px = [node / NODES_PER_PX for node in range(first, end)]
+        images, places = self._images()
         if clipped:
-            images, entries = self._zones.images(self._chosen, graded, radii_px, first, self.over)
+            taps, numbers, entries = self._zones.images(self._chosen, images, places, self.over)
         else:
-            images, entries = [aperture_taps(self._pupil, radius, self.over) for radius in radii_px], None
-        table = blur_table(images, *self._size)
+            taps, entries = [aperture_taps(self._pupil, image.radius_px, image.slope, self.over) for image in images], None
+            numbers = [image.node for image in images]
+        table = blur_table(taps, numbers, *self._size)
         buffers = {name: self._device.upload(array) for name, array in vars(table).items()}
         buffers["entries"] = self._nothing if entries is None else self._device.upload(entries)
-        return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}, first, len(radii_px)
+        return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}, places
 
-    def corners(self, first_corners: np.ndarray | None, entries: int):
+    def corners(self, first_corners: np.ndarray | None):
         """Device buffer of the corners of tiles, as kernels/zones.h has them; without zones one that nobody reads.
 
-        first_corners: (tiles,) of TileChoice.zone. entries: of a corner's list.
+        first_corners: (tiles,) of TileChoice.zone.
         """
         if first_corners is None:
             return self._nothing
-        return self._device.upload((entries * self._zones.corners(first_corners)).astype(np.uint32))
+        images, _ = self._images()
+        return self._device.upload((len(images) * self._zones.corners(first_corners)).astype(np.uint32))
 
     def points(self, count: int, around: tuple[np.ndarray, np.ndarray] | None) -> np.ndarray:
         """Points of kernels/occlusion.cl for blocks, (blocks, count, 5), or (1, count, 5) for all of them.

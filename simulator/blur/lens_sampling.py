@@ -13,6 +13,7 @@ from simulator.defocus.cats_eyes import CatsEyes
 from simulator.defocus.lens_points import disk_of_square
 from simulator.device import Device
 from simulator.errors import require
+from simulator.lens.pupil import Pupil
 from simulator.sensor.camera import Window
 
 POSITION_ERROR_PX = 1e-3  # of a ray on a tilted surface: far below a photosite
@@ -92,17 +93,25 @@ def needed_iterations(radius_px: np.ndarray, oversampling: int = 1) -> int:
 
 
 def lens_points(
-    samples: int, patterns: int = PATTERNS, blades: int = 0, rotation_deg: float = 0.0, seed: int = 1
+    samples: int,
+    patterns: int = PATTERNS,
+    blades: int = 0,
+    rotation_deg: float = 0.0,
+    seed: int = 1,
+    pupil: Pupil | None = None,
 ) -> np.ndarray:
     """Points (patterns, samples, 4) float32: y, x in a photosite, 0 to 1; y, x on the pupil.
 
     Each pattern is a Sobol' sequence in four dimensions with its own scrambling (Matousek 1998, as in SciPy); powers of two are
-    best. Pupil: the unit disk, or the regular polygon of so many blades in it, its first corner turned from the x axis.
+    best. The unit disk, or the regular polygon of so many blades in it, its first corner turned from the x axis; or `pupil`.
     """
     from scipy.stats import qmc  # slow to import
 
     power = math.ceil(math.log2(samples))
     square = np.stack([qmc.Sobol(4, seed=seed + 1000 * i).random_base2(power)[:samples] for i in range(patterns)])
+    if pupil is not None and pupil.corner_radius != 1.0:
+        x, y = pupil.of_square(square[..., 2], square[..., 3])
+        return np.stack([square[..., 0], square[..., 1], y, x], axis=-1).astype(np.float32)
     y, x = (
         disk_of_square(square[..., 2], square[..., 3])
         if blades < 3

@@ -36,12 +36,12 @@ def measured_maps(planned: Plan, device: Device, area: BlurFrame) -> Maps:
             scene_radius.append(device.upload(px))
             place = {"origin_x": area.x, "origin_y": area.y, "rows": area.rows, "way_columns": area.way_columns}
             project_radius(planned, device, scene_radius[-1], radius, first_plane, over=1, **place)
-            least, greatest, steepest, classes = _measured(planned, device, area, radius, first_plane)
+            *measured, classes = _measured(planned, device, area, radius, first_plane)
         else:
-            least = greatest = np.full(area.patches, px, np.float32)
-            steepest, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
+            level, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
+            measured = [level + np.float32(px), level + np.float32(px), level, level, level]
         filled, covered = _coverage(planned, area, layer.coverage)
-        reliefs.append(Relief(least, greatest, steepest, classes, covered, filled))
+        reliefs.append(Relief(*measured, classes, covered, filled))
     return Maps(radius, scene_radius, reliefs)
 
 
@@ -60,8 +60,8 @@ def project_radius(planned, device, scene_radius, radius, first_plane, *, over, 
 
 
 def _measured(planned: Plan, device: Device, area: BlurFrame, radius, first_plane: int) -> tuple[np.ndarray, ...]:
-    """Least, greatest and steepest radius of each patch, and its classes."""
-    relief, present = device.empty((3, *area.patches), np.float32), device.empty((2, *area.patches), np.uint32)
+    """Least, greatest and steepest radius of each patch, its slopes, and its classes."""
+    relief, present = device.empty((5, *area.patches), np.float32), device.empty((2, *area.patches), np.uint32)
     defocus = planned.defocus
     defines = {"HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
     device.run(
@@ -78,7 +78,21 @@ def _measured(planned: Plan, device: Device, area: BlurFrame, radius, first_plan
         classes_per_unit=defocus.classes_per_unit,
     )
     near, far = device.download(present, (2, *area.patches), np.uint32).astype(np.uint64)
-    return (*device.download(relief, (3, *area.patches), np.float32), near | far << np.uint64(32))
+    *measured, slope_x, slope_y = device.download(relief, (5, *area.patches), np.float32)
+    rows, columns = _on_sensor(planned, area)
+    slopes = [slope[rows[:, None], columns] for slope in (slope_x, slope_y)]
+    return *measured, *slopes, near | far << np.uint64(32)
+
+
+def _on_sensor(planned: Plan, area: BlurFrame) -> tuple[np.ndarray, np.ndarray]:
+    """For each row and column of patches the nearest that lies wholly on the sensor: beyond its edge a surface goes on."""
+    camera = planned.camera
+    sides = (area.y, PATCH_ROWS, area.patches[0], camera.height_px), (area.x, PATCH_COLUMNS, area.patches[1], camera.width_px)
+    nearest = []
+    for origin, size, count, length in sides:
+        first, last = -(origin // size), (length - origin) // size - 1
+        nearest.append(np.clip(np.arange(count), first, max(first, min(last, count - 1))))
+    return nearest[0], nearest[1]
 
 
 def _coverage(planned: Plan, area: BlurFrame, coverage: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:

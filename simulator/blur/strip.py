@@ -89,17 +89,17 @@ class Strip:
             for clipped in (False, True):
                 tiles = wanted & (((chosen.zone >= 0) & ~copied) == clipped)
                 if tiles.any():
-                    self._mean(chosen, layer, tiles, np.where(copied, 0, chosen.nodes[layer]), graded, several, clipped, place)
+                    self._mean(chosen, layer, tiles, np.where(copied, 0, chosen.images[layer]), graded, several, clipped, place)
 
     def _sums(self, layer: int) -> dict[str, object]:
         return {"sampled": self.sampled, "sums": self.sums, "least": self.least, "first_plane": layer * self.layer_planes}
 
     def _mean(
-        self, chosen: TileChoice, layer: int, wanted, nodes, graded: int, composite: int, clipped: bool, place: dict
+        self, chosen: TileChoice, layer: int, wanted, images, graded: int, composite: int, clipped: bool, place: dict
     ) -> None:
-        table, first_node, all_nodes = self.tables.of_tiles(bool(graded), clipped)
+        table, places = self.tables.of_tiles(clipped)
         defines = self.defines | {"NODES": graded, "COMPOSITE": composite} | self.tables.defines(clipped)
-        spans, own_node = HALF_TILE // defines["SPAN"], chosen.first_node[layer] - first_node
+        spans, first = HALF_TILE // defines["SPAN"], places[chosen.first_image[layer]]
         self.device.run(
             self.device.kernel("defocus_mean", defines, file="defocus.cl"),
             (spans, 2 * TILE_ROWS, int(wanted.sum())),
@@ -107,10 +107,9 @@ class Strip:
             radius=self.maps.radius,
             map=sum(np.ndim(radius) > 0 for radius in self.planned.defocus.radii_px[:layer]),
             open=self.open,
-            tiles=self.device.upload(self._places(wanted, TILE_ROWS, TILE_COLUMNS, own_node, nodes)),
-            corners=self.tables.corners(chosen.zone[wanted] if clipped else None, all_nodes),
+            tiles=self.device.upload(self._places(wanted, TILE_ROWS, TILE_COLUMNS, first, images)),
+            corners=self.tables.corners(chosen.zone[wanted] if clipped else None),
             first_row=self.area.reach,
-            first_node=first_node,
             nodes_per_px=NODES_PER_PX,
             **table,
             **self._sums(layer),

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from simulator.defocus.accuracy import Accuracy
 from simulator.defocus.cats_eyes import CatsEyes, plan_cats_eyes
 from simulator.defocus.reach import far_reaching
 from simulator.errors import require
@@ -19,14 +20,13 @@ from simulator.lens.pupil import Pupil
 from simulator.scene import Scene
 
 LARGEST_PX = 1024  # a blur circle of this radius takes seconds to compute; larger ones hardly show a picture
-SHARP_PX = 0.3  # a blur circle of this radius stays inside its photosite: nothing to do
 TILE_COLUMNS, TILE_ROWS = 128, 16
 BLOCK_COLUMNS, BLOCK_ROWS = 32, 8  # where points of the aperture are needed is decided block by block
 PATCH_COLUMNS, PATCH_ROWS = 8, 8  # what reaches a tile or a block is found out patch by patch
 PATCHWISE_PX = 66.0  # reach up to which every pair of patches is looked at
 STEEPEST_PX = 0.2  # change of the radius from photosite to photosite up to which a surface counts as one
-SAME_PX = 0.02  # radii that lie closer share one blur circle
 CLASSES = 64  # of radii, one bit each in a 64-bit mask
+_USUAL = Accuracy()
 CLASS_UNIT_PX = 4.0  # up to about this radius all classes are equally wide
 
 
@@ -49,6 +49,7 @@ class Defocus:
     opaque: whether a layer covers everything, so that no line through the aperture ends in the dark.
     scale: scene pixels per photosite.
     pupil: shape of the aperture. eyes: how rims cut it by place on the sensor; None: nowhere.
+    accuracy: how exact the blur has to be.
     guessed: whether what lies behind edges is not in the scene, so that nobody can tell what is right there.
     """
 
@@ -56,6 +57,7 @@ class Defocus:
     opaque: bool
     scale: float
     pupil: Pupil = Pupil()
+    accuracy: Accuracy = Accuracy()
     guessed: bool = False
     eyes: CatsEyes | None = None
 
@@ -85,10 +87,10 @@ class Defocus:
         """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
 
         Twelve make them a third of a photosite wide in focus, a twelfth of large radii; half of that where four photosites or
-        more show one scene pixel.
+        more show one scene pixel. A loose tolerance makes them wider.
         """
         span = math.asinh(self.greatest_px / CLASS_UNIT_PX) - math.asinh(self.least_px / CLASS_UNIT_PX)
-        finest = 12.0 * min(max(2.0 * self.scale, 0.5), 1.0)
+        finest = 12.0 * min(max(2.0 * self.scale, 0.5), 1.0) / self.accuracy.coarser
         return min(finest, (CLASSES - 3) / span) if span else finest
 
     @cached_property
@@ -102,17 +104,22 @@ class Defocus:
 
 
 def plan_defocus(
-    lens: Lens, pixel_pitch_um: float, scene: Scene, scale: float, sensor_px: tuple[int, int] = (0, 0)
+    lens: Lens,
+    pixel_pitch_um: float,
+    scene: Scene,
+    scale: float,
+    accuracy: Accuracy = _USUAL,
+    sensor_px: tuple[int, int] = (0, 0),
 ) -> Defocus | None:
-    """Blur of a scene with so many pixels per photosite, or None when no blur circle is larger than a photosite.
+    """Blur of a scene with so many pixels per photosite, or None when no blur circle is as large as `Accuracy.sharp_px`.
 
     sensor_px: (width, height) of the whole sensor, whose middle lies on the axis; (0, 0): all of it is seen from the axis.
     Raises PhotositeError for blur circles above LARGEST_PX.
     """
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
-    opaque = any(layer.coverage is None for layer in scene.layers)
-    planned = Defocus(radii, opaque, scale, replace(lens.pupil, stops=()), guessed=not scene.behind)
-    if planned.largest_px <= SHARP_PX:
+    opaque, pupil = any(layer.coverage is None for layer in scene.layers), replace(lens.pupil, stops=())
+    planned = Defocus(radii, opaque, scale, pupil, accuracy, guessed=not scene.behind)
+    if planned.largest_px <= accuracy.sharp_px:
         return None
     return replace(planned, eyes=plan_cats_eyes(lens, pixel_pitch_um, sensor_px, planned.largest_px))
 
@@ -141,13 +148,16 @@ def _check_size(signed_px: np.ndarray, depth_m: float | np.ndarray, lens: Lens) 
 class Relief:
     """What patches of a frame hold of one layer, (patch rows, patch columns) each; or tiles, or what reaches them.
 
-    least_px, greatest_px: signed radius. steepest_px: greatest step of it between neighbours.
+    least_px, greatest_px: signed radius. steepest_px: greatest step of it between neighbours. slope_x, slope_y: mean step to
+        the right and down; `seen_from` leaves a tile its own.
     classes: which classes of radii occur, one bit each. covered: greatest coverage. filled: least coverage.
     """
 
     least_px: np.ndarray
     greatest_px: np.ndarray
     steepest_px: np.ndarray
+    slope_x: np.ndarray
+    slope_y: np.ndarray
     classes: np.ndarray
     covered: np.ndarray
     filled: np.ndarray
@@ -162,7 +172,8 @@ class Relief:
 
     def _joined(self, rows: int, columns: int) -> "Relief":
         split = {name: plane.reshape(plane.shape[0] // rows, rows, -1, columns) for name, plane in vars(self).items()}
-        return Relief(**{name: _JOIN[name].reduce(_JOIN[name].reduce(plane, axis=3), axis=1) for name, plane in split.items()})
+        joined = {name: join.reduce(join.reduce(split[name], axis=3), axis=1) for name, join in _JOIN.items()}
+        return Relief(**joined, **{name: split[name].mean(axis=(1, 3)) for name in _SLOPES})
 
 
 _JOIN = {
@@ -173,6 +184,7 @@ _JOIN = {
     "covered": np.maximum,
     "filled": np.minimum,
 }
+_SLOPES = ("slope_x", "slope_y")
 
 
 def seen_from(relief: Relief, corner_radius: float = 1.0, largest_px: float = math.inf) -> Relief:
@@ -184,7 +196,8 @@ def seen_from(relief: Relief, corner_radius: float = 1.0, largest_px: float = ma
     reach = np.maximum(np.abs(relief.least_px), np.abs(relief.greatest_px)) * corner_radius + 2.0
     largest = np.where(reach <= PATCHWISE_PX, reach, 0.0)
     rows, columns = (math.ceil(float(largest.max()) / size) for size in (PATCH_ROWS, PATCH_COLUMNS))
-    found = {name: plane.copy() for name, plane in vars(relief).items()}
+    joined = {name: getattr(relief, name) for name in _JOIN}
+    found = {name: plane.copy() for name, plane in joined.items()}
     padding = ((rows, rows), (columns, columns))
     padded = {name: np.pad(plane, padding, mode="edge") for name, plane in found.items()}
     padded_largest = np.pad(largest, padding, mode="edge")
@@ -197,5 +210,5 @@ def seen_from(relief: Relief, corner_radius: float = 1.0, largest_px: float = ma
             for name, plane in found.items():
                 np.copyto(plane, _JOIN[name](plane, padded[name][window]), where=near)
     far = np.where(largest > 0, 0.0, reach)
-    far_reaching(vars(relief), _JOIN, found, far, largest_px * corner_radius + 2.0, (PATCH_ROWS, PATCH_COLUMNS))
-    return Relief(**found)
+    far_reaching(joined, _JOIN, found, far, largest_px * corner_radius + 2.0, (PATCH_ROWS, PATCH_COLUMNS))
+    return Relief(**found, **{name: getattr(relief, name) for name in _SLOPES})

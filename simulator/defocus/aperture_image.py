@@ -120,15 +120,15 @@ class Taps:
     totals: np.ndarray
 
 
-def taps_of(weights: np.ndarray) -> Taps:
+def taps_of(weights: np.ndarray, over: int = 1) -> Taps:
     """Taps of a kernel (n, n): where a column's weight changes, a running sum is read.
 
-    Its centre is element (n - 1) // 2.
+    The photosite's own `over` x `over` points are its middle; its first one is element (n - over) // 2.
 
     The sum over w[i] v[i] is the sum over (w[i - 1] - w[i]) S[i], S[i] = v[0] + ... + v[i - 1] (summation by parts). Where the
     aperture is evenly bright a column changes at its two ends only: the work grows with the radius, not with its square.
     """
-    reach = (weights.shape[0] - 1) // 2
+    reach = (weights.shape[0] - over) // 2
     steps = np.zeros((weights.shape[0] + 1, weights.shape[1]))
     steps[1:] = weights
     steps[:-1] -= weights

@@ -6,20 +6,26 @@ from functools import lru_cache
 import numpy as np
 
 from simulator.defocus import Defocus
+from simulator.defocus.accuracy import FEWEST, MOST
 from simulator.lens.convex_area import Disk
 from simulator.lens.pupil import Pupil
 from simulator.lens.pupil_points import points_of
 
-FEWEST, MOST = 128, 1024
 SAVED_ON_GUESSES = 4  # where what lies behind edges is guessed, which costs more than the points
+FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
 
 
 def points_wanted(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
-    """Points for blur circles of this radius [photosites]: several for each scene pixel or photosite in it; powers of two."""
+    """Points for blur circles of this radius [photosites]: several for each scene pixel or photosite in it; powers of two.
+
+    More or fewer for another tolerance than Accuracy's MEASURED; not more where what lies behind edges is guessed.
+    """
     each = 4.0 * min(max(2.0 * defocus.scale, 0.5), 1.0)  # fewer where a scene pixel spreads over several photosites
     wanted = np.clip(each * np.pi * (radius_px * min(defocus.scale, 1.0) + 1.0) ** 2, FEWEST, MOST)
-    count = 2 ** np.ceil(np.log2(wanted)).astype(int)
-    return np.maximum(count // SAVED_ON_GUESSES, FEWEST) if defocus.guessed else count
+    count, factor = 2.0 ** np.ceil(np.log2(wanted)), defocus.accuracy.points_factor
+    if defocus.guessed:
+        count, factor = np.maximum(count / SAVED_ON_GUESSES, FEWEST), min(factor, 1.0)
+    return 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - 1e-9).astype(int)
 
 
 @lru_cache

@@ -1,17 +1,31 @@
 """Tables that kernels/defocus.cl reads: where the running sums of a strip are read for each radius."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from simulator.defocus.aperture_image import CHUNK, Taps, photosite_weights, taps_of
+from simulator.defocus.tilted_image import tilted_weights
 from simulator.lens.pupil import Pupil
 
 
 @dataclass(frozen=True)
+class Image:
+    """An image of the aperture: of signed radius radius_px [photosites], on a surface of this slope, x and y.
+
+    node: number of the radius where the mean is interpolated between radii.
+    """
+
+    radius_px: float
+    slope: tuple[float, float] = (0.0, 0.0)
+    node: int = 0
+
+
+@dataclass(frozen=True)
 class BlurTable:
-    """Means over the aperture's image, one node for each radius; arrays as kernels/defocus.cl names them."""
+    """Means over images of the aperture, one node each; arrays as kernels/defocus.cl names them."""
 
     nodes: np.ndarray
     taps: np.ndarray
@@ -21,15 +35,20 @@ class BlurTable:
 
 
 @lru_cache(maxsize=4096)
-def aperture_taps(pupil: Pupil, radius_px: float, over: int) -> Taps:
-    """Taps of the aperture's image on the axis."""
-    return taps_of(photosite_weights(pupil, radius_px, over))
+def aperture_taps(pupil: Pupil, radius_px: float, slope: tuple[float, float], over: int) -> Taps:
+    """Taps of the aperture's image on the axis, on a surface of this slope."""
+    if any(slope):
+        return taps_of(tilted_weights(pupil, radius_px, slope, over), over)
+    return taps_of(photosite_weights(pupil, radius_px, over), over)
 
 
-def blur_table(images: list[Taps], over: int, rows: int, way_columns: int) -> BlurTable:
-    """Table of these images for a strip of `over` x `over` points per photosite with this many rows and half columns."""
+def blur_table(images: Sequence[Taps], numbers: Sequence[int], over: int, rows: int, way_columns: int) -> BlurTable:
+    """Table of these images for a strip of `over` x `over` points per photosite with this many rows and half columns.
+
+    numbers: of their radii, `Image.node`.
+    """
     return BlurTable(
-        nodes=_nodes(images),
+        nodes=_nodes(images, numbers),
         taps=_places([(image.rows, image.columns) for image in images], over, rows + 1, way_columns),
         weights=_padded([image.weights for image in images]).astype(np.float32),
         sides=_places([(0 * image.sides, image.sides) for image in images], over, 1, way_columns),
@@ -37,13 +56,13 @@ def blur_table(images: list[Taps], over: int, rows: int, way_columns: int) -> Bl
     )
 
 
-def _nodes(images: list[Taps]) -> np.ndarray:
+def _nodes(images: Sequence[Taps], numbers: Sequence[int]) -> np.ndarray:
     taps, sides = (np.array([_whole_chunks(count) for count in counts]) for counts in _counts(images))
     first = [np.concatenate([[0], np.cumsum(counts)[:-1]]) for counts in (taps, sides)]
-    return np.stack([first[0], taps, first[1], sides], axis=-1).astype(np.int32)
+    return np.stack([first[0], taps, first[1], sides, numbers], axis=-1).astype(np.int32)
 
 
-def _counts(images: list[Taps]) -> tuple[list[int], list[int]]:
+def _counts(images: Sequence[Taps]) -> tuple[list[int], list[int]]:
     return [len(image.weights) for image in images], [len(image.totals) for image in images]
 
 

@@ -9,7 +9,7 @@ from simulator.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS
 from simulator.defocus.aperture_image import clipped_weights, taps_of
 from simulator.defocus.cats_eyes import CatsEyes
 from simulator.defocus.lens_points import lens_points_of
-from simulator.defocus.tables import aperture_taps
+from simulator.defocus.tables import Image, aperture_taps
 from simulator.defocus.tiles import TileChoice
 
 
@@ -56,28 +56,30 @@ class Zones:
         below, right = self.fields.shape[1] * np.arange(2)[:, None], np.arange(self.across + 1)
         return first_corners[:, None, None] + below + right
 
-    def images(self, chosen: TileChoice, graded: bool, radii_px: list[float], first_node: int, over: int):
-        """Taps of all images that clipped tiles need, and which corner has which: (corners, radii) int32 places in the list.
+    def images(self, chosen: TileChoice, images: list[Image], places: np.ndarray, over: int):
+        """Taps that clipped tiles need, their radii's numbers, and which corner has which: (corners, images) int32.
 
-        graded: of the tiles with more than one radius. radii_px: of the nodes from first_node on.
+        images, places: as `TileChoice.table` says. Where a rim hides something, a tilted surface has the image of an even one.
         """
-        needed = self._needed(chosen, graded, len(radii_px), first_node)
+        needed = self._needed(chosen, len(images), places)
         whole, cut = np.nonzero((needed & ~self._clips[:, None]).any(axis=0))[0], np.nonzero(needed & self._clips[:, None])
-        taps = [aperture_taps(self.eyes.pupil, radii_px[number], over) for number in whole]
+        taps = [aperture_taps(self.eyes.pupil, images[index].radius_px, images[index].slope, over) for index in whole]
         entries = np.zeros(needed.shape, np.int32)
         entries[:, whole] = np.arange(len(whole))
         entries[cut] = len(whole) + np.arange(len(cut[0]))
-        cut_images = clipped_weights(self.eyes.pupil, self._open_fields(cut[0]), np.array(radii_px)[cut[1]], over)
-        return taps + [taps_of(image) for image in cut_images], entries
+        radii_px, nodes = (np.array([getattr(image, name) for image in images]) for name in ("radius_px", "node"))
+        cut_images = clipped_weights(self.eyes.pupil, self._open_fields(cut[0]), radii_px[cut[1]], over)
+        numbers = [*nodes[whole], *nodes[cut[1]]]
+        return taps + [taps_of(image, over) for image in cut_images], numbers, entries
 
-    def _needed(self, chosen: TileChoice, graded: bool, radii: int, first_node: int) -> np.ndarray:
-        """Radii that the tiles around each corner hold: (corners, radii) bool."""
-        needed = np.zeros((len(self._clips), radii), bool)
+    def _needed(self, chosen: TileChoice, images: int, places: np.ndarray) -> np.ndarray:
+        """Images that the tiles around each corner hold: (corners, images) bool."""
+        needed = np.zeros((len(self._clips), images), bool)
         mean = chosen.with_method(Method.MEAN, Method.COMPOSITE, Method.CORRECTED) & (chosen.zone >= 0)
-        for layer, constant in enumerate(chosen.constant):
-            tiles = mean & chosen.visible[layer] & (constant != graded)
+        for layer, visible in enumerate(chosen.visible):
+            tiles = mean & visible
             corners = self.corners(chosen.zone[tiles]).reshape(-1, 2 * (self.across + 1))
-            first, count = chosen.first_node[layer][tiles] - first_node, chosen.nodes[layer][tiles]
+            first, count = places[chosen.first_image[layer][tiles]], chosen.images[layer][tiles]
             for node in range(int(count.max(initial=0))):
                 held = count > node
                 needed[corners[held], (first[held] + node)[:, None]] = True

@@ -103,18 +103,24 @@ class Pupil:
     def points(self, count: int, field=(0.0, 0.0)) -> np.ndarray:
         """Points (count, 2) float64 spread evenly over the area, of low discrepancy; those of a smaller count come first.
 
-        The R2 sequence (Roberts 2018: the Kronecker sequence of the plastic number) in the unit square goes through a map
-        that keeps areas (Rosenblatt 1952): the first number chooses the row by area, the second the place in the row.
+        The R2 sequence (Roberts 2018: the Kronecker sequence of the plastic number) in the unit square, through `of_square`.
         Raises PhotositeError where the pupil is closed.
+        """
+        chosen, across = even_points(count)
+        return np.stack(self.of_square(chosen, across, field), axis=-1)
+
+    def of_square(self, chosen: np.ndarray, across: np.ndarray, field=(0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
+        """Places x, y in the pupil of points of the unit square, by a map that keeps areas (Rosenblatt 1952).
+
+        The first number chooses the row by area, the second the place in the row. Raises PhotositeError where it is closed.
         """
         rows, left, right = self.spans(field)
         widths = right - left
         area = np.concatenate([[0.0], np.cumsum(0.5 * (widths[1:] + widths[:-1]) * np.diff(rows))])
         if not area[-1] > 0:
             raise PhotositeError(f"lens.vignetting: no ray reaches the field ({field[0]:g}, {field[1]:g}); widen the stops")
-        chosen, across = even_points(count)
         y = np.interp(chosen * area[-1], area, rows)
-        return np.stack([np.interp(y, rows, left) + across * np.interp(y, rows, widths), y], axis=-1)
+        return np.interp(y, rows, left) + across * np.interp(y, rows, widths), y
 
     def outline(self, field=(0.0, 0.0)) -> np.ndarray:
         """Corners (n, 2) of a fine polygon along the edge (to 1e-5), clockwise in the picture; none of a closed pupil."""
