@@ -1,11 +1,12 @@
-"""The lens blur: time against the sensor kernel, and run time against error beside blurs by slabs in SciPy.
+"""The lens blur: time against the sensor kernel, and run time against error beside slabs in SciPy and rays in Mitsuba.
 
     python benchmarks/defocus.py [--out build/benchmarks]
 
 The scene is a wall that tilts away from the plane in focus to a blur radius of 16 photosites, with disks out of focus the other
 way before it. The error is against rays through the lens (`simulator/blur/lens_sampling.py`) in a window with edges, in units
 of the noise of 2000 e-. SciPy's slabs see one picture with its depth, as they do for their users, and hidden surfaces are
-unknown to them; the row "one picture with depth" gives Photosite no more than that.
+unknown to them; the row "one picture with depth" gives Photosite no more than that. Mitsuba renders both surfaces in the
+window; its time is scaled to the frame by the number of photosites, the scene's loading left out.
 """
 
 import argparse
@@ -15,7 +16,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from measuring.blur_report import chart, verdicts
+from measuring.report import Report
+from peers.mitsuba_lens import MitsubaLens
 from peers.slab_fft import slab_blur
+from rich.console import Console
 
 from simulator import load_shot
 from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
@@ -35,11 +40,14 @@ LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
 STEPS_PX = (4.0, 2.0, 1.0)
 WINDOW = Window(1700, 1200, 192, 192)  # photosites compared with rays: the rim of a disk before the wall
 RAYS = 2048
+MARGIN = 20  # around it
+MITSUBA_RAYS = (16, 64, 256, 1024)  # per photosite
 
 
-def timed(run, rounds: int) -> dict[str, float]:
-    """Least wall and processor time [s]; a first run is not counted."""
-    run()
+def timed(run, rounds: int, warm: bool = False) -> dict[str, float]:
+    """Least wall and processor time [s]; a first run is not counted, unless all is warm."""
+    if not warm:
+        run()
     wall, cpu = [], []
     for _ in range(rounds):
         started, used = time.perf_counter(), time.process_time()
@@ -135,18 +143,20 @@ def scene_plans(camera_shot) -> tuple[dict, tuple[np.ndarray, ...]]:
     return plans, (colours, coverage, radius)
 
 
+def window_surfaces(planned, scene: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
+    """Light in the camera's colours (2, rows, columns, 3), coverage, radius (2, rows, columns) of the window and its margin."""
+    rows, columns = (
+        slice(WINDOW.y - MARGIN, WINDOW.y + WINDOW.height + MARGIN),
+        slice(WINDOW.x - MARGIN, WINDOW.x + WINDOW.width + MARGIN),
+    )
+    colours, coverage, radius = (plane[:, rows, columns] for plane in scene)
+    return (colours * coverage[..., None]) @ planned.weights.astype(np.float32), coverage, radius
+
+
 def rays(device, planned, scene: tuple[np.ndarray, ...]) -> np.ndarray:
     """Mean over the lens of the scene's own surfaces in the window, (height, width) in each photosite's colour."""
-    colours, coverage, radius = scene
-    margin = 20
-    rows, columns = (
-        slice(WINDOW.y - margin, WINDOW.y + WINDOW.height + margin),
-        slice(WINDOW.x - margin, WINDOW.x + WINDOW.width + margin),
-    )
-    light = (colours * coverage[..., None])[:, rows, columns] @ planned.weights.astype(np.float32)
-    surfaces = upload_surfaces(
-        device, light.transpose(0, 3, 1, 2), coverage[:, rows, columns], radius[:, rows, columns], margin
-    )
+    light, coverage, radius = window_surfaces(planned, scene)
+    surfaces = upload_surfaces(device, light.transpose(0, 3, 1, 2), coverage, radius, MARGIN)
     points = lens_points(RAYS)
     points[..., :2] = 0.5  # the surfaces hold one value per photosite, and so do all contestants
     block = planned.camera.filter_block()
@@ -192,34 +202,29 @@ def time_and_error(device, rounds: int) -> list[dict]:
             for plane, (row, column) in zip((a, b, c, d), ((0, 0), (0, 1), (1, 0), (1, 1)), strict=True):
                 own[row::2, column::2] = blurred[plane][row::2, column::2]
             rows.append({"name": f"SciPy, slabs of {step:g} px, {how}", **took, **error(own[here], truth)})
-            print(rows[-1], flush=True)
+    return rows + by_mitsuba(plans["layers"], scene, truth)
+
+
+def by_mitsuba(planned, scene: tuple[np.ndarray, ...], truth: np.ndarray) -> list[dict]:
+    """Time, scaled to the frame, and error of Mitsuba's renders of the window; none where Mitsuba is missing."""
+    light, coverage, radius = window_surfaces(planned, scene)
+    camera, frame = planned.camera, planned.frame
+    lens = MitsubaLens(
+        0.5e-3 * LENS.pupil_diameter_mm, LENS.focus_distance_m, 1e3 * LENS.image_distance_mm / camera.pixel_pitch_um
+    )
+    try:
+        render = lens.renderer(light, coverage[0], radius, MARGIN)
+    except ImportError:
+        return []
+    own = np.tile(camera.filter_block(), (WINDOW.height // 2, WINDOW.width // 2))[..., None]
+    scale, rows = frame.width * frame.height / (WINDOW.width * WINDOW.height), []
+    render(1)
+    for number in MITSUBA_RAYS:
+        found = []
+        took = timed(lambda number=number, found=found: found.append(render(number)), 1, warm=True)
+        took = {name: scale * seconds for name, seconds in took.items()}
+        rows.append({"name": f"Mitsuba, {number} rays", **took, **error(np.take_along_axis(found[-1], own, 2)[..., 0], truth)})
     return rows
-
-
-def chart(rows: list[dict], path: Path) -> None:
-    """Run time against error."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(7.2, 4.4), layout="constrained")
-    for prefix, marker, colour in (("Photosite", "o", "#c8102e"), ("SciPy", "s", "#5a6472")):
-        own = [row for row in rows if row["name"].startswith(prefix)]
-        axes.scatter(
-            [row["cpu_s"] for row in own], [row["p99"] for row in own], marker=marker, color=colour, label=prefix, s=42
-        )
-        for row in own:
-            text = row["name"].split(", ", 1)[1]
-            below = text.startswith("the same") or text == "slabs of 4 px, over"
-            place = {"textcoords": "offset points", "xytext": (7, -12 if below else 4), "fontsize": 8}
-            axes.annotate(text, (row["cpu_s"], row["p99"]), **place)
-    axes.set(xscale="log", yscale="log", xlabel="processor time, 12 megapixels [s]", ylabel="p99 of |z| at 2000 e⁻")
-    axes.axhline(0.3, color="0.7", linewidth=1)
-    axes.margins(x=0.35, y=0.12)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(frameon=False)
-    figure.savefig(path, dpi=150)
 
 
 def main() -> None:
@@ -229,17 +234,19 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("build/benchmarks"), help="folder for defocus.json and defocus.png")
     settings = parser.parse_args()
     device = open_device()
-    record = {
-        "device": device.info.label,
-        "radii": one_radius(device, settings.rounds),
-        "rows": time_and_error(device, settings.rounds),
-    }
+    radii, rows = one_radius(device, settings.rounds), time_and_error(device, settings.rounds)
+    camera = load_shot(SHOT, {"camera": "sony_a7s2"}).camera
+    report = Report(camera.width_px, camera.height_px, verdicts=verdicts(radii, rows))
+    if len(report.verdicts) < 4:
+        report.notes.append("Mitsuba, which is not installed: pip install mitsuba")
+    record = report.as_json() | {"device": device.info.label, "radii": radii, "rows": rows}
     for row in record["radii"]:
         ratio, cpu = row["best_s"] / row["sensor_s"], row["cpu_s"] / row["sensor_cpu_s"]
         print(f"radius {row['radius_px']:4g} px: {row['best_s']:.3f} s, {ratio:.1f} x the sensor (processor time {cpu:.1f} x)")
     for row in record["rows"]:
         took, off = f"{row['best_s']:7.2f} s, processor {row['cpu_s']:7.2f} s", f"p99 {row['p99']:.2f}, rms {row['rms']:.2f}"
         print(f"{row['name']:45s} {took}, {off}")
+    report.show(Console())
     settings.out.mkdir(parents=True, exist_ok=True)
     (settings.out / "defocus.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     chart(record["rows"], settings.out / "defocus.png")

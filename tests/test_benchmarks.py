@@ -6,12 +6,17 @@ import importlib
 import numpy as np
 import pytest
 from live import WARM_UP, Waits, take_steps
+from measuring.blur_report import at_equal_error, verdicts
 from measuring.contest import Contestant, contest
 from measuring.samplers import SHORTCUTS, Probe, errors, from_normals
 from measuring.work import CHAIN, ELD, ONE_READ_NOISE, ramp
 from pairs import one_by_one, ours, patches
+from peers.mitsuba_lens import MitsubaLens
 from randomness import accept
 from scipy import stats
+
+from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
+from simulator.sensor.camera import Window
 
 PICTURE = ramp(0.5, 5.0, 1e3)
 
@@ -108,3 +113,36 @@ def test_a_step_that_waits_a_fourth_of_its_time_is_told_so(monkeypatch):
     waits, seen = Waits([], []), []
     take_steps(waits, batches(), train, 2, lambda: seen.append(1))
     assert waits.waiting_s == [1.0, 9.0] and waits.share == 0.25 and waits.step_s == 20.0 and len(seen) == WARM_UP + 2
+
+
+def test_mitsuba_sees_the_surfaces_that_the_lens_blur_is_measured_against(device):
+    """A tilted wall behind a disk: the render comes to the rays through the lens as its own noise falls."""
+    pytest.importorskip("mitsuba")
+    margin, size = 10, 48
+    y, x = np.mgrid[: size + 2 * margin, : size + 2 * margin]
+    rng = np.random.default_rng(3)
+    colours = np.stack([0.3 + np.kron(rng.random((17, 17)), np.ones((4, 4)))] * 2)[..., None] * [1.0, 0.6, 0.3]
+    coverage = np.stack([(x - 30) ** 2 + (y - 25) ** 2 < 15**2, np.ones_like(x, bool)]).astype(float)
+    radius = np.stack([np.full(x.shape, -3.0), 4.0 + 0.02 * x])
+    light = colours * coverage[..., None]
+    render = MitsubaLens(0.018, 2.0, 6000.0).renderer(light, coverage[0], radius, margin)
+    points = lens_points(4096)
+    points[..., :2] = 0.5
+    surfaces = upload_surfaces(device, light.transpose(0, 3, 1, 2)[:, :1], coverage, radius, margin)
+    truth = sample_lens(device, surfaces, points, Window(0, 0, size, size), cells=False)
+    truth = device.download(truth, (size, size), np.float32)
+    picture = render(256)
+    assert np.allclose(picture[..., 1:], picture[..., :1] * [0.6, 0.3], rtol=1e-4)
+    few, many = (np.sqrt(np.mean((render(rays)[..., 0] - truth) ** 2)) for rays in (16, 256))
+    assert many < few / 4 and many < 0.01  # independent rays: a fourth
+    assert abs(np.mean(picture[..., 0] - truth)) < 5 * many / size
+
+
+def test_the_time_at_equal_error_follows_the_power_law():
+    """Error as time to the power -1/2: a tenth of the error takes a hundred times as long."""
+    rows = [{"name": f"Mitsuba, {rays} rays", "cpu_s": 1.0 * rays, "p99": rays**-0.5} for rays in (4, 100)]
+    assert at_equal_error(rows, 0.01) == pytest.approx(1e4)
+    rows += [{"name": "Photosite, layers", "cpu_s": 50.0, "p99": 0.01}, {"name": "SciPy, slabs", "cpu_s": 100.0, "p99": 1.0}]
+    radii = [{"radius_px": px, "cpu_s": px, "sensor_cpu_s": 4.0} for px in (16.0, 32.0)]
+    assert [verdict["reached"] for verdict in verdicts(radii, rows)] == [True, True, False, True]
+    assert verdicts(radii, rows)[3]["figure"] == "200 x faster"

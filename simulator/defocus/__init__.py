@@ -19,7 +19,7 @@ from simulator.lens import Lens, Pinhole
 from simulator.lens.pupil import Pupil
 from simulator.scene import Scene
 
-LARGEST_PX = 1024  # a blur circle of this radius takes seconds to compute; larger ones hardly show a picture
+LARGEST_PX = 1024  # of a blur circle; larger ones hardly show a picture, and take minutes
 TILE_COLUMNS, TILE_ROWS = 128, 16
 BLOCK_COLUMNS, BLOCK_ROWS = 32, 8  # where points of the aperture are needed is decided block by block
 PATCH_COLUMNS, PATCH_ROWS = 8, 8  # what reaches a tile or a block is found out patch by patch
