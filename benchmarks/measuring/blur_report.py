@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+ASKED_P99 = 0.3
 ASKED_SENSOR, ASKED_SCIPY, ASKED_MITSUBA = 5.0, 30.0, 100.0  # times the sensor kernel; times faster at equal error
 SERIES = (
     ("Photosite", "", "o", "#c8102e"),
@@ -16,7 +17,8 @@ SERIES = (
 def verdicts(radii: list[dict], rows: list[dict]) -> list[dict]:
     """What was asked, in processor time, which other programs hardly change."""
     of_sensor = {row["radius_px"]: row["cpu_s"] / row["sensor_cpu_s"] for row in radii}
-    ours = next(row for row in rows if row["name"] == "Photosite, layers")
+    layers = [row for row in rows if row["name"].startswith("Photosite, layers")]
+    ours = min((row for row in layers if row["p99"] <= ASKED_P99), key=lambda row: row["cpu_s"])
     slabs = min((row for row in rows if row["name"].startswith("SciPy")), key=lambda row: row["p99"])
     growth, faster = of_sensor[32.0] / of_sensor[16.0], slabs["cpu_s"] / ours["cpu_s"]
     told = f"p99 {slabs['p99']:.2f} to {ours['p99']:.2f}"
@@ -62,7 +64,7 @@ def chart(rows: list[dict], path: Path) -> None:
             text = row["name"].split(", ", 1)[1].removesuffix(last).removeprefix("slabs of ")
             axes.annotate(text, (row["cpu_s"], row["p99"]), textcoords="offset points", fontsize=8, **_beside(text, last))
     axes.set(xscale="log", yscale="log", xlabel="processor time, 12 megapixels [s]", ylabel="p99 of |z| at 2000 e⁻")
-    axes.axhline(0.3, color="0.7", linewidth=1)
+    axes.axhline(ASKED_P99, color="0.7", linewidth=1)
     axes.margins(x=0.35, y=0.12)
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=False)
