@@ -204,11 +204,13 @@ def _accuracy(planned: Plan, shot: Shot) -> Accuracy:
     """Error that the blur may have: of the noise at the scene's brightest light, or at what saturates a photosite."""
     dark, one = planned.moments(0.0), planned.moments(1.0)
     gain = one.mean - dark.mean
+    if gain <= 0.0:  # dark current alone fills the well: the frame shows nothing
+        return Accuracy(shot.tolerance)
     per_radiance = shot.lens.irradiance_per_radiance_sr() * shot.exposure.time_s
     per_radiance *= shot.camera.pixel_pitch_um**2 * shot.camera.fill_factor
     full_e = (planned.white_level_dn() - planned.stage("adc").black_level_dn) / gain
     brightest_e, peak_e = brightest_electrons(planned.scene, planned.weights, per_radiance)
-    electrons = float(min(max(brightest_e, 1.0), full_e))
+    electrons = max(min(brightest_e, full_e), 1.0)
     return Accuracy(shot.tolerance, electrons, math.sqrt(dark.variance) / gain, max(peak_e / electrons, 1.0))
 
 

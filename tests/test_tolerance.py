@@ -25,6 +25,8 @@ from simulator.lens.pupil import Aperture
 from simulator.pipeline import expose_mosaic
 from simulator.planner import plan
 from simulator.sensor.camera import Window
+from simulator.sensor.dark_current import DarkCurrent
+from simulator.sensor.full_well import FullWell
 from simulator.shot import Shot
 
 
@@ -122,6 +124,9 @@ def test_the_brightest_light_decides():
     assert bright.electrons == 65535.0
     dark = plan(Shot(band_scene(0.0 * light, 3.0), lens, Exposure(0.001), camera)).defocus.accuracy
     assert dark.electrons == 1.0
+    full = test_camera(100, 100, "RGGB", stages={"full_well": FullWell(100.0), "dark_current": DarkCurrent(1e6)})
+    filled = plan(Shot(band_scene(light, 3.0), lens, Exposure(1.0), full)).defocus.accuracy
+    assert filled == Accuracy()  # dark current fills the well: nothing can be seen
 
 
 def test_settings_follow_the_error_that_is_allowed():
