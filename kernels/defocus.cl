@@ -13,7 +13,8 @@
 // light:   (height, width) float32, the mosaic. open: (height, width) float32, share of the light that the layers before let
 //          through; COMPOSITE 1 lays this surface behind them, with its mean coverage, plane CHANNELS of it.
 // tiles:   (tiles, 4) uint32: first half column and row in the strip, first node, nodes (0: sharp, copied).
-// nodes:   (nodes, 5) int32: first tap, taps, first side, sides, radius in steps of 1 / nodes_per_px; counts are multiples of 8.
+// nodes:   (nodes, 6) int32: first tap, taps, first side, sides, radius in steps of 1 / nodes_per_px, whether taps are read from
+//          `sampled` itself; counts are multiples of 8.
 // taps:    (2, all taps) int32, distance in `sums` for an even and an odd photosite; weights: (all taps) float32.
 // sides:   (2, all sides) int32, distance in `least`; totals: (all sides) float32.
 // corners: where the pupil changes over the field (zones.h), (tiles, 2, TILE_ZONES + 1) uint32: where a corner's list begins in
@@ -72,10 +73,11 @@ kernel void defocus_mean(global const float *restrict sampled, global const floa
     for (uint corner = 0; corner < CORNERS; corner++) {
         global const int *places = entries + zone_corner(corners, get_global_id(2), corner, first_x);
         for (int n = (int)tile[2]; n < (int)(tile[2] + tile[3]); n++) {
-            global const int *node = nodes + 5 * (ZONE ? places[n] : n);
+            global const int *node = nodes + 6 * (ZONE ? places[n] : n);
             for (uint what = 0; what <= COMPOSITE; what++) {
                 const size_t plane = what ? WAYS * CHANNELS : colour;
-                global const float *line = sums + (plane * (rows + 1) + OVER * row) * way_columns + column;
+                global const float *values = sampled + ((WAYS * first_plane + plane) * rows + OVER * row) * way_columns + column;
+                global const float *line = node[5] ? values : sums + (plane * (rows + 1) + OVER * row) * way_columns + column;
                 global const float *low = least + plane * way_columns + column;
                 for (uint i = 0; i < SPAN; i++) mean[i] = 0.0f;
                 add_taps(line, taps + parity * all_taps + node[0], weights + node[0], node[1], mean);

@@ -15,6 +15,7 @@ from simulator.lens.pupil import Pupil
 
 SLICES = 64  # rows per photosite into which an aperture with blades is cut
 MOST_AT_ONCE, MOST_WEIGHTS = 16, 4e6  # images of the clipped aperture that are computed together, and their weights
+DIRECT = 49  # weights of a kernel up to which it takes no more reads than running sums do
 CHUNK = 8  # taps that kernels/defocus.cl adds up at a time
 
 
@@ -106,11 +107,12 @@ def _half_segment(t, radius: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Taps:
-    """A weighted sum over an area as differences of running sums down the columns.
+    """A weighted sum over an area: of the values, or of running sums down the columns.
 
-    rows, columns: (taps,) offset from the photosite [px] at which a column's running sum is read; the sum at an offset holds
-        all photosites above it. weights: (taps,) what it counts.
-    sides: (columns,) offsets of the columns; totals: (columns,) the weights of each, added up.
+    rows, columns: (taps,) offset from the photosite [px] at which a value, or a column's running sum, is read; the sum at an
+        offset holds all photosites above it. weights: (taps,) what it counts.
+    sides: (columns,) offsets of the columns; totals: (columns,) the weights of each, added up. None are needed for values.
+    direct: whether values are read.
     """
 
     rows: np.ndarray
@@ -118,6 +120,7 @@ class Taps:
     weights: np.ndarray
     sides: np.ndarray
     totals: np.ndarray
+    direct: bool = False
 
 
 def taps_of(weights: np.ndarray, over: int = 1) -> Taps:
@@ -127,8 +130,12 @@ def taps_of(weights: np.ndarray, over: int = 1) -> Taps:
 
     The sum over w[i] v[i] is the sum over (w[i - 1] - w[i]) S[i], S[i] = v[0] + ... + v[i - 1] (summation by parts). Where the
     aperture is evenly bright a column changes at its two ends only: the work grows with the radius, not with its square.
+    Of a small kernel the values themselves are read: as quick, and exact beside lights that a running sum drags along.
     """
     reach = (weights.shape[0] - over) // 2
+    if weights.size <= DIRECT:
+        rows, columns = np.nonzero(weights)
+        return Taps(rows - reach, columns - reach, weights[rows, columns], np.zeros(0, int), np.zeros(0), direct=True)
     steps = np.zeros((weights.shape[0] + 1, weights.shape[1]))
     steps[1:] = weights
     steps[:-1] -= weights

@@ -49,9 +49,11 @@ def blur_table(images: Sequence[Taps], numbers: Sequence[int], over: int, rows: 
     """
     return BlurTable(
         nodes=_nodes(images, numbers),
-        taps=_places([(image.rows, image.columns) for image in images], over, rows + 1, way_columns),
+        taps=_places(
+            [(image.rows, image.columns) for image in images], over, [rows + (not i.direct) for i in images], way_columns
+        ),
         weights=_padded([image.weights for image in images]).astype(np.float32),
-        sides=_places([(0 * image.sides, image.sides) for image in images], over, 1, way_columns),
+        sides=_places([(0 * image.sides, image.sides) for image in images], over, [1] * len(images), way_columns),
         totals=_padded([image.totals for image in images]).astype(np.float32),
     )
 
@@ -59,7 +61,8 @@ def blur_table(images: Sequence[Taps], numbers: Sequence[int], over: int, rows: 
 def _nodes(images: Sequence[Taps], numbers: Sequence[int]) -> np.ndarray:
     taps, sides = (np.array([_whole_chunks(count) for count in counts]) for counts in _counts(images))
     first = [np.concatenate([[0], np.cumsum(counts)[:-1]]) for counts in (taps, sides)]
-    return np.stack([first[0], taps, first[1], sides, numbers], axis=-1).astype(np.int32)
+    direct = [image.direct for image in images]
+    return np.stack([first[0], taps, first[1], sides, numbers, direct], axis=-1).astype(np.int32)
 
 
 def _counts(images: Sequence[Taps]) -> tuple[list[int], list[int]]:
@@ -71,19 +74,18 @@ def _whole_chunks(count: int) -> int:
 
 
 def _padded(parts: list[np.ndarray]) -> np.ndarray:
-    """All parts in a row, each filled up with zeros to whole chunks."""
-    sizes = np.array([len(part) for part in parts])
-    ends = np.cumsum([_whole_chunks(size) for size in sizes])
-    begins = np.concatenate([[0], ends[:-1]]) - np.concatenate([[0], np.cumsum(sizes)[:-1]])
-    values = np.concatenate(parts)
-    padded = np.zeros(ends[-1], values.dtype)
-    padded[np.repeat(begins, sizes) + np.arange(len(values))] = values
-    return padded
+    """All parts in a row, each filled up with zeros to whole chunks; a chunk more, since no buffer is empty."""
+    filled = [np.pad(part, (0, _whole_chunks(len(part)) - len(part))) for part in parts]
+    return np.concatenate([*filled, np.zeros(CHUNK, filled[0].dtype)])
 
 
-def _places(offsets: list[tuple[np.ndarray, np.ndarray]], over: int, rows: int, way_columns: int) -> np.ndarray:
-    """Distance in a strip in the order of kernels/ways.h, for an even and for an odd photosite: (2, places) int32."""
+def _places(offsets: list[tuple[np.ndarray, np.ndarray]], over: int, rows: list[int], way_columns: int) -> np.ndarray:
+    """Distance in a strip in the order of kernels/ways.h, for an even and for an odd photosite: (2, places) int32.
+
+    rows: of the planes that each image's taps are read from.
+    """
     ways = 2 * over
     down, right = (_padded([pair[axis] for pair in offsets]) for axis in (0, 1))
+    height = np.repeat([*rows, 0], [*(_whole_chunks(len(pair[0])) for pair in offsets), CHUNK])
     sides = [over * parity + right for parity in (0, 1)]
-    return np.stack([((side % ways) * rows + down) * way_columns + side // ways for side in sides]).astype(np.int32)
+    return np.stack([((side % ways) * height + down) * way_columns + side // ways for side in sides]).astype(np.int32)
