@@ -1,4 +1,4 @@
-"""The pictures of docs/lens_aberrations.md: kernels, transfer functions with their truth, a distorted lattice."""
+"""The pictures of docs/lens_aberrations.md: kernels, transfer functions and their truth, a distorted lattice, a single lens."""
 
 import math
 from dataclasses import replace
@@ -9,7 +9,8 @@ import matplotlib
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-from simulator.config import load_camera
+from simulator.config import load_camera, load_sweep
+from simulator.development import develop
 from simulator.distortion import Distortion
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
@@ -26,7 +27,8 @@ from simulator.shot import Shot
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
-IMAGES = Path(__file__).parent / "images"
+ROOT = Path(__file__).parent.parent
+IMAGES = ROOT / "docs" / "images"
 COLORS = ((640.0, 610.0, 590.0), (560.0, 535.0, 510.0), (480.0, 460.0, 440.0))
 LENSES = {
     "spherical 0.8 µm": Aberrations(spherical_um=0.8),
@@ -112,6 +114,23 @@ def distortion_picture(path: Path) -> None:
     _save(figure, path)
 
 
+def singlet_picture(path: Path) -> None:
+    """A star of 24 rays through the single lens of configs/shots/singlet.yaml, at four f-numbers."""
+    side, fine = 160, 4
+    y, x = (np.mgrid[: side * fine, : side * fine] + 0.5) / fine - 0.5 * side
+    star = np.where((np.cos(24.0 * np.arctan2(y, x)) > 0) & (np.hypot(x, y) < 72.0), 0.95, 0.05)
+    shots = [point.shot() for point in load_sweep(ROOT / "configs" / "shots" / "singlet.yaml")]
+    figure, axes = plt.subplots(1, len(shots), figsize=(10.0, 2.9), layout="constrained", dpi=100)
+    with TemporaryDirectory() as folder:
+        np.save(Path(folder) / "star.npy", star.astype(np.float32))
+        scene = ImageScene(Path(folder) / "star.npy", luminance_cd_m2=120.0, depth_m=2.0)
+        for axis, shot in zip(axes, shots, strict=True):
+            camera = replace(shot.camera, width_px=side, height_px=side, window=None)
+            axis.imshow(develop(simulate(replace(shot, scene=scene, camera=camera)), bits=8))
+            axis.set(xticks=(), yticks=(), title=f"f/{shot.lens.f_number:g}")
+    _save(figure, path)
+
+
 def _undone(plane: np.ndarray, numbers: tuple[float, ...], centre: tuple[float, float]) -> np.ndarray:
     """WarpRectilinear (DNG 1.4, chapter 7)."""
     height, width = plane.shape
@@ -152,3 +171,4 @@ if __name__ == "__main__":
     kernel_picture(IMAGES / "lens_kernels.png")
     transfer_picture(IMAGES / "lens_transfer.png")
     distortion_picture(IMAGES / "lens_distortion.png")
+    singlet_picture(IMAGES / "lens_singlet.png")

@@ -1,4 +1,4 @@
-"""Files that a scene is read from: their keys in the shot file, and what they held."""
+"""Files that a shot is read from: their keys in the shot file, and what they held."""
 
 import hashlib
 import os
@@ -11,7 +11,7 @@ from simulator.units import key_of
 
 
 def input_files(value: object) -> list[Path]:
-    """Return the paths in a frozen dataclass, at any depth: the files a scene is read from."""
+    """Return the paths in a frozen dataclass, at any depth: the files a scene or a lens is read from."""
     return [path for _, path in named_files(value, ())]
 
 
@@ -28,9 +28,9 @@ def named_files(value: object, keys: tuple[str, ...]) -> list[tuple[tuple[str, .
     return [found for inner_keys, inner in named for found in named_files(inner, inner_keys)]
 
 
-def fingerprints(scene: object) -> list[dict[str, str]]:
-    """Key, path and SHA-256 of every file a scene is read from, plain data for the files written. Raises OSError."""
-    named = named_files(scene, ("scene",))
+def fingerprints(scene: object, lens: object = None) -> list[dict[str, str]]:
+    """Key, path and SHA-256 of every file that scene and lens are read from, plain data for files. Raises OSError."""
+    named = named_files(scene, ("scene",)) + named_files(lens, ("lens",))
     return [{"key": ".".join(keys), "path": str(path), "sha256": sha256_of(path)} for keys, path in named]
 
 

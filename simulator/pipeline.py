@@ -61,7 +61,12 @@ def check_memory(planned: Plan, device: Device, parts: tuple[str, ...] = ()) -> 
 def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], None] = lambda share: None):
     """Device buffer (height, width) float32: electron radiance through the lens in each photosite's colour."""
     scene, frame = planned.scene, planned.frame
-    if planned.defocus is not None:
+    if planned.spread is not None:
+        from simulator.spreading import spread_mosaic  # brings SciPy's transforms
+
+        planes = [_layer_planes(planned, device, layer) for layer in scene.layers]
+        mosaic = spread_mosaic(planned, device, planes, progress)
+    elif planned.defocus is not None:
         mosaic = blurred_mosaic(planned, device, [_layer_planes(planned, device, layer) for layer in scene.layers], progress)
     else:
         mosaic = device.empty((frame.height, frame.width), np.float32)
@@ -172,7 +177,7 @@ def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_fr
         truth=parts,
         resolved={
             "shot": shot.resolved,
-            "inputs": fingerprints(shot.scene),
+            "inputs": fingerprints(shot.scene, shot.lens),
             "seeds": asdict(shot.seeds),
             "plan": [asdict(step) for step in planned.steps],
             "notes": list(planned.scene.notes),

@@ -18,6 +18,7 @@ from simulator.fused import CHARGE_STAGES, MOST_ELECTRONS, READOUT_STAGES, in_or
 from simulator.layout import Layout, plan_layout
 from simulator.lens import BareSensor, Irradiance, Lens
 from simulator.lens.bare_sensor import gathered
+from simulator.point_spread import Spread
 from simulator.projection import Projection, plan_projection
 from simulator.scene import Scene
 from simulator.scene.hidden_surface import hidden_share, with_hidden_surface
@@ -47,6 +48,8 @@ class Plan:
 
     weights: (bands, channels) float32 [e- s^-1 um^-2 sr^-1]. stages: the fused stages in physical order.
     only_colour: channel that every photosite sees instead of its own; None: the camera's filter pattern.
+    spread: diffraction, aberrations, filter and aperture beyond the thin lens; None: nothing to do.
+    area: photosites that are computed instead of the camera's frame; may reach beyond the sensor.
     """
 
     scene: Scene
@@ -59,11 +62,13 @@ class Plan:
     steps: tuple[Step, ...]
     only_colour: int | None = None
     veiling_glare: VeilingGlare | None = None
+    spread: Spread | None = None
+    area: Window | None = None
 
     @property
     def frame(self) -> Window:
         """Photosites that are computed."""
-        return self.camera.frame
+        return self.area or self.camera.frame
 
     def filter_block(self) -> tuple[tuple[int, int], tuple[int, int]]:
         """Channels that the 2x2 block at the frame's upper left corner sees, [row][column]."""
@@ -106,6 +111,8 @@ class Plan:
         per_photosite += 4 * any(self.layout.crosstalk.optical_shares) + 8 * self.layout.shares_charge  # what passes leave
         if self.defocus is not None:
             per_photosite += 4 * sum(np.ndim(radius) > 0 for radius in self.defocus.radii_px)
+        if self.spread is not None:
+            per_photosite += 4 + 8 * self.camera.channels * (not self.spread.by_distance)
         per_photosite += sum(_TRUTH_BYTES.get(part, 0) for part in truth)
         per_photosite += (8 * self.camera.channels + 20) * ("rgb" in truth)  # planes, then stacked; mosaic and both truths
         return int(pixels * per_photosite) + self.scene.planes.nbytes * 2
@@ -197,7 +204,26 @@ def plan(shot: Shot) -> Plan:
         scene = with_hidden_surface(loaded, _per_dioptre(shot.lens, camera, projection)) if shot.tolerance else loaded
         extended = plan_defocus(shot.lens, camera.pixel_pitch_um, scene, **blur)
         defocus = replace(extended, guessed=defocus.guessed)
-    return replace(planned, scene=scene, defocus=defocus, steps=steps, veiling_glare=glare)
+    planned = replace(planned, scene=scene, defocus=defocus, steps=steps, veiling_glare=glare)
+    return _with_spread(planned, shot)
+
+
+def _with_spread(planned: Plan, shot: Shot) -> Plan:
+    """Return the plan with what makes a point's image wider than the thin lens does."""
+    from simulator.point_spread.planning import contrast_sigma, spread_and_reasons
+
+    integration, irradiance = planned.stage("exposure"), planned.stage("irradiance")
+    factor = integration.time_s * integration.collecting_area_um2 * irradiance.solid_angle_sr
+    contrast = contrast_sigma(planned.scene, factor * planned.weights, planned.moments)
+    if contrast > 0.0 and shot.tolerance == 0.0:
+        contrast = math.inf  # nothing is skipped
+    scale = planned.projection.scale
+    spread, told = spread_and_reasons(
+        shot.lens, planned.camera, planned.scene, planned.weights, planned.defocus, scale, contrast
+    )
+    behind = [step.stage for step in planned.steps].index("defocus") + 1
+    steps = (*planned.steps[:behind], *(Step(*reason) for reason in told), *planned.steps[behind:])
+    return replace(planned, spread=spread, steps=steps)
 
 
 def _accuracy(planned: Plan, shot: Shot) -> Accuracy:

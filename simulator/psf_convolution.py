@@ -97,11 +97,12 @@ def convolve(planes: np.ndarray, grid: PsfGrid, progress: Callable[[float], None
     known = len(grid.kernels)
     require(known in (1, len(planes)), "channels of the kernels", known, f"give 1 or {len(planes)}, one for each plane")
     result = np.empty_like(planes)
-    tiles = list(_tiles(grid, planes.shape[1:]))
+    tiles, reach = list(tiles_of(grid.x_px, grid.y_px, planes.shape[1:])), grid.kernels.shape[-1] // 2
+    spectra = Spectra(lambda *place: grid.kernels[place][None], reach, tiles)
     for channel, plane in enumerate(planes):
-        spectra = _Spectra(grid.kernels[channel % known], tiles)
         for count, tile in enumerate(tiles):
-            result[channel][tile.rows, tile.columns] = _gathered(plane, tile, spectra)
+            source = source_of(_with_margin(plane, tile, reach)[None], spectra)
+            result[channel][tile.rows, tile.columns] = gathered(source, tile, spectra, channel % known)
             progress((channel + (count + 1) / len(tiles)) / len(planes))
     return result
 
@@ -131,7 +132,7 @@ def convolve_distances(
 
 
 @dataclass(frozen=True)
-class _Tile:
+class Tile:
     """A part of the planes between node lines. across, down: node and weight (pixels,) of its columns and of its rows."""
 
     rows: slice
@@ -140,11 +141,12 @@ class _Tile:
     across: list[tuple[int, np.ndarray]]
 
 
-def _tiles(grid: PsfGrid, shape: tuple[int, int]) -> Iterator[_Tile]:
-    columns = list(_pieces(np.asarray(grid.x_px), shape[1]))
-    for rows, down in _pieces(np.asarray(grid.y_px), shape[0]):
+def tiles_of(x_px, y_px, shape: tuple[int, int]) -> Iterator[Tile]:
+    """Tiles of planes (rows, columns) with nodes at these ascending places."""
+    columns = list(_pieces(np.asarray(x_px), shape[1]))
+    for rows, down in _pieces(np.asarray(y_px), shape[0]):
         for part, across in columns:
-            yield _Tile(rows, part, down, across)
+            yield Tile(rows, part, down, across)
 
 
 def _pieces(nodes: np.ndarray, count: int) -> Iterator[tuple[slice, list[tuple[int, np.ndarray]]]]:
@@ -160,45 +162,73 @@ def _pieces(nodes: np.ndarray, count: int) -> Iterator[tuple[slice, list[tuple[i
             yield slice(first, last), [(node, weight) for node, weight in weights if weight.any()]
 
 
-class _Spectra:
-    """Transforms of one channel's kernels, made when first wanted, for tiles of one size."""
+class Spectra:
+    """Transforms of kernels, made when first wanted, for tiles of one size.
 
-    def __init__(self, kernels: np.ndarray, tiles: list[_Tile]):
-        self.kernels, self.reach = kernels, kernels.shape[-1] // 2
+    kernel: from a name and the row and column of a node to a kernel, (phases, size, size) with size odd: one for each of the
+        sets of pixels that the light is given on. reach: half the size of the largest kernel.
+    """
+
+    def __init__(self, kernel: Callable[..., np.ndarray], reach: int, tiles: Sequence[Tile]):
+        self.kernel, self.reach = kernel, reach
         sides = [
             max(part.stop - part.start for part in parts) for parts in zip(*((t.rows, t.columns) for t in tiles), strict=True)
         ]
-        self.shape = tuple(fft.next_fast_len(side + 2 * self.reach, real=True) for side in sides)
-        self.light = kernels.sum(axis=(2, 3), dtype=np.float64)
-        self._made: dict[tuple, np.ndarray] = {}
+        self.shape = tuple(fft.next_fast_len(side + 2 * reach, real=True) for side in sides)
+        self._made: dict[tuple, tuple[np.ndarray, float]] = {}
 
-    def of(self, row: int, column: int, dtype: np.dtype) -> np.ndarray:
-        """Transform of the kernel of a node."""
-        key = (row, column, dtype)
+    def of(self, name: tuple, dtype: np.dtype) -> tuple[np.ndarray, float]:
+        """Transform of a kernel and its light; name ends with row and column of the node."""
+        key = (*name, dtype)
         if key not in self._made:
-            if len(self._made) >= MOST_SPECTRA:
-                self._made.clear()
-            self._made[key] = fft.rfft2(self.kernels[row, column].astype(dtype), self.shape, workers=WORKERS)
+            kernel = np.asarray(self.kernel(*name))
+            while len(self._made) * len(kernel) >= MOST_SPECTRA and self._made:
+                del self._made[next(iter(self._made))]
+            spare = self.reach - kernel.shape[-1] // 2  # a kernel's middle stands at [reach, reach]
+            placed = np.zeros((len(kernel), *(2 * (2 * self.reach + 1,))), dtype)
+            placed[:, spare : spare + kernel.shape[-1], spare : spare + kernel.shape[-1]] = kernel
+            self._made[key] = fft.rfft2(placed, self.shape, workers=WORKERS), float(kernel.sum(dtype=np.float64))
         return self._made[key]
 
 
-def _gathered(plane: np.ndarray, tile: _Tile, spectra: _Spectra) -> np.ndarray:
-    """Light of one tile: the kernels of its nodes, weighted where it arrives."""
-    reach, (rows, columns) = spectra.reach, (tile.rows, tile.columns)
-    inside = [
-        slice(max(0, s.start - reach), min(size, s.stop + reach)) for s, size in zip((rows, columns), plane.shape, strict=True)
-    ]
-    margins = [(reach - (s.start - i.start), reach - (i.stop - s.stop)) for s, i in zip((rows, columns), inside, strict=True)]
-    part = np.pad(plane[tuple(inside)], margins, mode="edge")
-    mean = float(part.mean(dtype=np.float64))
-    even = part.dtype == np.float32 and float(part.max()) <= HIGH_CONTRAST * mean
+@dataclass(frozen=True)
+class Source:
+    """Transformed light of a tile and its margins: (phases, ...) less its mean."""
+
+    spectrum: np.ndarray
+    mean: float
+    dtype: np.dtype
+
+
+def source_of(parts: np.ndarray, spectra: Spectra) -> Source:
+    """Transform light (phases, rows + 2 reach, columns + 2 reach); float32 where no point stands out of float32 light."""
+    mean = float(parts.mean(dtype=np.float64))
+    even = parts.dtype == np.float32 and float(parts.max()) <= HIGH_CONTRAST * mean
     dtype = np.dtype(np.float32 if even else np.float64)
-    source = fft.rfft2((part - part.dtype.type(mean)).astype(dtype, copy=False), spectra.shape, workers=WORKERS)
-    height, width = rows.stop - rows.start, columns.stop - columns.start
+    difference = (parts - parts.dtype.type(mean)).astype(dtype, copy=False)
+    return Source(fft.rfft2(difference, spectra.shape, workers=WORKERS), mean, dtype)
+
+
+def gathered(source: Source, tile: Tile, spectra: Spectra, *name) -> np.ndarray:
+    """Light of one tile, (rows, columns) float64: the kernels of its nodes, weighted where it arrives."""
+    reach = spectra.reach
+    height, width = tile.rows.stop - tile.rows.start, tile.columns.stop - tile.columns.start
     total = np.zeros((height, width))
     for row, down in tile.down:
         for column, across in tile.across:
-            brought = fft.irfft2(source * spectra.of(row, column, dtype), spectra.shape, workers=WORKERS)
+            transform, light = spectra.of((*name, row, column), source.dtype)
+            product = source.spectrum[0] * transform[0]
+            for part, kernel in zip(source.spectrum[1:], transform[1:], strict=True):
+                product += part * kernel
+            brought = fft.irfft2(product, spectra.shape, workers=WORKERS)
             brought = brought[2 * reach : 2 * reach + height, 2 * reach : 2 * reach + width]
-            total += (down[:, None] * across[None, :]) * (brought + mean * spectra.light[row, column])
+            total += (down[:, None] * across[None, :]) * (brought + source.mean * light)
     return total
+
+
+def _with_margin(plane: np.ndarray, tile: Tile, reach: int) -> np.ndarray:
+    """Part of a plane with `reach` pixels around the tile; beyond the plane its edge goes on."""
+    sides = list(zip((tile.rows, tile.columns), plane.shape, strict=True))
+    inside = [slice(max(0, s.start - reach), min(size, s.stop + reach)) for s, size in sides]
+    margins = [(reach - (s.start - i.start), reach - (i.stop - s.stop)) for (s, _), i in zip(sides, inside, strict=True)]
+    return np.pad(plane[tuple(inside)], margins, mode="edge")

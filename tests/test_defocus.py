@@ -76,6 +76,12 @@ def test_weights_are_the_areas_that_disk_and_photosites_share(radius, over):
     assert np.abs(np.pad(found, spare) - expected).max() < 1e-8
 
 
+@pytest.mark.parametrize("radius", [0.5048451393863294, 5.139615503098761, 15.733214790489376])
+def test_a_radius_whose_square_is_rounded_in_two_ways_gives_weights(radius):
+    """Once as a number and once in an array: their difference is no square."""
+    assert np.isfinite(aperture_weights(Pupil(), radius)).all()
+
+
 def test_a_disk_inside_one_photosite_is_that_photosite():
     assert photosite_weights(Pupil(), 0.5, 1).tolist() == [[1.0]] and photosite_weights(Pupil(), -0.3, 1).tolist() == [[1.0]]
     assert photosite_weights(Pupil(), 0.1, 2).tolist() == [[0.25, 0.25], [0.25, 0.25]]

@@ -212,7 +212,7 @@ def test_every_writer_names_the_file_that_did_not_fit(folder, tmp_path):
     told = limited(
         folder,
         f"""
-for limit, file in ((4000, "shot.json"), (20000, "shot.truth.exr")):
+for limit, file in ((4000, "shot.json"), (22000, "shot.truth.exr")):
     resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
     assert ended("simulate", "shot.yaml", "--out", {str(tmp_path / "single")!r}) == 1
 resource.setrlimit(resource.RLIMIT_FSIZE, (10, resource.RLIM_INFINITY))

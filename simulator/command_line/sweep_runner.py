@@ -97,7 +97,7 @@ def _stands(text: str, settings: Path, sidecar: Path, shot: Shot) -> bool:
         made = sidecar.stat().st_mtime_ns
         if settings.read_text(encoding="utf-8") != text:
             return False
-        return all(file.stat().st_mtime_ns <= made for file in input_files(shot.scene))
+        return all(file.stat().st_mtime_ns <= made for file in input_files(shot.scene) + input_files(shot.lens))
     except (OSError, UnicodeDecodeError):
         return False
 

@@ -114,7 +114,8 @@ class Sweep:
         for key, values in self.values.items():
             for row in self._rows(key, len(values)):
                 point = self[row if self._zip else row * strides[key]]
-                for keys, path in named_files(point.shot().scene, ("scene",)):
+                shot = point.shot()
+                for keys, path in named_files(shot.scene, ("scene",)) + named_files(shot.lens, ("lens",)):
                     if not path.is_file():
                         message = f"{'.'.join(keys)} = {path}: no such file (for {point.name}); check the path"
                         raise point.document.problem(keys, message)

@@ -102,7 +102,7 @@ def _corner_area(x: np.ndarray, y: np.ndarray, radius: float) -> np.ndarray:
 def _half_segment(t, radius: float) -> np.ndarray:
     """Integral of sqrt(radius^2 - t^2) from 0 to t, which is held within the disk."""
     t = np.clip(t, -radius, radius)
-    return 0.5 * (t * np.sqrt(radius**2 - t**2) + radius**2 * np.arcsin(t / radius))
+    return 0.5 * (t * np.sqrt(np.maximum(radius**2 - t**2, 0.0)) + radius**2 * np.arcsin(t / radius))
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,10 @@ class Disk:
         """Whether points lie inside."""
         return (x - self.x) ** 2 + (y - self.y) ** 2 <= self.radius**2
 
+    def depth(self, x, y):
+        """Distance of points from the border, negative outside."""
+        return self.radius - np.hypot(x - self.x, y - self.y)
+
     def span(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Ends of the rows y inside; an empty row has its left end beyond its right one."""
         square = self.radius**2 - (rows - self.y) ** 2
@@ -52,6 +56,10 @@ class HalfPlane:
     def contains(self, x, y):
         """Whether points lie inside."""
         return self.nx * x + self.ny * y <= self.offset
+
+    def depth(self, x, y):
+        """Distance of points from the border, negative outside."""
+        return self.offset - self.nx * x - self.ny * y
 
     def span(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Ends of the rows y inside; an empty row has its left end beyond its right one."""

@@ -96,6 +96,10 @@ class Pupil:
         inside = [part.contains(points[..., 0], points[..., 1]) for part in self.parts(field)]
         return np.logical_and.reduce(inside)
 
+    def depth(self, x, y, field=(0.0, 0.0)) -> np.ndarray:
+        """How far inside the pupil points lie, in pupil radii: the least distance from its sides, negative outside."""
+        return np.minimum.reduce([part.depth(x, y) for part in self.parts(field)])
+
     def area(self, field=(0.0, 0.0)) -> float:
         """Area in squared pupil radii, in closed form; pi where nothing clips."""
         return intersection_area(self.parts(field))

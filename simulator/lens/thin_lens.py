@@ -8,6 +8,7 @@ form E = pi L tau / (4 N^2 (1 + |m|)^2), exact when the sine condition holds.
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -18,6 +19,7 @@ from simulator.lens.irradiance import check_veiling_glare
 from simulator.lens.perspective import AIRY_ZERO, GREEN_NM, Perspective
 from simulator.lens.pupil import Aperture, Pupil
 from simulator.lens.vignetting import Vignetting
+from simulator.lens_aberrations.aberrations import Aberrations
 from simulator.units import FNumber, Metres, Micrometres, Millimetres
 
 CIRCLES_PER_DIAGONAL = 1500.0  # Lyon, "Depth of Field Outside the Box" (2006); 0.029 mm on 36 mm x 24 mm
@@ -39,6 +41,9 @@ class ThinLens(Perspective):
     vignetting: stops that clip the light off the axis; left out: none.
     distortion: geometric distortion and lateral colour; left out: none.
     veiling_glare: share of the light that is scattered evenly over the sensor, 0 <= share < 1 (ISO 9358).
+    diffraction: whether the aperture spreads light, by wave optics.
+    aberrations: wavefront error; brings diffraction with it.
+    psf: file of point spread functions (.npz, .npy, .txt) instead of both.
     model: name for the file's metadata.
     """
 
@@ -55,6 +60,9 @@ class ThinLens(Perspective):
     vignetting: Vignetting | None = None
     distortion: Distortion | None = None
     veiling_glare: float = 0.0
+    diffraction: bool = False
+    aberrations: Aberrations | None = None
+    psf: Path | None = None
 
     def __post_init__(self):
         good = 0 < self.focal_length_mm < math.inf
@@ -76,7 +84,13 @@ class ThinLens(Perspective):
         require(good, "lens.circle_of_confusion", f"{circle_um} um", "give a diameter above 0, such as 29 um")
         check_veiling_glare(self.veiling_glare, "lens.veiling_glare")
         self._check_t_stop()
+        self._check_spread()
         _ = self.pupil  # its checks
+
+    def _check_spread(self) -> None:
+        rule = "a PSF holds the diffraction and the aberrations of its lens; leave lens.{} out"
+        require(self.psf is None or self.aberrations is None, "lens.psf", self.psf, rule.format("aberrations"))
+        require(self.psf is None or not self.diffraction, "lens.psf", self.psf, rule.format("diffraction"))
 
     def _check_t_stop(self) -> None:
         if self.t_stop is None:

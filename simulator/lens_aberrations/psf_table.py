@@ -55,13 +55,17 @@ class PsfTable:
         field_xy: the image point over the sensor's half diagonal, x to the right and y down. Straight between the entries of
         the table, constant beyond; turned to the direction of the field.
         """
+        turned_cells = self.cell_kernel(channel, blur_radius_px, field_xy)
+        return (sampling or Sampling()).photosites(turned_cells, self.cells, self.pitch_um)
+
+    def cell_kernel(self, channel: int, blur_radius_px: float, field_xy: tuple[float, float]) -> np.ndarray:
+        """Light of an image point in each cell, (size_px * cells, ...) float64, sum `light`; arguments as of `kernel`."""
         kernels = self.kernels[:, :, min(channel, self.kernels.shape[2] - 1)]
         found = np.zeros(kernels.shape[2:])
         for row, row_weight in neighbours(np.asarray(self.blur_radii_px), blur_radius_px):
             for column, weight in neighbours(np.asarray(self.fields), math.hypot(*field_xy)):
                 found += row_weight * weight * kernels[row, column]
-        turned_cells = turned(found, math.atan2(field_xy[1], field_xy[0]))
-        return (sampling or Sampling()).photosites(turned_cells, self.cells, self.pitch_um)
+        return turned(found, math.atan2(field_xy[1], field_xy[0]))
 
     def _check_axes(self, kernels: np.ndarray) -> None:
         shape, wanted = kernels.shape, (len(self.blur_radii_px), len(self.fields))

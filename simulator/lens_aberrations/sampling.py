@@ -1,11 +1,15 @@
 """From fine cells to photosites: the aperture of a photosite and an optical low-pass filter."""
 
+import functools
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from simulator.errors import require
 from simulator.units import Micrometres
+
+RINGING_PX = 12  # an aperture or a filter that passes detail up to its limit rings as far
 
 
 @dataclass(frozen=True)
@@ -22,8 +26,9 @@ class Sampling:
     low_pass_um: Micrometres = 0.0
 
     def __post_init__(self):
-        require(0 < self.fill_factor <= 1, "fill_factor", self.fill_factor, "give a share above 0 and up to 1")
-        require(0 <= self.low_pass_um < 100, "low_pass", f"{self.low_pass_um:g} um", "give a distance from 0 to 100 um")
+        require(0 < self.fill_factor <= 1, "camera.fill_factor", self.fill_factor, "give a share above 0 and up to 1")
+        distance_um = self.low_pass_um
+        require(0 <= distance_um < 100, "camera.low_pass", f"{distance_um:g} um", "give a distance from 0 to below 100 um")
 
     def transfer(self, frequency_per_um: np.ndarray, pitch_um: float) -> np.ndarray:
         """Modulation transfer along one axis, with its sign, same shape as the frequencies [cycles/um]."""
@@ -48,3 +53,51 @@ class Sampling:
         first = per_photosite // 2
         sampled = np.fft.ifft2(spectrum).real[first:size:per_photosite, first:size:per_photosite]
         return sampled * (cells.sum(dtype=np.float64) / sampled.sum())
+
+    def margin_px(self, pitch_um: float) -> int:
+        """Photosites by which `phases` widens a kernel on each side."""
+        plain = self.fill_factor == 1.0 and self.low_pass_um == 0.0
+        return 1 if plain else RINGING_PX + math.ceil(0.5 * self.low_pass_um / pitch_um)
+
+    def phases(self, cells: np.ndarray, per_photosite: int, pitch_um: float, over: int, band_limited: bool) -> np.ndarray:
+        """Response of photosites to light given as means over 1 / over of a photosite, (over^2, size, size) float64.
+
+        Such means have the width of their cells already. So the kernel's transfer is the lens's times that of this sampling,
+        over sinc(nu pitch / over), up to over / 2 cycles per photosite, and the aperture is taken once. Where a photosite is
+        not sensitive all over, its transfer falls to zero over the last fifth, so that light of a point does not ring.
+        Phase [over * row + column] weighs the cells at this place of their photosites, and stands on the photosites' grid:
+        the sum over phases of their convolutions is the signal. All together they sum to the sum of `cells`.
+        cells: light of a point in each of odd x odd cells, per_photosite (odd) to a photosite and axis.
+        band_limited: whether the cells hold integrals of a function without detail beyond their grid.
+        """
+        size, margin = len(cells) // per_photosite, self.margin_px(pitch_um)
+        found_px = size + 2 * margin
+        cycles = _cycles(found_px, over)
+        weights = np.ones(len(cycles))
+        weights[[0, -1]] = 0.5
+        transfer = self.transfer(cycles / pitch_um, pitch_um) / np.sinc(cycles / over) * weights
+        if band_limited:
+            transfer /= np.sinc(cycles / per_photosite)
+        if self.fill_factor < 1.0 and over % 2 == 0:  # photosites lie between cells
+            last = np.clip((np.abs(cycles) / (0.5 * over) - 0.8) / 0.2, 0.0, 1.0)
+            transfer *= 0.5 + 0.5 * np.cos(math.pi * last)
+        into, back = _waves(len(cells), per_photosite, found_px, over)
+        spectrum = (into @ cells @ into.T) * transfer[:, None] * transfer[None, :]
+        found = np.array([(down @ spectrum @ across.T).real for down in back for across in back])
+        return found * (cells.sum(dtype=np.float64) / found.sum())
+
+
+def _cycles(found_px: int, over: int) -> np.ndarray:
+    """Frequencies of a kernel of this size, with as much room around it, up to over / 2 cycles per photosite."""
+    period = 2 * found_px
+    return np.arange(-over * period // 2, over * period // 2 + 1) / period
+
+
+@functools.lru_cache(maxsize=4)
+def _waves(count: int, per_photosite: int, found_px: int, over: int) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Transform from cells to the frequencies, (frequencies, count), and back to photosites seen from each phase's points."""
+    cycles = _cycles(found_px, over)
+    into = np.exp(-2j * math.pi * np.outer(cycles, (np.arange(count) - count // 2) / per_photosite))
+    distances = np.arange(found_px) - found_px // 2
+    offsets = [(over - 1 - 2 * phase) / (2 * over) for phase in range(over)]
+    return into, [np.exp(2j * math.pi * np.outer(distances + offset, cycles)) for offset in offsets]

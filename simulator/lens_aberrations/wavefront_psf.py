@@ -8,12 +8,12 @@ import numpy as np
 
 from simulator.errors import require
 from simulator.lens_aberrations.aberrations import Aberrations
-from simulator.lens_aberrations.diffraction import odd, point_spread
+from simulator.lens_aberrations.diffraction import ROUND, Opening, odd, point_spread
 from simulator.lens_aberrations.psf_table import PsfTable
 from simulator.lens_aberrations.sampling import Sampling
 from simulator.lens_aberrations.zernike import noll_orders
 
-LARGEST_KERNEL_PX = 255
+LARGEST_KERNEL_PX = 511
 AIRY_MARGIN = 6.0  # of lambda N around the rays: 97 % of the light of a perfect lens lies within
 
 
@@ -38,7 +38,7 @@ class WavefrontPsf:
 
     f_number: working f-number, N (1 + |m|) of a lens focused near.
     wavelengths_nm: per channel, its wavelengths [nm], as from channel_wavelengths, of equal weight.
-    size_px: photosites across a kernel, odd. cells: cells per photosite and axis in a table, odd.
+    size_px: photosites across a kernel, odd. cells: cells per photosite and axis in a table, odd. opening: edge of the pupil.
     Light outside the kernel is put back in proportion, so that a flat field keeps its level.
     """
 
@@ -48,6 +48,7 @@ class WavefrontPsf:
     wavelengths_nm: tuple[tuple[float, ...], ...]
     size_px: int
     cells: int = 3
+    opening: Opening = ROUND
 
     def __post_init__(self):
         good = self.size_px % 2 == 1 and 1 <= self.size_px <= LARGEST_KERNEL_PX
@@ -64,7 +65,7 @@ class WavefrontPsf:
                 return self.aberrations.path_um(x, y, self.f_number, wavelength_nm, field_xy, blur_um)
 
             cell_um, size = self.pitch_um / self.cells, self.size_px * self.cells
-            total = total + point_spread(path_um, 1e-3 * wavelength_nm, self.f_number, cell_um, size)
+            total = total + point_spread(path_um, 1e-3 * wavelength_nm, self.f_number, cell_um, size, self.opening)
         return total / len(wavelengths)
 
     def kernel(
@@ -93,9 +94,15 @@ class WavefrontPsf:
 
 
 def kernel_size_px(
-    aberrations: Aberrations, f_number: float, pitch_um: float, wavelengths_nm, blur_radii_px=(0.0,), fields=(0.0, 1.0)
+    aberrations: Aberrations,
+    f_number: float,
+    pitch_um: float,
+    wavelengths_nm,
+    blur_radii_px=(0.0,),
+    fields=(0.0, 1.0),
+    airy_margin: float = AIRY_MARGIN,
 ) -> int:
-    """Odd number of photosites that holds all rays and AIRY_MARGIN lambda N of diffraction around them.
+    """Odd number of photosites that holds all rays and airy_margin lambda N of diffraction around them.
 
     Raises PhotositeError above LARGEST_KERNEL_PX.
     """
@@ -110,7 +117,7 @@ def kernel_size_px(
                     slope = (ahead - aberrations.path_um(rim.real - dx, rim.imag - dy, *lens)) / (2.0 * step)
                     reach_um = max(reach_um, 2.0 * f_number * float(np.abs(slope).max()))
     longest_um = 1e-3 * float(np.max(wavelengths_nm))
-    size = odd(2.0 * (reach_um + AIRY_MARGIN * longest_um * f_number) / pitch_um + 1.0)
+    size = odd(2.0 * (reach_um + airy_margin * longest_um * f_number) / pitch_um + 1.0)
     rule = f"kernels of more than {LARGEST_KERNEL_PX} photosites: lessen the aberrations or the defocus"
     require(size <= LARGEST_KERNEL_PX, "lens.aberrations", f"{size} photosites wide", rule)
     return size

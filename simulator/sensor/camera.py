@@ -36,6 +36,8 @@ class Camera:
     iso_range: measured refuses an ISO outside the measured ones, extrapolate carries their slope on.
     white_level_dn: code at which the camera saturates [DN]; 2^bit_depth - 1 when left out.
     color_matrix: a published colour matrix.
+    fill_factor: light-sensitive share of a photosite, a square in its middle.
+    low_pass_um: distance between the four spots of an optical low-pass filter, on either axis; 0: no filter.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
     Raises PhotositeError for values that no camera can have, or that do not go together.
     """
@@ -63,6 +65,7 @@ class Camera:
     crosstalk: Crosstalk | None = None
     binning: Binning | None = None
     optical_black: OpticalBlack | None = None
+    low_pass_um: Micrometres = 0.0
 
     def __post_init__(self):
         for key, side in (("width", self.width_px), ("height", self.height_px)):
@@ -70,6 +73,7 @@ class Camera:
         pitch_um = self.pixel_pitch_um
         require(0 < pitch_um < math.inf, "camera.pixel_pitch", f"{pitch_um:g} um", "give a pitch above 0 um")
         require(0 < self.fill_factor <= 1, "camera.fill_factor", self.fill_factor, "give a share above 0 and up to 1")
+        require(0 <= self.low_pass_um < 100, "camera.low_pass", f"{self.low_pass_um:g} um", "give a distance from 0 to 100 um")
         require(self.cfa in get_args(Cfa), "camera.cfa", self.cfa, f"give one of {', '.join(get_args(Cfa))}")
         rule = f"needs {self.channels} values per line of response.relative, which has {self.response.channels}"
         require(self.response.channels == self.channels, "camera.cfa", self.cfa, rule)

@@ -1,0 +1,86 @@
+"""What a plan says of diffraction, aberrations, low-pass filter and aperture."""
+
+import math
+
+from simulator.defocus import Defocus
+from simulator.lens import BareSensor, Lens, Pinhole, ThinLens
+from simulator.lens.perspective import GREEN_NM
+from simulator.point_spread import Spread
+from simulator.sensor.camera import Camera
+
+Reason = tuple[str, bool, str]
+
+
+def reasons(lens: Lens, camera: Camera, defocus: Defocus | None, spread: Spread | None, skipped: str | None) -> list[Reason]:
+    """Step, whether it is kept, and why, for each of the four. skipped: why nothing of it is seen; None: something is."""
+    parts = [
+        _diffraction(lens, camera, defocus, spread),
+        _aberrations(lens, spread),
+        ("low-pass filter", camera.low_pass_um > 0, _low_pass(camera)),
+        ("pixel aperture", camera.fill_factor < 1.0, _aperture(camera)),
+    ]
+    return parts if skipped is None else [(step, False, skipped if kept else why) for step, kept, why in parts]
+
+
+def _diffraction(lens: Lens, camera: Camera, defocus: Defocus | None, spread: Spread | None) -> Reason:
+    step = "diffraction"
+    if isinstance(lens, BareSensor):
+        return step, False, "without a lens there is no image"
+    airy_px = lens.airy_diameter_um() / camera.pixel_pitch_um
+    told = f"the Airy disk is {airy_px:.2f} photosites wide (2.44 lambda N at {GREEN_NM:g} nm)"
+    if isinstance(lens, ThinLens) and lens.psf is not None:
+        return step, False, f"is in the PSF of the file; {told}"
+    if not (lens.diffraction or getattr(lens, "aberrations", None)):
+        return step, False, f"lens.diffraction is not set; {told}"
+    return step, True, told if spread is None else f"{told}; {_way(lens, defocus, spread)}"
+
+
+def _aberrations(lens: Lens, spread: Spread | None) -> Reason:
+    step = "aberrations"
+    if isinstance(lens, Pinhole | BareSensor):
+        return step, False, "nothing is refracted"
+    if lens.psf is None and lens.aberrations is None:
+        return step, False, "the lens states none"
+    if spread is None:
+        return step, True, "of the lens"
+    nodes = (
+        "one kernel for the whole field"
+        if spread.nodes == (1, 1)
+        else f"kernels at {spread.nodes[0]} x {spread.nodes[1]} places"
+    )
+    return step, True, nodes if lens.psf is None else f"{lens.psf.name}, {nodes}; {_slabs(spread)}"
+
+
+def _way(lens: Lens, defocus: Defocus | None, spread: Spread) -> str:
+    if spread.by_distance:
+        return _slabs(spread)
+    far = "blur circles are far larger" if lens.aberrations is None else "blur circles are too large for kernels"
+    return f"follows the geometric blur, since {far} (up to {defocus.largest_px:.1f} photosites in radius)"
+
+
+def _slabs(spread: Spread) -> str:
+    size, count = 2 * spread.reach_px + 1, len(spread.radii_px)
+    if not spread.by_distance:
+        return f"kernels of {size} photosites follow the geometric blur"
+    if count > 1:
+        ends = f"{spread.radii_px[0]:.2f} to {spread.radii_px[-1]:+.2f}"
+        return f"together with the blur, {count} slabs of radius {ends} photosites, kernels of up to {size}"
+    return (
+        f"kernels of {size} photosites"
+        if spread.radii_px == (0.0,)
+        else f"together with the blur, kernels of {size} photosites"
+    )
+
+
+def _low_pass(camera: Camera) -> str:
+    if not camera.low_pass_um:
+        return "the camera has none"
+    zero = 0.5 * camera.pixel_pitch_um / camera.low_pass_um
+    return f"four spots {camera.low_pass_um:g} um apart: no contrast at {zero:.3g} cycles per photosite"
+
+
+def _aperture(camera: Camera) -> str:
+    if camera.fill_factor == 1.0:
+        return "photosites are sensitive all over"
+    side = math.sqrt(camera.fill_factor)
+    return f"sensitive squares of {side:.3g} photosites: sinc({side:.3g} nu) instead of sinc(nu)"
