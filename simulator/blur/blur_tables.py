@@ -29,8 +29,8 @@ class BlurTables:
         self._nothing = device.zeros((1,), np.int32)
         self.of_tiles, self._images = cache(self._of_tiles), cache(self._chosen.table)
 
-    def _of_tiles(self, clipped: bool) -> tuple[dict[str, object], np.ndarray]:
-        """Arguments of kernels/defocus.cl, and the place in them of each of `TileChoice.all_images`.
+    def _of_tiles(self, clipped: bool) -> tuple[dict[str, object], np.ndarray, bool]:
+        """Arguments of kernels/defocus.cl, the place in them of each of `TileChoice.all_images`, whether any reads sums.
 
         clipped: of the tiles in zones.
         """
@@ -43,7 +43,8 @@ class BlurTables:
         table = blur_table(taps, numbers, *self._size)
         buffers = {name: self._device.upload(array) for name, array in vars(table).items()}
         buffers["entries"] = self._nothing if entries is None else self._device.upload(entries)
-        return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}, places
+        sums = not all(image.direct for image in taps)
+        return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}, places, sums
 
     def corners(self, first_corners: np.ndarray | None):
         """Device buffer of the corners of tiles, as kernels/zones.h has them; without zones one that nobody reads.

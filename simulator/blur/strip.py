@@ -72,7 +72,8 @@ class Strip:
         here = chosen.visible[layer]
         copied, mean = (here & chosen.with_method(method) for method in (Method.COPY, Method.MEAN))
         composite = here & chosen.with_method(Method.COMPOSITE, Method.CORRECTED)
-        if (mean | composite).any():
+        cut = (chosen.zone >= 0) & ~copied
+        if any(self.tables.of_tiles(clipped)[2] for clipped in np.unique(cut[mean | composite]).tolist()):
             planes = self.channels + bool(composite.any())
             kernel = self.device.kernel(
                 "defocus_sums", self.defines | {"NODES": 0, "COMPOSITE": 0, "ZONE": 0}, file="defocus.cl"
@@ -87,7 +88,7 @@ class Strip:
             (1, 1, composite & ~constant),
         ):
             for clipped in (False, True):
-                tiles = wanted & (((chosen.zone >= 0) & ~copied) == clipped)
+                tiles = wanted & (cut == clipped)
                 if tiles.any():
                     self._mean(chosen, layer, tiles, np.where(copied, 0, chosen.images[layer]), graded, several, clipped, place)
 
@@ -97,7 +98,7 @@ class Strip:
     def _mean(
         self, chosen: TileChoice, layer: int, wanted, images, graded: int, composite: int, clipped: bool, place: dict
     ) -> None:
-        table, places = self.tables.of_tiles(clipped)
+        table, places, _ = self.tables.of_tiles(clipped)
         defines = self.defines | {"NODES": graded, "COMPOSITE": composite} | self.tables.defines(clipped)
         spans, first = HALF_TILE // defines["SPAN"], places[chosen.first_image[layer]]
         self.device.run(

@@ -5,6 +5,7 @@ fills its surroundings, and points of the aperture where surfaces hide each othe
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
@@ -171,9 +172,27 @@ class Relief:
         return self._joined(BLOCK_ROWS // PATCH_ROWS, BLOCK_COLUMNS // PATCH_COLUMNS)
 
     def _joined(self, rows: int, columns: int) -> "Relief":
-        split = {name: plane.reshape(plane.shape[0] // rows, rows, -1, columns) for name, plane in vars(self).items()}
-        joined = {name: join.reduce(join.reduce(split[name], axis=3), axis=1) for name, join in _JOIN.items()}
-        return Relief(**joined, **{name: split[name].mean(axis=(1, 3)) for name in _SLOPES})
+        joins = _JOIN | dict.fromkeys(_SLOPES, _mean_of_two)
+        return Relief(**{name: _halved(plane, joins[name], rows, columns) for name, plane in vars(self).items()})
+
+
+def _mean_of_two(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return 0.5 * (a + b)
+
+
+def _halved(plane: np.ndarray, join: Callable, rows: int, columns: int) -> np.ndarray:
+    """Neighbours joined two by two until so many, powers of two, are one."""
+    if _even(plane):
+        return plane[::rows, ::columns]
+    while columns > 1:
+        plane, columns = join(plane[:, ::2], plane[:, 1::2]), columns // 2
+    while rows > 1:
+        plane, rows = join(plane[::2], plane[1::2]), rows // 2
+    return plane
+
+
+def _even(plane: np.ndarray) -> bool:
+    return bool(plane.min() == plane.max())
 
 
 _JOIN = {
@@ -196,8 +215,10 @@ def seen_from(relief: Relief, corner_radius: float = 1.0, largest_px: float = ma
     reach = np.maximum(np.abs(relief.least_px), np.abs(relief.greatest_px)) * corner_radius + 2.0
     largest = np.where(reach <= PATCHWISE_PX, reach, 0.0)
     rows, columns = (math.ceil(float(largest.max()) / size) for size in (PATCH_ROWS, PATCH_COLUMNS))
-    joined = {name: getattr(relief, name) for name in _JOIN}
+    joined = {name: getattr(relief, name) for name in _JOIN if not _even(getattr(relief, name))}
     found = {name: plane.copy() for name, plane in joined.items()}
+    if not found:
+        return relief
     padding = ((rows, rows), (columns, columns))
     padded = {name: np.pad(plane, padding, mode="edge") for name, plane in found.items()}
     padded_largest = np.pad(largest, padding, mode="edge")
@@ -208,7 +229,7 @@ def seen_from(relief: Relief, corner_radius: float = 1.0, largest_px: float = ma
             window = slice(rows + down, rows + down + height), slice(columns + right, columns + right + width)
             near = np.maximum(padded_largest[window], largest) > gap
             for name, plane in found.items():
-                np.copyto(plane, _JOIN[name](plane, padded[name][window]), where=near)
+                _JOIN[name](plane, padded[name][window], out=plane, where=near)
     far = np.where(largest > 0, 0.0, reach)
     far_reaching(joined, _JOIN, found, far, largest_px * corner_radius + 2.0, (PATCH_ROWS, PATCH_COLUMNS))
-    return Relief(**found, **{name: getattr(relief, name) for name in _SLOPES})
+    return replace(relief, **found)
