@@ -42,7 +42,7 @@ LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
 STEPS_PX = (4.0, 2.0, 1.0)
 WINDOW = Window(1700, 1200, 192, 192)  # photosites compared with rays: the rim of a disk before the wall
 RAYS = 8192
-TOLERANCES = (0.3, 0.1, 0.03)
+TOLERANCES = (1.0, 0.3, 0.1)
 ELECTRONS, PROBE_S = 2000.0, 1e-3  # of the brightest light; exposure at which it is looked at
 MARGIN = 20  # around it
 MITSUBA_RAYS = (16, 64, 256, 1024)  # per photosite
@@ -105,7 +105,7 @@ def wall_with_disks(width: int, height: int) -> tuple[np.ndarray, ...]:
             inside |= (x - column) ** 2 + (y - row) ** 2 < 110.0**2
     coverage = np.stack([inside, np.ones_like(inside)]).astype(np.float32)
     radius = np.stack([np.full_like(x, -6.0), 16.0 * x / width])
-    return np.stack(colours).transpose(0, 2, 3, 1), coverage, radius
+    return np.ascontiguousarray(np.stack(colours).transpose(0, 2, 3, 1)), coverage, radius
 
 
 def depth_of(radius_px: np.ndarray, pitch_um: float) -> float | np.ndarray:
@@ -137,7 +137,7 @@ def scene_plans(camera_shot) -> tuple[dict, tuple[np.ndarray, ...]]:
     )
     pictures = {"one picture with depth": single, "the same, background continued": replace(single, hidden="extend")}
     shots = {f"layers, {tolerance:g} σ": (layered, tolerance) for tolerance in TOLERANCES}
-    shots |= {name: (one, TOLERANCES[1]) for name, one in pictures.items()}
+    shots |= {name: (one, TOLERANCES[-1]) for name, one in pictures.items()}
 
     def planned(one: Scene, tolerance: float, time_s: float) -> Plan:
         shot = replace(camera_shot, scene=FixedScene(one), lens=LENS, exposure=Exposure(time_s), tolerance=tolerance)

@@ -197,15 +197,19 @@ class Device:
 
     def zeros(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
         """Buffer of zeros for an array of this shape."""
-        return self._filled(shape, np.zeros(1, dtype))
+        return self._filled(shape, np.dtype(dtype).type(0))
 
     def ones(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
         """Buffer of ones for an array of this shape."""
-        return self._filled(shape, np.ones(1, dtype))
+        return self._filled(shape, np.dtype(dtype).type(1))
 
-    def _filled(self, shape: tuple[int, ...], value: np.ndarray) -> cl.Buffer:
+    def fill(self, buffer: cl.Buffer, value: np.number, offset: int) -> None:
+        """Fill a buffer from this byte on."""
+        cl.enqueue_fill_buffer(self._queue, buffer, value, offset, buffer.size - offset)
+
+    def _filled(self, shape: tuple[int, ...], value: np.number) -> cl.Buffer:
         buffer = self.empty(shape, value.dtype)
-        cl.enqueue_fill_buffer(self._queue, buffer, value, 0, buffer.size)
+        self.fill(buffer, value, 0)
         return buffer
 
     def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype) -> np.ndarray:

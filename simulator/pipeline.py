@@ -85,18 +85,20 @@ def _layer_planes(planned: Plan, device: Device, layer: Layer):
     height, width, bands = layer.planes.shape
     channels, pixels = planned.camera.channels, height * width
     coverage = any(one.coverage is not None for one in planned.scene.layers)
-    planes = device.empty((channels + coverage, pixels), np.float32)
+    planes, scene = device.empty((channels + coverage, pixels), np.float32), np.ascontiguousarray(layer.planes, np.float32)
     device.run(
         device.kernel("camera_planes", {"BANDS": bands, "CHANNELS": channels}),
         (pixels, channels),
         None,
-        scene=device.upload(layer.planes.astype(np.float32, copy=False)),
+        scene=device.share(scene),
         weights=device.upload(planned.weights),
         planes=planes,
     )
-    if coverage:
-        whole = np.ones(pixels, np.float32) if layer.coverage is None else layer.coverage.astype(np.float32).reshape(-1)
-        device.write(planes, whole, 4 * channels * pixels)
+    if coverage and layer.coverage is None:
+        device.fill(planes, np.float32(1.0), 4 * channels * pixels)
+    elif coverage:
+        device.write(planes, layer.coverage.astype(np.float32, copy=False).reshape(-1), 4 * channels * pixels)
+    device.finish()  # `scene` may be gone afterwards
     return planes
 
 
