@@ -25,7 +25,7 @@ ORDER = [
     {"sensing"},
     {"noise_free"},
     {"capture"},
-    {"planner"},
+    {"plan_steps", "planner"},
     {"grey_patch", "noise_budget", "sensitivity", "truth_maps"},
     {"blur", "readout"},
     {"spreading"},
