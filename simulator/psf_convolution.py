@@ -2,33 +2,21 @@
 
 A photosite gathers what the kernel of its own place brings: T(x) = sum over nodes of weight(x) (kernel * S)(x), the kernels of
 the four nodes around it mixed bilinearly. The weights add up to 1, so that a flat field stays flat and patches have no seams.
-Distance belongs to the source: every pixel of S is spread with the kernel of its own blur radius.
 """
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy import fft
 
 from simulator.errors import require
-from simulator.lens_aberrations.sampling import Sampling
 
 TILE_PX = 512
 WORKERS = -1  # all cores
 MOST_SPECTRA = 64  # transforms of kernels that are kept, about 3 MB each
 # Rounding of a float32 transform is a share of the tile's largest value; above this many means it takes float64.
 HIGH_CONTRAST = 30.0
-
-
-class Psf(Protocol):
-    """A lens: PsfTable or WavefrontPsf."""
-
-    def kernel(
-        self, channel: int, blur_radius_px: float, field_xy: tuple[float, float], sampling: Sampling | None
-    ) -> np.ndarray:
-        """Response of the photosites around an image point, (size, size)."""
 
 
 @dataclass(frozen=True)
@@ -49,45 +37,7 @@ class PsfGrid:
         require(good, "shape of the kernels", shape, "give (channels, node rows, node columns, size, size), size odd")
 
 
-def psf_grid(
-    psf: Psf,
-    channels: int,
-    sensor_px: tuple[int, int],
-    window_px: tuple[int, int, int, int] | None = None,
-    blur_radius_px: float = 0.0,
-    nodes: tuple[int, int] = (7, 9),
-    sampling: Sampling | None = None,
-) -> PsfGrid:
-    """Kernels of a lens at nodes (rows, columns) spread evenly over the sensor, whose centre is that of the field.
-
-    sensor_px: width and height of the whole sensor [px]. window_px: x, y, width, height of the planes on it; default: all.
-    """
-    width, height = sensor_px
-    left, top, *_ = window_px or (0, 0)
-    half_diagonal_px = 0.5 * float(np.hypot(width, height))
-    places = [
-        np.linspace(0.0, side, count) if count > 1 else np.array([0.5 * side])
-        for side, count in zip((height, width), nodes, strict=True)
-    ]
-    kernels = [
-        [
-            [
-                psf.kernel(
-                    channel,
-                    blur_radius_px,
-                    ((x - 0.5 * width) / half_diagonal_px, (y - 0.5 * height) / half_diagonal_px),
-                    sampling,
-                )
-                for x in places[1]
-            ]
-            for y in places[0]
-        ]
-        for channel in range(channels)
-    ]
-    return PsfGrid(np.array(kernels), places[1] - 0.5 - left, places[0] - 0.5 - top)
-
-
-def convolve(planes: np.ndarray, grid: PsfGrid, progress: Callable[[float], None] = lambda share: None) -> np.ndarray:
+def convolve(planes: np.ndarray, grid: PsfGrid) -> np.ndarray:
     """Planes (channels, rows, columns) through the kernels of their places, same shape and type.
 
     float32 planes are transformed in float32, less each tile's mean, where no point stands out; float64 ones in float64.
@@ -100,35 +50,10 @@ def convolve(planes: np.ndarray, grid: PsfGrid, progress: Callable[[float], None
     tiles, reach = list(tiles_of(grid.x_px, grid.y_px, planes.shape[1:])), grid.kernels.shape[-1] // 2
     spectra = Spectra(lambda *place: grid.kernels[place][None], reach, tiles)
     for channel, plane in enumerate(planes):
-        for count, tile in enumerate(tiles):
+        for tile in tiles:
             source = source_of(_with_margin(plane, tile, reach)[None], spectra)
             result[channel][tile.rows, tile.columns] = gathered(source, tile, spectra, channel % known)
-            progress((channel + (count + 1) / len(tiles)) / len(planes))
     return result
-
-
-def convolve_distances(
-    planes: np.ndarray,
-    blur_px: np.ndarray,
-    radii_px: Sequence[float],
-    grids: Sequence[PsfGrid],
-    progress: Callable[[float], None] = lambda share: None,
-) -> np.ndarray:
-    """Like `convolve`, for a scene whose pixels have blur radii of their own; float32 of the planes' shape.
-
-    blur_px: (rows, columns) signed blur radius of each pixel [px]. radii_px: ascending, one grid of kernels for each; a
-    pixel's light is split between the two radii beside its own. The sum is divided by the same sum over light that is 1
-    everywhere, so that a flat field stays flat. Nothing hides anything: light of far surfaces comes onto near ones.
-    """
-    place = np.interp(blur_px, radii_px, np.arange(len(radii_px)))
-    light, seen = np.zeros(planes.shape), np.zeros(planes.shape)
-    for index, grid in enumerate(grids):
-        share = np.maximum(0.0, 1.0 - np.abs(place - index))
-        if share.any():
-            light += convolve(planes * share, grid)
-            seen += convolve(np.broadcast_to(share, (len(grid.kernels), *share.shape)), grid)
-        progress((index + 1) / len(grids))
-    return (light / seen).astype(np.float32)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Spatially varying point spread functions: against sums written out in float64, flat, without seams, with distance."""
+"""Spatially varying point spread functions: against sums written out in float64, flat, without seams."""
 
 import numpy as np
 import pytest
@@ -6,9 +6,12 @@ from scipy.signal import convolve2d, fftconvolve
 
 from simulator import psf_convolution
 from simulator.errors import PhotositeError
+from simulator.lens.pupil import Pupil
 from simulator.lens_aberrations.aberrations import Aberrations, ChromaticShift
+from simulator.lens_aberrations.sampling import Sampling
 from simulator.lens_aberrations.wavefront_psf import WavefrontPsf
-from simulator.psf_convolution import PsfGrid, convolve, convolve_distances, psf_grid
+from simulator.point_spread import Spread
+from simulator.psf_convolution import PsfGrid, convolve
 
 
 def kernels_of(seed: int, *shape: int, size=9) -> np.ndarray:
@@ -99,71 +102,19 @@ def test_bright_points_do_not_disturb_dim_surroundings():
     assert error.max() < 5e-3
 
 
-def lens(pitch_um=4.0, lateral_um=6.0, **settings) -> WavefrontPsf:
-    chromatic = (ChromaticShift(450.0, 0.0, lateral_um), ChromaticShift(550.0), ChromaticShift(650.0, 0.0, -lateral_um))
-    wavelengths = ((640.0,), (550.0,), (460.0,))
-    return WavefrontPsf(Aberrations(chromatic=chromatic, **settings), 2.8, pitch_um, wavelengths, 15, cells=3)
-
-
 def test_lateral_colour_moves_red_inwards_and_blue_outwards():
     """2 um at field 1 for 450 nm and nothing for 550 nm: 1.8 um for 460 nm; photosites of 1 um."""
-    colored = lens(pitch_um=1.0, lateral_um=2.0)
-    window = (60, 40, 60, 60)  # its middle lies 310 left of and 230 above the centre of 800 x 600, half diagonal 500
+    shifts = (ChromaticShift(450.0, 0.0, 2.0), ChromaticShift(550.0), ChromaticShift(650.0, 0.0, -2.0))
+    lens = WavefrontPsf(Aberrations(chromatic=shifts), 2.8, 1.0, ((640.0,), (550.0,), (460.0,)), 15, cells=3)
+    spread = Spread(lens, Pupil(), Sampling(), 1.0, 1, (0.0,), True, (800, 600), (5, 5))
+    kernels = [[[spread.kernel(0, c, False, row, column)[0] for column in range(5)] for row in range(5)] for c in range(3)]
+    grid = PsfGrid(np.array(kernels), spread.x_px - 60, spread.y_px - 40)
     planes = np.zeros((3, 60, 60), np.float32)
-    planes[:, 30, 30] = 1000.0
-    found = convolve(planes, psf_grid(colored, 3, (800, 600), window, nodes=(5, 5)))
-    for plane, shift_um in zip(found, (-1.8, 0.0, 1.8), strict=True):
+    planes[:, 30, 30] = 1000.0  # 310 left of and 230 above the centre of the sensor, half diagonal 500
+    for plane, shift_um in zip(convolve(planes, grid), (-1.8, 0.0, 1.8), strict=True):
         x = plane.sum(axis=0) @ np.arange(60) / plane.sum() - 30.0
         y = plane.sum(axis=1) @ np.arange(60) / plane.sum() - 30.0
         assert (x, y) == pytest.approx((-shift_um * 309.5 / 500, -shift_um * 229.5 / 500), abs=0.03)
-
-
-def test_more_nodes_come_closer_to_the_kernel_of_every_place():
-    """Half the distance between nodes: less than half of the largest error."""
-    bent = WavefrontPsf(Aberrations(coma_um=0.2, astigmatism_um=0.2), 2.8, 4.0, ((550.0,),), 15, cells=3)
-    errors = []
-    for nodes in (3, 5, 9):
-        grid = psf_grid(bent, 1, (160, 160), nodes=(nodes, nodes))
-        worst = 0.0
-        for x, y in ((30, 50), (110, 130), (100, 35)):
-            plane = np.zeros((1, 160, 160))
-            plane[0, y, x] = 1.0
-            found = convolve(plane, grid)[0, y, x - 4 : x + 5]
-            gathered = [
-                bent.kernel(0, 0.0, tuple((np.array([x + d, y]) + 0.5 - 80.0) / 113.137), None)[7, 7 + d] for d in range(-4, 5)
-            ]
-            worst = max(worst, float(np.max(np.abs(found - gathered))))
-        errors.append(worst)
-    assert errors[1] < 0.5 * errors[0] and errors[2] < 0.5 * errors[1] and errors[2] < 5e-3
-
-
-def test_a_crop_with_a_margin_is_a_part_of_the_whole():
-    shape, bent = (120, 160), lens(coma_um=0.5)
-    planes = np.random.default_rng(10).gamma(4.0, 250.0, (3, *shape))
-    whole = convolve(planes, psf_grid(bent, 3, (160, 120), nodes=(3, 4)))
-    part = convolve(planes[:, 20:90, 33:121], psf_grid(bent, 3, (160, 120), (33, 20, 88, 70), nodes=(3, 4)))
-    assert np.allclose(part[:, 7:-7, 7:-7], whole[:, 27:83, 40:114], rtol=1e-9)
-
-
-def grid_of(*kernels) -> list[PsfGrid]:
-    return [PsfGrid(kernel, np.array([20.0]), np.array([20.0])) for kernel in kernels]
-
-
-def test_distances_split_light_between_radii_and_keep_a_flat_field_flat():
-    rng, radii = np.random.default_rng(11), (-2.0, 0.0, 3.0)
-    grids = grid_of(*(kernels_of(seed, 1, 1, 1, size=7) for seed in (12, 13, 14)))
-    planes = rng.gamma(4.0, 250.0, (2, 60, 80))
-    blur = rng.uniform(-3.0, 4.0, (60, 80))
-    flat = convolve_distances(np.full((2, 60, 80), 700.0), blur, radii, grids)
-    assert np.max(np.abs(flat / 700.0 - 1.0)) < 1e-6
-    same = convolve_distances(planes, np.full((60, 80), 0.75), radii, grids)
-    expected = 0.75 * convolve(planes, grids[1]) + 0.25 * convolve(planes, grids[2])
-    assert np.allclose(same, expected, rtol=1e-6)
-    point, alone = np.zeros((1, 41, 41)), np.zeros((41, 41))
-    point[0, 20, 20], alone[20, 20] = 1.0, -2.0  # this one pixel has another distance
-    found = convolve_distances(point, alone, radii, grids)
-    sharp, own = grids[1].kernels[0, 0, 0], grids[0].kernels[0, 0, 0]
-    assert np.allclose(found[0, 17:24, 17:24], own / (own + 1.0 - sharp), rtol=1e-5)
 
 
 def test_kernels_of_another_number_of_channels_are_refused():
