@@ -13,9 +13,9 @@ from simulator.scene.color_channels import to_linear
 from simulator.scene.deep_file import DeepSamples, read_deep
 from simulator.scene.deep_layers import deep_layers
 from simulator.scene.depth import METRES_PER_UNIT, Along, LengthUnit, axis_per_ray, check_along, check_scale
-from simulator.scene.picture_light import Illuminant, LuminanceOf, Negative, Upsampling, picture_light, without_negative
+from simulator.scene.picture_light import Illuminant, LuminanceOf, Negative, Upsampling, lit_scene, without_negative
 from simulator.scene.pixel_file import PixelFile, memory_for
-from simulator.spectra import WAVELENGTHS_NM, check_illuminant
+from simulator.spectra import check_illuminant
 from simulator.units import CandelasPerSquareMetre, Degrees
 
 
@@ -68,21 +68,9 @@ class DeepScene:
             samples, chromaticities, notes = read_deep(self.deep)
             require(len(samples.pixel) > 0, "scene.deep", self.deep, "holds no samples; render it again")
             samples, colour_notes = self._in_metres_and_light(samples, chromaticities)
-            (first, *behind), joined = deep_layers(samples, self.most_layers)
-            light = self.illuminant, self.upsampling, self.luminance_cd_m2, self.luminance_of
-            spectra, relative = picture_light(*light, (first, *behind), self.deep)
-            told = f"{1 + len(behind)} layers; in {100 * joined:.1f} % of its pixels one joins depths over 1 % apart"
-            return Scene(
-                planes=first.planes,
-                spectra_w_m2_sr_nm=spectra,
-                wavelengths_nm=WAVELENGTHS_NM,
-                illuminant=relative,
-                depth_m=first.depth_m,
-                field_of_view_deg=self.field_of_view_deg,
-                notes=(*notes, *colour_notes, f"{self.deep.name}: {told}"),
-                coverage=first.coverage,
-                behind=tuple(behind),
-            )
+            layers, joined = deep_layers(samples, self.most_layers)
+            told = f"{len(layers)} layers; in {100 * joined:.1f} % of its pixels one joins depths over 1 % apart"
+            return lit_scene(self, layers, self.deep, (*notes, *colour_notes, f"{self.deep.name}: {told}"))
 
     def _in_metres_and_light(
         self, samples: DeepSamples, chromaticities: tuple[float, ...] | None

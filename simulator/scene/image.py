@@ -1,7 +1,7 @@
 """Scenes from RGB or grey pictures with depth."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -16,11 +16,11 @@ from simulator.scene.picture_light import (
     LuminanceOf,
     Negative,
     Upsampling,
-    picture_light,
+    lit_scene,
     without_negative,
 )
 from simulator.scene.pixel_file import PixelFile, check_finite, memory_for, read_pixels
-from simulator.spectra import WAVELENGTHS_NM, check_illuminant
+from simulator.spectra import check_illuminant
 from simulator.units import CandelasPerSquareMetre, Degrees
 
 
@@ -69,19 +69,9 @@ class ImageScene:
         planes, notes = to_linear(color_channels(file, self.layer, depth_channel), self.encoding, file)
         check_finite(planes, "scene.image", self.image)
         planes, clip_notes = without_negative(planes, self.negative, "scene.image", self.image)
-        light = self.illuminant, self.upsampling, self.luminance_cd_m2, self.luminance_of
-        spectra, relative = picture_light(*light, (Layer(planes),), self.image)
         depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg)
-        return Scene(
-            planes=planes,
-            spectra_w_m2_sr_nm=spectra,
-            wavelengths_nm=WAVELENGTHS_NM,
-            illuminant=relative,
-            depth_m=depth_m,
-            field_of_view_deg=self.field_of_view_deg,
-            notes=(*file.notes, *_alpha_notes(file), *notes, *clip_notes, *depth_notes, *_depth_notes(self.depth_m, file)),
-            hidden=self.hidden,
-        )
+        notes = *file.notes, *_alpha_notes(file), *notes, *clip_notes, *depth_notes, *_depth_notes(self.depth_m, file)
+        return replace(lit_scene(self, [Layer(planes, depth_m)], self.image, notes), hidden=self.hidden)
 
 
 def _alpha_notes(file: PixelFile) -> tuple[str, ...]:

@@ -19,11 +19,11 @@ from simulator.scene.picture_light import (
     LuminanceOf,
     Negative,
     Upsampling,
-    picture_light,
+    lit_scene,
     without_negative,
 )
 from simulator.scene.pixel_file import check_finite, memory_for, read_pixels
-from simulator.spectra import WAVELENGTHS_NM, check_illuminant
+from simulator.spectra import check_illuminant
 from simulator.units import CandelasPerSquareMetre, Degrees
 
 
@@ -104,20 +104,8 @@ class LayeredScene:
         self._check_sizes(layers)
         self._check_order(layers)
         bands = max(layer.planes.shape[2] for layer in layers)
-        first, *behind = (_with_bands(layer, bands) for layer in layers)
-        light = self.illuminant, self.upsampling, self.luminance_cd_m2, self.luminance_of
-        spectra, relative = picture_light(*light, (first, *behind), self.layers[0].image)
-        return Scene(
-            planes=first.planes,
-            spectra_w_m2_sr_nm=spectra,
-            wavelengths_nm=WAVELENGTHS_NM,
-            illuminant=relative,
-            depth_m=first.depth_m,
-            field_of_view_deg=self.field_of_view_deg,
-            notes=(*notes, *self._hiding_notes(layers)),
-            coverage=first.coverage,
-            behind=tuple(behind),
-        )
+        same = [_with_bands(layer, bands) for layer in layers]
+        return lit_scene(self, same, self.layers[0].image, (*notes, *self._hiding_notes(layers)))
 
     def _check_sizes(self, layers: list[Layer]) -> None:
         (height, width), *others = (layer.planes.shape[:2] for layer in layers)

@@ -1,15 +1,16 @@
 """What all scenes in RGB share: colours that are radiance, and the light that gives them their unit."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Protocol
 
 import numpy as np
 
 from simulator.errors import PhotositeError, require
-from simulator.scene import Layer
+from simulator.scene import Layer, Scene
 from simulator.scene.pinhole import pinhole_planes
 from simulator.scene.pixel_file import first_fault
-from simulator.spectra import illuminant, luminance_cd_m2, reflectance_basis
+from simulator.spectra import WAVELENGTHS_NM, illuminant, luminance_cd_m2, reflectance_basis
 
 LuminanceOf = Annotated[Literal["white", "mean"], "what has that luminance: RGB (1, 1, 1), or the picture's mean"]
 Illuminant = Annotated[str, 'CIE name such as D65 or A, or "3200 K"']
@@ -34,21 +35,45 @@ def without_negative(planes: np.ndarray, negative: Negative, key: str, path: Pat
     return np.maximum(planes, np.float32(0), out=planes), (f"{path.name}: negative radiance set to 0 in {fault}",)
 
 
-def picture_light(
-    light: str, upsampling: Upsampling, luminance: float, luminance_of: LuminanceOf, layers: tuple[Layer, ...], path: Path
-) -> tuple[np.ndarray, np.ndarray]:
-    """Spectra of the planes, (bands, 81) [W m^-2 sr^-1 nm^-1], and the illuminant's relative power, (81,).
+class LitSource(Protocol):
+    """What a scene in RGB says of its light and its size."""
 
-    L(lambda) = k * illuminant * (RGB . reflectance basis); k gives white, or the mean, its luminance [cd m^-2].
-    layers: whose planes are grey or RGB; the mean is that of what a pinhole camera sees of them.
-    path: of the picture, for the message when it is black.
+    illuminant: str
+    upsampling: Upsampling
+    luminance_cd_m2: float
+    luminance_of: LuminanceOf
+    field_of_view_deg: float | None
+
+
+def lit_scene(source: LitSource, layers: Sequence[Layer], path: Path, notes: tuple[str, ...]) -> Scene:
+    """Scene of layers, nearest first, whose planes are grey or RGB.
+
+    L(lambda) = k * illuminant * (RGB . reflectance basis); k gives white, or the mean of what a pinhole camera sees, its
+    luminance. path: of the first picture, for the message when it is black.
     """
-    relative = illuminant(light)
-    basis = reflectance_basis(upsampling) if layers[0].planes.shape[2] == 3 else np.ones((1, relative.size))
+    first, *behind = layers
+    spectra, relative = _spectra(source, tuple(layers), path)
+    return Scene(
+        planes=first.planes,
+        spectra_w_m2_sr_nm=spectra,
+        wavelengths_nm=WAVELENGTHS_NM,
+        illuminant=relative,
+        depth_m=first.depth_m,
+        field_of_view_deg=source.field_of_view_deg,
+        notes=notes,
+        coverage=first.coverage,
+        behind=tuple(behind),
+    )
+
+
+def _spectra(source: LitSource, layers: tuple[Layer, ...], path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Spectra of the planes, (bands, 81) [W m^-2 sr^-1 nm^-1], and the illuminant's relative power, (81,)."""
+    relative = illuminant(source.illuminant)
+    basis = reflectance_basis(source.upsampling) if layers[0].planes.shape[2] == 3 else np.ones((1, relative.size))
     spectra, weights = relative * basis, np.ones(len(basis))
-    if luminance_of == "mean":
+    if source.luminance_of == "mean":
         weights = pinhole_planes(layers)[0].mean(axis=(0, 1), dtype=np.float64)
     own = float(weights @ luminance_cd_m2(spectra))
     rule = f"{path} is black, so it has no mean to scale; write luminance_of: white"
     require(own > 0, "scene.luminance_of", "mean", rule)
-    return spectra * (luminance / own), relative
+    return spectra * (source.luminance_cd_m2 / own), relative
