@@ -21,8 +21,8 @@ from simulator.defocus.cats_eyes import CatsEyes, plan_cats_eyes
 from simulator.defocus.shape_areas import shape_weights
 from simulator.device import open_device
 from simulator.lens import RoundStop, ThinLens, Vignetting
-from simulator.pipeline import expose_mosaic
-from simulator.planner import plan
+from simulator.pipeline import expose
+from simulator.planner import measure, plan
 
 SHOT = Path(__file__).parent.parent / "configs" / "shots" / "grey_ramp.yaml"
 LENS = ThinLens(50.0, 1.4, 2.0, vignetting=Vignetting(RoundStop(30.0, 44.0), RoundStop(20.0, 26.0)), cos4=False)
@@ -80,9 +80,12 @@ def times(radius_px: float, rounds: int) -> dict[str, float]:
     found = {"without": [], "with": []}
     for _ in range(rounds + 1):
         for name, own in (("without", None), ("with", eyes)):
-            planned = replace(sharp, defocus=Defocus((radius_px,), True, sharp.projection.scale, eyes=own))
+            planned = replace(
+                sharp,
+                optics=replace(sharp.optics, defocus=Defocus((radius_px,), True, sharp.optics.projection.scale, eyes=own)),
+            )
             started = time.perf_counter()
-            expose_mosaic(planned, device)
+            expose(measure(planned, device), device)
             device.finish()
             found[name].append(time.perf_counter() - started)
     return {"radius_px": radius_px, "zone_px": eyes.zone_px} | {f"{name}_s": min(took[1:]) for name, took in found.items()}

@@ -30,8 +30,8 @@ from simulator.defocus.accuracy import BRIGHT
 from simulator.device import open_device
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
-from simulator.pipeline import expose_mosaic
-from simulator.planner import Plan, plan
+from simulator.pipeline import expose
+from simulator.planner import Plan, measure, plan
 from simulator.readout import read_out
 from simulator.scene import Layer, Scene
 from simulator.sensor.camera import Window
@@ -76,13 +76,13 @@ def one_radius(device, rounds: int) -> list[dict]:
     """Time of the blur of one distance over the time of the sensor kernel, in turns."""
     shot = load_shot(SHOT, {"camera": "sony_a7s2"})
     sharp = plan(shot)
-    mosaic = expose_mosaic(sharp, device)
+    mosaic = expose(measure(sharp, device), device)
     rows = []
     for radius in RADII_PX:
-        blurred = replace(sharp, defocus=Defocus((radius,), True, sharp.projection.scale))
+        blurred = replace(sharp, defocus=Defocus((radius,), True, sharp.optics.projection.scale))
 
         def blur(blurred=blurred):
-            expose_mosaic(blurred, device)
+            expose(measure(blurred, device), device)
             device.finish()
 
         sensor, found = timed(lambda: read_out(sharp, device, mosaic, shot.seeds), rounds), timed(blur, rounds)
@@ -143,7 +143,7 @@ def scene_plans(camera_shot) -> tuple[dict, tuple[np.ndarray, ...]]:
         shot = replace(camera_shot, scene=FixedScene(one), lens=LENS, exposure=Exposure(time_s), tolerance=tolerance)
         return plan(shot)
 
-    probe = planned(layered, TOLERANCES[0], PROBE_S).defocus.accuracy.electrons
+    probe = planned(layered, TOLERANCES[0], PROBE_S).optics.accuracy.electrons
     time_s = PROBE_S * ELECTRONS / probe
     return {name: planned(*what, time_s) for name, what in shots.items()}, (colours, coverage, radius)
 
@@ -155,7 +155,7 @@ def window_surfaces(planned, scene: tuple[np.ndarray, ...]) -> tuple[np.ndarray,
         slice(WINDOW.x - MARGIN, WINDOW.x + WINDOW.width + MARGIN),
     )
     colours, coverage, radius = (plane[:, rows, columns] for plane in scene)
-    return (colours * coverage[..., None]) @ planned.weights.astype(np.float32), coverage, radius
+    return (colours * coverage[..., None]) @ planned.optics.weights.astype(np.float32), coverage, radius
 
 
 def rays(device, planned, scene: tuple[np.ndarray, ...]) -> np.ndarray:
@@ -164,7 +164,7 @@ def rays(device, planned, scene: tuple[np.ndarray, ...]) -> np.ndarray:
     surfaces = upload_surfaces(device, light.transpose(0, 3, 1, 2), coverage, radius, MARGIN)
     points = lens_points(RAYS)
     points[..., :2] = 0.5  # the surfaces hold one value per photosite, and so do all contestants
-    block = planned.camera.filter_block()
+    block = planned.optics.cfa.planes
     found = sample_lens(device, surfaces, points, Window(0, 0, WINDOW.width, WINDOW.height), cfa=block, cells=False)
     return device.download(found, (WINDOW.height, WINDOW.width), np.float32)
 
@@ -188,17 +188,17 @@ def time_and_error(device, rounds: int) -> list[dict]:
         mosaic = []
 
         def blur(planned=planned, mosaic=mosaic):
-            mosaic[:] = [expose_mosaic(planned, device)]
+            mosaic[:] = [expose(measure(planned, device), device)]
             device.finish()
 
-        took, frame = timed(blur, rounds), planned.frame
+        took, frame = timed(blur, rounds), planned.optics.window
         found = device.download(mosaic[0], (frame.height, frame.width), np.float32)[here]
         rows.append({"name": f"Photosite, {name}", **took, **error(found, truth)})
     colours, coverage, radius = scene
     flat = (coverage[0][..., None] * colours[0] + (1.0 - coverage[0][..., None]) * colours[1]).transpose(2, 0, 1)
     depth = np.where(coverage[0] > 0, radius[0], radius[1])
-    planes = np.tensordot(first.weights.T.astype(np.float32), flat, axes=1)
-    (a, b), (c, d) = first.camera.filter_block()
+    planes = np.tensordot(first.optics.weights.T.astype(np.float32), flat, axes=1)
+    (a, b), (c, d) = first.optics.cfa.planes
     for how in ("add", "over"):
         for step in STEPS_PX:
             started, used = time.perf_counter(), time.process_time()
@@ -214,7 +214,7 @@ def time_and_error(device, rounds: int) -> list[dict]:
 def by_mitsuba(planned, scene: tuple[np.ndarray, ...], truth: np.ndarray) -> list[dict]:
     """Time, scaled to the frame, and error of Mitsuba's renders of the window; none where Mitsuba is missing."""
     light, coverage, radius = window_surfaces(planned, scene)
-    camera, frame = planned.camera, planned.frame
+    camera, frame = planned.sensor.camera, planned.optics.window
     lens = MitsubaLens(
         0.5e-3 * LENS.pupil_diameter_mm, LENS.focus_distance_m, 1e3 * LENS.image_distance_mm / camera.pixel_pitch_um
     )
@@ -222,7 +222,7 @@ def by_mitsuba(planned, scene: tuple[np.ndarray, ...], truth: np.ndarray) -> lis
         render = lens.renderer(light, coverage[0], radius, MARGIN)
     except ImportError:
         return []
-    own = np.tile(camera.filter_block(), (WINDOW.height // 2, WINDOW.width // 2))[..., None]
+    own = np.tile(planned.optics.cfa.planes, (WINDOW.height // 2, WINDOW.width // 2))[..., None]
     scale, rows = frame.width * frame.height / (WINDOW.width * WINDOW.height), []
     render(1)
     for number in MITSUBA_RAYS:

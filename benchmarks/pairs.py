@@ -21,7 +21,7 @@ from rich.progress import Progress
 
 from simulator.capture import FrameSetting, capture
 from simulator.device import DeviceInfo, devices, open_device
-from simulator.shot import Seeds
+from simulator.sensor.seeds import Seeds
 
 SIDE_PX, ACROSS = 512, 8  # of a patch; patches along a picture's ramp
 ASKED = {"numpy_eld": 25.0, "torch_eld": 8.0}

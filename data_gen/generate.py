@@ -14,7 +14,7 @@ from data_gen.sources import CleanImage, Source
 from simulator.capture import FrameSetting, capture, moments
 from simulator.device import Device
 from simulator.errors import PhotositeError
-from simulator.shot import Seeds
+from simulator.sensor.seeds import Seeds
 
 MOST_ATTEMPTS = 100  # pictures drawn for one sample before the collection counts as unusable
 SPLINE_PX = 8  # beyond which a cubic spline's memory of the border is below 10^-4 (its pole is -0.27)

@@ -10,13 +10,13 @@ import numpy as np
 
 from simulator.errors import PhotositeError, require
 from simulator.raw_file import plane_places
-from simulator.sensor.camera import Cfa
+from simulator.sensor.cfa import CfaName
 
 Channels = Literal["mosaic", "rggb", "rgbg"]
 _ORDERS = {"rggb": ("R", "Gr", "Gb", "B"), "rgbg": ("R", "Gr", "B", "Gb")}
 
 
-def places(cfa: Cfa, channels: Channels) -> tuple[tuple[int, int], ...]:
+def places(cfa: CfaName, channels: Channels) -> tuple[tuple[int, int], ...]:
     """Row and column, 0 or 1, of each plane's photosite in the 2x2 block, in the order of the planes.
 
     Raises PhotositeError for MONO, which has no colours to pack, and for an unknown order.
@@ -29,7 +29,7 @@ def places(cfa: Cfa, channels: Channels) -> tuple[tuple[int, int], ...]:
     return tuple(found[name] for name in _ORDERS[channels])
 
 
-def packed(mosaic: np.ndarray, cfa: Cfa, channels: Channels) -> np.ndarray:
+def packed(mosaic: np.ndarray, cfa: CfaName, channels: Channels) -> np.ndarray:
     """Mosaics (..., height, width) as planes (..., 4, height / 2, width / 2) of the same type; with "mosaic" as they are.
 
     Raises PhotositeError for an odd height or width: a photosite would be lost.
@@ -41,7 +41,7 @@ def packed(mosaic: np.ndarray, cfa: Cfa, channels: Channels) -> np.ndarray:
     return np.stack([mosaic[..., row::2, column::2] for row, column in places(cfa, channels)], axis=-3)
 
 
-def unpacked(planes: np.ndarray, cfa: Cfa, channels: Channels) -> np.ndarray:
+def unpacked(planes: np.ndarray, cfa: CfaName, channels: Channels) -> np.ndarray:
     """Invert `packed`: planes (..., 4, h, w) to mosaics (..., 2 h, 2 w)."""
     if channels == "mosaic":
         return planes

@@ -11,7 +11,7 @@ import numpy as np
 
 from data_gen.sources import CleanImage
 from simulator.errors import PhotositeError
-from simulator.sensor.camera import Cfa
+from simulator.sensor.cfa import CfaName
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Crop:
 def choose_crop(
     picture: CleanImage,
     size: tuple[int, int],
-    cfa: Cfa,
+    cfa: CfaName,
     place: tuple[float, float] = (0.0, 0.0),
     augmentation: Augmentation = AUGMENTATIONS[0],
     name: str = "picture",
@@ -85,13 +85,13 @@ def choose_crop(
     return Crop(top, left, height, width, augmentation)
 
 
-def cut_patch(picture: CleanImage, crop: Crop, cfa: Cfa) -> np.ndarray:
+def cut_patch(picture: CleanImage, crop: Crop, cfa: CfaName) -> np.ndarray:
     """Return the mosaic (height, width) float32 of a crop that `choose_crop` gave for the same picture and `cfa`."""
     patch = crop.of(picture.signal)
     return mosaic_of(patch, cfa) if patch.ndim == 3 else np.ascontiguousarray(patch)
 
 
-def mosaic_of(planes: np.ndarray, cfa: Cfa) -> np.ndarray:
+def mosaic_of(planes: np.ndarray, cfa: CfaName) -> np.ndarray:
     """Keep at each pixel the colour of its filter: (height, width, 3) R, G, B to (height, width), same type."""
     mosaic = np.empty(planes.shape[:2], planes.dtype)
     for place, letter in enumerate(cfa):
@@ -100,7 +100,7 @@ def mosaic_of(planes: np.ndarray, cfa: Cfa) -> np.ndarray:
     return mosaic
 
 
-def _first_place(picture: CleanImage, size: tuple[int, int], cfa: Cfa, augmentation: Augmentation, name: str):
+def _first_place(picture: CleanImage, size: tuple[int, int], cfa: CfaName, augmentation: Augmentation, name: str):
     """Row and column of the first place with the right phase, and the step to the next ones."""
     own = picture.cfa
     if (own == "MONO") != (cfa == "MONO"):

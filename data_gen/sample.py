@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from simulator.sensor.camera import Cfa
+from simulator.sensor.cfa import CfaName
 
 Mode = Literal["single", "burst", "dark", "noise_only", "multi_exposure"]
 
@@ -36,7 +36,7 @@ class Sample:
     noisy_dn: np.ndarray
     clean_dn: np.ndarray
     variance_dn2: np.ndarray | None
-    cfa: Cfa
+    cfa: CfaName
     bit_depth: int
     black_level_dn: float
     white_level_dn: int

@@ -13,7 +13,8 @@ import numpy as np
 from PIL import Image
 
 from simulator.exposure import Exposure
-from simulator.lens import Aperture, Irradiance, RoundStop, ThinLens, Vignetting
+from simulator.lens import Aperture, RoundStop, ThinLens, Vignetting
+from simulator.lens.relative_illumination import irradiance_behind
 from simulator.pipeline import simulate
 from simulator.raw.files import atomic_write
 from simulator.scene import Scene
@@ -118,7 +119,7 @@ def _fall_off(axis) -> None:
     wide = ThinLens(50.0, 1.4, vignetting=RIMS)
     lenses = {"cos⁴ alone": replace(wide, vignetting=None), "f/2.8": replace(wide, f_number=2.8), "f/1.4": wide}
     for (name, lens), color in zip(lenses.items(), ("#888888", SECOND, INK), strict=True):
-        stage = Irradiance.behind(lens, 10.0, 3600, 2400)
+        stage = irradiance_behind(lens, 10.0, 3600, 2400)
         axis.plot(heights_mm, [100 * stage.fall_off(100.0 * height) for height in heights_mm], color=color, label=name)
     axis.set(ylim=(0, 102), xlim=(0, heights_mm[-1]), xlabel="distance from the axis [mm]", ylabel="irradiance [%]")
     axis.grid(color=GRID, linewidth=0.6)

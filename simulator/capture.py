@@ -8,9 +8,10 @@ import numpy as np
 from simulator.code_variance import code_variance
 from simulator.device import Device
 from simulator.errors import require
-from simulator.fused import LIGHT_STAGES, MOST_ELECTRONS
+from simulator.fused import MOST_ELECTRONS
 from simulator.noise_free import mean_charge, noise_free
 from simulator.sensing import FrameSetting, Part, sense
+from simulator.sensor import LIGHT_STAGES
 
 
 def capture(device: Device, mean_electrons: np.ndarray, settings: Sequence[FrameSetting]) -> np.ndarray:

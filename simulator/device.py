@@ -16,6 +16,8 @@ import pyopencl as cl
 
 from simulator.errors import PhotositeError
 
+Buffer = cl.Buffer  # memory on a device; kernels' comments and docstrings say shape and type
+
 _HERE = Path(__file__).resolve().parent
 KERNELS = next(folder for folder in (_HERE / "kernels", _HERE.parent / "kernels") if folder.is_dir())
 _INCLUDE = re.compile(r'^#include "([^"]+)"$', re.MULTILINE)

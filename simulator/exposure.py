@@ -1,12 +1,10 @@
-"""Exposure: how long the shutter is open. H = E t (ISO 12232:2019), and the electrons it gathers."""
+"""Exposure: how long the shutter is open, and at which ISO. H = E t (ISO 12232:2019)."""
 
 import math
 from dataclasses import dataclass
 from datetime import datetime
-from typing import ClassVar
 
 from simulator.errors import require
-from simulator.stage import Moments, Stage
 from simulator.units import Seconds
 
 _DATE_TIME = "%Y-%m-%d %H:%M:%S"
@@ -40,21 +38,3 @@ def _is_date_time(text: str) -> bool:
         return len(text) == 19 and bool(datetime.strptime(text, _DATE_TIME))
     except ValueError:
         return False
-
-
-@dataclass(frozen=True)
-class Integration(Stage):
-    """Mean electrons of a photosite = electron irradiance * collecting area * time.
-
-    time_s: exposure time [s].
-    collecting_area_um2: pixel pitch squared times fill factor [um^2].
-    """
-
-    stem: ClassVar[str] = "exposure"
-    time_s: float
-    collecting_area_um2: float
-
-    def moments(self, signal: Moments) -> Moments:
-        """Light has no noise before it is counted."""
-        scale = self.time_s * self.collecting_area_um2
-        return Moments(signal.mean * scale, signal.variance * scale**2)

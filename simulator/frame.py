@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from simulator.raw_format import RawFormat
-from simulator.sensor.camera import Cfa
+from simulator.sensor.cfa import CfaName
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Raw:
     dn: np.ndarray
     mean_electrons: np.ndarray
     noise_free_dn: np.ndarray
-    cfa: Cfa
+    cfa: CfaName
     bit_depth: int
     black_level_dn: float
     white_level_dn: int

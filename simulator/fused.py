@@ -9,14 +9,10 @@ from functools import cache, reduce
 import numpy as np
 
 from simulator.device import kernel_source
-from simulator.exposure import Integration
-from simulator.lens import Irradiance
-from simulator.sensor import STAGES
+from simulator.sensor import FUSED
 from simulator.sensor.poisson_means import MACROS
 from simulator.stage import Moments, Stage
 
-LIGHT_STAGES = {Irradiance.stem: Irradiance, Integration.stem: Integration}
-FUSED = {**LIGHT_STAGES, **STAGES}
 MOST_ELECTRONS = 1e30  # far above any light, and far enough below 3e38 that no product on the way overflows
 
 

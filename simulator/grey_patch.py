@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simulator.errors import require
-from simulator.planner import Plan
+from simulator.scene import Scene
+from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.shot import Shot
-from simulator.spectra import electron_radiance_weights, luminance_cd_m2
+from simulator.spectra import luminance_cd_m2
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,10 @@ class GreyPatch:
     electrons: np.ndarray
 
 
-def grey_patch(shot: Shot, planned: Plan, reflectance: float) -> GreyPatch | None:
+def grey_patch(shot: Shot, scene: Scene, reflectance: float) -> GreyPatch | None:
     """Follow a patch of this reflectance through the shot; None when the scene states no luminance of white.
+
+    scene: of the shot, as it was read.
 
     E = L * (irradiance per radiance), H = E t, and with the collecting area A of a photosite
     photons = A t (E / L) integral L_lambda lambda / (h c) dlambda; electrons the same with the quantum efficiency inside.
@@ -50,14 +53,13 @@ def grey_patch(shot: Shot, planned: Plan, reflectance: float) -> GreyPatch | Non
         luminance_cd_m2=reflectance * white_cd_m2,
         illuminance_lx=illuminance_lx,
         exposure_lx_s=illuminance_lx * time_s,
-        photons=float(_rates(planned, white_cd_m2, response.wavelengths_nm, every_photon)[0]) * gathered,
-        electrons=_rates(planned, white_cd_m2, response.wavelengths_nm, response.quantum_efficiency) * gathered,
+        photons=float(_rates(scene, white_cd_m2, response.wavelengths_nm, every_photon)[0]) * gathered,
+        electrons=_rates(scene, white_cd_m2, response.wavelengths_nm, response.quantum_efficiency) * gathered,
     )
 
 
-def _rates(planned: Plan, white_cd_m2: float, wavelengths_nm: np.ndarray, efficiency: np.ndarray) -> np.ndarray:
+def _rates(scene: Scene, white_cd_m2: float, wavelengths_nm: np.ndarray, efficiency: np.ndarray) -> np.ndarray:
     """Electron radiance of a white surface per channel, (channels,) [e- s^-1 um^-2 sr^-1]."""
-    scene = planned.scene
     light = scene.illuminant[np.newaxis, :]
     scale = white_cd_m2 / float(luminance_cd_m2(light[0], scene.wavelengths_nm))
     white = replace(scene, spectra_w_m2_sr_nm=light * scale, planes=np.ones((1, 1, 1), np.float32))

@@ -42,6 +42,14 @@ class Layout:
         return self.adds_charge or self.crosstalk.electrical_shares != (0.0, 0.0)
 
     @property
+    def reaches_optical_black(self) -> bool:
+        """Whether some of the computed photosites see no light."""
+        frame, lit = self.computed, self.lit
+        begins = lit.x <= frame.x and lit.y <= frame.y
+        ends = frame.x + frame.width <= lit.x + lit.width and frame.y + frame.height <= lit.y + lit.height
+        return not (begins and ends)
+
+    @property
     def binned(self) -> Window:
         """The computed photosites after binning."""
         if self.binning is None:

@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 from simulator.code_variance import Step
-from simulator.planner import Plan, fused_stages
-from simulator.shot import Shot
+from simulator.exposure import Exposure
+from simulator.sensor_plan import SensorPlan
 from simulator.stage import Moments
 
 
@@ -78,11 +78,10 @@ def contributions(steps: Iterable[Step], mean_electrons: float) -> tuple[Moments
     return signal, temporal, fixed
 
 
-def noise_budget(planned: Plan, mean_electrons: float, iso: int, time_s: float) -> NoiseBudget:
-    """Budget of a photosite that expects these photoelectrons [e-] under a plan for this ISO and time [s]."""
-    signal, temporal, fixed = contributions(planned.moment_steps(), mean_electrons)
-    dark, one = planned.moments(0.0), planned.moments(1.0)
-    gain = one.mean - dark.mean
+def noise_budget(sensor: SensorPlan, mean_electrons: float, iso: int, time_s: float) -> NoiseBudget:
+    """Budget of a photosite that expects these photoelectrons [e-] on a sensor planned for this ISO and time [s]."""
+    signal, temporal, fixed = contributions(sensor.moment_steps(), mean_electrons)
+    dark = sensor.moments(0.0)
     return NoiseBudget(
         iso=iso,
         time_s=time_s,
@@ -90,27 +89,27 @@ def noise_budget(planned: Plan, mean_electrons: float, iso: int, time_s: float) 
         signal_dn=signal.mean - dark.mean,
         sigma_dn=math.sqrt(signal.variance),
         fixed_sigma_dn=math.sqrt(signal.fixed_variance),
-        gain_dn_per_e=gain,
+        gain_dn_per_e=sensor.gain_dn_per_e(),
         dark_sigma_dn=math.sqrt(dark.variance),
-        full_scale_e=(planned.white_level_dn() - dark.mean) / gain,
+        full_scale_e=sensor.electrons_at_white(),
         shares={name: part / signal.variance for name, part in temporal.items()},
         fixed_shares={name: part / signal.fixed_variance for name, part in fixed.items() if part > 0},
     )
 
 
 def iso_budgets(
-    shot: Shot, planned: Plan, mean_electrons: float, isos: Iterable[int], keep: Literal["exposure", "brightness"]
+    sensor: SensorPlan, exposure: Exposure, mean_electrons: float, isos: Iterable[int], keep: Literal["exposure", "brightness"]
 ) -> list[NoiseBudget]:
     """Budgets of one patch over the ISO range.
 
-    mean_electrons: of the patch in the shot as it is [e-]. keep: "exposure" leaves the shutter, so all ISOs count the same
-    electrons; "brightness" shortens it as the ISO grows, so that the picture stays as bright and the light gets less.
+    sensor, exposure: of the shot as it is. mean_electrons: of the patch there [e-].
+    keep: "exposure" leaves the shutter, so all ISOs count the same electrons; "brightness" shortens it as the ISO grows, so
+    that the picture stays as bright and the light gets less.
     Raises PhotositeError for an ISO that the camera does not have.
     """
     budgets = []
     for iso in isos:
-        share = shot.exposure.iso / iso if keep == "brightness" else 1.0
-        exposure = replace(shot.exposure, iso=iso, time_s=shot.exposure.time_s * share)
-        there = replace(planned, stages=fused_stages(replace(shot, exposure=exposure)))
-        budgets.append(noise_budget(there, mean_electrons * share, iso, exposure.time_s))
+        share = exposure.iso / iso if keep == "brightness" else 1.0
+        time_s = exposure.time_s * share
+        budgets.append(noise_budget(sensor.at(iso, time_s), mean_electrons * share, iso, time_s))
     return budgets

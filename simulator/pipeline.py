@@ -1,130 +1,156 @@
-"""From a shot to a raw frame: executes a plan on an OpenCL device."""
+"""From a shot to a raw frame: the passes of a plan on an OpenCL device, in the order of the light."""
 
-import platform
 from collections.abc import Callable
-from dataclasses import asdict, replace
-from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
-from simulator import __version__
-from simulator.blur import blurred_mosaic
-from simulator.device import Device, open_device
+from simulator.blur.defocused_mosaic import defocused_mosaic
+from simulator.blur.reference import reference_mosaic
+from simulator.camera_planes import camera_planes
+from simulator.device import Buffer, Device, DeviceInfo, open_device
 from simulator.errors import PhotositeError
 from simulator.frame import Raw
-from simulator.input_files import fingerprints
+from simulator.frame_metadata import frame_metadata
+from simulator.lens import Lens
 from simulator.noise_free import mean_charge, noise_free
-from simulator.planner import Plan, plan, projection_arguments, projection_defines
-from simulator.readout import averaged, covered, mixed, read_out, shared_charge, veiled
-from simulator.scene import Layer
+from simulator.planner import Plan, measure, plan
+from simulator.projection import project
+from simulator.readout import (
+    darken_optical_black,
+    download_averaged,
+    read_out,
+    share_charge,
+    share_with_neighbors,
+)
 from simulator.sensing import FrameSetting
-from simulator.sensitivity import baseline_exposure_ev
-from simulator.shot import Shot
+from simulator.sensor_plan import SensorPlan
+from simulator.shot import Shot, TruthPart
+from simulator.stopwatch import Stopwatch
 from simulator.truth_maps import blur_map, depth_map, variance_map
+from simulator.veiling_glare import add_veiling_glare
 
 Progress = Callable[[str, float], None]
 
 
-def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None = None) -> Raw:
+def simulate(
+    shot: Shot, *, device: str | None = None, progress: Progress | None = None, stopwatch: Stopwatch | None = None
+) -> Raw:
     """Take a photograph.
 
     device: part of an OpenCL device's label; default: $PHOTOSITE_DEVICE, else the newest PoCL.
-    progress: called with (what is done now, share done from 0 to 1).
+    progress: called with (what is done now, share done from 0 to 1). stopwatch: gets the time of each pass.
     Raises PhotositeError for anything the user can put right.
     """
     tell = progress or (lambda stage, share: None)
     tell("scene", 0.0)
     planned = plan(shot)
     opened = open_device(device)
-    check_memory(planned, opened, shot.truth)
+    check_memory(planned, opened.info)
+    return execute(planned, shot, opened, tell, stopwatch or Stopwatch())
+
+
+def execute(planned: Plan, shot: Shot, device: Device, tell: Progress, timed: Stopwatch) -> Raw:
+    """Run the passes of a shot's plan. tell: as progress of `simulate`."""
     tell("light", 0.1)
-    mosaic = expose_mosaic(planned, opened, lambda share: tell("light", 0.1 + 0.7 * share))
+    with timed("radius statistics", device):
+        planned = measure(planned, device)
+    sensor, light = planned.sensor, expose(planned, device, lambda share: tell("light", 0.1 + 0.7 * share), timed)
     tell("sensor", 0.8)
-    dn = read_out(planned, opened, mosaic, shot.seeds)
+    with timed("sensor", device):
+        dn = read_out(device, sensor, light, shot.seeds)
     tell("truth", 0.9)
-    mean_electrons, noise_free_dn = truth(planned, opened, mosaic)
-    parts = truth_parts(shot, planned, opened, mean_electrons)
+    with timed("truth", device):
+        mean_electrons, noise_free_dn = noise_free_frame(device, sensor, light)
+    parts = truth_parts(planned, shot.lens, device, mean_electrons, timed)
     tell("done", 1.0)
-    return _raw(shot, planned, opened, dn, mean_electrons, noise_free_dn, parts)
+    metadata = frame_metadata(shot, planned, device.info)
+    return Raw(dn=dn, mean_electrons=mean_electrons, noise_free_dn=noise_free_dn, truth=parts, **metadata)
 
 
-def check_memory(planned: Plan, device: Device, parts: tuple[str, ...] = ()) -> None:
-    """Raise PhotositeError for a frame that does not fit into the device's memory; parts: of the truth, as `Shot.truth`."""
-    needed, there, frame = planned.memory_bytes(parts), device.info.memory_bytes, planned.frame
+def check_memory(planned: Plan, device: DeviceInfo) -> None:
+    """Raise PhotositeError for a frame that does not fit into the device's memory."""
+    needed, there, frame = planned.memory_bytes(), device.memory_bytes, planned.optics.window
     if needed > there:
         raise PhotositeError(
             f"out of memory: {frame.width} x {frame.height} photosites need about {needed / 1e9:.1f} GB, "
-            f"but {device.info.label} has {there / 1e9:.1f} GB; read out a part of the sensor with camera.window"
+            f"but {device.label} has {there / 1e9:.1f} GB; read out a part of the sensor with camera.window"
         )
 
 
-def expose_mosaic(planned: Plan, device: Device, progress: Callable[[float], None] = lambda share: None):
-    """Device buffer (height, width) float32: electron radiance through the lens in each photosite's colour."""
-    scene, frame = planned.scene, planned.frame
-    if planned.spread is not None:
+def expose(
+    planned: Plan,
+    device: Device,
+    progress: Callable[[float], None] = lambda share: None,
+    timed: Stopwatch | None = None,
+) -> Buffer:
+    """Device buffer (height, width) float32: electron radiance of the window in each photosite's colour.
+
+    planned: with the methods of its tiles, as `measure` returns it.
+    """
+    optics, layout, tiles, timed = planned.optics, planned.sensor.layout, planned.tiles, timed or Stopwatch()
+    with timed("scene planes", device):
+        planes = [camera_planes(device, layer, optics.weights, optics.has_coverage) for layer in optics.scene.layers]
+    if optics.spread is not None:
         from simulator.spreading import spread_mosaic  # brings SciPy's transforms
 
-        planes = [_layer_planes(planned, device, layer) for layer in scene.layers]
-        mosaic = spread_mosaic(planned, device, planes, progress)
-    elif planned.defocus is not None:
-        mosaic = blurred_mosaic(planned, device, [_layer_planes(planned, device, layer) for layer in scene.layers], progress)
+        with timed("point spread function", device):
+            mosaic = spread_mosaic(optics, tiles, device, planes, progress)
+    elif tiles is not None:
+        with timed("defocus", device):
+            mosaic = defocused_mosaic(tiles, optics.cfa, device, planes, progress)
+    elif optics.defocus is not None:
+        with timed("defocus", device):
+            mosaic = reference_mosaic(optics, device, planes, progress)
     else:
-        mosaic = device.empty((frame.height, frame.width), np.float32)
-        kernel = device.kernel("projection_mosaic", projection_defines(planned), file="projection.cl")
-        planes, arguments = _layer_planes(planned, device, scene.layers[0]), projection_arguments(planned, frame.x, frame.y)
-        device.run(kernel, (frame.width, frame.height), None, planes=planes, mosaic=mosaic, **arguments)
-    mosaic = veiled(planned, device, mosaic)
-    return covered(planned, device, mixed(planned, device, mosaic, planned.layout.crosstalk.optical_shares))
+        with timed("projection", device):
+            mosaic = project(device, optics.projection, optics.cfa, optics.window, planes[0])
+    if (glare := optics.veiling_glare) is not None:
+        with timed("veiling glare", device):
+            irradiance, macros = planned.sensor.stage("irradiance"), optics.cfa_macros()
+            add_veiling_glare(device, mosaic, glare, irradiance, macros, optics.window)
+    if any(shares := layout.crosstalk.optical_shares):
+        with timed("crosstalk of light", device):
+            mosaic = share_with_neighbors(device, mosaic, optics.window, shares)
+    if layout.reaches_optical_black:
+        with timed("optical black", device):
+            darken_optical_black(device, mosaic, optics.window, layout.lit)
+    return mosaic
 
 
-def _layer_planes(planned: Plan, device: Device, layer: Layer):
-    """Device buffer (channels, scene height, scene width) float32 of a layer's electron radiance [e- s^-1 um^-2 sr^-1].
+def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple[np.ndarray, np.ndarray]:
+    """Mean electrons [e-] and noise-free codes [DN] of the photosites that are given out, float32 each.
 
-    With a plane more, the layer's coverage, where any layer of the scene has one.
+    light: mosaic of electron radiance, as `expose` returns it.
     """
-    height, width, bands = layer.planes.shape
-    channels, pixels = planned.camera.channels, height * width
-    coverage = any(one.coverage is not None for one in planned.scene.layers)
-    planes, scene = device.empty((channels + coverage, pixels), np.float32), np.ascontiguousarray(layer.planes, np.float32)
-    device.run(
-        device.kernel("camera_planes", {"BANDS": bands, "CHANNELS": channels}),
-        (pixels, channels),
-        None,
-        scene=device.share(scene),
-        weights=device.upload(planned.weights),
-        planes=planes,
-    )
-    if coverage and layer.coverage is None:
-        device.fill(planes, np.float32(1.0), 4 * channels * pixels)
-    elif coverage:
-        device.write(planes, layer.coverage.astype(np.float32, copy=False).reshape(-1), 4 * channels * pixels)
-    device.finish()  # `scene` may be gone afterwards
-    return planes
-
-
-def truth(planned: Plan, device: Device, mosaic) -> tuple[np.ndarray, np.ndarray]:
-    """Mean electrons [e-] and noise-free codes [DN] of the photosites that are given out, float32 each."""
-    frame, read = planned.frame, planned.layout.read
-    settings = [FrameSetting(planned.stages, x=frame.x, y=frame.y)]
-    buffers = mean_charge(device, mosaic, (frame.height, frame.width), settings)
-    mean_electrons, signal = (shared_charge(planned, device, buffer) for buffer in buffers)
+    frame, read = sensor.layout.computed, sensor.layout.read
+    settings = [FrameSetting(sensor.stages, x=frame.x, y=frame.y)]
+    buffers = mean_charge(device, light, (frame.height, frame.width), settings)
+    mean_electrons, signal = (share_charge(device, sensor.layout, buffer) for buffer in buffers)
     noise_free(device, signal, (read.height, read.width), settings)
-    return tuple(averaged(planned, device, buffer)[planned.layout.kept] for buffer in (mean_electrons, signal))
+    mean, code = (download_averaged(device, sensor.layout, buffer) for buffer in (mean_electrons, signal))
+    return mean[sensor.layout.kept], code[sensor.layout.kept]
 
 
-def truth_parts(shot: Shot, planned: Plan, device: Device, mean_electrons: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the parts of the truth that the shot asks for, by name; see `Raw.truth`."""
-    wanted, parts = set(shot.truth), {}
+def truth_parts(
+    planned: Plan, lens: Lens, device: Device, mean_electrons: np.ndarray, timed: Stopwatch | None = None
+) -> dict[TruthPart, np.ndarray]:
+    """Return the parts of the truth that the plan asks for, by name; see `Raw.truth`."""
+    optics, sensor, wanted, timed = planned.optics, planned.sensor, planned.truth, timed or Stopwatch()
+    parts: dict[TruthPart, np.ndarray] = {}
     if "variance" in wanted:
-        parts["variance"] = variance_map(planned, mean_electrons)
-    if wanted & {"depth", "blur"}:
-        depth_m = depth_map(planned)
+        with timed("truth: variance", device):
+            parts["variance"] = variance_map(sensor, mean_electrons)
+    if "depth" in wanted or "blur" in wanted:
+        with timed("truth: depth", device):
+            depth_m = depth_map(optics.scene, optics.projection, sensor.layout)
         if "depth" in wanted:
             parts["depth"] = depth_m
         if "blur" in wanted:
-            parts["blur"] = blur_map(planned, shot.lens, depth_m)
+            with timed("truth: blur", device):
+                parts["blur"] = blur_map(sensor, lens, depth_m)
     if "rgb" in wanted:
-        parts["rgb"] = clean_rgb(planned, device)
+        with timed("truth: rgb", device):
+            parts["rgb"] = clean_rgb(planned, device)
     return parts
 
 
@@ -135,65 +161,10 @@ def clean_rgb(planned: Plan, device: Device) -> np.ndarray:
     code of a sensor that has this channel's filter on all photosites. In a pixel's own colour it is (noise-free code -
     black) / (white - black), unless crosstalk mixes colours.
     """
-    black_dn = np.float32(planned.stage("adc").black_level_dn)
-    span_dn = np.float32(planned.white_level_dn() - planned.stage("adc").black_level_dn)
+    sensor = planned.sensor
+    black_dn, span_dn = np.float32(sensor.black_level_dn), np.float32(sensor.full_scale_dn())
     planes = []
-    for channel in range(planned.camera.channels):
-        one = replace(planned, only_colour=channel)
-        _, noise_free_dn = truth(one, device, expose_mosaic(one, device))
-        planes.append((noise_free_dn - black_dn) / span_dn)
+    for channel in range(planned.optics.channels):
+        light = expose(planned.in_one_color(channel), device)
+        planes.append((noise_free_frame(device, sensor, light)[1] - black_dn) / span_dn)
     return np.stack(planes, axis=-1)
-
-
-def _raw(shot: Shot, planned: Plan, device: Device, dn, mean_electrons, noise_free_dn, parts) -> Raw:
-    camera, lens = shot.camera, shot.lens
-    matrix, neutral = planned.color_metadata()
-    return Raw(
-        dn=dn,
-        mean_electrons=mean_electrons,
-        noise_free_dn=noise_free_dn,
-        cfa=camera.frame_cfa(),
-        bit_depth=camera.bit_depth,
-        black_level_dn=planned.stage("adc").black_level_dn,
-        white_level_dn=planned.white_level_dn(),
-        noise_profile=(planned.noise_profile(),) * camera.channels,
-        color_matrix=matrix,
-        **planned.color_matrices(),
-        as_shot_neutral=neutral,
-        make=camera.make,
-        model=camera.model,
-        lens_model=lens.model,
-        exposure_time_s=shot.exposure.time_s,
-        f_number=lens.f_number,
-        focal_length_mm=lens.focal_length_mm,
-        focal_length_35mm_mm=lens.focal_length_35mm_mm(float(np.hypot(*camera.sensor_mm))),
-        focus_distance_m=lens.focus_distance_m,
-        iso=shot.exposure.iso,
-        baseline_exposure_ev=baseline_exposure_ev(planned, shot.exposure.iso),
-        name=shot.name,
-        black_offsets_dn=planned.black_offsets_dn() if shot.raw.black_per_place else (0.0,) * 4,
-        format=shot.raw,
-        date_time=shot.exposure.date_time,
-        active_area=planned.layout.active_area,
-        warp_rectilinear=planned.warp_rectilinear(),
-        truth=parts,
-        resolved={
-            "shot": shot.resolved,
-            "inputs": fingerprints(shot.scene, shot.lens),
-            "seeds": asdict(shot.seeds),
-            "plan": [asdict(step) for step in planned.steps],
-            "notes": list(planned.scene.notes),
-            "device": asdict(device.info),
-            "versions": _versions(),
-        },
-    )
-
-
-def _versions() -> dict[str, str]:
-    found = {"photosite": __version__, "python": platform.python_version()}
-    for package in ("numpy", "pyopencl"):
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found

@@ -1,37 +1,23 @@
 """What a plan does, line by line, for people."""
 
 import math
-from dataclasses import dataclass
 
-import numpy as np
-
-from simulator.defocus import Defocus
-from simulator.defocus.accuracy import Accuracy
+from simulator.defocus.prediction import told as told_errors
 from simulator.distortion import Warp
 from simulator.fused import stage_order
-from simulator.layout import Layout
-from simulator.lens import Lens
+from simulator.lens import BareSensor, Lens
+from simulator.optics_plan import OpticsPlan
 from simulator.projection import Projection
-from simulator.scene import Scene
-from simulator.scene.hidden_surface import hidden_share
+from simulator.psf_steps import psf_steps
 from simulator.sensor.camera import Camera
-from simulator.stage import Stage
+from simulator.sensor_plan import SensorPlan
+from simulator.step import Step
 from simulator.veiling_glare import VeilingGlare
 
 
-@dataclass(frozen=True)
-class Step:
-    """One line of the plan for people."""
-
-    stage: str
-    kept: bool
-    why: str
-
-
-def steps_of(
-    scene: Scene, camera: Camera, projection: Projection, defocus: Step, glare: Step, layout: Layout, fused: dict[str, Stage]
-) -> tuple[Step, ...]:
-    """All steps of a plan in physical order; fused: stages of the fused kernel by stem."""
+def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, ...]:
+    """All steps of a plan in physical order, then what limits the blur's accuracy."""
+    camera, layout, scene = sensor.camera, sensor.layout, optics.scene
     bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
     steps = [
         Step(
@@ -39,10 +25,11 @@ def steps_of(
             True,
             f"{bands} scene planes of {wavelengths} wavelengths -> {camera.channels} camera planes",
         ),
-        Step("projection", True, f"{projection.scale:.3f} scene pixels per photosite, {_samples(projection)}"),
-        _distortion_step(projection.warp, camera),
-        defocus,
-        glare,
+        Step("projection", True, f"{optics.projection.scale:.3f} scene pixels per photosite, {_samples(optics.projection)}"),
+        _distortion_step(optics.projection.warp, camera),
+        _defocus_step(optics, lens),
+        *psf_steps(lens, camera, optics.defocus, optics.spread, optics.unseen),
+        _glare_step(optics.veiling_glare),
     ]
     dark = camera.optical_black
     told = "light reaches all of the sensor" if dark is None else str(dark)
@@ -52,7 +39,7 @@ def steps_of(
         told = f"{shares[0]:g} to each neighbour beside, {shares[1]:g} at the corners" if any(shares) else "nothing is shared"
         steps.append(Step(f"crosstalk of {what}", any(shares), told))
     for stem in stage_order():
-        stage = fused.get(stem)
+        stage = sensor.stage(stem)
         if stage is None:
             steps.append(Step(stem, False, "the camera has none, or it would change nothing"))
         else:
@@ -61,24 +48,20 @@ def steps_of(
     binning = layout.binning
     told = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
     steps.append(Step("binning", binning is not None, told))
+    if optics.defocus is not None:
+        steps += [_hidden_step(optics), Step("blur accuracy", True, told_errors(optics.defocus.of_scene()))]
     return tuple(steps)
 
 
-def hidden_step(scene: Scene, lens: Lens, camera: Camera, projection: Projection) -> Step:
+def _hidden_step(optics: OpticsPlan) -> Step:
     """What a lens sees behind the edges of near things: the error that no method can remove from one picture with depth."""
-    if scene.behind or np.ndim(scene.depth_m) == 0:
+    scene, share = optics.scene, optics.hidden_share
+    if share is None:
         return Step("hidden surfaces", bool(scene.behind), f"the scene has {len(scene.layers)} layers")
-    share = hidden_share(scene.depth_m, per_dioptre(lens, camera, projection), lens.focus_distance_m)
     told = "is not shown by the scene, and none is assumed" if scene.hidden == "none" else "is assumed to go on behind edges"
     return Step(
         "hidden surfaces", scene.hidden == "extend", f"about {100 * share:.2g} % of the picture sees background that {told}"
     )
-
-
-def per_dioptre(lens: Lens, camera: Camera, projection: Projection) -> float:
-    """Growth of the signed blur radius [scene pixels] per 1/m of inverse distance."""
-    growth_um = float(lens.blur_radius_um(math.inf) - lens.blur_radius_um(1.0))
-    return growth_um * projection.scale / camera.pixel_pitch_um
 
 
 def _number(value: float | tuple[float, ...]) -> str:
@@ -99,19 +82,21 @@ def _distortion_step(warp: Warp | None, camera: Camera) -> Step:
     return Step("distortion", True, f"the corner moves {moved_px:+.1f} photosites outwards, traced back in {warp.steps} steps")
 
 
-def glare_step(glare: VeilingGlare | None) -> Step:
+def _glare_step(glare: VeilingGlare | None) -> Step:
     """Scattered light."""
     if glare is None:
         return Step("veiling glare", False, "the lens scatters no light")
     return Step("veiling glare", True, f"{100 * glare.share:g} % of all light lies evenly on the sensor")
 
 
-def defocus_step(defocus: Defocus | None, forms_image: bool, accuracy: Accuracy) -> Step:
-    """Blur of the lens; forms_image: whether there is one."""
-    if not forms_image:
+def _defocus_step(optics: OpticsPlan, lens: Lens) -> Step:
+    """Blur of the lens."""
+    defocus = optics.defocus
+    if isinstance(lens, BareSensor):
         return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
     if defocus is None:
-        return Step("defocus", False, f"no blur circle has a radius above {accuracy.sharp_px:.2g} photosites")
+        return Step("defocus", False, f"no blur circle has a radius above {optics.accuracy.sharp_px:.2g} photosites")
+    defocus = defocus.of_scene()
     surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"
     near, far = defocus.least_px, defocus.greatest_px
     radii = f"{abs(near):.2f} photosites" if near == far else f"from {near:.2f} (nearest) to {far:+.2f} photosites"

@@ -3,11 +3,16 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from simulator.device import Buffer, Device
 from simulator.distortion import Warp, plan_warp
 from simulator.errors import PhotositeError
 from simulator.lens import Lens
 from simulator.scene import Scene
 from simulator.sensor.camera import Camera
+from simulator.sensor.camera_sections import Window
+from simulator.sensor.cfa import Cfa
 
 
 @dataclass(frozen=True)
@@ -15,6 +20,7 @@ class Projection:
     """How photosites read the scene's grid.
 
     scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's upper left corner.
+    scene_width, scene_height: of the scene's grid [px].
     samples: points per photosite and axis. nearest: nearest pixel instead of bilinear.
     warp: distortion of the lens, which comes before the scale; None: none.
     """
@@ -22,9 +28,31 @@ class Projection:
     scale: float
     offset_x: float
     offset_y: float
+    scene_width: int
+    scene_height: int
     samples: int
     nearest: bool
     warp: Warp | None = None
+
+    def defines(self, cfa_macros: dict[str, int], over: int = 1) -> dict[str, object]:
+        """Macros of kernels/projection.cl, for planes of `over` x `over` points per photosite.
+
+        cfa_macros: of kernels/cfa.h, for the output's upper left corner.
+        """
+        distortion = {"DISTORTION": 0} if self.warp is None else {"DISTORTION": 1, **self.warp.macros()}
+        return {"SAMPLES": -(-self.samples // over), "NEAREST": int(self.nearest), "OVER": over, **distortion, **cfa_macros}
+
+    def arguments(self, origin_x: int, origin_y: int) -> dict[str, object]:
+        """Scalar arguments of kernels/projection.cl for an output that begins at this photosite of the sensor."""
+        return {
+            "scene_width": self.scene_width,
+            "scene_height": self.scene_height,
+            "origin_x": origin_x,
+            "origin_y": origin_y,
+            "scale": self.scale,
+            "offset_x": self.offset_x,
+            "offset_y": self.offset_y,
+        }
 
 
 def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
@@ -48,10 +76,24 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
         scale=scale,
         offset_x=0.5 * (width - scale * camera.width_px),
         offset_y=0.5 * (height - scale * camera.height_px),
+        scene_width=width,
+        scene_height=height,
         samples=max(1, math.ceil(scale * stretch - 1e-6)),
         nearest=scene.interpolation == "nearest",
         warp=warp,
     )
+
+
+def project(device: Device, projection: Projection, cfa: Cfa, window: Window, planes) -> Buffer:
+    """Device buffer (height, width) float32: the sharp image of one surface in each photosite's own colour.
+
+    planes: device buffer (channels, scene height, scene width) float32 [e- s^-1 um^-2 sr^-1]. window: photosites to compute.
+    """
+    mosaic = device.empty((window.height, window.width), np.float32)
+    kernel = device.kernel("projection_mosaic", projection.defines(cfa.macros(window.x, window.y)), file="projection.cl")
+    arguments = projection.arguments(window.x, window.y)
+    device.run(kernel, (window.width, window.height), None, planes=planes, mosaic=mosaic, **arguments)
+    return mosaic
 
 
 def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:

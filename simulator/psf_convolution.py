@@ -4,13 +4,14 @@ A photosite gathers what the kernel of its own place brings: T(x) = sum over nod
 the four nodes around it mixed bilinearly. The weights add up to 1, so that a flat field stays flat and patches have no seams.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import fft
 
 from simulator.errors import require
+from simulator.sensor.camera_sections import Window
 
 TILE_PX = 512
 WORKERS = -1  # all cores
@@ -72,6 +73,28 @@ def tiles_of(x_px, y_px, shape: tuple[int, int]) -> Iterator[Tile]:
     for rows, down in _pieces(np.asarray(y_px), shape[0]):
         for part, across in columns:
             yield Tile(rows, part, down, across)
+
+
+def is_seen(tile: Tile, window: Window) -> bool:
+    """Whether a tile of the sensor holds photosites of a window."""
+    down, across = tile.rows, tile.columns
+    inside = down.start < window.y + window.height and down.stop > window.y
+    return inside and across.start < window.x + window.width and across.stop > window.x
+
+
+def around(tile: Tile, reach_px: int) -> Window:
+    """A tile of the sensor and so many photosites on either side."""
+    rows, columns = tile.rows, tile.columns
+    width, height = columns.stop - columns.start + 2 * reach_px, rows.stop - rows.start + 2 * reach_px
+    return Window(columns.start - reach_px, rows.start - reach_px, width, height)
+
+
+def area_around(tiles: Iterable[Tile], reach_px: int, window: Window) -> Window:
+    """Photosites that the tiles of a window need, with so many on either side."""
+    parts = [around(tile, reach_px) for tile in tiles if is_seen(tile, window)]
+    left, top = min(one.x for one in parts), min(one.y for one in parts)
+    right, bottom = max(one.x + one.width for one in parts), max(one.y + one.height for one in parts)
+    return Window(left, top, right - left, bottom - top)
 
 
 def _pieces(nodes: np.ndarray, count: int) -> Iterator[tuple[slice, list[tuple[int, np.ndarray]]]]:

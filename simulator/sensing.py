@@ -12,7 +12,7 @@ from simulator.device import Device
 from simulator.errors import require
 from simulator.fused import in_order, sensor_defines
 from simulator.sensor.poisson_means import PoissonMeans, poisson_means
-from simulator.shot import Seeds
+from simulator.sensor.seeds import Seeds
 from simulator.stage import Stage
 
 LARGEST_PLACE_PX = 2**24  # of x and y: single precision counts photosites up to there

@@ -1,7 +1,6 @@
 """A shot: everything a photographer decides, in one frozen object."""
 
 from dataclasses import dataclass, field
-from numbers import Integral
 from typing import Literal, Protocol
 
 from simulator.errors import require
@@ -10,8 +9,8 @@ from simulator.lens import Lens
 from simulator.raw_format import RawFormat
 from simulator.scene import Scene
 from simulator.sensor.camera import Camera
+from simulator.sensor.seeds import Seeds
 
-LARGEST_SEED = 2**32 - 1
 TruthPart = Literal["variance", "depth", "blur", "rgb"]
 
 
@@ -20,23 +19,6 @@ class SceneSource(Protocol):
 
     def load(self) -> Scene:
         """Read or make the scene."""
-
-
-@dataclass(frozen=True)
-class Seeds:
-    """Seeds of the counter-based random numbers, 0 to 2^32 - 1.
-
-    body: what belongs to one camera body (fixed patterns).
-    frame: what is new in each frame (temporal noise).
-    """
-
-    body: int = 0
-    frame: int = 0
-
-    def __post_init__(self):
-        for key, seed in (("body", self.body), ("frame", self.frame)):
-            good = isinstance(seed, Integral) and 0 <= seed <= LARGEST_SEED
-            require(good, f"seeds.{key}", seed, f"give a whole number from 0 to {LARGEST_SEED}")
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ import numpy as np
 
 from simulator.colour_data import colour_science
 from simulator.errors import PhotositeError, require
-from simulator.scene import Scene
 
 WAVELENGTHS_NM = np.arange(380.0, 781.0, 5.0)
 WAVELENGTHS_NM.setflags(write=False)
@@ -139,17 +138,3 @@ def efficiency_on(grid_nm: np.ndarray, wavelengths_nm: np.ndarray, quantum_effic
     """Quantum efficiency (wavelengths, channels) on another grid, (grid, channels): linear between entries, zero outside."""
     curves = np.asarray(quantum_efficiency, dtype=np.float64).T
     return np.stack([np.interp(grid_nm, wavelengths_nm, curve, left=0.0, right=0.0) for curve in curves], axis=-1)
-
-
-def electron_radiance_weights(scene: Scene, response_wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> np.ndarray:
-    """Electrons that a plane of weight 1 gives the camera, (bands, channels) float64 [e- s^-1 um^-2 sr^-1].
-
-    The sum over wavelengths of L(lambda) lambda/(hc) QE(lambda) dlambda (EMVA 1288 R4.0, eq. 3 and 4).
-    Times E/L of the lens [sr], pixel area [um^2] and time [s] it is the mean number of electrons.
-    quantum_efficiency: (response wavelengths, channels) electrons per photon. It is taken as linear between
-        its entries and as zero outside their range.
-    Raises PhotositeError when the scene's wavelengths are not evenly spaced.
-    """
-    efficiency = efficiency_on(scene.wavelengths_nm, response_wavelengths_nm, quantum_efficiency)
-    photons_m2 = scene.spectra_w_m2_sr_nm * photons_per_joule(scene.wavelengths_nm) * step_nm(scene.wavelengths_nm)
-    return photons_m2 @ efficiency * 1e-12  # 1 m^2 = 1e12 um^2

@@ -43,12 +43,14 @@ class Stage:
     `stem` names the kernel header, the module and the test. Each field is handed to the kernel as the macro STEM_FIELD
     (upper case), a tuple as an array with its length as STEM_FIELD_COUNT. `moments` says what the stage does to mean and
     variance. `in_camera_stages`: whether a camera file switches the stage on under `stages:`; otherwise its numbers
-    follow from the camera's other keys. `neutral`: fields and values at which the stage does nothing, any one of them;
+    follow from the camera's other keys or from the lens and the shutter. `acts_on_light`: whether it stands before the
+    photoelectrons. `neutral`: fields and values at which the stage does nothing, any one of them;
     the planner skips it then. Fields annotated with FromShot are filled in by `of_shot`.
     """
 
     stem: ClassVar[str]
     in_camera_stages: ClassVar[bool] = True
+    acts_on_light: ClassVar[bool] = False
     neutral: ClassVar[dict[str, float]] = {}
 
     @property

@@ -5,64 +5,69 @@ import math
 import numpy as np
 
 from simulator.code_variance import code_variance
+from simulator.layout import Layout
 from simulator.lens import Lens
-from simulator.planner import Plan
+from simulator.projection import Projection
+from simulator.scene import Scene
 from simulator.scene.pinhole import surface_depth_m
+from simulator.sensor_plan import SensorPlan
 
 
-def variance_map(planned: Plan, mean_electrons: np.ndarray) -> np.ndarray:
+def variance_map(sensor: SensorPlan, mean_electrons: np.ndarray) -> np.ndarray:
     """Variance of each code from frame to frame (height, width) float32 [DN^2], temporal noise and rounding.
 
     mean_electrons: (height, width) mean photoelectrons of the pixels that are given out [e-], as in the twin.
     See `simulator.code_variance` for what it holds.
     """
-    well, adc = planned.stage("full_well"), planned.stage("adc")
+    well, adc = sensor.stage("full_well"), sensor.stage("adc")
     capacity_e = math.inf if well is None else well.capacity_e
-    count = planned.layout.binning.count if planned.layout.adds_charge else 1
-    return code_variance(planned.moment_steps(), mean_electrons, capacity_e, adc.max_code, count)
+    count = sensor.layout.binning.count if sensor.layout.adds_charge else 1
+    return code_variance(sensor.moment_steps(), mean_electrons, capacity_e, adc.max_code, count)
 
 
-def depth_map(planned: Plan) -> np.ndarray:
+def depth_map(scene: Scene, projection: Projection, layout: Layout) -> np.ndarray:
     """Distance of what each pixel's centre sees, along the optical axis (height, width) float32 [m]; inf is allowed.
 
     Nearest scene pixel: a mean over an edge would be a distance at which nothing stands. Of several surfaces the first at
     which more than half the pixel is covered.
     """
-    depth_m, layout, projection = surface_depth_m(planned.scene), planned.layout, planned.projection
+    depth_m, frame = surface_depth_m(scene), layout.computed
     shape = (layout.binned.height, layout.binned.width)
     if np.ndim(depth_m) == 0:
         return np.full(shape, depth_m, np.float32)[layout.kept]
     factor = 1 if layout.binning is None else layout.binning.factor
     if projection.warp is not None:
-        return _warped_depth(planned, shape, factor)[layout.kept]
+        return _warped_depth(depth_m, projection, layout, shape, factor)[layout.kept]
     indices = []
     for first, offset, pixels, scene_pixels in (
-        (planned.frame.y, projection.offset_y, shape[0], depth_m.shape[0]),
-        (planned.frame.x, projection.offset_x, shape[1], depth_m.shape[1]),
+        (frame.y, projection.offset_y, shape[0], depth_m.shape[0]),
+        (frame.x, projection.offset_x, shape[1], depth_m.shape[1]),
     ):
         centres = first + _centres_px(pixels, factor, layout.filter_step)
         indices.append(np.clip(np.floor(offset + projection.scale * centres), 0, scene_pixels - 1).astype(np.intp))
     return depth_m[np.ix_(*indices)].astype(np.float32)[layout.kept]
 
 
-def _warped_depth(planned: Plan, shape: tuple[int, int], factor: int) -> np.ndarray:
+def _warped_depth(
+    depth_m: np.ndarray, projection: Projection, layout: Layout, shape: tuple[int, int], factor: int
+) -> np.ndarray:
     """Depth of what each pixel's centre sees through a lens that distorts, (height, width) float32 [m]."""
-    depth_m, projection = planned.scene.depth_m, planned.projection
-    across, down = (_centres_px(count, factor, planned.layout.filter_step) for count in shape[::-1])
-    channel = min(1, planned.camera.channels - 1)  # the green one, as in kernels/projection.cl
-    x, y = projection.warp.undistorted(*np.meshgrid(planned.frame.x + across, planned.frame.y + down), channel)
+    across, down = (_centres_px(count, factor, layout.filter_step) for count in shape[::-1])
+    channel = min(1, len(projection.warp.magnification) - 1)  # the green one, as in kernels/projection.cl
+    x, y = projection.warp.undistorted(*np.meshgrid(layout.computed.x + across, layout.computed.y + down), channel)
     column = np.clip(np.floor(projection.offset_x + projection.scale * x), 0, depth_m.shape[1] - 1).astype(np.intp)
     row = np.clip(np.floor(projection.offset_y + projection.scale * y), 0, depth_m.shape[0] - 1).astype(np.intp)
     return depth_m[row, column].astype(np.float32)
 
 
-def blur_map(planned: Plan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:
+def blur_map(sensor: SensorPlan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:
     """Radius of the blur circle of each pixel's depth (height, width) float32 [pixels of the frame], >= 0.
 
     The lens's own radius (`ThinLens.blur_radius_um`).
     depth_m: (height, width) distance [m], as `depth_map` gives it.
     """
-    pitch_um = planned.camera.pixel_pitch_um * (1 if planned.layout.binning is None else planned.layout.binning.factor)
+    binning = sensor.layout.binning
+    pitch_um = sensor.camera.pixel_pitch_um * (1 if binning is None else binning.factor)
     if depth_m.min() == depth_m.max():
         return np.full(depth_m.shape, abs(lens.blur_radius_um(depth_m.flat[0])) / pitch_um, np.float32)
     return np.abs(lens.blur_radius_um(depth_m) / pitch_um).astype(np.float32)

@@ -8,11 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.lens import Irradiance
+from simulator.device import Buffer, Device
+from simulator.fused import sensor_defines
 from simulator.projection import Projection
 from simulator.scene import Scene
 from simulator.sensor.camera import Camera
+from simulator.sensor.camera_sections import Window
+from simulator.sensor.irradiance import Irradiance
 
+LEAST_OPEN = 1e-4  # of the light on the axis: where rims let less through, scattered light fades as the image does
 STRIPS = 64  # of the sensor's side at least, so that the fall-off is even within one; a pixel of the scene is one, too
 
 
@@ -55,3 +59,32 @@ def _strips(photosites: int, pixels: int, offset: float, scale: float) -> tuple[
     edges = np.unique(np.concatenate([np.linspace(first, last, STRIPS + 1), inner]))
     middle = 0.5 * (edges[:-1] + edges[1:])
     return middle.astype(np.intp), np.diff(edges) / (last - first), (middle - offset) / scale
+
+
+def add_veiling_glare(
+    device: Device,
+    mosaic: Buffer,
+    glare: VeilingGlare,
+    irradiance: Irradiance,
+    cfa_macros: dict[str, int],
+    window: Window,
+) -> None:
+    """Spread a share of the light evenly over a mosaic of electron radiance, in place.
+
+    irradiance: of the lens, by which the fused kernel
+    multiplies afterwards. window: photosites of the mosaic.
+    """
+    defines, numbers = sensor_defines((irradiance,))
+    lens = {name: value for name, value in defines.items() if name.startswith(irradiance.stem.upper())}
+    device.run(
+        device.kernel("veiling_glare", lens | cfa_macros),
+        (window.width, window.height),
+        None,
+        mosaic=mosaic,
+        veil=device.upload(glare.irradiance.astype(np.float32)),
+        parameters=device.upload(numbers),
+        window_x=window.x,
+        window_y=window.y,
+        image_share=1.0 - glare.share,
+        least_open=LEAST_OPEN * irradiance.solid_angle_sr,
+    )

@@ -10,7 +10,7 @@ import numpy as np
 from simulator.capture import FrameSetting, capture
 from simulator.device import open_device
 from simulator.sensor.noise_model import noise_model_stages
-from simulator.shot import Seeds
+from simulator.sensor.seeds import Seeds
 
 
 def checksum(frame: int) -> int:

@@ -10,7 +10,7 @@ from simulator.sensor import STAGES
 from simulator.sensor.adc import Adc
 from simulator.sensor.analog_gain import AnalogGain
 from simulator.sensor.camera import Camera, IsoSetting, SpectralResponse
-from simulator.shot import Seeds
+from simulator.sensor.seeds import Seeds
 from simulator.stage import Stage
 
 

@@ -7,11 +7,11 @@ from lens_truths import Case
 from simulator.device import open_device
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
-from simulator.pipeline import expose_mosaic
-from simulator.planner import Plan, plan
+from simulator.pipeline import expose
+from simulator.planner import Plan, measure, plan
 from simulator.scene import Layer, Scene
+from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.shot import Shot
-from simulator.spectra import electron_radiance_weights
 
 LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
 PX_PER_DIOPTRE = float(LENS.blur_radius_um(np.inf) - LENS.blur_radius_um(1.0)) / 5.0  # of conftest.test_camera's photosites
@@ -49,6 +49,6 @@ def case_plan(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> 
 def blurred_case(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> np.ndarray:
     """Radiance of each photosite behind the lens, of the shape of the case's truth."""
     planned, device = case_plan(case, electrons, tolerance), open_device()
-    frame, margin = planned.frame, case.margin
-    mosaic = device.download(expose_mosaic(planned, device), (frame.height, frame.width), np.float32)
-    return mosaic[margin : frame.height - margin, margin : frame.width - margin] / planned.weights.sum()
+    frame, margin = planned.optics.window, case.margin
+    mosaic = device.download(expose(measure(planned, device), device), (frame.height, frame.width), np.float32)
+    return mosaic[margin : frame.height - margin, margin : frame.width - margin] / planned.optics.weights.sum()

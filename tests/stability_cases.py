@@ -13,7 +13,8 @@ from simulator.exposure import Exposure
 from simulator.lens import ThinLens
 from simulator.sensor import STAGES
 from simulator.sensor.camera import IsoSetting
-from simulator.shot import Seeds, Shot
+from simulator.sensor.seeds import Seeds
+from simulator.shot import Shot
 
 WIDTH, HEIGHT = 40, 30
 LENS = ThinLens(50.0, 8.0, cos4=False)

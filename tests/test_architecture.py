@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from simulator.device import KERNELS
-from simulator.fused import FUSED, stage_order
+from simulator.fused import stage_order
+from simulator.sensor import FUSED
 
 ROOT = Path(__file__).parent.parent
 TESTS = ROOT / "tests"
@@ -16,19 +17,22 @@ TESTS = ROOT / "tests"
 # Left may not import right. A package stands for all its modules; the facade simulator/__init__.py imports nothing at the top.
 ORDER = [
     {"errors", "units", "colour_data"},
-    {"raw_format", "stage", "input_files"},
-    {"device"},
-    {"lens_aberrations", "psf_convolution", "distortion"},
-    {"spectra", "scene", "color", "color_correction", "lens", "defocus", "projection", "exposure", "sensor", "point_spread"},
-    {"shot", "frame", "veiling_glare"},
-    {"tiles", "fused", "layout", "code_variance"},
+    {"raw_format", "stage", "input_files", "step"},
+    {"device", "stopwatch"},
+    {"spectra", "color", "color_correction", "lens_aberrations", "distortion"},
+    {"sensor", "exposure", "scene", "fused", "tiles", "layout", "code_variance"},
     {"sensing"},
-    {"noise_free"},
-    {"capture"},
-    {"plan_steps", "planner"},
-    {"grey_patch", "noise_budget", "sensitivity", "truth_maps"},
-    {"blur", "readout"},
+    {"noise_free", "sensor_plan"},
+    {"capture", "readout"},
+    {"lens", "projection", "camera_planes", "psf_convolution"},
+    {"defocus", "point_spread", "veiling_glare"},
+    {"optics_plan"},
+    {"blur", "tile_plan"},
     {"spreading"},
+    {"shot", "frame"},
+    {"psf_steps", "plan_steps", "passes"},
+    {"planner"},
+    {"grey_patch", "noise_budget", "sensitivity", "truth_maps", "frame_metadata"},
     {"pipeline"},
     {"config", "raw", "raw_file", "white_balance", "development", "resimulation"},
     {"measurement"},

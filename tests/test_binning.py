@@ -16,7 +16,8 @@ from simulator.sensor.binning import Binning
 from simulator.sensor.camera import IsoSetting, Window
 from simulator.sensor.crosstalk import Crosstalk
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.shot import Seeds, Shot
+from simulator.sensor.seeds import Seeds
+from simulator.shot import Shot
 
 LENS = ThinLens(50.0, 8.0, cos4=False)
 NOISY = {"photon_shot_noise": PhotonShotNoise()}
@@ -59,7 +60,7 @@ def test_read_noise_counts_once_for_charge_and_is_averaged_for_codes():
         taken = shot(np.full((600, 600), 0.5), Binning(2, mode), **camera)
         raw, moments = simulate(taken), None
         mean_e = float(raw.mean_electrons.mean()) / (4 if mode == "charge" else 1)  # of one photosite before binning
-        moments = plan(taken).moments(mean_e)
+        moments = plan(taken).sensor.moments(mean_e)
         expected = 4 * mean_e + 400 + 1 / 12 if mode == "charge" else (mean_e + 400 + 1 / 12) / 4 + 1 / 12
         assert moments.variance == pytest.approx(expected)
         checks[mode, "mean"] = mean_p(raw.dn, moments.mean, moments.variance)

@@ -14,7 +14,8 @@ from simulator.lens import ThinLens
 from simulator.sensor.camera import IsoSetting, SpectralResponse, Window
 from simulator.sensor.dark_current import DarkCurrent
 from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
-from simulator.shot import Seeds, Shot
+from simulator.sensor.seeds import Seeds
+from simulator.shot import Shot
 from simulator.stage import FromShot, Stage, fields_from_shot
 
 GRID = np.arange(400.0, 701.0, 10.0)

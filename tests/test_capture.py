@@ -14,16 +14,18 @@ from simulator.capture import FrameSetting, capture, moments
 from simulator.device import devices, open_device
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
-from simulator.lens import Irradiance, ThinLens
+from simulator.lens import ThinLens
 from simulator.pipeline import simulate
 from simulator.sensor.adc import Adc
 from simulator.sensor.analog_gain import AnalogGain
 from simulator.sensor.camera import IsoSetting, Window
 from simulator.sensor.full_well import FullWell
+from simulator.sensor.irradiance import Irradiance
 from simulator.sensor.noise_model import noise_model_stages
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
 from simulator.sensor.prnu import Prnu
-from simulator.shot import Seeds, Shot
+from simulator.sensor.seeds import Seeds
+from simulator.shot import Shot
 
 LEVELS = {"bit_depth": 14, "black_level_dn": 512.0}
 RANDOM = np.random.default_rng(11)

@@ -17,8 +17,8 @@ from simulator.exposure import Exposure
 from simulator.lens import Aperture, RoundStop, ThinLens, Vignetting
 from simulator.lens.convex_area import Disk, intersection_area
 from simulator.lens.pupil import Pupil, PupilStop
-from simulator.pipeline import expose_mosaic, simulate
-from simulator.planner import plan
+from simulator.pipeline import expose, simulate
+from simulator.planner import measure, plan
 from simulator.scene import Layer
 from simulator.sensor.camera import Window
 from simulator.shot import Shot
@@ -129,9 +129,9 @@ def test_every_photosite_has_its_own_pupil_and_no_step_between_zones():
     y, x = np.mgrid[:800, :1200]
     planes = np.where((x // 23 + y // 17 + (x + 2 * y) // 41) % 2 == 0, 1.0, 0.02)
     planned = plan(Shot(band_scene(planes, depth_of(LENS, 7.0, 30.0)), LENS, Exposure(1e-6), fine_camera()))
-    eyes, frame = planned.defocus.eyes, Window(1056, 690, 40, 30)
+    eyes, frame = planned.optics.defocus.eyes, Window(1056, 690, 40, 30)
     assert eyes.zone_px == 16 and eyes.movement(16) < MOST_MOVED
-    found = corner(planned, frame) / planned.weights.sum()
+    found = corner(planned, frame) / planned.optics.weights.sum()
     down, right = np.mgrid[:30, :40]
     fields = eyes.fields(frame.x + right.ravel() + 0.5, frame.y + down.ravel() + 0.5)
     own = shape_weights(LENS.pupil, fields, np.full(1200, 7.0))
@@ -150,8 +150,9 @@ def corner(planned, frame: Window) -> np.ndarray:
     """Mosaic of a window of a plan."""
     from simulator.device import open_device
 
-    device, camera = open_device(), dataclasses.replace(planned.camera, window=frame)
-    mosaic = expose_mosaic(dataclasses.replace(planned, camera=camera), device)
+    device = open_device()
+    here = dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, window=frame))
+    mosaic = expose(measure(here, device), device)
     return device.download(mosaic, (frame.height, frame.width), np.float32).astype(np.float64)
 
 
@@ -176,7 +177,7 @@ def test_the_reference_path_sees_the_same_cats_eyes(bench, radii):
         behind = Layer(colour[1].astype(np.float32)[..., None], depth_of(LENS, radii[1], 30.0))
         scene = dataclasses.replace(scene, coverage=disks.astype(np.float32), behind=(behind,))
     planned = plan(Shot(FixedScene(scene), LENS, Exposure(1e-6), fine_camera()))
-    found = corner(planned, frame) / planned.weights.sum()
+    found = corner(planned, frame) / planned.optics.weights.sum()
 
     part = slice(frame.y - margin, frame.y + 80 + margin), slice(frame.x - margin, frame.x + 96 + margin)
     colour, coverage = colour[:, *part], coverage[:, *part]
@@ -186,14 +187,15 @@ def test_the_reference_path_sees_the_same_cats_eyes(bench, radii):
     surfaces = upload_surfaces(bench.device, colour[:, None], coverage, radius, margin)
     settings = {"cells": len(radii) == 1}
     rays = {
-        eyes: sample_lens(bench.device, surfaces, points, frame, eyes=eyes, **settings) for eyes in (planned.defocus.eyes, None)
+        eyes: sample_lens(bench.device, surfaces, points, frame, eyes=eyes, **settings)
+        for eyes in (planned.optics.defocus.eyes, None)
     }
     expected, full = (bench.device.download(light, (80, 96), np.float32) for light in rays.values())
     z = statistics(z_scores(found, expected, 2000.0))
     assert z.p99 < 0.2 and abs(z.mean) < 0.01
     assert statistics(z_scores(full, expected, 2000.0)).p99 > 1.0
     if len(radii) == 1:
-        height = sample_height_field(bench.device, colour, radius[0], margin, points, frame, eyes=planned.defocus.eyes)
+        height = sample_height_field(bench.device, colour, radius[0], margin, points, frame, eyes=planned.optics.defocus.eyes)
         assert np.abs(z_scores(bench.device.download(height, (80, 96), np.float32), expected, 2000.0)).max() < 0.1
 
 
@@ -208,8 +210,10 @@ def test_the_spots_of_small_lights_beside_an_edge_are_cut_too():
         behind = (Layer(far, depth_of(LENS, far_px, 30.0)),)
         scene = dataclasses.replace(scene, coverage=near.astype(np.float32), behind=behind)
         planned = plan(Shot(FixedScene(scene), LENS, Exposure(1e-6), fine_camera()))
-        mosaics.append(corner(planned, frame) / planned.weights.sum())
-    images = [shape_weights(LENS.pupil, planned.defocus.eyes.fields([light[1] + 0.5], [light[0] + 0.5]), np.array([far_px]))[0]]
+        mosaics.append(corner(planned, frame) / planned.optics.weights.sum())
+    images = [
+        shape_weights(LENS.pupil, planned.optics.defocus.eyes.fields([light[1] + 0.5], [light[0] + 0.5]), np.array([far_px]))[0]
+    ]
     images.append(disk_weights(far_px))
     half, spots = len(images[0]) // 2, []
     x = np.arange(frame.x, frame.x + 90) + 0.5
@@ -252,7 +256,7 @@ def test_where_no_rim_reaches_the_bits_are_those_without_rims():
     with_rims, without = (corner(planned, Window(130, 96, 120, 64)) for planned in plans)
     assert np.array_equal(with_rims, without)
     wide = dataclasses.replace(CLOSE, vignetting=Vignetting(RoundStop(30.0, 90.0)))
-    assert plan(Shot(scene, wide, Exposure(1e-6), coarse_camera())).defocus.eyes is None
+    assert plan(Shot(scene, wide, Exposure(1e-6), coarse_camera())).optics.defocus.eyes is None
 
 
 def test_a_corner_that_no_ray_reaches_is_dark():

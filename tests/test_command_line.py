@@ -156,7 +156,7 @@ def test_explain_expects_the_electrons_that_the_frame_has(capsys):
 
     shot = simulator.load_shot(FLAT, {"camera.window": {"x": 2088, "y": 1384, "width": 64, "height": 64}})
     raw = simulator.simulate(shot)
-    red, green, blue = grey_patch(shot, plan(shot), 1.0).electrons
+    red, green, blue = grey_patch(shot, plan(shot).optics.scene, 1.0).electrons
     means = raw.mean_electrons
     assert [means[0::2, 0::2].mean(), means[0::2, 1::2].mean(), means[1::2, 1::2].mean()] == pytest.approx(
         [red, green, blue], rel=1e-5

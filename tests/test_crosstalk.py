@@ -16,7 +16,8 @@ from simulator.planner import plan
 from simulator.sensor.camera import Window
 from simulator.sensor.crosstalk import Crosstalk
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.shot import Seeds, Shot
+from simulator.sensor.seeds import Seeds
+from simulator.shot import Shot
 from simulator.stage import Moments
 
 LENS = ThinLens(50.0, 8.0, cos4=False)

@@ -3,7 +3,8 @@
 import pytest
 
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure, Integration
+from simulator.exposure import Exposure
+from simulator.sensor.exposure import Integration
 from simulator.stage import Moments
 
 

@@ -17,7 +17,8 @@ from simulator.pipeline import simulate
 from simulator.raw.save import save
 from simulator.sensor.camera import IsoSetting
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.shot import Seeds, Shot
+from simulator.sensor.seeds import Seeds
+from simulator.shot import Shot
 
 FREQUENCY = np.linspace(0.02, 0.5, 25)
 ANGLE = math.radians(5.7)

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from simulator.lens import Irradiance, ThinLens
+from simulator.lens import ThinLens
+from simulator.sensor.irradiance import Irradiance
 from simulator.stage import Moments
 
 

@@ -81,7 +81,7 @@ def test_a_shot_file_states_a_bare_sensor_and_its_file_tells_of_no_lens(tmp_path
     found = inspect_raw(tmp_path / "color_checker.dng")
     assert (found.lens, found.f_number, found.focal_length_mm) == ("no lens", None, None)
     planned = plan(shot)
-    assert "without a lens" in planned.scene.notes[-1]
+    assert "without a lens" in planned.optics.scene.notes[-1]
     assert lens_facts(shot, planned)[0].value == "3.14159 sr"
 
 

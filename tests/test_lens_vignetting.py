@@ -8,7 +8,8 @@ from conftest import band_scene, test_camera
 
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
-from simulator.lens import Aperture, Irradiance, RoundStop, ThinLens, Vignetting
+from simulator.lens import Aperture, RoundStop, ThinLens, Vignetting
+from simulator.lens.relative_illumination import irradiance_behind
 from simulator.pipeline import simulate
 from simulator.planner import plan
 from simulator.shot import Shot
@@ -51,7 +52,7 @@ def test_the_pupil_passes_the_rays_that_pass_all_rims(lens, field):
 
 
 def test_without_rims_nothing_is_lost_and_the_table_is_left_out():
-    stage = Irradiance.behind(ThinLens(50.0, 1.4), 5.0, 4000, 3000)
+    stage = irradiance_behind(ThinLens(50.0, 1.4), 5.0, 4000, 3000)
     assert stage.vignetting == () and set(stage.kernel_values()) == {
         "solid_angle_sr",
         "tan2_per_px2",
@@ -85,7 +86,7 @@ def test_the_sensor_loses_the_clipped_share_of_the_light(lens):
 def test_with_blades_the_light_is_the_mean_over_directions():
     """Single places differ from it by up to 1.3 % of the light on the axis with five blades; the mean by less than 2e-4."""
     lens, pitch_mm = LENSES[4], 0.35
-    stage = Irradiance.behind(lens, 1e3 * pitch_mm, 100, 100)
+    stage = irradiance_behind(lens, 1e3 * pitch_mm, 100, 100)
     worst = 0.0
     for radius_px in np.linspace(0.0, 70.0, 12):
         tangent = radius_px * pitch_mm / lens.image_distance_mm
@@ -101,7 +102,7 @@ def test_the_darkest_photosite_is_known_to_the_stage():
     planned = plan(Shot(band_scene(np.ones((4, 4)), math.inf), lens, Exposure(1e-6), camera))
     raw = simulate(Shot(band_scene(np.ones((4, 4)), math.inf), lens, Exposure(1e-6), camera))
     ratio = raw.mean_electrons.max() / raw.mean_electrons.min()
-    assert ratio <= 1.0 / planned.stage("irradiance").fall_off(math.hypot(48, 32)) < ratio * 1.2
+    assert ratio <= 1.0 / planned.sensor.stage("irradiance").fall_off(math.hypot(48, 32)) < ratio * 1.2
 
 
 @pytest.mark.parametrize(

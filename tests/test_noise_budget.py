@@ -81,16 +81,16 @@ def equal_energy_shot(luminance: float) -> Shot:
 
 def test_the_chain_of_a_patch_against_published_photons():
     shot = equal_energy_shot(100.0)
-    patch = grey_patch(shot, plan(shot), 0.18)
+    patch = grey_patch(shot, plan(shot).optics.scene, 0.18)
     assert patch.luminance_cd_m2 == pytest.approx(18.0)
     assert patch.illuminance_lx == pytest.approx(18.0 * math.pi / (1 + 4 * 16), rel=1e-9)
     assert patch.exposure_lx_s == pytest.approx(patch.illuminance_lx * 0.01)
     assert patch.photons == pytest.approx(0.18 * 0.8 * 4458, rel=1e-3)
     assert patch.electrons == pytest.approx([0.5 * patch.photons])
     del shot.scene.luminance_cd_m2
-    assert grey_patch(shot, plan(shot), 0.18) is None
+    assert grey_patch(shot, plan(shot).optics.scene, 0.18) is None
     with pytest.raises(PhotositeError, match=r"patch = 18: give a reflectance"):
-        grey_patch(shot, plan(shot), 18)
+        grey_patch(shot, plan(shot).optics.scene, 18)
 
 
 def test_fixed_patterns_stand_apart_from_the_noise():
@@ -104,7 +104,7 @@ def test_fixed_patterns_stand_apart_from_the_noise():
 def test_binning_of_charge_counts_read_noise_once():
     shot = load_shot(FLAT, {"camera.binning": {"factor": 2, "mode": "charge"}, "exposure.iso": 1600})
     plain = load_shot(FLAT, {"exposure.iso": 1600})
-    budgets = [noise_budget(plan(one), 100.0, 1600, one.exposure.time_s) for one in (plain, shot)]
+    budgets = [noise_budget(plan(one).sensor, 100.0, 1600, one.exposure.time_s) for one in (plain, shot)]
     shot_dn2, read_dn2 = (
         [one.shares[stem] * one.sigma_dn**2 for one in budgets] for stem in ("photon_shot_noise", "read_noise_after_gain")
     )
@@ -121,23 +121,23 @@ def test_mean_and_variance_are_those_of_a_simulated_patch(iso):
     overrides = {"scene.reflectance": 0.18, "exposure.iso": iso, "exposure.time": f"{1.6 / iso} s"}
     shot = load_shot(FLAT, overrides)
     planned = plan(shot)
-    white = grey_patch(shot, planned, 0.18)
+    white = grey_patch(shot, planned.optics.scene, 0.18)
     codes = simulate(shot).dn.astype(np.float64)
     planes = [codes[0::2, 0::2], codes[0::2, 1::2], codes[1::2, 1::2]]
     p_values = {}
     for name, plane, mean_e in zip("RGB", planes, white.electrons, strict=True):
-        budget = noise_budget(planned, float(mean_e), iso, shot.exposure.time_s)
-        expected = planned.moments(float(mean_e)).mean
+        budget = noise_budget(planned.sensor, float(mean_e), iso, shot.exposure.time_s)
+        expected = planned.sensor.moments(float(mean_e)).mean
         p_values[name, "mean"] = mean_p(plane, expected, budget.sigma_dn**2)
         p_values[name, "variance"] = variance_p(plane, budget.sigma_dn**2)
-        assert budget.snr == pytest.approx((expected - planned.moments(0.0).mean) / budget.sigma_dn)
+        assert budget.snr == pytest.approx((expected - planned.sensor.moments(0.0).mean) / budget.sigma_dn)
         assert sum(budget.shares.values()) == pytest.approx(1.0)
     accept(p_values)
 
 
 def test_the_same_brightness_takes_light_away_as_the_iso_grows():
     shot = load_shot(FLAT)
-    low, high = iso_budgets(shot, plan(shot), 8000.0, [100, 1600], "brightness")
+    low, high = iso_budgets(plan(shot).sensor, shot.exposure, 8000.0, [100, 1600], "brightness")
     assert (low.mean_electrons, high.mean_electrons) == (8000.0, 500.0)
     assert high.time_s == pytest.approx(shot.exposure.time_s / 16)
     assert high.signal_dn == pytest.approx(low.signal_dn, rel=1e-6), "this camera's gain is proportional to its ISO"
@@ -146,7 +146,7 @@ def test_the_same_brightness_takes_light_away_as_the_iso_grows():
 
 def test_the_same_shutter_keeps_the_electrons_until_they_clip():
     shot = load_shot(FLAT)
-    budgets = iso_budgets(shot, plan(shot), 8000.0, [100, 800, 6400], "exposure")
+    budgets = iso_budgets(plan(shot).sensor, shot.exposure, 8000.0, [100, 800, 6400], "exposure")
     assert [one.mean_electrons for one in budgets] == [8000.0] * 3
     assert [one.is_clipped for one in budgets] == [False, False, True]
     # PMN's numbers of this camera: full scale (16383 - 512) DN / K; at ISO 800 read noise 3.5476 DN, row noise, and rounding.
@@ -161,6 +161,6 @@ def test_of_many_isos_the_whole_stops_and_the_own_are_shown():
 
 
 def test_a_read_noise_that_was_measured_as_one_is_called_read():
-    one = iso_budgets(load_shot(FLAT), plan(load_shot(FLAT)), 100.0, [100], "exposure")
+    one = iso_budgets(plan(load_shot(FLAT)).sensor, load_shot(FLAT).exposure, 100.0, [100], "exposure")
     heads = [column.header for column in budget_table("t", one).columns]
     assert "read %" in heads and "read, after gain %" not in heads

@@ -27,9 +27,12 @@ def variance_ratios(folder, camera: str, iso: int, frames: int, width: int, heig
     """Measured over promised variance, and its standard error: (LEVELS, planes and pairs)."""
     body = bench_camera(load_camera(camera), width, height)
     bench = FlatBench(body, iso, 1 / 60, white_light(), folder)
-    dark = bench.planned.moments(0.0)
+    dark = bench.planned.sensor.moments(0.0)
     # A camera without pedestal cuts off its darkest noise, which no S x + O describes.
-    darkest = max(0.0, 6.0 * dark.variance**0.5 - bench.planned.stage("adc").black_level_dn) / bench.planned.white_level_dn()
+    darkest = (
+        max(0.0, 6.0 * dark.variance**0.5 - bench.planned.sensor.stage("adc").black_level_dn)
+        / bench.planned.sensor.white_level_dn()
+    )
     shares = np.linspace(darkest, BRIGHTEST, LEVELS) if darkest else np.geomspace(1e-3, BRIGHTEST, LEVELS) - 1e-3
     found, errors = [], []
     for level, share in enumerate(shares):

@@ -27,7 +27,7 @@ def hardest(case: Case, bench) -> Method:
     """The most expensive method that a block of the case's frame gets."""
     planned = case_plan(case)
     area = BlurFrame(planned)
-    chosen = choose(planned.defocus, measured_maps(planned, bench.device, area).reliefs, area.inside(planned))
+    chosen = choose(planned.optics.defocus, measured_maps(planned, bench.device, area).reliefs, area.inside(planned))
     return Method(chosen.blocks.methods[chosen.blocks.wanted].max())
 
 
@@ -102,9 +102,9 @@ def test_what_is_skipped_would_change_nothing(monkeypatch):
     radius = np.broadcast_to(np.linspace(-0.29, 0.29, 96), (1, 48, 96))
     case = Case("sharp", rng.uniform(0.1, 1.0, (1, 48, 96)), np.ones((1, 48, 96)), radius, np.zeros((40, 88)), 4, 1, False)
     skipped = blurred_case(case)
-    assert case_plan(case).defocus is None
+    assert case_plan(case).optics.defocus is None
     monkeypatch.setattr("simulator.defocus.accuracy.SHARP_PX", 0.0)
-    assert case_plan(case).defocus is not None
+    assert case_plan(case).optics.defocus is not None
     assert np.abs(z_scores(blurred_case(case), skipped, 20000.0)).max() < 0.01
 
 

@@ -28,7 +28,8 @@ from simulator.sensor.crosstalk import Crosstalk
 from simulator.sensor.dark_current import DarkCurrent
 from simulator.sensor.optical_black import OpticalBlack
 from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.shot import Seeds, Shot
+from simulator.sensor.seeds import Seeds
+from simulator.shot import Shot
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG", "MONO")
 EDGE = OpticalBlack(left_px=16, top_px=8, right_px=4, bottom_px=6)

@@ -17,7 +17,8 @@ from simulator.pipeline import simulate
 from simulator.scene import Scene
 from simulator.sensor import STAGES
 from simulator.sensor.camera import IsoSetting, SpectralResponse
-from simulator.shot import Seeds, Shot
+from simulator.sensor.seeds import Seeds
+from simulator.shot import Shot
 from simulator.spectra import luminous_efficiency
 
 H, C, KM = 6.62607015e-34, 299792458.0, 683.0

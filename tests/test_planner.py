@@ -36,20 +36,20 @@ def test_stages_that_the_camera_lacks_are_skipped_with_a_reason():
     planned = plan(shot())
     assert not kept(planned)["photon_shot_noise"] and not kept(planned)["read_noise_after_gain"]
     assert all(step.why for step in planned.steps)
-    assert planned.stage("photon_shot_noise") is None
+    assert planned.sensor.stage("photon_shot_noise") is None
 
 
 def test_read_noise_is_split_so_that_the_measured_total_comes_out():
     camera = test_camera(iso_table={100: IsoSetting(0.5, 3.0)}, read_noise_after_gain_dn=1.0)
     planned = plan(shot(camera=camera))
-    assert planned.stage("read_noise_before_gain").sigma_e == pytest.approx(math.sqrt(8.0) / 0.5)
-    assert planned.moments(0.0).variance == pytest.approx(9.0 + 1 / 12)
+    assert planned.sensor.stage("read_noise_before_gain").sigma_e == pytest.approx(math.sqrt(8.0) / 0.5)
+    assert planned.sensor.moments(0.0).variance == pytest.approx(9.0 + 1 / 12)
 
 
 def test_noise_profile_is_gain_over_span_and_dark_variance_over_span_squared():
     stages = {"photon_shot_noise": STAGES["photon_shot_noise"]()}
     camera = test_camera(bit_depth=14, black_level_dn=512.0, iso_table={100: IsoSetting(0.5, 3.0)}, stages=stages)
-    slope, offset = plan(shot(camera=camera)).noise_profile()
+    slope, offset = plan(shot(camera=camera)).sensor.noise_profile()
     span = 16383 - 512
     assert slope == pytest.approx(0.5 / span)
     assert offset == pytest.approx((9.0 + 1 / 12) / span**2)
@@ -58,14 +58,15 @@ def test_noise_profile_is_gain_over_span_and_dark_variance_over_span_squared():
 def test_numbers_of_a_stage_are_parameters_and_need_no_new_build():
     """Another ISO changes the array, not the source."""
     first, second = (
-        sensor_defines(plan(shot(camera=test_camera(iso_table={100: IsoSetting(gain, 2.0)}))).stages) for gain in (1.0, 2.0)
+        sensor_defines(plan(shot(camera=test_camera(iso_table={100: IsoSetting(gain, 2.0)}))).sensor.stages)
+        for gain in (1.0, 2.0)
     )
     assert first[0] == second[0]
     assert not np.array_equal(first[1], second[1])
 
 
 def test_streams_of_random_numbers_differ_by_stage():
-    defines, _ = sensor_defines(plan(shot()).stages)
+    defines, _ = sensor_defines(plan(shot()).sensor.stages)
     streams = [value for name, value in defines.items() if name.endswith("_STREAM")]
     assert len(set(streams)) == len(streams) and "0u" not in streams
 
@@ -102,5 +103,5 @@ def test_a_stage_that_would_change_nothing_is_skipped(stem, name):
     idle = dataclasses.replace(stage, **{name: stage.neutral[name]})
     assert not idle.has_effect
     if name not in fields_from_shot(type(stage)):
-        assert plan(shot(camera=test_camera(stages={stem: stage}))).stage(stem) is not None
-        assert plan(shot(camera=test_camera(stages={stem: idle}))).stage(stem) is None
+        assert plan(shot(camera=test_camera(stages={stem: stage}))).sensor.stage(stem) is not None
+        assert plan(shot(camera=test_camera(stages={stem: idle}))).sensor.stage(stem) is None

@@ -12,8 +12,8 @@ from simulator.device import open_device
 from simulator.exposure import Exposure
 from simulator.lens import Aperture, Pinhole, RoundStop, ThinLens, Vignetting
 from simulator.lens_aberrations.aberrations import Aberrations
-from simulator.pipeline import expose_mosaic, simulate
-from simulator.planner import plan
+from simulator.pipeline import expose, simulate
+from simulator.planner import measure, plan
 from simulator.point_spread.planning import plan_spread
 from simulator.sensor.camera import SpectralResponse, Window
 from simulator.shot import Shot
@@ -150,7 +150,7 @@ def test_a_flat_field_stays_flat(name):
     planes[-1, -1] = 2.0 * DIM
     camera = test_camera(1200, 720, cfa, window=Window(8, 6, 150, 130), **settings)
     planned = Shot(band_scene(planes, DEPTHS.get(depth, depth)), through, EXPOSURE, camera)
-    assert plan(planned).spread is not None
+    assert plan(planned).optics.spread is not None
     found = simulate(planned).mean_electrons.astype(np.float64)
     for y, x in ((0, 0), (0, 1), (1, 0), (1, 1)):
         colour = found[y::2, x::2]
@@ -171,15 +171,15 @@ def test_what_is_skipped_agrees_with_what_would_have_been_done():
     planes = 1.0 + 1e-6 * RNG.random((48, 64))
     shot = Shot(band_scene(planes, math.inf), lens(11.0, diffraction=True), Exposure(0.05), green_camera(low_pass_um=3.0))
     planned = plan(shot)
-    assert planned.spread is None
-    spread = plan_spread(shot.lens, planned.camera, planned.scene, None, planned.projection.scale)
+    assert planned.optics.spread is None
+    spread = plan_spread(shot.lens, planned.sensor.camera, planned.optics.scene, None, planned.optics.projection.scale)
     found, skipped = (
-        open_device().download(expose_mosaic(one, open_device()), (48, 64), np.float32).astype(np.float64)
+        open_device().download(expose(measure(one, open_device()), open_device()), (48, 64), np.float32).astype(np.float64)
         for one in (dataclasses.replace(planned, spread=spread), planned)
     )
-    electrons_each = planned.stage("exposure").time_s * planned.stage("exposure").collecting_area_um2
-    electrons_each *= planned.stage("irradiance").solid_angle_sr
-    z = electrons_each * (found - skipped) / np.sqrt(planned.moments(electrons_each * skipped.mean()).variance)
+    electrons_each = planned.sensor.stage("exposure").time_s * planned.sensor.stage("exposure").collecting_area_um2
+    electrons_each *= planned.sensor.stage("irradiance").solid_angle_sr
+    z = electrons_each * (found - skipped) / np.sqrt(planned.sensor.moments(electrons_each * skipped.mean()).variance)
     assert 0.0 < np.abs(z).max() < 0.01
 
 

@@ -73,7 +73,7 @@ def test_field_of_view_sets_the_scale():
     width_at_infinity = 0.100 * 64 / 50.0  # tangent units
     fov = math.degrees(2 * math.atan(width_at_infinity))  # the scene is twice as wide as the sensor sees
     scene = band_scene(np.ones((96, 128)), math.inf, field_of_view_deg=fov)
-    projection = plan(Shot(scene, LENS, Exposure(0.01), camera)).projection
+    projection = plan(Shot(scene, LENS, Exposure(0.01), camera)).optics.projection
     assert projection.scale == pytest.approx(1.0)
     assert (projection.offset_x, projection.offset_y) == pytest.approx((32.0, 24.0))
 

@@ -257,4 +257,4 @@ def test_a_scene_of_one_surface_is_not_copied(tmp_path):
     scene = scene_of(PictureLayer(exr(tmp_path / "a.exr", colours(1)), 1.0)).load()
     camera = test_camera(8, 6)
     planned = plan(Shot(FixedScene(scene), ThinLens(50.0, 8.0, 1.0), Exposure(0.01), camera))
-    assert planned.scene is scene
+    assert planned.optics.scene is scene

@@ -28,7 +28,7 @@ def flat(name: str, iso: int, exposure_lx_s: float) -> simulator.Raw:
     """A white surface in D55 at this luminous exposure."""
     overrides = {"camera": name, "camera.window": {"x": 0, "y": 0, "width": 32, "height": 24}, "exposure.iso": iso}
     shot = simulator.load_shot(FLAT, overrides)
-    time_s = exposure_lx_s / grey_patch(shot, plan(shot), 1.0).illuminance_lx
+    time_s = exposure_lx_s / grey_patch(shot, plan(shot).optics.scene, 1.0).illuminance_lx
     return simulator.simulate(simulator.load_shot(FLAT, overrides | {"exposure.time": f"{time_s!r} s"}))
 
 
@@ -47,7 +47,7 @@ def test_grey_exposed_as_the_iso_says_comes_out_as_18_percent(name, iso):
 @pytest.mark.parametrize(("name", "iso"), CAMERAS)
 def test_the_saturation_exposure_is_where_the_first_colour_reaches_white(name, iso):
     shot = simulator.load_shot(FLAT, {"camera": name, "exposure.iso": iso})
-    saturation_lx_s = saturation_exposure_lx_s(plan(shot))
+    saturation_lx_s = saturation_exposure_lx_s(plan(shot).sensor)
     assert signal(flat(name, iso, 0.98 * saturation_lx_s)) == pytest.approx(0.98, rel=1e-3)
     assert signal(flat(name, iso, 1.02 * saturation_lx_s)) == pytest.approx(1.0, rel=1e-3)
 
@@ -56,9 +56,9 @@ def test_a_camera_whose_iso_is_the_saturation_based_speed_has_half_a_stop_above_
     # 18 % of 78 lx s over 10 lx s, 1.404: log2 of it is 0.49.
     shot = simulator.load_shot(FLAT)
     planned = plan(shot)
-    speed = 78 / saturation_exposure_lx_s(planned)
-    assert baseline_exposure_ev(planned, speed) == pytest.approx(np.log2(1.404), abs=1e-9)
-    assert baseline_exposure_ev(planned, 2 * speed) == pytest.approx(np.log2(2.808), abs=1e-9)
+    speed = 78 / saturation_exposure_lx_s(planned.sensor)
+    assert baseline_exposure_ev(planned.sensor, speed) == pytest.approx(np.log2(1.404), abs=1e-9)
+    assert baseline_exposure_ev(planned.sensor, 2 * speed) == pytest.approx(np.log2(2.808), abs=1e-9)
 
 
 def test_a_camera_that_sees_no_daylight_has_no_baseline():
@@ -69,7 +69,7 @@ def test_a_camera_that_sees_no_daylight_has_no_baseline():
         scene.scene, wavelengths_nm=wavelengths, spectra_w_m2_sr_nm=np.ones((1, 11)), illuminant=np.ones(11)
     )
     shot = Shot(type(scene)(light), ThinLens(50.0, 8.0, 2.0), Exposure(0.01), test_camera(response=infrared))
-    assert baseline_exposure_ev(plan(shot), 100) is None
+    assert baseline_exposure_ev(plan(shot).sensor, 100) is None
     assert simulator.simulate(shot).baseline_exposure_ev is None
 
 

@@ -8,7 +8,8 @@ from conftest import every_stage
 
 from simulator import tiles
 from simulator.device import devices, kernel_source, open_device
-from simulator.fused import FUSED, stage_order
+from simulator.fused import stage_order
+from simulator.sensor import FUSED
 from simulator.sensor.color_bias import ColorBias
 from simulator.sensor.conversion_gain import ConversionGain
 from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain

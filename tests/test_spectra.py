@@ -11,12 +11,12 @@ import yaml
 
 from simulator.errors import PhotositeError
 from simulator.scene import Scene
+from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.spectra import (
     ILLUMINANTS,
     WAVELENGTHS_NM,
     check_illuminant,
     color_matching_functions,
-    electron_radiance_weights,
     illuminant,
     luminance_cd_m2,
     luminous_efficiency,

@@ -18,8 +18,8 @@ from simulator.lens import Aperture, ThinLens
 from simulator.lens.pupil import Pupil
 from simulator.lens_aberrations.psf_table import PsfTable
 from simulator.lens_aberrations.sampling import Sampling
-from simulator.pipeline import expose_mosaic
-from simulator.planner import Plan, plan
+from simulator.pipeline import expose
+from simulator.planner import Plan, measure, plan
 from simulator.point_spread import FAR_AIRY, Spread, airy_radius_px, slab_radii_px
 from simulator.point_spread.far_blur import FarBlur
 from simulator.scene import Layer, Scene
@@ -67,8 +67,8 @@ def disks(radii) -> np.ndarray:
 
 
 def frame_of(planned: Plan) -> np.ndarray:
-    found = open_device().download(expose_mosaic(planned, open_device()), SIZE, np.float32)
-    return found[MARGIN:-MARGIN, MARGIN:-MARGIN] / planned.weights.sum()
+    found = open_device().download(expose(measure(planned, open_device()), open_device()), SIZE, np.float32)
+    return found[MARGIN:-MARGIN, MARGIN:-MARGIN] / planned.optics.weights.sum()
 
 
 def planned_scene(near_px: float, far_px: float, layers: bool) -> Plan:
@@ -87,10 +87,10 @@ def planned_scene(near_px: float, far_px: float, layers: bool) -> Plan:
 
 def by_slabs(planned: Plan) -> np.ndarray:
     """The frame with a table of disks in place of the blur."""
-    radii = sorted({float(one) for radius in planned.defocus.radii_px for one in np.unique(radius)})
+    radii = sorted({float(one) for radius in planned.optics.defocus.radii_px for one in np.unique(radius)})
     psf = PsfTable(disks(radii), np.array(radii), np.zeros(1), CELLS, 5.0)
     spread = Spread(psf, Pupil(), Sampling(), 5.0, 1, tuple(radii), True, SIZE[::-1], (1, 1))
-    return frame_of(dataclasses.replace(planned, spread=spread))
+    return frame_of(dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, spread=spread)))
 
 
 # p99 of abs(z) at 2,000 e- of two layers: one in focus; both out of focus, whose covariance is missing.
@@ -125,7 +125,10 @@ def test_slabs_in_between_make_a_smooth_tilt():
     radii = slab_radii_px(-6.0, 6.0)
     psf = PsfTable(disks(radii), np.array(radii), np.zeros(1), CELLS, 5.0)
     spread = Spread(psf, Pupil(), Sampling(), 5.0, 1, tuple(radii), True, SIZE[::-1], (1, 1))
-    found, geometric = frame_of(dataclasses.replace(planned, spread=spread)), frame_of(planned)
+    found, geometric = (
+        frame_of(dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, spread=spread))),
+        frame_of(planned),
+    )
     assert np.abs(found / geometric - 1.0).max() < 0.03 and np.abs(found / geometric - 1.0).mean() < 0.004
 
 
@@ -146,7 +149,7 @@ def test_blades_show_in_the_spot_of_wave_optics_the_right_way_round(radius_px):
     planes, depth = np.zeros((122, 122)), 1.0 / (0.5 - radius_px / per_dioptre)
     planes[60:62, 60:62] = 1000.0  # as large as a photosite
     wave = dataclasses.replace(blades, diffraction=True)
-    assert plan(Shot(band_scene(planes, depth), wave, EXPOSURE, green_camera(61, 61))).spread.by_distance
+    assert plan(Shot(band_scene(planes, depth), wave, EXPOSURE, green_camera(61, 61))).optics.spread.by_distance
     waves, geometric = (electrons(planes, green_camera(61, 61), one, depth) for one in (wave, blades))
     assert np.corrcoef(waves.ravel(), geometric.ravel())[0, 1] > 0.9
     assert np.corrcoef(waves[::-1, ::-1].ravel(), geometric.ravel())[0, 1] < 0.8
@@ -156,7 +159,7 @@ def test_blades_show_in_the_spot_of_wave_optics_the_right_way_round(radius_px):
 @pytest.mark.parametrize("radius_px", [-12.0, 12.0])
 def test_far_blur_has_its_blades_as_wave_optics_has_them(radius_px):
     blades = ThinLens(50.0, 8.0, 2.0, cos4=False, diffraction=True, aperture=Aperture(3, rotation_deg=20.0))
-    spread = plan(Shot(band_scene(np.eye(8), 2.0), blades, EXPOSURE, green_camera(8, 8))).spread
+    spread = plan(Shot(band_scene(np.eye(8), 2.0), blades, EXPOSURE, green_camera(8, 8))).optics.spread
     waves = dataclasses.replace(spread, radii_px=(radius_px,)).kernel(0, 0, False, 0, 0)[0]
     far = FarBlur(dataclasses.replace(spread.psf, size_px=41, cells=1), spread.pupil, radius_px).cell_kernel(0, 0.0, (0.0, 0.0))
     half = min(len(waves), len(far)) // 2
@@ -172,7 +175,7 @@ def test_far_blur_continues_what_wave_optics_gives():
     """Line transfer of both kernels where one takes over: at most 0.05 apart, docs/lens_aberrations.md."""
     scene = band_scene(np.eye(8), 2.0)
     through = ThinLens(50.0, 4.0, 2.0, cos4=False, diffraction=True)
-    spread = plan(Shot(scene, through, EXPOSURE, green_camera(8, 8))).spread
+    spread = plan(Shot(scene, through, EXPOSURE, green_camera(8, 8))).optics.spread
     radius = FAR_AIRY * airy_radius_px(spread.psf)
     near, far = (dataclasses.replace(spread, radii_px=(share * radius,)) for share in (0.999, 1.001))
     assert isinstance(far._lens(0), FarBlur) and not isinstance(near._lens(0), FarBlur)

@@ -17,7 +17,7 @@ from stability_cases import HEIGHT, LONG, QUICK, WIDTH, Body, Case, bodies, case
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
-from simulator.pipeline import simulate, truth
+from simulator.pipeline import noise_free_frame, simulate
 from simulator.planner import plan
 from simulator.sensor import STAGES
 from simulator.sensor.camera import Window
@@ -119,7 +119,7 @@ def worst_ulps(case: Case, lens: Optics, device) -> tuple[float, float]:
     thin = ThinLens(lens.focal_mm, lens.f_number)
     planned = plan(dataclasses.replace(shot, camera=camera, lens=thin))
     radiance = (1e5 * case.picture()).astype(np.float32)  # a weight of 1 in a scene of 100 cd/m^2, about
-    electrons, code = truth(planned, device, device.upload(radiance))
+    electrons, code = noise_free_frame(device, planned.sensor, device.upload(radiance))
     y, x = np.mgrid[lens.y : lens.y + HEIGHT, lens.x : lens.x + WIDTH] + 0.5 - 3000.0
     cos2 = 1.0 / (1.0 + (x**2 + y**2) * (5e-3 / lens.focal_mm) ** 2)
     solid_angle = np.pi / (4.0 * lens.f_number**2 + 1.0)

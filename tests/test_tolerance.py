@@ -22,8 +22,8 @@ from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
 from simulator.lens.pupil import Aperture
-from simulator.pipeline import expose_mosaic
-from simulator.planner import plan
+from simulator.pipeline import expose
+from simulator.planner import measure, plan
 from simulator.sensor.camera import Window
 from simulator.sensor.dark_current import DarkCurrent
 from simulator.sensor.full_well import FullWell
@@ -59,7 +59,7 @@ def test_a_loose_tolerance_is_faster():
         planned, taken = case_plan(case, 20000.0, tolerance), []
         for _ in range(4):
             started = time.process_time()
-            expose_mosaic(planned, device)
+            expose(measure(planned, device), device)
             device.finish()
             taken.append(time.process_time() - started)
         return min(taken[1:])
@@ -115,17 +115,17 @@ def test_the_brightest_light_decides():
     light[50, 50] = 500.0
     lens, camera = ThinLens(50.0, 2.0, 2.0, cos4=False), test_camera(100, 100, "RGGB")
     planned = plan(Shot(band_scene(light, 3.0), lens, Exposure(0.001), camera))
-    accuracy = planned.defocus.accuracy
-    weights = planned.weights.max(axis=1)
+    accuracy = planned.optics.defocus.accuracy
+    weights = planned.optics.weights.max(axis=1)
     green = weights[1] * lens.irradiance_per_radiance_sr() * 0.001 * 25.0
     assert accuracy.electrons == pytest.approx(green, rel=1e-5)
     assert accuracy.peak == pytest.approx(500.0 * weights.max() / weights[1], rel=1e-5)
-    bright = plan(Shot(band_scene(light, 3.0), lens, Exposure(10.0), camera)).defocus.accuracy
+    bright = plan(Shot(band_scene(light, 3.0), lens, Exposure(10.0), camera)).optics.defocus.accuracy
     assert bright.electrons == 65535.0
-    dark = plan(Shot(band_scene(0.0 * light, 3.0), lens, Exposure(0.001), camera)).defocus.accuracy
+    dark = plan(Shot(band_scene(0.0 * light, 3.0), lens, Exposure(0.001), camera)).optics.defocus.accuracy
     assert dark.electrons == 1.0
     full = test_camera(100, 100, "RGGB", stages={"full_well": FullWell(100.0), "dark_current": DarkCurrent(1e6)})
-    filled = plan(Shot(band_scene(light, 3.0), lens, Exposure(1.0), full)).defocus.accuracy
+    filled = plan(Shot(band_scene(light, 3.0), lens, Exposure(1.0), full)).optics.defocus.accuracy
     assert filled == Accuracy()  # dark current fills the well: nothing can be seen
 
 
@@ -147,7 +147,7 @@ def test_settings_follow_the_error_that_is_allowed():
 def test_the_plan_tells_the_predicted_error():
     """Of the methods that the scene may need, from the laws: two layers of constant radius, and a plane through the focus."""
     planned = case_plan(uniform_layers(-5.0, 6.0, 2), 20000.0)
-    errors, accuracy = predicted_errors(planned.defocus), planned.defocus.accuracy
+    errors, accuracy = predicted_errors(planned.optics.defocus), planned.optics.defocus.accuracy
     expected = {
         "means on 2 x 2 points per photosite": grid_error(5.0, 2, 2.0),
         "8192 points of the aperture": points_error(8192, 2),  # 1024 times 3.16^1.25, as a power of two
@@ -155,7 +155,7 @@ def test_the_plan_tells_the_predicted_error():
     assert errors == pytest.approx({method: share / accuracy.sigma for method, share in expected.items()})
     told = next(step.why for step in planned.steps if step.stage == "blur accuracy")
     assert "brightest light 2e+04 e-" in told and "8192 points of the aperture 0.0" in told
-    plane = predicted_errors(case_plan(slanted_plane((0.05, 0.11), 2)).defocus)
+    plane = predicted_errors(case_plan(slanted_plane((0.05, 0.11), 2)).optics.defocus)
     assert len(plane) == 3 and any("slopes" in method for method in plane) and any("no blur" in method for method in plane)
 
 
@@ -202,9 +202,9 @@ def test_without_tolerance_any_lens_and_filter_is_followed():
     device, frames = open_device(), []
     for tolerance in (0.0, 0.1):
         planned = plan(dataclasses.replace(shot, tolerance=tolerance))
-        frames.append(device.download(expose_mosaic(planned, device), (60, 90), np.float32))
+        frames.append(device.download(expose(measure(planned, device), device), (60, 90), np.float32))
         told = next(step.why for step in planned.steps if step.stage == "blur accuracy")
         assert ("by rays" in told) == (tolerance == 0.0)
     rays, fast = frames
-    assert planned.defocus.largest_px > 3.0
+    assert planned.optics.defocus.largest_px > 3.0
     assert np.quantile(np.abs(rays / fast - 1.0)[8:-8, 8:-8], 0.99) < 3e-3

@@ -13,7 +13,8 @@ from simulator.pipeline import simulate
 from simulator.planner import plan
 from simulator.sensor import STAGES
 from simulator.sensor.camera import IsoSetting
-from simulator.shot import Seeds, Shot
+from simulator.sensor.seeds import Seeds
+from simulator.shot import Shot
 
 LENS = ThinLens(50.0, 8.0, cos4=False)
 
@@ -36,7 +37,7 @@ def test_frames_scatter_about_the_truth_with_the_variance_of_the_model():
     shot = Shot(band_scene(picture, math.inf), LENS, Exposure(0.01), noisy_camera(photon_shot_noise=()), Seeds(frame=5))
     raw, planned = simulate(shot), plan(shot)
     assert 500 < raw.mean_electrons.mean() < 5000
-    variance = np.array([planned.moments(float(e)).variance for e in raw.mean_electrons.ravel()[::997]])
+    variance = np.array([planned.sensor.moments(float(e)).variance for e in raw.mean_electrons.ravel()[::997]])
     slope, offset = raw.noise_profile[0]
     x = (raw.noise_free_dn.ravel()[::997] - raw.black_level_dn) / (raw.white_level_dn - raw.black_level_dn)
     assert np.allclose((slope * x + offset) * (raw.white_level_dn - raw.black_level_dn) ** 2, variance, rtol=1e-5)

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,12 +14,13 @@ from scipy import stats
 from simulator.device import open_device
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
-from simulator.pipeline import expose_mosaic, simulate, truth, truth_parts
-from simulator.planner import plan
+from simulator.pipeline import expose, noise_free_frame, simulate, truth_parts
+from simulator.planner import measure, plan
 from simulator.sensor import STAGES
 from simulator.sensor.binning import Binning
 from simulator.sensor.camera import IsoSetting, Window
-from simulator.shot import Seeds, Shot
+from simulator.sensor.seeds import Seeds
+from simulator.shot import Shot
 from simulator.truth_maps import variance_map
 
 LENS = ThinLens(50.0, 2.0, 2.0, cos4=False)
@@ -48,7 +50,7 @@ def test_variance_is_the_sum_of_shot_read_and_rounding_noise():
 def test_near_the_white_level_variance_is_that_of_a_clipped_normal_number():
     planned = plan(shot_of(np.ones((4, 4, 3))))
     electrons = np.linspace(0.0, 8000.0, 600).reshape(20, 30).astype(np.float32)
-    found = variance_map(planned, electrons)
+    found = variance_map(planned.sensor, electrons)
     for mean_e, variance in zip(electrons.ravel()[::37], found.ravel()[::37], strict=True):
         mean, sigma = 128 + 0.8 * float(mean_e), math.sqrt(0.64 * float(mean_e) + 16 + 1 / 12)
         codes = np.linspace(mean - 10 * sigma, mean + 10 * sigma, 200_001)
@@ -141,12 +143,12 @@ def test_what_a_part_holds_on_the_host_is_counted_before_the_shot_is_taken(part)
     """Peak of Python's own allocations on a frame large enough that tables of fixed size do not count."""
     device, scene = open_device(), RANDOM.uniform(0.1, 1.0, (60, 80, 3))
     shot = shot_of(scene, RANDOM.uniform(1.999, 2.001, (60, 80)), noisy_camera(1600, 1200), truth=(part,))
-    planned = plan(shot)
-    mean_electrons, _ = truth(planned, device, expose_mosaic(planned, device))
+    planned = measure(plan(shot), device)
+    mean_electrons, _ = noise_free_frame(device, planned.sensor, expose(planned, device))
     tracemalloc.start()
-    truth_parts(shot, planned, device, mean_electrons)
+    truth_parts(planned, shot.lens, device, mean_electrons)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    counted = planned.memory_bytes((part,)) - planned.memory_bytes()
+    counted = planned.memory_bytes() - plan(replace(shot, truth=())).memory_bytes()
     on_device = 12 * 1600 * 1200 * (part == "rgb")
     assert peak - 2**21 <= counted - on_device <= 1.1 * peak, (peak, counted)

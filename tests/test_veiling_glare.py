@@ -12,11 +12,12 @@ import simulator
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
 from simulator.fused import sensor_defines
-from simulator.lens import BareSensor, Irradiance, Pinhole, RoundStop, ThinLens, Vignetting
+from simulator.lens import BareSensor, Pinhole, RoundStop, ThinLens, Vignetting
 from simulator.pipeline import simulate
 from simulator.planner import plan
 from simulator.scene import Layer
 from simulator.sensor.camera import Window
+from simulator.sensor.irradiance import Irradiance
 from simulator.shot import Shot
 
 CHART = Path(__file__).parent.parent / "configs" / "shots" / "color_checker.yaml"
@@ -168,7 +169,7 @@ def test_a_shot_file_states_it_and_explain_tells_it():
     for lens in (LENS, BareSensor()):
         planned = plan(replace(shot, lens=lens))
         skipped = next(step for step in planned.steps if step.stage == "veiling glare")
-        assert not skipped.kept and skipped.why and planned.veiling_glare is None
+        assert not skipped.kept and skipped.why and planned.optics.veiling_glare is None
 
 
 @pytest.mark.parametrize("share", [-0.01, 1.0, math.nan])

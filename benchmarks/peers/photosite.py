@@ -10,7 +10,7 @@ from measuring.work import Sensor
 from simulator.device import Device, DeviceInfo, open_device
 from simulator.sensing import FrameSetting, Part, sense
 from simulator.sensor import STAGES
-from simulator.shot import Seeds
+from simulator.sensor.seeds import Seeds
 from simulator.stage import Stage
 
 

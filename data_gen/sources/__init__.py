@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from simulator.sensor.camera import Cfa
+from simulator.sensor.cfa import CfaName
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class CleanImage:
     """
 
     signal: np.ndarray
-    cfa: Cfa | None
+    cfa: CfaName | None
     white_balance: tuple[float, float, float]
     color_matrix: tuple[tuple[float, ...], ...] | None = None
 

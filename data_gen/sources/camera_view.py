@@ -8,8 +8,8 @@ import numpy as np
 from data_gen.sources import CleanImage
 from simulator.color import as_shot_neutral
 from simulator.errors import require
-from simulator.planner import matrix_under_d65
 from simulator.sensor.camera import Camera
+from simulator.sensor.camera_color import matrix_under_d65
 from simulator.spectra import WAVELENGTHS_NM, check_illuminant, efficiency_on, illuminant
 
 

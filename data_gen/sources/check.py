@@ -11,7 +11,7 @@ import numpy as np
 from data_gen.patches import AUGMENTATIONS, Augmentation, choose_crop
 from data_gen.sources import Source
 from simulator.errors import PhotositeError
-from simulator.sensor.camera import Cfa
+from simulator.sensor.cfa import CfaName
 
 ProblemKind = Literal["not listed", "duplicate name", "unreadable", "too small"]
 
@@ -52,7 +52,7 @@ class SourceReport:
 def check_sources(
     sources: Iterable[Source],
     size: tuple[int, int] = (1, 1),
-    cfas: Iterable[Cfa] = (),
+    cfas: Iterable[CfaName] = (),
     augmentations: Iterable[Augmentation] = AUGMENTATIONS,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> SourceReport:
@@ -83,7 +83,7 @@ def check_sources(
 
 
 def _problem(
-    source: Source, name: str, size: tuple[int, int], wanted: list[tuple[Cfa, Augmentation]]
+    source: Source, name: str, size: tuple[int, int], wanted: list[tuple[CfaName, Augmentation]]
 ) -> tuple[ProblemKind, str] | None:
     try:
         picture = source.read(name, np.random.default_rng(0))

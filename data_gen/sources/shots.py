@@ -11,8 +11,11 @@ from data_gen.sources import CleanImage
 from simulator.config import Sweep, load_shot, load_sweep
 from simulator.device import Device, open_device
 from simulator.errors import PhotositeError, require
-from simulator.pipeline import check_memory, expose_mosaic, truth
-from simulator.planner import Plan, plan
+from simulator.frame_metadata import neutral_of
+from simulator.pipeline import check_memory, expose, noise_free_frame
+from simulator.planner import Plan, measure, plan
+from simulator.sensor.camera_color import matrix_under_d65
+from simulator.sensor_plan import SensorPlan
 from simulator.shot import Shot
 
 
@@ -63,33 +66,35 @@ def clean_picture(shot: Shot, device: Device) -> CleanImage:
 
     What optical black covers is cut off; it is an even number of rows and columns, so the pattern stays.
     """
-    planned = plan(shot)
-    check_memory(planned, device)
-    matrix, neutral = planned.color_metadata()
+    planned = plan(replace(shot, truth=()))
+    check_memory(planned, device.info)
+    planned, sensor = measure(planned, device), planned.sensor
+    matrix, neutral = matrix_under_d65(shot.camera), neutral_of(planned.optics.scene, shot.camera)
     balance = tuple(neutral[1] / value for value in neutral) if len(neutral) == 3 else (1.0, 1.0, 1.0)
     matrix = None if matrix is None else tuple(tuple(map(float, row)) for row in matrix)
-    scale, lit = np.float32(1.0 / saturating_electrons(planned)), _lit(planned)
-    crosstalk, binning = planned.layout.crosstalk, planned.layout.binning
+    scale, lit = np.float32(1.0 / saturating_electrons(sensor)), _lit(sensor)
+    crosstalk, binning = sensor.layout.crosstalk, sensor.layout.binning
     if shot.camera.channels == 3 and binning is None and not any(crosstalk.optical_shares + crosstalk.electrical_shares):
-        planes = [_electrons(replace(planned, only_colour=channel), device)[lit] for channel in range(3)]
+        planes = [_electrons(planned.in_one_color(channel), device)[lit] for channel in range(3)]
         return CleanImage(np.stack(planes, axis=-1) * scale, None, balance, matrix)
     return CleanImage(_electrons(planned, device)[lit] * scale, shot.camera.frame_cfa(), balance, matrix)
 
 
-def saturating_electrons(planned: Plan) -> float:
+def saturating_electrons(sensor: SensorPlan) -> float:
     """Mean photoelectrons [e-] in what is read at once at which the code without noise reaches white, linearly from dark."""
-    dark, one = planned.moments(0.0).mean, planned.moments(1.0).mean
-    read_together = planned.layout.binning.factor**2 if planned.layout.adds_charge else 1
-    return read_together * (planned.white_level_dn() - dark) / (one - dark)
+    binning = sensor.layout.binning
+    read_together = binning.count if binning is not None and sensor.layout.adds_charge else 1
+    return read_together * sensor.electrons_at_white()
 
 
 def _electrons(planned: Plan, device: Device) -> np.ndarray:
     """Mean photoelectrons of every pixel that is given out, (height, width) float32 [e-]."""
-    mean_electrons, _ = truth(planned, device, expose_mosaic(planned, device))
+    light = expose(planned, device)
+    mean_electrons, _ = noise_free_frame(device, planned.sensor, light)
     return mean_electrons
 
 
-def _lit(planned: Plan) -> tuple[slice, slice]:
+def _lit(sensor: SensorPlan) -> tuple[slice, slice]:
     """Rows and columns of the frame that light reaches."""
-    area = planned.layout.active_area
+    area = sensor.layout.active_area
     return (slice(None), slice(None)) if area is None else (slice(area[0], area[2]), slice(area[1], area[3]))

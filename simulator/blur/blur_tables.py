@@ -4,28 +4,23 @@ from functools import cache
 
 import numpy as np
 
-from simulator.blur.frame import BlurFrame
 from simulator.defocus import TILE_COLUMNS
 from simulator.defocus.lens_points import lens_points
 from simulator.defocus.tables import aperture_taps, blur_table
-from simulator.defocus.tiles import TileChoice
-from simulator.defocus.zones import Zones
 from simulator.device import Device
-from simulator.planner import Plan
+from simulator.tile_plan import TilePlan
 
 
 class BlurTables:
     """Tables for strips of `over` x `over` points per photosite.
 
-    zones: of the field; None: the pupil is the same everywhere.
+    tiles: the methods that the frame's tiles get, and the zones of the field.
     """
 
-    def __init__(self, planned: Plan, device: Device, area: BlurFrame, chosen: TileChoice, zones: Zones | None, over: int):
-        self._device, self._pupil, self._zones, self.over = device, planned.defocus.pupil, zones, over
-        self._chosen, self._size = (
-            chosen.part(slice(0, len(chosen.wanted)), over),
-            (over, over * area.strip_rows, area.way_columns),
-        )
+    def __init__(self, tiles: TilePlan, device: Device, over: int):
+        self._device, self._pupil, self._zones, self.over = device, tiles.optics.defocus.pupil, tiles.zones, over
+        self._chosen = tiles.chosen.part(slice(0, len(tiles.chosen.wanted)), over)
+        self._size = over, over * tiles.area.strip_rows, tiles.area.way_columns
         self._nothing = device.zeros((1,), np.int32)
         self.of_tiles, self._images = cache(self._of_tiles), cache(self._chosen.table)
 

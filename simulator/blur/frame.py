@@ -5,17 +5,20 @@ from functools import cached_property
 import numpy as np
 
 from simulator.defocus import PATCH_COLUMNS, PATCH_ROWS, TILE_COLUMNS, TILE_ROWS
-from simulator.planner import Plan
+from simulator.sensor.camera_sections import Window
 
 BAND_ROWS = 128  # rows that share running sums
 HALF_TILE = TILE_COLUMNS // 2
 
 
 class BlurFrame:
-    """Geometry of the frame with its margin, cut along bands and tiles of the whole sensor."""
+    """Geometry of the frame with its margin, cut along bands and tiles of the whole sensor.
 
-    def __init__(self, planned: Plan):
-        frame, self.reach = planned.frame, planned.defocus.reach_px
+    frame: photosites to compute. reach: margin that the blur needs on either side [photosites].
+    """
+
+    def __init__(self, frame: Window, reach: int):
+        self.frame, self.reach = frame, reach
         first_band, first_tile = frame.y // BAND_ROWS * BAND_ROWS, frame.x // TILE_COLUMNS * TILE_COLUMNS
         self.first_band = first_band
         self.bands = -(-(frame.y + frame.height - first_band) // BAND_ROWS)
@@ -51,10 +54,10 @@ class BlurFrame:
         """Patch rows and columns."""
         return self.rows // PATCH_ROWS, 2 * self.way_columns // PATCH_COLUMNS
 
-    def inside(self, planned: Plan) -> np.ndarray:
+    def inside(self) -> np.ndarray:
         """Tiles that hold photosites of the frame: (tile rows, tile columns) bool."""
         first_rows = np.arange(self.grid[0]) * TILE_ROWS - self.margin_y
         first_columns = np.arange(self.grid[1]) * TILE_COLUMNS - self.margin_x
-        rows = (first_rows + TILE_ROWS > 0) & (first_rows < planned.frame.height)
-        columns = (first_columns + TILE_COLUMNS > 0) & (first_columns < planned.frame.width)
+        rows = (first_rows + TILE_ROWS > 0) & (first_rows < self.frame.height)
+        columns = (first_columns + TILE_COLUMNS > 0) & (first_columns < self.frame.width)
         return rows[:, None] & columns[None, :]

@@ -24,11 +24,11 @@ class StripLights:
 
     @property
     def _pupil(self):
-        return self.strip.planned.defocus.pupil
+        return self.strip.defocus.pupil
 
     def _bright(self, limit: np.ndarray) -> Lights:
         """Samples above the limit whose spots are larger than a photosite."""
-        strip, radii = self.strip, self.strip.planned.defocus.radii_px
+        strip, radii = self.strip, self.strip.defocus.radii_px
         radius = strip.device.download(
             strip.radius, (max(len(strip.maps.scene_radius), 1), *self.sampled.shape[2:]), np.float32
         )
@@ -56,9 +56,7 @@ class StripLights:
         """Give the photosites of the reached blocks their share. slabs, light: device buffers. place: of the strip."""
         lights, lists = self.lights, [own for own in self.lists if len(own)]
         counts = np.array([len(own) for own in lists])
-        weights, first, side = spot_weights(
-            lights, self._pupil, self.strip.over, self.strip.planned.defocus.eyes, self.origin_px
-        )
+        weights, first, side = spot_weights(lights, self._pupil, self.strip.over, self.strip.defocus.eyes, self.origin_px)
         arrays = {
             "blocks": self.places[self.reached],
             "ranges": np.stack([np.cumsum(counts) - counts, counts], axis=-1).astype(np.uint32),

@@ -8,26 +8,26 @@ import numpy as np
 from simulator.blur.lens_height_field import sample_height_field
 from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
 from simulator.blur.relief import project_radius
-from simulator.device import Device
-from simulator.planner import Plan, projection_arguments, projection_defines
+from simulator.device import Buffer, Device
+from simulator.optics_plan import OpticsPlan
 from simulator.sensor.camera import Window
 
 RAYS = 16384  # per photosite: p99.9 of |z| below 0.1 at 2000 e- on the closed forms, small lights left out
 BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins with the same colours
 
 
-def reference_mosaic(planned: Plan, device: Device, planes: list, progress: Callable[[float], None]):
+def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], progress: Callable[[float], None]) -> Buffer:
     """Device buffer (height, width) float32: the mosaic of electron radiance behind the defocused lens.
 
-    planes: as for `blurred_mosaic`. Several layers, or one distance, are what rays meet front to back; one picture with its
+    planes: as for `defocused_mosaic`. Several layers, or one distance, are what rays meet front to back; one picture with its
     distances is a surface that goes on behind its edges (`lens_height_field`).
     Raises PhotositeError for layers too steep to be met once.
     """
-    frame, block = planned.frame, planned.filter_block()
-    single = len(planes) == 1 and np.ndim(planned.defocus.radii_px[0]) > 0
+    frame, block = optics.window, optics.cfa.block(optics.window.x, optics.window.y)
+    single = len(planes) == 1 and np.ndim(optics.defocus.radii_px[0]) > 0
     light = np.empty((frame.height, frame.width), np.float32)
-    grid = Grid(planned, device, planes)
-    points = lens_points(RAYS, pupil=planned.defocus.pupil)
+    grid = Grid(optics, device, planes)
+    points = lens_points(RAYS, pupil=optics.defocus.pupil)
     if grid.over == 1:
         points[..., :2] = 0.5  # the samples are means over photosites already
     for window in _bands(frame):
@@ -53,19 +53,19 @@ def _bands(frame: Window) -> Iterator[Window]:
 class Grid:
     """The scene's layers on `over` x `over` samples per photosite, as fine as the scene, with a margin."""
 
-    planned: Plan
+    optics: OpticsPlan
     device: Device
-    planes: list
+    planes: list[Buffer]
 
     def __post_init__(self):
-        scale, self.margin_px = self.planned.projection.scale, self.planned.defocus.reach_px
+        scale, self.margin_px = self.optics.projection.scale, self.optics.defocus.reach_px
         self.over = 4 if scale >= 3.0 else 2 if scale >= 1.5 else 1
-        radii = self.planned.defocus.radii_px
+        radii = self.optics.defocus.radii_px
         self.radii = [self.device.upload(px) if np.ndim(px) else px for px in radii]
 
     def band(self, window: Window) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Colour (layers, channels, rows, columns), coverage and signed radius (layers, rows, columns) of a window."""
-        channels, over = self.planned.camera.channels, self.over
+        channels, over = self.optics.channels, self.over
         size = [(side + 2 * self.margin_px) * over for side in (window.height, window.width)]
         place = {"origin_x": window.x - self.margin_px, "origin_y": window.y - self.margin_px}
         light = np.stack([self._light(planes, place, size) for planes in self.planes])
@@ -73,11 +73,10 @@ class Grid:
         return light[:, :channels], covered, np.stack([self._radius(px, place, size) for px in self.radii])
 
     def _light(self, planes, place: dict, size: list[int]) -> np.ndarray:
-        covered = any(layer.coverage is not None for layer in self.planned.scene.layers)
-        count, half = self.planned.camera.channels + covered, self._half(size)
+        count, half = self.optics.channels + self.optics.has_coverage, self._half(size)
         sampled = self.device.empty((count, 2 * self.over, size[0], half), np.float32)
-        kernel = self.device.kernel("projection_planes", projection_defines(self.planned, self.over), file="projection.cl")
-        arguments = projection_arguments(self.planned, **place)
+        kernel = self.device.kernel("projection_planes", self.optics.projection_defines(self.over), file="projection.cl")
+        arguments = self.optics.projection.arguments(**place)
         work = (half, size[0], count * 2 * self.over)
         self.device.run(kernel, work, None, planes=planes, sampled=sampled, first_plane=0, **arguments)
         return self._in_rows(sampled, count, size)
@@ -87,7 +86,7 @@ class Grid:
             return np.full(size, radius, np.float32)
         shape = {"rows": size[0], "way_columns": self._half(size)}
         found = self.device.empty((1, 2 * self.over, *shape.values()), np.float32)
-        project_radius(self.planned, self.device, radius, found, 0, over=self.over, **place, **shape)
+        project_radius(self.device, self.optics.projection, radius, found, 0, over=self.over, **place, **shape)
         return self._in_rows(found, 1, size)[0]
 
     def _half(self, size: list[int]) -> int:

@@ -6,8 +6,10 @@ import numpy as np
 
 from simulator.blur.frame import BlurFrame
 from simulator.defocus import CLASS_UNIT_PX, PATCH_COLUMNS, PATCH_ROWS, Relief
-from simulator.device import Device
-from simulator.planner import Plan, projection_arguments, projection_defines
+from simulator.device import Buffer, Device
+from simulator.optics_plan import OpticsPlan
+from simulator.projection import Projection
+from simulator.sensor.cfa import Cfa
 
 EDGE_PX = 1.0  # neighbouring scene pixels whose radii differ by more belong to two surfaces
 
@@ -20,49 +22,60 @@ class Maps:
     scene_radius: the same of each mapped layer on the scene's grid, buffers (height, width) float32.
     """
 
-    radius: object
-    scene_radius: list
+    radius: Buffer
+    scene_radius: list[Buffer]
     reliefs: list[Relief]
 
 
-def measured_maps(planned: Plan, device: Device, area: BlurFrame) -> Maps:
+def measured_maps(optics: OpticsPlan, device: Device, area: BlurFrame) -> Maps:
     """Radius on the photosites of every layer, and what its tiles hold."""
-    defocus, reliefs, scene_radius = planned.defocus, [], []
-    mapped = sum(np.ndim(radius) > 0 for radius in defocus.radii_px)
-    radius = device.empty((max(mapped, 1), 2, area.rows, area.way_columns), np.float32)
-    for layer, px in zip(planned.scene.layers, defocus.radii_px, strict=True):
+    defocus, reliefs, scene_radius = optics.defocus, [], []
+    radius = device.empty((max(defocus.maps, 1), 2, area.rows, area.way_columns), np.float32)
+    for layer, px in zip(optics.scene.layers, defocus.radii_px, strict=True):
         if np.ndim(px):
             first_plane = 2 * len(scene_radius)
             scene_radius.append(device.upload(px))
             place = {"origin_x": area.x, "origin_y": area.y, "rows": area.rows, "way_columns": area.way_columns}
-            project_radius(planned, device, scene_radius[-1], radius, first_plane, over=1, **place)
-            *measured, classes = _measured(planned, device, area, radius, first_plane)
+            project_radius(device, optics.projection, scene_radius[-1], radius, first_plane, over=1, **place)
+            *measured, classes = _measured(optics, device, area, radius, first_plane)
         else:
             level, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
             measured = [level + np.float32(px), level + np.float32(px), level, level, level]
-        filled, covered = _coverage(planned, area, layer.coverage)
+        filled, covered = _coverage(optics.projection, area, layer.coverage)
         reliefs.append(Relief(*measured, classes, covered, filled))
     return Maps(radius, scene_radius, reliefs)
 
 
-def project_radius(planned, device, scene_radius, radius, first_plane, *, over, origin_x, origin_y, rows, way_columns) -> None:
+def project_radius(
+    device: Device,
+    projection: Projection,
+    scene_radius: Buffer,
+    radius: Buffer,
+    first_plane: int,
+    *,
+    over: int,
+    origin_x: int,
+    origin_y: int,
+    rows: int,
+    way_columns: int,
+) -> None:
     """Enqueue the projection of a radius map onto `over` x `over` points per photosite; rows counts rows of points."""
     device.run(
-        device.kernel("projection_radius", projection_defines(planned, over), file="projection.cl"),
+        device.kernel("projection_radius", projection.defines(Cfa.uniform(0).macros(0, 0), over), file="projection.cl"),
         (way_columns, rows, 2 * over),
         None,
         scene_radius=scene_radius,
         radius=radius,
         edge=EDGE_PX,
         first_plane=first_plane,
-        **projection_arguments(planned, origin_x, origin_y),
+        **projection.arguments(origin_x, origin_y),
     )
 
 
-def _measured(planned: Plan, device: Device, area: BlurFrame, radius, first_plane: int) -> tuple[np.ndarray, ...]:
+def _measured(optics: OpticsPlan, device: Device, area: BlurFrame, radius, first_plane: int) -> tuple[np.ndarray, ...]:
     """Least, greatest and steepest radius of each patch, its slopes, and its classes."""
     relief, present = device.empty((5, *area.patches), np.float32), device.empty((2, *area.patches), np.uint32)
-    defocus = planned.defocus
+    defocus = optics.defocus
     defines = {"HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
     device.run(
         device.kernel("relief", defines),
@@ -79,15 +92,15 @@ def _measured(planned: Plan, device: Device, area: BlurFrame, radius, first_plan
     )
     near, far = device.download(present, (2, *area.patches), np.uint32).astype(np.uint64)
     *measured, slope_x, slope_y = device.download(relief, (5, *area.patches), np.float32)
-    rows, columns = _on_sensor(planned, area)
+    rows, columns = _on_sensor(optics.sensor_px, area)
     slopes = [slope[rows[:, None], columns] for slope in (slope_x, slope_y)]
     return *measured, *slopes, near | far << np.uint64(32)
 
 
-def _on_sensor(planned: Plan, area: BlurFrame) -> tuple[np.ndarray, np.ndarray]:
+def _on_sensor(sensor_px: tuple[int, int], area: BlurFrame) -> tuple[np.ndarray, np.ndarray]:
     """For each row and column of patches the nearest that lies wholly on the sensor: beyond its edge a surface goes on."""
-    camera = planned.camera
-    sides = (area.y, PATCH_ROWS, area.patches[0], camera.height_px), (area.x, PATCH_COLUMNS, area.patches[1], camera.width_px)
+    width, height = sensor_px
+    sides = (area.y, PATCH_ROWS, area.patches[0], height), (area.x, PATCH_COLUMNS, area.patches[1], width)
     nearest = []
     for origin, size, count, length in sides:
         first, last = -(origin // size), (length - origin) // size - 1
@@ -95,11 +108,10 @@ def _on_sensor(planned: Plan, area: BlurFrame) -> tuple[np.ndarray, np.ndarray]:
     return nearest[0], nearest[1]
 
 
-def _coverage(planned: Plan, area: BlurFrame, coverage: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+def _coverage(projection: Projection, area: BlurFrame, coverage: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest coverage of each patch, from all scene pixels that its photosites may read."""
     if coverage is None:
         return np.ones(area.patches, np.float32), np.ones(area.patches, np.float32)
-    projection = planned.projection
     if projection.warp is not None:  # a tile's border is no straight line in the scene: what holds everywhere
         return np.full(area.patches, coverage.min(), np.float32), np.full(area.patches, coverage.max(), np.float32)
     least = greatest = coverage

@@ -1,20 +1,18 @@
 """A band of rows with its margins on the device, and the kernels that blur it."""
 
-from functools import cached_property
-
 import numpy as np
 
 from simulator.blur.blur_tables import BlurTables
-from simulator.blur.frame import HALF_TILE, BlurFrame
+from simulator.blur.frame import HALF_TILE
 from simulator.blur.lights import StripLights
-from simulator.blur.relief import Maps, project_radius
+from simulator.blur.relief import project_radius
 from simulator.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
 from simulator.defocus.blocks import BlockChoice, slab_lists
 from simulator.defocus.lens_points import points_wanted
-from simulator.defocus.lights import bright_limit
 from simulator.defocus.tiles import NODES_PER_PX, TileChoice
-from simulator.device import Device
-from simulator.planner import Plan, projection_arguments, projection_defines
+from simulator.device import Buffer, Device
+from simulator.sensor.cfa import Cfa
+from simulator.tile_plan import TilePlan
 
 POINTS_SAVED = 4  # where points find the means' covariance only, and do not spread over the photosite, too
 
@@ -22,15 +20,13 @@ POINTS_SAVED = 4  # where points find the means' covariance only, and do not spr
 class Strip:
     """The buffers of a band of rows with its margins, at `over` x `over` points per photosite, and what runs on them."""
 
-    def __init__(
-        self, planned: Plan, device: Device, area: BlurFrame, maps: Maps, chosen: TileChoice, tables: BlurTables, planes, open_
-    ):
-        over = tables.over
-        self.planned, self.device, self.area, self.maps, self.chosen = planned, device, area, maps, chosen
+    def __init__(self, tiles: TilePlan, cfa: Cfa, device: Device, tables: BlurTables, planes: list[Buffer], open_: Buffer):
+        over, area, maps = tables.over, tiles.area, tiles.maps
+        self.tiles, self.device, self.area, self.maps, self.chosen = tiles, device, area, maps, tiles.chosen
+        self.projection, self.defocus = tiles.optics.projection, tiles.optics.defocus
         self.tables, self.planes, self.open = tables, planes, open_
         self.over, self.ways, self.rows = over, 2 * over, over * area.strip_rows
-        self.channels = planned.camera.channels
-        self.coverage = int(any(layer.coverage is not None for layer in planned.scene.layers))
+        self.channels, self.coverage = tiles.optics.channels, int(tiles.optics.has_coverage)
         self.layer_planes = self.channels + self.coverage
         half = area.way_columns
         self.sampled = device.empty((len(planes) * self.layer_planes, self.ways, self.rows, half), np.float32)
@@ -41,7 +37,7 @@ class Strip:
         # Points run over 16 columns and 4 rows of a colour at once on CPUs; on GPUs there are work-items enough.
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         defines = {"SPAN": device.span, "CHANNELS": self.channels, "COVERAGE": self.coverage}
-        self.defines = {**projection_defines(planned, over), **defines}
+        self.defines = {**self.projection.defines(cfa.macros(area.frame.x, area.frame.y), over), **defines}
 
     def band(self, band: int, light) -> None:
         """Compute one band of rows of the mosaic `light`."""
@@ -50,7 +46,8 @@ class Strip:
         if not chosen.wanted.any():
             return
         strip_row = self.area.strip_row(band)
-        frame, area = self.planned.frame, self.area
+        area = self.area
+        frame = area.frame
         edges = {"margin_x": area.margin_x, "strip_y": strip_row, "margin_y": area.margin_y}
         place = {**self.size, **edges, "width": frame.width, "height": frame.height, "light": light}
         self._sample(strip_row)
@@ -61,7 +58,7 @@ class Strip:
 
     def _sample(self, strip_row: int) -> None:
         kernel = self.device.kernel("projection_planes", self.defines, file="projection.cl")
-        arguments = projection_arguments(self.planned, self.area.x, self.area.y + strip_row)
+        arguments = self.projection.arguments(self.area.x, self.area.y + strip_row)
         for layer, planes in enumerate(self.planes):
             first_plane = layer * self.layer_planes * self.ways
             size = (self.area.way_columns, self.rows, self.layer_planes * self.ways)
@@ -106,7 +103,7 @@ class Strip:
             (spans, 2 * TILE_ROWS, int(wanted.sum())),
             (spans, 1, 1),
             radius=self.maps.radius,
-            map=sum(np.ndim(radius) > 0 for radius in self.planned.defocus.radii_px[:layer]),
+            map=sum(np.ndim(radius) > 0 for radius in self.defocus.radii_px[:layer]),
             open=self.open,
             tiles=self.device.upload(self._places(wanted, TILE_ROWS, TILE_COLUMNS, first, images)),
             corners=self.tables.corners(chosen.zone[wanted] if clipped else None),
@@ -122,7 +119,7 @@ class Strip:
         sampled = chosen.sampled()
         if not sampled.any():
             return
-        lists = slab_lists(self.planned.defocus, chosen.present[:, sampled], chosen.even_px[:, sampled])
+        lists = slab_lists(self.defocus, chosen.present[:, sampled], chosen.even_px[:, sampled])
         if lists.mapped.any():
             self._sample_radius(strip_row)
         slabs, places = (
@@ -130,11 +127,12 @@ class Strip:
             self._places(sampled, BLOCK_ROWS, BLOCK_COLUMNS, lists.first, lists.count),
         )
         corrected = chosen.methods[sampled] == Method.CORRECTED
-        lights = None if self.bright is None else StripLights(self, strip_row, places, self.bright)
+        limit = self.tiles.highlight_limit
+        lights = None if limit is None else StripLights(self, strip_row, places, limit)
         if lights is not None and lights.reached.any():
             lights.take()
             corrected &= ~lights.reached  # the means hold the lights
-        points = points_wanted(chosen.largest_px[sampled], self.planned.defocus)
+        points = points_wanted(chosen.largest_px[sampled], self.defocus)
         points = np.where(corrected & (self.over == 1), points // POINTS_SAVED, points)
         rows, columns = np.nonzero(sampled)
         around = self.tables.around_blocks((strip_row + self.area.reach) // BLOCK_ROWS + rows, columns)
@@ -144,11 +142,6 @@ class Strip:
             self._follow(kind.tolist(), places[wanted], tuple(part[wanted] for part in around), slabs, place)
         if lights is not None and lights.reached.any():
             lights.spread(slabs, **place)
-
-    @cached_property
-    def bright(self) -> np.ndarray | None:
-        """What a sample must exceed to be a light, (channels,)."""
-        return bright_limit(self.planned.scene, self.planned.weights)
 
     def _follow(self, kind: list[int], places: np.ndarray, around: tuple[np.ndarray, np.ndarray], slabs, place: dict) -> None:
         """Blocks that share the number of points, whether they are a correction, read a map, and have points of their own."""
@@ -168,7 +161,7 @@ class Strip:
             slabs=slabs,
             points=self.device.upload(points),
             point_count=number,
-            normalise=int(self.planned.defocus.opaque),
+            normalise=int(self.defocus.opaque),
             **place,
         )
 
@@ -177,7 +170,9 @@ class Strip:
         origin = {"origin_x": self.area.x, "origin_y": self.area.y + strip_row}
         for number, scene_radius in enumerate(self.maps.scene_radius):
             plane = self.ways * number
-            project_radius(self.planned, self.device, scene_radius, self.radius, plane, over=self.over, **origin, **self.size)
+            project_radius(
+                self.device, self.projection, scene_radius, self.radius, plane, over=self.over, **origin, **self.size
+            )
 
     def _places(self, wanted: np.ndarray, rows: int, columns: int, first: np.ndarray, count: np.ndarray) -> np.ndarray:
         """(places, 4) uint32: first half column and row in the strip, first entry and entries of its list.

@@ -9,7 +9,10 @@ from simulator.lens import BareSensor, Pinhole, ThinLens
 from simulator.lens.perspective import GREEN_NM, Perspective, crop_factor
 from simulator.lens.pinhole import RAYLEIGH, SHARPEST
 from simulator.lens.thin_lens import CIRCLES_PER_DIAGONAL
+from simulator.optics_plan import OpticsPlan
 from simulator.planner import Plan
+from simulator.sensor.camera import Camera
+from simulator.sensor.irradiance import Irradiance
 from simulator.shot import Shot
 
 BLOCK_PX = 2.0  # a blur circle within one 2x2 block of the filter mosaic cannot be seen in the raw file
@@ -33,12 +36,12 @@ def _pinhole_facts(shot: Shot, planned: Plan) -> list[Fact]:
         Fact("hole", f"{lens.diameter_mm:g} mm", "d"),
         Fact("image distance", f"{lens.distance_mm:g} mm", "v, hole to sensor"),
         *perspective_facts(lens, shot.camera.sensor_mm),
-        *_blur_facts(lens, planned, pitch_um, "d (1 + v / z)"),
+        *_blur_facts(lens, planned.optics, pitch_um, "d (1 + v / z)"),
         Fact("Airy disk", size(lens.airy_diameter_um(), pitch_um), f"2.44 lambda N {at}, N = v / d = {lens.f_number:.4g}"),
         Fact("sharpest hole", f"{lens.sharpest_diameter_mm():.3f} mm", advised),
         Fact("sharpest, Rayleigh", f"{lens.sharpest_diameter_mm(constant=RAYLEIGH):.3f} mm", f"{RAYLEIGH} sqrt(lambda v) {at}"),
         Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.4g} sr", "pi / (1 + 4 N^2)"),
-        _corner_fact(shot, planned),
+        _corner_fact(shot.camera, planned.sensor.stage("irradiance")),
     ]
 
 
@@ -52,12 +55,12 @@ def _thin_lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
         Fact("magnification", f"{lens.magnification:.5f}", "m = z_i / z_o"),
         *perspective_facts(lens, shot.camera.sensor_mm),
         *_depth_facts(lens, diagonal_mm, pitch_um),
-        *_blur_facts(lens, planned, pitch_um, "C = A z_i |1/z_focus - 1/z|"),
+        *_blur_facts(lens, planned.optics, pitch_um, "C = A z_i |1/z_focus - 1/z|"),
         Fact("Airy disk", size(lens.airy_diameter_um(), pitch_um), f"2.44 lambda N_w at {GREEN_NM:g} nm"),
         Fact("working f-number", f"f/{lens.working_f_number:.4g}", "N_w = N (1 + m)"),
         Fact("T-stop", f"T/{lens.t_number:.4g}", f"T = N / sqrt(tau), tau = {lens.light_share:.4g}"),
         Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.5f} sr", _irradiance_formula(lens.irradiance)),
-        _corner_fact(shot, planned),
+        _corner_fact(shot.camera, planned.sensor.stage("irradiance")),
     ]
 
 
@@ -83,9 +86,9 @@ def _depth_facts(lens: ThinLens, diagonal_mm: float, pitch_um: float) -> list[Fa
     ]
 
 
-def _blur_facts(lens: ThinLens | Pinhole, planned: Plan, pitch_um: float, formula: str) -> list[Fact]:
+def _blur_facts(lens: ThinLens | Pinhole, optics: OpticsPlan, pitch_um: float, formula: str) -> list[Fact]:
     """Blur circle at infinity and at the scene's nearest and farthest place."""
-    depths_m = [layer.depth_m for layer in planned.scene.layers]
+    depths_m = [layer.depth_m for layer in optics.scene.layers]
     near_m, far_m = min(float(np.min(depth_m)) for depth_m in depths_m), max(float(np.max(depth_m)) for depth_m in depths_m)
     told = {f"at {metres(distance)}": distance for distance in (near_m, far_m, math.inf)}
     return [
@@ -94,8 +97,7 @@ def _blur_facts(lens: ThinLens | Pinhole, planned: Plan, pitch_um: float, formul
     ]
 
 
-def _corner_fact(shot: Shot, planned: Plan) -> Fact:
-    camera, stage = shot.camera, planned.stage("irradiance")
+def _corner_fact(camera: Camera, stage: Irradiance) -> Fact:
     share = stage.fall_off(0.5 * math.hypot(camera.width_px, camera.height_px))
     factors = ["cos^4 of the field angle"] * (stage.tan2_per_px2 > 0) + ["open share of the pupil"] * bool(stage.vignetting)
     stops = f", {math.log2(share):.2f} stops" if 0 < share < 1 else ""

@@ -6,7 +6,8 @@ from rich.table import Table
 from simulator.command_line.shot_numbers import Fact
 from simulator.grey_patch import GreyPatch
 from simulator.noise_budget import NoiseBudget, noise_budget
-from simulator.planner import Plan
+from simulator.sensor.camera import Camera
+from simulator.sensor_plan import SensorPlan
 from simulator.shot import Shot
 
 MOST_ISOS = 12
@@ -24,7 +25,7 @@ NAMES = {
 }
 
 
-def patch_facts(shot: Shot, planned: Plan, patch: GreyPatch) -> list[Fact]:
+def patch_facts(shot: Shot, sensor: SensorPlan, patch: GreyPatch) -> list[Fact]:
     """From the patch's luminance to its code, one quantity a line."""
     camera = shot.camera
     solid_angle_sr = shot.lens.irradiance_per_radiance_sr()
@@ -35,24 +36,24 @@ def patch_facts(shot: Shot, planned: Plan, patch: GreyPatch) -> list[Fact]:
         Fact("luminous exposure", f"{patch.exposure_lx_s:.4g} lx s", f"H = E t, t = {shot.exposure.time_s:.5g} s"),
         Fact("photons on a photosite", f"{patch.photons:.1f}", f"t * {area} * integral E_lambda lambda / (h c)"),
     ]
-    for color, mean_e in zip(channel_names(planned), map(float, patch.electrons), strict=True):
-        budget = noise_budget(planned, mean_e, shot.exposure.iso, shot.exposure.time_s)
+    for color, mean_e in zip(channel_names(sensor.camera), map(float, patch.electrons), strict=True):
+        budget = noise_budget(sensor, mean_e, shot.exposure.iso, shot.exposure.time_s)
         efficiency = mean_e / patch.photons if patch.photons > 0 else 0.0
         formula = f"photons * {efficiency:.4f}, the quantum efficiency for this light"
         facts.append(Fact(f"electrons, {color}", f"{mean_e:.1f} e-", formula))
         if budget.is_clipped:
-            facts.append(Fact(f"code, {color}", f"{planned.white_level_dn()} DN", "clipped"))
+            facts.append(Fact(f"code, {color}", f"{sensor.white_level_dn()} DN", "clipped"))
             continue
-        told = f"{budget.gain_dn_per_e:.5g} DN/e- * electrons + {planned.moments(0.0).mean:g} DN at ISO {shot.exposure.iso}"
-        facts.append(Fact(f"code, {color}", f"{budget.signal_dn + planned.moments(0.0).mean:.1f} DN", told))
+        told = f"{budget.gain_dn_per_e:.5g} DN/e- * electrons + {sensor.moments(0.0).mean:g} DN at ISO {shot.exposure.iso}"
+        facts.append(Fact(f"code, {color}", f"{budget.signal_dn + sensor.moments(0.0).mean:.1f} DN", told))
         told = f"sigma = {budget.sigma_dn:.4g} DN = {budget.sigma_e:.4g} e-"
         facts.append(Fact(f"signal to noise, {color}", f"{budget.snr:.2f}", told))
     return facts
 
 
-def channel_names(planned: Plan) -> tuple[str, ...]:
+def channel_names(camera: Camera) -> tuple[str, ...]:
     """Colours of the camera's channels."""
-    return ("red", "green", "blue") if planned.camera.channels == 3 else ("mono",)
+    return ("red", "green", "blue") if camera.channels == 3 else ("mono",)
 
 
 def shown_isos(shot: Shot) -> list[int]:

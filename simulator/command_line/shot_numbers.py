@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from simulator.grey_patch import grey_patch
 from simulator.planner import Plan
+from simulator.sensor_plan import SensorPlan
 from simulator.shot import Shot
 
 
@@ -19,27 +20,27 @@ class Fact:
 
 def white_facts(shot: Shot, planned: Plan) -> list[Fact]:
     """Luminous exposure, electrons and codes of a white surface that has the scene's stated luminance."""
-    white = grey_patch(shot, planned, 1.0)
+    white = grey_patch(shot, planned.optics.scene, 1.0)
     if white is None:
         return [Fact("luminance", "not stated", "the scene gives absolute radiance")]
-    gain_dn_per_e = planned.moments(1.0).mean - planned.moments(0.0).mean  # of all stages together
-    full_e = (planned.white_level_dn() - planned.stage("adc").black_level_dn) / gain_dn_per_e
+    sensor = planned.sensor
+    full_e = sensor.electrons_at_white()
     facts = [
         Fact("luminance", f"{white.luminance_cd_m2:g} cd/m^2", "L"),
         Fact("illuminance on the sensor", f"{white.illuminance_lx:.4g} lx", "E = L * irradiance per radiance"),
         Fact("luminous exposure", f"{white.exposure_lx_s:.4g} lx s", "H = E t"),
     ]
     for color, mean in zip(("red", "green", "blue") if len(white.electrons) == 3 else ("mono",), white.electrons, strict=True):
-        facts.append(Fact(f"electrons, {color}", f"{mean:.1f} e-", _headroom(planned, float(mean), full_e)))
-    facts.append(Fact("clipping", f"{full_e:.0f} e-", f"gain {gain_dn_per_e:.5g} DN/e- at ISO {shot.exposure.iso}"))
+        facts.append(Fact(f"electrons, {color}", f"{mean:.1f} e-", _headroom(sensor, float(mean), full_e)))
+    facts.append(Fact("clipping", f"{full_e:.0f} e-", f"gain {sensor.gain_dn_per_e():.5g} DN/e- at ISO {shot.exposure.iso}"))
     return facts
 
 
-def _headroom(planned: Plan, mean_e: float, full_e: float) -> str:
+def _headroom(sensor: SensorPlan, mean_e: float, full_e: float) -> str:
     """Stops to the clipping point and, below it, the signal-to-noise ratio."""
     stops = math.log2(full_e / mean_e) if mean_e > 0 else math.inf
     if stops <= 0:
         return f"{-stops:.2f} stops above clipping"
-    moments = planned.moments(mean_e)
+    moments = sensor.moments(mean_e)
     noise = math.sqrt(moments.variance)  # never 0: the ADC rounds
-    return f"{stops:.2f} stops below clipping, SNR {(moments.mean - planned.moments(0.0).mean) / noise:.1f}"
+    return f"{stops:.2f} stops below clipping, SNR {(moments.mean - sensor.moments(0.0).mean) / noise:.1f}"

@@ -44,7 +44,7 @@ def show_plan(path: Path, settings: list[str], reflectance: float, keep: str) ->
     out.print(_facts("Lens", lens_facts(shot, planned)))
     out.print(_facts("A white surface at the centre", white_facts(shot, planned)))
     _show_patch(out, shot, planned, reflectance, keep)
-    for note in planned.scene.notes:
+    for note in planned.optics.scene.notes:
         out.print(f"note: {escape(note)}")
     for warning in shot_warnings(shot):
         out.print(f"warning: {escape(warning)}")
@@ -55,14 +55,16 @@ def _show_patch(out: Console, shot: Shot, planned: Plan, reflectance: float, kee
     from simulator.grey_patch import grey_patch
     from simulator.noise_budget import iso_budgets
 
-    patch = grey_patch(shot, planned, reflectance)
+    patch = grey_patch(shot, planned.optics.scene, reflectance)
     if patch is None:
         return
-    out.print(_facts(f"A grey patch, {100 * reflectance:g} % of white, at the centre", patch_facts(shot, planned, patch)))
+    out.print(
+        _facts(f"A grey patch, {100 * reflectance:g} % of white, at the centre", patch_facts(shot, planned.sensor, patch))
+    )
     channel = 1 if len(patch.electrons) == 3 else 0
-    budgets = iso_budgets(shot, planned, float(patch.electrons[channel]), shown_isos(shot), keep)
+    budgets = iso_budgets(planned.sensor, shot.exposure, float(patch.electrons[channel]), shown_isos(shot), keep)
     kept = "the shutter stays" if keep == "exposure" else "the shutter gets shorter as the ISO grows"
-    title = f"Noise of the patch, {channel_names(planned)[channel]}: shares of the temporal variance [%]; {kept}"
+    title = f"Noise of the patch, {channel_names(shot.camera)[channel]}: shares of the temporal variance [%]; {kept}"
     out.print(budget_table(title, budgets))
 
 

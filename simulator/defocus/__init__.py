@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -76,6 +77,15 @@ class Defocus:
     def largest_px(self) -> float:
         """Largest blur circle's radius."""
         return max(abs(self.least_px), abs(self.greatest_px))
+
+    def of_scene(self) -> Self:
+        """Return the blur of the scene's own surfaces, without a background that is only assumed."""
+        return replace(self, radii_px=self.radii_px[:1]) if self.guessed else self
+
+    @property
+    def maps(self) -> int:
+        """Layers whose radius differs from place to place."""
+        return sum(np.ndim(radius) > 0 for radius in self.radii_px)
 
     @property
     def reach_px(self) -> int:

@@ -1,7 +1,6 @@
 """What forms the image: focus, field of view, blur, pupil and irradiance of one lens object."""
 
 from simulator.lens.bare_sensor import BareSensor
-from simulator.lens.irradiance import Irradiance
 from simulator.lens.pinhole import Pinhole
 from simulator.lens.pupil import Aperture, Pupil, PupilStop
 from simulator.lens.thin_lens import ThinLens
@@ -12,7 +11,6 @@ Lens = ThinLens | Pinhole | BareSensor
 __all__ = [
     "Aperture",
     "BareSensor",
-    "Irradiance",
     "Lens",
     "Pinhole",
     "Pupil",

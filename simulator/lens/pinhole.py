@@ -10,9 +10,9 @@ from typing import ClassVar
 import numpy as np
 
 from simulator.errors import require
-from simulator.lens.irradiance import check_veiling_glare
 from simulator.lens.perspective import AIRY_ZERO, GREEN_NM, Perspective
 from simulator.lens.pupil import Pupil
+from simulator.lens.relative_illumination import check_veiling_glare
 from simulator.units import Millimetres
 
 # Hole diameter over sqrt(lambda v) at which half of a far point's light falls into the smallest circle. From the Fresnel

@@ -15,9 +15,9 @@ import numpy as np
 
 from simulator.distortion import Distortion
 from simulator.errors import PhotositeError, require
-from simulator.lens.irradiance import check_veiling_glare
 from simulator.lens.perspective import AIRY_ZERO, GREEN_NM, Perspective
 from simulator.lens.pupil import Aperture, Pupil
+from simulator.lens.relative_illumination import check_veiling_glare
 from simulator.lens.vignetting import Vignetting
 from simulator.lens_aberrations.aberrations import Aberrations
 from simulator.units import FNumber, Metres, Micrometres, Millimetres

@@ -18,7 +18,6 @@ from simulator.lens_aberrations.psf_table import PsfTable
 from simulator.lens_aberrations.sampling import Sampling
 from simulator.lens_aberrations.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, channel_wavelengths
 from simulator.point_spread import FAR_AIRY, Spread, airy_radius_px, slab_radii_px
-from simulator.point_spread.reasons import Reason, reasons
 from simulator.scene import Scene
 from simulator.sensor.camera import Camera
 from simulator.spectra import efficiency_on
@@ -57,24 +56,24 @@ def bright_light(scene: Scene, weights: np.ndarray) -> tuple[float, ...]:
     return tuple(float(mean) for mean in BRIGHT * light[: max(1, int(0.9 * len(light)))].mean(axis=0))
 
 
-def spread_and_reasons(
+def plan_seen_spread(
     lens: Lens, camera: Camera, scene: Scene, weights: np.ndarray, defocus: Defocus | None, scale: float, contrast: float
-) -> tuple[Spread | None, list[Reason]]:
-    """Spread of a shot, None where nothing of it is seen, and what explains it. contrast: of `contrast_sigma`.
-    weights: of `Plan`.
+) -> tuple[Spread | None, str | None]:
+    """Spread of a shot, None where nothing of it is seen, and why it is left out, None where it is not.
 
-    Raises PhotositeError as `plan_spread`.
+    contrast: of `contrast_sigma`. weights: of `OpticsPlan`. Raises PhotositeError as `plan_spread`.
     """
     if contrast == 0.0:
-        return None, reasons(lens, camera, defocus, None, "the scene is the same everywhere")
-    spread, skipped = plan_spread(lens, camera, scene, defocus, scale), None
-    if spread is not None:
-        spread = replace(spread, bright=bright_light(scene, weights))
-    if spread is not None and contrast < LARGE_CONTRAST and (defocus is None or not spread.by_distance):
+        return None, "the scene is the same everywhere"
+    spread = plan_spread(lens, camera, scene, defocus, scale)
+    if spread is None:
+        return None, None
+    spread = replace(spread, bright=bright_light(scene, weights))
+    if contrast < LARGE_CONTRAST and (defocus is None or not spread.by_distance):
         change = contrast * largest_change(spread, camera.channels)
         if change < UNSEEN_SIGMA:
-            spread, skipped = None, f"changes nothing by more than {change:.2g} sigma"
-    return spread, reasons(lens, camera, defocus, spread, skipped)
+            return None, f"changes nothing by more than {change:.2g} sigma"
+    return spread, None
 
 
 def plan_spread(lens: Lens, camera: Camera, scene: Scene, defocus: Defocus | None, scale: float) -> Spread | None:

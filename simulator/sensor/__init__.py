@@ -20,4 +20,6 @@ def _stages() -> dict[str, type[Stage]]:
     return found
 
 
-STAGES = _stages()
+FUSED = _stages()
+LIGHT_STAGES = {stem: stage for stem, stage in FUSED.items() if stage.acts_on_light}
+STAGES = {stem: stage for stem, stage in FUSED.items() if not stage.acts_on_light}

@@ -4,12 +4,11 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal, get_args
 
-import numpy as np
-
 from simulator.errors import require
 from simulator.sensor.adc import Adc
 from simulator.sensor.binning import Binning
 from simulator.sensor.camera_sections import ColorMatrix, ConversionGainSwitch, IsoSetting, SpectralResponse, Window
+from simulator.sensor.cfa import Cfa, CfaName
 from simulator.sensor.crosstalk import Crosstalk
 from simulator.sensor.iso_stages import iso_stages
 from simulator.sensor.iso_table import IsoTable
@@ -18,7 +17,6 @@ from simulator.sensor.read_noise_model import ReadNoiseModel
 from simulator.stage import Stage
 from simulator.units import DigitalNumbers, Micrometres
 
-Cfa = Literal["RGGB", "BGGR", "GRBG", "GBRG", "MONO"]
 LARGEST_SIDE_PX = 65535
 
 
@@ -47,7 +45,7 @@ class Camera:
     width_px: Annotated[int, "photosites per row"]
     height_px: Annotated[int, "rows"]
     pixel_pitch_um: Micrometres
-    cfa: Cfa
+    cfa: CfaName
     bit_depth: int
     black_level_dn: DigitalNumbers
     response: SpectralResponse
@@ -74,7 +72,7 @@ class Camera:
         require(0 < pitch_um < math.inf, "camera.pixel_pitch", f"{pitch_um:g} um", "give a pitch above 0 um")
         require(0 < self.fill_factor <= 1, "camera.fill_factor", self.fill_factor, "give a share above 0 and up to 1")
         require(0 <= self.low_pass_um < 100, "camera.low_pass", f"{self.low_pass_um:g} um", "give a distance from 0 to 100 um")
-        require(self.cfa in get_args(Cfa), "camera.cfa", self.cfa, f"give one of {', '.join(get_args(Cfa))}")
+        require(self.cfa in get_args(CfaName), "camera.cfa", self.cfa, f"give one of {', '.join(get_args(CfaName))}")
         rule = f"needs {self.channels} values per line of response.relative, which has {self.response.channels}"
         require(self.response.channels == self.channels, "camera.cfa", self.cfa, rule)
         require(self.color_matrix is None or self.channels == 3, "camera.color_matrix", "given", "MONO has no colours")
@@ -156,17 +154,14 @@ class Camera:
         """Width and height of the whole sensor [mm]."""
         return 1e-3 * self.pixel_pitch_um * self.width_px, 1e-3 * self.pixel_pitch_um * self.height_px
 
-    def filter_block(self) -> tuple[tuple[int, int], tuple[int, int]]:
-        """Colour planes (0 R, 1 G, 2 B) of the 2x2 block at the upper left corner of the frame, [row][column]."""
-        if self.cfa == "MONO":
-            return (0, 0), (0, 0)
-        block = np.array(["RGB".index(letter) for letter in self.cfa]).reshape(2, 2)
-        rows = np.roll(block, (-self.frame.y % 2, -self.frame.x % 2), axis=(0, 1))
-        return tuple(tuple(int(plane) for plane in row) for row in rows)
+    @property
+    def filter(self) -> Cfa:
+        """Colour filter array, from the sensor's upper left corner on."""
+        return Cfa.named(self.cfa)
 
-    def frame_cfa(self) -> Cfa:
+    def frame_cfa(self) -> CfaName:
         """Return the filter pattern as it begins at the frame's upper left corner."""
-        return "MONO" if self.cfa == "MONO" else "".join("RGB"[plane] for row in self.filter_block() for plane in row)
+        return self.filter.name_at(self.frame.x, self.frame.y)
 
     @property
     def isos(self) -> tuple[int, ...]:

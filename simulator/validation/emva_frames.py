@@ -91,10 +91,10 @@ class EmvaBench:
 
     def dark_times_s(self) -> tuple[float, ...]:
         """Exposure times for the dark current, none without one [s]."""
-        current = self.white.planned.stage("dark_current")
+        current = self.white.sensor.stage("dark_current")
         if current is None:
             return ()
-        dark, one_second = (self.dark(time).planned.moments(0.0).mean for time in (EXPOSURE_TIME_S, 1.0 + EXPOSURE_TIME_S))
+        dark, one_second = (self.dark(time).sensor.moments(0.0).mean for time in (EXPOSURE_TIME_S, 1.0 + EXPOSURE_TIME_S))
         rate = (one_second - dark) / self.camera.iso_setting(self.iso).gain_dn_per_e
         longest = min(DARK_ELECTRONS / max(rate, 1e-12), LONGEST_TIME_S)
         return tuple(EXPOSURE_TIME_S + share * longest for share in DARK_TIMES)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 
 from simulator.measurement.emva import Pattern
-from simulator.planner import Plan
+from simulator.sensor_plan import SensorPlan
 from simulator.spectra import efficiency_on
 from simulator.validation.emva import COLOR_OF, EmvaCamera
 from simulator.validation.emva_frames import HALF, SHARES, EmvaBench
@@ -38,16 +38,16 @@ def emva_gates(found: EmvaCamera, bench: EmvaBench) -> list[Gate]:
     gates = []
     for name in found.planes:
         one = bench.colors[COLOR_OF[name]]
-        gates += _temporal(name, found, bench, one) + _patterns(name, found, bench, one.planned)
+        gates += _temporal(name, found, bench, one) + _patterns(name, found, bench, one.sensor)
         gates += _dark_current(name, found, bench)
     return gates
 
 
 def _temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBench) -> list[Gate]:
     """K, quantum efficiency, dark noise, saturation, SNR, dynamic range, linearity."""
-    plane, planned = found.planes[name], one.planned
-    gain_dn_per_e, efficiency = expected_gain(bench.camera, bench.iso, planned), _efficiency(name, found, bench)
-    dark_dn2, saturation_e = dark_moments(planned).variance, _saturation_e(one)
+    plane, sensor = found.planes[name], one.sensor
+    gain_dn_per_e, efficiency = expected_gain(bench.camera, bench.iso, sensor), _efficiency(name, found, bench)
+    dark_dn2, saturation_e = dark_moments(sensor).variance, _saturation_e(one)
     sigma_d = math.sqrt(max(dark_dn2 - 1.0 / 12.0, 0.0)) / gain_dn_per_e
     k_error = plane.gain.standard_error / plane.gain.value
     read_error = plane.read_noise.standard_error / sigma_d if sigma_d > 0 else 0.0
@@ -55,9 +55,9 @@ def _temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBench) ->
     ratio, range_tolerance = saturation_e / (math.sqrt(dark_dn2) / gain_dn_per_e + 0.5), max(RANGE_TOLERANCE, read_tolerance)
     line, line_error, snr = plane.linearity, 100.0 * plane.linearity_error, math.sqrt(saturation_e)
     bend = max(LINEARITY_TOLERANCE, LEAST_SIGMAS * line_error)
-    hidden, bent, eta = read_noise_hidden(planned), line_hidden(planned), plane.quantum_efficiency.value
+    hidden, bent, eta = read_noise_hidden(sensor), line_hidden(sensor), plane.quantum_efficiency.value
     k_tolerance, eta_tolerance = (max(least, LEAST_SIGMAS * k_error) for least in (GAIN_TOLERANCE, EFFICIENCY_TOLERANCE))
-    k_hidden, eta_hidden = gain_hidden(planned) or bent, efficiency_hidden(planned) or bent
+    k_hidden, eta_hidden = gain_hidden(sensor) or bent, efficiency_hidden(sensor) or bent
     rows = [
         ("K", plane.gain.value, gain_dn_per_e, k_tolerance, k_error, "DN/e-", k_hidden),
         ("quantum efficiency", eta, efficiency, eta_tolerance, k_error, "e-/photon", eta_hidden),
@@ -84,10 +84,10 @@ def _saturation_e(bench: FlatBench) -> float:
 
     The variance is the mean over photosites, whose signals scatter by the fixed pattern, itself taken as normal.
     """
-    planned, shares = bench.planned, np.array(SHARES)
-    white, dark, one = planned.white_level_dn(), planned.moments(0.0), planned.moments(1.0)
+    sensor, shares = bench.sensor, np.array(SHARES)
+    white, dark, one = sensor.white_level_dn(), sensor.moments(0.0), sensor.moments(1.0)
     # Far from a full well, at which the stages' own variance ends.
-    half = planned.moments(HALF * bench.saturation_e)
+    half = sensor.moments(HALF * bench.saturation_e)
     rise = (half.variance - dark.variance) / (half.mean - dark.mean)
     signal = (one.mean - dark.mean) * shares * bench.saturation_e
     nodes, weights = np.polynomial.hermite_e.hermegauss(21)
@@ -107,19 +107,19 @@ def _cut_variance(mean: np.ndarray, spread: np.ndarray, top: float) -> np.ndarra
     return second - first**2
 
 
-def _patterns(name: str, found: EmvaCamera, bench: EmvaBench, planned: Plan) -> list[Gate]:
+def _patterns(name: str, found: EmvaCamera, bench: EmvaBench, sensor: SensorPlan) -> list[Gate]:
     """DSNU and PRNU against the fixed variances of the stages."""
-    plane, gain_dn_per_e = found.planes[name], expected_gain(bench.camera, bench.iso, planned)
-    dark, half = planned.moments(0.0), planned.moments(HALF * bench.colors[COLOR_OF[name]].saturation_e)
+    plane, gain_dn_per_e = found.planes[name], expected_gain(bench.camera, bench.iso, sensor)
+    dark, half = sensor.moments(0.0), sensor.moments(HALF * bench.colors[COLOR_OF[name]].saturation_e)
     dsnu_dn = math.sqrt(dark.fixed_variance)
     prnu = math.sqrt(max(half.fixed_variance - dark.fixed_variance, 0.0)) / (half.mean - dark.mean)
-    defects = any(planned.stage(stem) is not None for stem in ("hot_pixels", "dead_pixels"))
+    defects = any(sensor.stage(stem) is not None for stem in ("hot_pixels", "dead_pixels"))
     few = "defect photosites are part of it, so few that chance decides" if defects else ""
     small = f"below {LEAST_READ_NOISE_DN} DN, where rounding hides it" if dsnu_dn < LEAST_READ_NOISE_DN else ""
     weak = f"below {100 * LEAST_PRNU} %" if prnu < LEAST_PRNU else ""
     dsnu_error, prnu_error = (_pattern_error(one, found.dark_stacks[name].mean_dn.shape) for one in (plane.dsnu, plane.prnu))
     tolerances = [max(PATTERN_TOLERANCE, LEAST_SIGMAS * error) for error in (dsnu_error, prnu_error)]
-    dsnu_hidden, prnu_hidden = few or small or read_noise_hidden(planned), few or weak
+    dsnu_hidden, prnu_hidden = few or small or read_noise_hidden(sensor), few or weak
     return [
         Gate("DSNU", name, plane.dsnu.total, dsnu_dn / gain_dn_per_e, tolerances[0], dsnu_error, "e-", ungated=dsnu_hidden),
         Gate("PRNU", name, plane.prnu.total, prnu, tolerances[1], prnu_error, "", ungated=prnu_hidden),
@@ -140,8 +140,8 @@ def _dark_current(name: str, found: EmvaCamera, bench: EmvaBench) -> list[Gate]:
     """Dark current by mean and by variance."""
     if name not in found.dark_current_e_per_s:
         return []
-    moments = [bench.dark(time).planned.moments(0.0) for time in bench.dark_times_s()]
-    gain, span = expected_gain(bench.camera, bench.iso, bench.white.planned), bench.dark_times_s()[-1] - bench.dark_times_s()[0]
+    moments = [bench.dark(time).sensor.moments(0.0) for time in bench.dark_times_s()]
+    gain, span = expected_gain(bench.camera, bench.iso, bench.white.sensor), bench.dark_times_s()[-1] - bench.dark_times_s()[0]
     by_mean = (moments[-1].mean - moments[0].mean) / gain / span
     by_variance = (moments[-1].variance - moments[0].variance) / gain**2 / span
     gates = []

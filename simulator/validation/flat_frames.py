@@ -13,9 +13,12 @@ from simulator.pipeline import simulate
 from simulator.planner import Plan, plan
 from simulator.raw.dng import write_dng
 from simulator.scene import Scene
+from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.sensor.camera import Camera, Window
-from simulator.shot import Seeds, Shot
-from simulator.spectra import WAVELENGTHS_NM, electron_radiance_weights, illuminant, luminance_cd_m2
+from simulator.sensor.seeds import Seeds
+from simulator.sensor_plan import SensorPlan
+from simulator.shot import Shot
+from simulator.spectra import WAVELENGTHS_NM, illuminant, luminance_cd_m2
 
 BODY_SEED = 1288
 
@@ -94,21 +97,26 @@ class FlatBench:
         """The plan at factor 1."""
         return plan(self.shot(1.0, 0))
 
+    @property
+    def sensor(self) -> SensorPlan:
+        """What the sensor does with light of factor 1."""
+        return self.planned.sensor
+
     @cached_property
     def illuminance_per_radiance(self) -> float:
         """Irradiance over radiance of the lens [sr]."""
-        return self.planned.stage("irradiance").solid_angle_sr
+        return self.sensor.stage("irradiance").solid_angle_sr
 
     @cached_property
     def electrons(self) -> np.ndarray:
         """Mean photoelectrons of a photosite per colour channel at factor 1, (channels,) [e-]."""
-        area_s = self.planned.stage("exposure").collecting_area_um2 * self.exposure_time_s
-        return self.planned.weights[0].astype(np.float64) * self.illuminance_per_radiance * area_s
+        area_s = self.sensor.stage("exposure").collecting_area_um2 * self.exposure_time_s
+        return self.planned.optics.weights[0].astype(np.float64) * self.illuminance_per_radiance * area_s
 
     @cached_property
     def photons(self) -> float:
         """Photons on the whole area of a photosite at factor 1, whatever of it collects (EMVA 1288: mu_p)."""
-        scene = self.planned.scene
+        scene = self.planned.optics.scene
         per_um2_s_sr = electron_radiance_weights(scene, WAVELENGTHS_NM, np.ones((WAVELENGTHS_NM.size, 1)))[0, 0]
         return per_um2_s_sr * self.illuminance_per_radiance * self.camera.pixel_pitch_um**2 * self.exposure_time_s
 
@@ -120,8 +128,7 @@ class FlatBench:
     @cached_property
     def saturation_e(self) -> float:
         """Electrons at which the file's white level is reached, as the camera file has it [e-]."""
-        dark, one = self.planned.moments(0.0), self.planned.moments(1.0)
-        return (self.planned.white_level_dn() - dark.mean) / (one.mean - dark.mean)
+        return self.sensor.electrons_at_white()
 
     def factor_of(self, share: float) -> float:
         """Factor of light that brings the most sensitive colour to this share of saturation."""

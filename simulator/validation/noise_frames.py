@@ -54,9 +54,9 @@ def noise_bench(camera: Camera, iso: int, folder: Path, device: str | None = Non
 def frame_plan(bench: FlatBench) -> FramePlan:
     """Choose levels and number of pairs such that K gets its wanted precision, as far as MOST_PAIRS allow."""
     levels = LEVELS
-    if not pedestal_holds(bench.planned):
-        dark, weakest = bench.planned.moments(0.0), float(bench.electrons.min() / bench.electrons.max())
-        clear = 5.0 * math.sqrt(dark.variance + dark.fixed_variance) / (bench.planned.white_level_dn() * weakest)
+    if not pedestal_holds(bench.sensor):
+        dark, weakest = bench.sensor.moments(0.0), float(bench.electrons.min() / bench.electrons.max())
+        clear = 5.0 * math.sqrt(dark.variance + dark.fixed_variance) / (bench.sensor.white_level_dn() * weakest)
         levels = (max(LOW_LEVEL, clear), *LEVELS[1:])
     single = FramePlan(levels, 1, _gain_error(bench, levels))
     pairs = min(max(math.ceil((single.gain_error / GAIN_ERROR) ** 2), 1), MOST_PAIRS)
@@ -65,12 +65,12 @@ def frame_plan(bench: FlatBench) -> FramePlan:
 
 def _gain_error(bench: FlatBench, levels: tuple[float, ...]) -> float:
     """Relative standard error of K from one pair per level, by the variance model; a sample variance has 2 V^2 / N."""
-    frame, dark = bench.camera.frame, bench.planned.moments(0.0)
+    frame, dark = bench.camera.frame, bench.sensor.moments(0.0)
     places = [0] if bench.camera.channels == 1 else [0, 1, 1, 2]
-    points = [bench.planned.moments(bench.factor_of(level) * e) for level in levels for e in bench.electrons[places]]
+    points = [bench.sensor.moments(bench.factor_of(level) * e) for level in levels for e in bench.electrons[places]]
     signal = np.array([point.mean for point in points]) - dark.mean
     variance, count = np.array([point.variance for point in points]), frame.width * frame.height / len(places)
-    if not pedestal_holds(bench.planned):
+    if not pedestal_holds(bench.sensor):
         signal = signal - np.average(signal, weights=variance**-2.0)  # a free intercept
         return float(np.sqrt(2.0 / count / (signal**2 / variance**2).sum())) / _slope(points)
     leverage = signal / variance**2 / (signal**2 / variance**2).sum()

@@ -29,13 +29,13 @@ STEP_TOLERANCE = 0.03
 
 def iso_gates(found: IsoNoise, bench: FlatBench, wanted: FramePlan) -> list[Gate]:
     """Compare what the files of one ISO told with the camera file."""
-    planned, where, reason = bench.planned, f"ISO {bench.iso}", read_noise_hidden(bench.planned)
-    gain_dn_per_e, read_dn = expected_gain(bench.camera, bench.iso, planned), read_noise_dn(planned)
+    sensor, where, reason = bench.sensor, f"ISO {bench.iso}", read_noise_hidden(bench.sensor)
+    gain_dn_per_e, read_dn = expected_gain(bench.camera, bench.iso, sensor), read_noise_dn(sensor)
     error = found.gain.standard_error / found.gain.value
     read_error = found.dark.error_dn2 / (2.0 * read_dn**2) if read_dn > 0 else 0.0
-    full_scale_e = (planned.white_level_dn() - planned.moments(0.0).mean) / gain_dn_per_e
-    smallest_e = math.sqrt(dark_moments(planned, rows=False).variance) / gain_dn_per_e + 0.5
-    stops, blurred = math.log2(full_scale_e / smallest_e), gain_hidden(planned) or line_hidden(planned)
+    full_scale_e = (sensor.white_level_dn() - sensor.moments(0.0).mean) / gain_dn_per_e
+    smallest_e = math.sqrt(dark_moments(sensor, rows=False).variance) / gain_dn_per_e + 0.5
+    stops, blurred = math.log2(full_scale_e / smallest_e), gain_hidden(sensor) or line_hidden(sensor)
     gates = [
         Gate(
             "K", where, found.gain.value, gain_dn_per_e, GAIN_TOLERANCE, error, "DN/e-", ungated=blurred or _imprecise(wanted)
@@ -59,14 +59,14 @@ def iso_gates(found: IsoNoise, bench: FlatBench, wanted: FramePlan) -> list[Gate
 
 def _row_gate(where: str, measured_dn: float, bench: FlatBench, reason: str) -> Gate:
     """Row noise: few rows tell it, so the gate is as wide as chance makes it."""
-    row_dn, read_dn, frame = row_noise_dn(bench.planned), read_noise_dn(bench.planned), bench.camera.frame
+    row_dn, read_dn, frame = row_noise_dn(bench.sensor), read_noise_dn(bench.sensor), bench.camera.frame
     if row_dn == 0:
         return Gate("row noise", where, measured_dn, 0.0, 0.0, 0.0, "DN", ungated=reason or "the camera has none")
     of_photosites = read_dn**2 / frame.width / row_dn**2  # what the mean of a row keeps of it
     error = (1.0 + of_photosites) / math.sqrt(2.0 * DARK_PAIRS * (frame.height - 1))
     if LEAST_SIGMAS * error > 0.5:
         reason = reason or "too little of it to be told from the photosites' noise"
-    if bench.planned.stage("banding") is not None:
+    if bench.sensor.stage("banding") is not None:
         reason = reason or "banding is part of it, whose rows are not independent"
     return Gate("row noise", where, measured_dn, row_dn, LEAST_SIGMAS * error, error, "DN", ungated=reason)
 

@@ -1,12 +1,10 @@
 """Irradiance on the sensor as a stage of the fused kernel; the lens gives its numbers."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 
-from simulator.errors import require
-from simulator.lens.vignetting import light_by_radius
 from simulator.stage import Moments, Stage
 
 
@@ -22,27 +20,14 @@ class Irradiance(Stage):
     """
 
     stem: ClassVar[str] = "irradiance"
+    acts_on_light: ClassVar[bool] = True
+    in_camera_stages: ClassVar[bool] = False
     solid_angle_sr: float
     tan2_per_px2: float
     centre_x_px: float
     centre_y_px: float
     vignetting: tuple[float, ...] = ()
     nodes_per_px: float = 0.0
-
-    @classmethod
-    def behind(cls, lens, pixel_pitch_um: float, width_px: int, height_px: int) -> Self:
-        """Return the stage of a lens whose axis meets the middle of a sensor."""
-        tangent_per_px = 1e-3 * pixel_pitch_um / lens.image_distance_mm
-        corner_px = 0.5 * float(np.hypot(width_px, height_px))
-        vignetting = light_by_radius(lens.pupil, tangent_per_px * corner_px)
-        return cls(
-            solid_angle_sr=lens.irradiance_per_radiance_sr(),
-            tan2_per_px2=tangent_per_px**2 if lens.cos4 else 0.0,
-            centre_x_px=0.5 * width_px,
-            centre_y_px=0.5 * height_px,
-            vignetting=vignetting,
-            nodes_per_px=(len(vignetting) - 1) / corner_px if vignetting else 0.0,
-        )
 
     def kernel_values(self) -> dict[str, float | tuple[float, ...]]:
         """The table only where there is one; without it the code is left out."""
@@ -60,8 +45,3 @@ class Irradiance(Stage):
 
 
 _TABLE = ("vignetting", "nodes_per_px")
-
-
-def check_veiling_glare(share: float, key: str) -> None:
-    """Raise PhotositeError unless 0 <= share < 1."""
-    require(0 <= share < 1, key, share, "give the share of light that is scattered over the sensor, below 1, such as 0.02")

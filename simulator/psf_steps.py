@@ -1,54 +1,54 @@
 """What a plan says of diffraction, aberrations, low-pass filter and aperture."""
 
 import math
+from dataclasses import replace
 
 from simulator.defocus import Defocus
 from simulator.lens import BareSensor, Lens, Pinhole, ThinLens
 from simulator.lens.perspective import GREEN_NM
 from simulator.point_spread import Spread
 from simulator.sensor.camera import Camera
+from simulator.step import Step
 
-Reason = tuple[str, bool, str]
 
-
-def reasons(lens: Lens, camera: Camera, defocus: Defocus | None, spread: Spread | None, skipped: str | None) -> list[Reason]:
-    """Step, whether it is kept, and why, for each of the four. skipped: why nothing of it is seen; None: something is."""
-    parts = [
+def psf_steps(lens: Lens, camera: Camera, defocus: Defocus | None, spread: Spread | None, unseen: str | None) -> list[Step]:
+    """Diffraction, aberrations, low-pass filter and pixel aperture. unseen: why nothing of them is seen; None: something is."""
+    steps = [
         _diffraction(lens, camera, defocus, spread),
         _aberrations(lens, spread),
-        ("low-pass filter", camera.low_pass_um > 0, _low_pass(camera)),
-        ("pixel aperture", camera.fill_factor < 1.0, _aperture(camera)),
+        Step("low-pass filter", camera.low_pass_um > 0, _low_pass(camera)),
+        Step("pixel aperture", camera.fill_factor < 1.0, _aperture(camera)),
     ]
-    return parts if skipped is None else [(step, False, skipped if kept else why) for step, kept, why in parts]
+    return steps if unseen is None else [replace(step, kept=False, why=unseen if step.kept else step.why) for step in steps]
 
 
-def _diffraction(lens: Lens, camera: Camera, defocus: Defocus | None, spread: Spread | None) -> Reason:
+def _diffraction(lens: Lens, camera: Camera, defocus: Defocus | None, spread: Spread | None) -> Step:
     step = "diffraction"
     if isinstance(lens, BareSensor):
-        return step, False, "without a lens there is no image"
+        return Step(step, False, "without a lens there is no image")
     airy_px = lens.airy_diameter_um() / camera.pixel_pitch_um
     told = f"the Airy disk is {airy_px:.2f} photosites wide (2.44 lambda N at {GREEN_NM:g} nm)"
     if isinstance(lens, ThinLens) and lens.psf is not None:
-        return step, False, f"is in the PSF of the file; {told}"
+        return Step(step, False, f"is in the PSF of the file; {told}")
     if not (lens.diffraction or getattr(lens, "aberrations", None)):
-        return step, False, f"lens.diffraction is not set; {told}"
-    return step, True, told if spread is None else f"{told}; {_way(lens, defocus, spread)}"
+        return Step(step, False, f"lens.diffraction is not set; {told}")
+    return Step(step, True, told if spread is None else f"{told}; {_way(lens, defocus, spread)}")
 
 
-def _aberrations(lens: Lens, spread: Spread | None) -> Reason:
+def _aberrations(lens: Lens, spread: Spread | None) -> Step:
     step = "aberrations"
     if isinstance(lens, Pinhole | BareSensor):
-        return step, False, "nothing is refracted"
+        return Step(step, False, "nothing is refracted")
     if lens.psf is None and lens.aberrations is None:
-        return step, False, "the lens states none"
+        return Step(step, False, "the lens states none")
     if spread is None:
-        return step, True, "of the lens"
+        return Step(step, True, "of the lens")
     nodes = (
         "one kernel for the whole field"
         if spread.nodes == (1, 1)
         else f"kernels at {spread.nodes[0]} x {spread.nodes[1]} places"
     )
-    return step, True, nodes if lens.psf is None else f"{lens.psf.name}, {nodes}; {_slabs(spread)}"
+    return Step(step, True, nodes if lens.psf is None else f"{lens.psf.name}, {nodes}; {_slabs(spread)}")
 
 
 def _way(lens: Lens, defocus: Defocus | None, spread: Spread) -> str:
