@@ -195,9 +195,13 @@ def _truth(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
 
 def _truth_part(part: str, optics: OpticsPlan) -> Pass:
     pixels = _pixels(optics)
-    if part == "rgb":  # planes, then stacked; mosaic and both truths
+    if part == "rgb":  # planes, then stacked; the mosaic and both truths on the device
         return Pass(
-            "truth: rgb", True, "light and truth once more for each colour", pixels, (8 * optics.channels + 20) * pixels
+            "truth: rgb",
+            True,
+            "light and truth once more for each colour",
+            pixels,
+            (max(8 * optics.channels, 12) + 12) * pixels,
         )
     return Pass(f"truth: {part}", True, "on the host", pixels, TRUTH_BYTES[part] * pixels, cost_ms=_ms(pixels, COST_NS[part]))
 

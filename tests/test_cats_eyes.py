@@ -252,7 +252,7 @@ def test_where_no_rim_reaches_the_bits_are_those_without_rims():
     lens = dataclasses.replace(CLOSE, f_number=2.0)
     without_rims = dataclasses.replace(lens, vignetting=None)
     plans = [plan(Shot(scene, one, Exposure(1e-6), coarse_camera())) for one in (lens, without_rims)]
-    assert plans[0].defocus.eyes is not None and plans[1].defocus.eyes is None
+    assert plans[0].optics.defocus.eyes is not None and plans[1].optics.defocus.eyes is None
     with_rims, without = (corner(planned, Window(130, 96, 120, 64)) for planned in plans)
     assert np.array_equal(with_rims, without)
     wide = dataclasses.replace(CLOSE, vignetting=Vignetting(RoundStop(30.0, 90.0)))

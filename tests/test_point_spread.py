@@ -175,7 +175,7 @@ def test_what_is_skipped_agrees_with_what_would_have_been_done():
     spread = plan_spread(shot.lens, planned.sensor.camera, planned.optics.scene, None, planned.optics.projection.scale)
     found, skipped = (
         open_device().download(expose(measure(one, open_device()), open_device()), (48, 64), np.float32).astype(np.float64)
-        for one in (dataclasses.replace(planned, spread=spread), planned)
+        for one in (dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, spread=spread)), planned)
     )
     electrons_each = planned.sensor.stage("exposure").time_s * planned.sensor.stage("exposure").collecting_area_um2
     electrons_each *= planned.sensor.stage("irradiance").solid_angle_sr
