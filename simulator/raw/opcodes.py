@@ -4,11 +4,9 @@ import struct
 
 from simulator.frame import Raw
 from simulator.raw import tiff
+from simulator.raw.tags import Opcode, OpcodeFlag, Tag
 
-OPCODE_LIST_3 = 51022
-_WARP_RECTILINEAR = 1
 _SINCE_DNG = (1, 3, 0, 0)
-_OPTIONAL = 1  # a reader that does not know it may go on
 
 
 def opcodes(raw: Raw) -> dict[int, tiff.Field]:
@@ -18,5 +16,5 @@ def opcodes(raw: Raw) -> dict[int, tiff.Field]:
     planes, centre = raw.warp_rectilinear
     numbers = [number for plane in planes for number in plane] + list(centre)
     parameters = struct.pack(f">I{len(numbers)}d", len(planes), *numbers)
-    head = struct.pack(">II4BII", 1, _WARP_RECTILINEAR, *_SINCE_DNG, _OPTIONAL, len(parameters))
-    return {OPCODE_LIST_3: tiff.undefined(head + parameters)}
+    head = struct.pack(">II4BII", 1, Opcode.WARP_RECTILINEAR, *_SINCE_DNG, OpcodeFlag.OPTIONAL, len(parameters))
+    return {Tag.OPCODE_LIST_3: tiff.undefined(head + parameters)}
