@@ -15,6 +15,7 @@ INFINITE_RATIONAL = (2**32 - 1, 1)  # Exif 2.3, SubjectDistance: numerator FFFFF
 UNKNOWN_RATIONAL = (0, 0)  # Exif 2.3, LensSpecification
 _HEADER_BYTES = 8
 _DATA_ALIGNMENT = 16
+_SIGNED_DENOMINATOR = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -78,10 +79,9 @@ def undefined(payload: bytes) -> Field:
     return Field(FieldType.UNDEFINED, len(payload), payload)
 
 
-def signed_rational(*values: float, denominator: int = 1_000_000) -> Field:
-    """SRATIONAL, all of one denominator."""
-    numerators = [round(float(value) * denominator) for value in values]
-    pairs = [struct.pack("<2i", numerator, denominator) for numerator in numerators]
+def signed_rational(*values: float) -> Field:
+    """SRATIONAL, in millionths."""
+    pairs = [struct.pack("<2i", round(float(value) * _SIGNED_DENOMINATOR), _SIGNED_DENOMINATOR) for value in values]
     return Field(FieldType.SRATIONAL, len(pairs), b"".join(pairs))
 
 
