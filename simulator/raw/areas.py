@@ -8,7 +8,7 @@ from simulator.raw.tags import Tag
 _GAP_PX = 2  # charge of lit neighbours reaches one photosite into the covered edge; two keep the colour pattern
 
 
-def areas(raw: Raw) -> dict[int, tiff.Field]:
+def areas(raw: Raw) -> dict[Tag, tiff.Field]:
     """DefaultCrop; ActiveArea and MaskedAreas (top, left, bottom, right) of a frame with a covered edge.
 
     Converters take black from MaskedAreas instead of BlackLevel, so only photosites that are dark for certain stand there.

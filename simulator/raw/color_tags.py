@@ -18,7 +18,7 @@ _FORWARD_MATRIX = Tag.FORWARD_MATRIX_1, Tag.FORWARD_MATRIX_2
 _ILLUMINANT = Tag.CALIBRATION_ILLUMINANT_1, Tag.CALIBRATION_ILLUMINANT_2
 
 
-def color_tags(raw: Raw) -> dict[int, tiff.Field]:
+def color_tags(raw: Raw) -> dict[Tag, tiff.Field]:
     """Tags of IFD 0 by number; none for MONO.
 
     Raises PhotositeError for colour that would make converters divide by zero or guess.

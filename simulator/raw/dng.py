@@ -72,9 +72,9 @@ def _check(raw: Raw) -> None:
     color_tags(raw)  # refuses what the thumbnail would divide by
 
 
-def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tiff.Pointer]:
+def _main_directory(raw: Raw, picture: np.ndarray) -> dict[Tag, tiff.Field | tiff.Pointer]:
     """IFD 0: thumbnail, camera, colour."""
-    tags = {
+    tags: dict[Tag, tiff.Field | tiff.Pointer] = {
         Tag.NEW_SUBFILE_TYPE: tiff.long(SubfileType.REDUCED_RESOLUTION),
         Tag.BITS_PER_SAMPLE: tiff.short(8, 8, 8),
         Tag.COMPRESSION: tiff.short(Compression.NONE),
@@ -97,11 +97,11 @@ def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tif
     return tags | color_tags(raw) | _strip(*picture.shape[:2], picture.nbytes)
 
 
-def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[int, tiff.Field | tiff.Pointer]:
+def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[Tag, tiff.Field | tiff.Pointer]:
     """SubIFD: the mosaic, its levels and its noise."""
     height, width = raw.dn.shape
     mono = raw.cfa == "MONO"
-    tags = {
+    tags: dict[Tag, tiff.Field | tiff.Pointer] = {
         Tag.NEW_SUBFILE_TYPE: tiff.long(SubfileType.FULL_RESOLUTION),
         Tag.BITS_PER_SAMPLE: tiff.short(mosaic.bits_per_sample),  # of the storage; WhiteLevel tells the range
         Tag.COMPRESSION: tiff.short(mosaic.compression),
@@ -118,7 +118,7 @@ def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[int, tiff.Field | tiff.
     return tags | areas(raw) | opcodes(raw) | levels(raw, mosaic.bits_per_sample) | _strip(height, width, mosaic.size_bytes)
 
 
-def _strip(height: int, width: int, size_bytes: int) -> dict[int, tiff.Field]:
+def _strip(height: int, width: int, size_bytes: int) -> dict[Tag, tiff.Field]:
     """Tags that any picture in one strip has."""
     return {
         Tag.IMAGE_WIDTH: tiff.long(width),

@@ -7,7 +7,7 @@ from simulator.raw.tags import SensitivityType, Tag
 _LARGEST_SHORT = 65535
 
 
-def exif_directory(raw: Raw) -> dict[int, tiff.Field]:
+def exif_directory(raw: Raw) -> dict[Tag, tiff.Field]:
     """Tags by number. What is not known, or no number above 0 that the file can hold, is left out."""
     tags = {
         Tag.EXIF_VERSION: tiff.undefined(b"0230"),

@@ -6,7 +6,7 @@ from simulator.raw import tiff
 from simulator.raw.tags import Tag
 
 
-def levels(raw: Raw, bits_per_sample: int) -> dict[int, tiff.Field]:
+def levels(raw: Raw, bits_per_sample: int) -> dict[Tag, tiff.Field]:
     """BlackLevelRepeatDim, BlackLevel and WhiteLevel.
 
     A frame without filter and bias has one black level, any other four; LibRaw reads a lone one beside a 2x2 block as 0.

@@ -9,7 +9,7 @@ from simulator.raw.tags import Opcode, OpcodeFlag, Tag
 _SINCE_DNG = (1, 3, 0, 0)
 
 
-def opcodes(raw: Raw) -> dict[int, tiff.Field]:
+def opcodes(raw: Raw) -> dict[Tag, tiff.Field]:
     """OpcodeList3 with the warp that undoes the lens's distortion; {} where there is none or the shot wants none."""
     if raw.warp_rectilinear is None or not raw.format.opcodes:
         return {}

@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.raw.tags import FieldType
+from simulator.raw.tags import FieldType, Tag
 
 LARGEST_FILE_BYTES = 2**32 - 1  # TIFF offsets are 32 bits wide
 INFINITE_RATIONAL = (2**32 - 1, 1)  # Exif 2.3, SubjectDistance: numerator FFFFFFFF means infinity
@@ -34,7 +34,7 @@ class Pointer:
     part: str
 
 
-Directory = Mapping[int, Field | Pointer]
+Directory = Mapping[Tag, Field | Pointer]
 
 
 def byte(*values: int) -> Field:
