@@ -23,13 +23,8 @@ from data_gen.prior_cameras import ELD, LED, PMN, LineCamera
 from data_gen.samplers import Normal, Sampler, Uniform, draw
 from simulator.errors import require
 from simulator.fused import in_order
-from simulator.sensor.adc import Adc
-from simulator.sensor.analog_gain import AnalogGain
 from simulator.sensor.camera import Camera
-from simulator.sensor.color_bias import ColorBias
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
-from simulator.sensor.row_noise import RowNoise
+from simulator.sensor.noise_model import noise_model_stages
 from simulator.stage import Stage
 
 PriorName = Literal["unprocessing", "cycleisp", "eld", "pmn", "led"]
@@ -51,13 +46,13 @@ class ShotReadPrior:
     black_level_dn: float = 16384.0
     exposure_ratio: Sampler = 1.0
 
-    def stages(self, chance: Chance) -> tuple[str, list[Stage]]:
+    def stages(self, chance: Chance) -> tuple[str, tuple[Stage, ...]]:
         """Name of the camera, "" for none, and stages with drawn numbers."""
         log_shot = draw(Uniform(self.log_shot), chance.share("gain"))
         log_read = draw(Normal((self.slope * log_shot + self.intercept, self.deviation)), chance.share("read noise"))
         span_dn = 2**self.bit_depth - 1 - self.black_level_dn
-        read = ReadNoiseAfterGain(_kept(span_dn * self.base ** (0.5 * log_read)))
-        return "", [AnalogGain(_kept(span_dn * self.base**log_shot)), read, Adc(self.bit_depth, self.black_level_dn)]
+        gain_dn_per_e, read_dn = _kept(span_dn * self.base**log_shot), _kept(span_dn * self.base ** (0.5 * log_read))
+        return "", noise_model_stages(gain_dn_per_e, read_dn, bit_depth=self.bit_depth, black_level_dn=self.black_level_dn)
 
 
 @dataclass(frozen=True)
@@ -72,18 +67,22 @@ class LinePrior:
     exposure_ratio: Sampler
     bit_depth: int = 14
 
-    def stages(self, chance: Chance) -> tuple[str, list[Stage]]:
+    def stages(self, chance: Chance) -> tuple[str, tuple[Stage, ...]]:
         """Name of the camera and stages with drawn numbers."""
         camera = self.cameras[chance.whole("prior camera", len(self.cameras))]
         ln_gain = draw(Uniform(camera.ln_gain), chance.share("gain"))
         shape = camera.lambdas[chance.whole("lambda", len(camera.lambdas))]
         scale_dn = _on_line(camera.read_scale, ln_gain, chance.share("read noise"))
         row_dn = _on_line(camera.row, ln_gain, chance.share("row noise"))
-        stages: list[Stage] = [ReadNoiseAfterGain(_kept(scale_dn * unit_deviation(shape)), shape), RowNoise(_kept(row_dn))]
-        if camera.color_bias is not None:
-            stages.append(ColorBias(_color_bias(camera, chance)))
-        stages += [AnalogGain(_kept(math.exp(ln_gain))), Adc(self.bit_depth, self.black_level_dn)]
-        return camera.name, stages
+        return camera.name, noise_model_stages(
+            _kept(math.exp(ln_gain)),
+            _kept(scale_dn * unit_deviation(shape)),
+            bit_depth=self.bit_depth,
+            black_level_dn=self.black_level_dn,
+            tukey_lambda=shape,
+            row_sigma_dn=_kept(row_dn),
+            color_bias_dn=_color_bias(camera, chance),
+        )
 
 
 # ratio of light: Vandermode/ELD and PMN draw it from U(100, 300), LED's options/base/pretrain/CVPR20_ELD.yaml the same.
@@ -123,9 +122,7 @@ class PriorNoise:
     def drawn(self, group: Chance, sample: Chance) -> NoiseSetting:
         """Setting of one sample. group: not used, all numbers belong to the sample."""
         name, stages = PRIORS[self.prior].stages(sample)
-        return NoiseSetting(
-            f"{self.prior}: {name}" if name else self.prior, 0, self.camera, in_order((PhotonShotNoise(), *stages))
-        )
+        return NoiseSetting(f"{self.prior}: {name}" if name else self.prior, 0, self.camera, in_order(stages))
 
     def seen_by(self) -> tuple[Camera, ...]:
         """Cameras that clean pictures are made for."""
@@ -150,7 +147,12 @@ def _on_line(line: tuple[float, float, float], ln_gain: float, share: float) -> 
 
 
 def _color_bias(camera: LineCamera, chance: Chance) -> tuple[float, float, float, float]:
-    """Offsets of the four places [DN]: one level for all, and a normal number each, of a deviation drawn for the sample."""
+    """Offsets of the four places [DN]: one level for all, and a normal number each, of a deviation drawn for the sample.
+
+    0 for a camera without colour bias.
+    """
+    if camera.color_bias is None:
+        return 0.0, 0.0, 0.0, 0.0
     level, deviation, *each = chance.shares("color bias", 6)
     deviation_dn = draw(Uniform(camera.color_bias_deviation), deviation)
     level_dn = draw(Uniform(camera.color_bias), level)

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 import matplotlib
 import numpy as np
 from scipy.ndimage import map_coordinates
+from scipy.signal import fftconvolve
 
 from simulator.config import load_camera, load_sweep
 from simulator.development import develop
@@ -19,7 +20,6 @@ from simulator.lens_aberrations.sampling import Sampling
 from simulator.lens_aberrations.wavefront_psf import WavefrontPsf
 from simulator.measurement.slanted_edge import edge_transfer
 from simulator.pipeline import simulate
-from simulator.psf_convolution import PsfGrid, convolve
 from simulator.raw.files import atomic_write
 from simulator.scene.image import ImageScene
 from simulator.shot import Shot
@@ -152,7 +152,7 @@ def _edge_seen(sampling: Sampling) -> np.ndarray:
     edge = np.clip((x - 48.3 * fine) * math.cos(0.0995) + (y - 64 * fine) * math.sin(0.0995) + 0.5, 0.0, 1.0)
     lens = WavefrontPsf(Aberrations(), 8.0, cell_um, ((550.0,),), 255, cells=1)
     kernel = lens.kernel(0, 0.0, (0.0, 0.0))
-    light = convolve(edge[None], PsfGrid(kernel[None, None, None], np.zeros(1), np.zeros(1)))[0]
+    light = fftconvolve(np.pad(edge, len(kernel) // 2, mode="edge"), kernel, mode="valid")
     frequency_y, frequency_x = np.fft.fftfreq(len(light), cell_um), np.fft.fftfreq(light.shape[1], cell_um)
     transfer = sampling.transfer(frequency_y, 4.0)[:, None] * sampling.transfer(frequency_x, 4.0)[None, :]
     # The kernel has the width of its cells, and the edge, across, that of a cell once more.

@@ -10,12 +10,9 @@ TRAINING_REFLECTANCES = "ColorChecker N Ohta"  # 24 patches, 380-780 nm by 5 nm;
 CONNECTION_SPACE_WHITE = (0.9642, 1.0, 0.8249)  # XYZ of D50 (ICC.1:2010, 7.2.16)
 
 
-def chart_reflectances(wavelengths_nm: np.ndarray, chart: str = TRAINING_REFLECTANCES) -> np.ndarray:
-    """Measured reflectances of a ColorChecker, (24, wavelengths), linear between entries, held beyond the ends.
-
-    chart: a name in colour-science's SDS_COLOURCHECKERS.
-    """
-    patches = colour_science().SDS_COLOURCHECKERS[chart].values()
+def chart_reflectances(wavelengths_nm: np.ndarray) -> np.ndarray:
+    """Measured reflectances of a ColorChecker, (24, wavelengths), linear between entries, held beyond the ends."""
+    patches = colour_science().SDS_COLOURCHECKERS[TRAINING_REFLECTANCES].values()
     return np.stack([np.interp(wavelengths_nm, patch.wavelengths, patch.values) for patch in patches])
 
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft
 
-from simulator.errors import require
 from simulator.sensor.camera_sections import Window
 
 TILE_PX = 512
@@ -18,43 +17,6 @@ WORKERS = -1  # all cores
 MOST_SPECTRA = 64  # transforms of kernels that are kept, about 3 MB each
 # Rounding of a float32 transform is a share of the tile's largest value; above this many means it takes float64.
 HIGH_CONTRAST = 30.0
-
-
-@dataclass(frozen=True)
-class PsfGrid:
-    """Kernels at nodes on the planes.
-
-    kernels: (channels, node rows, node columns, size, size), size odd, as light of a point in the middle.
-    x_px, y_px: ascending positions of the nodes [px], 0 at the centre of the first pixel; constant beyond the outer ones.
-    """
-
-    kernels: np.ndarray
-    x_px: np.ndarray
-    y_px: np.ndarray
-
-    def __post_init__(self):
-        shape = np.shape(self.kernels)
-        good = len(shape) == 5 and shape[1:3] == (len(self.y_px), len(self.x_px)) and shape[3] == shape[4] and shape[3] % 2 == 1
-        require(good, "shape of the kernels", shape, "give (channels, node rows, node columns, size, size), size odd")
-
-
-def convolve(planes: np.ndarray, grid: PsfGrid) -> np.ndarray:
-    """Planes (channels, rows, columns) through the kernels of their places, same shape and type.
-
-    float32 planes are transformed in float32, less each tile's mean, where no point stands out; float64 ones in float64.
-    Outside the planes their edge goes on; a caller who knows better gives a margin of half a kernel and cuts it off.
-    Raises PhotositeError unless the grid has kernels for every channel, or for one that stands for all.
-    """
-    known = len(grid.kernels)
-    require(known in (1, len(planes)), "channels of the kernels", known, f"give 1 or {len(planes)}, one for each plane")
-    result = np.empty_like(planes)
-    tiles, reach = list(tiles_of(grid.x_px, grid.y_px, planes.shape[1:])), grid.kernels.shape[-1] // 2
-    spectra = Spectra(lambda *place: grid.kernels[place][None], reach, tiles)
-    for channel, plane in enumerate(planes):
-        for tile in tiles:
-            source = source_of(_with_margin(plane, tile, reach)[None], spectra)
-            result[channel][tile.rows, tile.columns] = gathered(source, tile, spectra, channel % known)
-    return result
 
 
 @dataclass(frozen=True)
@@ -172,11 +134,3 @@ def gathered(source: Source, tile: Tile, spectra: Spectra, *name) -> np.ndarray:
             brought = brought[2 * reach : 2 * reach + height, 2 * reach : 2 * reach + width]
             total += (down[:, None] * across[None, :]) * (brought + source.mean * light)
     return total
-
-
-def _with_margin(plane: np.ndarray, tile: Tile, reach: int) -> np.ndarray:
-    """Part of a plane with `reach` pixels around the tile; beyond the plane its edge goes on."""
-    sides = list(zip((tile.rows, tile.columns), plane.shape, strict=True))
-    inside = [slice(max(0, s.start - reach), min(size, s.stop + reach)) for s, size in sides]
-    margins = [(reach - (s.start - i.start), reach - (i.stop - s.stop)) for (s, _), i in zip(sides, inside, strict=True)]
-    return np.pad(plane[tuple(inside)], margins, mode="edge")

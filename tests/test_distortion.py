@@ -22,6 +22,7 @@ from simulator.lens import ThinLens
 from simulator.pipeline import simulate
 from simulator.planner import plan
 from simulator.raw.dng import dng_bytes
+from simulator.raw.tags import Tag
 from simulator.raw_format import RawFormat
 from simulator.sensor.camera import Window
 from simulator.shot import Shot
@@ -140,7 +141,7 @@ def test_the_depth_of_the_truth_is_warped_like_the_picture():
 def opcode_of(data: bytes) -> tuple[np.ndarray, tuple[float, float]]:
     """Coefficients (planes, 6) and centre of the file's only opcode, decoded as DNG 1.4 chapter 7 lays it out."""
     with tifffile.TiffFile(io.BytesIO(data)) as file:
-        payload = bytes(file.pages[0].pages[0].tags[51022].value)
+        payload = bytes(file.pages[0].pages[0].tags[Tag.OPCODE_LIST_3].value)
     count, opcode, *version, flags, size, planes = struct.unpack(">II4BIII", payload[:24])
     assert (count, opcode, version, flags, size) == (1, 1, [1, 3, 0, 0], 1, len(payload) - 20)
     numbers = struct.unpack(f">{6 * planes + 2}d", payload[24:])
@@ -186,7 +187,7 @@ def test_a_shot_may_leave_the_opcode_out_and_a_crop_beside_the_axis_has_none():
     beside = dataclasses.replace(shot, camera=dataclasses.replace(camera, window=Window(0, 0, 100, 100)))
     for other in (dataclasses.replace(shot, raw=RawFormat(opcodes=False)), beside):
         with tifffile.TiffFile(io.BytesIO(dng_bytes(simulate(other)))) as file:
-            assert 51022 not in file.pages[0].pages[0].tags
+            assert Tag.OPCODE_LIST_3 not in file.pages[0].pages[0].tags
 
 
 @pytest.mark.skipif(

@@ -10,12 +10,13 @@ from toy_samples import toy_sample
 from data_gen.writers import WriterOptions
 from data_gen.writers.dng import WRITER
 from simulator.errors import PhotositeError
+from simulator.raw.tags import Tag
 from simulator.raw_file import read_raw_file
 
 
 def noise_profile(path):
     with tifffile.TiffFile(path) as file:
-        return np.reshape(file.pages[0].pages[0].tags[51041].value, (-1, 2))
+        return np.reshape(file.pages[0].pages[0].tags[Tag.NOISE_PROFILE].value, (-1, 2))
 
 
 @pytest.mark.parametrize("cfa", ["RGGB", "GBRG", "MONO"])

@@ -11,7 +11,7 @@ import pytest
 from simulator.config import load_camera
 from simulator.raw_file import read_raw_file
 from simulator.validation.emva import COLOR_OF, measure_emva
-from simulator.validation.emva_frames import EmvaBench, EmvaFiles, take_emva_frames
+from simulator.validation.emva_frames import HALF, SHARES, EmvaBench, EmvaFiles, take_emva_frames
 from simulator.validation.emva_gates import emva_gates
 
 pytestmark = pytest.mark.slow
@@ -39,7 +39,7 @@ def peer_results(files: EmvaFiles, plane: str, folder: Path, monkeypatch):
     for photons, pair in zip(color.photons, color.pairs, strict=True):
         block("b", photons, pair)
     block("d", "", files.dark_stack)
-    block("b", color.stack_photons, color.stack)
+    block("b", color.photons[-1] * HALF / SHARES[-1], color.stack)
     descriptor = folder / f"{plane}.txt"
     descriptor.write_text("\n".join(["v 4.0", f"n 14 {width} {height}", *lines]) + "\n")
     info = process.ParseEmvaDescriptorFile(str(descriptor), loglevel=logging.ERROR)

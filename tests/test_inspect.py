@@ -16,6 +16,7 @@ from simulator.errors import PhotositeError
 from simulator.measurement.inspection import BINS, inspect_raw
 from simulator.measurement.single_frame_noise import BLOCK_PX, single_frame_noise
 from simulator.raw import dng, tiff, xmp
+from simulator.raw.tags import Photometric, Tag
 
 WHITE = 16383
 
@@ -106,7 +107,7 @@ X_TRANS = (1, 1, 0, 1, 1, 2, 1, 1, 2, 1, 1, 0, 2, 0, 1, 0, 2, 1, 1, 1, 2, 1, 1, 
 
 def test_a_pattern_of_six_by_six_is_inspected_colour_by_colour(tmp_path, monkeypatch):
     whole = dng._raw_directory
-    tags = {33421: tiff.short(6, 6), 33422: tiff.byte(*X_TRANS)}
+    tags = {Tag.CFA_REPEAT_PATTERN_DIM: tiff.short(6, 6), Tag.CFA_PATTERN: tiff.byte(*X_TRANS)}
     monkeypatch.setattr(dng, "_raw_directory", lambda *parts: whole(*parts) | tags)
     raw = random_frame(96, 126)
     dng.write_dng(raw, tmp_path / "a.dng")
@@ -122,9 +123,14 @@ def test_a_pattern_of_six_by_six_is_inspected_colour_by_colour(tmp_path, monkeyp
 def test_a_file_of_full_colour_pixels_is_inspected_colour_by_colour(tmp_path, monkeypatch):
     """LinearRaw with three samples a pixel, as converters write it."""
     whole = dng._raw_directory
-    tags = {256: tiff.long(42), 258: tiff.short(16, 16, 16), 262: tiff.short(34892), 277: tiff.short(3)}
-    tags |= {50713: tiff.short(1, 1), 50714: tiff.short(5, 6, 7)}
-    mosaic_only = {33421, 33422, 50710, 50711}
+    tags = {
+        Tag.IMAGE_WIDTH: tiff.long(42),
+        Tag.BITS_PER_SAMPLE: tiff.short(16, 16, 16),
+        Tag.PHOTOMETRIC_INTERPRETATION: tiff.short(Photometric.LINEAR_RAW),
+        Tag.SAMPLES_PER_PIXEL: tiff.short(3),
+    }
+    tags |= {Tag.BLACK_LEVEL_REPEAT_DIM: tiff.short(1, 1), Tag.BLACK_LEVEL: tiff.short(5, 6, 7)}
+    mosaic_only = {Tag.CFA_REPEAT_PATTERN_DIM, Tag.CFA_PATTERN, Tag.CFA_PLANE_COLOR, Tag.CFA_LAYOUT}
     monkeypatch.setattr(
         dng, "_raw_directory", lambda *parts: {k: v for k, v in (whole(*parts) | tags).items() if k not in mosaic_only}
     )

@@ -21,6 +21,7 @@ from simulator.exposure import Exposure
 from simulator.lens import ThinLens
 from simulator.pipeline import simulate
 from simulator.raw.dng import dng_bytes, write_dng
+from simulator.raw.tags import Tag
 from simulator.raw_file import read_raw_file
 from simulator.raw_format import RawFormat
 from simulator.sensor.camera import IsoSetting, Window
@@ -39,8 +40,8 @@ def raw_tags(raw) -> dict:
 @pytest.mark.parametrize("cfa", CFAS[:4])
 def test_libraw_finds_each_place_of_the_block_its_own_black(tmp_path, cfa):
     raw = random_frame(97, 131, cfa, black_level_dn=511, black_offsets_dn=OFFSETS)
-    assert raw_tags(raw)[50713] == ("SHORT", 2, (2, 2))
-    assert raw_tags(raw)[50714] == ("SHORT", 4, (500, 510, 520, 530))
+    assert raw_tags(raw)[Tag.BLACK_LEVEL_REPEAT_DIM] == ("SHORT", 2, (2, 2))
+    assert raw_tags(raw)[Tag.BLACK_LEVEL] == ("SHORT", 4, (500, 510, 520, 530))
     write_dng(raw, tmp_path / "a.dng")
     np.testing.assert_array_equal(libraw_codes([tmp_path / "a.dng"], tmp_path)[str(tmp_path / "a.dng")], raw.dn)
     with rawpy.imread(str(tmp_path / "a.dng")) as frame:
@@ -60,7 +61,7 @@ def test_libraw_subtracts_from_each_photosite_the_black_of_its_place(cfa):
 
 def test_a_fractional_black_makes_all_four_rational():
     raw = random_frame(black_offsets_dn=(0.0, 0.25, 0.0, 0.0))
-    assert raw_tags(raw)[50714] == ("RATIONAL", 4, (511, 1, 2045, 4, 511, 1, 511, 1))
+    assert raw_tags(raw)[Tag.BLACK_LEVEL] == ("RATIONAL", 4, (511, 1, 2045, 4, 511, 1, 511, 1))
 
 
 @pytest.mark.parametrize("white", [900, 16383, 60000])
@@ -117,7 +118,7 @@ def test_digital_gain_stretches_what_the_black_levels_differ():
 
 def test_left_alone_the_file_tells_the_camera_s_one_level():
     raw = dark_frame(None, told=False)
-    assert raw_tags(raw)[50714] == ("SHORT", 4, (100,) * 4)
+    assert raw_tags(raw)[Tag.BLACK_LEVEL] == ("SHORT", 4, (100,) * 4)
 
 
 @pytest.mark.parametrize("orientation", UPRIGHT)

@@ -8,6 +8,7 @@ from scipy import stats
 
 from simulator.config import load_camera
 from simulator.measurement.pairs import pair_noise
+from simulator.raw.tags import Tag
 from simulator.raw_file import read_raw_file
 from simulator.validation.flat_frames import FlatBench, bench_camera, white_light
 
@@ -18,7 +19,7 @@ BRIGHTEST = 0.85  # of white in the most sensitive colour, where noise is not ye
 def noise_profile(path) -> tuple[float, float]:
     """S and O as another reader finds them in the file; all colours have the same."""
     with tifffile.TiffFile(path) as file:
-        values = file.pages[0].pages[0].tags[51041].value
+        values = file.pages[0].pages[0].tags[Tag.NOISE_PROFILE].value
     assert values == values[:2] * (len(values) // 2)
     return values[:2]
 

@@ -21,6 +21,7 @@ from simulator.exposure import Exposure
 from simulator.lens import ThinLens
 from simulator.pipeline import simulate
 from simulator.raw.dng import dng_bytes, write_dng
+from simulator.raw.tags import Tag
 from simulator.resimulation import differing_codes, resimulate
 from simulator.sensor.binning import Binning
 from simulator.sensor.camera import IsoSetting, Window
@@ -109,13 +110,13 @@ def test_readers_see_the_active_area_and_its_pattern(tmp_path, cfa, size):
 
 def test_active_and_masked_areas_have_the_corners_of_the_standard():
     found = raw_tags(random_frame(96, 128, active_area=(8, 16, 90, 124)))
-    assert found[50829] == (8, 16, 90, 124)
+    assert found[Tag.ACTIVE_AREA] == (8, 16, 90, 124)
     # Two photosites beside the lit ones are left out: above, below, left, right.
-    assert found[50830] == (0, 0, 6, 128, 92, 0, 96, 128, 8, 0, 90, 14, 8, 126, 90, 128)
-    assert (found[50719], found[50720]) == ((8, 8), (92, 66))
+    assert found[Tag.MASKED_AREAS] == (0, 0, 6, 128, 92, 0, 96, 128, 8, 0, 90, 14, 8, 126, 90, 128)
+    assert (found[Tag.DEFAULT_CROP_ORIGIN], found[Tag.DEFAULT_CROP_SIZE]) == ((8, 8), (92, 66))
     thin = raw_tags(random_frame(96, 128, active_area=(2, 2, 96, 128)))
-    assert 50829 in thin and 50830 not in thin
-    assert not {50829, 50830} & set(raw_tags(random_frame()))
+    assert Tag.ACTIVE_AREA in thin and Tag.MASKED_AREAS not in thin
+    assert not {Tag.ACTIVE_AREA, Tag.MASKED_AREAS} & set(raw_tags(random_frame()))
 
 
 @pytest.mark.parametrize("cfa", CFAS[:4])

@@ -6,7 +6,7 @@ from randomness import accept, mean_p
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.measurement.pairs import mean_of_pair, pair_noise, temporal_variance
+from simulator.measurement.pairs import mean_of_pair, pair_noise
 from simulator.measurement.stacks import spatial_variance, stack_of
 
 
@@ -18,16 +18,15 @@ def scatter_p(estimates, truth):
 def test_temporal_variance_of_a_pair_by_hand():
     first, second = np.array([[3, 5], [7, 9]], np.uint16), np.array([[4, 4], [10, 8]], np.uint16)
     # differences -1, 1, -3, 1: mean square 3, mean -0.5
-    assert temporal_variance(first, second) == 0.5 * (3 - 0.25)
+    assert pair_noise(first, second).variance_dn2 == 0.5 * (3 - 0.25)
     assert mean_of_pair(first, second) == 6.25
-    assert pair_noise(first, second).variance_dn2 == temporal_variance(first, second)
 
 
 def test_fixed_pattern_and_a_change_of_light_leave_no_trace():
     random = np.random.default_rng(1)
     body = random.integers(0, 60000, (40, 50), dtype=np.uint16)
-    assert temporal_variance(body, body + np.uint16(300)) == 0.0
-    assert pair_noise(body, body).row_variance_dn2 == 0.0
+    brighter = pair_noise(body, body + np.uint16(300))
+    assert brighter.variance_dn2 == 0.0 and brighter.row_variance_dn2 == 0.0
 
 
 def test_row_and_pixel_noise_come_apart():
@@ -66,10 +65,9 @@ def test_a_stack_holds_the_temporal_variance_and_no_pattern_of_its_own():
     accept(p_values)
 
 
-@pytest.mark.parametrize("measure", [temporal_variance, pair_noise])
-def test_frames_of_two_sizes_are_refused(measure):
+def test_frames_of_two_sizes_are_refused():
     with pytest.raises(PhotositeError, match="one size"):
-        measure(np.zeros((4, 5), np.uint16), np.zeros((5, 4), np.uint16))
+        pair_noise(np.zeros((4, 5), np.uint16), np.zeros((5, 4), np.uint16))
 
 
 def test_stacks_that_tell_nothing_are_refused():

@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
+from psf_grid import PsfGrid, convolve
 from scipy.signal import convolve2d, fftconvolve
 
 from simulator import psf_convolution
-from simulator.errors import PhotositeError
 from simulator.lens.pupil import Pupil
 from simulator.lens_aberrations.aberrations import Aberrations, ChromaticShift
 from simulator.lens_aberrations.sampling import Sampling
 from simulator.lens_aberrations.wavefront_psf import WavefrontPsf
 from simulator.point_spread import Spread
-from simulator.psf_convolution import PsfGrid, convolve
 
 
 def kernels_of(seed: int, *shape: int, size=9) -> np.ndarray:
@@ -115,11 +114,3 @@ def test_lateral_colour_moves_red_inwards_and_blue_outwards():
         x = plane.sum(axis=0) @ np.arange(60) / plane.sum() - 30.0
         y = plane.sum(axis=1) @ np.arange(60) / plane.sum() - 30.0
         assert (x, y) == pytest.approx((-shift_um * 309.5 / 500, -shift_um * 229.5 / 500), abs=0.03)
-
-
-def test_kernels_of_another_number_of_channels_are_refused():
-    grid = PsfGrid(kernels_of(1, 2, 1, 1), np.zeros(1), np.zeros(1))
-    with pytest.raises(PhotositeError, match="channels of the kernels = 2: give 1 or 3"):
-        convolve(np.ones((3, 9, 9), np.float32), grid)
-    with pytest.raises(PhotositeError, match="shape of the kernels"):
-        PsfGrid(kernels_of(1, 2, 1, 1, size=4), np.zeros(1), np.zeros(1))

@@ -6,6 +6,7 @@ from raw_frame import COLOR_MATRIX, NEUTRAL, random_frame
 
 from simulator.errors import PhotositeError
 from simulator.raw import dng, tiff
+from simulator.raw.tags import Tag
 from simulator.raw_file import plane_places, read_raw_file
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG")
@@ -55,7 +56,9 @@ def test_each_place_of_the_block_has_its_own_black_level(tmp_path, cfa):
 def test_the_pattern_is_that_of_the_visible_part(tmp_path, monkeypatch):
     """DNG 1.4: the CFA pattern begins at the active area; LibRaw moves on to the next even corner."""
     whole = dng._raw_directory
-    monkeypatch.setattr(dng, "_raw_directory", lambda *arguments: whole(*arguments) | {50829: tiff.long(1, 1, 95, 129)})
+    monkeypatch.setattr(
+        dng, "_raw_directory", lambda *arguments: whole(*arguments) | {Tag.ACTIVE_AREA: tiff.long(1, 1, 95, 129)}
+    )
     raw = random_frame(cfa="RGGB")
     dng.write_dng(raw, tmp_path / "a.dng")
     found = read_raw_file(tmp_path / "a.dng")

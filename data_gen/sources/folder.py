@@ -1,11 +1,34 @@
-"""Files of a folder as names of a data set."""
+"""Files of a folder as pictures of a data set."""
 
 import os
 import unicodedata
 from collections.abc import Iterable
+from functools import cached_property
 from pathlib import Path
+from typing import ClassVar
 
 from simulator.errors import PhotositeError, require
+
+
+class FolderSource:
+    """Names of a source that reads the files of one folder; a data class, which has the folder under the name `key`.
+
+    extensions: of the files to take, in lower case.
+    """
+
+    key: ClassVar[str]
+    extensions: tuple[str, ...]
+
+    def names(self) -> tuple[str, ...]:
+        """Return paths relative to the folder, see `picture_names`."""
+        return self._names
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return self._listed()
+
+    def _listed(self) -> tuple[str, ...]:
+        return picture_names(getattr(self, self.key), self.extensions, self.key)
 
 
 def picture_names(folder: Path, extensions: Iterable[str], key: str) -> tuple[str, ...]:

@@ -1,16 +1,15 @@
 """Clean pictures from scene-linear pictures: EXR, HDR, TIFF and NumPy arrays."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
 from data_gen.sources import CleanImage
 from data_gen.sources.camera_view import check_illuminants, drawn
 from data_gen.sources.exposed_scene import check_exposure, exposed, told_as
-from data_gen.sources.folder import check_extensions, picture_names
+from data_gen.sources.folder import FolderSource, check_extensions
 from simulator.scene.image import ImageScene
 from simulator.sensor.camera import Camera
 
@@ -18,7 +17,7 @@ KEY = "linear_images"
 
 
 @dataclass(frozen=True)
-class LinearImages:
+class LinearImages(FolderSource):
     """Linear pictures, RGB or grey, whose colours become reflectance spectra that a light falls on and the camera sees.
 
     Reading is that of a shot's `scene.image`: the same upsampling, the same checks.
@@ -33,6 +32,7 @@ class LinearImages:
     extensions: of the files to take, in lower case.
     """
 
+    key: ClassVar[str] = KEY
     linear_images: Annotated[Path, "folder of linear pictures"]
     camera: Camera
     illuminants: tuple[str, ...] = ("D65",)
@@ -47,14 +47,6 @@ class LinearImages:
         check_illuminants(self.illuminants, "illuminants")
         check_exposure(self.exposed_percentile, self.exposed_signal)
         check_extensions(self.extensions)
-
-    def names(self) -> tuple[str, ...]:
-        """Return paths relative to the folder, see `picture_names`."""
-        return self._names
-
-    @cached_property
-    def _names(self) -> tuple[str, ...]:
-        return picture_names(self.linear_images, self.extensions, KEY)
 
     def read(self, name: str, draw: np.random.Generator) -> CleanImage:
         """Read one picture; `draw` gives the light.

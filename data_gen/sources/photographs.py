@@ -1,15 +1,14 @@
 """Clean pictures from finished photographs: sRGB back to camera signal."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
 from data_gen.sources import CleanImage
 from data_gen.sources.camera_view import camera_view, check_illuminants, drawn
-from data_gen.sources.folder import check_extensions, picture_names
+from data_gen.sources.folder import FolderSource, check_extensions
 from data_gen.sources.inverse_isp import (
     SRGB_TO_XYZ,
     drawn_brightness,
@@ -30,7 +29,7 @@ KEY = "photographs"
 
 
 @dataclass(frozen=True)
-class Photographs:
+class Photographs(FolderSource):
     """sRGB pictures of 8 or 16 bits, taken back to camera signal by an inverse ISP (data_gen/sources/inverse_isp.py).
 
     photographs: folder, with all folders in it. Colours are taken as sRGB; an embedded profile is not read.
@@ -43,6 +42,7 @@ class Photographs:
     extensions: of the files to take, in lower case.
     """
 
+    key: ClassVar[str] = KEY
     photographs: Annotated[Path, "folder of sRGB pictures"]
     camera: Camera
     inverse_isp: Literal["camera", "brooks2019"] = "camera"
@@ -59,14 +59,6 @@ class Photographs:
         require(used, "illuminants", self.illuminants, "brooks2019 draws gains in their place; leave them out")
         check_illuminants(self.illuminants, "illuminants")
         check_extensions(self.extensions)
-
-    def names(self) -> tuple[str, ...]:
-        """Return paths relative to the folder, see `picture_names`."""
-        return self._names
-
-    @cached_property
-    def _names(self) -> tuple[str, ...]:
-        return picture_names(self.photographs, self.extensions, KEY)
 
     def read(self, name: str, draw: np.random.Generator) -> CleanImage:
         """Read one picture; `draw` gives light, matrix, gains and brightness.

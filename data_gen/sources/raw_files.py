@@ -1,14 +1,13 @@
 """Clean pictures from raw files with little noise: long exposures, averages, or frames that were never noisy."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from data_gen.sources import CleanImage
-from data_gen.sources.folder import check_extensions, picture_names
+from data_gen.sources.folder import FolderSource, check_extensions
 from simulator.errors import require
 from simulator.raw_file import RawFile, read_raw_file
 
@@ -17,7 +16,7 @@ EXTENSIONS = (".dng", ".arw", ".cr2", ".cr3", ".nef", ".nrw", ".orf", ".pef", ".
 
 
 @dataclass(frozen=True)
-class RawFiles:
+class RawFiles(FolderSource):
     """Raw files as LibRaw reads them: (code - black) / (white - black), each file with its own filter pattern.
 
     Codes below black, which noise makes, become 0: no light is negative.
@@ -25,19 +24,12 @@ class RawFiles:
     extensions: of the files to take, in lower case.
     """
 
+    key: ClassVar[str] = KEY
     raw_files: Annotated[Path, "folder of raw files"]
     extensions: tuple[str, ...] = EXTENSIONS
 
     def __post_init__(self):
         check_extensions(self.extensions)
-
-    def names(self) -> tuple[str, ...]:
-        """Return paths relative to the folder, see `picture_names`."""
-        return self._names
-
-    @cached_property
-    def _names(self) -> tuple[str, ...]:
-        return picture_names(self.raw_files, self.extensions, KEY)
 
     def read(self, name: str, draw: np.random.Generator) -> CleanImage:
         """Read one file; nothing is drawn.

@@ -1,16 +1,15 @@
 """Clean pictures from spectral cubes."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
 from data_gen.sources import CleanImage
 from data_gen.sources.camera_view import check_illuminants, drawn
 from data_gen.sources.exposed_scene import check_exposure, exposed, told_as
-from data_gen.sources.folder import check_extensions, picture_names
+from data_gen.sources.folder import FolderSource, check_extensions
 from simulator.scene.spectral_cube import SpectralCubeScene
 from simulator.sensor.camera import Camera
 
@@ -18,7 +17,7 @@ KEY = "spectral_cubes"
 
 
 @dataclass(frozen=True)
-class SpectralCubes:
+class SpectralCubes(FolderSource):
     """Spectral cubes, integrated over the camera's response.
 
     Reading is that of a shot's `scene.spectral_cube`, with the same checks.
@@ -32,6 +31,7 @@ class SpectralCubes:
     extensions: of the files to take, in lower case.
     """
 
+    key: ClassVar[str] = KEY
     spectral_cubes: Annotated[Path, "folder of spectral cubes"]
     camera: Camera
     wavelengths: Path | None = None
@@ -46,15 +46,10 @@ class SpectralCubes:
         check_exposure(self.exposed_percentile, self.exposed_signal)
         check_extensions(self.extensions)
 
-    def names(self) -> tuple[str, ...]:
-        """Return paths relative to the folder, see `picture_names`; the file of wavelengths is none of them."""
-        return self._names
-
-    @cached_property
-    def _names(self) -> tuple[str, ...]:
-        names = picture_names(self.spectral_cubes, self.extensions, KEY)
+    def _listed(self) -> tuple[str, ...]:
+        """Names without the file of wavelengths."""
         own = None if self.wavelengths is None else Path(self.wavelengths).resolve()
-        return tuple(name for name in names if (self.spectral_cubes / name).resolve() != own)
+        return tuple(name for name in super()._listed() if (self.spectral_cubes / name).resolve() != own)
 
     def read(self, name: str, draw: np.random.Generator) -> CleanImage:
         """Read one cube; `draw` gives the light.

@@ -6,7 +6,7 @@ from simulator.config.json_schema import schema
 from simulator.config.option_values import camera_data, length_um, response_name
 from simulator.config.sections import given_later
 from simulator.config.shot_file import load_shot, located, shot_of_data
-from simulator.config.sweep import Sweep, SweepPoint, expand_sweep, load_sweep
+from simulator.config.sweep import Sweep, SweepPoint, load_sweep
 from simulator.config.warnings import shot_warnings
 from simulator.config.yaml_dialect import dump_yaml
 
@@ -16,7 +16,6 @@ __all__ = [
     "camera_data",
     "camera_document",
     "dump_yaml",
-    "expand_sweep",
     "given_later",
     "length_um",
     "load_camera",

@@ -80,9 +80,9 @@ def camera_document(name: str, overrides: Iterable[str] = ()) -> Document:
     return with_section(document, "camera", inline_response(subdocument(document, "camera")))
 
 
-def inline_camera(document: Document, name: str = "camera") -> Document:
+def inline_camera(document: Document) -> Document:
     """Read in the base of a camera section: `camera: name` and `camera: {base: name, ...}` become full mappings."""
-    return _with_base(document, name, ())
+    return _with_base(document, "camera", ())
 
 
 def _with_base(document: Document, key: str, seen: tuple) -> Document:

@@ -133,13 +133,6 @@ def _with(document: Document, key: str, value: object, place: Place) -> Document
     return with_value(document, key, value, place)
 
 
-def expand_sweep(document: Document) -> Sweep:
-    """Return the points of a document with a `sweep:` section; nothing is made before it is asked for."""
-    if document.data.get("sweep") is None:
-        raise PhotositeError(f"{document.place(()).text}: has no `sweep:` section; add one, or take the single shot")
-    return Sweep(document)
-
-
 def load_sweep(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Sweep | None:
     """Return the checked sweep of a shot file, or None when it has no `sweep:` section."""
     document = load_document(path, overrides)

@@ -96,9 +96,9 @@ class Pupil:
         inside = [part.contains(points[..., 0], points[..., 1]) for part in self.parts(field)]
         return np.logical_and.reduce(inside)
 
-    def depth(self, x, y, field=(0.0, 0.0)) -> np.ndarray:
-        """How far inside the pupil points lie, in pupil radii: the least distance from its sides, negative outside."""
-        return np.minimum.reduce([part.depth(x, y) for part in self.parts(field)])
+    def depth(self, x, y) -> np.ndarray:
+        """Distance of points from the border of the pupil on the axis [pupil radii], negative outside."""
+        return np.minimum.reduce([part.depth(x, y) for part in self.parts()])
 
     def area(self, field=(0.0, 0.0)) -> float:
         """Area in squared pupil radii, in closed form; pi where nothing clips."""

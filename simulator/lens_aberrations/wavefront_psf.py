@@ -1,7 +1,6 @@
 """Kernels of a wavefront for the channels of a camera: direct, or as a table."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,7 +74,7 @@ class WavefrontPsf:
         cells = self.cell_kernel(channel, blur_radius_px, field_xy)
         return (sampling or Sampling()).photosites(cells / cells.sum(), self.cells, self.pitch_um)
 
-    def table(self, blur_radii_px, fields, progress: Callable[[float], None] = lambda share: None) -> PsfTable:
+    def table(self, blur_radii_px, fields) -> PsfTable:
         """Kernels for every blur radius [px], field and channel. A table turns with the field, and so must the wavefront.
 
         Raises PhotositeError for Zernike terms without the symmetry of the axis.
@@ -85,11 +84,10 @@ class WavefrontPsf:
         require(not tilted, "lens.aberrations.zernike", tilted, rule)
         channels, size = len(self.wavelengths_nm), self.size_px * self.cells
         kernels = np.empty((len(blur_radii_px), len(fields), channels, size, size), np.float32)
-        for done, place in enumerate(np.ndindex(kernels.shape[:3])):
+        for place in np.ndindex(kernels.shape[:3]):
             row, column, channel = place
             cells = self.cell_kernel(channel, blur_radii_px[row], (fields[column], 0.0))
             kernels[place] = cells / cells.sum()
-            progress((done + 1) / math.prod(kernels.shape[:3]))
         return PsfTable(kernels, np.asarray(blur_radii_px, float), np.asarray(fields, float), self.cells, self.pitch_um)
 
 
@@ -99,7 +97,6 @@ def kernel_size_px(
     pitch_um: float,
     wavelengths_nm,
     blur_radii_px=(0.0,),
-    fields=(0.0, 1.0),
     airy_margin: float = AIRY_MARGIN,
 ) -> int:
     """Odd number of photosites that holds all rays and airy_margin lambda N of diffraction around them.
@@ -110,7 +107,7 @@ def kernel_size_px(
     step, reach_um = 1e-4, 0.0
     for wavelength_nm in sorted(set(np.ravel(wavelengths_nm))):
         for blur_px in (min(blur_radii_px), max(blur_radii_px)):
-            for field in fields:
+            for field in (0.0, 1.0):
                 lens = (f_number, float(wavelength_nm), (field, 0.0), blur_px * pitch_um)
                 for dx, dy in ((step, 0.0), (0.0, step)):
                     ahead = aberrations.path_um(rim.real + dx, rim.imag + dy, *lens)

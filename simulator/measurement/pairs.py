@@ -38,19 +38,11 @@ def mean_of_pair(first: np.ndarray, second: np.ndarray) -> float:
     return 0.5 * (float(first.mean(dtype=np.float64)) + float(second.mean(dtype=np.float64)))
 
 
-def temporal_variance(first: np.ndarray, second: np.ndarray) -> float:
-    """Temporal variance [DN^2]: half the mean square difference less half the squared difference of the means.
-
-    The second term takes out that the light was not quite the same in both frames.
-    Raises PhotositeError for frames of different shapes.
-    """
-    difference = _difference(first, second)
-    return 0.5 * (float(np.mean(difference**2)) - float(np.mean(difference)) ** 2)
-
-
 def pair_noise(first: np.ndarray, second: np.ndarray) -> PairNoise:
     """Temporal noise of a pair, row noise apart.
 
+    The temporal variance is half the mean square difference less half the squared difference of the means, which takes out
+    that the light was not quite the same in both frames.
     Analysis of variance with one random effect: in the difference, rows of n columns have means of variance
     2 (row + pixel / n), and photosites scatter about their row's mean with 2 pixel.
     Raises PhotositeError for frames of different shapes or of less than 2 x 2 photosites.

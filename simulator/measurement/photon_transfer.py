@@ -117,9 +117,9 @@ def _columns(points: Sequence[TransferPoint]) -> tuple[np.ndarray, np.ndarray, n
     return signal, variance, error
 
 
-def below(points: Sequence[TransferPoint], saturation_dn: float, share: float = LARGEST_SHARE) -> list[TransferPoint]:
-    """Points whose signal is at most this share of the saturation signal [DN]."""
-    return [point for point in points if point.signal_dn <= share * saturation_dn]
+def below(points: Sequence[TransferPoint], saturation_dn: float) -> list[TransferPoint]:
+    """Points whose signal is at most LARGEST_SHARE of the saturation signal [DN]."""
+    return [point for point in points if point.signal_dn <= LARGEST_SHARE * saturation_dn]
 
 
 def saturation_index(points: Sequence[TransferPoint]) -> int:

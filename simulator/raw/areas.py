@@ -3,11 +3,12 @@
 from simulator.errors import require
 from simulator.frame import Raw
 from simulator.raw import tiff
+from simulator.raw.tags import Tag
 
 _GAP_PX = 2  # charge of lit neighbours reaches one photosite into the covered edge; two keep the colour pattern
 
 
-def areas(raw: Raw) -> dict[int, tiff.Field]:
+def areas(raw: Raw) -> dict[Tag, tiff.Field]:
     """DefaultCrop; ActiveArea and MaskedAreas (top, left, bottom, right) of a frame with a covered edge.
 
     Converters take black from MaskedAreas instead of BlackLevel, so only photosites that are dark for certain stand there.
@@ -19,14 +20,14 @@ def areas(raw: Raw) -> dict[int, tiff.Field]:
     require(inside, f"{raw.name}: active_area", raw.edges, "lies within the frame and begins at even rows and columns")
     border = min(8, 2 * (min(bottom - top, right - left) // 16))  # even; 8 px hide what demosaicing does at the edge
     tags = {
-        50719: tiff.long(border, border),  # DefaultCropOrigin: x, y in the active area
-        50720: tiff.long(right - left - 2 * border, bottom - top - 2 * border),  # DefaultCropSize
+        Tag.DEFAULT_CROP_ORIGIN: tiff.long(border, border),  # x, y in the active area
+        Tag.DEFAULT_CROP_SIZE: tiff.long(right - left - 2 * border, bottom - top - 2 * border),
     }
     if raw.edges == (0, 0, height, width):
         return tags
-    tags[50829] = tiff.long(*raw.edges)
+    tags[Tag.ACTIVE_AREA] = tiff.long(*raw.edges)
     dark = masked_areas(raw)
-    return tags | ({50830: tiff.long(*[edge for area in dark for edge in area])} if dark else {})
+    return tags | ({Tag.MASKED_AREAS: tiff.long(*[edge for area in dark for edge in area])} if dark else {})
 
 
 def masked_areas(raw: Raw) -> list[tuple[int, int, int, int]]:

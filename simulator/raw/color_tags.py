@@ -11,13 +11,14 @@ import numpy as np
 from simulator.errors import PhotositeError
 from simulator.frame import Raw
 from simulator.raw import tiff
+from simulator.raw.tags import LightSource, Tag
 
-_A, _D65 = 17, 21  # Exif LightSource
-_COLOR_MATRIX, _FORWARD_MATRIX, _ILLUMINANT = (50721, 50722), (50964, 50965), (50778, 50779)
-_AS_SHOT_NEUTRAL = 50728
+_COLOR_MATRIX = Tag.COLOR_MATRIX_1, Tag.COLOR_MATRIX_2
+_FORWARD_MATRIX = Tag.FORWARD_MATRIX_1, Tag.FORWARD_MATRIX_2
+_ILLUMINANT = Tag.CALIBRATION_ILLUMINANT_1, Tag.CALIBRATION_ILLUMINANT_2
 
 
-def color_tags(raw: Raw) -> dict[int, tiff.Field]:
+def color_tags(raw: Raw) -> dict[Tag, tiff.Field]:
     """Tags of IFD 0 by number; none for MONO.
 
     Raises PhotositeError for colour that would make converters divide by zero or guess.
@@ -25,9 +26,11 @@ def color_tags(raw: Raw) -> dict[int, tiff.Field]:
     if raw.cfa == "MONO":
         return {}
     _check_neutral(raw)
-    known = [(_A, raw.color_matrix_a, raw.forward_matrix_a)] if raw.color_matrix_a is not None else []
-    known.append((_D65, raw.color_matrix, raw.forward_matrix_d65))
-    tags = {_AS_SHOT_NEUTRAL: tiff.rational(*raw.as_shot_neutral)}
+    known = []
+    if raw.color_matrix_a is not None:
+        known.append((LightSource.STANDARD_LIGHT_A, raw.color_matrix_a, raw.forward_matrix_a))
+    known.append((LightSource.D65, raw.color_matrix, raw.forward_matrix_d65))
+    tags = {Tag.AS_SHOT_NEUTRAL: tiff.rational(*raw.as_shot_neutral)}
     for place, (light, matrix, forward) in enumerate(known):
         tags[_ILLUMINANT[place]] = tiff.short(light)
         tags[_COLOR_MATRIX[place]] = _matrix(raw, "color_matrix", matrix)

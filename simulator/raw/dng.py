@@ -20,13 +20,13 @@ from simulator.raw.files import atomic_write
 from simulator.raw.levels import levels
 from simulator.raw.opcodes import opcodes
 from simulator.raw.payload import MosaicData, mosaic_data
+from simulator.raw.tags import CfaColor, CfaLayout, Compression, Photometric, PlanarConfiguration, SubfileType, Tag
 from simulator.raw.thumbnail import thumbnail
 from simulator.raw.xmp import xmp_packet
 
 SMALLEST_SIDE_PX = 22  # LibRaw refuses smaller frames
 LARGEST_SIDE_PX = 64000  # LibRaw refuses larger ones
-CFA_COLOURS = {"RGGB": (0, 1, 1, 2), "BGGR": (2, 1, 1, 0), "GRBG": (1, 0, 2, 1), "GBRG": (1, 2, 0, 1)}
-_PHOTOMETRIC_RGB, _PHOTOMETRIC_CFA, _PHOTOMETRIC_LINEAR_RAW = 2, 32803, 34892
+CFA_COLOURS = {"RGGB": (0, 1, 1, 2), "BGGR": (2, 1, 1, 0), "GRBG": (1, 0, 2, 1), "GBRG": (1, 2, 0, 1)}  # CfaColor
 
 
 def write_dng(raw: Raw, path: str | os.PathLike) -> None:
@@ -72,58 +72,58 @@ def _check(raw: Raw) -> None:
     color_tags(raw)  # refuses what the thumbnail would divide by
 
 
-def _main_directory(raw: Raw, picture: np.ndarray) -> dict[int, tiff.Field | tiff.Pointer]:
+def _main_directory(raw: Raw, picture: np.ndarray) -> dict[Tag, tiff.Field | tiff.Pointer]:
     """IFD 0: thumbnail, camera, colour."""
-    tags = {
-        254: tiff.long(1),  # NewSubfileType: reduced resolution
-        258: tiff.short(8, 8, 8),  # BitsPerSample
-        259: tiff.short(1),  # Compression: none
-        262: tiff.short(_PHOTOMETRIC_RGB),
-        273: tiff.Pointer("thumbnail"),  # StripOffsets
-        274: tiff.short(raw.format.orientation),
-        277: tiff.short(3),  # SamplesPerPixel
-        305: tiff.text(software()),
-        330: tiff.Pointer("raw"),  # SubIFDs
-        34665: tiff.Pointer("exif"),
-        50706: tiff.byte(1, 4, 0, 0),  # DNGVersion
-        50707: tiff.byte(1, 1, 0, 0),  # DNGBackwardVersion
-        50708: tiff.text(f"{raw.make} {raw.model}".strip() or "Photosite"),  # UniqueCameraModel
+    tags: dict[Tag, tiff.Field | tiff.Pointer] = {
+        Tag.NEW_SUBFILE_TYPE: tiff.long(SubfileType.REDUCED_RESOLUTION),
+        Tag.BITS_PER_SAMPLE: tiff.short(8, 8, 8),
+        Tag.COMPRESSION: tiff.short(Compression.NONE),
+        Tag.PHOTOMETRIC_INTERPRETATION: tiff.short(Photometric.RGB),
+        Tag.STRIP_OFFSETS: tiff.Pointer("thumbnail"),
+        Tag.ORIENTATION: tiff.short(raw.format.orientation),
+        Tag.SAMPLES_PER_PIXEL: tiff.short(3),
+        Tag.SOFTWARE: tiff.text(software()),
+        Tag.SUB_IFDS: tiff.Pointer("raw"),
+        Tag.EXIF_IFD: tiff.Pointer("exif"),
+        Tag.DNG_VERSION: tiff.byte(1, 4, 0, 0),
+        Tag.DNG_BACKWARD_VERSION: tiff.byte(1, 1, 0, 0),
+        Tag.UNIQUE_CAMERA_MODEL: tiff.text(f"{raw.make} {raw.model}".strip() or "Photosite"),
     }
-    tags |= {code: tiff.text(value) for code, value in ((271, raw.make), (272, raw.model)) if value}
+    tags |= {code: tiff.text(value) for code, value in ((Tag.MAKE, raw.make), (Tag.MODEL, raw.model)) if value}
     if raw.baseline_exposure_ev is not None:
-        tags[50730] = tiff.signed_rational(raw.baseline_exposure_ev)
+        tags[Tag.BASELINE_EXPOSURE] = tiff.signed_rational(raw.baseline_exposure_ev)
     if packet := xmp_packet(raw):
-        tags[700] = tiff.packet(packet)
+        tags[Tag.XMP] = tiff.packet(packet)
     return tags | color_tags(raw) | _strip(*picture.shape[:2], picture.nbytes)
 
 
-def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[int, tiff.Field | tiff.Pointer]:
+def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[Tag, tiff.Field | tiff.Pointer]:
     """SubIFD: the mosaic, its levels and its noise."""
     height, width = raw.dn.shape
     mono = raw.cfa == "MONO"
-    tags = {
-        254: tiff.long(0),  # NewSubfileType: the full picture
-        258: tiff.short(mosaic.bits_per_sample),  # of the storage; WhiteLevel tells the range
-        259: tiff.short(mosaic.compression),
-        262: tiff.short(_PHOTOMETRIC_LINEAR_RAW if mono else _PHOTOMETRIC_CFA),
-        273: tiff.Pointer("mosaic"),  # StripOffsets
-        277: tiff.short(1),  # SamplesPerPixel
-        51041: tiff.double(*np.ravel(raw.noise_profile)),
+    tags: dict[Tag, tiff.Field | tiff.Pointer] = {
+        Tag.NEW_SUBFILE_TYPE: tiff.long(SubfileType.FULL_RESOLUTION),
+        Tag.BITS_PER_SAMPLE: tiff.short(mosaic.bits_per_sample),  # of the storage; WhiteLevel tells the range
+        Tag.COMPRESSION: tiff.short(mosaic.compression),
+        Tag.PHOTOMETRIC_INTERPRETATION: tiff.short(Photometric.LINEAR_RAW if mono else Photometric.CFA),
+        Tag.STRIP_OFFSETS: tiff.Pointer("mosaic"),
+        Tag.SAMPLES_PER_PIXEL: tiff.short(1),
+        Tag.NOISE_PROFILE: tiff.double(*np.ravel(raw.noise_profile)),
     }
     if not mono:
-        tags[33421] = tiff.short(2, 2)  # CFARepeatPatternDim
-        tags[33422] = tiff.byte(*CFA_COLOURS[raw.cfa])
-        tags[50710] = tiff.byte(0, 1, 2)  # CFAPlaneColor
-        tags[50711] = tiff.short(1)  # CFALayout: rectangular
+        tags[Tag.CFA_REPEAT_PATTERN_DIM] = tiff.short(2, 2)
+        tags[Tag.CFA_PATTERN] = tiff.byte(*CFA_COLOURS[raw.cfa])
+        tags[Tag.CFA_PLANE_COLOR] = tiff.byte(CfaColor.RED, CfaColor.GREEN, CfaColor.BLUE)
+        tags[Tag.CFA_LAYOUT] = tiff.short(CfaLayout.RECTANGULAR)
     return tags | areas(raw) | opcodes(raw) | levels(raw, mosaic.bits_per_sample) | _strip(height, width, mosaic.size_bytes)
 
 
-def _strip(height: int, width: int, size_bytes: int) -> dict[int, tiff.Field]:
+def _strip(height: int, width: int, size_bytes: int) -> dict[Tag, tiff.Field]:
     """Tags that any picture in one strip has."""
     return {
-        256: tiff.long(width),
-        257: tiff.long(height),
-        278: tiff.long(height),  # RowsPerStrip
-        279: tiff.long(size_bytes),  # StripByteCounts
-        284: tiff.short(1),  # PlanarConfiguration
+        Tag.IMAGE_WIDTH: tiff.long(width),
+        Tag.IMAGE_LENGTH: tiff.long(height),
+        Tag.ROWS_PER_STRIP: tiff.long(height),
+        Tag.STRIP_BYTE_COUNTS: tiff.long(size_bytes),
+        Tag.PLANAR_CONFIGURATION: tiff.short(PlanarConfiguration.CHUNKY),
     }

@@ -2,30 +2,35 @@
 
 from simulator.frame import Raw
 from simulator.raw import tiff
+from simulator.raw.tags import SensitivityType, Tag
 
 _LARGEST_SHORT = 65535
-_RECOMMENDED_EXPOSURE_INDEX = 2  # SensitivityType
 
 
-def exif_directory(raw: Raw) -> dict[int, tiff.Field]:
+def exif_directory(raw: Raw) -> dict[Tag, tiff.Field]:
     """Tags by number. What is not known, or no number above 0 that the file can hold, is left out."""
-    tags = {36864: tiff.undefined(b"0230"), 34855: tiff.short(min(raw.iso, _LARGEST_SHORT))}
+    tags = {
+        Tag.EXIF_VERSION: tiff.undefined(b"0230"),
+        Tag.PHOTOGRAPHIC_SENSITIVITY: tiff.short(min(raw.iso, _LARGEST_SHORT)),
+    }
     if raw.iso > _LARGEST_SHORT:  # Exif 2.3, 4.6.5: the 16-bit tag stays at its largest value and a 32-bit one tells
-        tags |= {34864: tiff.short(_RECOMMENDED_EXPOSURE_INDEX), 34866: tiff.long(raw.iso)}
-    for code, value in ((33434, raw.exposure_time_s), (33437, raw.f_number), (37386, raw.focal_length_mm)):
+        tags[Tag.SENSITIVITY_TYPE] = tiff.short(SensitivityType.RECOMMENDED_EXPOSURE_INDEX)
+        tags[Tag.RECOMMENDED_EXPOSURE_INDEX] = tiff.long(raw.iso)
+    numbers = {Tag.EXPOSURE_TIME: raw.exposure_time_s, Tag.F_NUMBER: raw.f_number, Tag.FOCAL_LENGTH: raw.focal_length_mm}
+    for code, value in numbers.items():
         if 0 < value < tiff.LARGEST_FILE_BYTES:
             tags[code] = tiff.rational(value)
     if raw.focus_distance_m > 0:
         near = raw.focus_distance_m < tiff.LARGEST_FILE_BYTES
-        tags[37382] = tiff.rational(raw.focus_distance_m if near else tiff.INFINITE_RATIONAL)  # SubjectDistance
+        tags[Tag.SUBJECT_DISTANCE] = tiff.rational(raw.focus_distance_m if near else tiff.INFINITE_RATIONAL)
     if 0 < raw.focal_length_mm < tiff.LARGEST_FILE_BYTES:
         # A lens that does not zoom; its widest aperture is not that of the shot.
         unknown = tiff.UNKNOWN_RATIONAL
-        tags[42034] = tiff.rational(raw.focal_length_mm, raw.focal_length_mm, unknown, unknown)  # LensSpecification
+        tags[Tag.LENS_SPECIFICATION] = tiff.rational(raw.focal_length_mm, raw.focal_length_mm, unknown, unknown)
     if 0.5 < raw.focal_length_35mm_mm < _LARGEST_SHORT:
-        tags[41989] = tiff.short(round(raw.focal_length_35mm_mm))
+        tags[Tag.FOCAL_LENGTH_IN_35MM_FILM] = tiff.short(round(raw.focal_length_35mm_mm))
     if raw.lens_model:
-        tags[42036] = tiff.text(raw.lens_model)
+        tags[Tag.LENS_MODEL] = tiff.text(raw.lens_model)
     if raw.date_time:  # never the clock: one shot gives one file
-        tags[36867] = tiff.text(raw.date_time.replace("-", ":"))  # DateTimeOriginal
+        tags[Tag.DATE_TIME_ORIGINAL] = tiff.text(raw.date_time.replace("-", ":"))
     return tags

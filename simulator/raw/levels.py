@@ -3,9 +3,10 @@
 from simulator.errors import PhotositeError, require
 from simulator.frame import Raw
 from simulator.raw import tiff
+from simulator.raw.tags import Tag
 
 
-def levels(raw: Raw, bits_per_sample: int) -> dict[int, tiff.Field]:
+def levels(raw: Raw, bits_per_sample: int) -> dict[Tag, tiff.Field]:
     """BlackLevelRepeatDim, BlackLevel and WhiteLevel.
 
     A frame without filter and bias has one black level, any other four; LibRaw reads a lone one beside a 2x2 block as 0.
@@ -22,9 +23,9 @@ def levels(raw: Raw, bits_per_sample: int) -> dict[int, tiff.Field]:
         require(0 <= level_dn < raw.white_level_dn, f"{raw.name}: black_level", f"{level_dn:g} DN", rule)
     single = raw.cfa == "MONO" and not any(raw.black_offsets_dn)
     return {
-        50713: tiff.short(1, 1) if single else tiff.short(2, 2),
-        50714: _black_level(black_dn[:1] if single else black_dn),
-        50717: tiff.short(raw.white_level_dn),
+        Tag.BLACK_LEVEL_REPEAT_DIM: tiff.short(1, 1) if single else tiff.short(2, 2),
+        Tag.BLACK_LEVEL: _black_level(black_dn[:1] if single else black_dn),
+        Tag.WHITE_LEVEL: tiff.short(raw.white_level_dn),
     }
 
 

@@ -4,19 +4,17 @@ import struct
 
 from simulator.frame import Raw
 from simulator.raw import tiff
+from simulator.raw.tags import Opcode, OpcodeFlag, Tag
 
-OPCODE_LIST_3 = 51022
-_WARP_RECTILINEAR = 1
 _SINCE_DNG = (1, 3, 0, 0)
-_OPTIONAL = 1  # a reader that does not know it may go on
 
 
-def opcodes(raw: Raw) -> dict[int, tiff.Field]:
+def opcodes(raw: Raw) -> dict[Tag, tiff.Field]:
     """OpcodeList3 with the warp that undoes the lens's distortion; {} where there is none or the shot wants none."""
     if raw.warp_rectilinear is None or not raw.format.opcodes:
         return {}
     planes, centre = raw.warp_rectilinear
     numbers = [number for plane in planes for number in plane] + list(centre)
     parameters = struct.pack(f">I{len(numbers)}d", len(planes), *numbers)
-    head = struct.pack(">II4BII", 1, _WARP_RECTILINEAR, *_SINCE_DNG, _OPTIONAL, len(parameters))
-    return {OPCODE_LIST_3: tiff.undefined(head + parameters)}
+    head = struct.pack(">II4BII", 1, Opcode.WARP_RECTILINEAR, *_SINCE_DNG, OpcodeFlag.OPTIONAL, len(parameters))
+    return {Tag.OPCODE_LIST_3: tiff.undefined(head + parameters)}

@@ -10,8 +10,8 @@ import numpy as np
 
 from simulator.errors import require
 from simulator.frame import Raw
+from simulator.raw.tags import Compression
 
-_UNCOMPRESSED, _JPEG = 1, 7  # TIFF 6.0 and DNG 1.4, Compression
 _PACKED_BITS = (8, 10, 12, 14, 16)  # what every reader unpacks
 
 
@@ -21,7 +21,7 @@ class MosaicData:
 
     buffer: bytes | np.ndarray
     bits_per_sample: int
-    compression: int
+    compression: Compression
 
     @property
     def size_bytes(self) -> int:
@@ -50,9 +50,9 @@ def mosaic_data(raw: Raw) -> MosaicData:
     rule = f"more than {bits} bits hold; take raw.payload: uncompressed"
     require(largest < 2**bits, f"{raw.name}: code", f"{largest} DN", rule)
     if raw.format.payload == "lossless_jpeg":
-        return MosaicData(_jpeg(raw.dn, bits), bits, _JPEG)
+        return MosaicData(_jpeg(raw.dn, bits), bits, Compression.JPEG)
     codes = np.ascontiguousarray(raw.dn, dtype="<u2") if bits == 16 else packed(raw.dn, bits)
-    return MosaicData(codes, bits, _UNCOMPRESSED)
+    return MosaicData(codes, bits, Compression.NONE)
 
 
 def packed(dn: np.ndarray, bits: int) -> np.ndarray:

@@ -5,8 +5,23 @@ import struct
 from typing import BinaryIO
 
 from simulator.errors import PhotositeError
+from simulator.raw.tags import FieldType
 
-_TYPE_BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4}
+_TYPE_BYTES = {
+    FieldType.BYTE: 1,
+    FieldType.ASCII: 1,
+    FieldType.SHORT: 2,
+    FieldType.LONG: 4,
+    FieldType.RATIONAL: 8,
+    FieldType.SBYTE: 1,
+    FieldType.UNDEFINED: 1,
+    FieldType.SSHORT: 2,
+    FieldType.SLONG: 4,
+    FieldType.SRATIONAL: 8,
+    FieldType.FLOAT: 4,
+    FieldType.DOUBLE: 8,
+    FieldType.IFD: 4,
+}
 
 
 def read_tag(path: str | os.PathLike, code: int) -> bytes | None:

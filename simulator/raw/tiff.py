@@ -8,19 +8,21 @@ from fractions import Fraction
 import numpy as np
 
 from simulator.errors import PhotositeError
+from simulator.raw.tags import FieldType, Tag
 
 LARGEST_FILE_BYTES = 2**32 - 1  # TIFF offsets are 32 bits wide
 INFINITE_RATIONAL = (2**32 - 1, 1)  # Exif 2.3, SubjectDistance: numerator FFFFFFFF means infinity
 UNKNOWN_RATIONAL = (0, 0)  # Exif 2.3, LensSpecification
 _HEADER_BYTES = 8
 _DATA_ALIGNMENT = 16
+_SIGNED_DENOMINATOR = 1_000_000
 
 
 @dataclass(frozen=True)
 class Field:
-    """Value of a tag: TIFF type number, count of values, their bytes."""
+    """Value of a tag: type and count of its values, their bytes."""
 
-    type: int
+    type: FieldType
     count: int
     payload: bytes
 
@@ -32,60 +34,60 @@ class Pointer:
     part: str
 
 
-Directory = Mapping[int, Field | Pointer]
+Directory = Mapping[Tag, Field | Pointer]
 
 
 def byte(*values: int) -> Field:
-    """BYTE, type 1: 0 to 255."""
-    return Field(1, len(values), bytes(values))
+    """BYTE: 0 to 255."""
+    return Field(FieldType.BYTE, len(values), bytes(values))
 
 
 def packet(payload: bytes) -> Field:
-    """BYTE, type 1, of a text in its own encoding, such as XMP."""
-    return Field(1, len(payload), payload)
+    """BYTE, of a text in its own encoding, such as XMP."""
+    return Field(FieldType.BYTE, len(payload), payload)
 
 
 def text(value: str) -> Field:
-    """ASCII, type 2, ending in NUL. Letters beyond ASCII are written as UTF-8, as most readers expect."""
+    """ASCII, ending in NUL. Letters beyond ASCII are written as UTF-8, as most readers expect."""
     if "\0" in value:
         raise PhotositeError(f"{value!r}: text in a TIFF file cannot hold a NUL character; remove it")
     try:
         payload = value.encode("utf-8") + b"\0"
     except UnicodeEncodeError as error:
         raise PhotositeError(f"{value!r}: text holds half a character ({error.reason}); write it anew") from None
-    return Field(2, len(payload), payload)
+    return Field(FieldType.ASCII, len(payload), payload)
 
 
 def short(*values: int) -> Field:
-    """SHORT, type 3: 0 to 65535."""
-    return Field(3, len(values), struct.pack(f"<{len(values)}H", *values))
+    """SHORT: 0 to 65535."""
+    return Field(FieldType.SHORT, len(values), struct.pack(f"<{len(values)}H", *values))
 
 
 def long(*values: int) -> Field:
-    """LONG, type 4: 0 to 2^32 - 1."""
-    return Field(4, len(values), struct.pack(f"<{len(values)}I", *values))
+    """LONG: 0 to 2^32 - 1."""
+    return Field(FieldType.LONG, len(values), struct.pack(f"<{len(values)}I", *values))
 
 
 def rational(*values: float | tuple[int, int]) -> Field:
-    """RATIONAL, type 5: numbers >= 0, or (numerator, denominator) as they stand."""
+    """RATIONAL: numbers >= 0, or (numerator, denominator) as they stand."""
     pairs = [value if isinstance(value, tuple) else nearest_fraction(value) for value in values]
-    return Field(5, len(pairs), b"".join(struct.pack("<2I", *pair) for pair in pairs))
+    return Field(FieldType.RATIONAL, len(pairs), b"".join(struct.pack("<2I", *pair) for pair in pairs))
 
 
 def undefined(payload: bytes) -> Field:
-    """UNDEFINED, type 7."""
-    return Field(7, len(payload), payload)
+    """UNDEFINED."""
+    return Field(FieldType.UNDEFINED, len(payload), payload)
 
 
-def signed_rational(*values: float, denominator: int = 1_000_000) -> Field:
-    """SRATIONAL, type 10, all of one denominator."""
-    numerators = [round(float(value) * denominator) for value in values]
-    return Field(10, len(values), b"".join(struct.pack("<2i", numerator, denominator) for numerator in numerators))
+def signed_rational(*values: float) -> Field:
+    """SRATIONAL, in millionths."""
+    pairs = [struct.pack("<2i", round(float(value) * _SIGNED_DENOMINATOR), _SIGNED_DENOMINATOR) for value in values]
+    return Field(FieldType.SRATIONAL, len(pairs), b"".join(pairs))
 
 
 def double(*values: float) -> Field:
-    """DOUBLE, type 12: IEEE 754, 64 bits."""
-    return Field(12, len(values), struct.pack(f"<{len(values)}d", *values))
+    """DOUBLE: IEEE 754, 64 bits."""
+    return Field(FieldType.DOUBLE, len(values), struct.pack(f"<{len(values)}d", *values))
 
 
 def nearest_fraction(value: float) -> tuple[int, int]:

@@ -15,8 +15,8 @@ from simulator.frame import Raw
 from simulator.raw import software
 from simulator.raw.plain_data import json_text
 from simulator.raw.tag_reader import read_tag
+from simulator.raw.tags import Tag
 
-XMP_TAG = 700
 NAMESPACE = "urn:x-photosite:xmp:1.0/"
 _RDF = "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
 _XMP = "http://ns.adobe.com/xap/1.0/"
@@ -73,7 +73,7 @@ def read_provenance(path: str | os.PathLike) -> Provenance | None:
     Raises PhotositeError for a file that is missing, no TIFF or DNG, or cut short; SettingsChanged, which is one, for
     settings that do not have the hash written beside them.
     """
-    packet = read_tag(path, XMP_TAG)
+    packet = read_tag(path, Tag.XMP)
     found = {} if packet is None else _properties(packet)
     if "Shot" not in found:
         return None

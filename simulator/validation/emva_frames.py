@@ -26,12 +26,11 @@ LONGEST_TIME_S = 3600.0
 
 @dataclass(frozen=True)
 class ColorFiles:
-    """Files in light of one colour. photons: per photosite, of each pair and of each frame of the stack."""
+    """Files in light of one colour. photons: per photosite, of each pair."""
 
     wavelength_nm: float
     photons: tuple[float, ...]
     pairs: tuple[Pair, ...]
-    stack_photons: float
     stack: tuple[Path, ...]
 
 
@@ -115,7 +114,7 @@ def take_emva_frames(bench: EmvaBench, first_seed: int, told: Callable[[str], No
         half = bench.factor(name, HALF)
         photons = tuple(one.photons * factor for factor in factors)
         stack = take.stack(one, f"{name}_half", half)
-        colors[name] = ColorFiles(bench.wavelength_nm(name), photons, pairs, one.photons * half, stack)
+        colors[name] = ColorFiles(bench.wavelength_nm(name), photons, pairs, stack)
     factor, times = bench.white.factor_of(WHITE_SHARE), bench.dark_times_s()
     white = take.pair(bench.white, "white", factor)
     dark_pairs = tuple(take.pair(bench.dark(time), f"dark_{index}", 0.0) for index, time in enumerate(times))

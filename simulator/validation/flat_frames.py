@@ -43,9 +43,9 @@ class UniformLight:
         return UniformLight(factor * self.spectrum_w_m2_sr_nm)
 
 
-def white_light(name: str = "D55") -> UniformLight:
-    """Return a CIE illuminant of 1 cd/m^2."""
-    light = illuminant(name)
+def white_light() -> UniformLight:
+    """Return daylight (D55) of 1 cd/m^2."""
+    light = illuminant("D55")
     return UniformLight(light / luminance_cd_m2(light))
 
 
