@@ -1,8 +1,9 @@
 """The frame that the pipeline makes of a `lens_truths.Case`."""
 
 import numpy as np
-from conftest import FixedScene, test_camera
+from camera_builders import small_camera
 from lens_truths import Case
+from scene_builders import FixedScene
 
 from simulator.device import open_device
 from simulator.exposure import Exposure
@@ -14,7 +15,7 @@ from simulator.shot import Shot
 from simulator.spectra import electron_radiance_weights
 
 LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
-PX_PER_DIOPTRE = float(LENS.blur_radius_um(np.inf) - LENS.blur_radius_um(1.0)) / 5.0  # of conftest.test_camera's photosites
+PX_PER_DIOPTRE = float(LENS.blur_radius_um(np.inf) - LENS.blur_radius_um(1.0)) / 5.0  # of small_camera's photosites
 
 
 def depth_of(radius_px) -> float | np.ndarray:
@@ -40,7 +41,7 @@ def case_plan(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> 
         first.planes, spectrum, wavelengths, np.ones(31), first.depth_m, coverage=first.coverage, behind=tuple(behind)
     )
     height, width = (side // case.oversampling for side in case.colour.shape[1:])
-    camera = test_camera(width, height)
+    camera = small_camera(width, height)
     weight = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency).sum()
     time_s = electrons / (weight * LENS.irradiance_per_radiance_sr() * camera.pixel_pitch_um**2)
     return plan(Shot(FixedScene(scene), LENS, Exposure(time_s), camera, tolerance=tolerance))

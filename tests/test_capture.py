@@ -5,8 +5,9 @@ import math
 
 import numpy as np
 import pytest
-from conftest import band_scene, every_stage, test_camera
+from camera_builders import every_stage, small_camera
 from randomness import accept, mean_p, variance_p
+from scene_builders import band_scene
 from scipy import stats
 
 from simulator import sensing
@@ -81,7 +82,7 @@ def test_frames_of_one_kind_are_one_launch(device, monkeypatch):
 
 
 def shot_of_everything():
-    camera = test_camera(
+    camera = small_camera(
         200,
         150,
         window=Window(31, 17, 120, 90),

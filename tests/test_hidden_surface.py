@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import FixedScene, band_scene, test_camera
+from camera_builders import small_camera
+from scene_builders import FixedScene, band_scene
 
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
@@ -142,7 +143,7 @@ def test_a_scene_gets_its_background_when_it_asks_for_it():
 @pytest.mark.parametrize(("hidden", "says"), [("none", "none is assumed"), ("extend", "assumed to go on")])
 def test_the_plan_tells_how_much_of_the_picture_sees_what_is_hidden(hidden, says):
     """The number against the rays: between the radii of both planes, the edge of the disk all around."""
-    lens, camera = ThinLens(50.0, 2.0, 1.5, cos4=False), test_camera(WIDTH, HEIGHT)
+    lens, camera = ThinLens(50.0, 2.0, 1.5, cos4=False), small_camera(WIDTH, HEIGHT)
     planned = plan(Shot(scene_with(hidden), lens, Exposure(0.01), camera))
     (step,) = (step for step in planned.steps if step.stage == "hidden surfaces")
     near, far = (float(lens.blur_radius_um(z)) / camera.pixel_pitch_um for z in (1.0, 5.0))

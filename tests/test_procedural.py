@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import test_camera
+from camera_builders import small_camera
 from randomness import accept
 from scipy import ndimage, optimize, stats
 
@@ -167,7 +167,7 @@ def test_a_gradient_passes_evenly_through_its_colours():
 
 
 def test_a_monochrome_camera_gets_its_one_plane(camera):
-    picture = read(Procedural(("dead_leaves",), test_camera(cfa="MONO"), **SMALL), "dead_leaves/000000")
+    picture = read(Procedural(("dead_leaves",), small_camera(cfa="MONO"), **SMALL), "dead_leaves/000000")
     assert picture.signal.shape == (48, 61) and picture.cfa == "MONO" and picture.white_balance == (1, 1, 1)
     assert picture.color_matrix is None
 

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import every_stage
+from camera_builders import every_stage
 
 from simulator import tiles
 from simulator.device import devices, kernel_source, open_device

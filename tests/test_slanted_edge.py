@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
+from scene_builders import band_scene, distances, scene_edge
 from scipy.special import erf
 
 from simulator.errors import PhotositeError
@@ -19,13 +20,6 @@ from simulator.raw.save import save
 from simulator.shot import Shot
 
 FREQUENCY = np.linspace(0.02, 0.5, 25)
-
-
-def distances(width, height, angle_deg) -> np.ndarray:
-    """Distance of every photosite's centre from an edge through the middle [px]."""
-    angle = math.radians(angle_deg)
-    y, x = np.mgrid[:height, :width]
-    return (x - 0.5 * width + 0.3) * math.cos(angle) + (y - 0.5 * height) * math.sin(angle)
 
 
 def gaussian_edge(sigma_px, angle_deg, width=80, height=120) -> np.ndarray:
@@ -68,18 +62,9 @@ def test_noise_moves_the_result_but_not_its_mean():
     assert np.all(np.abs(error) < 4.0 * found.std(axis=0, ddof=1) / math.sqrt(40) + 0.004)
 
 
-def scene_edge(angle_deg, per_photosite=8, width=96, height=128) -> np.ndarray:
-    """Fine scene grid of a sharp edge: the share of every scene pixel that is bright."""
-    parts = 4
-    distance = distances(width * per_photosite * parts, height * per_photosite * parts, angle_deg)
-    fine = (distance > 0).astype(np.float32)
-    shape = (height * per_photosite, parts, width * per_photosite, parts)
-    return 0.2 + 0.8 * fine.reshape(shape).mean(axis=(1, 3))
-
-
 def taken(tmp_path, lens, depth_m, cfa="MONO"):
     """DNG of the edge, taken without noise, 96 x 128 photosites of 5 um."""
-    camera = test_camera(96, 128, cfa)
+    camera = small_camera(96, 128, cfa)
     planes = scene_edge(5.7)
     planes = np.repeat(planes[..., None], camera.channels, axis=2)
     exposure = 0.01

@@ -5,10 +5,11 @@ import time
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from lens_error import statistics, z_scores
 from lens_frame import blurred_case, case_plan
 from lens_truths import cases, penumbra, sinusoid, slanted_plane, stripes, uniform_layers
+from scene_builders import band_scene
 
 from simulator.blur.lens_height_field import sample_height_field
 from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
@@ -113,7 +114,7 @@ def test_the_brightest_light_decides():
     light = np.full((100, 100, 3), 0.1)
     light[:4] = (0.2, 1.0, 0.4)
     light[50, 50] = 500.0
-    lens, camera = ThinLens(50.0, 2.0, 2.0, cos4=False), test_camera(100, 100, "RGGB")
+    lens, camera = ThinLens(50.0, 2.0, 2.0, cos4=False), small_camera(100, 100, "RGGB")
     planned = plan(Shot(band_scene(light, 3.0), lens, Exposure(0.001), camera))
     accuracy = planned.defocus.accuracy
     weights = planned.weights.max(axis=1)
@@ -124,7 +125,7 @@ def test_the_brightest_light_decides():
     assert bright.electrons == 65535.0
     dark = plan(Shot(band_scene(0.0 * light, 3.0), lens, Exposure(0.001), camera)).defocus.accuracy
     assert dark.electrons == 1.0
-    full = test_camera(100, 100, "RGGB", stages={"full_well": FullWell(100.0), "dark_current": DarkCurrent(1e6)})
+    full = small_camera(100, 100, "RGGB", stages={"full_well": FullWell(100.0), "dark_current": DarkCurrent(1e6)})
     filled = plan(Shot(band_scene(light, 3.0), lens, Exposure(1.0), full)).defocus.accuracy
     assert filled == Accuracy()  # dark current fills the well: nothing can be seen
 
@@ -198,7 +199,7 @@ def test_without_tolerance_any_lens_and_filter_is_followed():
     rng = np.random.default_rng(5)
     light = rng.uniform(0.2, 1.0, (60, 90, 3)).repeat(3, 0).repeat(3, 1)[:60, :90]
     lens = ThinLens(50.0, 2.0, 2.0, cos4=False, aperture=Aperture(5, rotation_deg=12.0))
-    shot = Shot(band_scene(light, 2.15), lens, Exposure(1e-5), test_camera(90, 60, "GRBG"), tolerance=0.0)
+    shot = Shot(band_scene(light, 2.15), lens, Exposure(1e-5), small_camera(90, 60, "GRBG"), tolerance=0.0)
     device, frames = open_device(), []
     for tolerance in (0.0, 0.1):
         planned = plan(dataclasses.replace(shot, tolerance=tolerance))

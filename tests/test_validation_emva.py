@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from conftest import test_camera as small_camera
+from camera_builders import small_camera
 
 from simulator.command_line import main
 from simulator.config import load_camera

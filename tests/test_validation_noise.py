@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import test_camera as small_camera
+from camera_builders import small_camera
 from randomness import accept
 from scipy import stats
 

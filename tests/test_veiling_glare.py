@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
+from scene_builders import band_scene
 
 import simulator
 from simulator.errors import PhotositeError
@@ -28,7 +29,7 @@ WIDE = ThinLens(0.3, 4.0, 2.0)  # mm, before 0.32 mm of photosites: cos^4 falls 
 def electrons(planes, lens=LENS, glare=GLARE, cfa="MONO", depth_m=2.0, scene=(), **settings) -> np.ndarray:
     """Mean electrons of a frame, float64."""
     planes = np.asarray(planes)
-    camera = test_camera(planes.shape[1], planes.shape[0], cfa, **settings)
+    camera = small_camera(planes.shape[1], planes.shape[0], cfa, **settings)
     taken = band_scene(planes, depth_m, interpolation="nearest", **dict(scene))
     return simulate(Shot(taken, replace(lens, veiling_glare=glare), Exposure(1.0), camera)).mean_electrons.astype(np.float64)
 
@@ -133,7 +134,7 @@ def test_layers_scatter_what_a_pinhole_sees_of_them():
 def test_a_scene_larger_than_the_sensor_scatters_only_what_the_sensor_sees():
     """The picture's upper and lower 8 rows of 64 stick out."""
     planes = texture(64, 64)
-    camera = test_camera(64, 48)
+    camera = small_camera(64, 48)
     taken = band_scene(planes, 2.0, interpolation="nearest")
     frames = [simulate(Shot(taken, replace(LENS, veiling_glare=g), Exposure(1.0), camera)).mean_electrons for g in (0.0, GLARE)]
     veil = GLARE * planes[8:56].mean() * frames[0][0, 0] / planes[8, 0]
@@ -143,7 +144,7 @@ def test_a_scene_larger_than_the_sensor_scatters_only_what_the_sensor_sees():
 def test_the_clean_colours_of_the_truth_are_veiled_too():
     planes = texture(48, 64, 3) * [3.0, 0.1, 1.0]
     shot = Shot(
-        band_scene(planes, 2.0), replace(LENS, veiling_glare=0.3), Exposure(0.01), test_camera(cfa="RGGB"), truth=("rgb",)
+        band_scene(planes, 2.0), replace(LENS, veiling_glare=0.3), Exposure(0.01), small_camera(cfa="RGGB"), truth=("rgb",)
     )
     raw = simulate(shot)
     own = np.tile([[0, 1], [1, 2]], (24, 32))
