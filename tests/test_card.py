@@ -45,11 +45,10 @@ def test_counts_are_those_of_the_samples(tmp_path):
         assert word in text
 
 
-def test_a_card_is_the_same_each_time_and_needs_a_complete_data_set(tmp_path, monkeypatch):
-    monkeypatch.setattr("data_gen.card.SHOWN_SAMPLES", 2)
+def test_a_card_is_the_same_each_time_and_needs_a_complete_data_set(tmp_path):
     for folder in (tmp_path / "a", tmp_path / "b"):
         write_toy_folder(folder)
-        write_card(folder, ABOUT)
+        write_card(folder, ABOUT, shown_samples=2)
     for name in ("card.json", "card.md", "card_samples.png", "card_histograms.png"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
     write_toy_folder(tmp_path / "c", only=(0,))

@@ -116,14 +116,13 @@ def test_nothing_depends_on_what_is_hidden_in_a_sharp_picture():
     assert not depends_on_hidden(2.0, np.ones((4, 4), np.float32), 0.1).any()
 
 
-def test_the_share_of_a_large_picture_is_estimated_from_a_part_of_it(monkeypatch):
+def test_the_share_of_a_large_picture_is_estimated_from_a_part_of_it():
     near = np.kron(SHAPES["disk"], np.ones((4, 4))) > 0
     depth = two_planes(near)[1]
     exact = hidden_share(depth, 25.0, 1.5)
     radius = 25.0 * (1 / 1.5 - 1 / depth)
     assert exact == depends_on_hidden(depth, radius, 0.04).mean() > 0.05
-    monkeypatch.setattr("simulator.scene.hidden_surface.MOST_ESTIMATED", depth.size // 3)
-    assert hidden_share(depth, 25.0, 1.5) == pytest.approx(exact, rel=0.1)
+    assert hidden_share(depth, 25.0, 1.5, most_pixels=depth.size // 3) == pytest.approx(exact, rel=0.1)
 
 
 def scene_with(hidden):
