@@ -1,10 +1,13 @@
 """The frame that the pipeline makes of a `lens_truths.Case`."""
 
+import dataclasses
+
 import numpy as np
 from camera_builders import small_camera
 from lens_truths import Case
 from scene_builders import FixedScene
 
+from simulator.defocus.accuracy import Accuracy
 from simulator.device import open_device
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
@@ -47,9 +50,20 @@ def case_plan(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> 
     return plan(Shot(FixedScene(scene), LENS, Exposure(time_s), camera, tolerance=tolerance))
 
 
+def with_accuracy(planned: Plan, kind: type[Accuracy], **settings) -> Plan:
+    """The plan with an accuracy of another kind, or of other settings, in the place of its own."""
+    accuracy = kind(**(vars(planned.defocus.accuracy) | settings))
+    return dataclasses.replace(planned, defocus=dataclasses.replace(planned.defocus, accuracy=accuracy))
+
+
 def blurred_case(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> np.ndarray:
     """Radiance of each photosite behind the lens, of the shape of the case's truth."""
-    planned, device = case_plan(case, electrons, tolerance), open_device()
+    return executed_case(case, case_plan(case, electrons, tolerance))
+
+
+def executed_case(case: Case, planned: Plan) -> np.ndarray:
+    """The same by a plan of the case."""
+    device = open_device()
     frame, margin = planned.frame, case.margin
     mosaic = device.download(expose_mosaic(planned, device), (frame.height, frame.width), np.float32)
     return mosaic[margin : frame.height - margin, margin : frame.width - margin] / planned.weights.sum()
