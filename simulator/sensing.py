@@ -151,16 +151,23 @@ def _poisson_means(
     device: Device, source, shape, settings, columns: np.ndarray, rows: np.ndarray, tile_height: int
 ) -> np.ndarray:
     """Variant of kernels/poisson.h for each tile of the stack: (tile rows, tile columns) of PoissonMeans."""
-    range_shape = (2, len(rows) - 1, shape[1])
-    extremes = device.empty(range_shape, np.float32)
-    edges = device.upload(rows.astype(np.uint32))
-    kernel = device.kernel("tile_range", {"TILE_HEIGHT": tile_height})
-    device.run(kernel, range_shape[:0:-1], None, image=source, range=extremes, edges=edges)
-    least, greatest = device.download(extremes, range_shape, np.float32)
+    least, greatest = tile_extremes(device, source, shape[1], rows, tile_height)
     factors = np.array([_electrons_per_light(setting, shape) for setting in settings])[rows[:-1] // shape[0], :, np.newaxis]
     least_e = np.minimum.reduceat(least, columns[:-1], axis=1) * factors[:, 0]
     greatest_e = np.maximum.reduceat(greatest, columns[:-1], axis=1) * factors[:, 1]
     return poisson_means(least_e, greatest_e)
+
+
+def tile_extremes(device: Device, image, width: int, rows: np.ndarray, tile_height: int = tiles.TILE_HEIGHT) -> np.ndarray:
+    """Least and greatest value of each column of each row of tiles: (2, tile rows, width) float32.
+
+    image: device buffer (rows, width) float32. rows: borders of the tile rows, at most `tile_height` apart.
+    """
+    shape = (2, len(rows) - 1, width)
+    extremes, edges = device.empty(shape, np.float32), device.upload(rows.astype(np.uint32))
+    kernel = device.kernel("tile_range", {"TILE_HEIGHT": tile_height})
+    device.run(kernel, shape[:0:-1], None, image=image, range=extremes, edges=edges)
+    return device.download(extremes, shape, np.float32)
 
 
 def _electrons_per_light(setting: FrameSetting, shape: tuple[int, int]) -> tuple[float, float]:

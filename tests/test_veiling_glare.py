@@ -12,13 +12,14 @@ from scene_builders import band_scene
 import simulator
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
-from simulator.fused import sensor_defines
 from simulator.lens import BareSensor, Irradiance, Pinhole, RoundStop, ThinLens, Vignetting
 from simulator.pipeline import simulate
 from simulator.planner import plan
+from simulator.readout import veiled
 from simulator.scene import Layer
 from simulator.sensor.camera import Window
 from simulator.shot import Shot
+from simulator.veiling_glare import VeilingGlare
 
 CHART = Path(__file__).parent.parent / "configs" / "shots" / "color_checker.yaml"
 GLARE = 0.03
@@ -41,19 +42,16 @@ def texture(*shape, seed=5) -> np.ndarray:
 @pytest.mark.parametrize("vignetting", [(), (1.0, 0.7, 0.2)])
 def test_the_kernel_adds_the_veil_that_the_fall_off_will_not_dim(device, vignetting):
     stage = Irradiance(0.05, 1e-5, 100.0, 80.0, vignetting, 0.01 * bool(vignetting))
-    mosaic, veil = texture(60, 90).astype(np.float32), np.array([0.02, 0.3, 0.001], np.float32)
-    defines, numbers = sensor_defines((stage,))
-    buffer = device.upload(mosaic)
-    cfa = {"CFA_00": 1, "CFA_01": 0, "CFA_10": 2, "CFA_11": 1}
-    device.run(
-        device.kernel("veiling_glare", defines | cfa), (90, 60), None, mosaic=buffer, veil=device.upload(veil),
-        parameters=device.upload(numbers), window_x=40, window_y=31, image_share=0.75, least_open=1e-6,
-    )  # fmt: skip
-    y, x = np.mgrid[31:91, 40:130] + 0.5
-    open_ = 0.05 * stage.fall_off(np.hypot(x - 100.0, y - 80.0))
-    channel = np.tile([[1, 0], [2, 1]], (30, 45))
-    expected = 0.75 * mosaic.astype(np.float64) + veil.astype(np.float64)[channel] / open_
-    assert np.allclose(device.download(buffer, mosaic.shape, np.float32), expected, rtol=3e-6)
+    mosaic, glare = texture(60, 90).astype(np.float32), VeilingGlare(0.25, np.array([0.02, 0.3, 0.001]))
+    camera = small_camera(200, 160, "GRBG", window=Window(40, 31, 90, 60))
+    planned = plan(Shot(band_scene(texture(16, 20, 3)), LENS, Exposure(1.0), camera))
+    stages = tuple(stage if one.stem == stage.stem else one for one in planned.stages)
+    found = veiled(replace(planned, veiling_glare=glare, stages=stages), device, device.upload(mosaic))
+    y, x = np.mgrid[31:91, 40:130]
+    open_ = 0.05 * stage.fall_off(np.hypot(x + 0.5 - 100.0, y + 0.5 - 80.0))
+    channel = np.array([[1, 0], [2, 1]])[y % 2, x % 2]  # GRBG
+    expected = 0.75 * mosaic.astype(np.float64) + glare.irradiance[channel] / open_
+    assert np.allclose(device.download(found, mosaic.shape, np.float32), expected, rtol=3e-6)
 
 
 def test_a_small_black_patch_in_a_white_field_shows_the_veiling_glare_index():
