@@ -19,7 +19,7 @@ from simulator.scene import Scene
 from simulator.sensor import STAGES
 from simulator.sensor.camera import IsoSetting, SpectralResponse
 from simulator.shot import Seeds, Shot
-from simulator.spectra import luminous_efficiency
+from simulator.spectra import electron_radiance_weights, luminous_efficiency
 
 H, C, KM = 6.62607015e-34, 299792458.0, 683.0
 PRECISION = 1e-3  # 0.1 %, what the reference numbers are given to
@@ -48,12 +48,12 @@ def mean_electrons(scene, lens, time_s, camera) -> float:
     return float(simulate(Shot(scene, lens, Exposure(time_s), camera)).mean_electrons.mean(dtype=np.float64))
 
 
-def test_photon_radiance_of_equal_energy_light():
-    """R4: 1.17651e16 photons s^-1 sr^-1 m^-2 per cd/m^2; one lux is 11765 photons per um^2 and second."""
-    radiance = 1.0 / (KM * 10.0 * luminous_efficiency(EE).sum())
-    photons = (radiance * 10.0 * EE * 1e-9 / (H * C)).sum()
-    assert photons == pytest.approx(1.17651e16, rel=PRECISION)
-    assert 1.0 / (KM * H * C / 555e-9) * 1e-12 == pytest.approx(4091, rel=PRECISION)  # R5, 555 nm, per um^2 and lx s
+def test_photons_of_a_lux():
+    """R4, equal energy: 1.17651e16 photons s^-1 sr^-1 m^-2 per cd/m^2, so 11765 per um^2 and lx s; R5, 555 nm: 4091."""
+    camera = photon_counter().response
+    for light, photons in ((equal_energy(1.0), 11765.0), (green_line(1.0), 4091.0)):
+        weights = electron_radiance_weights(light.load(), camera.wavelengths_nm, camera.quantum_efficiency)
+        assert weights.sum() == pytest.approx(photons, rel=PRECISION)
 
 
 @pytest.mark.parametrize(
