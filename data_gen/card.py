@@ -43,9 +43,10 @@ class About:
     sources: tuple[str, ...] = ()
 
 
-def write_card(folder: Path, about: About) -> Path:
+def write_card(folder: Path, about: About, shown_samples: int = SHOWN_SAMPLES) -> Path:
     """Write card.json, card.md and, where matplotlib is installed, the two pictures, for a data set that has its manifest.
 
+    shown_samples: in the first picture, at least 2.
     Returns the path of card.md. Raises PhotositeError when the data set is not complete.
     """
     manifest = read_manifest(folder)
@@ -53,7 +54,7 @@ def write_card(folder: Path, about: About) -> Path:
     pictures = find_spec("matplotlib") is not None
     if pictures:
         samples = SampleFolder(folder)
-        places = sorted({round(place * (len(samples) - 1) / (SHOWN_SAMPLES - 1)) for place in range(SHOWN_SAMPLES)})
+        places = sorted({round(place * (len(samples) - 1) / (shown_samples - 1)) for place in range(shown_samples)})
         write_figure(sample_figure(list(samples.read(places))), folder / SAMPLES_PICTURE)
         write_figure(histogram_figure(counts), folder / HISTOGRAMS_PICTURE)
     pictures_used = len(counts["source"])

@@ -127,13 +127,15 @@ def declared_arguments(source: str, name: str) -> dict[str, str]:
 CPU_ROW_PX = 1024  # a CPU starts work-groups one after another, which costs more than 500 photosites do
 CPU_SPAN = 64  # photosites of a work-item in kernels whose innermost loop runs over them; a GPU has work-items enough
 GPU_ROW_PX = 256  # what every GPU can run at once
+CONSTANT_BYTES = 2**16  # that every OpenCL device has for the numbers of a launch (OpenCL 1.2, table 4.3)
 SHORTEST_ROW_PX = 32  # shorter groups waste lanes of a GPU and cost a CPU more to start than to run
 
 
 class Device:
     """A context, a queue and the kernels built on them.
 
-    row_px: work-items of a group that runs along a row.
+    row_px: work-items of a group that runs along a row. constant_bytes: of the numbers of a launch.
+    shares_memory: whether kernels work on the host's own arrays.
     """
 
     def __init__(self, device: cl.Device):
@@ -141,7 +143,8 @@ class Device:
         wanted = CPU_ROW_PX if device.type & cl.device_type.CPU else GPU_ROW_PX
         self.row_px = min(wanted, device.max_work_group_size)
         self.span = CPU_SPAN if device.type & cl.device_type.CPU else 1
-        self._shares_memory = bool(device.type & cl.device_type.CPU)
+        self.constant_bytes = CONSTANT_BYTES
+        self.shares_memory = bool(device.type & cl.device_type.CPU)
         self._own_context = cl.Context([device])
         self._own_queue = cl.CommandQueue(self._own_context)
         self._kernels: dict[tuple, Kernel] = {}
@@ -165,14 +168,14 @@ class Device:
 
         What kernels write there is in the array after `collect`.
         """
-        if not self._shares_memory:
+        if not self.shares_memory:
             return self.upload(array)
         flags = cl.mem_flags.USE_HOST_PTR | (cl.mem_flags.READ_WRITE if array.flags.writeable else cl.mem_flags.READ_ONLY)
         return self._buffer(flags, hostbuf=array)
 
     def collect(self, buffer: cl.Buffer, array: np.ndarray) -> None:
         """Wait for all work and bring a buffer of `share` into its array."""
-        if not self._shares_memory:
+        if not self.shares_memory:
             cl.enqueue_copy(self._queue, array, buffer)
             return
         mapped, _ = cl.enqueue_map_buffer(self._queue, buffer, cl.map_flags.READ, 0, array.shape, array.dtype)

@@ -28,7 +28,7 @@ def noise_free(device: Device, signal, shape: tuple[int, int], settings: Sequenc
 
 
 def _run(device: Device, name: str, shape: tuple[int, int], settings: Sequence[FrameSetting], **buffers) -> None:
-    for group in groups(settings):
+    for group in groups(settings, device.constant_bytes):
         places = [(place, settings[place].x, settings[place].y) for place in group.places]
         device.run(
             device.kernel(name, group.defines, file="truth.cl"),

@@ -29,10 +29,10 @@ class Tile:
     across: list[tuple[int, np.ndarray]]
 
 
-def tiles_of(x_px, y_px, shape: tuple[int, int]) -> Iterator[Tile]:
-    """Tiles of planes (rows, columns) with nodes at these ascending places."""
-    columns = list(_pieces(np.asarray(x_px), shape[1]))
-    for rows, down in _pieces(np.asarray(y_px), shape[0]):
+def tiles_of(x_px, y_px, shape: tuple[int, int], tile_px: int = TILE_PX) -> Iterator[Tile]:
+    """Tiles of planes (rows, columns) with nodes at these ascending places, at most `tile_px` wide and high."""
+    columns = list(_pieces(np.asarray(x_px), shape[1], tile_px))
+    for rows, down in _pieces(np.asarray(y_px), shape[0], tile_px):
         for part, across in columns:
             yield Tile(rows, part, down, across)
 
@@ -59,11 +59,11 @@ def area_around(tiles: Iterable[Tile], reach_px: int, window: Window) -> Window:
     return Window(left, top, right - left, bottom - top)
 
 
-def _pieces(nodes: np.ndarray, count: int) -> Iterator[tuple[slice, list[tuple[int, np.ndarray]]]]:
-    """Runs of at most TILE_PX pixels that cross no node, each with its one or two nodes and their weights."""
+def _pieces(nodes: np.ndarray, count: int, tile_px: int) -> Iterator[tuple[slice, list[tuple[int, np.ndarray]]]]:
+    """Runs of at most `tile_px` pixels that cross no node, each with its one or two nodes and their weights."""
     cuts = sorted({0, count, *(int(cut) for cut in np.ceil(nodes) if 0 < cut < count)})
     for start, end in zip(cuts[:-1], cuts[1:], strict=True):
-        parts = -(-(end - start) // TILE_PX)
+        parts = -(-(end - start) // tile_px)
         edges = [start + (end - start) * part // parts for part in range(parts + 1)]
         for first, last in zip(edges[:-1], edges[1:], strict=True):
             place = np.interp(np.arange(first, last), nodes, np.arange(len(nodes)))
@@ -77,10 +77,11 @@ class Spectra:
 
     kernel: from a name and the row and column of a node to a kernel, (phases, size, size) with size odd: one for each of the
         sets of pixels that the light is given on. reach: half the size of the largest kernel.
+    most: transforms that are kept at once.
     """
 
-    def __init__(self, kernel: Callable[..., np.ndarray], reach: int, tiles: Sequence[Tile]):
-        self.kernel, self.reach = kernel, reach
+    def __init__(self, kernel: Callable[..., np.ndarray], reach: int, tiles: Sequence[Tile], most: int = MOST_SPECTRA):
+        self.kernel, self.reach, self.most = kernel, reach, most
         sides = [
             max(part.stop - part.start for part in parts) for parts in zip(*((t.rows, t.columns) for t in tiles), strict=True)
         ]
@@ -92,7 +93,7 @@ class Spectra:
         key = (*name, dtype)
         if key not in self._made:
             kernel = np.asarray(self.kernel(*name))
-            while len(self._made) * len(kernel) >= MOST_SPECTRA and self._made:
+            while len(self._made) * len(kernel) >= self.most and self._made:
                 del self._made[next(iter(self._made))]
             spare = self.reach - kernel.shape[-1] // 2  # a kernel's middle stands at [reach, reach]
             placed = np.zeros((len(kernel), *(2 * (2 * self.reach + 1,))), dtype)

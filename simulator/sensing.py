@@ -16,7 +16,6 @@ from simulator.sensor.seeds import Seeds
 from simulator.stage import Stage
 
 LARGEST_PLACE_PX = 2**24  # of x and y: single precision counts photosites up to there
-CONSTANT_BYTES = 2**16  # that every OpenCL device has for the numbers of a launch (OpenCL 1.2, table 4.3)
 
 
 class Part(IntEnum):
@@ -66,8 +65,8 @@ class Group:
     defines: dict[str, object]
 
 
-def groups(settings: Sequence[FrameSetting]) -> Iterator[Group]:
-    """Frames by the macros that they need, not more of them at once than the device's constants hold numbers."""
+def groups(settings: Sequence[FrameSetting], constant_bytes: int) -> Iterator[Group]:
+    """Frames by the macros that they need, not more of them at once than constant memory of this size holds numbers."""
     found: dict[tuple, tuple[dict, list[int], list[np.ndarray]]] = {}
     for place, setting in enumerate(settings):
         defines, numbers = sensor_defines(setting.stages)
@@ -75,28 +74,37 @@ def groups(settings: Sequence[FrameSetting]) -> Iterator[Group]:
         places.append(place)
         rows.append(numbers)
     for defines, places, rows in found.values():
-        most = max(1, CONSTANT_BYTES // max(rows[0].nbytes, 1))
+        most = max(1, constant_bytes // max(rows[0].nbytes, 1))
         for first in range(0, len(places), most):
             part = slice(first, first + most)
             yield Group(np.array(places[part]), np.stack(rows[part]), defines)
 
 
-def sense(device: Device, source, result, shape: tuple[int, int], settings: Sequence[FrameSetting], part: Part) -> None:
+def sense(
+    device: Device,
+    source,
+    result,
+    shape: tuple[int, int],
+    settings: Sequence[FrameSetting],
+    part: Part,
+    tile_height: int = tiles.TILE_HEIGHT,
+) -> None:
     """Enqueue the fused kernel for a stack of frames, for each tile the variant that can count the electrons expected there.
 
     Which variant a tile gets and which frames lie beside it changes the speed, never the codes.
     source, result: device buffers (frames, *shape), as kernels/sensor.cl says for this part. shape: (height, width).
+    tile_height: rows of the largest tile, 2 or more.
     """
     height, width = shape
     columns = tiles.edges(width, device.row_px)
-    rows, pairs = tiles.stack_edges([setting.y for setting in settings], height, tiles.TILE_HEIGHT)
+    rows, pairs = tiles.stack_edges([setting.y for setting in settings], height, tile_height)
     frame_of_row = rows[:-1] // height
     means = np.full((len(pairs), len(columns) - 1), PoissonMeans.LARGE)
     counts = np.array([part is not Part.READOUT and setting.stage("photon_shot_noise") is not None for setting in settings])
     if counts.any():
-        found = _poisson_means(device, source, shape, settings, columns, rows)
+        found = _poisson_means(device, source, shape, settings, columns, rows, tile_height)
         means = np.where(counts[frame_of_row, np.newaxis], found, means)
-    for group in groups(settings):
+    for group in groups(settings, device.constant_bytes):
         numbers = device.upload(group.numbers)
         seeds = device.upload(_seeds([settings[place] for place in group.places]))
         inside = np.isin(frame_of_row, group.places)
@@ -139,18 +147,27 @@ def _tiles(corners: np.ndarray, height: int, settings: Sequence[FrameSetting], p
     return np.stack([column, row, x, y, np.searchsorted(places, place)], axis=-1).astype(np.uint32)
 
 
-def _poisson_means(device: Device, source, shape, settings, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def _poisson_means(
+    device: Device, source, shape, settings, columns: np.ndarray, rows: np.ndarray, tile_height: int
+) -> np.ndarray:
     """Variant of kernels/poisson.h for each tile of the stack: (tile rows, tile columns) of PoissonMeans."""
-    range_shape = (2, len(rows) - 1, shape[1])
-    extremes = device.empty(range_shape, np.float32)
-    edges = device.upload(rows.astype(np.uint32))
-    kernel = device.kernel("tile_range", {"TILE_HEIGHT": tiles.TILE_HEIGHT})
-    device.run(kernel, range_shape[:0:-1], None, image=source, range=extremes, edges=edges)
-    least, greatest = device.download(extremes, range_shape, np.float32)
+    least, greatest = tile_extremes(device, source, shape[1], rows, tile_height)
     factors = np.array([_electrons_per_light(setting, shape) for setting in settings])[rows[:-1] // shape[0], :, np.newaxis]
     least_e = np.minimum.reduceat(least, columns[:-1], axis=1) * factors[:, 0]
     greatest_e = np.maximum.reduceat(greatest, columns[:-1], axis=1) * factors[:, 1]
     return poisson_means(least_e, greatest_e)
+
+
+def tile_extremes(device: Device, image, width: int, rows: np.ndarray, tile_height: int = tiles.TILE_HEIGHT) -> np.ndarray:
+    """Least and greatest value of each column of each row of tiles: (2, tile rows, width) float32.
+
+    image: device buffer (rows, width) float32. rows: borders of the tile rows, at most `tile_height` apart.
+    """
+    shape = (2, len(rows) - 1, width)
+    extremes, edges = device.empty(shape, np.float32), device.upload(rows.astype(np.uint32))
+    kernel = device.kernel("tile_range", {"TILE_HEIGHT": tile_height})
+    device.run(kernel, shape[:0:-1], None, image=image, range=extremes, edges=edges)
+    return device.download(extremes, shape, np.float32)
 
 
 def _electrons_per_light(setting: FrameSetting, shape: tuple[int, int]) -> tuple[float, float]:

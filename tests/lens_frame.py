@@ -1,9 +1,13 @@
 """The frame that the pipeline makes of a `lens_truths.Case`."""
 
-import numpy as np
-from conftest import FixedScene, test_camera
-from lens_truths import Case
+import dataclasses
 
+import numpy as np
+from camera_builders import small_camera
+from lens_truths import Case
+from scene_builders import FixedScene
+
+from simulator.defocus.accuracy import Accuracy
 from simulator.device import open_device
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
@@ -14,7 +18,7 @@ from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.shot import Shot
 
 LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
-PX_PER_DIOPTRE = float(LENS.blur_radius_um(np.inf) - LENS.blur_radius_um(1.0)) / 5.0  # of conftest.test_camera's photosites
+PX_PER_DIOPTRE = float(LENS.blur_radius_um(np.inf) - LENS.blur_radius_um(1.0)) / 5.0  # of small_camera's photosites
 
 
 def depth_of(radius_px) -> float | np.ndarray:
@@ -40,15 +44,27 @@ def case_plan(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> 
         first.planes, spectrum, wavelengths, np.ones(31), first.depth_m, coverage=first.coverage, behind=tuple(behind)
     )
     height, width = (side // case.oversampling for side in case.colour.shape[1:])
-    camera = test_camera(width, height)
+    camera = small_camera(width, height)
     weight = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency).sum()
     time_s = electrons / (weight * LENS.irradiance_per_radiance_sr() * camera.pixel_pitch_um**2)
     return plan(Shot(FixedScene(scene), LENS, Exposure(time_s), camera, tolerance=tolerance))
 
 
+def with_accuracy(planned: Plan, kind: type[Accuracy], **settings) -> Plan:
+    """The plan with an accuracy of another kind, or of other settings, in the place of its own."""
+    accuracy = kind(**(vars(planned.optics.defocus.accuracy) | settings))
+    defocus = dataclasses.replace(planned.optics.defocus, accuracy=accuracy)
+    return dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, accuracy=accuracy, defocus=defocus))
+
+
 def blurred_case(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> np.ndarray:
     """Radiance of each photosite behind the lens, of the shape of the case's truth."""
-    planned, device = case_plan(case, electrons, tolerance), open_device()
+    return executed_case(case, case_plan(case, electrons, tolerance))
+
+
+def executed_case(case: Case, planned: Plan) -> np.ndarray:
+    """The same by a plan of the case."""
+    device = open_device()
     frame, margin = planned.optics.window, case.margin
     mosaic = device.download(expose(measure(planned, device), device), (frame.height, frame.width), np.float32)
     return mosaic[margin : frame.height - margin, margin : frame.width - margin] / planned.optics.weights.sum()

@@ -9,8 +9,6 @@ from scipy import stats
 
 from simulator.raw.dng import write_dng
 
-BLACK_IN_FILE_DN = 512
-
 
 @dataclass(frozen=True)
 class NumpyBody:
@@ -28,6 +26,7 @@ class NumpyBody:
     row: float = 0.5  # at ISO 100, growing with the root of the ISO
     bias: tuple = (0.8, -0.3, 0.1, -0.6)  # R, Gr, Gb, B
     black: float = 512.25
+    black_in_file: int = 512
     white: int = 15300
     dsnu: float = 1.5
     column: float = 0.35
@@ -74,7 +73,7 @@ class NumpyBody:
         """Write a frame as DNG."""
         path.parent.mkdir(parents=True, exist_ok=True)
         raw = random_frame(
-            *self.shape, self.cfa, black_level_dn=BLACK_IN_FILE_DN, white_level_dn=16383, iso=iso, exposure_time_s=time_s
+            *self.shape, self.cfa, black_level_dn=self.black_in_file, white_level_dn=16383, iso=iso, exposure_time_s=time_s
         )
         write_dng(type(raw)(**{**vars(raw), "dn": self.codes(iso, level, time_s, frame)}), path)
         return path

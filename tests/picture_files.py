@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import OpenImageIO as oiio
 
 from simulator.raw.picture import write_picture
 
@@ -20,3 +21,22 @@ def put(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attrib
 def random_codes(height=24, width=31, dtype=np.uint8, seed=1, channels=3) -> np.ndarray:
     """Codes of an integer type, even over its range."""
     return np.random.default_rng(seed).integers(0, np.iinfo(dtype).max, (height, width, channels), dtype, endpoint=True)
+
+
+def write(path, pixels, names=None, **attributes) -> Path:
+    """Write (height, width, channels) with OpenImageIO alone, in its own type, which may be float16; attributes of any type."""
+    pixels = np.asarray(pixels)
+    kinds = {"uint8": oiio.UINT8, "uint16": oiio.UINT16, "float16": oiio.HALF, "float32": oiio.FLOAT}
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], kinds[str(pixels.dtype)])
+    if names:
+        spec.channelnames = names
+    for name, value in attributes.items():
+        spec.attribute(name, *value) if isinstance(value, tuple) else spec.attribute(name, value)
+    output = oiio.ImageOutput.create(str(path))
+    assert output.open(str(path), spec) and output.write_image(pixels) and output.close(), output.geterror()
+    return Path(path)
+
+
+def write_exr(path: Path, pixels: np.ndarray) -> Path:
+    """Write (height, width, channels) as float32, whatever it is."""
+    return write(path, np.asarray(pixels, np.float32))

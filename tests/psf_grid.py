@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.psf_convolution import Spectra, gathered, source_of, tiles_of
+from simulator.psf_convolution import MOST_SPECTRA, TILE_PX, Spectra, gathered, source_of, tiles_of
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,15 @@ class PsfGrid:
     y_px: np.ndarray
 
 
-def convolve(planes: np.ndarray, grid: PsfGrid) -> np.ndarray:
-    """Planes (channels, rows, columns) through the kernels of their places, same shape and type; their edge goes on."""
+def convolve(planes: np.ndarray, grid: PsfGrid, tile_px: int = TILE_PX, most_spectra: int = MOST_SPECTRA) -> np.ndarray:
+    """Planes (channels, rows, columns) through the kernels of their places, same shape and type; their edge goes on.
+
+    tile_px: side of the largest tile. most_spectra: transforms of kernels that are kept at once.
+    """
     result, reach = np.empty_like(planes), grid.kernels.shape[-1] // 2
     padded = np.pad(planes, ((0, 0), (reach, reach), (reach, reach)), mode="edge")
-    tiles = list(tiles_of(grid.x_px, grid.y_px, planes.shape[1:]))
-    spectra = Spectra(lambda *place: grid.kernels[place][None], reach, tiles)
+    tiles = list(tiles_of(grid.x_px, grid.y_px, planes.shape[1:], tile_px))
+    spectra = Spectra(lambda *place: grid.kernels[place][None], reach, tiles, most_spectra)
     for channel in range(len(planes)):
         for tile in tiles:
             rows, columns = (slice(part.start, part.stop + 2 * reach) for part in (tile.rows, tile.columns))

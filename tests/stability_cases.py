@@ -4,9 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from hypothesis import settings
 from hypothesis import strategies as st
+from scene_builders import band_scene
 from scipy import stats
 
 from simulator.exposure import Exposure
@@ -61,7 +62,7 @@ class Case:
             stages["photon_shot_noise"] = ()
             if self.dark_e_per_s:
                 stages["dark_current"] = (self.dark_e_per_s,)
-        camera = test_camera(
+        camera = small_camera(
             WIDTH,
             HEIGHT,
             cfa=cfa,

@@ -87,11 +87,10 @@ def test_errors_of_known_distributions():
     assert errors(counts, shifted, 8.0) == pytest.approx((stats.poisson.pmf(8, 8.0), 0.0), abs=1e-9)
 
 
-def test_contestants_take_turns(monkeypatch):
-    monkeypatch.setattr("measuring.contest.TURN_S", 1e-3)
+def test_contestants_take_turns():
     order = []
     many = [Contestant(name, lambda name=name: order.append(name), lambda: None) for name in "ab"]
-    timings = contest(many, rounds=2)
+    timings = contest(many, rounds=2, turn_s=1e-3)
     firsts = [name for name, before in zip(order[2:], order[1:], strict=False) if name != before]
     assert order[:2] == ["a", "b"] and firsts == ["a", "b", "a", "b"]
     assert all(len(timing.wall_s) == len(timing.cpu_s) > 2 for timing in timings.values())

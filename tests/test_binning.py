@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from randomness import accept, mean_p, variance_p
+from scene_builders import band_scene
 
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
@@ -24,7 +25,7 @@ NOISY = {"photon_shot_noise": PhotonShotNoise()}
 
 
 def shot(picture, binning, time_s=0.005, **settings):
-    camera = test_camera(*np.shape(picture)[1::-1], binning=binning, **settings)
+    camera = small_camera(*np.shape(picture)[1::-1], binning=binning, **settings)
     return Shot(band_scene(picture, math.inf), LENS, Exposure(time_s), camera, Seeds(frame=4))
 
 

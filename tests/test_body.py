@@ -248,10 +248,9 @@ def test_any_window_is_the_part_of_the_whole(bench, whole, x, y, width, height):
 
 
 @pytest.mark.parametrize(("row", "height"), [(1, 64), (7, 2), (64, 6), (90, 70)])
-def test_any_work_group_and_tile_gives_the_same_bits(bench, whole, monkeypatch, row, height):
-    monkeypatch.setattr(bench.device, "row_px", row)
-    monkeypatch.setattr("simulator.tiles.TILE_HEIGHT", height)
-    assert np.array_equal(bench.sensor(SENSOR, *EVERYTHING, gain=0.7, black=300.0), whole)
+def test_any_work_group_and_tile_gives_the_same_bits(bench, whole, row, height):
+    found = bench.like(row_px=row).sensor(SENSOR, *EVERYTHING, gain=0.7, black=300.0, tile_height=height)
+    assert np.array_equal(found, whole)
 
 
 def test_every_device_gives_the_same_bits(bench):

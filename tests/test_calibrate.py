@@ -162,10 +162,9 @@ def test_a_monochrome_body_has_one_plane(tmp_path):
     assert document["cfa"] == "MONO" and "color_bias" not in document["iso_table"][100]
 
 
-def test_a_body_without_pedestal_is_measured_from_its_flats(tmp_path, monkeypatch):
+def test_a_body_without_pedestal_is_measured_from_its_flats(tmp_path):
     """As Nikon's D3: half of the dark's noise is below 0 and lost."""
-    body = NumpyBody(black=0.0, bias=(0.0,) * 4, sigma_pre=12.0, lam=0.14)
-    monkeypatch.setattr("numpy_body.BLACK_IN_FILE_DN", 0)
+    body = NumpyBody(black=0.0, black_in_file=0, bias=(0.0,) * 4, sigma_pre=12.0, lam=0.14)
     found, notes = calibration(body.shoot(tmp_path, [100, 400], levels=(100.0, 300.0, 1000.0)))
     for one in found.isos:
         assert one.gain_dn_per_e.covers(body.k(one.iso)) and one.dark.read_noise_dn.covers(body.read_noise(one.iso))
@@ -203,15 +202,15 @@ def test_sources_that_do_not_fit_are_told(tmp_path):
     assert any("two sources miss the read noise" in note for note in notes), notes
 
 
-def test_a_dark_current_whose_mean_the_camera_takes_off_is_told_by_its_variance(tmp_path, monkeypatch):
+def test_a_dark_current_whose_mean_the_camera_takes_off_is_told_by_its_variance(tmp_path):
     """Covered photosites give the camera the mean of the dark current; its shot noise stays."""
-    body = NumpyBody(dark_current=40.0)
-    plain = body.codes
 
-    def less_mean(self, iso, level, time_s, frame):
-        return (plain(iso, level, time_s, frame) - round(self.k(iso) * self.dark_current * time_s)).astype(np.uint16)
+    class LessMean(NumpyBody):
+        def codes(self, iso, level, time_s, frame):
+            mean_dn = round(self.k(iso) * self.dark_current * time_s)
+            return (super().codes(iso, level, time_s, frame) - mean_dn).astype(np.uint16)
 
-    monkeypatch.setattr(NumpyBody, "codes", less_mean)
+    body = LessMean(dark_current=40.0)
     folder = body.shoot(tmp_path, [400], darks=2)
     for time_s in (2.0, 4.0, 8.0):
         for frame in range(2):
@@ -304,17 +303,16 @@ def test_files_of_two_cameras_are_refused(tmp_path):
         read_frames(raw_files([tmp_path]))
 
 
-def test_planes_with_gains_of_their_own_are_told(tmp_path, monkeypatch):
+def test_planes_with_gains_of_their_own_are_told(tmp_path):
     """As Nikon's D3 scales red and blue at its base ISO."""
-    body = NumpyBody(bias=(0.0,) * 4)
-    plain = body.codes
 
-    def scaled(self, *arguments):
-        codes = plain(*arguments).astype(float)
-        codes[0::2, 0::2] = np.rint(512.25 + 1.11 * (codes[0::2, 0::2] - 512.25))
-        return codes.astype(np.uint16)
+    class Scaled(NumpyBody):
+        def codes(self, *arguments):
+            codes = super().codes(*arguments).astype(float)
+            codes[0::2, 0::2] = np.rint(self.black + 1.11 * (codes[0::2, 0::2] - self.black))
+            return codes.astype(np.uint16)
 
-    monkeypatch.setattr(NumpyBody, "codes", scaled)
+    body = Scaled(bias=(0.0,) * 4)
     found, notes = calibration(body.shoot(tmp_path, [100]))
     assert any("the colour planes have different gains" in note for note in notes)
     assert found.isos[0].gain_by_plane["R"].covers(1.11 * body.k(100))

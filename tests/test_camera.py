@@ -6,7 +6,8 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
+from scene_builders import band_scene
 
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
@@ -50,7 +51,7 @@ BAD = {
 @pytest.mark.parametrize("told", BAD)
 def test_a_camera_that_cannot_be_is_refused(told):
     with pytest.raises(PhotositeError, match=told):
-        test_camera(**BAD[told])
+        small_camera(**BAD[told])
 
 
 @pytest.mark.parametrize(
@@ -68,7 +69,7 @@ def test_a_camera_that_cannot_be_is_refused(told):
         (lambda: Seeds(body=2**32), "seeds.body = 4294967296"),
         (lambda: Seeds(frame=1.5), "seeds.frame = 1.5"),
         (
-            lambda: Shot(band_scene(np.ones((4, 4))), ThinLens(50.0, 8.0), Exposure(1.0, 200), test_camera()),
+            lambda: Shot(band_scene(np.ones((4, 4))), ThinLens(50.0, 8.0), Exposure(1.0, 200), small_camera()),
             "exposure.iso = 200",
         ),
     ],
@@ -83,7 +84,7 @@ def test_seeds_may_be_any_whole_numbers_of_32_bits():
 
 
 def test_what_follows_from_the_shot_is_filled_in_for_every_exposure():
-    camera = test_camera(stages={"dark_current": DarkCurrent(2.0)})
+    camera = small_camera(stages={"dark_current": DarkCurrent(2.0)})
     assert camera.stages["dark_current"].time_s == 0.0
     assert camera.sensor_stages(100, 0.25)["dark_current"] == DarkCurrent(2.0, 0.25)
 
@@ -100,7 +101,7 @@ def test_a_stage_says_itself_which_fields_follow_from_the_shot():
 
 
 def test_the_spread_of_the_read_noise_reaches_the_stage_before_the_gain():
-    camera = test_camera(read_noise_spread=0.3, iso_table={100: IsoSetting(2.0, 5.0)}, read_noise_after_gain_dn=3.0)
+    camera = small_camera(read_noise_spread=0.3, iso_table={100: IsoSetting(2.0, 5.0)}, read_noise_after_gain_dn=3.0)
     stages = camera.sensor_stages(100, 1.0)
     assert stages["read_noise_before_gain"] == ReadNoiseBeforeGain(2.0, 0.3)
     assert stages["read_noise_after_gain"].sigma_dn == 3.0

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import rawpy
-from conftest import FixedScene, band_scene
 from randomness import accept, variance_p
+from scene_builders import FixedScene, band_scene
 from scipy.stats import tukeylambda
 
 from simulator.config import load_camera, load_shot

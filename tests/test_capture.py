@@ -5,11 +5,12 @@ import math
 
 import numpy as np
 import pytest
-from conftest import band_scene, every_stage, test_camera
+from camera_builders import every_stage, small_camera
+from kernel_bench import device_like
 from randomness import accept, mean_p, variance_p
+from scene_builders import band_scene
 from scipy import stats
 
-from simulator import sensing
 from simulator.capture import FrameSetting, capture, moments
 from simulator.device import devices, open_device
 from simulator.errors import PhotositeError
@@ -64,11 +65,11 @@ def test_a_frame_does_not_depend_on_the_frames_beside_it(device):
     assert np.array_equal(shuffled, together[order])
 
 
-def test_a_stack_larger_than_the_devices_constants_is_the_same(device, monkeypatch):
+def test_a_stack_larger_than_the_devices_constants_is_the_same(device):
     mean_electrons, settings = stack(20, 30)
     expected = capture(device, mean_electrons, settings), *moments(device, mean_electrons, settings)
-    monkeypatch.setattr(sensing, "CONSTANT_BYTES", 1)
-    found = capture(device, mean_electrons, settings), *moments(device, mean_electrons, settings)
+    small = device_like(device, constant_bytes=1)
+    found = capture(small, mean_electrons, settings), *moments(small, mean_electrons, settings)
     for one, other in zip(expected, found, strict=True):
         assert np.array_equal(one, other)
 
@@ -83,7 +84,7 @@ def test_frames_of_one_kind_are_one_launch(device, monkeypatch):
 
 
 def shot_of_everything():
-    camera = test_camera(
+    camera = small_camera(
         200,
         150,
         window=Window(31, 17, 120, 90),
@@ -149,11 +150,11 @@ def test_every_device_gives_the_same_stack(device):
         assert np.array_equal(capture(open_device(info.label), mean_electrons, settings), expected), info.label
 
 
-def test_a_device_with_memory_of_its_own_gives_the_same_stack(device, monkeypatch):
+def test_a_device_with_memory_of_its_own_gives_the_same_stack(device):
     mean_electrons, settings = stack(30, 40)
     expected = capture(device, mean_electrons, settings)
-    monkeypatch.setattr(device, "_shares_memory", False)
-    assert np.array_equal(capture(device, mean_electrons, settings), expected)
+    apart = device_like(device, shares_memory=False)
+    assert np.array_equal(capture(apart, mean_electrons, settings), expected)
 
 
 def test_the_noise_model_has_the_variance_it_says(device):

@@ -8,8 +8,8 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from test_manifest import make
 from toy_samples import toy_sample
+from toy_shards import write_toy_folder
 
 from data_gen.card import About, write_card
 from data_gen.manifest import read_manifest
@@ -24,7 +24,7 @@ ABOUT = About("Toy ramps", "Ramps with noise.", "CC0-1.0", ("ramps of the tests"
 
 
 def test_counts_are_those_of_the_samples(tmp_path):
-    make(tmp_path)
+    write_toy_folder(tmp_path)
     write_card(tmp_path, ABOUT)
     told = json.loads((tmp_path / "card.json").read_text())
     samples = [toy_sample(index) for index in range(7)]
@@ -45,20 +45,19 @@ def test_counts_are_those_of_the_samples(tmp_path):
         assert word in text
 
 
-def test_a_card_is_the_same_each_time_and_needs_a_complete_data_set(tmp_path, monkeypatch):
-    monkeypatch.setattr("data_gen.card.SHOWN_SAMPLES", 2)
+def test_a_card_is_the_same_each_time_and_needs_a_complete_data_set(tmp_path):
     for folder in (tmp_path / "a", tmp_path / "b"):
-        make(folder)
-        write_card(folder, ABOUT)
+        write_toy_folder(folder)
+        write_card(folder, ABOUT, shown_samples=2)
     for name in ("card.json", "card.md", "card_samples.png", "card_histograms.png"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
-    make(tmp_path / "c", only=(0,))
+    write_toy_folder(tmp_path / "c", only=(0,))
     with pytest.raises(PhotositeError, match="manifest.json: is missing"):
         write_card(tmp_path / "c", ABOUT)
 
 
 def test_without_matplotlib_the_card_says_so(tmp_path, monkeypatch):
-    make(tmp_path)
+    write_toy_folder(tmp_path)
     monkeypatch.setattr("data_gen.card.find_spec", lambda name: None)
     text = write_card(tmp_path, ABOUT).read_text()
     assert "No pictures: matplotlib was not installed." in text and ".png" not in text
@@ -68,7 +67,7 @@ def test_without_matplotlib_the_card_says_so(tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", sorted(FORMATS))
 def test_the_code_of_the_card_reads_the_first_sample(tmp_path, name, monkeypatch):
     assert set(SNIPPETS) == set(FORMATS)
-    make(tmp_path, name)
+    write_toy_folder(tmp_path, name)
     monkeypatch.chdir(tmp_path)
     with contextlib.redirect_stdout(io.StringIO()) as out:
         exec(snippet(name, read_manifest(tmp_path)["shards"][0].name), {})

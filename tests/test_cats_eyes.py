@@ -5,8 +5,9 @@ import math
 
 import numpy as np
 import pytest
-from conftest import FixedScene, band_scene, test_camera
+from camera_builders import small_camera
 from lens_error import statistics, z_scores
+from scene_builders import FixedScene, band_scene
 
 from simulator.blur.lens_height_field import sample_height_field
 from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
@@ -31,11 +32,11 @@ COLUMNS, ROWS = 400, 280  # of a coarse sensor of 36 mm x 25 mm
 
 
 def coarse_camera(**settings):
-    return test_camera(COLUMNS, ROWS, pixel_pitch_um=90.0, **settings)
+    return small_camera(COLUMNS, ROWS, pixel_pitch_um=90.0, **settings)
 
 
 def fine_camera(**settings):
-    return test_camera(1200, 800, pixel_pitch_um=30.0, **settings)
+    return small_camera(1200, 800, pixel_pitch_um=30.0, **settings)
 
 
 def depth_of(lens, radius_px: float, pitch_um: float) -> float:

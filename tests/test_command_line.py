@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -30,7 +29,7 @@ def in_fresh_process(code: str) -> str:
     return done.stdout
 
 
-def test_help_imports_nothing_heavy_and_answers_within_half_a_second():
+def test_help_is_quick_because_it_imports_the_command_alone():
     code = f"""
 import sys
 from simulator.command_line import main
@@ -39,15 +38,11 @@ try:
 except SystemExit as end:
     assert not end.code
 print("HEAVY", [name for name in {HEAVY!r} if name in sys.modules])
+print(*[name for name in sys.modules if name.startswith(("simulator", "data_gen"))])
 """
-    assert in_fresh_process(code).splitlines()[-1] == "HEAVY []"
-    # The best of five: other work on the machine must not fail this.
-    seconds = []
-    for _ in range(5):
-        start = time.perf_counter()
-        in_fresh_process(code)
-        seconds.append(time.perf_counter() - start)
-    assert min(seconds) < 0.5
+    *_, heavy, own = in_fresh_process(code).splitlines()
+    assert heavy == "HEAVY []"
+    assert set(own.split()) == {"simulator", "simulator.command_line", "simulator.command_line.app", "simulator.errors"}
 
 
 def test_importing_the_package_imports_nothing_heavy():

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from randomness import accept, correlation_p, mean_p, variance_p
+from scene_builders import band_scene
 from scipy.ndimage import correlate
 
 from simulator.errors import PhotositeError
@@ -25,7 +26,7 @@ NOISY = {"photon_shot_noise": PhotonShotNoise()}
 
 
 def take(picture, crosstalk, seed=0, **settings):
-    camera = test_camera(*np.shape(picture)[::-1], crosstalk=crosstalk, **settings)
+    camera = small_camera(*np.shape(picture)[::-1], crosstalk=crosstalk, **settings)
     return simulate(Shot(band_scene(picture, math.inf), LENS, Exposure(0.02), camera, Seeds(frame=seed)))
 
 
@@ -88,7 +89,7 @@ def test_a_crop_is_the_part_of_the_whole():
 def test_the_passes_are_absent_when_nothing_is_shared():
     picture = np.full((48, 64), 0.5)
     assert np.array_equal(take(picture, Crosstalk(), stages=NOISY).dn, take(picture, None, stages=NOISY).dn)
-    camera = test_camera(crosstalk=Crosstalk(optical=0.01))
+    camera = small_camera(crosstalk=Crosstalk(optical=0.01))
     steps = {step.stage: step.kept for step in plan(Shot(band_scene(picture), LENS, Exposure(0.01), camera)).steps}
     assert steps["crosstalk of light"] and not steps["crosstalk of charge"]
 

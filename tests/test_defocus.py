@@ -4,12 +4,12 @@ import dataclasses
 import math
 
 import numpy as np
-import pyopencl
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from lens_error import statistics, z_scores
 from lens_frame import blurred_case
 from lens_truths import cases
+from scene_builders import band_scene
 from scipy.integrate import quad
 from scipy.signal import convolve2d, oaconvolve
 
@@ -105,7 +105,7 @@ def test_a_point_shows_the_blades():
     planes[40, 40] = 1000.0
     round_lens, depth = lens_with_blur(12.0)
     lens = dataclasses.replace(round_lens, aperture=Aperture(3, rotation_deg=20.0))
-    found, whole = (electrons(planes, depth, one, test_camera(81, 81)) for one in (lens, round_lens))
+    found, whole = (electrons(planes, depth, one, small_camera(81, 81)) for one in (lens, round_lens))
     assert found.sum() == pytest.approx(whole.sum(), rel=1e-5)
     y, x = np.mgrid[-40:41, -40:41]
     inside = lens.pupil.contains(-np.stack([x, y], axis=-1).reshape(-1, 2) / 12.0).reshape(81, 81)
@@ -115,11 +115,10 @@ def test_a_point_shows_the_blades():
 
 @pytest.mark.parametrize("direct", [0, 49])
 @pytest.mark.parametrize("shape", [(1, 1), (4, 4), (5, 5)])
-def test_values_or_sums_down_the_columns_give_any_weighted_sum(monkeypatch, shape, direct):
-    monkeypatch.setattr("simulator.defocus.aperture_image.DIRECT", direct)
+def test_values_or_sums_down_the_columns_give_any_weighted_sum(shape, direct):
     rng = np.random.default_rng(3)
     weights, picture = rng.random(shape), rng.random((20, 20))
-    taps, centre = taps_of(weights), (shape[0] - 1) // 2
+    taps, centre = taps_of(weights, direct=direct), (shape[0] - 1) // 2
     sums = np.concatenate([np.zeros((1, 20)), np.cumsum(picture, axis=0)])
     assert taps.direct == bool(direct)
     found = sum(taps.weights * (picture if direct else sums)[10 + taps.rows, 10 + taps.columns])
@@ -133,7 +132,7 @@ def test_single_precision_holds_beside_highlights_of_a_million_electrons(radius)
     """Rows as long as those of 12 megapixels at 2000 e-, one photosite in a thousand at 10^6 e-: 0.005 sigma of float64."""
     rng = np.random.default_rng(12)
     shape = (192, 4240)
-    camera, (lens, depth) = test_camera(*shape[::-1]), lens_with_blur(radius)
+    camera, (lens, depth) = small_camera(*shape[::-1]), lens_with_blur(radius)
     light = 2000.0 + 500.0 * rng.standard_normal(shape).clip(-3.0, 3.0) + 1e6 * (rng.random(shape) < 1e-3)
     planes = light / electrons(np.ones(shape), 2.0, lens, camera).mean()
     sharp = electrons(planes, 2.0, lens, camera)
@@ -150,7 +149,7 @@ def test_one_depth_is_a_disk_convolution(radius, behind):
     texture = rng.gamma(4.0, 1.0, (90, 150)) + 1.0
     points = 500.0 * (rng.random((90, 150)) > 0.998)
     lens, depth = lens_with_blur(radius, behind=behind)
-    camera = test_camera(150, 90)
+    camera = small_camera(150, 90)
     for planes in (texture, texture + points):
         sharp = electrons(planes, 2.0, lens, camera)
         expected = convolve2d(np.pad(sharp, 20, mode="edge"), disk(radius), mode="same")[20:-20, 20:-20]
@@ -166,7 +165,7 @@ def test_depth_steps_keep_a_flat_field_flat():
     for f_number, focus in ((1.4, 2.0), (4.0, 1.0), (2.0, math.inf)):
         lens = ThinLens(50.0, f_number, focus, cos4=False)
         for cfa, bands in (("MONO", 1), ("RGGB", 3)):
-            found = electrons(np.full((96, 160, bands), 0.7), depth, lens, test_camera(480, 288, cfa))
+            found = electrons(np.full((96, 160, bands), 0.7), depth, lens, small_camera(480, 288, cfa))
             for y, x in ((0, 0), (0, 1), (1, 0), (1, 1)):
                 colour = found[y::2, x::2]
                 assert np.max(np.abs(colour / colour.mean() - 1.0)) < 1e-6, (f_number, focus, cfa)
@@ -176,14 +175,14 @@ def test_a_point_keeps_its_light():
     planes = np.zeros((81, 81))
     planes[40, 40] = 1000.0
     lens, depth = lens_with_blur(9.0)
-    camera = test_camera(81, 81)
+    camera = small_camera(81, 81)
     assert electrons(planes, depth, lens, camera).sum() == pytest.approx(electrons(planes, 2.0, lens, camera).sum(), rel=1e-5)
 
 
 def test_a_crop_has_the_bits_of_the_whole_frame():
     rng = np.random.default_rng(9)
     scene = band_scene(rng.random((60, 100, 3)), rng.uniform(1.0, 4.0, (60, 100)).astype(np.float32))
-    lens, camera = ThinLens(50.0, 2.0, 2.0), test_camera(300, 180, "GRBG")
+    lens, camera = ThinLens(50.0, 2.0, 2.0), small_camera(300, 180, "GRBG")
     whole = simulate(Shot(scene, lens, EXPOSURE, camera))
     for x, y, width, height in ((0, 0, 120, 60), (131, 37, 90, 101), (170, 80, 130, 100)):
         crop = simulate(Shot(scene, lens, EXPOSURE, dataclasses.replace(camera, window=Window(x, y, width, height))))
@@ -246,7 +245,7 @@ def test_an_occluder_in_focus_keeps_its_edge():
     depth = np.where(np.arange(160) < 80, 2.0, 8.0)[None, :].repeat(96, 0).astype(np.float32)
     planes = np.where(np.arange(160) < 80, 0.0, 1.0)[None, :].repeat(96, 0)
     lens = ThinLens(50.0, 2.0, 2.0, cos4=False)
-    found = electrons(planes, depth, lens, test_camera(160, 96))
+    found = electrons(planes, depth, lens, small_camera(160, 96))
     assert found[:, :80].max() == 0.0
     assert found[:, 81:].min() > 0.999 * found.max()
 
@@ -257,15 +256,14 @@ def test_memory_that_no_pass_wrote_is_not_read(monkeypatch):
     def poisoned(device, shape, dtype):
         buffer = empty(device, shape, dtype)
         if np.dtype(dtype) == np.float32:
-            fill = np.full(buffer.size // 4, np.nan, np.float32)
-            pyopencl.enqueue_copy(device._queue, buffer, fill)
+            device.fill(buffer, np.float32(np.nan), 0)
         return buffer
 
     empty = Device.empty
     monkeypatch.setattr(Device, "empty", poisoned)
     rng = np.random.default_rng(0)
     for cfa, size, window in (("GRBG", (90, 40), None), ("RGGB", (90, 40), Window(31, 17, 50, 20)), ("MONO", (700, 300), None)):
-        camera = test_camera(*size, cfa, window=window)
+        camera = small_camera(*size, cfa, window=window)
         scene = band_scene(rng.random((20, 30, camera.channels)), rng.uniform(1.5, 3.0, (20, 30)).astype(np.float32))
         raw = simulate(Shot(scene, ThinLens(50.0, 2.0, 2.0), EXPOSURE, camera))
         assert np.isfinite(raw.mean_electrons).all() and np.isfinite(raw.noise_free_dn).all()
@@ -284,7 +282,7 @@ def half_planes(near_px: float, far_px: float, near: float, far: float) -> np.nd
     left = np.arange(160) < 80
     depths = np.where(left, near_depth, far_depth)[None, :].repeat(96, 0).astype(np.float32)
     planes = np.where(left, near, far)[None, :].repeat(96, 0)
-    camera = test_camera(160, 96)
+    camera = small_camera(160, 96)
     return electrons(planes, depths, lens, camera)[48] / electrons(np.ones((96, 160)), 2.0, lens, camera)[48]
 
 

@@ -11,7 +11,8 @@ import textwrap
 import numpy as np
 import pytest
 import tifffile
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
+from scene_builders import band_scene
 from scipy.ndimage import map_coordinates
 
 from simulator.config import load_shot
@@ -93,7 +94,7 @@ def centroids(picture, x, y, reach=9) -> tuple[np.ndarray, np.ndarray]:
 def test_points_fall_where_the_polynomial_says(name):
     """Centroids of rendered dots in each colour against the polynomial; a dot's own stretch moves its centroid a little."""
     planes, x, y = point_grid()
-    scene, camera = band_scene(np.repeat(planes[..., None], 3, 2), math.inf), test_camera(WIDTH, HEIGHT, "RGGB")
+    scene, camera = band_scene(np.repeat(planes[..., None], 3, 2), math.inf), small_camera(WIDTH, HEIGHT, "RGGB")
     picture = simulate(Shot(scene, lens(LENSES[name]), Exposure(0.01), camera, truth=("rgb",))).truth["rgb"].astype(float)
     for channel in range(3):
         expected = written_out(LENSES[name], x, y, unit_px(LENSES[name]), channel)
@@ -102,7 +103,7 @@ def test_points_fall_where_the_polynomial_says(name):
 
 
 def test_no_distortion_has_the_bits_of_none():
-    scene, camera = band_scene(np.random.default_rng(2).random((60, 80, 3)), math.inf), test_camera(WIDTH, HEIGHT, "RGGB")
+    scene, camera = band_scene(np.random.default_rng(2).random((60, 80, 3)), math.inf), small_camera(WIDTH, HEIGHT, "RGGB")
     plain = simulate(Shot(scene, lens(None), Exposure(0.01), camera))
     still = simulate(Shot(scene, lens(Distortion()), Exposure(0.01), camera))
     assert np.array_equal(plain.mean_electrons, still.mean_electrons) and still.warp_rectilinear is None
@@ -110,7 +111,7 @@ def test_no_distortion_has_the_bits_of_none():
 
 def test_a_crop_of_a_distorted_frame_keeps_its_bits():
     scene = band_scene(np.random.default_rng(3).random((60, 80, 3)), np.linspace(1, 9, 4800, dtype=np.float32).reshape(60, 80))
-    camera = test_camera(WIDTH, HEIGHT, "RGGB")
+    camera = small_camera(WIDTH, HEIGHT, "RGGB")
     for f_number in (1.4, 16.0):
         blurred = ThinLens(1.6, f_number, 0.002 if f_number < 2 else math.inf, distortion=BARREL)
         whole = simulate(Shot(scene, blurred, Exposure(0.01), camera))
@@ -127,7 +128,7 @@ def test_the_depth_of_the_truth_is_warped_like_the_picture():
         band_scene(steps, steps, interpolation="nearest"),
         lens(Distortion(k1=-0.12, unit="half_diagonal")),
         Exposure(0.01),
-        test_camera(WIDTH, HEIGHT),
+        small_camera(WIDTH, HEIGHT),
         truth=("depth",),
     )
     raw = simulate(shot)
@@ -167,7 +168,7 @@ def corrected(picture, coefficients, centre) -> np.ndarray:
 def test_the_opcode_of_the_dng_undoes_the_distortion(name, window):
     """Every colour of the distorted dots, corrected by the file's own opcode, lies on the undistorted grid to 0.05 px."""
     planes, x, y = point_grid()
-    camera = test_camera(WIDTH, HEIGHT, "RGGB", window=window)
+    camera = small_camera(WIDTH, HEIGHT, "RGGB", window=window)
     shot = Shot(
         band_scene(np.repeat(planes[..., None], 3, 2), math.inf), lens(LENSES[name]), Exposure(0.01), camera, truth=("rgb",)
     )
@@ -182,7 +183,7 @@ def test_the_opcode_of_the_dng_undoes_the_distortion(name, window):
 
 
 def test_a_shot_may_leave_the_opcode_out_and_a_crop_beside_the_axis_has_none():
-    scene, camera = band_scene(np.ones((24, 32, 3)), math.inf), test_camera(WIDTH, HEIGHT, "RGGB")
+    scene, camera = band_scene(np.ones((24, 32, 3)), math.inf), small_camera(WIDTH, HEIGHT, "RGGB")
     shot = Shot(scene, lens(BARREL), Exposure(0.01), camera)
     beside = dataclasses.replace(shot, camera=dataclasses.replace(camera, window=Window(0, 0, 100, 100)))
     for other in (dataclasses.replace(shot, raw=RawFormat(opcodes=False)), beside):
@@ -194,7 +195,7 @@ def test_a_shot_may_leave_the_opcode_out_and_a_crop_beside_the_axis_has_none():
     shutil.which("exiftool") is None, reason="exiftool is missing; Debian and Ubuntu: apt install libimage-exiftool-perl"
 )
 def test_exiftool_finds_the_opcode_and_nothing_to_complain_about(tmp_path):
-    scene, camera = band_scene(np.ones((24, 32, 3)), math.inf), test_camera(WIDTH, HEIGHT, "RGGB")
+    scene, camera = band_scene(np.ones((24, 32, 3)), math.inf), small_camera(WIDTH, HEIGHT, "RGGB")
     (tmp_path / "warped.dng").write_bytes(dng_bytes(simulate(Shot(scene, lens(BARREL), Exposure(0.01), camera))))
     command = ["exiftool", "-validate", "-warning", "-a", "-OpcodeList3", str(tmp_path / "warped.dng")]
     told = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout
@@ -227,7 +228,7 @@ def test_distortions_that_no_lens_has_are_refused():
     with pytest.raises(PhotositeError, match="lens.distortion.lateral = .*three magnifications"):
         Distortion(lateral=(1.0, 1.0, 2.0))
     scene = band_scene(np.ones((24, 32)), math.inf, field_of_view_deg=53.5)
-    shot = Shot(scene, lens(None), Exposure(0.01), test_camera(WIDTH, HEIGHT))
+    shot = Shot(scene, lens(None), Exposure(0.01), small_camera(WIDTH, HEIGHT))
     plan(shot)
     with pytest.raises(PhotositeError, match="scene.field_of_view = 53.5 deg: the camera sees"):
         plan(dataclasses.replace(shot, lens=lens(Distortion(k1=-0.1, unit="half_diagonal"))))

@@ -6,29 +6,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import OpenImageIO
 import pytest
+from bad_input import SHOT
+from picture_files import write_exr
 
 from simulator.command_line import main
 
 ROOT = Path(__file__).parent.parent
-SHOT = """\
-scene:
-  image: good.exr
-  depth: 2 m
-  luminance: 120 cd/m^2
-lens: {focal_length: 50 mm, f_number: f/4, focus_distance: 2 m}
-exposure: {time: 1/60 s, iso: 100}
-camera: {base: sony_a7s2, window: {x: 0, y: 0, width: 64, height: 48}}
-"""
-
-
-def write_exr(path: Path, pixels: np.ndarray) -> None:
-    pixels = np.ascontiguousarray(pixels, dtype=np.float32)
-    picture = OpenImageIO.ImageOutput.create(str(path))
-    picture.open(str(path), OpenImageIO.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], "float"))
-    picture.write_image(pixels)
-    picture.close()
 
 
 @pytest.fixture(scope="module")

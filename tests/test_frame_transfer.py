@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
-from test_lens_pinhole import half_light_radius
-from test_point_spread import PITCH_UM, green_camera, lens, point_frame, pupil_transfer
-from test_slanted_edge import scene_edge
+from camera_builders import green_camera, small_camera
+from green_frames import PITCH_UM, lens, point_frame
+from scene_builders import band_scene, scene_edge
+from wave_optics import half_light_radius, pupil_transfer
 
 from simulator.exposure import Exposure
 from simulator.lens import Pinhole, ThinLens
@@ -73,7 +73,7 @@ def contrasts(radius_um: float) -> np.ndarray:
     per_dioptre = float(through.blur_radius_um(math.inf) - through.blur_radius_um(1.0))
     texture = np.random.default_rng(4).random((90, 90, 1)).repeat(3, axis=2)
     scene = band_scene(texture, 1.0 / (0.5 - radius_um / per_dioptre), interpolation="nearest")
-    found = simulate(Shot(scene, through, Exposure(0.01), test_camera(90, 90, "RGGB"))).mean_electrons
+    found = simulate(Shot(scene, through, Exposure(0.01), small_camera(90, 90, "RGGB"))).mean_electrons
     planes = found[0::2, 0::2], found[0::2, 1::2], found[1::2, 1::2]
     return np.array([plane.std() / plane.mean() for plane in planes])
 

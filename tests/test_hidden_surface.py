@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import FixedScene, band_scene, test_camera
+from camera_builders import small_camera
+from scene_builders import FixedScene, band_scene
 
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
@@ -115,14 +116,13 @@ def test_nothing_depends_on_what_is_hidden_in_a_sharp_picture():
     assert not depends_on_hidden(2.0, np.ones((4, 4), np.float32), 0.1).any()
 
 
-def test_the_share_of_a_large_picture_is_estimated_from_a_part_of_it(monkeypatch):
+def test_the_share_of_a_large_picture_is_estimated_from_a_part_of_it():
     near = np.kron(SHAPES["disk"], np.ones((4, 4))) > 0
     depth = two_planes(near)[1]
     exact = hidden_share(depth, 25.0, 1.5)
     radius = 25.0 * (1 / 1.5 - 1 / depth)
     assert exact == depends_on_hidden(depth, radius, 0.04).mean() > 0.05
-    monkeypatch.setattr("simulator.scene.hidden_surface.MOST_ESTIMATED", depth.size // 3)
-    assert hidden_share(depth, 25.0, 1.5) == pytest.approx(exact, rel=0.1)
+    assert hidden_share(depth, 25.0, 1.5, most_pixels=depth.size // 3) == pytest.approx(exact, rel=0.1)
 
 
 def scene_with(hidden):
@@ -142,7 +142,7 @@ def test_a_scene_gets_its_background_when_it_asks_for_it():
 @pytest.mark.parametrize(("hidden", "says"), [("none", "none is assumed"), ("extend", "assumed to go on")])
 def test_the_plan_tells_how_much_of_the_picture_sees_what_is_hidden(hidden, says):
     """The number against the rays: between the radii of both planes, the edge of the disk all around."""
-    lens, camera = ThinLens(50.0, 2.0, 1.5, cos4=False), test_camera(WIDTH, HEIGHT)
+    lens, camera = ThinLens(50.0, 2.0, 1.5, cos4=False), small_camera(WIDTH, HEIGHT)
     planned = plan(Shot(scene_with(hidden), lens, Exposure(0.01), camera))
     (step,) = (step for step in planned.steps if step.stage == "hidden surfaces")
     near, far = (float(lens.blur_radius_um(z)) / camera.pixel_pitch_um for z in (1.0, 5.0))

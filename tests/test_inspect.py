@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from dng_edits import STRIPES, with_tags
 from randomness import accept
 from raw_frame import random_frame
 from scipy import ndimage, stats
@@ -15,8 +16,7 @@ from simulator.command_line.inspection import sparkline
 from simulator.errors import PhotositeError
 from simulator.measurement.inspection import BINS, inspect_raw
 from simulator.measurement.single_frame_noise import BLOCK_PX, single_frame_noise
-from simulator.raw import dng, tiff, xmp
-from simulator.raw.tags import Photometric, Tag
+from simulator.raw import dng, software, tiff
 
 WHITE = 16383
 
@@ -48,22 +48,24 @@ def test_what_the_file_says_is_told_and_what_it_does_not_say_is_none(tmp_path):
     assert (found.exposure_time_s, found.f_number, found.make, found.lens, found.taken) == (None,) * 5
 
 
-def test_a_file_of_another_program_is_not_ours(tmp_path, monkeypatch):
-    monkeypatch.setattr(dng, "software", lambda: "Camera firmware 1.0")
-    dng.write_dng(random_frame(make="Photosite"), tmp_path / "a.dng")
+FOREIGN = {305: tiff.text("Camera firmware 1.0")}  # Software
+
+
+def test_a_file_of_another_program_is_not_ours(tmp_path):
+    content = dng.dng_bytes(random_frame(make="Photosite"))
+    (tmp_path / "a.dng").write_bytes(with_tags(content, FOREIGN, raw_directory=False))
     found = inspect_raw(tmp_path / "a.dng")
     assert (found.ours, found.software) == (False, "Camera firmware 1.0")
 
 
-def test_the_shot_in_its_packet_makes_a_file_ours_whatever_its_software_tag_says(tmp_path, monkeypatch):
+def test_the_shot_in_its_packet_makes_a_file_ours_whatever_its_software_tag_says(tmp_path):
     resolved = {"shot": {"exposure": {"iso": 400}}, "inputs": []}
     text = json.dumps(resolved["shot"], separators=(",", ":"))
-    for module in (dng, xmp):
-        monkeypatch.setattr(module, "software", lambda: "Camera firmware 1.0")
-    whole = dng.dng_bytes(random_frame(resolved=resolved))
+    foreign = software().replace("Photosite", "Camera 99")  # of the same length
+    whole = dng.dng_bytes(random_frame(resolved=resolved)).replace(software().encode(), foreign.encode())
     (tmp_path / "a.dng").write_bytes(whole)
     found = inspect_raw(tmp_path / "a.dng")
-    assert (found.ours, found.config_changed, found.software) == (True, False, "Camera firmware 1.0")
+    assert (found.ours, found.config_changed, found.software) == (True, False, foreign)
     assert found.config_sha256 == hashlib.sha256(text.encode()).hexdigest()
     edited = whole.replace(b'"iso":400', b'"iso":800')
     assert edited != whole
@@ -92,10 +94,9 @@ def test_a_monochrome_file_is_one_channel(tmp_path):
     assert found.pattern == "MONO" and [channel.photosites for channel in found.channels] == [raw.dn.size]
 
 
-def test_another_pattern_than_bayers_is_inspected_colour_by_colour(tmp_path, monkeypatch):
-    monkeypatch.setitem(dng.CFA_COLOURS, "RGGB", (0, 1, 2, 1))  # stripes
+def test_another_pattern_than_bayers_is_inspected_colour_by_colour(tmp_path):
     raw = random_frame(96, 128)
-    dng.write_dng(raw, tmp_path / "a.dng")
+    (tmp_path / "a.dng").write_bytes(with_tags(dng.dng_bytes(raw), STRIPES))
     found = {channel.name: channel for channel in inspect_raw(tmp_path / "a.dng").channels}
     assert set(found) == {"R", "G", "B"}
     assert found["G"].mean_dn == pytest.approx(raw.dn[:, 1::2].mean()) and found["G"].photosites == 96 * 64
@@ -105,12 +106,10 @@ def test_another_pattern_than_bayers_is_inspected_colour_by_colour(tmp_path, mon
 X_TRANS = (1, 1, 0, 1, 1, 2, 1, 1, 2, 1, 1, 0, 2, 0, 1, 0, 2, 1, 1, 1, 2, 1, 1, 0, 1, 1, 0, 1, 1, 2, 0, 2, 1, 2, 0, 1)
 
 
-def test_a_pattern_of_six_by_six_is_inspected_colour_by_colour(tmp_path, monkeypatch):
-    whole = dng._raw_directory
-    tags = {Tag.CFA_REPEAT_PATTERN_DIM: tiff.short(6, 6), Tag.CFA_PATTERN: tiff.byte(*X_TRANS)}
-    monkeypatch.setattr(dng, "_raw_directory", lambda *parts: whole(*parts) | tags)
+def test_a_pattern_of_six_by_six_is_inspected_colour_by_colour(tmp_path):
+    tags = {33421: tiff.short(6, 6), 33422: tiff.byte(*X_TRANS)}
     raw = random_frame(96, 126)
-    dng.write_dng(raw, tmp_path / "a.dng")
+    (tmp_path / "a.dng").write_bytes(with_tags(dng.dng_bytes(raw), tags))
     found = inspect_raw(tmp_path / "a.dng")
     assert found.pattern == "GGRGGB/GGBGGR/BRGRBG/GGBGGR/GGRGGB/RBGBRG"
     colours = np.tile(np.reshape(X_TRANS, (6, 6)), (16, 21))
@@ -120,22 +119,13 @@ def test_a_pattern_of_six_by_six_is_inspected_colour_by_colour(tmp_path, monkeyp
         assert channel.mean_dn == pytest.approx(raw.dn[colours == index].mean(), rel=1e-12)
 
 
-def test_a_file_of_full_colour_pixels_is_inspected_colour_by_colour(tmp_path, monkeypatch):
+def test_a_file_of_full_colour_pixels_is_inspected_colour_by_colour(tmp_path):
     """LinearRaw with three samples a pixel, as converters write it."""
-    whole = dng._raw_directory
-    tags = {
-        Tag.IMAGE_WIDTH: tiff.long(42),
-        Tag.BITS_PER_SAMPLE: tiff.short(16, 16, 16),
-        Tag.PHOTOMETRIC_INTERPRETATION: tiff.short(Photometric.LINEAR_RAW),
-        Tag.SAMPLES_PER_PIXEL: tiff.short(3),
-    }
-    tags |= {Tag.BLACK_LEVEL_REPEAT_DIM: tiff.short(1, 1), Tag.BLACK_LEVEL: tiff.short(5, 6, 7)}
-    mosaic_only = {Tag.CFA_REPEAT_PATTERN_DIM, Tag.CFA_PATTERN, Tag.CFA_PLANE_COLOR, Tag.CFA_LAYOUT}
-    monkeypatch.setattr(
-        dng, "_raw_directory", lambda *parts: {k: v for k, v in (whole(*parts) | tags).items() if k not in mosaic_only}
-    )
+    tags = {256: tiff.long(42), 258: tiff.short(16, 16, 16), 262: tiff.short(34892), 277: tiff.short(3)}
+    tags |= {50713: tiff.short(1, 1), 50714: tiff.short(5, 6, 7)}
+    mosaic_only = {33421, 33422, 50710, 50711}
     raw = random_frame(96, 126)
-    dng.write_dng(raw, tmp_path / "a.dng")
+    (tmp_path / "a.dng").write_bytes(with_tags(dng.dng_bytes(raw), tags, without=mosaic_only))
     found = inspect_raw(tmp_path / "a.dng")
     assert (found.pattern, found.width_px, found.height_px) == ("full colour", 42, 96)
     assert [(channel.name, channel.black_level_dn) for channel in found.channels] == [("R", 5), ("G", 6), ("B", 7)]

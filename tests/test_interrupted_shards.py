@@ -9,42 +9,17 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from toy_samples import toy_sample
+import shard_run
+from shard_run import PLAN, make_samples, run
+from toy_shards import mosaic_options
 
-from data_gen.manifest import verify, write_manifest
-from data_gen.shards import fingerprint, finished, plan_shards, write_shard
-from data_gen.writers import FORMATS, WriterOptions, writer
+from data_gen.manifest import verify
+from data_gen.shards import fingerprint, finished, write_shard
+from data_gen.writers import FORMATS, writer
 from simulator.errors import PhotositeError
 from simulator.raw.files import LEFTOVER, atomic_folder
 
 ROOT = Path(__file__).parents[1]
-PLAN = plan_shards(8, 2)
-SLOW_RUN = """
-import sys; sys.path[:0] = ["tests"]
-from pathlib import Path
-from test_interrupted_shards import run
-run(Path(sys.argv[1]), sys.argv[2], pause_s=0.03)
-"""
-
-
-def options(name):
-    return WriterOptions("rgbg" if name == "eld" else "mosaic")
-
-
-def slowly(indices, pause_s, size):
-    for index in indices:
-        time.sleep(pause_s)
-        yield toy_sample(index, **size)
-
-
-def run(folder, name, pause_s=0.0, **size) -> list[int]:
-    """What a data set's run does; returns the indices of the shards that it made."""
-    there = finished(folder, "abc")
-    made = [shard for shard in PLAN if shard.index not in there]
-    for shard in made:
-        write_shard(folder, shard, writer(name), slowly(shard.indices, pause_s, size), options(name), "abc")
-    write_manifest(folder, PLAN, "abc", options(name))
-    return [shard.index for shard in made]
 
 
 def visible(folder) -> set[str]:
@@ -55,15 +30,17 @@ def visible(folder) -> set[str]:
 def test_killed_in_the_middle_of_a_shard_a_rerun_ends_with_the_same_bytes(tmp_path, name):
     folder, whole = tmp_path / "killed", tmp_path / "whole"
     run(whole, name)
-    process = subprocess.Popen([sys.executable, "-c", SLOW_RUN, folder, name], cwd=ROOT)
+    process = subprocess.Popen([sys.executable, shard_run.__file__, folder, name], env=os.environ | {"PYTHONPATH": str(ROOT)})
     second = f"shard-00001-of-00004{writer(name).suffix}"
-    deadline = time.monotonic() + 60
     # Kill it when the first shard is there and the second is being written.
-    while not (folder / f"shard-00000-of-00004{writer(name).suffix}.record.json").exists() or not list(
-        folder.glob(f"{LEFTOVER}*")
-    ):
-        assert process.poll() is None and time.monotonic() < deadline, "the run did not come to its second shard"
+    first = folder / f"shard-00000-of-00004{writer(name).suffix}.record.json"
+    for _ in range(20_000):
+        if first.exists() and list(folder.glob(f"{LEFTOVER}*")):
+            break
+        assert process.poll() is None
         time.sleep(0.002)
+    else:
+        pytest.fail("the run did not come to its second shard")
     process.send_signal(signal.SIGKILL)
     process.wait()
     there = set(finished(folder, verify=True))
@@ -118,7 +95,7 @@ def test_workers_that_make_the_same_shard_do_not_harm_each_other(tmp_path, name)
     """A scheduler that loses sight of a worker gives its shard to another, and both may finish."""
 
     def make(_):
-        return write_shard(tmp_path, PLAN[0], writer(name), slowly(PLAN[0].indices, 0.0, {}), options(name), "abc")
+        return write_shard(tmp_path, PLAN[0], writer(name), make_samples(PLAN[0].indices, 0.0, {}), mosaic_options(name), "abc")
 
     first = make(0)
     with ThreadPoolExecutor(4) as pool:

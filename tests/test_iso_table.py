@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from conftest import test_camera
+from camera_builders import small_camera
 
 from simulator.errors import PhotositeError
 from simulator.sensor.camera_sections import ConversionGainSwitch, IsoSetting
@@ -29,7 +29,7 @@ LINES = {
 def camera(**settings):
     defaults = {"cfa": "RGGB", "bit_depth": 14, "black_level_dn": 64.0, "iso_table": LINES}
     settings = defaults | {"conversion_gain": ConversionGainSwitch(1600)} | settings
-    return test_camera(**settings)
+    return small_camera(**settings)
 
 
 @pytest.mark.parametrize("iso", LINES)
@@ -147,7 +147,7 @@ def test_color_bias_lies_on_the_places_of_its_colors(cfa):
 
 def test_one_line_has_no_slope():
     with pytest.raises(PhotositeError, match="exposure.iso = 200: one measured line, at ISO 100, has no slope"):
-        test_camera(iso_range="extrapolate").iso_setting(200)
+        small_camera(iso_range="extrapolate").iso_setting(200)
 
 
 @pytest.mark.parametrize(

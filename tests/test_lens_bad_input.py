@@ -4,8 +4,9 @@ import os
 
 import numpy as np
 import pytest
-from test_errors import SHOT, write_exr
-from test_scene_deep import deep_file
+from bad_input import SHOT
+from deep_files import deep_file
+from picture_files import write_exr
 
 import simulator
 from simulator.command_line import main

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import FixedScene, band_scene, test_camera
+from camera_builders import small_camera
+from scene_builders import FixedScene, band_scene
 
 import simulator
 from simulator.command_line.lens_numbers import lens_facts
@@ -42,13 +43,13 @@ def test_a_scene_that_fills_the_hemisphere_has_all_of_it():
 
 
 def frame(scene, camera=None) -> np.ndarray:
-    return simulate(Shot(scene, BareSensor(), Exposure(1e-3), camera or test_camera())).mean_electrons
+    return simulate(Shot(scene, BareSensor(), Exposure(1e-3), camera or small_camera())).mean_electrons
 
 
 def test_the_frame_is_uniform_and_has_pi_times_the_radiance_of_a_hemisphere():
     image = frame(band_scene(np.random.default_rng(1).uniform(0.0, 2.0, (40, 40))))
     assert np.ptp(image) == 0.0
-    through_lens = simulate(Shot(band_scene(np.ones((4, 4))), ThinLens(50.0, 8.0, cos4=False), Exposure(1e-3), test_camera()))
+    through_lens = simulate(Shot(band_scene(np.ones((4, 4))), ThinLens(50.0, 8.0, cos4=False), Exposure(1e-3), small_camera()))
     hemisphere = frame(band_scene(np.ones((4, 4))))
     assert hemisphere[0, 0] / through_lens.mean_electrons[0, 0] == pytest.approx(1 + 4 * 64, rel=1e-5)  # pi over pi / 257
 
@@ -56,7 +57,7 @@ def test_the_frame_is_uniform_and_has_pi_times_the_radiance_of_a_hemisphere():
 def test_each_colour_gathers_its_own_light_by_the_scene_s_geometry():
     planes = np.random.default_rng(2).uniform(0.0, 1.0, (6, 9, 3))
     shares = hemisphere_shares(6, 9, 70.0)
-    camera = test_camera(cfa="RGGB")
+    camera = small_camera(cfa="RGGB")
     image, white = frame(band_scene(planes, field_of_view_deg=70.0), camera), frame(band_scene(np.ones((2, 2, 3))), camera)
     blue, green, red = (shares[..., None] * planes).sum(axis=(0, 1))
     found = image / white

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
+from scene_builders import band_scene
 from scipy.optimize import minimize_scalar
-from scipy.special import j0
+from wave_optics import half_light_radius, spot
 
 import simulator
 from simulator.command_line.lens_numbers import lens_facts
@@ -63,20 +64,6 @@ def test_a_hole_is_a_lens_focused_beyond_infinity():
     assert hole.blur_radius_um(math.inf) == pytest.approx(0.5 * 0.4 * 60.0 * 1e3 * (-1 / 60.0 - 0.0))
 
 
-def spot(constant: float, x: np.ndarray) -> np.ndarray:
-    """Intensity of a far point at x sqrt(lambda v) behind a hole of constant sqrt(lambda v), by the Fresnel integral."""
-    rho, weights = 0.25 * constant * (NODES + 1.0), 0.25 * constant * WEIGHTS
-    wave = np.exp(1j * math.pi * rho**2) * rho * weights
-    return np.abs(2 * math.pi * (j0(2 * math.pi * np.outer(x, rho)) @ wave)) ** 2
-
-
-def half_light_radius(constant: float) -> float:
-    x = np.linspace(0.0, 2.0, 4001)
-    density = spot(constant, x) * 2 * math.pi * x
-    inside = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(x))])
-    return float(np.interp(0.5 * math.pi * constant**2 / 4, inside, x))  # all of the light that enters: Parseval
-
-
 def test_the_sharpest_hole_has_half_of_the_light_in_the_smallest_circle():
     found = minimize_scalar(half_light_radius, bounds=(1.2, 1.9), method="bounded", options={"xatol": 1e-6})
     assert found.x == pytest.approx(SHARPEST, abs=5e-4)
@@ -98,7 +85,7 @@ def test_other_measures_of_sharpness_give_other_constants():
 
 
 def test_a_frame_through_a_pinhole_has_the_light_of_its_hole():
-    scene, camera, hole = band_scene(np.ones((4, 4)), 2.0), test_camera(), Pinhole(0.3, 50.0, cos4=False)
+    scene, camera, hole = band_scene(np.ones((4, 4)), 2.0), small_camera(), Pinhole(0.3, 50.0, cos4=False)
     through_hole = simulate(Shot(scene, hole, Exposure(1.0), camera)).mean_electrons
     through_lens = simulate(Shot(scene, ThinLens(50.0, 8.0, 2.0, cos4=False), Exposure(1.0), camera)).mean_electrons
     lens_sr = math.pi / (1 + 4 * (8.0 * 2000 / 1950) ** 2)
@@ -109,7 +96,7 @@ def test_a_frame_through_a_pinhole_is_blurred_by_its_shadow():
     """A bright line through a hole 40 photosites wide, at 0.1 m: a chord profile of diameter 40 (1 + 50 / 100) = 60."""
     planes = np.zeros((96, 192))
     planes[:, 96] = 1.0
-    camera, hole = test_camera(192, 96, pixel_pitch_um=7.5), Pinhole(0.3, 50.0, cos4=False)
+    camera, hole = small_camera(192, 96, pixel_pitch_um=7.5), Pinhole(0.3, 50.0, cos4=False)
     row = simulate(Shot(band_scene(planes, 0.1, interpolation="nearest"), hole, Exposure(1.0), camera)).mean_electrons[48]
     lit = np.flatnonzero(row > 0)
     assert lit[-1] - lit[0] + 1 == pytest.approx(61, abs=1)  # the line is one photosite wide

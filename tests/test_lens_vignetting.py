@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
+from scene_builders import band_scene
 
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
@@ -64,7 +65,7 @@ def test_without_rims_nothing_is_lost_and_the_table_is_left_out():
 @pytest.mark.parametrize("lens", LENSES[:3])
 def test_the_sensor_loses_the_clipped_share_of_the_light(lens):
     """Every photosite of a flat field: cos^4 * open area / pi, to 1e-4 of the light on the axis."""
-    camera = test_camera(96, 64, pixel_pitch_um=300.0)  # 28.8 mm x 19.2 mm
+    camera = small_camera(96, 64, pixel_pitch_um=300.0)  # 28.8 mm x 19.2 mm
     distance_m = lens.focus_distance_m
     raw = simulate(Shot(band_scene(np.ones((4, 4)), distance_m), lens, Exposure(1e-6), camera))
     y, x = np.mgrid[:64:7, :96:5]
@@ -98,7 +99,7 @@ def test_with_blades_the_light_is_the_mean_over_directions():
 
 
 def test_the_darkest_photosite_is_known_to_the_stage():
-    lens, camera = LENSES[0], test_camera(96, 64, pixel_pitch_um=300.0)
+    lens, camera = LENSES[0], small_camera(96, 64, pixel_pitch_um=300.0)
     planned = plan(Shot(band_scene(np.ones((4, 4)), math.inf), lens, Exposure(1e-6), camera))
     raw = simulate(Shot(band_scene(np.ones((4, 4)), math.inf), lens, Exposure(1e-6), camera))
     ratio = raw.mean_electrons.max() / raw.mean_electrons.min()

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 import rawpy
 import tifffile
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from dng_variants import UPRIGHT
 from fresh_reader import libraw_codes
 from raw_frame import random_frame
+from scene_builders import band_scene
 
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
@@ -93,7 +94,7 @@ def test_levels_that_no_reader_takes_are_refused_before_anything_is_written(tmp_
 def dark_frame(window, told, **settings):
     """A frame of no light and no noise of a camera whose colours differ in the dark."""
     iso_table = {100: IsoSetting(1.0, 0.0, color_bias_dn=(-8.0, 3.0, 5.0, 10.0))}  # R, G beside R, G beside B, B
-    camera = test_camera(64, 48, "GRBG", black_level_dn=100.0, iso_table=iso_table, window=window, **settings)
+    camera = small_camera(64, 48, "GRBG", black_level_dn=100.0, iso_table=iso_table, window=window, **settings)
     lens = ThinLens(50.0, 8.0, cos4=False)
     shot = Shot(
         band_scene(np.zeros((4, 4, 3)), math.inf), lens, Exposure(0.02, 100), camera, raw=RawFormat(black_per_place=told)

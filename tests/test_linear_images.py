@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import test_camera
+from camera_builders import small_camera
 from picture_files import put
 
 from data_gen.sources.linear_images import LinearImages
@@ -62,7 +62,7 @@ def test_grey_is_neutral_and_a_monochrome_camera_sees_one_plane(tmp_path, camera
     picture = read(LinearImages(tmp_path, camera, ("A",)), "a.npy")
     balanced = picture.signal * picture.white_balance
     np.testing.assert_allclose(balanced[..., 0], balanced[..., 2], rtol=1e-5)
-    mono = read(LinearImages(tmp_path, test_camera(cfa="MONO")), "a.npy")
+    mono = read(LinearImages(tmp_path, small_camera(cfa="MONO")), "a.npy")
     assert mono.signal.shape == (12, 14) and mono.cfa == "MONO"
     np.testing.assert_allclose(
         mono.signal / mono.signal.max(), linear(channels=1)[..., 0] / linear(channels=1).max(), rtol=1e-6

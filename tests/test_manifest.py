@@ -5,30 +5,18 @@ import pickle
 
 import pytest
 from toy_samples import same, toy_sample
+from toy_shards import write_toy_folder
 
 from data_gen.manifest import read_manifest, verify, write_manifest
 from data_gen.reading import SampleFolder, read_samples
-from data_gen.shards import finished, plan_shards, write_shard
-from data_gen.writers import FORMATS, WriterOptions, writer
+from data_gen.shards import finished
+from data_gen.writers import FORMATS, WriterOptions
 from simulator.errors import PhotositeError
-
-CHANNELS = {"eld": "rgbg"}
-
-
-def make(folder, name="webdataset", count=7, only=None):
-    """Shards of three samples, and the manifest when all of them are made."""
-    plan, options = plan_shards(count, 3), WriterOptions(CHANNELS.get(name, "mosaic"))
-    for shard in plan:
-        if only is None or shard.index in only:
-            write_shard(folder, shard, writer(name), map(toy_sample, shard.indices), options, "abc")
-    if only is None:
-        write_manifest(folder, plan, "abc", options, ["b.png: is grey", "a.png: cannot be read"])
-    return plan
 
 
 def test_a_manifest_tells_shards_counts_and_problems_and_no_time(tmp_path):
-    make(tmp_path / "a")
-    make(tmp_path / "b")
+    write_toy_folder(tmp_path / "a")
+    write_toy_folder(tmp_path / "b")
     told = json.loads((tmp_path / "a" / "manifest.json").read_text())
     assert (tmp_path / "a" / "manifest.json").read_bytes() == (tmp_path / "b" / "manifest.json").read_bytes()
     assert (told["samples"], told["format"], told["channels"], told["dataset"]) == (7, "webdataset", "mosaic", "abc")
@@ -39,7 +27,7 @@ def test_a_manifest_tells_shards_counts_and_problems_and_no_time(tmp_path):
 
 
 def test_a_manifest_waits_for_the_last_shard(tmp_path):
-    plan = make(tmp_path, only=(0, 2))
+    plan = write_toy_folder(tmp_path, only=(0, 2))
     with pytest.raises(PhotositeError, match="1 of 3 shards are not there, the first is 1.*again"):
         write_manifest(tmp_path, plan, "abc", WriterOptions())
     assert verify(tmp_path) == [
@@ -48,7 +36,7 @@ def test_a_manifest_waits_for_the_last_shard(tmp_path):
 
 
 def test_verify_finds_what_changed_and_lets_the_next_run_mend_it(tmp_path):
-    plan = make(tmp_path)
+    plan = write_toy_folder(tmp_path)
     assert verify(tmp_path) == []
     first, second, third = (tmp_path / record.name for record in read_manifest(tmp_path)["shards"])
     content = bytearray(first.read_bytes())
@@ -67,13 +55,13 @@ def test_verify_finds_what_changed_and_lets_the_next_run_mend_it(tmp_path):
     ]
     assert f"{second}: has " in problems[1] and finished(tmp_path) == {}
     (tmp_path / "shard-00009-of-00010.tar").unlink()
-    make(tmp_path)
+    write_toy_folder(tmp_path)
     assert verify(tmp_path) == [] and len(plan) == 3
 
 
 @pytest.mark.parametrize("name", sorted(FORMATS))
 def test_samples_of_any_format_read_back_by_index(tmp_path, name):
-    make(tmp_path, name)
+    write_toy_folder(tmp_path, name)
     folder = pickle.loads(pickle.dumps(SampleFolder(tmp_path)))
     assert len(folder) == 7 and [sample.index for sample in folder.read()] == list(range(7))
     assert [sample.index for sample in read_samples(tmp_path, [6, 0, 4, 3, 0])] == [6, 0, 4, 3, 0]
@@ -84,7 +72,7 @@ def test_samples_of_any_format_read_back_by_index(tmp_path, name):
 def test_what_is_not_there_is_told(tmp_path):
     with pytest.raises(PhotositeError, match="holds no data set"):
         SampleFolder(tmp_path)
-    make(tmp_path, only=(0, 2))
+    write_toy_folder(tmp_path, only=(0, 2))
     folder = SampleFolder(tmp_path)
     assert list(folder.indices) == [0, 1, 2, 6]
     for index in (3, -1, 7):
@@ -94,7 +82,7 @@ def test_what_is_not_there_is_told(tmp_path):
 
 @pytest.mark.parametrize("name", sorted(FORMATS))
 def test_a_damaged_shard_is_one_message(tmp_path, name):
-    make(tmp_path, name)
+    write_toy_folder(tmp_path, name)
     shard = tmp_path / read_manifest(tmp_path)["shards"][0].name
     for path in [shard] if shard.is_file() else [path for path in shard.rglob("*") if path.is_file()]:
         path.write_bytes(b"x" * path.stat().st_size)

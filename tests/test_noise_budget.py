@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from conftest import FixedScene, test_camera
+from camera_builders import small_camera
 from randomness import accept, mean_p, variance_p
+from scene_builders import FixedScene
 
 from simulator import load_shot, simulate
 from simulator.command_line.patch_numbers import budget_table, shown_isos
@@ -75,7 +76,7 @@ def equal_energy_shot(luminance: float) -> Shot:
     source = FixedScene(Scene(np.ones((4, 4, 1), np.float32), np.full((1, 31), radiance), grid, np.ones(31), math.inf))
     source.luminance_cd_m2 = luminance
     half = SpectralResponse(grid, np.full((31, 1), 0.5))
-    camera = test_camera(pixel_pitch_um=2.8, response=half, fill_factor=0.8)
+    camera = small_camera(pixel_pitch_um=2.8, response=half, fill_factor=0.8)
     return Shot(source, ThinLens(4.0, 4.0, cos4=False), Exposure(0.01, 100), camera)
 
 

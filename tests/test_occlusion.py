@@ -6,14 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from lens_error import statistics, z_scores
-from lens_frame import blurred_case, case_plan
+from lens_frame import LENS, blurred_case, case_plan, executed_case
 from lens_truths import Case, slanted_plane, stripes, uniform_layers
 from scipy.ndimage import maximum_filter
 
 from simulator.blur.frame import BlurFrame
 from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
 from simulator.blur.relief import measured_maps
-from simulator.defocus import Method
+from simulator.defocus import Method, plan_defocus
+from simulator.defocus.accuracy import Accuracy
 from simulator.defocus.blocks import slab_lists
 from simulator.defocus.lens_points import lens_points as tile_points
 from simulator.defocus.tiles import choose
@@ -96,20 +97,26 @@ def test_a_broken_floor_follows_the_reference_path(bench):
     assert found.p99 < 0.3 and abs(found.mean) < 0.02
 
 
-def test_what_is_skipped_would_change_nothing(monkeypatch):
+def test_what_is_skipped_would_change_nothing():
     """Blur circles that stay in their photosite: the frame without the lens blur is that with it, to 0.01 sigma."""
     rng = np.random.default_rng(4)
     radius = np.broadcast_to(np.linspace(-0.29, 0.29, 96), (1, 48, 96))
     case = Case("sharp", rng.uniform(0.1, 1.0, (1, 48, 96)), np.ones((1, 48, 96)), radius, np.zeros((40, 88)), 4, 1, False)
-    skipped = blurred_case(case)
-    assert case_plan(case).optics.defocus is None
-    monkeypatch.setattr("simulator.defocus.accuracy.SHARP_PX", 0.0)
-    assert case_plan(case).optics.defocus is not None
-    assert np.abs(z_scores(blurred_case(case), skipped, 20000.0)).max() < 0.01
+    planned = case_plan(case)
+    assert planned.optics.defocus is None
+
+    class NothingIsSharp(Accuracy):
+        sharp_px = 0.0
+
+    camera, scene, scale = planned.sensor.camera, planned.optics.scene, planned.optics.projection.scale
+    blurred = plan_defocus(LENS, camera.pixel_pitch_um, scene, scale, NothingIsSharp())
+    found = executed_case(case, dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, defocus=blurred)))
+    assert np.abs(z_scores(found, executed_case(case, planned), 20000.0)).max() < 0.01
+    assert np.abs(found - executed_case(case, planned)).max() > 0.0  # it was blurred
 
 
 def test_slabs_of_a_class_follow_one_another_without_a_gap():
-    planned = case_plan(slanted_plane((0.02, 0.03))).defocus
+    planned = case_plan(slanted_plane((0.02, 0.03))).optics.defocus
     classes, several = np.array([[0b0110, 0b1000, 0b1000]], np.uint64), np.array([[np.nan, np.nan, 1.5]], np.float32)
     lists = slab_lists(planned, classes, several)
     own = lists.slabs[lists.first[0] : lists.first[0] + lists.count[0]]

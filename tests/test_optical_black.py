@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 import rawpy
 import tifffile
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from fresh_reader import dcraw_codes, libraw_codes
 from randomness import accept, mean_p, variance_p
 from raw_frame import random_frame
+from scene_builders import band_scene
 
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
@@ -37,7 +38,7 @@ EDGE = OpticalBlack(left_px=16, top_px=8, right_px=4, bottom_px=6)
 
 
 def take(optical_black=EDGE, cfa="MONO", size=(64, 48), **settings):
-    camera = test_camera(*size, cfa, optical_black=optical_black, **settings)
+    camera = small_camera(*size, cfa, optical_black=optical_black, **settings)
     planes = np.ones((4, 4)) if cfa == "MONO" else np.ones((4, 4, 3))
     return simulate(Shot(band_scene(planes, math.inf), ThinLens(50.0, 8.0, cos4=False), Exposure(0.02), camera, Seeds(frame=3)))
 

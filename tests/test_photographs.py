@@ -5,7 +5,7 @@ from dataclasses import replace
 import colour
 import numpy as np
 import pytest
-from conftest import test_camera
+from camera_builders import small_camera
 from picture_files import put, random_codes
 from randomness import accept, mean_p
 from scipy import optimize, stats
@@ -216,7 +216,7 @@ def test_bad_files_are_refused_by_name(tmp_path, camera):
         ({"extensions": ()}, "extensions"),
         ({"illuminants": ("D66",)}, "no such illuminant"),
         ({"inverse_isp": "brooks2019", "illuminants": ("A",)}, "leave them out"),
-        ({"camera": test_camera(cfa="MONO")}, "linear_images for a monochrome one"),
+        ({"camera": small_camera(cfa="MONO")}, "linear_images for a monochrome one"),
     ],
 )
 def test_wrong_settings_are_refused(tmp_path, camera, changes, message):

@@ -8,13 +8,15 @@ import math
 
 import numpy as np
 import pytest
-from conftest import FixedScene, band_scene, test_camera
+from camera_builders import small_camera
 from randomness import accept, mean_p, variance_p
+from scene_builders import FixedScene, band_scene
 
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
 from simulator.pipeline import simulate
 from simulator.scene import Scene
+from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.sensor import STAGES
 from simulator.sensor.camera import IsoSetting, SpectralResponse
 from simulator.sensor.seeds import Seeds
@@ -41,19 +43,19 @@ def green_line(luminance: float) -> FixedScene:
 
 def photon_counter(pitch_um=2.8, **settings):
     """A camera with quantum efficiency 1 from 400 to 700 nm."""
-    return test_camera(pixel_pitch_um=pitch_um, response=SpectralResponse(EE, np.ones((31, 1))), **settings)
+    return small_camera(pixel_pitch_um=pitch_um, response=SpectralResponse(EE, np.ones((31, 1))), **settings)
 
 
 def mean_electrons(scene, lens, time_s, camera) -> float:
     return float(simulate(Shot(scene, lens, Exposure(time_s), camera)).mean_electrons.mean(dtype=np.float64))
 
 
-def test_photon_radiance_of_equal_energy_light():
-    """R4: 1.17651e16 photons s^-1 sr^-1 m^-2 per cd/m^2; one lux is 11765 photons per um^2 and second."""
-    radiance = 1.0 / (KM * 10.0 * luminous_efficiency(EE).sum())
-    photons = (radiance * 10.0 * EE * 1e-9 / (H * C)).sum()
-    assert photons == pytest.approx(1.17651e16, rel=PRECISION)
-    assert 1.0 / (KM * H * C / 555e-9) * 1e-12 == pytest.approx(4091, rel=PRECISION)  # R5, 555 nm, per um^2 and lx s
+def test_photons_of_a_lux():
+    """R4, equal energy: 1.17651e16 photons s^-1 sr^-1 m^-2 per cd/m^2, so 11765 per um^2 and lx s; R5, 555 nm: 4091."""
+    camera = photon_counter().response
+    for light, photons in ((equal_energy(1.0), 11765.0), (green_line(1.0), 4091.0)):
+        weights = electron_radiance_weights(light.load(), camera.wavelengths_nm, camera.quantum_efficiency)
+        assert weights.sum() == pytest.approx(photons, rel=PRECISION)
 
 
 @pytest.mark.parametrize(
@@ -125,7 +127,7 @@ def test_cos4_falloff_towards_the_corner():
 def test_ccd_noise_variance():
     """R13 (GalSim CCDNoise): S = 50 ADU, 3 e-/ADU, 5 e- read noise give a variance of 19.4444 ADU^2, plus 1/12 of rounding."""
     stages = {"photon_shot_noise": STAGES["photon_shot_noise"]()}
-    camera = test_camera(512, 512, black_level_dn=100.0, iso_table={100: IsoSetting(1 / 3, 5 / 3)}, stages=stages)
+    camera = small_camera(512, 512, black_level_dn=100.0, iso_table={100: IsoSetting(1 / 3, 5 / 3)}, stages=stages)
     scene = band_scene(np.ones((4, 4)), math.inf)
     lens = ThinLens(50.0, 8.0, cos4=False)
     per_second = mean_electrons(scene, lens, 1.0, camera)
@@ -138,7 +140,7 @@ def test_photon_transfer_gives_back_gain_and_read_noise():
     """R15: variance = K^2 sigma^2 + 1/12 + K (mean - black), measured from pairs; slope and intercept by z-test."""
     gain, read_dn, after_dn, black = 0.7, 3.0, 1.0, 256.0
     stages = {"photon_shot_noise": STAGES["photon_shot_noise"]()}
-    camera = test_camera(
+    camera = small_camera(
         512,
         512,
         bit_depth=14,
@@ -173,7 +175,7 @@ def test_equal_exposure_pairs_gather_equal_light():
 
 def test_degenerate_frames_are_exact():
     """No light: the black level everywhere. No noise: the rounded mean. Too much light: the largest code."""
-    camera = test_camera(bit_depth=12, black_level_dn=64.0, iso_table={100: IsoSetting(0.5, 0.0)})
+    camera = small_camera(bit_depth=12, black_level_dn=64.0, iso_table={100: IsoSetting(0.5, 0.0)})
     lens = ThinLens(50.0, 8.0, cos4=False)
     dark = simulate(Shot(band_scene(np.zeros((4, 4)), math.inf), lens, Exposure(0.01), camera))
     assert (dark.dn == 64).all() and not dark.mean_electrons.any()
@@ -187,7 +189,7 @@ def test_degenerate_frames_are_exact():
 @pytest.mark.parametrize("cfa", ["RGGB", "BGGR", "GRBG", "GBRG"])
 def test_every_bayer_phase_puts_its_colours_where_it_says(cfa):
     """A scene of pure red, green or blue light reaches only the photosites of that colour."""
-    camera, lens = test_camera(cfa=cfa), ThinLens(50.0, 8.0, cos4=False)
+    camera, lens = small_camera(cfa=cfa), ThinLens(50.0, 8.0, cos4=False)
     for band, letter in ((2, "R"), (1, "G"), (0, "B")):
         planes = np.zeros((4, 4, 3))
         planes[..., band] = 1.0

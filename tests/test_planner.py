@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from conftest import NUMBERS, FixedScene, band_scene, every_stage, test_camera
+from camera_builders import STAGE_NUMBERS, every_stage, small_camera
+from scene_builders import FixedScene, band_scene
 
 from simulator.exposure import Exposure
 from simulator.fused import sensor_defines
@@ -20,7 +21,7 @@ LENS = ThinLens(50.0, 2.0, 2.0, cos4=False)
 
 
 def shot(depth_m=2.0, camera=None, lens=LENS) -> Shot:
-    return Shot(band_scene(np.ones((8, 8)), depth_m), lens, Exposure(0.01), camera or test_camera())
+    return Shot(band_scene(np.ones((8, 8)), depth_m), lens, Exposure(0.01), camera or small_camera())
 
 
 def kept(planned) -> dict[str, bool]:
@@ -40,7 +41,7 @@ def test_stages_that_the_camera_lacks_are_skipped_with_a_reason():
 
 
 def test_read_noise_is_split_so_that_the_measured_total_comes_out():
-    camera = test_camera(iso_table={100: IsoSetting(0.5, 3.0)}, read_noise_after_gain_dn=1.0)
+    camera = small_camera(iso_table={100: IsoSetting(0.5, 3.0)}, read_noise_after_gain_dn=1.0)
     planned = plan(shot(camera=camera))
     assert planned.sensor.stage("read_noise_before_gain").sigma_e == pytest.approx(math.sqrt(8.0) / 0.5)
     assert planned.sensor.moments(0.0).variance == pytest.approx(9.0 + 1 / 12)
@@ -48,7 +49,7 @@ def test_read_noise_is_split_so_that_the_measured_total_comes_out():
 
 def test_noise_profile_is_gain_over_span_and_dark_variance_over_span_squared():
     stages = {"photon_shot_noise": STAGES["photon_shot_noise"]()}
-    camera = test_camera(bit_depth=14, black_level_dn=512.0, iso_table={100: IsoSetting(0.5, 3.0)}, stages=stages)
+    camera = small_camera(bit_depth=14, black_level_dn=512.0, iso_table={100: IsoSetting(0.5, 3.0)}, stages=stages)
     slope, offset = plan(shot(camera=camera)).sensor.noise_profile()
     span = 16383 - 512
     assert slope == pytest.approx(0.5 / span)
@@ -58,7 +59,7 @@ def test_noise_profile_is_gain_over_span_and_dark_variance_over_span_squared():
 def test_numbers_of_a_stage_are_parameters_and_need_no_new_build():
     """Another ISO changes the array, not the source."""
     first, second = (
-        sensor_defines(plan(shot(camera=test_camera(iso_table={100: IsoSetting(gain, 2.0)}))).sensor.stages)
+        sensor_defines(plan(shot(camera=small_camera(iso_table={100: IsoSetting(gain, 2.0)}))).sensor.stages)
         for gain in (1.0, 2.0)
     )
     assert first[0] == second[0]
@@ -74,9 +75,9 @@ def test_streams_of_random_numbers_differ_by_stage():
 def test_a_response_that_does_not_fit_the_filter_is_refused():
     from simulator.errors import PhotositeError
 
-    mono = test_camera()
+    mono = small_camera()
     with pytest.raises(PhotositeError, match="response"):
-        plan(shot(camera=test_camera(cfa="RGGB", response=mono.response)))
+        plan(shot(camera=small_camera(cfa="RGGB", response=mono.response)))
 
 
 def test_the_scene_is_read_once():
@@ -88,11 +89,11 @@ def test_the_scene_is_read_once():
             return super().load()
 
     scene = Counted(band_scene(np.ones((8, 8))).scene)
-    plan(Shot(scene, LENS, Exposure(0.01), test_camera()))
+    plan(Shot(scene, LENS, Exposure(0.01), small_camera()))
     assert scene.loads == 1
 
 
-SWITCHES = [(stem, name) for stem in sorted(NUMBERS) for name in STAGES[stem].neutral]
+SWITCHES = [(stem, name) for stem in sorted(STAGE_NUMBERS) for name in STAGES[stem].neutral]
 
 
 @pytest.mark.parametrize(("stem", "name"), SWITCHES)
@@ -103,5 +104,5 @@ def test_a_stage_that_would_change_nothing_is_skipped(stem, name):
     idle = dataclasses.replace(stage, **{name: stage.neutral[name]})
     assert not idle.has_effect
     if name not in fields_from_shot(type(stage)):
-        assert plan(shot(camera=test_camera(stages={stem: stage}))).sensor.stage(stem) is not None
-        assert plan(shot(camera=test_camera(stages={stem: idle}))).sensor.stage(stem) is None
+        assert plan(shot(camera=small_camera(stages={stem: stage}))).sensor.stage(stem) is not None
+        assert plan(shot(camera=small_camera(stages={stem: idle}))).sensor.stage(stem) is None

@@ -5,8 +5,11 @@ import math
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import green_camera, small_camera
+from green_frames import EXPOSURE, FINE, GREEN_UM, PITCH_UM, electrons, lens, point_frame
+from scene_builders import band_scene
 from scipy.special import j1
+from wave_optics import pupil_transfer
 
 from simulator.device import open_device
 from simulator.exposure import Exposure
@@ -15,28 +18,8 @@ from simulator.lens_aberrations.aberrations import Aberrations
 from simulator.pipeline import expose, simulate
 from simulator.planner import measure, plan
 from simulator.point_spread.planning import plan_spread
-from simulator.sensor.camera import SpectralResponse, Window
+from simulator.sensor.camera import Window
 from simulator.shot import Shot
-
-EXPOSURE = Exposure(0.01)
-GREEN_UM = 0.55
-PITCH_UM = 5.0
-FINE = 8  # scene pixels per photosite
-
-
-def green_camera(width=64, height=48, **settings):
-    """A camera without colour filter that sees 550 nm alone."""
-    wavelengths = np.arange(400.0, 701.0, 10.0)
-    return test_camera(width, height, response=SpectralResponse(wavelengths, (wavelengths == 550.0)[:, None] * 1.0), **settings)
-
-
-def lens(f_number=8.0, **settings) -> ThinLens:
-    return ThinLens(50.0, f_number, cos4=False, **settings)  # focused at infinity: N is the working f-number
-
-
-def electrons(planes, camera, through, depth_m=math.inf, **settings) -> np.ndarray:
-    scene = band_scene(planes, depth_m, interpolation="nearest", **settings)
-    return simulate(Shot(scene, through, EXPOSURE, camera)).mean_electrons.astype(np.float64)
 
 
 def wave_frame(qx, qy, camera, through) -> np.ndarray:
@@ -52,12 +35,6 @@ def wave_frame(qx, qy, camera, through) -> np.ndarray:
     mean, cosine, sine = np.linalg.lstsq(design, found[inner].ravel(), rcond=None)[0]
     assert abs(sine) < 2e-3 * mean
     return cosine / mean / 0.8
-
-
-def pupil_transfer(frequency_per_um, f_number) -> float:
-    """Transfer of a round pupil without aberrations (Goodman, Introduction to Fourier Optics, 6.3)."""
-    u = min(frequency_per_um * GREEN_UM * f_number, 1.0)
-    return 2.0 / math.pi * (math.acos(u) - u * math.sqrt(1.0 - u * u))
 
 
 WAVES = ((0.05, 0.0), (0.21, 0.13), (0.0, 0.61), (0.4, 0.7))
@@ -79,14 +56,6 @@ def test_aperture_and_filter_have_their_transfer(fill_factor, low_pass_um, qx, q
     side, apart = math.sqrt(fill_factor), low_pass_um / PITCH_UM
     expected = np.prod([np.sinc(side * q) * math.cos(math.pi * apart * q) for q in (qx, qy)])
     assert wave_frame(qx, qy, camera, lens()) == pytest.approx(expected, abs=5e-4)
-
-
-def point_frame(camera, through, depth_m=math.inf, light=1000.0) -> np.ndarray:
-    """Electrons of a light a quarter of a photosite wide, in the middle of a photosite in the middle of the frame."""
-    planes = np.zeros((camera.height_px * FINE, camera.width_px * FINE))
-    row, column = (side // 2 * FINE + FINE // 2 for side in (camera.height_px, camera.width_px))
-    planes[row - 1 : row + 1, column - 1 : column + 1] = light
-    return electrons(planes, camera, through, depth_m)
 
 
 def airy_shares(side_px: int, f_number: float, fine: int = 45) -> np.ndarray:
@@ -134,7 +103,7 @@ DEPTHS = {
 def test_a_crop_has_the_bits_of_the_whole_frame(name):
     through, depth, settings = LENSES[name]
     cfa, bands = ("MONO", 1) if name not in ("sharp", "filter", "edges", "hole") else ("GRBG", 3)
-    scene, camera = band_scene(RNG.random((60, 100, bands)), DEPTHS.get(depth, depth)), test_camera(150, 90, cfa, **settings)
+    scene, camera = band_scene(RNG.random((60, 100, bands)), DEPTHS.get(depth, depth)), small_camera(150, 90, cfa, **settings)
     whole = simulate(Shot(scene, through, EXPOSURE, camera))
     for x, y, width, height in ((0, 0, 60, 31), (71, 37, 30, 51)):
         crop = simulate(Shot(scene, through, EXPOSURE, dataclasses.replace(camera, window=Window(x, y, width, height))))
@@ -148,7 +117,7 @@ def test_a_flat_field_stays_flat(name):
     cfa, bands = ("MONO", 1) if name in ("field", "blur first", "distances") else ("RGGB", 3)
     planes = np.full((60, 100, bands), DIM)
     planes[-1, -1] = 2.0 * DIM
-    camera = test_camera(1200, 720, cfa, window=Window(8, 6, 150, 130), **settings)
+    camera = small_camera(1200, 720, cfa, window=Window(8, 6, 150, 130), **settings)
     planned = Shot(band_scene(planes, DEPTHS.get(depth, depth)), through, EXPOSURE, camera)
     assert plan(planned).optics.spread is not None
     found = simulate(planned).mean_electrons.astype(np.float64)

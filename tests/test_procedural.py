@@ -1,17 +1,18 @@
 """Pictures without files: functions of their names, with colours of measured surfaces."""
 
+import hashlib
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import test_camera
+from camera_builders import small_camera
 from randomness import accept
 from scipy import ndimage, optimize, stats
 
 from data_gen.sources import drawings
 from data_gen.sources.drawings import DRAWINGS, LEAF_LAYERS, LEAF_RADII_PX
 from data_gen.sources.paint import LAMP_TEMPERATURES_K, Paint, paint_for
-from data_gen.sources.procedural import Procedural, _softened
+from data_gen.sources.procedural import Procedural
 from simulator.color import chart_reflectances
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
@@ -105,17 +106,33 @@ def test_radii_follow_the_law_of_scale_invariance():
     accept({"radius": stats.kstest(radii, lambda r: (low - r**-2.0) / (low - high)).pvalue})
 
 
+class ScriptedDraws:
+    """Random numbers that are known: radii with five borders of the sizes that are drawn together, and places."""
+
+    def __init__(self):
+        self.given, self.random_numbers = [], np.random.default_rng(7)
+
+    def random(self, shape):
+        self.given.append(self.random_numbers.random(shape))
+        if len(self.given) == 1:
+            least, largest = (radius**-2.0 for radius in LEAF_RADII_PX)
+            self.given[0][:5] = [(least - px**-2.0) / (least - largest) for px in (96, 3, 6, 11.99, 12)]
+        return self.given[-1]
+
+
 def test_the_last_leaf_lies_on_top():
-    draw = np.random.default_rng(7)
-    height, width, count = 90, 70, 400
-    y, x = (draw.random((count, 2)) * 260 - 90).T
-    radius = drawings.leaf_radii(draw, count)
-    radius[:5] = 96, 3, 6, 11.99, 12
+    """Leaf after leaf onto a picture of pixels, the places even over the picture and what reaches in."""
+    height, width, draws = 90, 70, ScriptedDraws()
+    found = drawings.leaf_numbers(draws, height, width)
+    quantiles, places = draws.given
+    (y, x), largest = places.T, LEAF_RADII_PX[1]
+    y, x = y * (height + 2 * largest) - largest, x * (width + 2 * largest) - largest
+    radius = (LEAF_RADII_PX[0] ** -2.0 - quantiles * (LEAF_RADII_PX[0] ** -2.0 - largest**-2.0)) ** -0.5
     expected = np.zeros((height, width), int)
     rows, columns = np.mgrid[:height, :width] + 0.5
-    for leaf in range(count):
+    for leaf in range(len(radius)):
         expected[(rows - y[leaf]) ** 2 + (columns - x[leaf]) ** 2 <= radius[leaf] ** 2] = leaf + 1
-    np.testing.assert_array_equal(drawings._uppermost(y, x, radius, height, width), expected)
+    np.testing.assert_array_equal(found, expected)
 
 
 def test_leaves_cover_every_place_alike():
@@ -126,11 +143,18 @@ def test_leaves_cover_every_place_alike():
     accept({place: stats.binomtest(int(found), count, expected).pvalue for place, found in enumerate(bare)})
 
 
-def test_the_blur_is_binomial_and_keeps_a_flat_field_flat():
-    planes = np.random.default_rng(2).random((20, 30, 3)).astype(np.float32)
+def test_the_blur_is_binomial_and_keeps_a_flat_field_flat(camera):
+    """Of the drawing that numbers of their own make, Philox with the SHA-256 of seed and name as its key."""
+    source, name = Procedural(("color_patches",), camera, seed=3, **SMALL), "color_patches/000002"
+    key = int.from_bytes(hashlib.sha256(f"3/{name}".encode()).digest()[:16], "little")
+    draw = np.random.Generator(np.random.Philox(key=key))
+    planes = DRAWINGS["color_patches"](draw, paint_for(camera, "D65"), SMALL["height_px"], SMALL["width_px"])
+    found, white = read(source, name).signal, np.float32(source.white_signal)
     kernel = np.outer([1, 2, 1], [1, 2, 1])[..., None] / 16
-    np.testing.assert_allclose(_softened(planes), ndimage.convolve(planes.astype(float), kernel, mode="nearest"), rtol=1e-6)
-    assert (_softened(np.full((9, 9, 1), np.float32(0.3))) == np.float32(0.3)).all()
+    expected = ndimage.convolve(planes.astype(float), kernel, mode="nearest") * white
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
+    flat = ndimage.maximum_filter(planes, (3, 3, 1)) == ndimage.minimum_filter(planes, (3, 3, 1))
+    assert 0.3 < flat.mean() < 1.0 and (found[flat] == (planes * white)[flat]).all()
 
 
 def test_an_edge_is_straight_and_slanted():
@@ -167,7 +191,7 @@ def test_a_gradient_passes_evenly_through_its_colours():
 
 
 def test_a_monochrome_camera_gets_its_one_plane(camera):
-    picture = read(Procedural(("dead_leaves",), test_camera(cfa="MONO"), **SMALL), "dead_leaves/000000")
+    picture = read(Procedural(("dead_leaves",), small_camera(cfa="MONO"), **SMALL), "dead_leaves/000000")
     assert picture.signal.shape == (48, 61) and picture.cfa == "MONO" and picture.white_balance == (1, 1, 1)
     assert picture.color_matrix is None
 

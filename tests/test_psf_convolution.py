@@ -5,7 +5,6 @@ import pytest
 from psf_grid import PsfGrid, convolve
 from scipy.signal import convolve2d, fftconvolve
 
-from simulator import psf_convolution
 from simulator.lens.pupil import Pupil
 from simulator.lens_aberrations.aberrations import Aberrations, ChromaticShift
 from simulator.lens_aberrations.sampling import Sampling
@@ -82,13 +81,11 @@ def test_a_point_moves_smoothly_across_a_border_of_patches():
     assert np.max(np.abs(np.diff(sums, 2))) / 1000.0 < 6e-3
 
 
-def test_tiles_leave_no_trace(monkeypatch):
+def test_tiles_leave_no_trace():
     plane = np.random.default_rng(6).gamma(4.0, 250.0, (1, 130, 170))
     grid = PsfGrid(kernels_of(7, 1, 2, 3), np.array([0.0, 70.7, 169.0]), np.array([10.0, 100.0]))
     whole = convolve(plane, grid)
-    monkeypatch.setattr(psf_convolution, "TILE_PX", 37)
-    monkeypatch.setattr(psf_convolution, "MOST_SPECTRA", 2)
-    assert np.allclose(convolve(plane, grid), whole, rtol=1e-12)
+    assert np.allclose(convolve(plane, grid, tile_px=37, most_spectra=2), whole, rtol=1e-12)
 
 
 def test_bright_points_do_not_disturb_dim_surroundings():

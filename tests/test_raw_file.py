@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from dng_edits import STRIPES, with_tags
 from raw_frame import COLOR_MATRIX, NEUTRAL, random_frame
 
 from simulator.errors import PhotositeError
 from simulator.raw import dng, tiff
-from simulator.raw.tags import Tag
 from simulator.raw_file import plane_places, read_raw_file
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG")
@@ -53,14 +53,10 @@ def test_each_place_of_the_block_has_its_own_black_level(tmp_path, cfa):
     assert read_raw_file(tmp_path / "a.dng").black_level_dn.tolist() == [[10, 20], [30, 40]]
 
 
-def test_the_pattern_is_that_of_the_visible_part(tmp_path, monkeypatch):
+def test_the_pattern_is_that_of_the_visible_part(tmp_path):
     """DNG 1.4: the CFA pattern begins at the active area; LibRaw moves on to the next even corner."""
-    whole = dng._raw_directory
-    monkeypatch.setattr(
-        dng, "_raw_directory", lambda *arguments: whole(*arguments) | {Tag.ACTIVE_AREA: tiff.long(1, 1, 95, 129)}
-    )
     raw = random_frame(cfa="RGGB")
-    dng.write_dng(raw, tmp_path / "a.dng")
+    (tmp_path / "a.dng").write_bytes(with_tags(dng.dng_bytes(raw), {50829: tiff.long(1, 1, 95, 129)}))
     found = read_raw_file(tmp_path / "a.dng")
     assert found.cfa == "BGGR"
     np.testing.assert_array_equal(found.mosaic, raw.dn[2 : 2 + found.mosaic.shape[0], 2 : 2 + found.mosaic.shape[1]])
@@ -71,7 +67,7 @@ def test_what_the_file_does_not_say_is_none(tmp_path):
     assert read_raw_file(tmp_path / "a.dng").exposure_time_s is None
 
 
-def test_files_that_hold_no_mosaic_are_refused_by_name(tmp_path, monkeypatch):
+def test_files_that_hold_no_mosaic_are_refused_by_name(tmp_path):
     with pytest.raises(PhotositeError, match=r"absent\.dng: no such file"):
         read_raw_file(tmp_path / "absent.dng")
     (tmp_path / "text.dng").write_text("no raw file\n" * 1000)
@@ -83,8 +79,7 @@ def test_files_that_hold_no_mosaic_are_refused_by_name(tmp_path, monkeypatch):
         read_raw_file(tmp_path / "short.dng")
 
 
-def test_a_pattern_that_is_not_bayer_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setitem(dng.CFA_COLOURS, "RGGB", (0, 1, 2, 1))  # stripes
-    dng.write_dng(random_frame(), tmp_path / "stripes.dng")
+def test_a_pattern_that_is_not_bayer_is_refused(tmp_path):
+    (tmp_path / "stripes.dng").write_bytes(with_tags(dng.dng_bytes(random_frame()), STRIPES))
     with pytest.raises(PhotositeError, match=r"stripes\.dng: 2 x 2 filter pattern"):
         read_raw_file(tmp_path / "stripes.dng")

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from conftest import test_camera
+from camera_builders import small_camera
 
 from simulator.errors import PhotositeError
 from simulator.sensor.camera_sections import ConversionGainSwitch, IsoSetting
@@ -14,7 +14,7 @@ MODEL = ReadNoiseModel(gain_at_iso_100_dn_per_e=0.2, before_gain_e=4.0, after_ga
 
 def camera(**settings):
     settings = {"iso_table": {}, "read_noise_model": MODEL, "conversion_gain": ConversionGainSwitch(1600, 4.0)} | settings
-    return test_camera(**settings)
+    return small_camera(**settings)
 
 
 @pytest.mark.parametrize("iso", [100, 320, 1599, 1600, 12800, 25600])

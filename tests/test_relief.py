@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from simulator.blur.relief import patch_statistics
 from simulator.defocus import CLASS_UNIT_PX, PATCH_COLUMNS, PATCH_ROWS, TILE_COLUMNS, TILE_ROWS, Relief, seen_from
 
 ROWS, HALF = 32, 64
@@ -14,24 +15,9 @@ def measured(bench):
     """A map (rows, 2 half columns) and its relief from the device."""
     rng = np.random.default_rng(5)
     picture = (rng.normal(0.0, 6.0, (ROWS, 2 * HALF)) * (rng.random((ROWS, 2 * HALF)) > 0.5)).astype(np.float32)
-    device, grid = bench.device, (ROWS // PATCH_ROWS, 2 * HALF // PATCH_COLUMNS)
-    relief, present = device.empty((5, *grid), np.float32), device.empty((2, *grid), np.uint32)
     split = np.stack([np.zeros((2, ROWS, HALF), np.float32), picture.reshape(ROWS, HALF, 2).transpose(2, 0, 1)])
-    defines = {"HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
-    device.run(
-        device.kernel("relief", defines),
-        grid[::-1],
-        None,
-        map=device.upload(split),
-        relief=relief,
-        present=present,
-        rows=ROWS,
-        way_columns=HALF,
-        first_plane=2,
-        first_class=FIRST_CLASS,
-        classes_per_unit=PER_UNIT,
-    )
-    return picture, device.download(relief, (5, *grid), np.float32), device.download(present, (2, *grid), np.uint32)
+    classes = {"first_class": FIRST_CLASS, "classes_per_unit": PER_UNIT}
+    return picture, *patch_statistics(bench.device, bench.device.upload(split), ROWS, HALF, 2, **classes)
 
 
 def patches(picture: np.ndarray) -> np.ndarray:
@@ -56,14 +42,13 @@ def test_slopes_are_the_mean_step_inside_a_patch(measured):
 
 
 def test_classes_widen_with_the_value(measured):
-    picture, _, present = measured
+    picture, _, found = measured
     place = PER_UNIT * np.arcsinh(patches(picture).astype(np.float64) / CLASS_UNIT_PX) - FIRST_CLASS
     whole = np.abs(place - np.rint(place)) < 1e-3  # may fall on either side
     expected = np.bitwise_or.reduce(np.uint64(1) << place.astype(np.uint64), axis=2)
     unsure = [
         np.bitwise_or.reduce(np.uint64(1) << np.where(whole, place + d, place).astype(np.uint64), axis=2) for d in (-0.5, 0.5)
     ]
-    found = present[0].astype(np.uint64) | present[1].astype(np.uint64) << np.uint64(32)
     assert np.all((found == expected) | (found == unsure[0]) | (found == unsure[1]))
     assert len({int(mask).bit_count() for mask in found.ravel()}) > 1
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from deep_files import deep_data, deep_file
 
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
@@ -15,30 +16,6 @@ from simulator.scene.pinhole import pinhole_planes
 
 SHARED_EXR = Path(__file__).parent.parent.parent / "shared" / "data" / "openexr-images"
 SURFACES, VOLUMES = ("R", "G", "B", "A", "Z"), ("R", "G", "B", "A", "Z", "ZBack")
-
-
-def deep_data(pixels, names):
-    """Float samples; pixels: for each, a list of tuples in the order of the names."""
-    data = oiio.DeepData()
-    data.init(len(pixels), len(names), [oiio.TypeFloat] * len(names), list(names))
-    for pixel, samples in enumerate(pixels):
-        data.set_samples(pixel, len(samples))
-    for pixel, samples in enumerate(pixels):
-        for number, values in enumerate(samples):
-            for channel, value in enumerate(values):
-                data.set_deep_value(pixel, channel, number, float(value))
-    return data
-
-
-def deep_file(path, width, pixels, names=SURFACES, window=None):
-    """Write pixels in rows of `width`; window: (x, y, full width, full height)."""
-    spec = oiio.ImageSpec(width, len(pixels) // width, len(names), oiio.FLOAT)
-    spec.channelnames, spec.deep = names, True
-    if window:
-        spec.x, spec.y, spec.full_width, spec.full_height = window
-    output = oiio.ImageOutput.create(str(path))
-    assert output.open(str(path), spec) and output.write_deep_image(deep_data(pixels, names)) and output.close()
-    return path
 
 
 def over(samples):

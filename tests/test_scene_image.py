@@ -6,6 +6,8 @@ import colour
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from photometry import luminance_of_pixels
+from picture_files import write
 
 from simulator.errors import PhotositeError
 from simulator.scene.depth import DepthChannel, DepthImage
@@ -15,29 +17,8 @@ from simulator.spectra import illuminant
 SHARED_EXR = Path(__file__).parent.parent.parent / "shared" / "data" / "openexr-images"
 
 
-def write(path, pixels, names=None, **attributes):
-    """Write with OpenImageIO in the array's own type."""
-    pixels = np.asarray(pixels)
-    kinds = {"uint8": oiio.UINT8, "uint16": oiio.UINT16, "float16": oiio.HALF, "float32": oiio.FLOAT}
-    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], kinds[str(pixels.dtype)])
-    if names:
-        spec.channelnames = names
-    for name, value in attributes.items():
-        spec.attribute(name, *value) if isinstance(value, tuple) else spec.attribute(name, value)
-    output = oiio.ImageOutput.create(str(path))
-    assert output.open(str(path), spec) and output.write_image(pixels) and output.close(), output.geterror()
-    return Path(path)
-
-
 def picture(channels=3, height=4, width=5, dtype=np.float32):
     return np.random.default_rng(1).random((height, width, channels)).astype(dtype)
-
-
-def luminance_of_pixels(scene):
-    """Luminance of every pixel by colour-science's photometry, 683 lm/W and CIE 1924 V(lambda) by 1 nm."""
-    radiance = scene.planes.astype(np.float64) @ scene.spectra_w_m2_sr_nm
-    spectra = (colour.SpectralDistribution(values, scene.wavelengths_nm) for values in radiance.reshape(-1, 81))
-    return np.reshape([colour.luminous_flux(spectrum) for spectrum in spectra], radiance.shape[:2])
 
 
 @pytest.mark.parametrize("light", ["D65", "A", "3200 K"])

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import FixedScene, test_camera
-from test_scene_image import luminance_of_pixels, write
+from camera_builders import small_camera
+from photometry import luminance_of_pixels
+from picture_files import write
+from scene_builders import FixedScene
 
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
@@ -255,6 +257,6 @@ def test_composed_layers_are_what_mitsuba_renders_through_a_pinhole(tmp_path, na
 
 def test_a_scene_of_one_surface_is_not_copied(tmp_path):
     scene = scene_of(PictureLayer(exr(tmp_path / "a.exr", colours(1)), 1.0)).load()
-    camera = test_camera(8, 6)
+    camera = small_camera(8, 6)
     planned = plan(Shot(FixedScene(scene), ThinLens(50.0, 8.0, 1.0), Exposure(0.01), camera))
     assert planned.optics.scene is scene

@@ -6,8 +6,9 @@ import subprocess
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from raw_frame import random_frame
+from scene_builders import band_scene
 
 import simulator
 from simulator.config.layers import CONFIGS
@@ -68,7 +69,7 @@ def test_a_camera_that_sees_no_daylight_has_no_baseline():
     light = dataclasses.replace(
         scene.scene, wavelengths_nm=wavelengths, spectra_w_m2_sr_nm=np.ones((1, 11)), illuminant=np.ones(11)
     )
-    shot = Shot(type(scene)(light), ThinLens(50.0, 8.0, 2.0), Exposure(0.01), test_camera(response=infrared))
+    shot = Shot(type(scene)(light), ThinLens(50.0, 8.0, 2.0), Exposure(0.01), small_camera(response=infrared))
     assert baseline_exposure_ev(plan(shot).sensor, 100) is None
     assert simulator.simulate(shot).baseline_exposure_ev is None
 

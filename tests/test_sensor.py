@@ -4,9 +4,8 @@ import re
 
 import numpy as np
 import pytest
-from conftest import every_stage
+from camera_builders import every_stage
 
-from simulator import tiles
 from simulator.device import devices, kernel_source, open_device
 from simulator.fused import stage_order
 from simulator.sensor import FUSED
@@ -37,11 +36,10 @@ def test_stages_stand_in_physical_order():
 
 
 @pytest.mark.parametrize(("width", "height"), [(64, 8), (1000, 2), (333, 32)])
-def test_tile_size_changes_no_bit(bench, monkeypatch, width, height):
+def test_tile_size_changes_no_bit(bench, width, height):
     expected = bench.sensor(picture(), *EVERYTHING, gain=0.7, black=300.0)
-    monkeypatch.setattr(bench.device, "row_px", width)
-    monkeypatch.setattr(tiles, "TILE_HEIGHT", height)
-    assert np.array_equal(bench.sensor(picture(), *EVERYTHING, gain=0.7, black=300.0), expected)
+    found = bench.like(row_px=width).sensor(picture(), *EVERYTHING, gain=0.7, black=300.0, tile_height=height)
+    assert np.array_equal(found, expected)
 
 
 def test_a_crop_is_the_part_of_the_whole(bench):

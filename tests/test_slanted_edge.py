@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
-from scipy.signal import fftconvolve
+from camera_builders import small_camera
+from psf_grid import PsfGrid, convolve
+from scene_builders import band_scene, distances, scene_edge
 from scipy.special import erf
 
 from simulator.errors import PhotositeError
@@ -19,13 +20,6 @@ from simulator.raw.save import save
 from simulator.shot import Shot
 
 FREQUENCY = np.linspace(0.02, 0.5, 25)
-
-
-def distances(width, height, angle_deg) -> np.ndarray:
-    """Distance of every photosite's centre from an edge through the middle [px]."""
-    angle = math.radians(angle_deg)
-    y, x = np.mgrid[:height, :width]
-    return (x - 0.5 * width + 0.3) * math.cos(angle) + (y - 0.5 * height) * math.sin(angle)
 
 
 def gaussian_edge(sigma_px, angle_deg, width=80, height=120) -> np.ndarray:
@@ -68,18 +62,9 @@ def test_noise_moves_the_result_but_not_its_mean():
     assert np.all(np.abs(error) < 4.0 * found.std(axis=0, ddof=1) / math.sqrt(40) + 0.004)
 
 
-def scene_edge(angle_deg, per_photosite=8, width=96, height=128) -> np.ndarray:
-    """Fine scene grid of a sharp edge: the share of every scene pixel that is bright."""
-    parts = 4
-    distance = distances(width * per_photosite * parts, height * per_photosite * parts, angle_deg)
-    fine = (distance > 0).astype(np.float32)
-    shape = (height * per_photosite, parts, width * per_photosite, parts)
-    return 0.2 + 0.8 * fine.reshape(shape).mean(axis=(1, 3))
-
-
 def taken(tmp_path, lens, depth_m, cfa="MONO"):
     """DNG of the edge, taken without noise, 96 x 128 photosites of 5 um."""
-    camera = test_camera(96, 128, cfa)
+    camera = small_camera(96, 128, cfa)
     planes = scene_edge(5.7)
     planes = np.repeat(planes[..., None], camera.channels, axis=2)
     exposure = 0.01
@@ -116,8 +101,8 @@ def pupil_transfer(frequency_per_um, f_number, blur_um) -> np.ndarray:
 def test_diffraction_and_defocus_of_a_lens_are_found_again(f_number, blur_um):
     """The kernels of wave optics on a grid of quarter photosites, then photosites of 4 um: the pupil's transfer times sinc."""
     lens = WavefrontPsf(Aberrations(), f_number, 1.0, ((550.0,),), 251, cells=1)
-    kernel = lens.kernel(0, blur_um, (0.0, 0.0))
-    fine = fftconvolve(np.pad(scene_edge(5.7, 4), len(kernel) // 2, mode="edge"), kernel, mode="valid")
+    kernel = PsfGrid(lens.kernel(0, blur_um, (0.0, 0.0))[None, None, None], np.zeros(1), np.zeros(1))
+    fine = convolve(scene_edge(5.7, 4)[None], kernel)[0]
     found = edge_transfer(fine.reshape(128, 4, 96, 4).mean(axis=(1, 3)))
     frequency = np.linspace(0.02, 0.45, 20)
     expected = np.abs(pupil_transfer(0.25 * frequency, f_number, blur_um))

@@ -9,6 +9,7 @@ from toy_samples import toy_sample
 
 from data_gen.packing import packed
 from data_gen.writers import WriterOptions, writer
+from data_gen.writers.zarr import ZarrWriter
 
 SAMPLES = [toy_sample(index, frame_seeds=(2**63 + index,)) for index in range(5)]
 NOISY = np.stack([packed(sample.noisy_dn, "RGGB", "rgbg") for sample in SAMPLES])
@@ -38,8 +39,7 @@ def test_zarr_keeps_each_sample_a_chunk_and_few_files(tmp_path):
     assert sum(path.is_file() for path in (tmp_path / "a.zarr").rglob("*")) == 1 + 3 * 2  # metadata and one file an array
 
 
-def test_zarr_begins_another_file_when_one_is_full(tmp_path, monkeypatch):
-    monkeypatch.setattr("data_gen.writers.zarr._LARGEST_INDEX", 2)
-    writer("zarr").write(tmp_path / "a.zarr", SAMPLES, WriterOptions("rgbg"))
+def test_zarr_begins_another_file_when_one_is_full(tmp_path):
+    ZarrWriter(most_per_file=2).write(tmp_path / "a.zarr", SAMPLES, WriterOptions("rgbg"))
     assert len(list((tmp_path / "a.zarr" / "noisy" / "c").iterdir())) == 3
     np.testing.assert_array_equal(zarr.open_group(str(tmp_path / "a.zarr"), mode="r")["noisy"][:], NOISY)

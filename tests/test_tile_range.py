@@ -4,16 +4,13 @@ import numpy as np
 import pytest
 
 from simulator import tiles
+from simulator.sensing import tile_extremes
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 5), (31, 7), (100, 64), (33, 130)])
 def test_extremes_are_those_of_numpy(device, height, width):
     image = np.random.default_rng(height).normal(size=(height, width)).astype(np.float32)
     rows = tiles.edges(height, tiles.TILE_HEIGHT)
-    extremes = device.empty((2, len(rows) - 1, width), np.float32)
-    kernel = device.kernel("tile_range", {"TILE_HEIGHT": tiles.TILE_HEIGHT})
-    arguments = {"image": device.upload(image), "range": extremes, "edges": device.upload(rows.astype(np.uint32))}
-    device.run(kernel, (width, len(rows) - 1), None, **arguments)
-    found = device.download(extremes, (2, len(rows) - 1, width), np.float32)
+    found = tile_extremes(device, device.upload(image), width, rows)
     assert np.array_equal(found[0], np.minimum.reduceat(image, rows[:-1], axis=0))
     assert np.array_equal(found[1], np.maximum.reduceat(image, rows[:-1], axis=0))

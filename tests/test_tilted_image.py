@@ -5,10 +5,11 @@ import math
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from lens_error import statistics, z_scores
 from lens_frame import blurred_case
 from lens_truths import Case, slanted_plane
+from scene_builders import band_scene
 
 from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
 from simulator.defocus.aperture_image import photosite_weights, taps_of
@@ -92,7 +93,7 @@ def test_a_crop_of_a_tilted_surface_has_the_bits_of_the_whole():
     rng = np.random.default_rng(9)
     depth = 1.0 / (0.5 - 0.0004 * np.mgrid[:180, :300][1] + 0.0003 * np.mgrid[:180, :300][0])
     scene = band_scene(rng.random((180, 300, 3)), depth.astype(np.float32))
-    camera, lens = test_camera(300, 180, "GRBG"), ThinLens(50.0, 2.0, 2.0)
+    camera, lens = small_camera(300, 180, "GRBG"), ThinLens(50.0, 2.0, 2.0)
     whole = simulate(Shot(scene, lens, Exposure(0.01), camera))
     for x, y, width, height in ((0, 0, 120, 60), (131, 37, 90, 101), (170, 80, 130, 100)):
         window = dataclasses.replace(camera, window=Window(x, y, width, height))

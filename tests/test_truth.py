@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from randomness import accept, mean_p, variance_p
+from scene_builders import band_scene
 
 from simulator.exposure import Exposure
 from simulator.lens import ThinLens
@@ -20,7 +21,7 @@ LENS = ThinLens(50.0, 8.0, cos4=False)
 
 
 def noisy_camera(**stages):
-    return test_camera(
+    return small_camera(
         400,
         300,
         bit_depth=14,

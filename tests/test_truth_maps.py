@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from randomness import accept, mean_p, variance_p
+from scene_builders import band_scene
 from scipy import stats
 
 from simulator.device import open_device
@@ -31,7 +32,7 @@ def noisy_camera(width=200, height=150, cfa="RGGB", **changes):
     stages = changes.pop("stages", {"photon_shot_noise": ()})
     settings = dict(bit_depth=12, black_level_dn=128.0, iso_table={100: IsoSetting(0.8, 4.0)}, read_noise_after_gain_dn=2.0)
     built = {stem: STAGES[stem](*values) for stem, values in stages.items()}
-    return test_camera(width, height, cfa, stages=built, **settings | changes)
+    return small_camera(width, height, cfa, stages=built, **settings | changes)
 
 
 def shot_of(planes, depth_m=math.inf, camera=None, time_s=0.01, truth=(), seed=3):

@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from conftest import test_camera as small_camera
+from camera_builders import small_camera
 
 from simulator.command_line import main
 from simulator.config import load_camera
@@ -22,7 +22,7 @@ from simulator.sensor.photon_shot_noise import PhotonShotNoise
 from simulator.sensor.prnu import Prnu
 from simulator.sensor.row_noise import RowNoise
 from simulator.spectra import LIGHT_SPEED_M_S, PLANCK_J_S
-from simulator.validation import emva_frames, emva_gates
+from simulator.validation import emva_gates
 from simulator.validation.emva import measure_emva
 from simulator.validation.emva_frames import EmvaBench, take_emva_frames
 from simulator.validation.emva_html import emva_html
@@ -129,8 +129,7 @@ def test_the_report_is_one_page_that_needs_nothing_else(report):
     assert "quantum efficiency" in page and "S_sat" in page and page == emva_html(report)
 
 
-def test_the_command_writes_page_picture_and_json(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(emva_frames, "WINDOW_PX", (400, 300))
+def test_the_command_writes_page_picture_and_json(tmp_path, capsys):
     with pytest.raises(SystemExit) as end:
         main(["validate", "emva", "ideal", "--iso", "100", "--out", str(tmp_path)])
     printed = capsys.readouterr()

@@ -5,13 +5,14 @@ import json
 
 import numpy as np
 import pytest
-from conftest import test_camera as small_camera
+from camera_builders import small_camera
 from randomness import accept
 from scipy import stats
 
 from simulator.command_line import main
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
+from simulator.pipeline import simulate
 from simulator.sensor.camera import IsoSetting
 from simulator.sensor.column_offset import ColumnOffset
 from simulator.sensor.dsnu import Dsnu
@@ -19,7 +20,7 @@ from simulator.sensor.photon_shot_noise import PhotonShotNoise
 from simulator.sensor.prnu import Prnu
 from simulator.sensor.random_telegraph_noise import RandomTelegraphNoise
 from simulator.sensor.row_noise import RowNoise
-from simulator.validation import noise_gates
+from simulator.validation import flat_frames, noise_gates
 from simulator.validation.gate import Gate
 from simulator.validation.noise import log_slope, measure_iso, noise_steps
 from simulator.validation.noise_frames import frame_plan, noise_bench, take_frames
@@ -154,10 +155,17 @@ def test_the_command_writes_table_picture_and_json(tmp_path, capsys):
 
 
 def test_a_failed_gate_is_an_exit_status(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(noise_gates, "GAIN_TOLERANCE", 1e-9)
+    """A simulator whose gain is 2 % too high."""
+
+    def wrong(shot, **settings):
+        raw = simulate(shot, **settings)
+        codes = raw.black_level_dn + 1.02 * (raw.dn - raw.black_level_dn)
+        return dataclasses.replace(raw, dn=np.minimum(np.rint(codes), raw.white_level_dn).astype(np.uint16))
+
+    monkeypatch.setattr(flat_frames, "simulate", wrong)
     assert run("validate", "noise", "ideal", "--iso", 100) == 1
     printed = capsys.readouterr()
-    assert "FAIL" in printed.out and "1 of 2 gates failed: K at ISO 100" in printed.err
+    assert "FAIL" in printed.out and "2 of 2 gates failed: K at ISO 100" in printed.err
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
+from scene_builders import band_scene
 
 import simulator
 from simulator.errors import PhotositeError
 from simulator.exposure import Exposure
-from simulator.fused import sensor_defines
 from simulator.lens import BareSensor, Pinhole, RoundStop, ThinLens, Vignetting
 from simulator.pipeline import simulate
 from simulator.planner import plan
@@ -19,6 +19,7 @@ from simulator.scene import Layer
 from simulator.sensor.camera import Window
 from simulator.sensor.irradiance import Irradiance
 from simulator.shot import Shot
+from simulator.veiling_glare import VeilingGlare, add_veiling_glare
 
 CHART = Path(__file__).parent.parent / "configs" / "shots" / "color_checker.yaml"
 GLARE = 0.03
@@ -29,7 +30,7 @@ WIDE = ThinLens(0.3, 4.0, 2.0)  # mm, before 0.32 mm of photosites: cos^4 falls 
 def electrons(planes, lens=LENS, glare=GLARE, cfa="MONO", depth_m=2.0, scene=(), **settings) -> np.ndarray:
     """Mean electrons of a frame, float64."""
     planes = np.asarray(planes)
-    camera = test_camera(planes.shape[1], planes.shape[0], cfa, **settings)
+    camera = small_camera(planes.shape[1], planes.shape[0], cfa, **settings)
     taken = band_scene(planes, depth_m, interpolation="nearest", **dict(scene))
     return simulate(Shot(taken, replace(lens, veiling_glare=glare), Exposure(1.0), camera)).mean_electrons.astype(np.float64)
 
@@ -41,18 +42,14 @@ def texture(*shape, seed=5) -> np.ndarray:
 @pytest.mark.parametrize("vignetting", [(), (1.0, 0.7, 0.2)])
 def test_the_kernel_adds_the_veil_that_the_fall_off_will_not_dim(device, vignetting):
     stage = Irradiance(0.05, 1e-5, 100.0, 80.0, vignetting, 0.01 * bool(vignetting))
-    mosaic, veil = texture(60, 90).astype(np.float32), np.array([0.02, 0.3, 0.001], np.float32)
-    defines, numbers = sensor_defines((stage,))
+    mosaic, glare = texture(60, 90).astype(np.float32), VeilingGlare(0.25, np.array([0.02, 0.3, 0.001]))
+    camera = small_camera(200, 160, "GRBG", window=Window(40, 31, 90, 60))
     buffer = device.upload(mosaic)
-    cfa = {"CFA_00": 1, "CFA_01": 0, "CFA_10": 2, "CFA_11": 1}
-    device.run(
-        device.kernel("veiling_glare", defines | cfa), (90, 60), None, mosaic=buffer, veil=device.upload(veil),
-        parameters=device.upload(numbers), window_x=40, window_y=31, image_share=0.75, least_open=1e-6,
-    )  # fmt: skip
-    y, x = np.mgrid[31:91, 40:130] + 0.5
-    open_ = 0.05 * stage.fall_off(np.hypot(x - 100.0, y - 80.0))
-    channel = np.tile([[1, 0], [2, 1]], (30, 45))
-    expected = 0.75 * mosaic.astype(np.float64) + veil.astype(np.float64)[channel] / open_
+    add_veiling_glare(device, buffer, glare, stage, camera.filter.macros(40, 31), camera.frame)
+    y, x = np.mgrid[31:91, 40:130]
+    open_ = 0.05 * stage.fall_off(np.hypot(x + 0.5 - 100.0, y + 0.5 - 80.0))
+    channel = np.array([[1, 0], [2, 1]])[y % 2, x % 2]  # GRBG
+    expected = 0.75 * mosaic.astype(np.float64) + glare.irradiance[channel] / open_
     assert np.allclose(device.download(buffer, mosaic.shape, np.float32), expected, rtol=3e-6)
 
 
@@ -134,7 +131,7 @@ def test_layers_scatter_what_a_pinhole_sees_of_them():
 def test_a_scene_larger_than_the_sensor_scatters_only_what_the_sensor_sees():
     """The picture's upper and lower 8 rows of 64 stick out."""
     planes = texture(64, 64)
-    camera = test_camera(64, 48)
+    camera = small_camera(64, 48)
     taken = band_scene(planes, 2.0, interpolation="nearest")
     frames = [simulate(Shot(taken, replace(LENS, veiling_glare=g), Exposure(1.0), camera)).mean_electrons for g in (0.0, GLARE)]
     veil = GLARE * planes[8:56].mean() * frames[0][0, 0] / planes[8, 0]
@@ -144,7 +141,7 @@ def test_a_scene_larger_than_the_sensor_scatters_only_what_the_sensor_sees():
 def test_the_clean_colours_of_the_truth_are_veiled_too():
     planes = texture(48, 64, 3) * [3.0, 0.1, 1.0]
     shot = Shot(
-        band_scene(planes, 2.0), replace(LENS, veiling_glare=0.3), Exposure(0.01), test_camera(cfa="RGGB"), truth=("rgb",)
+        band_scene(planes, 2.0), replace(LENS, veiling_glare=0.3), Exposure(0.01), small_camera(cfa="RGGB"), truth=("rgb",)
     )
     raw = simulate(shot)
     own = np.tile([[0, 1], [1, 2]], (24, 32))

@@ -4,8 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from conftest import band_scene, test_camera
+from camera_builders import small_camera
 from raw_frame import COLOR_MATRIX, random_frame
+from scene_builders import band_scene
 
 from simulator.colour_data import colour_science
 from simulator.development import DEMOSAICS, develop
@@ -99,7 +100,7 @@ def test_metric_development_agrees_with_the_truth_twin():
     """A noise-free frame of even patches: own colours within the rounding to a code, patches within a thousandth."""
     patches = np.random.default_rng(4).uniform(0.1, 1.0, (3, 4, 3))
     scene = band_scene(np.kron(patches, np.ones((10, 10, 1))), interpolation="nearest")
-    camera = test_camera(200, 150, "RGGB", black_level_dn=512.0, bit_depth=14)
+    camera = small_camera(200, 150, "RGGB", black_level_dn=512.0, bit_depth=14)
     raw = simulate(Shot(scene, ThinLens(50.0, 4.0, 2.0, cos4=False), Exposure(3e-2), camera, truth=("rgb",)))
     assert 0.1 < raw.truth["rgb"].max() < 1.0
     picture = develop(raw, output="metric", demosaic="linear")

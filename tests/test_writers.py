@@ -7,33 +7,22 @@ from pathlib import Path
 
 import pytest
 from toy_samples import same, toy_sample
+from toy_shards import toy_options, write_toy_shard
 
-from data_gen.shards import Shard, fingerprint, write_shard
+from data_gen.shards import fingerprint
 from data_gen.writers import FORMATS, WriterOptions, writer
 from simulator.errors import PhotositeError
 
 LOSSLESS = sorted(set(FORMATS) - {"eld", "dng"})
 STACKED = ("hdf5", "zarr")
-CHANNELS = {"eld": "rgbg", "dng": "mosaic"}
 ROOT = Path(__file__).parents[1]
 IN_A_NEW_PROCESS = """
 import sys; sys.path[:0] = ["tests"]
 from pathlib import Path
-from test_writers import written
+from toy_shards import write_toy_shard
 import data_gen.writers, os
-print(written(Path(sys.argv[1]), sys.argv[2]).sha256)
+print(write_toy_shard(Path(sys.argv[1]), sys.argv[2]).sha256)
 """
-
-
-def options(name: str) -> WriterOptions:
-    return WriterOptions(CHANNELS.get(name, "rggb"))
-
-
-def written(folder: Path, name: str, count=40, **changes):
-    """Record of a shard of small samples, the same for every caller."""
-    return write_shard(
-        folder, Shard(0, 1, 0, count), writer(name), (toy_sample(index, **changes) for index in range(count)), options(name)
-    )
 
 
 @pytest.mark.parametrize("channels", ["mosaic", "rgbg"])
@@ -59,20 +48,20 @@ def test_the_bytes_are_the_same_in_a_new_process(tmp_path, name):
     environment = {"PATH": "/usr/bin:/bin", "PYTHONHASHSEED": "77", "TZ": "Asia/Tokyo", "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-c", IN_A_NEW_PROCESS, str(tmp_path / "there"), name]
     told = subprocess.run(command, cwd=ROOT, env=environment, umask=0o077, capture_output=True, text=True, check=True)
-    assert told.stdout.split()[-1] == written(tmp_path / "here", name).sha256
+    assert told.stdout.split()[-1] == write_toy_shard(tmp_path / "here", name).sha256
 
 
 @pytest.mark.parametrize("name", sorted(FORMATS))
 def test_shards_with_other_samples_have_other_bytes(tmp_path, name):
-    assert written(tmp_path / "a", name, 3).sha256 != written(tmp_path / "b", name, 3, bit_depth=12).sha256
+    assert write_toy_shard(tmp_path / "a", name, 3).sha256 != write_toy_shard(tmp_path / "b", name, 3, bit_depth=12).sha256
 
 
 @pytest.mark.parametrize("frames", [1, 2])
 @pytest.mark.parametrize("name", sorted(FORMATS))
 def test_the_announced_size_is_right_within_three_percent(tmp_path, name, frames):
     frames = 1 if name == "eld" else frames
-    record = written(tmp_path, name, 40, height=96, width=160, frames=frames)
-    announced = 40 * writer(name).bytes_per_sample(toy_sample(0, height=96, width=160, frames=frames), options(name))
+    record = write_toy_shard(tmp_path, name, 40, height=96, width=160, frames=frames)
+    announced = 40 * writer(name).bytes_per_sample(toy_sample(0, height=96, width=160, frames=frames), toy_options(name))
     assert announced == pytest.approx(record.bytes, rel=0.03)
 
 
@@ -92,6 +81,6 @@ def test_an_unknown_format_and_a_missing_library_are_told(monkeypatch):
 
 
 def test_a_fingerprint_of_a_file_is_its_sha256(tmp_path):
-    record = written(tmp_path, "webdataset", 2)
+    record = write_toy_shard(tmp_path, "webdataset", 2)
     assert record.sha256 == fingerprint(tmp_path / record.name)
     assert record.sha256 == hashlib.sha256((tmp_path / record.name).read_bytes()).hexdigest()

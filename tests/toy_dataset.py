@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from conftest import test_camera
+from camera_builders import small_camera
 
 from data_gen.camera_noise import CameraChoice, CameraNoise
 from data_gen.config import DataSet
@@ -23,7 +23,7 @@ def toy_camera(**settings):
     table = {100: IsoSetting(GAIN, READ_DN), 200: IsoSetting(2 * GAIN, READ_DN)}
     stages = {"photon_shot_noise": PhotonShotNoise(), "full_well": FullWell(5000.0)}
     known = {"cfa": "RGGB", "bit_depth": 10, "black_level_dn": BLACK_DN, "iso_table": table, "stages": stages}
-    return test_camera(96, 80, **(known | settings))
+    return small_camera(96, 80, **(known | settings))
 
 
 class ToyPictures:

@@ -53,15 +53,17 @@ class Timing:
         }
 
 
-def contest(contestants: list[Contestant], rounds: int, progress: Callable[[], None] = lambda: None) -> dict[str, Timing]:
-    """Timings by name. A first run of each, not counted, builds kernels and warms caches."""
+def contest(
+    contestants: list[Contestant], rounds: int, progress: Callable[[], None] = lambda: None, turn_s: float = TURN_S
+) -> dict[str, Timing]:
+    """Timings by name. A first run of each, not counted, builds kernels and warms caches. turn_s: least length of a turn."""
     for contestant in contestants:
         contestant.run()
     timings = {contestant.name: Timing(contestant.name) for contestant in contestants}
     for _ in range(rounds):
         for contestant in contestants:
             spent = 0.0
-            while spent < TURN_S:
+            while spent < turn_s:
                 spent += timings[contestant.name].take(contestant.run)
             progress()
     return timings

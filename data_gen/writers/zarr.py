@@ -7,8 +7,9 @@ format 2 would make a file for every one. Arrays are (samples, frames, height, w
 
 import json
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -21,16 +22,21 @@ if TYPE_CHECKING:
     import zarr
 
 _FILE_BYTES = 2**25  # about, of the file that holds several samples of one array; it is made in memory
-_LARGEST_INDEX = 256  # chunks; a file that holds fewer has a place for each all the same
 _INDEX_BYTES = 16  # of each chunk in the index of its file
 
 
+@dataclass(frozen=True)
 class ZarrWriter:
-    """A folder per shard, without compression: noise has nothing to compress."""
+    """A folder per shard, without compression: noise has nothing to compress.
 
-    format = "zarr"
-    suffix = ".zarr"
-    folder = True
+    most_per_file: chunks; a file that holds fewer has a place for each all the same.
+    """
+
+    most_per_file: int = 256
+
+    format: ClassVar = "zarr"
+    suffix: ClassVar = ".zarr"
+    folder: ClassVar = True
 
     def write(self, path: Path, samples: Iterable[Sample], options: WriterOptions) -> None:
         """Write one group; see `Writer`. Raises PhotositeError unless all samples have one shape."""
@@ -41,10 +47,10 @@ class ZarrWriter:
         waiting: list[dict[str, np.ndarray]] = []
         for arrays in alike(samples, options.channels, facts):
             waiting.append(arrays)
-            if len(waiting) == _samples_per_file(arrays):
-                _append(group, waiting)
+            if len(waiting) == self._samples_per_file(arrays):
+                self._append(group, waiting)
         if waiting:
-            _append(group, waiting)
+            self._append(group, waiting)
         told = {"software": software(), "channels": options.channels, "units": UNITS}
         group.attrs.update(told | {"samples": [json.loads(line) for line in facts]})
 
@@ -64,29 +70,27 @@ class ZarrWriter:
         deeper = 4 * facts.count("\n")  # the list stands two levels down in the file
         return sum(array.nbytes + _INDEX_BYTES for array in arrays) + len(facts) + deeper
 
+    def _samples_per_file(self, arrays: dict[str, np.ndarray]) -> int:
+        return min(max(1, _FILE_BYTES // max(array.nbytes for array in arrays.values())), self.most_per_file)
+
+    def _append(self, group: "zarr.Group", waiting: list[dict[str, np.ndarray]]) -> None:
+        """Write the samples that wait as the next file of each array, and empty the list."""
+        for name, first in waiting[0].items():
+            if name not in group:
+                axes = ("frame", "row", "column") if first.ndim == 3 else ("frame", "channel", "row", "column")
+                group.create_array(
+                    name,
+                    shape=(0, *first.shape),
+                    chunks=(1, *first.shape),
+                    shards=(self._samples_per_file(waiting[0]), *first.shape),
+                    dtype=first.dtype,
+                    compressors=None,
+                    dimension_names=("sample", *axes),
+                    attributes={"unit": UNITS[name]},
+                    config={"write_empty_chunks": True},
+                )
+            group[name].append(np.stack([arrays[name] for arrays in waiting]))
+        waiting.clear()
+
 
 WRITER = ZarrWriter()
-
-
-def _samples_per_file(arrays: dict[str, np.ndarray]) -> int:
-    return min(max(1, _FILE_BYTES // max(array.nbytes for array in arrays.values())), _LARGEST_INDEX)
-
-
-def _append(group: "zarr.Group", waiting: list[dict[str, np.ndarray]]) -> None:
-    """Write the samples that wait as the next file of each array, and empty the list."""
-    for name, first in waiting[0].items():
-        if name not in group:
-            axes = ("frame", "row", "column") if first.ndim == 3 else ("frame", "channel", "row", "column")
-            group.create_array(
-                name,
-                shape=(0, *first.shape),
-                chunks=(1, *first.shape),
-                shards=(_samples_per_file(waiting[0]), *first.shape),
-                dtype=first.dtype,
-                compressors=None,
-                dimension_names=("sample", *axes),
-                attributes={"unit": UNITS[name]},
-                config={"write_empty_chunks": True},
-            )
-        group[name].append(np.stack([arrays[name] for arrays in waiting]))
-    waiting.clear()

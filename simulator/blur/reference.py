@@ -12,7 +12,6 @@ from simulator.device import Buffer, Device
 from simulator.optics_plan import OpticsPlan
 from simulator.sensor.camera import Window
 
-RAYS = 16384  # per photosite: p99.9 of |z| below 0.1 at 2000 e- on the closed forms, small lights left out
 BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins with the same colours
 
 
@@ -27,7 +26,7 @@ def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], p
     single = len(planes) == 1 and np.ndim(optics.defocus.radii_px[0]) > 0
     light = np.empty((frame.height, frame.width), np.float32)
     grid = Grid(optics, device, planes)
-    points = lens_points(RAYS, pupil=optics.defocus.pupil)
+    points = lens_points(optics.accuracy.rays, pupil=optics.defocus.pupil)
     if grid.over == 1:
         points[..., :2] = 0.5  # the samples are means over photosites already
     for window in _bands(frame):

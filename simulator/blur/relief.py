@@ -74,27 +74,40 @@ def project_radius(
 
 def _measured(optics: OpticsPlan, device: Device, area: BlurFrame, radius, first_plane: int) -> tuple[np.ndarray, ...]:
     """Least, greatest and steepest radius of each patch, its slopes, and its classes."""
-    relief, present = device.empty((5, *area.patches), np.float32), device.empty((2, *area.patches), np.uint32)
     defocus = optics.defocus
+    classes = {"first_class": defocus.first_class, "classes_per_unit": defocus.classes_per_unit}
+    relief, present = patch_statistics(device, radius, area.rows, area.way_columns, first_plane, **classes)
+    *measured, slope_x, slope_y = relief
+    rows, columns = _on_sensor(optics.sensor_px, area)
+    slopes = [slope[rows[:, None], columns] for slope in (slope_x, slope_y)]
+    return *measured, *slopes, present
+
+
+def patch_statistics(
+    device: Device, radius, rows: int, way_columns: int, first_plane: int, *, first_class: float, classes_per_unit: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Measure the patches of a radius map: (5, patch rows, patch columns) float32, and their classes as bits of uint64.
+
+    The five: least and greatest radius, steepest step, slopes in x and y. radius: device buffer as kernels/relief.cl says.
+    """
+    patches = rows // PATCH_ROWS, 2 * way_columns // PATCH_COLUMNS
+    relief, present = device.empty((5, *patches), np.float32), device.empty((2, *patches), np.uint32)
     defines = {"HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
     device.run(
         device.kernel("relief", defines),
-        area.patches[::-1],
+        patches[::-1],
         None,
         map=radius,
         relief=relief,
         present=present,
-        rows=area.rows,
-        way_columns=area.way_columns,
+        rows=rows,
+        way_columns=way_columns,
         first_plane=first_plane,
-        first_class=defocus.first_class,
-        classes_per_unit=defocus.classes_per_unit,
+        first_class=first_class,
+        classes_per_unit=classes_per_unit,
     )
-    near, far = device.download(present, (2, *area.patches), np.uint32).astype(np.uint64)
-    *measured, slope_x, slope_y = device.download(relief, (5, *area.patches), np.float32)
-    rows, columns = _on_sensor(optics.sensor_px, area)
-    slopes = [slope[rows[:, None], columns] for slope in (slope_x, slope_y)]
-    return *measured, *slopes, near | far << np.uint64(32)
+    near, far = device.download(present, (2, *patches), np.uint32).astype(np.uint64)
+    return device.download(relief, (5, *patches), np.float32), near | far << np.uint64(32)
 
 
 def _on_sensor(sensor_px: tuple[int, int], area: BlurFrame) -> tuple[np.ndarray, np.ndarray]:

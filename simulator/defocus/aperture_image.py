@@ -123,7 +123,7 @@ class Taps:
     direct: bool = False
 
 
-def taps_of(weights: np.ndarray, over: int = 1) -> Taps:
+def taps_of(weights: np.ndarray, over: int = 1, direct: int = DIRECT) -> Taps:
     """Taps of a kernel (n, n): where a column's weight changes, a running sum is read.
 
     The photosite's own `over` x `over` points are its middle; its first one is element (n - over) // 2.
@@ -131,9 +131,10 @@ def taps_of(weights: np.ndarray, over: int = 1) -> Taps:
     The sum over w[i] v[i] is the sum over (w[i - 1] - w[i]) S[i], S[i] = v[0] + ... + v[i - 1] (summation by parts). Where the
     aperture is evenly bright a column changes at its two ends only: the work grows with the radius, not with its square.
     Of a small kernel the values themselves are read: as quick, and exact beside lights that a running sum drags along.
+    direct: weights of the largest such kernel.
     """
     reach = (weights.shape[0] - over) // 2
-    if weights.size <= DIRECT:
+    if weights.size <= direct:
         rows, columns = np.nonzero(weights)
         return Taps(rows - reach, columns - reach, weights[rows, columns], np.zeros(0, int), np.zeros(0), direct=True)
     steps = np.zeros((weights.shape[0] + 1, weights.shape[1]))

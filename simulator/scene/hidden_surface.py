@@ -73,12 +73,16 @@ def with_hidden_surface(scene: Scene, px_per_dioptre: float) -> Scene:
     return scene if layer is None else replace(scene, behind=(layer,))
 
 
-def hidden_share(depth_m: np.ndarray, px_per_dioptre: float, focus_distance_m: float) -> float:
+def hidden_share(
+    depth_m: np.ndarray, px_per_dioptre: float, focus_distance_m: float, most_pixels: int = MOST_ESTIMATED
+) -> float:
     """Share of the pixels that `depends_on_hidden` counts; of a large picture estimated from every kth row and column.
+
+    A picture is large above `most_pixels`.
 
     The signed blur radius is px_per_dioptre * (1 / focus_distance_m - 1 / depth) [scene px], as of a thin lens.
     """
-    every = math.ceil(math.sqrt(depth_m.size / MOST_ESTIMATED))
+    every = math.ceil(math.sqrt(depth_m.size / most_pixels))
     thinned = depth_m[::every, ::every]
     per_dioptre = px_per_dioptre / every  # in pixels of the thinned picture
     radius_px = np.float32(per_dioptre) * (np.float32(1.0 / focus_distance_m) - _inverse(thinned))

@@ -1,0 +1,65 @@
+"""A bench that runs single kernel headers, and chains of stages."""
+
+import copy
+
+import numpy as np
+
+from simulator.device import Device, expanded
+from simulator.sensing import FrameSetting, Part, sense
+from simulator.sensor.adc import Adc
+from simulator.sensor.analog_gain import AnalogGain
+from simulator.sensor.seeds import Seeds
+from simulator.stage import Stage
+
+
+def device_like(device: Device, **settings) -> Device:
+    """A device of the same context and queue, some of whose settings differ."""
+    other = copy.copy(device)
+    for name, value in settings.items():
+        assert hasattr(device, name), name
+        setattr(other, name, value)
+    return other
+
+
+class Bench:
+    """Runs parts of the chain on one device."""
+
+    def __init__(self, device: Device):
+        self.device = device
+
+    def like(self, **settings) -> "Bench":
+        """The same on a device whose settings, such as row_px, differ."""
+        return Bench(device_like(self.device, **settings))
+
+    def header(
+        self, include: str, expression: str, arrays: dict[str, np.ndarray], defines=None, dtype=np.float32, function=""
+    ) -> np.ndarray:
+        """`expression` of a kernel header (and a function), evaluated at every element of 1-D arrays named as in it."""
+        kinds = {"float32": "float", "uint32": "uint"}
+        names = ", ".join(f"global const {kinds[str(a.dtype)]} *{n}_" for n, a in arrays.items())
+        reads = " ".join(f"const {kinds[str(a.dtype)]} {n} = {n}_[i];" for n, a in arrays.items())
+        source = (
+            f'#include "{include}"\n{function}\nkernel void probe({names}, global {kinds[np.dtype(dtype).name]} *result) '
+            f"{{ const size_t i = get_global_id(0); {reads} result[i] = {expression}; }}"
+        )
+        count = len(next(iter(arrays.values())))
+        result = self.device.empty((count,), dtype)
+        kernel = self.device.build(expanded(source), "probe", defines or {})
+        buffers = {f"{name}_": self.device.upload(array) for name, array in arrays.items()}
+        self.device.run(kernel, (count,), None, result=result, **buffers)
+        return self.device.download(result, (count,), dtype)
+
+    def sensor(
+        self, mean_electrons, *stages: Stage, frame_seed=1, body_seed=2, x=0, y=0, gain=1.0, bits=16, black=0.0, **tunables
+    ) -> np.ndarray:
+        """Codes of the fused kernel for these mean electrons (height, width), with only the stages given.
+
+        tunables: of `sense`.
+        """
+        chain = {stage.stem: stage for stage in (AnalogGain(gain), Adc(bits, black), *stages)}
+        setting = FrameSetting(tuple(chain.values()), Seeds(body_seed, frame_seed), x, y)
+        # Not through `capture`, which refuses more electrons than any light gives: the kernel must saturate there.
+        means = np.ascontiguousarray(mean_electrons, np.float32)
+        codes = self.device.empty(means.shape, np.uint16)
+        sense(self.device, self.device.upload(means), codes, means.shape, [setting], Part.WHOLE, **tunables)
+        return self.device.download(codes, means.shape, np.uint16)

@@ -1,0 +1,43 @@
+"""Scenes from arrays."""
+
+import math
+
+import numpy as np
+
+from simulator.scene import Scene
+
+
+class FixedScene:
+    """A scene that is already there."""
+
+    def __init__(self, scene: Scene):
+        self.scene = scene
+
+    def load(self) -> Scene:
+        return self.scene
+
+
+def band_scene(planes, depth_m=2.0, **settings) -> FixedScene:
+    """Planes (height, width[, bands]); each band is equal-energy light over a third of 400-700 nm, or all of it."""
+    planes = np.asarray(planes, dtype=np.float32)
+    planes = planes[..., None] if planes.ndim == 2 else planes
+    wavelengths = np.arange(400.0, 701.0, 10.0)
+    edges = np.linspace(400.0, 701.0, planes.shape[2] + 1)
+    spectra = np.stack([(wavelengths >= low) & (wavelengths < high) for low, high in zip(edges[:-1], edges[1:], strict=True)])
+    return FixedScene(Scene(planes, 1e-3 * spectra, wavelengths, np.ones(31), depth_m=depth_m, **settings))
+
+
+def distances(width, height, angle_deg) -> np.ndarray:
+    """Distance of every photosite's centre from an edge through the middle [px]."""
+    angle = math.radians(angle_deg)
+    y, x = np.mgrid[:height, :width]
+    return (x - 0.5 * width + 0.3) * math.cos(angle) + (y - 0.5 * height) * math.sin(angle)
+
+
+def scene_edge(angle_deg, per_photosite=8, width=96, height=128) -> np.ndarray:
+    """Fine scene grid of a sharp edge: the share of every scene pixel that is bright."""
+    parts = 4
+    distance = distances(width * per_photosite * parts, height * per_photosite * parts, angle_deg)
+    fine = (distance > 0).astype(np.float32)
+    shape = (height * per_photosite, parts, width * per_photosite, parts)
+    return 0.2 + 0.8 * fine.reshape(shape).mean(axis=(1, 3))
