@@ -77,7 +77,7 @@ def _folder(out: Path):
             path.touch()
         probe.unlink()
     except PhotositeError as error:
-        raise PhotositeError(str(error).replace(str(probe), f"--out {out}")) from None
+        raise error.replace(file=None, key="--out", value=out) from None
     try:
         yield
     finally:
