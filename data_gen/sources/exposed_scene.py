@@ -41,7 +41,7 @@ def check_exposure(percentile: float, signal: float) -> None:
 
 @contextmanager
 def told_as(key: str, *scene_keys: str) -> Iterator[None]:
-    """Give errors of the block about the value of a key of the shot file the key of the data set's file."""
+    """Name the key of the data set's file in errors of the block that are about the value of a key of the shot file."""
     try:
         yield
     except PhotositeError as error:
