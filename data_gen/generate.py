@@ -79,7 +79,9 @@ class Generator:
                 if drew[-1:] != [index]:
                     drew.append(index)
                 told = error
-        raise PhotositeError(f"sample {index}: none of {MOST_ATTEMPTS} pictures drawn for it can be used; the last one: {told}")
+        raise PhotositeError(
+            f"none of {MOST_ATTEMPTS} pictures drawn for it can be used; the last one: {told}", part=f"sample {index}"
+        )
 
     def _picture(self, one: Recipe) -> tuple[str, CleanImage]:
         """Name within its collection and content of the picture that the recipe draws."""
@@ -98,7 +100,9 @@ class Generator:
             crop = choose_crop(picture, size, cfa, one.place, one.augmentation, name)
             return cut_patch(picture, crop, cfa)[np.newaxis], crop
         if picture.cfa is not None:
-            raise PhotositeError(f"{name}: is a mosaic, which cannot be moved by parts of a pixel; give pictures with R, G, B")
+            raise PhotositeError(
+                "is a mosaic, which cannot be moved by parts of a pixel; give pictures with R, G, B", part=name
+            )
         reach = margin_px(self.config)
         around = tuple(side + 2 * reach for side in size)
         crop = choose_crop(picture, around, cfa, one.place, one.augmentation, name)

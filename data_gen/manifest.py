@@ -30,7 +30,7 @@ def write_manifest(
     missing = [shard.index for shard in plan if shard.index not in records]
     if missing:
         told = f"{len(missing)} of {len(plan)} shards are not there, the first is {missing[0]}"
-        raise PhotositeError(f"{folder}: {told}; run the same command again")
+        raise PhotositeError(f"{told}; run the same command again", file=folder)
     shards = [records[shard.index] for shard in plan]
     listed = sorted(problems)
     content = {
@@ -58,9 +58,9 @@ def read_manifest(folder: Path) -> dict:
         content = json.loads(path.read_text(encoding="utf-8"))
         content["shards"] = [ShardRecord(**record) for record in content["shards"]]
     except FileNotFoundError:
-        raise PhotositeError(f"{path}: is missing: the data set is not complete; run the same command again") from None
+        raise PhotositeError("is missing: the data set is not complete; run the same command again", file=path) from None
     except (OSError, ValueError, TypeError, KeyError) as error:
-        raise PhotositeError(f"{path}: cannot be read: {error}; run the same command again") from error
+        raise PhotositeError(f"cannot be read: {error}; run the same command again", file=path) from error
     return content
 
 

@@ -29,7 +29,7 @@ def motorcycle_scene(path: str | os.PathLike) -> Path:
     """
     path = Path(path)
     if path.suffix.lower() != ".exr":
-        raise PhotositeError(f"{path}: the scene is an EXR; give a name that ends in .exr")
+        raise PhotositeError("the scene is an EXR; give a name that ends in .exr", file=path)
     left, disparity = _stereo_pair()
     depth_m, filled_share = fill_holes(depth_from_disparity(disparity))
     planes = np.dstack([srgb_to_linear(left / 255.0), depth_m]).astype(np.float32)

@@ -24,7 +24,7 @@ def places(cfa: CfaName, channels: Channels) -> tuple[tuple[int, int], ...]:
     known = tuple(_ORDERS)
     require(channels in known, "writer.channels", channels, f"give one of {', '.join(get_args(Channels))}")
     if cfa == "MONO":
-        raise PhotositeError(f"writer.channels = {channels}: a MONO sensor has no colours to pack; use mosaic")
+        raise PhotositeError("a MONO sensor has no colours to pack; use mosaic", key="writer.channels", value=channels)
     found = plane_places(cfa)
     return tuple(found[name] for name in _ORDERS[channels])
 

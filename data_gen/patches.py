@@ -75,8 +75,9 @@ def choose_crop(
     places = [(rows - height - first_y) // step + 1, (columns - width - first_x) // step + 1]
     if min(places) < 1:
         raise PhotositeError(
-            f"{name}: {columns} x {rows} pixels are too few for a patch of {width} x {height} that begins with {cfa}; "
-            "give a larger picture or ask for smaller patches"
+            f"{columns} x {rows} pixels are too few for a patch of {width} x {height} that begins with {cfa}; "
+            "give a larger picture or ask for smaller patches",
+            part=name,
         )
     top, left = (
         first + step * min(int(share * count), count - 1)
@@ -105,7 +106,7 @@ def _first_place(picture: CleanImage, size: tuple[int, int], cfa: CfaName, augme
     own = picture.cfa
     if (own == "MONO") != (cfa == "MONO"):
         held = f"a {own} mosaic" if own else "R, G, B planes"
-        raise PhotositeError(f"{name}: holds {held}, which a {cfa} sensor does not see; choose another camera or source")
+        raise PhotositeError(f"holds {held}, which a {cfa} sensor does not see; choose another camera or source", part=name)
     if own is None or own == "MONO":
         return 0, 0, 1
     height, width = (2 + side % 2 for side in (size[::-1] if augmentation.transpose else size))  # parity alone decides
@@ -114,4 +115,4 @@ def _first_place(picture: CleanImage, size: tuple[int, int], cfa: CfaName, augme
         seen = augmentation.of(letters[y : y + height, x : x + width])
         if "".join(seen[:2, :2].ravel()) == cfa:
             return y, x, 2
-    raise PhotositeError(f"{name}: a {own} mosaic never begins with {cfa}; only R, G, G, B patterns can be turned")
+    raise PhotositeError(f"a {own} mosaic never begins with {cfa}; only R, G, G, B patterns can be turned", part=name)

@@ -1,6 +1,5 @@
 """Collections of clean pictures, as the configuration names them: the key of a section says which kind it is."""
 
-import re
 from collections.abc import Callable
 from dataclasses import fields
 from typing import get_args
@@ -30,11 +29,11 @@ def open_collection(pictures: dict[str, Source | Callable[..., Source]], collect
     """Return a collection as a camera sees it.
 
     pictures: sections as the configuration builds them, sources or functions of the camera.
-    Raises PhotositeError that begins with the key in the configuration.
+    Raises PhotositeError with the key in the configuration.
     """
     try:
         made = pictures[collection]
         return made if hasattr(made, "read") else made(camera=camera)
     except PhotositeError as error:
-        joint = "." if re.match(r"[\w.]+ = ", str(error)) else ": "
-        raise PhotositeError(f"pictures.{collection}{joint}{error}") from None
+        section = f"pictures.{collection}"
+        raise (error.replace(key=f"{section}.{error.key}") if error.names_a_value else error.inside(section)) from None

@@ -24,7 +24,7 @@ class SampleFolder:
         there = (self.folder / MANIFEST).is_file()
         records = read_manifest(self.folder)["shards"] if there else list(finished(self.folder).values())
         if not records:
-            raise PhotositeError(f"{self.folder}: holds no data set: neither {MANIFEST} nor a finished shard")
+            raise PhotositeError(f"holds no data set: neither {MANIFEST} nor a finished shard", file=self.folder)
         self.records: list[ShardRecord] = sorted(records, key=lambda record: record.first)
         self._starts = [record.first for record in self.records]
 
@@ -53,12 +53,12 @@ class SampleFolder:
                 raise
             except Exception as error:  # of a damaged file, and every library has its own
                 fix = "check it with `photosite dataset --verify`"
-                raise PhotositeError(f"{path}: cannot be read: {error}; {fix}") from error
+                raise PhotositeError(f"cannot be read: {error}; {fix}", file=path) from error
 
     def _shard(self, index: int) -> ShardRecord:
         record = self.records[max(bisect_right(self._starts, index) - 1, 0)]
         if not record.first <= index < record.first + record.count:
-            raise PhotositeError(f"{self.folder}: has no sample {index}; it holds {len(self)}")
+            raise PhotositeError(f"has no sample {index}; it holds {len(self)}", file=self.folder)
         return record
 
 

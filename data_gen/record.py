@@ -51,7 +51,9 @@ def alike(samples: Iterable[Sample], channels: Channels, facts: list[str]) -> It
         first = first or layout
         if layout != first:
             fix = "give all patches one size, or choose the format webdataset, npz or lmdb"
-            raise PhotositeError(f"sample {sample.index}: arrays {layout} after {first}: this format stacks them; {fix}")
+            raise PhotositeError(
+                f"arrays {layout} after {first}: this format stacks them; {fix}", part=f"sample {sample.index}"
+            )
         facts.append(sample_facts(sample, channels))
         yield arrays
 

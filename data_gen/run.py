@@ -175,12 +175,14 @@ def cluster(workers: int, scheduler: str | None) -> Iterator:
     try:
         client = Client(scheduler, timeout=20)
     except (OSError, ValueError) as error:
-        raise PhotositeError(f"--scheduler {scheduler}: nobody answers there ({error}); give host:port") from None
+        raise PhotositeError(f"nobody answers there ({error}); give host:port", key="--scheduler", value=scheduler) from None
     with client:
         try:
             client.wait_for_workers(1, timeout=60)
         except TimeoutError:
-            raise PhotositeError(f"--scheduler {scheduler}: has no worker; start one with `dask worker {scheduler}`") from None
+            raise PhotositeError(
+                f"has no worker; start one with `dask worker {scheduler}`", key="--scheduler", value=scheduler
+            ) from None
         yield client
 
 

@@ -111,8 +111,9 @@ def finished(folder: Path, dataset: str | None = None, verify: bool = False) -> 
             continue
         if dataset is not None and record.dataset != dataset:
             raise PhotositeError(
-                f"{folder / record.name}: was made from another configuration ({record.dataset or 'unnamed'}, "
-                f"now {dataset}); choose an empty folder, or delete this one"
+                f"was made from another configuration ({record.dataset or 'unnamed'}, "
+                f"now {dataset}); choose an empty folder, or delete this one",
+                file=folder / record.name,
             )
         if problem_of(folder, record, verify) is None:
             found[record.index] = record
@@ -164,11 +165,11 @@ def _expected(shard: Shard, samples: Iterable[Sample], path: Path, summary: Summ
     wanted = iter(shard.indices)
     for sample in samples:
         if sample.index != (index := next(wanted, None)):
-            raise PhotositeError(f"{path}: sample {sample.index} came where {index} belongs")
+            raise PhotositeError(f"sample {sample.index} came where {index} belongs", file=path)
         summary.add(sample)
         yield sample
     if (missing := next(wanted, None)) is not None:
-        raise PhotositeError(f"{path}: the samples end before {missing}; {shard.count} belong into this shard")
+        raise PhotositeError(f"the samples end before {missing}; {shard.count} belong into this shard", file=path)
 
 
 def _files(path: Path) -> list[Path]:

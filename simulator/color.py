@@ -85,7 +85,8 @@ def _white_preserving_fit(camera: np.ndarray, xyz: np.ndarray) -> np.ndarray:
     first_two, _, rank, _ = np.linalg.lstsq(differences, xyz - camera[:, 2:], rcond=1e-6)
     if rank < 2:
         raise PhotositeError(
-            'response: the three channels do not see three different colours; give three different curves, or set cfa to "MONO"'
+            'the three channels do not see three different colours; give three different curves, or set cfa to "MONO"',
+            key="response",
         )
     return np.column_stack([first_two.T, 1.0 - first_two.sum(axis=0)])
 

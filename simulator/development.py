@@ -73,12 +73,14 @@ def write_image(path: str | os.PathLike, pixels: np.ndarray) -> None:
     """
     suffix = Path(path).suffix.lower()
     if suffix not in PICTURE_SUFFIXES:
-        raise PhotositeError(f"{path}: unknown kind of picture {suffix!r}; use one of {', '.join(PICTURE_SUFFIXES)}")
+        raise PhotositeError(f"unknown kind of picture {suffix!r}; use one of {', '.join(PICTURE_SUFFIXES)}", file=path)
     pixels = pixels[..., np.newaxis] if pixels.ndim == 2 else pixels
     if pixels.ndim != 3 or pixels.shape[2] not in (1, 3, 4) or 0 in pixels.shape or pixels.dtype.kind not in "uf":
-        raise PhotositeError(f"{path}: {pixels.dtype} {pixels.shape} is no picture: give (height, width[, 1, 3 or 4]) numbers")
+        raise PhotositeError(
+            f"{pixels.dtype} {pixels.shape} is no picture: give (height, width[, 1, 3 or 4]) numbers", file=path
+        )
     if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
-        raise PhotositeError(f"{path}: the picture holds NaN or infinite values; remove them")
+        raise PhotositeError("the picture holds NaN or infinite values; remove them", file=path)
     options = {"compression": "jpeg:95", "jpeg:subsampling": "4:4:4"} if suffix in (".jpg", ".jpeg") else {}
     write_picture(path, _converted(pixels, suffix), **options)
 
@@ -96,7 +98,7 @@ def _check_choice(key: str, value: str, choices: tuple[str, ...] | dict[str, str
     if value not in choices:
         near = difflib.get_close_matches(str(value).lower(), choices, 1, 0.4)
         hint = f"did you mean {near[0]}? " if near else ""
-        raise PhotositeError(f"{key} = {value!r}: unknown; {hint}Known: {', '.join(choices)}")
+        raise PhotositeError(f"unknown; {hint}Known: {', '.join(choices)}", key=key, value=f"{value!r}")
 
 
 def _developed(
@@ -138,7 +140,7 @@ def _replace_codes(frame: "rawpy.RawPy", codes: np.ndarray, label: str) -> None:
     mosaic = frame.raw_image_visible
     if codes.shape != mosaic.shape or codes.dtype != np.uint16:
         raise PhotositeError(
-            f"{label}: codes are {codes.dtype} {codes.shape}, the mosaic uint16 {mosaic.shape}: they must agree"
+            f"codes are {codes.dtype} {codes.shape}, the mosaic uint16 {mosaic.shape}: they must agree", file=label
         )
     mosaic[:] = codes
 
@@ -146,7 +148,9 @@ def _replace_codes(frame: "rawpy.RawPy", codes: np.ndarray, label: str) -> None:
 def _grey(plane: np.ndarray, output: str, half_size: bool) -> np.ndarray:
     """Three equal planes of a MONO frame; LibRaw does not halve it, so 2x2 means are taken here."""
     if output == "xyz":
-        raise PhotositeError("develop.output = 'xyz': a MONO sensor measures no colour; use srgb, linear_srgb or camera")
+        raise PhotositeError(
+            "a MONO sensor measures no colour; use srgb, linear_srgb or camera", key="develop.output", value="'xyz'"
+        )
     if half_size:
         height, width = plane.shape
         even = np.pad(plane, ((0, height % 2), (0, width % 2)), mode="edge")

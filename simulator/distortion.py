@@ -158,7 +158,7 @@ def plan_warp(
         ]
         if np.max(misses) < 0.1 * CLOSE_ENOUGH_PX:
             return tried
-    raise PhotositeError("lens.distortion: the picture cannot be traced back; lessen k1, k2, k3, p1 or p2")
+    raise PhotositeError("the picture cannot be traced back; lessen k1, k2, k3, p1 or p2", key="lens.distortion")
 
 
 def _check_fold(warp: Warp, half_diagonal_px: float) -> None:

@@ -1,11 +1,99 @@
-"""The one exception a user may meet: its message is complete and needs no traceback."""
+"""The one exception a user may meet: what is wrong as data, and its message, which is complete and needs no traceback."""
+
+import os
+import re
+from typing import Self
 
 
 class PhotositeError(Exception):
-    """Something the user can put right; the message names what, where, the value and the fix."""
+    """Something the user can put right.
+
+    Its fields are data, for programs that show an error beside what it is about. `str(error)` makes the message, in the order
+    of the list below, leaving out what is None: `file:line: key = value: rule`, `file: rule`, `key = value: rule`, `--option
+    value: rule`, `key: rule`, `rule`. No program reads the message.
+
+    within: what read or made the file or the part, outermost first, such as a frame of a sweep.
+    file: path of the file at fault, or the setting as it was given, such as `--set lens.f_number=2`.
+    line: of the file, from 1.
+    via: what took the value from that line to where it is wrong: `sweep`.
+    part: of the file or of the work, such as the name of a frame or the number of a sample.
+    key: dotted key of the file, command-line option, or argument of a function.
+    value: of the key, as the message shows it: a number, a path, or text with a unit.
+    joint: what stands between key and rule, a space where the rule is the rest of a sentence: `lens.f_number is missing`.
+    rule: what is wrong, and what to do.
+    """
+
+    def __init__(
+        self,
+        rule: str,
+        *,
+        file: str | os.PathLike | None = None,
+        line: int | None = None,
+        via: str | None = None,
+        part: str | None = None,
+        key: str | None = None,
+        value: object = None,
+        joint: str = ": ",
+        within: tuple[str, ...] = (),
+    ):
+        super().__init__(rule)  # pickle and copy call the class with it, and then set the attributes
+        self.rule, self.file, self.line, self.via, self.part = rule, file, line, via, part
+        self.key, self.value, self.joint, self.within = key, value, joint, within
+
+    def __str__(self) -> str:
+        before = [*self.within]
+        if self.file is not None:
+            before.append(place_text(self.file, self.line, self.via))
+        if self.part is not None:
+            before.append(self.part)
+        return ": ".join([*before, f"{self._about()}{self.rule}"])
+
+    def _about(self) -> str:
+        """Key, value, and what joins them to the rule."""
+        if self.key is None:
+            return ""
+        if self.value is None:
+            return f"{self.key}{self.joint}"
+        equals = " " if self.key.startswith("--") else " = "
+        return f"{self.key}{equals}{self.value}{self.joint}"
+
+    @property
+    def names_a_value(self) -> bool:
+        """Whether it is about the value of a dotted key and does not know where that was written: `key = value: rule`."""
+        has_place = self.file is not None or self.part is not None or bool(self.within)
+        return not has_place and self.value is not None and re.fullmatch(r"[\w.]+", self.key or "") is not None
+
+    def replace(self, **fields) -> Self:
+        """Return the same error with other fields."""
+        return type(self)(**{name: getattr(self, name) for name in FIELDS} | fields)
+
+    def with_file(
+        self, file: str | os.PathLike, line: int | None = None, via: str | None = None, part: str | None = None
+    ) -> Self:
+        """Return the same error with the place where the fault was written.
+
+        An error that knows a file, or a part where one is given, keeps it: the place becomes what it is within.
+        """
+        if self.file is None and not self.within and (part is None or self.part is None):
+            return self.replace(file=file, line=line, via=via, part=self.part if part is None else part)
+        return self.inside(place_text(file, line, via), *([] if part is None else [part]))
+
+    def inside(self, *names: str) -> Self:
+        """Return the same error within something else, which the message names first."""
+        return self.replace(within=(*names, *self.within))
 
 
-def require(condition: bool, key: str, value: object, rule: str) -> None:
-    """Raise PhotositeError `key: value ...: rule` unless the condition holds."""
+FIELDS = ("rule", "file", "line", "via", "part", "key", "value", "joint", "within")
+
+
+def place_text(file: str | os.PathLike, line: int | None = None, via: str | None = None) -> str:
+    """Return how a message names a place: `file`, `file:line` or `file:line (via)`."""
+    return f"{file}" + ("" if line is None else f":{line}") + ("" if via is None else f" ({via})")
+
+
+def require(
+    condition: bool, key: str, value: object, rule: str, *, file: str | os.PathLike | None = None, part: str | None = None
+) -> None:
+    """Raise PhotositeError `key = value: rule`, after the file and the part it is of, unless the condition holds."""
     if not condition:
-        raise PhotositeError(f"{key} = {value}: {rule}")
+        raise PhotositeError(rule, file=file, part=part, key=key, value="None" if value is None else value)

@@ -94,7 +94,8 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
     scene = pinhole_scene(loaded) if forms_image else gathered(loaded)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
-        raise PhotositeError(f"camera.response has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}")
+        rule = f"has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}"
+        raise PhotositeError(rule, key="camera.response", joint=" ")
     _check_light(scene, weights, lens, sensor)
     projection = plan_projection(scene, lens, camera)
     glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, sensor.stage("irradiance"))
@@ -169,6 +170,7 @@ def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPl
     per_radiance = lens.irradiance_per_radiance_sr() * sensor.stage("exposure").time_s * sensor.camera.pixel_pitch_um**2
     if max(radiance, radiance * per_radiance) > MOST_ELECTRONS:
         raise PhotositeError(
-            f"scene: the brightest place gives {radiance * per_radiance:.2g} electrons per photosite, more than the "
-            f"{MOST_ELECTRONS:g} that single precision counts safely; lower scene.luminance or exposure.time"
+            f"the brightest place gives {radiance * per_radiance:.2g} electrons per photosite, more than the "
+            f"{MOST_ELECTRONS:g} that single precision counts safely; lower scene.luminance or exposure.time",
+            key="scene",
         )

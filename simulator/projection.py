@@ -102,8 +102,10 @@ def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens
     if seen_x > width + 1e-6 or seen_y > height + 1e-6:
         short = max(seen_x / width, seen_y / height)
         raise PhotositeError(
-            f"scene.field_of_view = {scene.field_of_view_deg:g} deg: the camera sees "
+            "the camera sees "
             f"{lens.field_of_view_deg(camera.sensor_mm[0]):.1f} deg x {lens.field_of_view_deg(camera.sensor_mm[1]):.1f} deg, "
             f"past the edge of the scene; use a lens of at least {lens.focal_length_mm * short:.1f} mm "
-            "or leave field_of_view out"
+            "or leave field_of_view out",
+            key="scene.field_of_view",
+            value=f"{scene.field_of_view_deg:g} deg",
         )

@@ -71,7 +71,7 @@ def read_raw_file(path: str | os.PathLike) -> RawFile:
     with open_raw(label, label) as frame:
         mosaic = None if frame.raw_type.name != "Flat" else frame.raw_image_visible
         if mosaic is None or mosaic.dtype != np.uint16:
-            raise PhotositeError(f"{label}: holds no mosaic of integer codes; give a raw file that was not demosaiced")
+            raise PhotositeError("holds no mosaic of integer codes; give a raw file that was not demosaiced", file=label)
         cfa, index = _pattern(frame, label)
         black = np.asarray(frame.black_level_per_channel, dtype=np.float64)[index]
         other = frame.other
@@ -93,15 +93,15 @@ def open_raw(source: str | bytes, label: str) -> Iterator["rawpy.RawPy"]:
     import rawpy
 
     if isinstance(source, str) and not os.path.isfile(source):
-        raise PhotositeError(f"{label}: no such file; check the path")
+        raise PhotositeError("no such file; check the path", file=label)
     try:
         with rawpy.imread(io.BytesIO(source) if isinstance(source, bytes) else source) as frame:
             yield frame
     except rawpy.LibRawFileUnsupportedError as error:
-        raise PhotositeError(f"{label}: not a raw file that LibRaw can read; give a DNG or another raw file") from error
+        raise PhotositeError("not a raw file that LibRaw can read; give a DNG or another raw file", file=label) from error
     except rawpy.LibRawError as error:
         reason = error.args[0].decode() if error.args and isinstance(error.args[0], bytes) else error
-        raise PhotositeError(f"{label}: damaged or cut short ({reason}); write or copy it again") from error
+        raise PhotositeError(f"damaged or cut short ({reason}); write or copy it again", file=label) from error
 
 
 def _pattern(frame: "rawpy.RawPy", label: str) -> tuple[str, np.ndarray]:
@@ -113,7 +113,9 @@ def _pattern(frame: "rawpy.RawPy", label: str) -> tuple[str, np.ndarray]:
     pattern = "" if index is None else "".join(letters[place] for place in index.ravel())
     if pattern not in ("RGGB", "BGGR", "GRBG", "GBRG"):
         shown = f"{index.shape[0]} x {index.shape[1]} filter pattern" if index is not None else f"{letters} without a pattern"
-        raise PhotositeError(f"{label}: {shown}: only 2 x 2 Bayer patterns of R, G, G, B and monochrome files can be measured")
+        raise PhotositeError(
+            f"{shown}: only 2 x 2 Bayer patterns of R, G, G, B and monochrome files can be measured", file=label
+        )
     return pattern, index.astype(int)
 
 

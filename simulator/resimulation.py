@@ -35,7 +35,9 @@ def provenance_of(path: str | os.PathLike) -> Provenance:
     """Return what a DNG of ours says of its origin. Raises PhotositeError for any other file."""
     told = read_provenance(path)
     if told is None:
-        raise PhotositeError(f"{path}: holds no shot of Photosite; give a DNG that `photosite simulate` wrote from a shot file")
+        raise PhotositeError(
+            "holds no shot of Photosite; give a DNG that `photosite simulate` wrote from a shot file", file=path
+        )
     return told
 
 
@@ -56,14 +58,17 @@ def _found(dng: str | os.PathLike, recorded: dict[str, str]) -> Path:
     there = [place for place in dict.fromkeys((written, beside)) if place.is_file()]
     if not there:
         raise PhotositeError(
-            f"{dng}: {recorded['key']} = {written}: no such file, nor {beside}; put the file back, or beside the DNG"
+            f"no such file, nor {beside}; put the file back, or beside the DNG", file=dng, key=recorded["key"], value=written
         )
     for place in there:
         if _hash(dng, recorded["key"], place) == recorded["sha256"]:
             return place
     raise PhotositeError(
-        f"{dng}: {recorded['key']} = {there[0]}: its content is not what it was when the frame was taken "
-        f"(SHA-256 {recorded['sha256'][:12]}…, now {sha256_of(there[0])[:12]}…); put the old file back, or beside the DNG"
+        "its content is not what it was when the frame was taken "
+        f"(SHA-256 {recorded['sha256'][:12]}…, now {sha256_of(there[0])[:12]}…); put the old file back, or beside the DNG",
+        file=dng,
+        key=recorded["key"],
+        value=there[0],
     )
 
 
@@ -71,4 +76,4 @@ def _hash(dng: str | os.PathLike, key: str, place: Path) -> str:
     try:
         return sha256_of(place)
     except OSError as error:
-        raise PhotositeError(f"{dng}: {key} = {place}: {error.strerror}; make the file readable") from None
+        raise PhotositeError(f"{error.strerror}; make the file readable", file=dng, key=key, value=place) from None

@@ -94,7 +94,7 @@ def check_illuminant(name: str, key: str = "illuminant") -> None:
         near = difflib.get_close_matches(name.upper(), ILLUMINANTS, n=1, cutoff=0.4)
         offer = f"did you mean {near[0]}? " if near else ""
         raise PhotositeError(
-            f'{key} = {name}: no such illuminant; {offer}Known: {", ".join(ILLUMINANTS)}, or "blackbody 3200 K"'
+            f'no such illuminant; {offer}Known: {", ".join(ILLUMINANTS)}, or "blackbody 3200 K"', key=key, value=name
         )
 
 

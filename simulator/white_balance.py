@@ -28,7 +28,9 @@ def check_white_balance(choice: WhiteBalance) -> None:
         words = ("camera", "daylight", *ILLUMINANTS)
         near = difflib.get_close_matches(choice, words, 1, 0.4)
         hint = f"did you mean {near[0]}? " if near else ""
-        raise PhotositeError(f'{_KEY} = {choice!r}: unknown; {hint}Known: {", ".join(words)}, or a blackbody such as "3200 K"')
+        raise PhotositeError(
+            f'unknown; {hint}Known: {", ".join(words)}, or a blackbody such as "3200 K"', key=_KEY, value=f"{choice!r}"
+        )
     numbers = len(choice) == 3 and all(0 < value < math.inf for value in choice)
     box = len(choice) == 4 and all(value == int(value) for value in choice) and min(choice) >= 0 and min(choice[2:]) >= 2
     rule = "give camera, daylight, an illuminant, three multipliers above 0 for R, G, B, or a grey patch x, y, width, height"
@@ -60,10 +62,14 @@ def _of_illuminant(frame: "rawpy.RawPy", name: str, label: str) -> np.ndarray:
     """
     matrix = xyz_to_camera(frame)
     if matrix is None:
-        raise PhotositeError(f"{label}: {_KEY} = {name}: the file holds no colour matrix; give a grey patch or multipliers")
+        raise PhotositeError(
+            "the file holds no colour matrix; give a grey patch or multipliers", file=label, key=_KEY, value=name
+        )
     neutral = matrix @ (illuminant(name) @ color_matching_functions())
     if not (neutral > 0).all():
-        raise PhotositeError(f"{label}: {_KEY} = {name}: the file's colour matrix cannot see this light; give a grey patch")
+        raise PhotositeError(
+            "the file's colour matrix cannot see this light; give a grey patch", file=label, key=_KEY, value=name
+        )
     return neutral.max() / neutral
 
 

@@ -84,7 +84,7 @@ def test_a_camera_that_sees_past_the_scene_is_told_the_focal_length_it_needs():
     shot = Shot(scene, LENS, Exposure(0.01), small_camera(pixel_pitch_um=100.0))
     with pytest.raises(PhotositeError, match=r"scene.field_of_view = 5 deg: .* lens of at least (\d+\.\d) mm") as failure:
         plan(shot)
-    needed = float(failure.value.args[0].split("at least ")[1].split(" mm")[0])
+    needed = float(failure.value.rule.split("at least ")[1].split(" mm")[0])
     plan(dataclasses.replace(shot, lens=ThinLens(needed + 0.1, 8.0)))
 
 

@@ -37,7 +37,8 @@ class DataSetSamples:
         try:
             return SampleFolder(self.data_set)
         except PhotositeError as error:
-            raise PhotositeError(f"{KEY} = {error}; give the folder that `photosite dataset --out` made") from None
+            rule = f"{error.rule}; give the folder that `photosite dataset --out` made"
+            raise error.replace(file=None, key=KEY, value=error.file, rule=rule) from None
 
     def read(self, name: str, draw: np.random.Generator) -> CleanImage:
         """Read one sample; nothing is drawn. Raises PhotositeError for one that is not there or damaged."""

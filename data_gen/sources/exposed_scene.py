@@ -41,10 +41,10 @@ def check_exposure(percentile: float, signal: float) -> None:
 
 @contextmanager
 def told_as(key: str, *scene_keys: str) -> Iterator[None]:
-    """Give errors of the block, which begin with a key of the shot file, the key of the data set's file."""
+    """Name the key of the data set's file in errors of the block that are about the value of a key of the shot file."""
     try:
         yield
     except PhotositeError as error:
-        message = str(error)
-        own = next((each for each in scene_keys if message.startswith(f"{each} = ")), None)
-        raise PhotositeError(message if own is None else key + message.removeprefix(own)) from error
+        if not (error.names_a_value and error.key in scene_keys):
+            raise
+        raise error.replace(key=key) from error

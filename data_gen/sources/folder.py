@@ -78,6 +78,6 @@ def _is_utf8(name: str) -> bool:
 
 def _refuse_unreadable(key: str):
     def refuse(error: OSError) -> None:
-        raise PhotositeError(f"{key} = {error.filename}: {error.strerror}; make the folder readable") from error
+        raise PhotositeError(f"{error.strerror}; make the folder readable", key=key, value=error.filename) from error
 
     return refuse

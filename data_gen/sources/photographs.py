@@ -95,7 +95,7 @@ def _rgb_codes(path: Path) -> np.ndarray:
     require(colours == ["R", "G", "B"], KEY, path, f"the picture is {kind}; give R, G, B, or take it out of the folder")
     if file.pixels.dtype not in (np.uint8, np.uint16):
         raise PhotositeError(
-            f"{KEY} = {path}: holds {file.pixels.dtype}, no 8 or 16 bit codes; take linear_images for such files"
+            f"holds {file.pixels.dtype}, no 8 or 16 bit codes; take linear_images for such files", key=KEY, value=path
         )
     return file.pixels[..., [file.channels.index(name) for name in "RGB"]]
 

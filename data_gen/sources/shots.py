@@ -55,7 +55,7 @@ class Shots:
         try:
             return clean_picture(self._shot(name), open_device())
         except PhotositeError as error:
-            raise PhotositeError(f"{self.shot}: {name}: {error}") from error
+            raise error.with_file(self.shot, part=name) from error
 
     def _shot(self, name: str) -> Shot:
         return load_shot(self.shot) if self._sweep is None else self._sweep[self._names.index(name)].shot()

@@ -64,5 +64,5 @@ def writer(name: str) -> Writer:
     require(name in FORMATS, "writer.format", name, f"give one of {', '.join(FORMATS)}")
     library = FORMATS[name]
     if library is not None and find_spec(library) is None:
-        raise PhotositeError(f"writer.format = {name}: needs {library}: pip install 'photosite[dataset]'")
+        raise PhotositeError(f"needs {library}: pip install 'photosite[dataset]'", key="writer.format", value=name)
     return import_module(f"data_gen.writers.{name}").WRITER

@@ -65,10 +65,12 @@ WRITER = DngWriter()
 def _frames(sample: Sample, options: WriterOptions) -> Iterator[tuple[tuple[str, str], tuple[bytes, bytes]]]:
     """Names and contents of the noisy and the clean DNG of each frame."""
     if options.channels != "mosaic":
-        raise PhotositeError(f"writer.channels = {options.channels}: a DNG holds the mosaic; set mosaic")
+        raise PhotositeError("a DNG holds the mosaic; set mosaic", key="writer.channels", value=options.channels)
     if sample.color_matrix is None and sample.cfa != "MONO":
         fix = "take a source or camera that has a color_matrix, or another format"
-        raise PhotositeError(f"sample {sample.index} ({sample.source}): its colour matrix is not known, a DNG needs one; {fix}")
+        raise PhotositeError(
+            f"its colour matrix is not known, a DNG needs one; {fix}", part=f"sample {sample.index} ({sample.source})"
+        )
     span_dn = sample.white_level_dn - sample.black_level_dn
     noisy_profile = sample.gain_dn_per_e / span_dn, (sample.read_noise_dn / span_dn) ** 2
     clean_profile = _NO_SHOT_NOISE, 1.0 / 12.0 / span_dn**2

@@ -35,7 +35,7 @@ class EldWriter:
     def write(self, path: Path, samples: Iterable[Sample], options: WriterOptions) -> None:
         """Write both databases; see `Writer`. Raises PhotositeError unless the channels are rgbg and samples have one frame."""
         if options.channels != "rgbg":
-            raise PhotositeError(f"writer.channels = {options.channels}: ELD reads R, G1, B, G2; set rgbg")
+            raise PhotositeError("ELD reads R, G1, B, G2; set rgbg", key="writer.channels", value=options.channels)
         meta: dict[object, object] = {"dtype": np.uint16}
         path.mkdir()
         with new_lmdb(path / "noisy") as put_noisy, new_lmdb(path / "clean") as put_clean:
@@ -43,7 +43,9 @@ class EldWriter:
                 for place, sample in enumerate(samples):
                     noisy, clean = _signals(sample)
                     if meta.setdefault("shape", noisy.shape) != noisy.shape:
-                        raise PhotositeError(f"sample {sample.index}: {noisy.shape} after {meta['shape']}: ELD wants one size")
+                        raise PhotositeError(
+                            f"{noisy.shape} after {meta['shape']}: ELD wants one size", part=f"sample {sample.index}"
+                        )
                     put_noisy(f"{place:08d}", noisy.tobytes())
                     put_clean(f"{place:08d}", clean.tobytes())
                     red, green, blue = sample.white_balance
@@ -82,7 +84,7 @@ class _Array:
 def _signals(sample: Sample) -> tuple[np.ndarray, np.ndarray]:
     """Noisy and clean frame as ELD stores them, (4, h, w) uint16."""
     if len(sample.noisy_dn) != 1:
-        raise PhotositeError(f"sample {sample.index}: {len(sample.noisy_dn)} frames: ELD's layout holds one; use lmdb")
+        raise PhotositeError(f"{len(sample.noisy_dn)} frames: ELD's layout holds one; use lmdb", part=f"sample {sample.index}")
     span_dn = sample.white_level_dn - sample.black_level_dn
     stored = []
     for frame, ratio in ((sample.noisy_dn[0], sample.exposure_ratios[0]), (sample.clean_dn[0], 1.0)):

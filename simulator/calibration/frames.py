@@ -89,12 +89,12 @@ def raw_files(paths: Iterable[Path]) -> list[Path]:
     found = []
     for path in map(Path, paths):
         if not path.exists():
-            raise PhotositeError(f"{path}: no such file or folder; check the path")
+            raise PhotositeError("no such file or folder; check the path", file=path)
         inside = sorted(path.rglob("*")) if path.is_dir() else [path]
         found += [file for file in inside if file.is_file() and not file.name.startswith(".")]
     kept = list(dict.fromkeys(file for file in found if file.suffix.lower() not in side_files))
     if not kept:
-        raise PhotositeError(f"{', '.join(map(str, paths))}: no raw files there; give dark frames and flat fields")
+        raise PhotositeError("no raw files there; give dark frames and flat fields", file=", ".join(map(str, paths)))
     return kept
 
 
@@ -111,7 +111,7 @@ def read_frames(paths: Iterable[Path], told: Callable[[Path], object] = lambda p
         if (first.size, first.cfa) != (last.size, last.cfa):
             shapes = [f"{frame.size[1]} x {frame.size[0]} {frame.cfa}" for frame in (first, last)]
             raise PhotositeError(
-                f"{last.path}: is {shapes[1]}, but {first.path} is {shapes[0]}; calibrate one camera at a time"
+                f"is {shapes[1]}, but {first.path} is {shapes[0]}; calibrate one camera at a time", file=last.path
             )
     return frames
 
@@ -187,5 +187,5 @@ def _iso(raw: RawFile) -> int:
     if named:
         return int(named[-1])
     if raw.iso is None:
-        raise PhotositeError(f"{raw.path}: tells no ISO; put it into a folder named after it, such as iso1600")
+        raise PhotositeError("tells no ISO; put it into a folder named after it, such as iso1600", file=raw.path)
     return round(raw.iso)

@@ -14,7 +14,7 @@ def develop_file(raw: Path, out: Path | None, settings: dict[str, object], white
     metric = settings.get("output") == "metric"
     target = out or raw.with_suffix(".exr" if metric else ".png")
     if metric and target.suffix.lower() not in (".exr", ".tif", ".tiff"):
-        raise PhotositeError(f"--out {target}: metric output goes below 0 and above 1; give an .exr or .tif file")
+        raise PhotositeError("metric output goes below 0 and above 1; give an .exr or .tif file", key="--out", value=target)
     if bits is None:
         bits = 8 if target.suffix.lower() in (".png", ".jpg", ".jpeg") else 16
     write_image(target, develop(raw, white_balance=_white_balance(white_balance), bits=bits, **settings))
@@ -34,7 +34,7 @@ def develop_sheet(raw: Path, out: Path | None, settings: dict[str, object], whit
 
     target = out or raw.with_suffix(".sheet.png")
     if target.suffix.lower() not in (".png", ".svg", ".pdf"):
-        raise PhotositeError(f"--out {target}: a sheet is a .png, .svg or .pdf file")
+        raise PhotositeError("a sheet is a .png, .svg or .pdf file", key="--out", value=target)
     choice = settings | {"white_balance": _white_balance(white_balance)}
     with progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()) as bar:
         bar.add_task("sheet", total=None)
@@ -51,5 +51,5 @@ def _white_balance(text: str) -> str | tuple[float, ...]:
         numbers = ()
     if len(numbers) not in (3, 4):
         rule = "give camera, daylight, an illuminant, three factors such as 2.1,1,1.6, or a grey patch X,Y,WIDTH,HEIGHT"
-        raise PhotositeError(f"--white-balance {text}: {rule}")
+        raise PhotositeError(rule, key="--white-balance", value=text)
     return numbers

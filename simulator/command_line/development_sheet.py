@@ -28,7 +28,7 @@ def sheet_figure(path: Path, settings: dict[str, object]) -> "Figure":
     """
     twin = path.with_name(path.stem + ".truth.exr")
     if not twin.is_file():
-        raise PhotositeError(f"{path}: --sheet compares with the truth, but {twin} is missing; simulate writes it")
+        raise PhotositeError(f"--sheet compares with the truth, but {twin} is missing; simulate writes it", file=path)
     codes = np.rint(read_twin(twin)[NOISE_FREE_DN]).astype(np.uint16)
     truth, found = (_unit(develop(path, **settings, codes=one)) for one in (codes, None))
     difference = found - truth

@@ -58,14 +58,14 @@ def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> i
 
         def report(row: Row) -> None:
             bar.update(task, advance=1, description=escape(row.name))
-            if row.status.startswith("failed"):
+            if row.error is not None:
                 log.print(escape(f"{row.name}: {row.status}"))
 
         rows = run_sweep(sweep, out, take=partial(take, device=device), redo=redo, report=report)
     if skipped := sum(row.status == SKIPPED for row in rows):
         log.print(f"note: {skipped} of {len(rows)} points were there already; --redo takes them again")
     print(out / "manifest.csv")
-    return sum(row.status.startswith("failed") for row in rows)
+    return sum(row.error is not None for row in rows)
 
 
 @contextmanager
@@ -77,7 +77,7 @@ def _folder(out: Path):
             path.touch()
         probe.unlink()
     except PhotositeError as error:
-        raise PhotositeError(str(error).replace(str(probe), f"--out {out}")) from None
+        raise error.replace(file=None, key="--out", value=out) from None
     try:
         yield
     finally:

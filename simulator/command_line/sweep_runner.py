@@ -19,7 +19,10 @@ SKIPPED = "skipped: already there"
 
 @dataclass(frozen=True)
 class Row:
-    """One line of manifest.csv; seconds is the time the point took [s]."""
+    """One line of manifest.csv.
+
+    seconds: that the point took [s]. error: why it failed, as the status says it in words.
+    """
 
     index: int
     name: str
@@ -27,6 +30,7 @@ class Row:
     files: dict[str, str]
     seconds: float
     status: str
+    error: PhotositeError | None = None
 
 
 def take(shot: Shot, directory: Path, device: str | None = None) -> None:
@@ -58,11 +62,10 @@ def run_sweep(
         for row in map(partial(run_point, directory=Path(directory), take=take, redo=redo), sweep):
             rows.append(row)
             report(row)
-            failures = failures + 1 if row.status.startswith("failed") else 0
+            failures = 0 if row.error is None else failures + 1
             if failures == FAILURES_IN_A_ROW:
-                raise PhotositeError(
-                    f"{row.name}: {row.status.removeprefix('failed: ')} ({failures} failures in a row: stopped)"
-                )
+                rule = f"{row.error.rule} ({failures} failures in a row: stopped)"
+                raise row.error.replace(rule=rule).inside(row.name)
     finally:
         write_manifest(rows, list(sweep.values), Path(directory) / "manifest.csv")
     return rows
@@ -85,10 +88,14 @@ def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], o
                 path.write_text(text, encoding="utf-8")
             take(shot, directory)
             status = "done"
-    except (PhotositeError, OSError, MemoryError) as error:
-        told = point.placed(error) if isinstance(error, PhotositeError) else error
-        status, files = f"failed: {told or type(told).__name__}", {}
-    return Row(point.index, point.name, point.values, files, time.perf_counter() - start, status)
+        failure = None
+    except PhotositeError as error:
+        failure = point.placed(error)
+    except (OSError, MemoryError) as error:
+        failure = PhotositeError(f"{error}")
+    if failure is not None:
+        status, files = f"failed: {failure}", {}
+    return Row(point.index, point.name, point.values, files, time.perf_counter() - start, status, failure)
 
 
 def _stands(text: str, settings: Path, sidecar: Path, shot: Shot) -> bool:

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from simulator.config.build import build, validate
 from simulator.config.camera_file import inline_camera, inline_response
-from simulator.config.document import Document, Place, read_document
+from simulator.config.document import Document, read_document
 from simulator.config.layers import parse_override, subdocument, with_section, with_value
 from simulator.config.sections import section_with
 from simulator.config.shot_file import resolved
@@ -58,4 +58,4 @@ def _named(choice: Document, name: object) -> Document:
         choice = Document({}, {(): choice.place(())})
     if not isinstance(choice.data, dict) or "camera" in choice.data:
         return choice
-    return with_section(choice, "camera", Document(str(name), {(): Place(choice.place(()).text, choice.place(()).folder)}))
+    return with_section(choice, "camera", Document(str(name), {(): choice.place(())}))

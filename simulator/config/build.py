@@ -1,11 +1,10 @@
 """From validated sections to the simulator's frozen objects, with file and line in every complaint."""
 
-import re
 from pathlib import Path
 
 from pydantic import ValidationError
 
-from simulator.config.document import Document
+from simulator.config.document import Document, dotted
 from simulator.config.problems import from_validation
 from simulator.config.section_types import Section
 from simulator.errors import PhotositeError
@@ -55,21 +54,21 @@ def build(value: object, keys: tuple, document: Document) -> object:
     try:
         return type(value).assemble(**arguments)
     except PhotositeError as error:
-        named = _named_key(str(error))
+        named = _named_keys(error)
         if named is None:
-            raise document.problem(keys, str(error)) from None
+            raise document.placed(error, keys) from None
         where = named if named[: len(keys)] == keys else (*keys, named[-1])
-        rest = str(error).partition(" = ")[2]
-        raise document.problem(where, f"{'.'.join(map(str, where))} = {rest}") from None
+        raise document.placed(error.replace(key=dotted(where)), where) from None
 
 
 def placed(error: PhotositeError, document: Document) -> PhotositeError:
-    """Return the error of a later step with file and line, when it begins with a key of the document."""
-    named = _named_key(str(error))
-    return document.problem(named, str(error)) if named in document.places else error
+    """Return the error of a later step with file and line, when it is about the value of a key of the document."""
+    named = _named_keys(error)
+    return error if named is None or named not in document.places else document.placed(error, named)
 
 
-def _named_key(message: str) -> tuple | None:
-    """Return the dotted key, as a tuple, of a message `key = value: rule`."""
-    named = re.match(r"[\w.]+(?= = )", message)
-    return tuple(int(word) if word.isdigit() else word for word in named[0].split(".")) if named else None
+def _named_keys(error: PhotositeError) -> tuple | None:
+    """Return the keys in the dotted key of an error about a value; None for one about a file, or whose key is words."""
+    if not error.names_a_value:
+        return None
+    return tuple(int(word) if word.isdigit() else word for word in error.key.split("."))

@@ -95,10 +95,10 @@ def _with_base(document: Document, key: str, seen: tuple) -> Document:
         return document
     base = document.data["base"]
     if not isinstance(base, str):
-        raise document.problem(("base",), f"{key_of_base} = {base}: give the name of a camera, such as sony_a7s2")
+        raise document.problem(("base",), "give the name of a camera, such as sony_a7s2", f"{base}", key=key_of_base)
     path = find_config("cameras", base, document.place(("base",)), key_of_base)
     if path in seen:
-        raise document.problem(("base",), f"{key_of_base} = {base}: the camera is its own base; name another")
+        raise document.problem(("base",), "the camera is its own base; name another", base, key=key_of_base)
     return merged(_with_base(read_document(path), key, (*seen, path)), without(document, ("base",)))
 
 
@@ -107,12 +107,13 @@ def inline_response(camera: Document) -> Document:
     if not isinstance(camera.data, dict):
         return camera
     if isinstance(camera.data.get("response"), str):
-        raise camera.problem(("response",), f"camera.response: write `response: {{file: {camera.data['response']}}}`")
+        rule = f"write `response: {{file: {camera.data['response']}}}`"
+        raise camera.problem(("response",), rule, key="camera.response")
     response = subdocument(camera, "response") if isinstance(camera.data.get("response"), dict) else None
     if response is None or "file" not in response.data:
         return camera
     file = response.data["file"]
     if not isinstance(file, str):
-        raise response.problem(("file",), f"camera.response.file = {file}: give a name in configs/responses or a path")
+        raise response.problem(("file",), "give a name in configs/responses or a path", f"{file}", key="camera.response.file")
     path = find_config("responses", file, response.place(("file",)), "camera.response.file")
     return with_section(camera, "response", merged(read_document(path), without(response, ("file",))))

@@ -8,17 +8,28 @@ from pathlib import Path
 import yaml
 
 from simulator.config.yaml_dialect import PlainLoader
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, place_text
 
 MAX_NODES = 1_000_000  # a file of nested aliases can otherwise expand without end
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where a value was written: `text` for messages, `folder` that its relative paths start from."""
+    """Where a value was written.
 
-    text: str
+    file: path of the file, or the setting as it was given, such as `--set lens.f_number=2`. folder: that relative paths of the
+    value start from. line: of the file, from 1. via: what takes the value from there to another key: `sweep`.
+    """
+
+    file: str
     folder: Path
+    line: int | None = None
+    via: str | None = None
+
+    @property
+    def text(self) -> str:
+        """How a message names it."""
+        return place_text(self.file, self.line, self.via)
 
 
 @dataclass
@@ -34,9 +45,19 @@ class Document:
             keys = keys[:-1]
         return self.places[keys]
 
-    def problem(self, keys: tuple, message: str) -> PhotositeError:
-        """Return an error that begins with file and line."""
-        return PhotositeError(f"{self.place(keys).text}: {message}")
+    def problem(self, keys: tuple, rule: str, value: object = None, *, key: str | None = None) -> PhotositeError:
+        """Return an error with file and line; `key` is how the message names it, by default the keys with points between."""
+        return self.placed(PhotositeError(rule, key=dotted(keys) if key is None else key, value=value), keys)
+
+    def placed(self, error: PhotositeError, keys: tuple) -> PhotositeError:
+        """Return an error with the file and line of a key."""
+        place = self.place(keys)
+        return error.with_file(place.file, place.line, place.via)
+
+
+def dotted(keys: tuple) -> str:
+    """Return how messages name a key of a document: `scene.layers.0.image`."""
+    return ".".join(map(str, keys))
 
 
 def read_document(path: str | Path) -> Document:
@@ -51,7 +72,7 @@ def read_document(path: str | Path) -> Document:
         return _read_cached(path, stat.st_mtime_ns, stat.st_size)
     except OSError as error:
         reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror
-        raise PhotositeError(f"{path}: {reason}; give the path of a YAML file") from None
+        raise PhotositeError(f"{reason}; give the path of a YAML file", file=path) from None
 
 
 @functools.lru_cache(maxsize=64)
@@ -60,11 +81,11 @@ def _read_cached(path: Path, _modified: int, _size: int) -> Document:
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise PhotositeError(f"{path}: not UTF-8 text; a shot or camera is a YAML file") from None
+        raise PhotositeError("not UTF-8 text; a shot or camera is a YAML file", file=path) from None
     document = parse_document(text, str(path), path.parent)
     if not isinstance(document.data, dict):
         found = "empty" if document.data is None else f"a {type(document.data).__name__}"
-        raise PhotositeError(f"{path}: the file is {found}; it must hold `key: value` lines, such as `lens: ...`")
+        raise PhotositeError(f"the file is {found}; it must hold `key: value` lines, such as `lens: ...`", file=path)
     return document
 
 
@@ -73,12 +94,12 @@ def parse_document(text: str, name: str, folder: Path, lines: bool = True) -> Do
     try:
         node = yaml.compose(text, PlainLoader)
     except RecursionError:
-        raise PhotositeError(f"{name}: broken YAML: nested too deeply; a shot has at most six levels") from None
+        raise PhotositeError("broken YAML: nested too deeply; a shot has at most six levels", file=name) from None
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         reason = " ".join(str(getattr(error, "problem", None) or error).split())
-        line = f":{mark.line + 1}" if mark and lines else ""
-        raise PhotositeError(f"{name}{line}: broken YAML: {reason}; check indentation, colons and quotes") from None
+        line = mark.line + 1 if mark and lines else None
+        raise PhotositeError(f"broken YAML: {reason}; check indentation, colons and quotes", file=name, line=line) from None
     reading = _Reading(name, folder)
     data = None if node is None else reading.plain(node, ())
     reading.places[()] = Place(name, folder)
@@ -92,8 +113,8 @@ class _Reading:
         self.name, self.folder, self.places, self.count = name, folder, {}, 0
         self.open_nodes: set[int] = set()
 
-    def problem(self, node, message: str) -> PhotositeError:
-        return PhotositeError(f"{self.name}:{node.start_mark.line + 1}: {message}")
+    def problem(self, node, rule: str, key: str | None = None, joint: str = ": ") -> PhotositeError:
+        return PhotositeError(rule, file=self.name, line=node.start_mark.line + 1, key=key, joint=joint)
 
     def plain(self, node, keys: tuple):
         self.count += 1
@@ -132,8 +153,7 @@ class _Reading:
                 raise self.problem(key_node, f"`{key}` cannot be a key; quote it if it is meant as text")
             if key in result:
                 first = self.places[keys + (key,)].text
-                dotted = ".".join(map(str, keys + (key,)))
-                raise self.problem(key_node, f"{dotted} is written twice (first at {first}); keep one")
-            self.places[keys + (key,)] = Place(f"{self.name}:{key_node.start_mark.line + 1}", self.folder)
+                raise self.problem(key_node, f"is written twice (first at {first}); keep one", dotted((*keys, key)), " ")
+            self.places[keys + (key,)] = Place(self.name, self.folder, key_node.start_mark.line + 1)
             result[key] = self.plain(value_node, keys + (key,))
         return result

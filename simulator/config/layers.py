@@ -67,7 +67,7 @@ def with_value(document: Document, dotted: str, value: object, place: Place) -> 
     """
     keys = tuple(dotted.split("."))
     if not all(keys):
-        raise PhotositeError(f"{place.text}: `{dotted}` is no key; write a dotted path such as lens.f_number")
+        raise _problem(place, f"`{dotted}` is no key; write a dotted path such as lens.f_number")
     return _set(document, keys, value, place, dotted)
 
 
@@ -76,14 +76,14 @@ def _set(document: Document, keys: tuple, value: object, place: Place, dotted: s
     if isinstance(document.data, list):
         return _set_item(document, keys, value, place, dotted)
     if not isinstance(document.data, dict):
-        raise PhotositeError(f"{place.text}: {dotted}: `{document.data}` is a value, not a section; the path ends before it")
+        raise _problem(place, f"`{document.data}` is a value, not a section; the path ends before it", dotted)
     key = same_key(document.data, keys[0])
     if rest:
         inner = subdocument(document, key) if document.data.get(key) is not None else Document({}, {(): place})
         return with_section(document, key, _set(inner, rest, value, place, dotted))
     if value is None:
         if key not in document.data:
-            raise PhotositeError(f"{place.text}: {dotted} is not there, so nothing is removed; leave it out")
+            raise _problem(place, "is not there, so nothing is removed; leave it out", dotted, joint=" ")
         return without(document, (key,))
     return with_section(document, key, Document(value, {(): place}))
 
@@ -93,7 +93,7 @@ def _set_item(document: Document, keys: tuple, value: object, place: Place, dott
     count = len(document.data)
     if not keys[0].isdecimal() or int(keys[0]) >= count or (value is None and len(keys) == 1):
         fix = "write the whole list to change their number" if keys[0].isdecimal() else "name one by its number from 0"
-        raise PhotositeError(f"{place.text}: {dotted}: the list there has {count} items; {fix}")
+        raise _problem(place, f"the list there has {count} items; {fix}", dotted)
     index = int(keys[0])
     inner = _set(subdocument(document, index), keys[1:], value, place, dotted) if keys[1:] else Document(value, {(): place})
     return with_section(document, index, inner)
@@ -107,7 +107,7 @@ def parse_override(text: str) -> tuple[str, object, Place]:
     dotted, equals, value = text.partition("=")
     name = f"--set {text}"
     if not equals or not dotted.strip():
-        raise PhotositeError(f"{name}: write path=value, such as --set lens.f_number=f/2.8")
+        raise PhotositeError("write path=value, such as --set lens.f_number=f/2.8", file=name)
     return dotted.strip(), parse_document(value, name, Path.cwd(), lines=False).data, Place(name, Path.cwd())
 
 
@@ -125,6 +125,10 @@ def find_config(kind: str, name: str, place: Place, key: str) -> Path:
         path = (place.folder / Path(name).expanduser()).absolute()
         if path.is_file():
             return path
-        raise PhotositeError(f"{place.text}: {key} = {name}: no file {path}; a path is relative to the file that names it")
+        raise _problem(place, f"no file {path}; a path is relative to the file that names it", key, name)
     known = [path.stem for path in (CONFIGS / kind).glob("*.yaml")]
-    raise PhotositeError(f"{place.text}: {key} = {name}: no such file in configs/{kind}; {nearest(name, known)}")
+    raise _problem(place, f"no such file in configs/{kind}; {nearest(name, known)}", key, name)
+
+
+def _problem(place: Place, rule: str, key: str | None = None, value: object = None, joint: str = ": ") -> PhotositeError:
+    return PhotositeError(rule, key=key, value=value, joint=joint).with_file(place.file, place.line, place.via)

@@ -38,7 +38,7 @@ def length_um(text: str, label: str) -> float:
     try:
         return parse_quantity(text, Unit("micrometre", "_um"))
     except ValueError as error:
-        raise PhotositeError(f"{label} {text}: {error}") from None
+        raise PhotositeError(f"{error}", key=label, value=text) from None
 
 
 def _name(response: Path) -> str:

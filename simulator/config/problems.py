@@ -6,7 +6,7 @@ from typing import Any, get_args
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
-from simulator.config.document import Document
+from simulator.config.document import Document, dotted
 from simulator.config.section_types import Quantity, Section
 from simulator.config.unit_words import example
 from simulator.errors import PhotositeError
@@ -35,8 +35,9 @@ def from_validation(error: ValidationError, document: Document, model: type[Sect
     # An unknown key is often a misspelt one that is then also missing: name the spelling first.
     finding = min(findings, key=lambda found: found["type"] != "extra_forbidden")
     keys = plain_keys(finding["loc"])
+    error = _error_of(finding, keys, model)
     more = f" ({len(findings) - 1} more after this one)" if len(findings) > 1 else ""
-    return document.problem(keys, message_of(finding, keys, model) + more)
+    return document.placed(error.replace(rule=error.rule + more), keys)
 
 
 def plain_keys(location: tuple) -> tuple:
@@ -44,23 +45,23 @@ def plain_keys(location: tuple) -> tuple:
     return tuple(key for key in location if not (isinstance(key, str) and key[:1] in "<["))
 
 
-def message_of(finding: dict, keys: tuple, model: type[Section]) -> str:
-    """`key = value: what to write` for one finding."""
-    dotted, kind, location = ".".join(map(str, keys)), finding["type"], finding["loc"]
+def _error_of(finding: dict, keys: tuple, model: type[Section]) -> PhotositeError:
+    """Return `key = value: what to write` for one finding, without file and line."""
+    key, kind, location = dotted(keys), finding["type"], finding["loc"]
     if kind == "extra_forbidden":
         known = known_keys(model, location[:-1])
-        return f"{dotted}: unknown key; {nearest(str(keys[-1]), known)}"
+        return PhotositeError(f"unknown key; {nearest(str(keys[-1]), known)}", key=key)
     if kind == "missing":
-        return f"{dotted} is missing{_about(field_at(model, location))}"
+        return PhotositeError(f"is missing{_about(field_at(model, location))}", key=key, joint=" ")
     if keys and finding["input"] is None:
-        return f"{dotted} is empty: {WANTED.get(kind, 'give a value')}, or leave the key out"
-    value = "" if isinstance(finding["input"], (dict, list)) else f" = {finding['input']}"
+        return PhotositeError(f"is empty: {WANTED.get(kind, 'give a value')}, or leave the key out", key=key, joint=" ")
+    value = None if isinstance(finding["input"], (dict, list)) else f"{finding['input']}"
     if kind == "literal_error":
         choices = [str(choice) for choice in _literal_values(field_at(model, location) or field_at(model, location[:-1]))]
-        return f"{dotted}{value}: {nearest(str(finding['input']), choices)}"
+        return PhotositeError(nearest(str(finding["input"]), choices), key=key, value=value)
     if kind == "value_error":
-        return f"{dotted}{value}: {finding['ctx']['error']}"
-    return f"{dotted}{value}: {WANTED.get(kind, finding['msg'])}"
+        return PhotositeError(f"{finding['ctx']['error']}", key=key, value=value)
+    return PhotositeError(WANTED.get(kind, finding["msg"]), key=key, value=value)
 
 
 def nearest(word: str, choices: list[str]) -> str:

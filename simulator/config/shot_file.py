@@ -88,7 +88,7 @@ def shot_of_data(data: dict, name: str, overrides: Mapping[str, object]) -> Shot
 
 @contextmanager
 def located(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Iterator[None]:
-    """Give errors of the block file and line, when they begin with a key of the shot file."""
+    """Give errors of the block file and line, when they are about the value of a key of the shot file."""
     try:
         yield
     except PhotositeError as error:
@@ -153,13 +153,15 @@ def _check_scene_keys(document: Document) -> None:
         return
     given = [key for key in scene if key in SCENES]
     if len(given) > 1:
-        raise document.problem(("scene", given[1]), f"scene: holds {' and '.join(given)}; keep one of {', '.join(SCENES)}")
+        raise document.problem(
+            ("scene", given[1]), f"holds {' and '.join(given)}; keep one of {', '.join(SCENES)}", key="scene"
+        )
     if not given:
         unknown = [key for key in scene if key not in ("illuminant", "luminance", "depth", "field_of_view")]
         hint = nearest(str(unknown[0]), list(SCENES)) if unknown else f"give one of {', '.join(SCENES)}"
-        raise document.problem(("scene", *unknown[:1]), f"scene: none of {', '.join(SCENES)} is there; {hint}")
+        raise document.problem(("scene", *unknown[:1]), f"none of {', '.join(SCENES)} is there; {hint}", key="scene")
 
 
 def _check_name(name: str, document: Document) -> None:
     if not re.fullmatch(r"[\w+-][\w.+ -]{0,199}", name):
-        raise document.problem(("name",), f"name = {name}: it names the files; use up to 200 letters, digits, _ + - .")
+        raise document.problem(("name",), "it names the files; use up to 200 letters, digits, _ + - .", name)

@@ -1,7 +1,7 @@
 """The points of a sweep, made one at a time: a million of them take no memory."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from simulator.config.build import placed, validate
@@ -33,7 +33,7 @@ class SweepPoint:
         return shot_from(self.document)
 
     def placed(self, error: PhotositeError) -> PhotositeError:
-        """Return an error of taking the point with file and line, when it begins with a key of the document."""
+        """Return an error of taking the point with file and line, when it is about the value of a key of the document."""
         return placed(error, self.document)
 
 
@@ -54,13 +54,15 @@ class Sweep:
             try:
                 self.values[key] = sequence(values)
             except ValueError as error:
-                raise section_document.problem(("vary", key), f"sweep.vary.{key}: {error}") from None
+                raise section_document.problem(("vary", key), f"{error}", key=f"sweep.vary.{key}") from None
         self._zip, self._same_noise = section.mode == "zip", section.same_noise
         self.listed = {key for key, values in section.vary.items() if isinstance(values, list)}
         lengths = {key: len(values) for key, values in self.values.items()}
         if self._zip and len(set(lengths.values())) > 1:
             told = ", ".join(f"{key} has {length}" for key, length in lengths.items())
-            raise section_document.problem(("vary",), f"sweep.vary: mode zip needs as many values for each key, but {told}")
+            raise section_document.problem(
+                ("vary",), f"mode zip needs as many values for each key, but {told}", key="sweep.vary"
+            )
 
     def __len__(self) -> int:
         lengths = [len(values) for values in self.values.values()]
@@ -88,7 +90,7 @@ class Sweep:
         document = self._base
         for key, value in values.items():
             written = self._place(("vary", key))
-            document = _with(document, key, value, Place(f"{written.text} (sweep)", written.folder))
+            document = _with(document, key, value, replace(written, via="sweep"))
         if not self._same_noise and "seeds.frame" not in self.values:
             document = self._with_frame(document, index)
         digits = max(4, len(str(len(self) - 1)))
@@ -117,8 +119,7 @@ class Sweep:
                 shot = point.shot()
                 for keys, path in named_files(shot.scene, ("scene",)) + named_files(shot.lens, ("lens",)):
                     if not path.is_file():
-                        message = f"{'.'.join(keys)} = {path}: no such file (for {point.name}); check the path"
-                        raise point.document.problem(keys, message)
+                        raise point.document.problem(keys, f"no such file (for {point.name}); check the path", path)
 
     def _rows(self, key: str, length: int) -> Iterable[int]:
         if key in self.listed or length <= MAX_CHECKED:

@@ -122,7 +122,9 @@ class Pupil:
         widths = right - left
         area = np.concatenate([[0.0], np.cumsum(0.5 * (widths[1:] + widths[:-1]) * np.diff(rows))])
         if not area[-1] > 0:
-            raise PhotositeError(f"lens.vignetting: no ray reaches the field ({field[0]:g}, {field[1]:g}); widen the stops")
+            raise PhotositeError(
+                f"no ray reaches the field ({field[0]:g}, {field[1]:g}); widen the stops", key="lens.vignetting"
+            )
         y = np.interp(chosen * area[-1], area, rows)
         return np.interp(y, rows, left) + across * np.interp(y, rows, widths), y
 

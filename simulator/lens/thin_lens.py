@@ -76,8 +76,10 @@ class ThinLens(Perspective):
         require(0 < self.transmittance <= 1, "lens.transmittance", self.transmittance, "give a share above 0 and up to 1")
         if not self.focus_distance_m * 1e3 > self.focal_length_mm:
             raise PhotositeError(
-                f"lens.focus_distance = {self.focus_distance_m:g} m: nothing nearer than the focal length "
-                f"({self.focal_length_mm:g} mm) can be brought into focus; give more than {self.focal_length_mm / 1e3:g} m"
+                "nothing nearer than the focal length "
+                f"({self.focal_length_mm:g} mm) can be brought into focus; give more than {self.focal_length_mm / 1e3:g} m",
+                key="lens.focus_distance",
+                value=f"{self.focus_distance_m:g} m",
             )
         circle_um = self.circle_of_confusion_um
         good = circle_um is None or 0 < circle_um < math.inf

@@ -68,8 +68,10 @@ def _clipping(stop: RoundStop, key: str, sign: float, end_mm: float, radius_mm: 
     cone_mm = radius_mm * (1.0 - distance_mm / end_mm)
     if not 2.0 * cone_mm * corner <= diameter_mm < math.inf:
         raise PhotositeError(
-            f"{key}.diameter = {diameter_mm:g} mm: narrower than the light on the axis, so that it, not lens.f_number, would "
-            f"be the aperture; give {2.0 * cone_mm * corner:.4g} mm or more, or a larger f-number"
+            "narrower than the light on the axis, so that it, not lens.f_number, would "
+            f"be the aperture; give {2.0 * cone_mm * corner:.4g} mm or more, or a larger f-number",
+            key=f"{key}.diameter",
+            value=f"{diameter_mm:g} mm",
         )
     return PupilStop(0.5 * diameter_mm / cone_mm, sign * distance_mm / cone_mm)
 

@@ -27,23 +27,23 @@ def read_psf(path: str | os.PathLike, pitch_um: float) -> PsfTable:
     """
     label = os.fspath(path)
     if not os.path.isfile(label):
-        raise PhotositeError(f"{label}: no such file; check the path")
+        raise PhotositeError("no such file; check the path", file=label)
     readers = {".npz": _read_npz, ".npy": _read_npy, ".txt": _read_text}
     reader = readers.get(Path(label).suffix.lower())
     if reader is None:
-        raise PhotositeError(f"{label}: no known kind of PSF file; give .npz, .npy or .txt")
+        raise PhotositeError("no known kind of PSF file; give .npz, .npy or .txt", file=label)
     try:
         return reader(label, pitch_um)
     except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise PhotositeError(f"{label}: cannot be read as a PSF ({error}); write it again") from error
+        raise PhotositeError(f"cannot be read as a PSF ({error}); write it again", file=label) from error
 
 
 def _read_npz(label: str, pitch_um: float) -> PsfTable:
     with np.load(label, allow_pickle=False) as file:
         known = {"kernels", "blur_radii_px", "fields", "cells", "light"}
         strange = sorted(set(file.files) - known)
-        require(not strange, f"{label}: keys", ", ".join(strange), f"unknown; give {', '.join(sorted(known))}")
-        require("kernels" in file.files, f"{label}: keys", ", ".join(file.files), "`kernels` is missing")
+        require(not strange, "keys", ", ".join(strange), f"unknown; give {', '.join(sorted(known))}", file=label)
+        require("kernels" in file.files, "keys", ", ".join(file.files), "`kernels` is missing", file=label)
         found = {name: file[name] for name in file.files}
     cells, light = int(found.get("cells", 1)), float(found.get("light", 1.0))
     axes = [np.atleast_1d(np.asarray(found.get(name, 0.0), np.float64)) for name in ("blur_radii_px", "fields")]
@@ -53,13 +53,13 @@ def _read_npz(label: str, pitch_um: float) -> PsfTable:
 def _read_npy(label: str, pitch_um: float) -> PsfTable:
     kernels = _numbers(np.load(label, allow_pickle=False), label)
     rule = "give one kernel (size, size) or one per channel (channels, size, size)"
-    require(kernels.ndim in (2, 3), f"{label}: shape", kernels.shape, rule)
+    require(kernels.ndim in (2, 3), "shape", kernels.shape, rule, file=label)
     kernels = kernels.reshape(1, 1, -1, *kernels.shape[-2:])
     return PsfTable(kernels, np.zeros(1), np.zeros(1), 1, pitch_um, source=label)
 
 
 def _numbers(array: np.ndarray, label: str) -> np.ndarray:
-    require(array.dtype.kind in "fiu", f"{label}: type of kernels", array.dtype, "give real numbers")
+    require(array.dtype.kind in "fiu", "type of kernels", array.dtype, "give real numbers", file=label)
     return array.astype(np.float64)
 
 
@@ -67,14 +67,14 @@ def _read_text(label: str, pitch_um: float) -> PsfTable:
     text = _decoded(Path(label).read_bytes())
     spacing = re.search(r"Data spacing is\s+([0-9.eE+-]+)", text)
     if spacing is None:
-        raise PhotositeError(f"{label}: says no distance between its points; add a line such as `Data spacing is 0.250 um`")
+        raise PhotositeError("says no distance between its points; add a line such as `Data spacing is 0.250 um`", file=label)
     step_um = float(spacing[1])
-    require(0 < step_um < 1e4, f"{label}: Data spacing", f"{step_um:g} um", "give a distance above 0 um")
+    require(0 < step_um < 1e4, "Data spacing", f"{step_um:g} um", "give a distance above 0 um", file=label)
     grid = _grid(text, label)
     centre = re.search(r"Center point is:?\s*(\d+)\D+(\d+)", text)
     column, row = (int(centre[1]) - 1, int(centre[2]) - 1) if centre else ((side - 1) / 2 for side in grid.shape[::-1])
     total = float(grid.sum())
-    require(np.isfinite(total) and total > 0, f"{label}: sum of the grid", total, "give numbers of light, 0 and above")
+    require(np.isfinite(total) and total > 0, "sum of the grid", total, "give numbers of light, 0 and above", file=label)
     cell_um = pitch_um / CELLS
     reach_um = step_um * (0.5 + max(column, row, grid.shape[1] - 1 - column, grid.shape[0] - 1 - row))
     size = odd(2.0 * reach_um / pitch_um) * CELLS
@@ -101,7 +101,7 @@ def _grid(text: str, label: str) -> np.ndarray:
             break
         rows.append(numbers)
     if len(rows) < 3 or len(rows[0]) < 3:
-        raise PhotositeError(f"{label}: holds no grid of numbers at its end; give three or more rows of equal length")
+        raise PhotositeError("holds no grid of numbers at its end; give three or more rows of equal length", file=label)
     return np.array(rows[::-1])
 
 

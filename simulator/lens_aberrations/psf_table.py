@@ -70,33 +70,34 @@ class PsfTable:
     def _check_axes(self, kernels: np.ndarray) -> None:
         shape, wanted = kernels.shape, (len(self.blur_radii_px), len(self.fields))
         rule = "give (blur radii, fields, channels, size, size)"
-        require(kernels.ndim == 5 and shape[:2] == wanted, f"{self.source}: shape of kernels", shape, rule)
+        require(kernels.ndim == 5 and shape[:2] == wanted, "shape of kernels", shape, rule, file=self.source)
         odd_size = shape[3] == shape[4] and shape[3] % 2 == 1
-        require(odd_size, f"{self.source}: size of the kernels", f"{shape[3]} x {shape[4]}", "give an odd square")
+        require(odd_size, "size of the kernels", f"{shape[3]} x {shape[4]}", "give an odd square", file=self.source)
         whole = self.cells % 2 == 1 and shape[3] % self.cells == 0
         rule = f"give an odd number of cells per photosite that divides the kernels' {shape[3]} cells"
-        require(whole, f"{self.source}: cells", self.cells, rule)
+        require(whole, "cells", self.cells, rule, file=self.source)
         for name, axis in (("blur_radii_px", self.blur_radii_px), ("fields", self.fields)):
             good = len(axis) > 0 and np.isfinite(axis).all() and np.all(np.diff(axis) > 0)
-            require(bool(good), f"{self.source}: {name}", list(axis), "give ascending numbers, each once")
-        require(0 < self.light <= 1, f"{self.source}: light", self.light, "give the share that arrives, above 0 and up to 1")
+            require(bool(good), name, list(axis), "give ascending numbers, each once", file=self.source)
+        require(0 < self.light <= 1, "light", self.light, "give the share that arrives, above 0 and up to 1", file=self.source)
 
     def _check_values(self, kernels: np.ndarray) -> None:
         if not np.isfinite(kernels).all():
             raise PhotositeError(
-                f"{self.source}: kernel {_place(~np.isfinite(kernels))} is not finite; give numbers everywhere"
+                f"kernel {_place(~np.isfinite(kernels))} is not finite; give numbers everywhere", file=self.source
             )
         negative = kernels < -NEGATIVE_TOLERANCE * kernels.max(axis=(3, 4), keepdims=True)
         if negative.any():
             least = float(kernels[negative].min())
-            raise PhotositeError(f"{self.source}: kernel {_place(negative)} holds {least:g}; light is not negative")
+            raise PhotositeError(f"kernel {_place(negative)} holds {least:g}; light is not negative", file=self.source)
         sums = kernels.sum(axis=(3, 4), dtype=np.float64)
         wrong = np.abs(sums - self.light) > SUM_TOLERANCE * self.light
         if wrong.any():
             place = tuple(int(i) for i in np.argwhere(wrong)[0])
             raise PhotositeError(
-                f"{self.source}: kernel {place} sums to {sums[place]:.6g}, not to {self.light:g}: divide it by its sum, or "
-                "state the light that arrives as `light`"
+                f"kernel {place} sums to {sums[place]:.6g}, not to {self.light:g}: divide it by its sum, or "
+                "state the light that arrives as `light`",
+                file=self.source,
             )
 
 

@@ -76,7 +76,7 @@ def inspect_raw(path: str | os.PathLike) -> Inspection:
     with open_raw(label, label) as frame:
         image = frame.raw_image_visible
         if image is None or image.dtype != np.uint16:
-            raise PhotositeError(f"{label}: holds no integer codes; give a raw file of 16-bit codes")
+            raise PhotositeError("holds no integer codes; give a raw file of 16-bit codes", file=label)
         black, white = np.asarray(frame.black_level_per_channel, dtype=np.float64), int(frame.white_level)
         pattern, places = _places(frame, image)
         channels = tuple(_channel(name, planes, float(black[index].mean()), white) for name, planes, index in places)

@@ -57,7 +57,7 @@ def edge_of_raw_file(
     label = os.fspath(path)
     places = plane_places(raw.cfa)
     wanted = [place for name, place in places.items() if name == plane or name[0] == plane]
-    require(bool(wanted), f"{label}: colour", plane, f"give one of {'MONO' if raw.cfa == 'MONO' else 'R, G, B'}")
+    require(bool(wanted), "colour", plane, f"give one of {'MONO' if raw.cfa == 'MONO' else 'R, G, B'}", file=label)
     step = 1 if raw.cfa == "MONO" else 2
     seen = np.zeros(raw.mosaic.shape, bool)
     signal = raw.mosaic.astype(np.float64)
@@ -67,12 +67,12 @@ def edge_of_raw_file(
     height, width = signal.shape
     left, top, wide, tall = window_px or (0, 0, width, height)
     inside = 0 <= left < left + wide <= width and 0 <= top < top + tall <= height
-    require(inside, f"{label}: window", (left, top, wide, tall), f"must lie inside {width} x {height}")
+    require(inside, "window", (left, top, wide, tall), f"must lie inside {width} x {height}", file=label)
     part = slice(top, top + tall), slice(left, left + wide)
     try:
         return edge_transfer(signal[part], seen[part])
     except PhotositeError as error:
-        raise PhotositeError(f"{label}: {error}") from error
+        raise error.with_file(label) from error
 
 
 def edge_transfer(signal: np.ndarray, seen: np.ndarray | None = None) -> EdgeTransfer:

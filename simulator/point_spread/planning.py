@@ -96,7 +96,7 @@ def _psf(lens: Lens, camera: Camera, scene: Scene) -> WavefrontPsf | PsfTable | 
     if isinstance(lens, ThinLens) and lens.psf is not None:
         table = read_psf(lens.psf, camera.pixel_pitch_um)
         channels, rule = table.kernels.shape[2], f"the camera has {camera.channels}; give one for each, or one for all"
-        require(channels in (1, camera.channels), f"{lens.psf}: channels of the kernels", channels, rule)
+        require(channels in (1, camera.channels), "channels of the kernels", channels, rule, file=lens.psf)
         return table
     if not (getattr(lens, "diffraction", False) or getattr(lens, "aberrations", None)):
         return None
@@ -154,7 +154,7 @@ def _check_range(table: PsfTable, defocus: Defocus | None) -> None:
     known = table.blur_radii_px
     rule = f"{table.source} holds blur radii from {known[0]:g} to {known[-1]:g}; tabulate more, or stop down"
     within = known[0] - SHARP_PX <= least and greatest <= known[-1] + SHARP_PX
-    require(bool(within), "lens.psf: blur of the scene", f"{least:.2f} to {greatest:.2f} photosites", rule)
+    require(bool(within), "blur of the scene", f"{least:.2f} to {greatest:.2f} photosites", rule, part="lens.psf")
 
 
 def _radii_px(radius: float | np.ndarray) -> list[float]:

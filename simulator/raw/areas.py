@@ -17,7 +17,7 @@ def areas(raw: Raw) -> dict[Tag, tiff.Field]:
     top, left, bottom, right = raw.edges
     height, width = raw.dn.shape
     inside = 0 <= top < bottom <= height and 0 <= left < right <= width and top % 2 == left % 2 == 0
-    require(inside, f"{raw.name}: active_area", raw.edges, "lies within the frame and begins at even rows and columns")
+    require(inside, "active_area", raw.edges, "lies within the frame and begins at even rows and columns", part=raw.name)
     border = min(8, 2 * (min(bottom - top, right - left) // 16))  # even; 8 px hide what demosaicing does at the edge
     tags = {
         Tag.DEFAULT_CROP_ORIGIN: tiff.long(border, border),  # x, y in the active area

@@ -43,11 +43,14 @@ def _matrix(raw: Raw, name: str, values: object) -> tiff.Field:
     """Row by row."""
     matrix = np.asarray(values if values is not None else np.nan, dtype=np.float64)
     if matrix.shape != (3, 3) or not np.abs(matrix).max() < 2000:  # numerators are 32 bits wide
-        raise PhotositeError(f"{raw.name}: {name} = {np.asarray(values).tolist()}: a colour camera needs 3 x 3 finite numbers")
+        shown = f"{np.asarray(values).tolist()}"
+        raise PhotositeError("a colour camera needs 3 x 3 finite numbers", part=raw.name, key=name, value=shown)
     return tiff.signed_rational(*np.ravel(matrix))
 
 
 def _check_neutral(raw: Raw) -> None:
     neutral = raw.as_shot_neutral
     if len(neutral) != 3 or not all(math.isfinite(value) and value > 0 for value in neutral):
-        raise PhotositeError(f"{raw.name}: as_shot_neutral = {neutral}: a colour camera sees white in three values above 0")
+        raise PhotositeError(
+            "a colour camera sees white in three values above 0", part=raw.name, key="as_shot_neutral", value=neutral
+        )

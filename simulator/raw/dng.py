@@ -62,13 +62,15 @@ def dng_pieces(raw: Raw) -> list[bytes | np.ndarray]:
 def _check(raw: Raw) -> None:
     """Refuse what a DNG or its readers cannot hold."""
     if raw.dn.dtype != np.uint16 or raw.dn.ndim != 2:
-        raise PhotositeError(f"{raw.name}: raw.dn is {raw.dn.dtype} {raw.dn.shape}: a raw frame is uint16 (height, width)")
+        raise PhotositeError(
+            f"is {raw.dn.dtype} {raw.dn.shape}: a raw frame is uint16 (height, width)", part=raw.name, key="raw.dn", joint=" "
+        )
     for side, pixels in zip(("height", "width"), raw.dn[raw.active].shape, strict=True):
         rule = f"raw converters read frames of {SMALLEST_SIDE_PX} to {LARGEST_SIDE_PX} px a side; set camera.window"
-        require(SMALLEST_SIDE_PX <= pixels <= LARGEST_SIDE_PX, f"{raw.name}: camera.{side}", f"{pixels} px", rule)
+        require(SMALLEST_SIDE_PX <= pixels <= LARGEST_SIDE_PX, f"camera.{side}", f"{pixels} px", rule, part=raw.name)
     if raw.dn.nbytes + 2**20 > tiff.LARGEST_FILE_BYTES:  # thumbnail and tags stay well below 1 MiB
         size = f"{raw.dn.shape[1]} x {raw.dn.shape[0]} px"
-        raise PhotositeError(f"{raw.name}: frame of {size}: a DNG ends at 4 GiB; use a smaller window of the sensor")
+        raise PhotositeError(f"frame of {size}: a DNG ends at 4 GiB; use a smaller window of the sensor", part=raw.name)
     color_tags(raw)  # refuses what the thumbnail would divide by
 
 

@@ -36,7 +36,7 @@ def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
     target = Path(os.path.realpath(path))
     # Renaming over a device such as /dev/null would replace the device.
     if target.exists() and not target.is_file():
-        raise PhotositeError(f"{path}: cannot be written: it is not a plain file; choose another name")
+        raise PhotositeError("cannot be written: it is not a plain file; choose another name", file=path)
     temporary = target.with_name(f"{LEFTOVER}{secrets.token_hex(8)}{target.suffix}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -60,7 +60,7 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
     """
     target = Path(os.path.realpath(path))
     if target.exists() and not target.is_dir():
-        raise PhotositeError(f"{path}: cannot be written: it is not a folder; choose another name")
+        raise PhotositeError("cannot be written: it is not a folder; choose another name", file=path)
     temporary, old = (target.with_name(f"{LEFTOVER}{secrets.token_hex(8)}{kind}") for kind in ("", ".old"))
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -102,7 +102,7 @@ def _put_in_place(folder: Path, target: Path, old: Path) -> None:
 
 def _refused(path: str | os.PathLike, error: OSError) -> PhotositeError:
     fix = _FIX.get(error.errno, "check the path and the disk")
-    return PhotositeError(f"{path}: cannot be written: {error.strerror or error}; {fix}")
+    return PhotositeError(f"cannot be written: {error.strerror or error}; {fix}", file=path)
 
 
 def _to_disk(path: Path) -> None:

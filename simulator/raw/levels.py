@@ -14,13 +14,15 @@ def levels(raw: Raw, bits_per_sample: int) -> dict[Tag, tiff.Field]:
     """
     black_dn = [raw.black_level_dn + offset for offset in raw.black_offsets_dn]
     if len(black_dn) != 4:
-        raise PhotositeError(f"{raw.name}: black_offsets_dn = {raw.black_offsets_dn}: give one for each place of the 2x2 block")
+        raise PhotositeError(
+            "give one for each place of the 2x2 block", part=raw.name, key="black_offsets_dn", value=raw.black_offsets_dn
+        )
     largest = 2**bits_per_sample - 1
     rule = f"lies outside the codes 1 to {largest} of {bits_per_sample} bits"
-    require(1 <= raw.white_level_dn <= largest, f"{raw.name}: white_level", f"{raw.white_level_dn} DN", rule)
+    require(1 <= raw.white_level_dn <= largest, "white_level", f"{raw.white_level_dn} DN", rule, part=raw.name)
     rule = f"black lies from 0 up to below the white level, {raw.white_level_dn} DN; lower it, or raise white"
     for level_dn in black_dn:
-        require(0 <= level_dn < raw.white_level_dn, f"{raw.name}: black_level", f"{level_dn:g} DN", rule)
+        require(0 <= level_dn < raw.white_level_dn, "black_level", f"{level_dn:g} DN", rule, part=raw.name)
     single = raw.cfa == "MONO" and not any(raw.black_offsets_dn)
     return {
         Tag.BLACK_LEVEL_REPEAT_DIM: tiff.short(1, 1) if single else tiff.short(2, 2),

@@ -48,7 +48,7 @@ def mosaic_data(raw: Raw) -> MosaicData:
     bits = bits_per_sample(raw)
     largest = int(raw.dn.max()) if bits < 16 else 0
     rule = f"more than {bits} bits hold; take raw.payload: uncompressed"
-    require(largest < 2**bits, f"{raw.name}: code", f"{largest} DN", rule)
+    require(largest < 2**bits, "code", f"{largest} DN", rule, part=raw.name)
     if raw.format.payload == "lossless_jpeg":
         return MosaicData(_jpeg(raw.dn, bits), bits, Compression.JPEG)
     codes = np.ascontiguousarray(raw.dn, dtype="<u2") if bits == 16 else packed(raw.dn, bits)

@@ -101,10 +101,10 @@ def read_parts(path: str | os.PathLike) -> Iterator[Part]:
     import OpenImageIO
 
     if not os.path.isfile(path):
-        raise PhotositeError(f"{path}: no such file; check the path")
+        raise PhotositeError("no such file; check the path", file=path)
     source = OpenImageIO.ImageInput.open(str(path))
     if source is None:
-        raise PhotositeError(f"{path}: not a picture file: {OpenImageIO.geterror().strip()}; check the path")
+        raise PhotositeError(f"not a picture file: {OpenImageIO.geterror().strip()}; check the path", file=path)
     index = 0
     try:
         while source.seek_subimage(index, 0):
@@ -112,7 +112,7 @@ def read_parts(path: str | os.PathLike) -> Iterator[Part]:
             pixels = source.read_image(index, 0, 0, spec.nchannels, "float")
             message = source.geterror().strip()
             if pixels is None or message:
-                raise PhotositeError(f"{path}: damaged or cut short: {message}; write or copy it again")
+                raise PhotositeError(f"damaged or cut short: {message}; write or copy it again", file=path)
             yield Part(spec.getattribute("oiio:subimagename") or "", pixels, tuple(spec.channelnames))
             index += 1
     finally:

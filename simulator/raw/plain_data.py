@@ -17,7 +17,7 @@ def json_text(name: str, settings: object, **style) -> str:
     try:
         plain = _plain(settings)
     except TypeError as error:
-        raise PhotositeError(f"{name}: settings cannot be written as JSON: {error}; give plain values") from error
+        raise PhotositeError(f"settings cannot be written as JSON: {error}; give plain values", part=name) from error
     return json.dumps(plain, sort_keys=True, allow_nan=False, **style)
 
 

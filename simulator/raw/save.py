@@ -25,7 +25,9 @@ class SavedFiles:
 def files_of(name: str, directory: str | os.PathLike) -> SavedFiles:
     """Name the three files of a shot. Raises PhotositeError for a name that is no plain file name."""
     if name in ("", ".", "..") or any(letter in name for letter in "/\\\0"):
-        raise PhotositeError(f"shot.name = {name!r}: names the files, so it must be a plain file name; leave out slashes")
+        raise PhotositeError(
+            "names the files, so it must be a plain file name; leave out slashes", key="shot.name", value=f"{name!r}"
+        )
     folder = Path(directory)
     return SavedFiles(folder / f"{name}.dng", folder / f"{name}.truth.exr", folder / f"{name}.json")
 

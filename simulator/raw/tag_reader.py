@@ -33,10 +33,10 @@ def read_tag(path: str | os.PathLike, code: int) -> bytes | None:
         with open(path, "rb") as file:
             return _value(file, code)
     except struct.error:
-        raise PhotositeError(f"{path}: not a DNG, or cut short; give a DNG file") from None
+        raise PhotositeError("not a DNG, or cut short; give a DNG file", file=path) from None
     except OSError as error:
         reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror
-        raise PhotositeError(f"{path}: {reason}; check the path") from None
+        raise PhotositeError(f"{reason}; check the path", file=path) from None
 
 
 def _value(file: BinaryIO, code: int) -> bytes | None:

@@ -70,7 +70,7 @@ def read_twin(path: str | os.PathLike) -> dict[str, np.ndarray]:
     for part in read_parts(path):
         found |= {name: np.ascontiguousarray(part.pixels[..., index]) for index, name in enumerate(part.channels)}
     if missing := {MEAN_ELECTRONS, NOISE_FREE_DN} - set(found):
-        raise PhotositeError(f"{path}: not a truth twin: it has no channel {sorted(missing)[0]}; give a .truth.exr file")
+        raise PhotositeError(f"not a truth twin: it has no channel {sorted(missing)[0]}; give a .truth.exr file", file=path)
     return found
 
 
@@ -79,7 +79,9 @@ def _part(raw: Raw, name: str, plane: np.ndarray, channels: tuple[str, ...], uni
     pixels = plane[..., np.newaxis] if plane.ndim == 2 else plane
     if pixels.shape != (*raw.dn.shape, len(channels)):
         shown = channels[0] if len(channels) == 1 else name
-        raise PhotositeError(f"{raw.name}: {shown} is {plane.shape} and the mosaic {raw.dn.shape}: they must agree")
+        raise PhotositeError(
+            f"is {plane.shape} and the mosaic {raw.dn.shape}: they must agree", part=raw.name, key=shown, joint=" "
+        )
     attributes = {"compression": compression, "photosite:unit": unit}
     return Part(name, pixels.astype(np.float32, casting="same_kind", copy=False), channels, attributes, _TILE_ROWS)
 

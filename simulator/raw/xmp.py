@@ -83,7 +83,7 @@ def read_provenance(path: str | os.PathLike) -> Provenance | None:
         shot, inputs = None, ()
     named = all(isinstance(each.get(name), str) for each in inputs for name in ("key", "path", "sha256"))
     if not isinstance(shot, dict) or not named or _sha256(found["Shot"]) != found.get("ConfigSHA256"):
-        raise SettingsChanged(f"{path}: the shot in its XMP packet was changed after it was written; use an untouched copy")
+        raise SettingsChanged("the shot in its XMP packet was changed after it was written; use an untouched copy", file=path)
     return Provenance(shot, found["ConfigSHA256"], inputs, found.get("Version", "an unknown version"))
 
 

@@ -28,8 +28,10 @@ def load_coverage(
         key, path, stored = f"{key}.alpha_image", alpha_image, _alpha_picture(alpha_image, f"{key}.alpha_image")
         if stored.shape != file.size:
             raise PhotositeError(
-                f"{key} = {path}: is {stored.shape[1]}x{stored.shape[0]} pixels, but its picture is "
-                f"{file.size[1]}x{file.size[0]}; export both at one size"
+                f"is {stored.shape[1]}x{stored.shape[0]} pixels, but its picture is "
+                f"{file.size[1]}x{file.size[0]}; export both at one size",
+                key=key,
+                value=path,
             )
     elif layer and f"{layer}.A" in file.channels:
         key, path, stored = f"{key}.image", file.path, file.channel(f"{layer}.A", key)
@@ -54,8 +56,10 @@ def unit_range(stored: np.ndarray, key: str, path: Path) -> np.ndarray:
     fault = (coverage < -SLACK) | (coverage > 1 + SLACK)
     if fault.any():
         raise PhotositeError(
-            f"{key} = {path}: alpha is {coverage[fault][0]:g} in {first_fault(fault)}; coverage is a share of the pixel, "
-            "0 to 1: export it again"
+            f"alpha is {coverage[fault][0]:g} in {first_fault(fault)}; coverage is a share of the pixel, "
+            "0 to 1: export it again",
+            key=key,
+            value=path,
         )
     return np.clip(coverage, 0.0, 1.0, out=coverage)
 

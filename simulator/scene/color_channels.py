@@ -37,8 +37,10 @@ def _wrong_channels(file: PixelFile, layer: str | None, key: str) -> PhotositeEr
     shown = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
     where = f" of layer {layer}" if layer else ""
     return PhotositeError(
-        f"{key} = {file.path}: has {len(names)} channels ({shown}), but the colour{where} must be "
-        f"1 channel (grey) or R, G and B, with or without alpha{hint}"
+        f"has {len(names)} channels ({shown}), but the colour{where} must be "
+        f"1 channel (grey) or R, G and B, with or without alpha{hint}",
+        key=key,
+        value=file.path,
     )
 
 

@@ -70,7 +70,7 @@ def _samples(data, spec, path: Path) -> tuple[DeepSamples, tuple[str, ...]]:
     known = {*colours, "A", "Z", "ZBack"}
     if not {*colours, "Z"} <= set(names) or not set(names) <= known:
         raise PhotositeError(
-            f"{KEY} = {path}: has channels {', '.join(names)}; needs R, G, B or Y, with Z, and may have A, ZBack"
+            f"has channels {', '.join(names)}; needs R, G, B or Y, with Z, and may have A, ZBack", key=KEY, value=path
         )
     count = np.fromiter((data.samples(pixel) for pixel in range(data.pixels)), np.int64, data.pixels)
     occupied = [(pixel, range(samples)) for pixel, samples in enumerate(count.tolist()) if samples]
@@ -107,4 +107,4 @@ def _check(samples: DeepSamples, path: Path) -> None:
     ):
         if fault.any():
             shown = f", there {alpha[fault][0]:g}" if what.startswith("alpha") else ""
-            raise PhotositeError(f"{KEY} = {path}: {what} in {first_fault(samples.where(fault))}{shown}; {fix}")
+            raise PhotositeError(f"{what} in {first_fault(samples.where(fault))}{shown}; {fix}", key=KEY, value=path)

@@ -102,8 +102,10 @@ def load_depth(
         path, stored = depth_m.image, _depth_picture(depth_m, key)
     if stored.shape != scene_file.size:
         raise PhotositeError(
-            f"{key}.depth.image = {path}: is {stored.shape[1]}x{stored.shape[0]} pixels, but the scene is "
-            f"{scene_file.size[1]}x{scene_file.size[0]}; export both at one size"
+            f"is {stored.shape[1]}x{stored.shape[0]} pixels, but the scene is "
+            f"{scene_file.size[1]}x{scene_file.size[0]}; export both at one size",
+            key=f"{key}.depth.image",
+            value=path,
         )
     depth = stored.astype(np.float32)
     depth *= np.float32(depth_m.scale * METRES_PER_UNIT[depth_m.unit])

@@ -23,14 +23,18 @@ def without_holes(depth_m: np.ndarray, holes: Holes, key: str, path: Path) -> tu
         return depth_m, ()
     if holes == "error":
         raise PhotositeError(
-            f"{key} = {path}: depth is NaN, 0 or less in {first_fault(fault)}; fill these pixels (inf is allowed), "
-            "or write holes: infinity or holes: nearest in the depth section"
+            f"depth is NaN, 0 or less in {first_fault(fault)}; fill these pixels (inf is allowed), "
+            "or write holes: infinity or holes: nearest in the depth section",
+            key=key,
+            value=path,
         )
     if holes == "infinity":
         depth_m[fault] = np.inf
         return depth_m, (f"{path.name}: depth set to infinity in {first_fault(fault)}",)
     if fault.all():
-        raise PhotositeError(f"{key} = {path}: all of it is NaN, 0 or less, so there is no nearest depth; check its channel")
+        raise PhotositeError(
+            "all of it is NaN, 0 or less, so there is no nearest depth; check its channel", key=key, value=path
+        )
     return nearest_pixels(depth_m, ~fault), (f"{path.name}: depth taken from the nearest pixel in {first_fault(fault)}",)
 
 

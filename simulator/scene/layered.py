@@ -56,8 +56,10 @@ class PictureLayer:
             planes *= coverage[..., None]
         elif coverage is not None and (scene.encoding == "srgb" or scene.encoding == "auto" and stored.dtype.kind in "ui"):
             raise PhotositeError(
-                f"{key}.alpha = associated: the colours of {self.image} are sRGB codes, which are not in proportion to light; "
-                "write encoding: linear, or alpha: straight"
+                f"the colours of {self.image} are sRGB codes, which are not in proportion to light; "
+                "write encoding: linear, or alpha: straight",
+                key=f"{key}.alpha",
+                value="associated",
             )
         depth_m, depth_notes = load_depth(self.depth_m, file, scene.field_of_view_deg, key, coverage)
         return Layer(planes, depth_m, coverage), (*file.notes, *notes, *clip_notes, *depth_notes)
@@ -118,8 +120,9 @@ class LayeredScene:
         for (earlier, (nearest, _)), (later, (_, farthest)) in combinations(enumerate(ranges), 2):
             if farthest < nearest:
                 raise PhotositeError(
-                    f"scene.layers.{later}.depth = up to {farthest:g} m: stands wholly before layer {earlier}, which begins at "
-                    f"{nearest:g} m; write layers from front to back"
+                    f"stands wholly before layer {earlier}, which begins at {nearest:g} m; write layers from front to back",
+                    key=f"scene.layers.{later}.depth",
+                    value=f"up to {farthest:g} m",
                 )
 
     def _hiding_notes(self, layers: list[Layer]) -> tuple[str, ...]:

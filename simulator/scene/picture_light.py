@@ -29,8 +29,10 @@ def without_negative(planes: np.ndarray, negative: Negative, key: str, path: Pat
     fault = first_fault(planes < 0)
     if negative == "error":
         raise PhotositeError(
-            f"{key} = {path}: negative radiance in {fault}, down to {planes.min():.3g}; "
-            "light is never negative: export it again, or write negative: clip to set these to 0"
+            f"negative radiance in {fault}, down to {planes.min():.3g}; "
+            "light is never negative: export it again, or write negative: clip to set these to 0",
+            key=key,
+            value=path,
         )
     return np.maximum(planes, np.float32(0), out=planes), (f"{path.name}: negative radiance set to 0 in {fault}",)
 

@@ -52,7 +52,7 @@ def memory_for(path: str | os.PathLike, key: str) -> Iterator[None]:
     except MemoryError as error:
         detail = str(error) or "out of memory"
         raise PhotositeError(
-            f"{key} = {path}: does not fit into memory ({detail}); scale it down or end other programs"
+            f"does not fit into memory ({detail}); scale it down or end other programs", key=key, value=path
         ) from None
 
 
@@ -73,7 +73,9 @@ def load_array(path: Path, key: str) -> np.ndarray:
     try:
         array = np.load(path, allow_pickle=False)
     except (OSError, ValueError, EOFError) as error:
-        raise PhotositeError(f"{key} = {path}: cannot be read as a NumPy array ({error}); save it with numpy.save") from error
+        raise PhotositeError(
+            f"cannot be read as a NumPy array ({error}); save it with numpy.save", key=key, value=path
+        ) from error
     plain = isinstance(array, np.ndarray) and array.dtype.kind in "fui" and array.size > 0
     require(plain, key, path, "holds no numbers; save one array of floats with numpy.save")
     return array
@@ -131,7 +133,7 @@ def unreadable(key: str, path: Path, reason: str) -> PhotositeError:
     """Error for a file that OpenImageIO cannot read; `reason` is what it said."""
     first_line = (reason or "no reason given").strip().splitlines()[0]
     return PhotositeError(
-        f"{key} = {path}: cannot be read ({first_line}); the file is damaged, cut short or no picture: export it again"
+        f"cannot be read ({first_line}); the file is damaged, cut short or no picture: export it again", key=key, value=path
     )
 
 
@@ -149,4 +151,6 @@ def check_finite(values: np.ndarray, key: str, path: Path) -> None:
     for name, test in (("NaN", np.isnan), ("Inf", np.isinf)):
         fault = test(values)
         if fault.any():
-            raise PhotositeError(f"{key} = {path}: {name} in {first_fault(fault)}; render or export it again without {name}")
+            raise PhotositeError(
+                f"{name} in {first_fault(fault)}; render or export it again without {name}", key=key, value=path
+            )

@@ -67,7 +67,9 @@ class SpectralCubeScene:
         if planes.min() < 0:
             fault = first_fault(planes < 0)
             raise PhotositeError(
-                f"scene.spectral_cube = {self.spectral_cube}: negative in {fault}; light is never negative: clip it first"
+                f"negative in {fault}; light is never negative: clip it first",
+                key="scene.spectral_cube",
+                value=self.spectral_cube,
             )
         light = illuminant(self.illuminant, grid_nm)
         depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg)
@@ -90,8 +92,10 @@ class SpectralCubeScene:
             given = read_wavelengths(self.wavelengths)
             if len(given) != len(file.channels):
                 raise PhotositeError(
-                    f"scene.wavelengths = {self.wavelengths}: holds {len(given)} wavelengths, but {file.path} has "
-                    f"{len(file.channels)} channels; give one wavelength per channel"
+                    f"holds {len(given)} wavelengths, but {file.path} has "
+                    f"{len(file.channels)} channels; give one wavelength per channel",
+                    key="scene.wavelengths",
+                    value=self.wavelengths,
                 )
             pairs = [(nm, index) for index, nm in enumerate(given)]
         own_nm, bands = (np.array(column) for column in zip(*sorted(pairs), strict=True))

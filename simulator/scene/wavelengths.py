@@ -28,8 +28,10 @@ def named_wavelengths(file: PixelFile) -> list[tuple[float, int]]:
     problem = "names no wavelengths" if not found else f"names wavelengths in {len(found)} groups ({', '.join(found)})"
     shown = ", ".join(file.channels[:8])
     raise PhotositeError(
-        f"scene.spectral_cube = {file.path}: {problem} in its channels ({shown}); "
-        "name them 450nm, w450 or S0.450nm, or give wavelengths: a file with one number in nm per channel"
+        f"{problem} in its channels ({shown}); "
+        "name them 450nm, w450 or S0.450nm, or give wavelengths: a file with one number in nm per channel",
+        key="scene.spectral_cube",
+        value=file.path,
     )
 
 
@@ -45,7 +47,7 @@ def read_wavelengths(path: Path) -> np.ndarray:
         return np.array([float(word) for line in lines for word in re.split(r"[,;\s]+", line) if word])
     except (OSError, ValueError) as error:
         raise PhotositeError(
-            f"scene.wavelengths = {path}: cannot be read ({error}); write one number in nm per line"
+            f"cannot be read ({error}); write one number in nm per line", key="scene.wavelengths", value=path
         ) from error
 
 
@@ -58,8 +60,9 @@ def common_grid(own_nm: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray, 
     inside = (own_nm >= FIRST_NM) & (own_nm <= LAST_NM)
     if not inside.any() or (inside.sum() < 2 and np.ptp(own_nm) < 1):
         raise PhotositeError(
-            f"scene.wavelengths = {own_nm[0]:g} to {own_nm[-1]:g} nm ({name}): nothing between "
-            f"{FIRST_NM:g} and {LAST_NM:g} nm; give wavelengths in nm"
+            f"nothing between {FIRST_NM:g} and {LAST_NM:g} nm; give wavelengths in nm",
+            key="scene.wavelengths",
+            value=f"{own_nm[0]:g} to {own_nm[-1]:g} nm ({name})",
         )
     notes = []
     if own_nm[0] > FIRST_NM or own_nm[-1] < LAST_NM:

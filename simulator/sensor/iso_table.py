@@ -67,8 +67,9 @@ class IsoTable:
         inside = side[0] <= iso <= side[-1]
         if not inside and not extrapolate:
             raise PhotositeError(
-                f"exposure.iso = {iso}: the {camera} was not measured there, but at {self.ranges()}; "
-                f"give an ISO within, or {EXTRAPOLATE}"
+                f"the {camera} was not measured there, but at {self.ranges()}; give an ISO within, or {EXTRAPOLATE}",
+                key="exposure.iso",
+                value=iso,
             )
         rule = f"one measured line, at ISO {side[0]}, has no slope to extrapolate; give that ISO, or a second line"
         require(len(side) > 1, "exposure.iso", iso, rule)

@@ -57,8 +57,10 @@ class ReadNoiseModel:
         require(iso > 0, "exposure.iso", iso, "an ISO is above 0")
         if not (self.lowest_iso <= iso <= self.highest_iso or extrapolate):
             raise PhotositeError(
-                f"exposure.iso = {iso}: the read noise of the {camera} is stated for {self.lowest_iso} to {self.highest_iso}; "
-                f"give an ISO within, or {EXTRAPOLATE}"
+                f"the read noise of the {camera} is stated for {self.lowest_iso} to {self.highest_iso}; "
+                f"give an ISO within, or {EXTRAPOLATE}",
+                key="exposure.iso",
+                value=iso,
             )
         gain = self.gain_at_iso_100_dn_per_e * iso / 100.0
         return IsoSetting(gain, math.hypot(gain * self.before_gain_e / ratio, self.after_gain_dn))
