@@ -15,14 +15,13 @@ from simulator.frame import Raw
 from simulator.input_files import fingerprints
 from simulator.noise_free import mean_charge, noise_free
 from simulator.planner import Plan, plan, projection_arguments, projection_defines
+from simulator.progress import Progress
 from simulator.readout import averaged, covered, mixed, read_out, shared_charge, veiled
 from simulator.scene import Layer
 from simulator.sensing import FrameSetting
 from simulator.sensitivity import baseline_exposure_ev
 from simulator.shot import Shot
 from simulator.truth_maps import blur_map, depth_map, variance_map
-
-Progress = Callable[[str, float], None]
 
 
 def simulate(shot: Shot, *, device: str | None = None, progress: Progress | None = None) -> Raw:

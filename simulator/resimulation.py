@@ -7,10 +7,15 @@ from simulator.config import shot_of_data
 from simulator.errors import PhotositeError
 from simulator.frame import Raw
 from simulator.input_files import sha256_of
-from simulator.pipeline import Progress, simulate
+from simulator.pipeline import simulate
+from simulator.progress import Progress
+from simulator.raw import OURS
+from simulator.raw.tag_reader import read_tag
 from simulator.raw.xmp import Provenance, read_provenance
 from simulator.raw_file import open_raw
 from simulator.shot import Shot
+
+SOFTWARE_TAG = 305  # TIFF 6.0, Software
 
 
 def resimulate(path: str | os.PathLike, *, device: str | None = None, progress: Progress | None = None) -> Raw:
@@ -34,9 +39,17 @@ def shot_of(path: str | os.PathLike) -> Shot:
 def provenance_of(path: str | os.PathLike) -> Provenance:
     """Return what a DNG of ours says of its origin. Raises PhotositeError for any other file."""
     told = read_provenance(path)
+    if told is None and _is_ours(path):
+        rule = "holds no shot, because it was simulated from objects in Python and not from a shot file; run that program again"
+        raise PhotositeError(f"{path}: {rule}")
     if told is None:
         raise PhotositeError(f"{path}: holds no shot of Photosite; give a DNG that `photosite simulate` wrote from a shot file")
     return told
+
+
+def _is_ours(path: str | os.PathLike) -> bool:
+    """Whether a TIFF's Software tag names Photosite."""
+    return (read_tag(path, SOFTWARE_TAG) or b"").startswith(OURS.encode())
 
 
 def differing_codes(path: str | os.PathLike, raw: Raw) -> int:

@@ -8,11 +8,11 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.measurement.single_frame_noise import LevelNoise, single_frame_noise
+from simulator.raw import OURS
 from simulator.raw.xmp import SettingsChanged, read_provenance
 from simulator.raw_file import open_raw, plane_places
 
 BINS = 64
-OURS = "Photosite "  # what the Software tag of our files begins with
 
 
 @dataclass(frozen=True)
