@@ -9,8 +9,7 @@ docs/python.md says what each name is for. Names are imported when they are firs
 nothing. `__init__.pyi` lists them.
 """
 
-from simulator import __version__
+from simulator import __version__ as __version__
 from simulator.lazy_names import lazy_names
 
-__getattr__, __dir__, _names = lazy_names(__name__, __file__)
-__all__ = ["__version__", *_names]
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

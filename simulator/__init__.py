@@ -10,5 +10,4 @@ from simulator.lazy_names import lazy_names
 
 __version__ = "0.1.0"
 
-__getattr__, __dir__, _names = lazy_names(__name__, __file__)
-__all__ = ["__version__", *_names]
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

@@ -61,7 +61,7 @@ class Shot:
     name: str = "shot"
     truth: tuple[TruthPart, ...] = ()
     tolerance: float = 0.1
-    resolved: dict = field(default_factory=dict)
+    resolved: dict[str, object] = field(default_factory=dict)
 
     def __post_init__(self):
         if isinstance(self.scene, Scene):

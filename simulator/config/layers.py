@@ -117,7 +117,7 @@ def named_file(kind: str, path: str | Path) -> Path:
     Raises PhotositeError with the nearest name for a bare name that is neither.
     """
     given = Path(path)
-    if given.suffix or len(given.parts) != 1 or str(path).endswith("/") or given.exists():
+    if given.suffix or "/" in str(path) or given.is_file():
         return given
     return find_config(kind, str(path), Place(str(path), Path.cwd()), kind.removesuffix("s"))
 

@@ -70,7 +70,7 @@ class Inspection:
     channels: tuple[Channel, ...]
 
 
-def inspect_raw(path: str | os.PathLike) -> Inspection:
+def inspect_raw(path: str | os.PathLike[str]) -> Inspection:
     """Inspect any raw file that LibRaw reads. Raises PhotositeError when it is missing, no raw file or damaged."""
     label = os.fspath(path)
     with open_raw(label, label) as frame:

@@ -9,7 +9,7 @@ from simulator.errors import PhotositeError
 _TYPE_BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4}
 
 
-def read_tag(path: str | os.PathLike, code: int) -> bytes | None:
+def read_tag(path: str | os.PathLike[str], code: int) -> bytes | None:
     """Bytes of a tag's value in IFD 0, in the file's byte order; None when the tag is not there.
 
     Raises PhotositeError for a file that cannot be read, is no TIFF or DNG, or ends too soon.
