@@ -38,8 +38,9 @@ test-clients: $(VENV)/test.stamp $(VENV)/clients.stamp converters ## open the ra
 benchmark: $(VENV)/bench.stamp ## measure run times beside other packages
 	@for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script" || exit; done
 
-lint: $(VENV)/test.stamp ## check the code with ruff
+lint: $(VENV)/test.stamp $(VENV)/lint.stamp ## check the code with ruff, its types with mypy and pyright
 	@$(BIN)/ruff check . && $(BIN)/ruff format --check .
+	@$(BIN)/mypy && $(BIN)/pyright --pythonpath $(BIN)/python
 
 format: $(VENV)/test.stamp ## format the code with ruff
 	@$(BIN)/ruff check --fix . && $(BIN)/ruff format .

@@ -13,14 +13,14 @@ from simulator.command_line.app import app
 
 __all__ = ["dataset", "main"]
 
-ConfigFile = Annotated[Path, typer.Argument(metavar="CONFIG.yaml", help="Data set file; see configs/datasets for examples.")]
+ConfigFile = Annotated[Path, typer.Argument(metavar="CONFIG", help="A data set file, or the name of one in configs/datasets.")]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="PATH=VALUE", help="Set one value by its dotted path, e.g. count=100. Repeatable."),
 ]
 
 
-@app.command(epilog="Example: photosite dataset configs/datasets/sony_a7s2_drawings.yaml --out pairs --dry-run")
+@app.command(epilog="Example: photosite dataset sony_a7s2_drawings --out pairs --dry-run")
 def dataset(
     config: ConfigFile,
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for the shards; made when it is missing.")],

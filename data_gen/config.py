@@ -1,7 +1,9 @@
 """What a data set is: its configuration as frozen objects. docs/dataset.md says how the file is written."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 from data_gen.camera_noise import CameraNoise
@@ -11,6 +13,7 @@ from data_gen.priors import PriorNoise
 from data_gen.sample import Mode
 from data_gen.samplers import Choice, LogUniform, Normal, Sampler, Table, Uniform, check_weights, ends
 from data_gen.writers import FORMATS, WriterOptions
+from simulator.config import load_file, named_file
 from simulator.errors import require
 
 LARGEST_COUNT = 2**48
@@ -172,3 +175,12 @@ class DataSet:
     def frames(self) -> int:
         """Frames of a sample."""
         return {"burst": self.burst.frames, "multi_exposure": len(self.multi_exposure.ratios)}.get(self.mode, 1)
+
+
+def load_data_set(path: str | Path, overrides: Iterable[str] = ()) -> DataSet:
+    """Read a data set's configuration.
+
+    path: of the file, or the name of one in configs/datasets. overrides: `dotted.path=value` texts as --set takes them.
+    Raises PhotositeError with file, line, key, value and fix.
+    """
+    return load_file(DataSet, named_file("datasets", path), overrides)

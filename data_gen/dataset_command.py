@@ -7,31 +7,20 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from data_gen.config import DataSet
+from data_gen.config import load_data_set
 from data_gen.estimate import estimate
 from data_gen.manifest import verify
 from data_gen.run import run
-from simulator.command_line.screen import console, log, progress
-from simulator.config import load_file
+from simulator.command_line.screen import console, log, shown
 
 SHOWN_PROBLEMS = 20
 
 
 def make(path: Path, settings: list[str], out: Path, device: str | None, workers: int, scheduler: str | None) -> None:
     """Make a data set; the manifest's path goes to stdout, problems of pictures to stderr."""
-    config = load_file(DataSet, path, settings)
-    with progress() as bar:
-        checked = bar.add_task("pictures looked at", total=None, visible=config.on_problem == "refuse")
-        task = bar.add_task("samples", total=config.count)
-        outcome = run(
-            config,
-            out,
-            device=device,
-            workers=workers,
-            scheduler=scheduler,
-            tell=lambda count: bar.advance(task, count),
-            tell_checked=lambda done, total: bar.update(checked, completed=done, total=total),
-        )
+    config = load_data_set(path, settings)
+    with shown("samples") as progress:
+        outcome = run(config, out, device=device, workers=workers, scheduler=scheduler, progress=progress)
     _show_problems(outcome.problems)
     log.print(f"{outcome.made} shards made, {outcome.kept} were there")
     print(outcome.manifest)
@@ -39,8 +28,8 @@ def make(path: Path, settings: list[str], out: Path, device: str | None, workers
 
 def verify_folder(out: Path) -> None:
     """Compare a data set with its manifest. Raises typer.Exit(1) when something differs."""
-    with progress() as bar:
-        found = verify(out, lambda records: bar.track(records, description="shards"))
+    with shown("shards") as progress:
+        found = verify(out, progress)
     for line in found:
         print(line)
     if found:
@@ -50,7 +39,7 @@ def verify_folder(out: Path) -> None:
 
 def show_plan(path: Path, settings: list[str], out: Path, device: str | None, workers: int) -> None:
     """Print what a run would make, and what it would take."""
-    config = load_file(DataSet, path, settings)
+    config = load_data_set(path, settings)
     found = estimate(config, device)
     free = shutil.disk_usage(next(folder for folder in (out.absolute(), *out.absolute().parents) if folder.is_dir())).free
     needed, seconds = config.count * found.bytes_per_sample, config.count * found.seconds_per_sample / workers

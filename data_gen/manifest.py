@@ -5,13 +5,14 @@ equal data sets have equal manifests.
 """
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from data_gen.shards import RECORD, Shard, ShardRecord, finished, problem_of, record_path, remove_leftovers
 from data_gen.writers import WriterOptions
 from simulator.errors import PhotositeError
+from simulator.progress import Progress, Steps, silent
 from simulator.raw import software
 from simulator.raw.files import atomic_write
 
@@ -64,19 +65,20 @@ def read_manifest(folder: Path) -> dict:
     return content
 
 
-def verify(folder: Path, track: Callable[[Sequence[ShardRecord]], Iterable[ShardRecord]] = iter) -> list[str]:
+def verify(folder: Path, progress: Progress = silent) -> list[str]:
     """Compare every byte of a data set with its manifest; return what is wrong, one line each, and [] when all is well.
 
-    track: shows progress while it passes the shards on, for example `rich.progress.track`.
+    progress: told of each shard.
     A shard found wrong loses its record, so that the next run makes it anew.
     """
     try:
         manifest = read_manifest(folder)
     except PhotositeError as error:
         return [str(error)]
-    found = []
-    for record in track(manifest["shards"]):
+    found, steps = [], Steps(progress, len(manifest["shards"]))
+    for record in manifest["shards"]:
         problem = problem_of(folder, record, verify=True)
+        steps.add("shards")
         if problem is not None:
             record_path(folder / record.name).unlink(missing_ok=True)
             found.append(f"{problem}; run the same command again to make it anew")

@@ -4,7 +4,7 @@ import hashlib
 import json
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -25,9 +25,11 @@ from simulator import __version__
 from simulator.config import dump_yaml
 from simulator.device import open_device
 from simulator.errors import PhotositeError
+from simulator.progress import Progress, Steps, silent
 from simulator.raw.files import atomic_write
 
 CONFIGURATION = "dataset.yaml"
+SAMPLES = "samples"  # what progress is told of
 IN_FLIGHT = 4  # shards handed to the cluster per worker: enough to keep it busy, few enough for a data set of any size
 
 
@@ -75,15 +77,13 @@ def run(
     device: str | None = None,
     workers: int = 1,
     scheduler: str | None = None,
-    tell: Callable[[int], None] = lambda samples: None,
-    tell_checked: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Outcome:
     """Make what is missing of a data set, then its manifest. Killed at any time, the next run ends with the same bytes.
 
     workers: processes of this machine. scheduler: address of a running dask.distributed cluster instead.
-    tell: called with the number of samples that are done since the last call; those found done come first.
-    tell_checked: called with the number of pictures looked at before the work, and of all, when the configuration refuses
-        what cannot be used.
+    progress: told of each picture that is looked at before the work, when the configuration refuses what cannot be used; then
+        of the samples that are done, those found done first.
     Raises PhotositeError for a folder that holds another data set, for a full disk, and for what pictures or cluster lack.
     """
     task = Task(config, folder.absolute(), device, fingerprint(config))
@@ -92,16 +92,17 @@ def run(
     found = finished(folder, task.fingerprint)
     with atomic_write(folder / CONFIGURATION) as path:
         path.write_text(dump_yaml(config.resolved), encoding="utf-8")
-    tell(sum(record.count for record in found.values()))
     missing = [shard for shard in plan if shard.index not in found]
     if missing and config.on_problem == "refuse":
-        check_pictures(config, tell_checked)
+        check_pictures(config, progress)
+    steps = Steps(progress, config.count)
+    steps.add(SAMPLES, sum(record.count for record in found.values()))
     if missing and (workers > 1 or scheduler):
         with cluster(workers, scheduler) as client:
-            _on_cluster(client, task, missing, tell)
+            _on_cluster(client, task, missing, steps)
     else:
         for shard in missing:
-            make_shard(task, shard, tell)
+            make_shard(task, shard, steps)
     problems = _all_problems(folder, plan)
     lines = [f"{message} (drawn for {count} samples)" for message, count in problems.items()]
     manifest = write_manifest(folder, plan, task.fingerprint, config.writer.options, lines)
@@ -109,7 +110,7 @@ def run(
     return Outcome(manifest, len(missing), len(found), problems)
 
 
-def check_pictures(config: DataSet, tell: Callable[[int, int], None] = lambda done, total: None) -> None:
+def check_pictures(config: DataSet, progress: Progress = silent) -> None:
     """Read all pictures that lie in files once. Raises PhotositeError that lists those which cannot be used."""
     cfas = sorted({camera.cfa for camera in config.noise.seen_by()})
     for collection in config.pictures:
@@ -117,10 +118,10 @@ def check_pictures(config: DataSet, tell: Callable[[int, int], None] = lambda do
         if not isinstance(source, Procedural):
             around = tuple(side + 2 * margin_px(config) for side in config.crop_px)
             symmetries = AUGMENTATIONS if config.augment else AUGMENTATIONS[:1]
-            check_sources([source], around, cfas, symmetries, tell).refuse()
+            check_sources([source], around, cfas, symmetries, progress).refuse()
 
 
-def make_shard(task: Task, shard: Shard, tell: Callable[[int], None] = lambda samples: None) -> int:
+def make_shard(task: Task, shard: Shard, steps: Steps | None = None) -> int:
     """Write one shard with its record, before it what was wrong with pictures; return its number of samples."""
     generator = Generator(task.config, open_device(task.device), _sources(task))
     path = task.folder / _problems_name(shard)
@@ -128,7 +129,8 @@ def make_shard(task: Task, shard: Shard, tell: Callable[[int], None] = lambda sa
     def samples() -> Iterator:
         for sample in generator.samples(shard.indices):
             yield sample
-            tell(1)
+            if steps is not None:
+                steps.add(SAMPLES)
         # The last sample is written behind this, and the record after it: a shard with a record has its problems listed.
         _write_problems(path, generator.problems)
 
@@ -186,7 +188,7 @@ def cluster(workers: int, scheduler: str | None) -> Iterator:
         yield client
 
 
-def _on_cluster(client, task: Task, shards: Iterable[Shard], tell: Callable[[int], None]) -> None:
+def _on_cluster(client, task: Task, shards: Iterable[Shard], steps: Steps) -> None:
     """Make shards on a cluster. One whose worker dies is made by another; a shard is there whole or not at all.
 
     Raises PhotositeError when a shard's workers die again and again, and what making it raises.
@@ -206,7 +208,7 @@ def _on_cluster(client, task: Task, shards: Iterable[Shard], tell: Callable[[int
             raise PhotositeError(f"workers die again and again, most often of too little memory: {error}") from None
         if isinstance(made, PhotositeError):
             raise made
-        tell(made)
+        steps.add(SAMPLES, made)
         for following in handed(1):
             done.add(following)
 

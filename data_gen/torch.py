@@ -14,13 +14,12 @@ from itertools import accumulate
 from pathlib import Path
 
 from data_gen.chance import Chance
-from data_gen.config import DataSet
+from data_gen.config import DataSet, load_data_set
 from data_gen.generate import Generator
 from data_gen.packing import Channels
 from data_gen.reading import SampleFolder
 from data_gen.sample import Sample
 from data_gen.tensors import TensorForm
-from simulator.config import load_file
 from simulator.device import open_device
 from simulator.errors import require
 
@@ -108,14 +107,15 @@ class LivePairs(Pairs):
 
     Epoch e, index i is sample e * count + i of the configuration. So epoch 0 has the pairs that `photosite dataset` stores,
     and every later epoch has new pictures, places, cameras and noise, drawn in the same way.
-    config: the configuration, or its file. channels, amplify: see `TensorForm`. device: part of an OpenCL device's name.
+    config: the configuration, its file, or the name of one in configs/datasets. channels, amplify: see `TensorForm`.
+    device: part of an OpenCL device's name.
     A picture that cannot be used is replaced as in a stored data set, and a warning says so, or it is refused.
     """
 
     def __init__(
         self, config: DataSet | str | Path, channels: Channels = "rggb", amplify: bool = True, device: str | None = None
     ):
-        self.config = config if isinstance(config, DataSet) else load_file(DataSet, Path(config))
+        self.config = config if isinstance(config, DataSet) else load_data_set(config)
         self._device, self._generator, self._told = device, None, set()
         super().__init__(self.config.count, TensorForm(channels, amplify))
 

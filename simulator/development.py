@@ -24,7 +24,7 @@ _WHITE = 65535
 
 
 def develop(
-    raw: Raw | str | os.PathLike,
+    raw: Raw | str | os.PathLike[str],
     *,
     output: Literal["srgb", "linear_srgb", "xyz", "camera", "metric"] = "srgb",
     half_size: bool = False,
@@ -64,7 +64,7 @@ def develop(
     return linear if (output, exposure_ev, bits) in _AS_IT_IS else _tone_table(output == "srgb", exposure_ev, bits)[linear]
 
 
-def write_image(path: str | os.PathLike, pixels: np.ndarray) -> None:
+def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
     """Write a picture, the format chosen by the suffix: PNG, JPEG, TIFF or EXR.
 
     pixels: (height, width[, channel]) uint8, uint16 or float. EXR holds float32 (integers divided by their full scale),
@@ -102,7 +102,7 @@ def _check_choice(key: str, value: str, choices: tuple[str, ...] | dict[str, str
 
 
 def _developed(
-    raw: Raw | str | os.PathLike, output: str, white_balance: WhiteBalance, codes: np.ndarray | None, options: dict
+    raw: Raw | str | os.PathLike[str], output: str, white_balance: WhiteBalance, codes: np.ndarray | None, options: dict
 ) -> np.ndarray:
     """Develop with LibRaw: (height, width, 3), uint16 linear; "metric": float32 signal, 0 at black and 1 at white."""
     import rawpy

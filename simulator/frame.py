@@ -67,7 +67,7 @@ class Raw:
     active_area: tuple[int, int, int, int] | None = None
     warp_rectilinear: tuple[tuple[tuple[float, ...], ...], tuple[float, float]] | None = None
     truth: dict[str, np.ndarray] = field(default_factory=dict)
-    resolved: dict = field(default_factory=dict)
+    resolved: dict[str, object] = field(default_factory=dict)
 
     @property
     def edges(self) -> tuple[int, int, int, int]:

@@ -14,6 +14,7 @@ from simulator.frame_metadata import frame_metadata
 from simulator.lens import Lens
 from simulator.noise_free import mean_charge, noise_free
 from simulator.planner import Plan, measure, plan
+from simulator.progress import Progress
 from simulator.projection import project
 from simulator.readout import (
     darken_optical_black,
@@ -28,8 +29,6 @@ from simulator.shot import Shot, TruthPart
 from simulator.stopwatch import Stopwatch
 from simulator.truth_maps import blur_map, depth_map, variance_map
 from simulator.veiling_glare import add_veiling_glare
-
-Progress = Callable[[str, float], None]
 
 
 def simulate(

@@ -61,7 +61,7 @@ def plane_places(cfa: str) -> dict[str, tuple[int, int]]:
     return dict(zip(PLANES, [(row, column) for row in here for column in other], strict=True))
 
 
-def read_raw_file(path: str | os.PathLike) -> RawFile:
+def read_raw_file(path: str | os.PathLike[str]) -> RawFile:
     """Read any raw file with a Bayer pattern or none.
 
     Raises PhotositeError for a file that is missing, no raw file or damaged, and for another pattern (X-Trans)

@@ -7,13 +7,18 @@ from simulator.config import shot_of_data
 from simulator.errors import PhotositeError
 from simulator.frame import Raw
 from simulator.input_files import sha256_of
-from simulator.pipeline import Progress, simulate
+from simulator.pipeline import simulate
+from simulator.progress import Progress
+from simulator.raw import OURS
+from simulator.raw.tag_reader import read_tag
 from simulator.raw.xmp import Provenance, read_provenance
 from simulator.raw_file import open_raw
 from simulator.shot import Shot
 
+SOFTWARE_TAG = 305  # TIFF 6.0, Software
 
-def resimulate(path: str | os.PathLike, *, device: str | None = None, progress: Progress | None = None) -> Raw:
+
+def resimulate(path: str | os.PathLike[str], *, device: str | None = None, progress: Progress | None = None) -> Raw:
     """Take the shot of one of our DNG files again, from the file alone; the codes are the same, bit for bit.
 
     Files the scene was read from are looked for where they were, then beside the DNG.
@@ -23,7 +28,7 @@ def resimulate(path: str | os.PathLike, *, device: str | None = None, progress: 
     return simulate(shot_of(path), device=device, progress=progress)
 
 
-def shot_of(path: str | os.PathLike) -> Shot:
+def shot_of(path: str | os.PathLike[str]) -> Shot:
     """Return the shot in a DNG's XMP packet. Raises PhotositeError as `resimulate` does."""
     told = provenance_of(path)
     found = [(recorded, str(_found(path, recorded))) for recorded in told.inputs]
@@ -31,9 +36,12 @@ def shot_of(path: str | os.PathLike) -> Shot:
     return shot_of_data(told.shot, f"{path} (XMP)", moved)
 
 
-def provenance_of(path: str | os.PathLike) -> Provenance:
+def provenance_of(path: str | os.PathLike[str]) -> Provenance:
     """Return what a DNG of ours says of its origin. Raises PhotositeError for any other file."""
     told = read_provenance(path)
+    if told is None and _is_ours(path):
+        rule = "holds no shot, because it was simulated from objects in Python and not from a shot file; run that program again"
+        raise PhotositeError(f"{path}: {rule}")
     if told is None:
         raise PhotositeError(
             "holds no shot of Photosite; give a DNG that `photosite simulate` wrote from a shot file", file=path
@@ -41,7 +49,12 @@ def provenance_of(path: str | os.PathLike) -> Provenance:
     return told
 
 
-def differing_codes(path: str | os.PathLike, raw: Raw) -> int:
+def _is_ours(path: str | os.PathLike[str]) -> bool:
+    """Whether a TIFF's Software tag names Photosite."""
+    return (read_tag(path, SOFTWARE_TAG) or b"").startswith(OURS.encode())
+
+
+def differing_codes(path: str | os.PathLike[str], raw: Raw) -> int:
     """Return how many codes of a DNG, optical black included, differ from a frame's.
 
     Raises PhotositeError when it cannot be read.
@@ -51,7 +64,7 @@ def differing_codes(path: str | os.PathLike, raw: Raw) -> int:
     return max(mosaic.size, raw.dn.size) if mosaic.shape != raw.dn.shape else int((mosaic != raw.dn).sum())
 
 
-def _found(dng: str | os.PathLike, recorded: dict[str, str]) -> Path:
+def _found(dng: str | os.PathLike[str], recorded: dict[str, str]) -> Path:
     """Return where a file of the scene lies now, with the content it had."""
     written = Path(recorded["path"])
     beside = Path(dng).absolute().parent / written.name
@@ -72,7 +85,7 @@ def _found(dng: str | os.PathLike, recorded: dict[str, str]) -> Path:
     )
 
 
-def _hash(dng: str | os.PathLike, key: str, place: Path) -> str:
+def _hash(dng: str | os.PathLike[str], key: str, place: Path) -> str:
     try:
         return sha256_of(place)
     except OSError as error:

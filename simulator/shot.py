@@ -29,7 +29,8 @@ class Shot:
     truth: what the truth twin holds besides mean electrons and noise-free codes: variance, depth, blur, rgb; any of them.
     tolerance: error that the lens blur may have, in standard deviations of the noise of the scene's brightest light, 0 to 10;
         0 follows rays instead (slow).
-    resolved: the full configuration the shot was read from, plain data, for the sidecar file.
+    resolved: the full configuration the shot was read from, plain data, for the sidecar file; empty for a shot made of objects,
+        and always for one whose scene is a `Scene`, which no file describes.
     Raises PhotositeError for an ISO outside those the camera was measured at, and a tolerance out of range.
     """
 
@@ -42,9 +43,11 @@ class Shot:
     name: str = "shot"
     truth: tuple[TruthPart, ...] = ()
     tolerance: float = 0.1
-    resolved: dict = field(default_factory=dict)
+    resolved: dict[str, object] = field(default_factory=dict)
 
     def __post_init__(self):
+        if isinstance(self.scene, Scene):
+            object.__setattr__(self, "resolved", {})  # another scene's, when the shot was loaded and its scene replaced
         require(
             0 <= self.tolerance <= 10, "tolerance", self.tolerance, "give 0 to 10 standard deviations of the noise, such as 0.1"
         )

@@ -16,7 +16,7 @@ TESTS = ROOT / "tests"
 
 # Left may not import right. A package stands for all its modules; the facade simulator/__init__.py imports nothing at the top.
 ORDER = [
-    {"errors", "units", "colour_data"},
+    {"errors", "units", "colour_data", "progress", "lazy_names"},
     {"raw_format", "stage", "input_files", "step"},
     {"device", "stopwatch"},
     {"spectra", "color", "color_correction", "lens_aberrations", "distortion"},
@@ -126,6 +126,16 @@ def test_kernels_are_plain_opencl_c(path):
     assert len(text.splitlines()) <= 110
 
 
-def test_ruff_is_the_only_linter_setting_in_pyproject():
-    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    assert set(settings["tool"]) == {"ruff"}
+def test_pyproject_sets_one_linter_and_two_type_checkers_that_look_at_the_same_code():
+    tools = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
+    assert set(tools) == {"ruff", "mypy", "pyright"}
+    assert tools["mypy"]["files"] == tools["pyright"]["include"]
+    unchecked = next(part["module"] for part in tools["mypy"]["overrides"] if part.get("ignore_errors"))
+    paths = [name.removesuffix(".*").replace(".", "/") for name in unchecked]
+    assert [path.removesuffix(".py") for path in tools["pyright"]["ignore"]] == paths
+    assert all((ROOT / path).is_dir() or (ROOT / f"{path}.py").is_file() for path in paths)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "photosite").glob("*.py")), ids=lambda path: path.name)
+def test_the_public_face_only_names_what_others_hold(path):
+    assert {name.split(".")[0] for name in imports(path)} <= {"simulator", "data_gen"}

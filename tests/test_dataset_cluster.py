@@ -24,8 +24,8 @@ def whole(tmp_path_factory):
 def test_two_workers_write_the_bytes_of_one(whole, tmp_path):
     config, folder = whole
     told = []
-    run(config, tmp_path, workers=2, tell=told.append)
-    assert content(tmp_path) == content(folder) and sum(told) == config.count
+    run(config, tmp_path, workers=2, progress=lambda what, share: told.append(share))
+    assert content(tmp_path) == content(folder) and told == sorted(told) and told[-1] == 1.0
 
 
 @pytest.mark.slow
@@ -46,12 +46,12 @@ def test_a_killed_worker_of_a_running_cluster_loses_nothing(whole, tmp_path):
         workers = list(client.run(os.getpid).values())
         assert os.getpid() not in workers
 
-        def kill(count):
-            if workers and count:
+        def kill(what, share):
+            if workers and share:
                 os.kill(workers.pop(), signal.SIGKILL)
                 workers.clear()
 
-        run(config, tmp_path, scheduler=client.scheduler.address, tell=kill)
+        run(config, tmp_path, scheduler=client.scheduler.address, progress=kill)
     assert not workers and content(tmp_path) == content(folder)
 
 

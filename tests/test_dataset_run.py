@@ -33,8 +33,8 @@ def test_a_run_makes_all_samples_and_a_second_one_nothing(whole):
     assert [sample.index for sample in samples] == list(range(22))
     assert {sample.camera for sample in samples} == {"sony_a7s2", "imx385"}
     before, told = content(folder), []
-    outcome = run(config, folder, tell=told.append)
-    assert (outcome.made, outcome.kept, told) == (0, 8, [22])
+    outcome = run(config, folder, progress=lambda what, share: told.append((what, share)))
+    assert (outcome.made, outcome.kept, told) == (0, 8, [("samples, 22 of 22", 1.0)])
     assert content(folder) == before
 
 
@@ -43,14 +43,14 @@ def test_a_run_interrupted_anywhere_is_continued_to_the_same_bytes(whole, tmp_pa
     config, folder = whole
     seen = 0
 
-    def interrupt(count):
+    def interrupt(what, share):
         nonlocal seen
-        seen += count
+        seen = round(share * config.count)
         if seen >= after:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run(config, tmp_path, tell=interrupt)
+        run(config, tmp_path, progress=interrupt)
     assert not (tmp_path / "manifest.json").exists()
     assert run(config, tmp_path).kept == (after - 1) // 3
     assert content(tmp_path) == content(folder)

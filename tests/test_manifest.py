@@ -46,13 +46,18 @@ def test_verify_finds_what_changed_and_lets_the_next_run_mend_it(tmp_path):
     third.unlink()
     (tmp_path / "shard-00009-of-00010.tar").write_bytes(b"other")
     seen = []
-    problems = verify(tmp_path, lambda records: (seen.append(record) or record for record in records))
-    assert len(seen) == 3 and [line.split(": ")[1][:22] for line in problems] == [
-        "its SHA-256 is not tha",
-        problems[1].split(": ")[1][:22],
-        "is missing; run the sa",
-        "is no part of this dat",
-    ]
+    problems = verify(tmp_path, lambda what, share: seen.append((what, share)))
+    assert (
+        seen[-1] == ("shards, 3 of 3", 1.0)
+        and len(seen) == 3
+        and [line.split(": ")[1][:22] for line in problems]
+        == [
+            "its SHA-256 is not tha",
+            problems[1].split(": ")[1][:22],
+            "is missing; run the sa",
+            "is no part of this dat",
+        ]
+    )
     assert f"{second}: has " in problems[1] and finished(tmp_path) == {}
     (tmp_path / "shard-00009-of-00010.tar").unlink()
     write_toy_folder(tmp_path)

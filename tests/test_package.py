@@ -19,6 +19,7 @@ from simulator.stage import fields_from_shot
 
 REPOSITORY = Path(__file__).parent.parent
 PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
+PACKAGES = ("photosite", "simulator", "data_gen")
 SMALL = "camera.window={x: 0, y: 0, width: 64, height: 48}"
 
 
@@ -58,11 +59,11 @@ def test_the_wheel_holds_the_source_tree_and_nothing_else(wheel):
         *files("kernels", "*.cl", "simulator/kernels"),
         *files("kernels", "*.h", "simulator/kernels"),
         *files("configs", "*.yaml", "simulator/configs"),
-        *files("simulator", "*.py", "simulator"),
-        *files("data_gen", "*.py", "data_gen"),
+        *(name for package in PACKAGES for kind in ("*.py", "*.pyi", "py.typed") for name in files(package, kind, package)),
     }
     held = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
     assert held == expected
+    assert {"photosite/__init__.pyi", "photosite/py.typed", "simulator/py.typed", "data_gen/py.typed"} < held
     assert {"simulator/kernels/sensor.cl", "simulator/kernels/philox.h", "simulator/configs/cameras/ideal.yaml"} < held
 
 

@@ -70,8 +70,8 @@ def test_all_bad_pictures_are_listed_with_counts_and_good_ones_are_not(tmp_path)
     put(tmp_path / "b" / "good_1.png", random_codes(34, 40))
     sources = [Photographs(tmp_path / "a", camera), Photographs(tmp_path / "b", camera), Photographs(tmp_path / "c", camera)]
     seen = []
-    report = check_sources(sources, (24, 32), ("RGGB", "BGGR"), progress=lambda done, total: seen.append((done, total)))
-    assert report.pictures == 8 and seen[0] == (0, 8) and seen[-1] == (8, 8)
+    report = check_sources(sources, (24, 32), ("RGGB", "BGGR"), progress=lambda what, share: seen.append((what, share)))
+    assert report.pictures == 8 and seen[0] == ("pictures looked at, 1 of 8", 1 / 8) and seen[-1][1] == 1.0
     assert {(p.source, p.name, p.kind) for p in report.problems} == {
         (2, "", "not listed"),
         (0, "broken.png", "unreadable"),

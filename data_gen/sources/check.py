@@ -2,7 +2,7 @@
 
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,6 +11,7 @@ import numpy as np
 from data_gen.patches import AUGMENTATIONS, Augmentation, choose_crop
 from data_gen.sources import Source
 from simulator.errors import PhotositeError
+from simulator.progress import Progress, Steps, silent
 from simulator.sensor.cfa import CfaName
 
 ProblemKind = Literal["not listed", "duplicate name", "unreadable", "too small"]
@@ -54,12 +55,12 @@ def check_sources(
     size: tuple[int, int] = (1, 1),
     cfas: Iterable[CfaName] = (),
     augmentations: Iterable[Augmentation] = AUGMENTATIONS,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> SourceReport:
     """Read every picture of all sources and note what is wrong, without stopping.
 
     size: height and width of the patches; a picture must hold one that begins with each of `cfas` after each augmentation.
-    progress: called with the number of pictures read and of all.
+    progress: told of each picture.
     """
     listed, problems = [], []
     for number, source in enumerate(sources):
@@ -68,17 +69,15 @@ def check_sources(
         except PhotositeError as error:
             problems.append(Problem(number, "", "not listed", str(error)))
     wanted, composed = [(cfa, augmentation) for cfa in cfas for augmentation in augmentations], {}
-    for done, (number, source, name) in enumerate(listed):
-        progress(done, len(listed))
+    steps = Steps(progress, len(listed))
+    for number, source, name in listed:
         first = composed.setdefault(unicodedata.normalize("NFC", name), number)
         if first != number:
             message = f"{name}: in source {first + 1} and in source {number + 1}; rename one, or its folder"
             problems.append(Problem(number, name, "duplicate name", message))
-            continue
-        problem = _problem(source, name, size, wanted)
-        if problem is not None:
+        elif (problem := _problem(source, name, size, wanted)) is not None:
             problems.append(Problem(number, name, *problem))
-    progress(len(listed), len(listed))
+        steps.add("pictures looked at")
     return SourceReport(len(listed), tuple(problems))
 
 

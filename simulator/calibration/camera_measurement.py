@@ -1,7 +1,6 @@
 """The body behind the ISO settings: sources of read noise, fixed patterns, dark current, levels."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +13,7 @@ from simulator.measurement.dark_current import slope_over_time
 from simulator.measurement.interval import Interval, quotient
 from simulator.measurement.pairs import pair_noise
 from simulator.measurement.two_source import TwoSource, conversion_gain_switch, two_source
+from simulator.progress import Progress, Steps, silent
 
 SHAPE_MARGIN = 0.02
 LARGEST_MISS = 0.25  # of sigma, by the two-source formula
@@ -51,15 +51,15 @@ class Calibration:
         return self.isos[0].frames.short_darks[0]
 
 
-def measure_camera(groups: list[IsoFrames], told: Callable[[int], object] = lambda iso: None) -> Calibration:
-    """Measure every ISO and put the body together; `told` is called with each ISO as it is done.
+def measure_camera(groups: list[IsoFrames], progress: Progress = silent) -> Calibration:
+    """Measure every ISO and put the body together. progress: told of each ISO.
 
     groups: as `checks.problems` lets through. Raises PhotositeError for frames that cannot be measured.
     """
-    measured = []
+    measured, steps = [], Steps(progress, len(groups))
     for group in groups:
         measured.append(measure_iso(group))
-        told(group.iso)
+        steps.add(f"measuring ISO {group.iso}")
     sources, switch_iso = _sources(measured)
     whole = [one for one in measured if not one.frames.cut_at_zero] or measured
     quiet = min(whole, key=lambda one: _width(one.dark.pattern.photosite_dn) / one.gain_dn_per_e.value)

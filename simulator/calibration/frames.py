@@ -1,7 +1,7 @@
 """Which raw files are dark frames and which flat fields, at which ISO, and which two make a pair."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
@@ -10,6 +10,7 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.measurement.saturation import clipped_code
+from simulator.progress import Progress, Steps, silent
 from simulator.raw_file import RawFile, read_raw_file
 
 LARGEST_SIDE_PX = 2048  # of the part in the middle that is measured: 4 million photosites give K to 0.1 %
@@ -98,15 +99,15 @@ def raw_files(paths: Iterable[Path]) -> list[Path]:
     return kept
 
 
-def read_frames(paths: Iterable[Path], told: Callable[[Path], object] = lambda path: None) -> list[Frame]:
-    """Read every file once and say what it is; `told` is called with each path as it is done.
+def read_frames(paths: Sequence[Path], progress: Progress = silent) -> list[Frame]:
+    """Read every file once and say what it is. progress: told of each file.
 
     Raises PhotositeError for a file that is no raw file, that states no ISO, and for files of different cameras.
     """
-    frames = []
+    frames, steps = [], Steps(progress, len(paths))
     for path in paths:
         frames.append(frame_of(read_raw_file(path)))
-        told(path)
+        steps.add(f"reading {path.name}")
         first, last = frames[0], frames[-1]
         if (first.size, first.cfa) != (last.size, last.cfa):
             shapes = [f"{frame.size[1]} x {frame.size[0]} {frame.cfa}" for frame in (first, last)]

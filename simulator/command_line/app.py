@@ -14,7 +14,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     help="Raw-sensor image formation: a scene through lens, exposure, sensor and ADC into a DNG.",
-    epilog="Try: photosite simulate configs/shots/color_checker.yaml --set exposure.iso=1600 --out frames",
+    epilog="Try: photosite simulate color_checker --set exposure.iso=1600 --out frames",
 )
 
 validate = typer.Typer(
@@ -22,7 +22,7 @@ validate = typer.Typer(
 )
 app.add_typer(validate, name="validate")
 
-ShotFile = Annotated[Path, typer.Argument(metavar="SHOT.yaml", help="Shot file; see configs/shots for examples.")]
+ShotFile = Annotated[Path, typer.Argument(metavar="SHOT", help="A shot file, or the name of one in configs/shots.")]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="PATH=VALUE", help="Set one value by its dotted path, e.g. lens.f_number=f/8. Repeatable."),
@@ -47,7 +47,9 @@ def options(
         os.environ["PHOTOSITE_DEBUG"] = "1"
 
 
-@app.command(epilog="Example: photosite simulate shot.yaml --set lens.f_number=f/8 --set exposure.time='1/30 s' --out frames")
+@app.command(
+    epilog="Example: photosite simulate color_checker --set lens.f_number=f/8 --set exposure.time='1/30 s' --out frames"
+)
 def simulate(
     shot: ShotFile,
     settings: Settings = None,
@@ -66,7 +68,7 @@ def simulate(
     simulate_file(shot, settings or [], out, device, redo)
 
 
-@app.command(epilog="Example: photosite resimulate frames/shot.dng --out again")
+@app.command(epilog="Example: photosite resimulate frames/color_checker.dng --out again")
 def resimulate(
     raw: Annotated[Path, typer.Argument(metavar="FILE.dng", help="A DNG that `photosite simulate` wrote.")],
     out: Annotated[
@@ -83,7 +85,7 @@ def resimulate(
     resimulate_file(raw, out, device)
 
 
-@app.command(epilog="Example: photosite develop frame.dng --out frame.png --exposure 1.5")
+@app.command(epilog="Example: photosite develop frames/color_checker.dng --out picture.png --exposure 1.5")
 def develop(
     raw: Annotated[Path, typer.Argument(metavar="RAW", help="A raw file: DNG, or any that LibRaw reads.")],
     out: Annotated[
@@ -110,7 +112,7 @@ def develop(
     print(develop_sheet(raw, out, settings, white_balance) if sheet else develop_file(raw, out, settings, white_balance, bits))
 
 
-@app.command(epilog="Example: photosite inspect frame.dng --json")
+@app.command(epilog="Example: photosite inspect frames/color_checker.dng --json")
 def inspect(
     raw: Annotated[Path, typer.Argument(metavar="RAW", help="A raw file of any camera that LibRaw reads.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
@@ -175,7 +177,7 @@ def emva(
     validate_emva(camera, settings or [], iso, out, device)
 
 
-@app.command(epilog="Example: photosite explain shot.yaml --set lens.f_number=f/1.4 --patch 0.05")
+@app.command(epilog="Example: photosite explain color_checker --set lens.f_number=f/1.4 --patch 0.05")
 def explain(
     shot: ShotFile,
     settings: Settings = None,
@@ -194,7 +196,10 @@ def explain(
     show_plan(shot, settings or [], patch, "exposure" if same_shutter else "brightness")
 
 
-@app.command(epilog="Example: photosite calibrate dark flat --name 'Nikon D3' --pixel-pitch '8.45 um' --out d3.yaml")
+@app.command(
+    epilog="Example, with the frames of the example of `photosite validate noise`: "
+    "photosite calibrate noise/frames --name 'Sony A7S II' --base sony_a7s2 --out mine.yaml"
+)
 def calibrate(
     files: Annotated[list[Path], typer.Argument(metavar="FILES...", help="Raw files, or folders of them at any depth.")],
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Camera file to write.")] = Path("camera.yaml"),

@@ -11,7 +11,7 @@ from simulator.calibration.camera_text import camera_document
 from simulator.calibration.checks import problems
 from simulator.calibration.frames import by_iso, raw_files, read_frames
 from simulator.calibration.iso_measurement import IsoMeasurement
-from simulator.command_line.screen import console, log, progress
+from simulator.command_line.screen import console, log, shown
 from simulator.config import dump_yaml
 from simulator.errors import PhotositeError
 from simulator.measurement.interval import Interval
@@ -26,13 +26,11 @@ def calibrate_files(
     Raises PhotositeError.
     """
     paths = raw_files(files)
-    with progress() as bar:
-        task = bar.add_task("reading", total=len(paths))
-        frames = read_frames(paths, lambda path: bar.update(task, advance=1, description=escape(path.name)))
+    with shown("reading") as progress:
+        frames = read_frames(paths, progress)
         groups, notes = problems(by_iso(frames))
         assumed = assumed_numbers(name, frames[0], base, pixel_pitch, response)  # before the work, not after it
-        task = bar.add_task("measuring", total=len(groups))
-        found = measure_camera(groups, lambda iso: bar.update(task, advance=1, description=f"ISO {iso}"))
+        found = measure_camera(groups, progress)
     with atomic_write(out) as path:
         path.write_text(dump_yaml(camera_document(found, assumed)), encoding="utf-8")
     _show(found)

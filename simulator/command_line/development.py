@@ -26,18 +26,15 @@ def develop_sheet(raw: Path, out: Path | None, settings: dict[str, object], whit
 
     Raises PhotositeError.
     """
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-
     from simulator.command_line.development_sheet import sheet_figure
-    from simulator.command_line.screen import progress
+    from simulator.command_line.screen import waiting
     from simulator.validation.figures import write_figure
 
     target = out or raw.with_suffix(".sheet.png")
     if target.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise PhotositeError("a sheet is a .png, .svg or .pdf file", key="--out", value=target)
     choice = settings | {"white_balance": _white_balance(white_balance)}
-    with progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()) as bar:
-        bar.add_task("sheet", total=None)
+    with waiting("sheet"):
         write_figure(sheet_figure(raw, choice), target)
     return target
 

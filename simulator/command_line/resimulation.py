@@ -1,15 +1,12 @@
 """`photosite resimulate`."""
 
-from functools import partial
 from pathlib import Path
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 
 from simulator import __version__
-from simulator.command_line.screen import log, progress
-from simulator.command_line.simulation import tell
+from simulator.command_line.screen import log, shown
 from simulator.raw.save import save
 from simulator.resimulation import differing_codes, provenance_of, resimulate
 
@@ -22,9 +19,8 @@ def resimulate_file(path: Path, out: Path | None, device: str | None) -> None:
     told = provenance_of(path)
     if told.version != __version__:
         log.print(escape(f"note: {path} was made by Photosite {told.version}; this is {__version__}"))
-    with progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()) as bar:
-        task = bar.add_task(path.name, total=1.0)
-        raw = resimulate(path, device=device, progress=partial(tell, bar, task, path.name))
+    with shown(path.name, prefix=f"{path.name}: ", is_long=False) as progress:
+        raw = resimulate(path, device=device, progress=progress)
         # Compared first: --out may be the folder of the file itself.
         different = differing_codes(path, raw)
         files = None if out is None else save(raw, out)

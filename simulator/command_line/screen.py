@@ -1,11 +1,14 @@
 """Where the command line writes: results to stdout, progress and notes to stderr."""
 
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.markup import escape
+from rich.progress import BarColumn, ProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bars
 
-COUNTED = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+from simulator.progress import Progress
 
 log = Console(stderr=True, highlight=False, soft_wrap=True)
 
@@ -18,7 +21,34 @@ def console() -> Console:
 
 
 @contextmanager
-def progress(*columns):
-    """Yield a progress bar on stderr that goes away when done; silent where stderr is no terminal."""
-    with Progress(*(columns or COUNTED), console=log, transient=True, disable=not log.is_terminal) as bar:
-        yield bar
+def shown(first: str, *, prefix: str = "", is_long: bool = True) -> Iterator[Progress]:
+    """Yield a function that shows on a bar on stderr what work tells of itself.
+
+    first: shown until it tells something. prefix: stands before what it tells. is_long: shows the time that remains, not
+    the time that has passed.
+    """
+    with _bars(TimeRemainingColumn() if is_long else TimeElapsedColumn()) as bars:
+        task, last = bars.add_task(escape(first), total=1.0), 0.0
+
+        def tell(what: str, share: float) -> None:
+            nonlocal last
+            if share < last:
+                bars.reset(task)
+            last = share
+            bars.update(task, completed=share, description=escape(prefix + what))
+
+        yield tell
+
+
+@contextmanager
+def waiting(what: str) -> Iterator[None]:
+    """Show a bar for work that tells nothing of itself."""
+    with _bars(TimeElapsedColumn()) as bars:
+        bars.add_task(escape(what), total=None)
+        yield
+
+
+def _bars(time: ProgressColumn) -> Bars:
+    """Bars on stderr that go away when done; silent where stderr is no terminal."""
+    columns = TextColumn("{task.description}"), BarColumn(), time
+    return Bars(*columns, console=log, transient=True, disable=not log.is_terminal)

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from simulator.command_line.screen import log, progress
+from simulator.command_line.screen import log, shown
 from simulator.command_line.sweep_runner import SKIPPED, Row, run_sweep, take
 from simulator.config import Sweep, load_shot, load_sweep, located, shot_warnings
 from simulator.errors import PhotositeError
@@ -39,10 +38,8 @@ def simulate_file(path: Path, settings: list[str], out: Path, device: str | None
 
 def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     """Take and save one shot."""
-    with progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()) as bar:
-        task = bar.add_task(shot.name, total=1.0)
-        told = partial(tell, bar, task, shot.name)
-        raw = simulate(shot, device=device, progress=told)
+    with shown(shot.name, prefix=f"{shot.name}: ", is_long=False) as progress:
+        raw = simulate(shot, device=device, progress=progress)
         files = save(raw, out)
     for note in raw.resolved["notes"]:
         log.print(f"note: {escape(note)}")
@@ -53,15 +50,13 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
 
 def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> int:
     """Take and save all points; returns the number that failed."""
-    with progress() as bar:
-        task = bar.add_task("sweep", total=len(sweep))
 
-        def report(row: Row) -> None:
-            bar.update(task, advance=1, description=escape(row.name))
-            if row.error is not None:
-                log.print(escape(f"{row.name}: {row.status}"))
+    def report(row: Row) -> None:
+        if row.error is not None:
+            log.print(escape(f"{row.name}: {row.status}"))
 
-        rows = run_sweep(sweep, out, take=partial(take, device=device), redo=redo, report=report)
+    with shown("sweep") as progress:
+        rows = run_sweep(sweep, out, take=partial(take, device=device), redo=redo, report=report, progress=progress)
     if skipped := sum(row.status == SKIPPED for row in rows):
         log.print(f"note: {skipped} of {len(rows)} points were there already; --redo takes them again")
     print(out / "manifest.csv")
@@ -84,8 +79,3 @@ def _folder(out: Path):
         if is_new:
             with suppress(OSError):  # it holds files: the usual end
                 out.rmdir()
-
-
-def tell(bar: Progress, task, name: str, stage: str, share: float) -> None:
-    """Show on a progress bar what `simulator.simulate` tells of itself."""
-    bar.update(task, completed=share, description=escape(f"{name}: {stage}"))

@@ -10,6 +10,7 @@ from pathlib import Path
 from simulator.config import Sweep, SweepPoint, dump_yaml
 from simulator.errors import PhotositeError
 from simulator.input_files import input_files
+from simulator.progress import Progress, Steps, silent
 from simulator.raw.files import atomic_write
 from simulator.shot import Shot
 
@@ -49,19 +50,21 @@ def run_sweep(
     map: Callable[..., Iterable[Row]] = map,
     redo: bool = False,
     report: Callable[[Row], None] = lambda row: None,
+    progress: Progress = silent,
 ) -> list[Row]:
     """Run all points, in the order of the sweep, into `directory`; returns the rows of manifest.csv.
 
     take: simulates one shot and saves it. map: like the built-in; an executor's map spreads points over processes.
-    redo: run points whose files stand already. report: called with each row as it is done.
+    redo: run points whose files stand already. report: called with each row as it is done. progress: told of each.
     A point that fails is a row whose status says why; three in a row end the run.
     Raises PhotositeError when that happens. The manifest is written whatever ends the run.
     """
-    rows, failures = [], 0
+    rows, failures, steps = [], 0, Steps(progress, len(sweep))
     try:
         for row in map(partial(run_point, directory=Path(directory), take=take, redo=redo), sweep):
             rows.append(row)
             report(row)
+            steps.add(row.name)
             failures = 0 if row.error is None else failures + 1
             if failures == FAILURES_IN_A_ROW:
                 rule = f"{row.error.rule} ({failures} failures in a row: stopped)"

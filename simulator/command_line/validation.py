@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from simulator.command_line.screen import console, log, progress
+from simulator.command_line.screen import console, log, shown
 from simulator.config import load_camera
 from simulator.validation.gate import Gate
 
@@ -29,8 +29,10 @@ def validate_noise(camera: str, settings: list[str], isos: list[int], out: Path 
     from simulator.validation.noise_figure import noise_figure
 
     body = load_camera(camera, settings)
-    with _frames(out) as folder, _progress() as told:
-        report = noise_report.validate_noise(body, isos or body.isos, folder, keep=out is not None, device=device, told=told)
+    with _frames(out) as folder, shown("frames") as progress:
+        report = noise_report.validate_noise(
+            body, isos or body.isos, folder, keep=out is not None, device=device, progress=progress
+        )
     show_noise(report)
     if out is not None:
         noise_report.write_noise_json(report, out / "noise.json")
@@ -49,8 +51,8 @@ def validate_emva(camera: str, settings: list[str], iso: int | None, out: Path |
     from simulator.validation.figures import write_figure
 
     body = load_camera(camera, settings)
-    with _frames(out) as folder, _progress() as told:
-        report = emva_report.validate_emva(body, iso or body.isos[0], folder, device=device, told=told)
+    with _frames(out) as folder, shown("frames") as progress:
+        report = emva_report.validate_emva(body, iso or body.isos[0], folder, device=device, progress=progress)
     show_summary(report)
     show_gates("Against the camera file", report.gates)
     if out is not None:
@@ -165,11 +167,3 @@ def _frames(out: Path | None):
         return
     with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
         yield Path(folder)
-
-
-@contextmanager
-def _progress():
-    """Yield a function for (what, done, total) that moves a bar on stderr."""
-    with progress() as bar:
-        task = bar.add_task("frames", total=None)
-        yield lambda text, done, total: bar.update(task, description=escape(text), completed=done, total=total)

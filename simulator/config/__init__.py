@@ -3,6 +3,7 @@
 from simulator.config.any_file import load_file
 from simulator.config.camera_file import camera_document, load_camera
 from simulator.config.json_schema import schema
+from simulator.config.layers import named_file
 from simulator.config.option_values import camera_data, length_um, response_name
 from simulator.config.sections import given_later
 from simulator.config.shot_file import load_shot, located, shot_of_data
@@ -23,6 +24,7 @@ __all__ = [
     "load_shot",
     "load_sweep",
     "located",
+    "named_file",
     "response_name",
     "schema",
     "shot_of_data",

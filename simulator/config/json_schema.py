@@ -7,7 +7,7 @@ from simulator.config.shot_file import shot_section
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 
-def schema() -> dict:
+def schema() -> dict[str, object]:
     """JSON Schema (draft 2020-12) of a shot file, from the models that read it; units are in the descriptions."""
     model = shot_section()
     result = {"$schema": DRAFT, "title": "Photosite shot"} | model.model_json_schema(by_alias=True, mode="validation")

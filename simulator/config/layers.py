@@ -111,6 +111,17 @@ def parse_override(text: str) -> tuple[str, object, Place]:
     return dotted.strip(), parse_document(value, name, Path.cwd(), lines=False).data, Place(name, Path.cwd())
 
 
+def named_file(kind: str, path: str | Path) -> Path:
+    """Return the file that a user's `path` means: itself, or, for a bare name that is no file, that of configs/<kind>.
+
+    Raises PhotositeError with the nearest name for a bare name that is neither.
+    """
+    given = Path(path)
+    if given.suffix or "/" in str(path) or given.is_file():
+        return given
+    return find_config(kind, str(path), Place(str(path), Path.cwd()), kind.removesuffix("s"))
+
+
 def find_config(kind: str, name: str, place: Place, key: str) -> Path:
     """Return the file that `name` means: a name in configs/<kind>, or a path relative to the file that states it.
 

@@ -14,7 +14,7 @@ from pydantic import Discriminator, Field, Tag, create_model
 from simulator.config.build import build, placed, validate
 from simulator.config.camera_file import camera_section, inline_camera, inline_response
 from simulator.config.document import Document, Place, read_document
-from simulator.config.layers import parse_override, subdocument, with_section, with_value
+from simulator.config.layers import named_file, parse_override, subdocument, with_section, with_value
 from simulator.config.lens_section import lens_member
 from simulator.config.problems import nearest
 from simulator.config.section_types import Section
@@ -71,6 +71,7 @@ def _scene_of(value: object) -> str:
 def load_shot(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Shot:
     """Read a shot file.
 
+    path: of the file, or the name of one in configs/shots.
     overrides: `dotted.path=value` texts as the command line's --set takes them, or a mapping of dotted path to
         plain value; relative paths in them start from the current folder.
     Raises PhotositeError with file, line, key, value and fix. A `sweep:` section is checked, not run.
@@ -96,10 +97,13 @@ def located(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = 
 
 
 def load_document(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Document:
-    """Return a shot file with its camera read in and the overrides applied, not yet validated."""
+    """Return a shot file with its camera read in and the overrides applied, not yet validated; `path` as of `load_shot`."""
+    path = named_file("shots", path)
     document = read_document(path)
     if {"shot", "versions"} <= document.data.keys():  # the sidecar of a frame: its shot can be taken again
         document = subdocument(document, "shot")
+        if not document.data:
+            raise document.problem((), "the shot was made of objects in Python and stands in no file; run that program again")
     if "name" not in document.data:
         stem = re.sub(r"[^\w.+-]", "_", Path(path).stem)
         document = with_section(document, "name", Document(stem, {(): document.place(())}))

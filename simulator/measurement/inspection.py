@@ -8,11 +8,11 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.measurement.single_frame_noise import LevelNoise, single_frame_noise
+from simulator.raw import OURS
 from simulator.raw.xmp import SettingsChanged, read_provenance
 from simulator.raw_file import open_raw, plane_places
 
 BINS = 64
-OURS = "Photosite "  # what the Software tag of our files begins with
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Inspection:
     channels: tuple[Channel, ...]
 
 
-def inspect_raw(path: str | os.PathLike) -> Inspection:
+def inspect_raw(path: str | os.PathLike[str]) -> Inspection:
     """Inspect any raw file that LibRaw reads. Raises PhotositeError when it is missing, no raw file or damaged."""
     label = os.fspath(path)
     with open_raw(label, label) as frame:

@@ -46,7 +46,7 @@ class EdgeTransfer:
 
 
 def edge_of_raw_file(
-    path: str | os.PathLike, plane: str = "G", window_px: tuple[int, int, int, int] | None = None
+    path: str | os.PathLike[str], plane: str = "G", window_px: tuple[int, int, int, int] | None = None
 ) -> EdgeTransfer:
     """Measure an edge in a raw file, in one colour: R, G (both greens), B, or MONO where there is no filter.
 

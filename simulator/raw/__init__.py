@@ -4,6 +4,8 @@ from importlib.metadata import PackageNotFoundError, version
 
 from simulator import __version__
 
+OURS = "Photosite "  # what the Software tag of our files begins with
+
 
 def software() -> str:
     """Name and version written into every file, for example "Photosite 1.0.0"."""

@@ -22,7 +22,7 @@ class SavedFiles:
     sidecar: Path
 
 
-def files_of(name: str, directory: str | os.PathLike) -> SavedFiles:
+def files_of(name: str, directory: str | os.PathLike[str]) -> SavedFiles:
     """Name the three files of a shot. Raises PhotositeError for a name that is no plain file name."""
     if name in ("", ".", "..") or any(letter in name for letter in "/\\\0"):
         raise PhotositeError(
@@ -32,7 +32,7 @@ def files_of(name: str, directory: str | os.PathLike) -> SavedFiles:
     return SavedFiles(folder / f"{name}.dng", folder / f"{name}.truth.exr", folder / f"{name}.json")
 
 
-def save(raw: Raw, directory: str | os.PathLike) -> SavedFiles:
+def save(raw: Raw, directory: str | os.PathLike[str]) -> SavedFiles:
     """Write `<name>.dng`, `<name>.truth.exr`, then `<name>.json` with the resolved settings.
 
     All three are written beside and then renamed, the sidecar last: a failure leaves nothing of the new set and all of

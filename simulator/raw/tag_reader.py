@@ -24,7 +24,7 @@ _TYPE_BYTES = {
 }
 
 
-def read_tag(path: str | os.PathLike, code: int) -> bytes | None:
+def read_tag(path: str | os.PathLike[str], code: int) -> bytes | None:
     """Bytes of a tag's value in IFD 0, in the file's byte order; None when the tag is not there.
 
     Raises PhotositeError for a file that cannot be read, is no TIFF or DNG, or ends too soon.

@@ -55,6 +55,10 @@ class Scene:
     behind: tuple[Layer, ...] = ()
     hidden: Literal["none", "extend"] = "none"
 
+    def load(self) -> "Scene":
+        """Return the scene itself: it can stand where something that loads one does, as in `Shot.scene`."""
+        return self
+
     @property
     def layers(self) -> tuple[Layer, ...]:
         """All surfaces, nearest first."""

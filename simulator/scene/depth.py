@@ -116,10 +116,10 @@ def load_depth(
         depth = nearest_pixels(depth, coverage > 0)
     if depth_m.along == "ray":
         depth *= axis_per_ray(depth.shape, field_of_view_deg)
-    return depth, (*notes, *_unit_notes(depth, depth_m.unit, path))
+    return depth, (*notes, *unit_notes(depth, depth_m.unit, path))
 
 
-def _unit_notes(depth: np.ndarray, unit: str, path: Path) -> tuple[str, ...]:
+def unit_notes(depth: np.ndarray, unit: str, path: Path) -> tuple[str, ...]:
     """Note for distances that no scene has: the file may have another unit."""
     nearest, farthest = float(depth.min()), float(depth.max(initial=0.0, where=np.isfinite(depth)))
     odd = LEAST_FARTHEST_M > farthest > 0 or MOST_NEAREST_M < nearest < math.inf

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
+
 from simulator.scene import Layer, Scene
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.color_channels import color_channels, to_linear
@@ -66,12 +68,20 @@ class ImageScene:
     def _load(self) -> Scene:
         file = read_pixels(self.image, "scene.image")
         depth_channel = self.depth_m.channel if isinstance(self.depth_m, DepthChannel) else "Z"
-        planes, notes = to_linear(color_channels(file, self.layer, depth_channel), self.encoding, file)
-        check_finite(planes, "scene.image", self.image)
-        planes, clip_notes = without_negative(planes, self.negative, "scene.image", self.image)
+        scene = self.scene_of(color_channels(file, self.layer, depth_channel), file)
         depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg)
-        notes = *file.notes, *_alpha_notes(file), *notes, *clip_notes, *depth_notes, *_depth_notes(self.depth_m, file)
-        return replace(lit_scene(self, [Layer(planes, depth_m)], self.image, notes), hidden=self.hidden)
+        notes = *file.notes, *_alpha_notes(file), *scene.notes, *depth_notes, *_depth_notes(self.depth_m, file)
+        return replace(scene, depth_m=depth_m, notes=notes)
+
+    def scene_of(self, stored: np.ndarray, file: PixelFile, key: str = "scene.image") -> Scene:
+        """Scene of colours as they are stored, (height, width, 3 or 1), without its depth; errors name `key` and the file.
+
+        Raises PhotositeError for NaN, Inf and negative values, and for a black picture with a mean anchor.
+        """
+        planes, notes = to_linear(stored, self.encoding, file)
+        check_finite(planes, key, self.image)
+        planes, clip_notes = without_negative(planes, self.negative, key, self.image)
+        return replace(lit_scene(self, [Layer(planes)], self.image, (*notes, *clip_notes)), hidden=self.hidden)
 
 
 def _alpha_notes(file: PixelFile) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """Scenes from spectral cubes: one plane per measured wavelength."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -60,48 +60,49 @@ class SpectralCubeScene:
 
     def _load(self) -> Scene:
         file = read_pixels(self.spectral_cube, "scene.spectral_cube")
-        bands, own_nm = self._bands(file)
-        keep, grid_nm, basis, notes = common_grid(own_nm, self.spectral_cube.name)
-        planes = np.ascontiguousarray(file.pixels[..., bands[keep]], dtype=np.float32)
-        check_finite(planes, "scene.spectral_cube", self.spectral_cube)
+        scene = self.scene_of(file.pixels, self._bands(file))
+        depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg)
+        return replace(scene, depth_m=depth_m, notes=(*file.notes, *scene.notes, *depth_notes))
+
+    def scene_of(self, pixels: np.ndarray, bands: list[tuple[float, int]], key: str = "scene.spectral_cube") -> Scene:
+        """Scene of a cube (height, width, channels), without its depth; errors name `key`.
+
+        bands: (wavelength [nm], channel) of each channel to use. Raises PhotositeError as `load` does.
+        """
+        own_nm, channels = (np.array(column) for column in zip(*sorted(bands), strict=True))
+        distinct = len(own_nm) > 1 and np.diff(own_nm).min() > 0
+        require(distinct, "scene.wavelengths", f"{own_nm} nm", "give two or more wavelengths, each once")
+        keep, grid_nm, basis, notes = common_grid(own_nm.astype(np.float64), self.spectral_cube.name)
+        planes = np.ascontiguousarray(pixels[..., channels[keep]], dtype=np.float32)
+        check_finite(planes, key, self.spectral_cube)
         if planes.min() < 0:
             fault = first_fault(planes < 0)
-            raise PhotositeError(
-                f"negative in {fault}; light is never negative: clip it first",
-                key="scene.spectral_cube",
-                value=self.spectral_cube,
-            )
+            rule = f"negative in {fault}; light is never negative: clip it first"
+            raise PhotositeError(rule, key=key, value=self.spectral_cube)
         light = illuminant(self.illuminant, grid_nm)
-        depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg)
         return Scene(
             planes=planes,
             spectra_w_m2_sr_nm=self._spectra(planes, basis, light, grid_nm),
             wavelengths_nm=grid_nm,
             illuminant=light,
-            depth_m=depth_m,
             field_of_view_deg=self.field_of_view_deg,
-            notes=(*file.notes, *notes, *depth_notes),
+            notes=notes,
             hidden=self.hidden,
         )
 
-    def _bands(self, file: PixelFile) -> tuple[np.ndarray, np.ndarray]:
-        """Channel indices and their wavelengths [nm], ascending."""
+    def _bands(self, file: PixelFile) -> list[tuple[float, int]]:
+        """Wavelength [nm] and index of each channel."""
         if self.wavelengths is None:
-            pairs = named_wavelengths(file)
-        else:
-            given = read_wavelengths(self.wavelengths)
-            if len(given) != len(file.channels):
-                raise PhotositeError(
-                    f"holds {len(given)} wavelengths, but {file.path} has "
-                    f"{len(file.channels)} channels; give one wavelength per channel",
-                    key="scene.wavelengths",
-                    value=self.wavelengths,
-                )
-            pairs = [(nm, index) for index, nm in enumerate(given)]
-        own_nm, bands = (np.array(column) for column in zip(*sorted(pairs), strict=True))
-        distinct = len(own_nm) > 1 and np.diff(own_nm).min() > 0
-        require(distinct, "scene.wavelengths", f"{own_nm} nm", "give two or more wavelengths, each once")
-        return bands.astype(int), own_nm.astype(np.float64)
+            return named_wavelengths(file)
+        given = read_wavelengths(self.wavelengths)
+        if len(given) != len(file.channels):
+            raise PhotositeError(
+                f"holds {len(given)} wavelengths, but {file.path} has "
+                f"{len(file.channels)} channels; give one wavelength per channel",
+                key="scene.wavelengths",
+                value=self.wavelengths,
+            )
+        return [(float(nm), index) for index, nm in enumerate(given)]
 
     def _spectra(self, planes: np.ndarray, basis: np.ndarray, light: np.ndarray, grid_nm: np.ndarray) -> np.ndarray:
         if self.quantity == "reflectance":

@@ -1,12 +1,13 @@
 """The frames of `photosite validate emva`: what EMVA 1288 asks for, in light of one wavelength per colour."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
+from simulator.progress import Progress, Steps, silent
 from simulator.sensor.camera import Camera
 from simulator.spectra import WAVELENGTHS_NM, efficiency_on
 from simulator.validation.flat_frames import FlatBench, bench_camera, narrow_light, white_light
@@ -103,9 +104,9 @@ class EmvaBench:
         return STACK + len(self.colors) * (2 * len(SHARES) + STACK) + 2 + 2 * len(self.dark_times_s())
 
 
-def take_emva_frames(bench: EmvaBench, first_seed: int, told: Callable[[str], None] = lambda text: None) -> EmvaFiles:
-    """Take and save all frames; their seeds count up from the first. told: called after each. Raises PhotositeError."""
-    take = _Taker(iter(range(first_seed, first_seed + bench.frames())), told)
+def take_emva_frames(bench: EmvaBench, first_seed: int, progress: Progress = silent) -> EmvaFiles:
+    """Take and save all frames; their seeds count up from the first. progress: told of each. Raises PhotositeError."""
+    take = _Taker(iter(range(first_seed, first_seed + bench.frames())), Steps(progress, bench.frames()))
     dark_stack = take.stack(bench.white, "dark", 0.0)
     colors = {}
     for name, one in bench.colors.items():
@@ -126,11 +127,11 @@ class _Taker:
     """Takes frames, each with the next seed."""
 
     seeds: Iterator[int]
-    told: Callable[[str], None]
+    steps: Steps
 
     def frame(self, bench: FlatBench, name: str, factor: float) -> Path:
         path = bench.take(f"iso{bench.iso:06d}_{name}", factor, next(self.seeds))
-        self.told(name)
+        self.steps.add(name)
         return path
 
     def pair(self, bench: FlatBench, name: str, factor: float) -> Pair:

@@ -3,10 +3,10 @@
 import json
 import math
 import os
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from simulator.progress import Progress, silent
 from simulator.raw import software
 from simulator.raw.files import atomic_write
 from simulator.sensor.camera import Camera
@@ -14,8 +14,6 @@ from simulator.validation.emva import EmvaCamera, measure_emva
 from simulator.validation.emva_frames import EXPOSURE_TIME_S, EmvaBench, take_emva_frames
 from simulator.validation.emva_gates import emva_gates
 from simulator.validation.gate import Gate
-
-Told = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -65,20 +63,19 @@ class EmvaReport:
 
 
 def validate_emva(
-    camera: Camera, iso: int, folder: Path, *, device: str | None = None, seed: int = 1, told: Told = lambda *_: None
+    camera: Camera, iso: int, folder: Path, *, device: str | None = None, seed: int = 1, progress: Progress = silent
 ) -> EmvaReport:
     """Take EMVA 1288's frames as DNG files in `folder`, and measure the camera from them alone.
 
-    seed: of the first frame; they count up. told: called with (what, frames done, frames in all).
+    seed: of the first frame; they count up. progress: told of each frame.
     Raises PhotositeError for an ISO the camera does not have.
     """
     bench = EmvaBench(camera, iso, folder, device)
-    total, count = bench.frames(), iter(range(1, bench.frames() + 1))
-    files = take_emva_frames(bench, seed, lambda text: told(text, next(count), total))
+    files = take_emva_frames(bench, seed, progress)
     found = measure_emva(files)
     frame = bench.white.camera.frame
     gates = tuple(emva_gates(found, bench))
-    return EmvaReport(f"{camera.make} {camera.model}", iso, total, (frame.width, frame.height), found, gates)
+    return EmvaReport(f"{camera.make} {camera.model}", iso, bench.frames(), (frame.width, frame.height), found, gates)
 
 
 def write_emva_json(report: EmvaReport, path: str | os.PathLike) -> None:

@@ -1,12 +1,12 @@
 """The frames of `photosite validate noise`: how many are needed, and taking them."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from simulator.progress import Steps
 from simulator.sensor.camera import Camera
 from simulator.validation.expectation import pedestal_holds
 from simulator.validation.flat_frames import FlatBench, bench_camera, white_light
@@ -83,16 +83,17 @@ def _slope(points) -> float:
     return float(np.polyfit([point.mean for point in points], [point.variance for point in points], 1)[0])
 
 
-def take_frames(bench: FlatBench, wanted: FramePlan, first_seed: int, told: Callable[[], None] = lambda: None) -> NoiseFiles:
+def take_frames(bench: FlatBench, wanted: FramePlan, first_seed: int, steps: Steps | None = None) -> NoiseFiles:
     """Take and save the dark pairs, the flat pairs and one frame in which every colour is saturated.
 
-    first_seed: of the frames, which count up from it. told: called after each frame. Raises PhotositeError.
+    first_seed: of the frames, which count up from it. steps: counts the frames. Raises PhotositeError.
     """
     seeds = iter(range(first_seed, first_seed + wanted.frames))
 
     def take(name: str, share: float) -> Path:
         path = bench.take(f"iso{bench.iso:06d}_{name}", bench.factor_of(share), next(seeds))
-        told()
+        if steps is not None:
+            steps.add(f"ISO {bench.iso}")
         return path
 
     def pair(name: str, share: float) -> Pair:

@@ -2,10 +2,11 @@
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from simulator.progress import Progress, Steps, silent
 from simulator.raw import software
 from simulator.raw.files import atomic_write
 from simulator.sensor.camera import Camera
@@ -13,8 +14,6 @@ from simulator.validation.gate import Gate
 from simulator.validation.noise import IsoNoise, measure_iso
 from simulator.validation.noise_frames import FramePlan, NoiseFiles, frame_plan, noise_bench, take_frames
 from simulator.validation.noise_gates import iso_gates, table_gates
-
-Told = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -49,22 +48,18 @@ def validate_noise(
     keep: bool = True,
     device: str | None = None,
     seed: int = 1,
-    told: Told = lambda text, done, total: None,
+    progress: Progress = silent,
 ) -> NoiseReport:
     """Take dark frames and flat pairs at each ISO as DNG files in `folder`, and measure the camera from them alone.
 
     keep: whether the files stay; else those of one ISO go before the next. seed: of the first frame; they count up.
-    told: called with (what, frames done, frames in all). Raises PhotositeError for an ISO the camera does not have.
+    progress: told of each frame. Raises PhotositeError for an ISO the camera does not have.
     """
     benches = [noise_bench(camera, iso, folder, device) for iso in sorted(set(isos))]
     plans = [frame_plan(bench) for bench in benches]
-    total, done, points, gates = sum(plan.frames for plan in plans), 0, [], []
+    steps, points, gates = Steps(progress, sum(plan.frames for plan in plans)), [], []
     for bench, wanted in zip(benches, plans, strict=True):
-        frames = iter(range(done + 1, total + 1))
-        files = take_frames(
-            bench, wanted, seed + done, lambda iso=bench.iso, count=frames: told(f"ISO {iso}", next(count), total)
-        )
-        done += wanted.frames
+        files = take_frames(bench, wanted, seed + steps.done, steps)
         points.append(measure_iso(files))
         gates += iso_gates(points[-1], bench, wanted)
         if not keep:

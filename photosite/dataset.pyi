@@ -1,0 +1,10 @@
+from data_gen.config import DataSet as DataSet
+from data_gen.config import load_data_set as load_data_set
+from data_gen.estimate import Estimate as Estimate
+from data_gen.estimate import estimate as estimate
+from data_gen.manifest import verify as verify
+from data_gen.reading import SampleFolder as SampleFolder
+from data_gen.reading import read_samples as read_samples
+from data_gen.run import Outcome as Outcome
+from data_gen.run import run as run
+from data_gen.sample import Sample as Sample
