@@ -4,7 +4,6 @@ from simulator.measurement.interval import Interval as Interval
 from simulator.measurement.pairs import PairNoise as PairNoise
 from simulator.measurement.pairs import mean_of_pair as mean_of_pair
 from simulator.measurement.pairs import pair_noise as pair_noise
-from simulator.measurement.pairs import temporal_variance as temporal_variance
 from simulator.measurement.photon_transfer import DarkNoise as DarkNoise
 from simulator.measurement.photon_transfer import TransferPoint as TransferPoint
 from simulator.measurement.photon_transfer import dark_noise as dark_noise

@@ -108,6 +108,14 @@ def devices() -> list[DeviceInfo]:
     return [_info(device) for device in _all_devices()]
 
 
+def has_devices() -> bool:
+    """Whether there is any OpenCL device."""
+    try:
+        return bool(_all_devices())
+    except PhotositeError:
+        return False
+
+
 @dataclass(frozen=True)
 class Kernel:
     """A built kernel; arguments: type by name, in order."""

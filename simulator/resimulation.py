@@ -41,7 +41,7 @@ def provenance_of(path: str | os.PathLike[str]) -> Provenance:
     told = read_provenance(path)
     if told is None and _is_ours(path):
         rule = "holds no shot, because it was simulated from objects in Python and not from a shot file; run that program again"
-        raise PhotositeError(f"{path}: {rule}")
+        raise PhotositeError(rule, file=path)
     if told is None:
         raise PhotositeError(
             "holds no shot of Photosite; give a DNG that `photosite simulate` wrote from a shot file", file=path

@@ -10,25 +10,21 @@ from lens_frame import LENS, blurred_case, case_plan, executed_case
 from lens_truths import Case, slanted_plane, stripes, uniform_layers
 from scipy.ndimage import maximum_filter
 
-from simulator.blur.frame import BlurFrame
 from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
-from simulator.blur.relief import measured_maps
 from simulator.defocus import Method, plan_defocus
 from simulator.defocus.accuracy import Accuracy
 from simulator.defocus.blocks import slab_lists
 from simulator.defocus.lens_points import lens_points as tile_points
-from simulator.defocus.tiles import choose
 from simulator.lens.pupil import Pupil
 from simulator.sensor.camera import Window
+from simulator.tile_plan import plan_tiles
 
 RENDERS = Path(__file__).parent.parent.parent / "shared" / "data" / "mitsuba"
 
 
 def hardest(case: Case, bench) -> Method:
     """The most expensive method that a block of the case's frame gets."""
-    planned = case_plan(case)
-    area = BlurFrame(planned)
-    chosen = choose(planned.optics.defocus, measured_maps(planned, bench.device, area).reliefs, area.inside(planned))
+    chosen = plan_tiles(case_plan(case).optics, bench.device).chosen
     return Method(chosen.blocks.methods[chosen.blocks.wanted].max())
 
 

@@ -185,15 +185,20 @@ def explain(
     same_shutter: Annotated[
         bool, typer.Option("--same-shutter", help="Keep the shutter over the ISO range, instead of the brightness.")
     ] = False,
+    measured: Annotated[
+        bool, typer.Option("--measure", help="Take the shot, too, and show each pass's time beside the predicted one.")
+    ] = False,
+    device: DeviceName = None,
 ) -> None:
     """Show what a shot amounts to.
 
-    The plan: which steps run or are skipped and why; the lens in numbers; where white lands; a grey patch from cd/m^2 over
-    lux, photons and electrons to DN; and ISO by ISO the share of each source in the variance of its noise.
+    The plan: which steps run or are skipped and why; the passes with method, size, memory, predicted error and time; the
+    lens in numbers; where white lands; a grey patch from cd/m^2 over lux, photons and electrons to DN; and ISO by ISO the
+    share of each source in the variance of its noise.
     """
     from simulator.command_line.tables import show_plan
 
-    show_plan(shot, settings or [], patch, "exposure" if same_shutter else "brightness")
+    show_plan(shot, settings or [], patch, "exposure" if same_shutter else "brightness", device, measured)
 
 
 @app.command(
