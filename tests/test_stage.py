@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from conftest import every_stage
+from camera_builders import every_stage
 
 from simulator.fused import in_order, signal_steps, white_level_dn
 from simulator.sensing import mean_range
