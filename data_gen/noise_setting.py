@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from simulator.fused import stage_moments, white_level_dn
+from simulator.fused import signal_steps, stage_moments, white_level_dn
 from simulator.sensor.camera import Camera
 from simulator.stage import Stage
 
@@ -39,15 +39,12 @@ class NoiseSetting:
     @cached_property
     def white_level_dn(self) -> int:
         """Code of a saturated photosite [DN]: of the full well or of the ADC, whichever is lower."""
-        return white_level_dn(self.stages, lambda electrons: stage_moments(self.stages, electrons))
+        return white_level_dn(signal_steps(self.stages), self.black_level_dn)
 
     @cached_property
     def gain_dn_per_e(self) -> float:
         """K of EMVA 1288 [DN/e-], everything between the charge and the code that multiplies."""
-        present = {stage.stem: stage for stage in self.stages}
-        conversion, digital = present.get("conversion_gain"), present.get("digital_gain")
-        gain = present["analog_gain"].gain_dn_per_e
-        return gain * (conversion.ratio if conversion else 1.0) * (digital.factor if digital else 1.0)
+        return math.prod(stage.gain for stage in self.stages)
 
     @cached_property
     def read_noise_dn(self) -> float:

@@ -1,9 +1,27 @@
-// The chance of a photosite: normal numbers and random bits of the stages that many sensors have.
-// One Philox block serves the two photosites (x, 2 n) and (x, 2 n + 1): random words are the larger part of the work.
-//   frame block: word a, angle d: shot noise of both rows; word b, angle d << 11: both read noises of the first row;
-//   word c, angle d << 22: of the second. body block, alike: response and offset of either row. Bits below the eleven (ten)
-//   that an angle has to itself are the next one's or low bits of a radius: they fill in between, finer than 1/1000 turn.
-// Stages that fewer sensors have draw pairs from blocks of their own. Each pair waits for the one before (zero_after).
+// The chance of a photosite: normal numbers and random bits of the stages that many sensors have. This table says which random
+// words serve which stage. Philox (philox.h) makes four words a, b, c, d of the counter {first, second, 0, stream} and the key:
+// (frame_seed, 0) for a frame, (body_seed, 1) for a camera body. x, y: photosite on the sensor. STREAM_...: below; STEM_STREAM:
+// CRC-32 of the stage's stem (simulator/fused.py). A block at y / 2 serves both rows of a pair, the even and the odd one.
+//
+//   stream                         key    first  second  words
+//   STREAM_FRAME                   frame  y / 2  x       a, d: shot noise, two normal numbers; b, d << 11: both read noises of
+//                                                        the even row; c, d << 22: of the odd row
+//   STREAM_COUNT                   frame  y / 2  x       a, b: shot noise, small counts of either row
+//   STREAM_BODY                    body   y / 2  x       b, d << 11: response and dark offset (PRNU, DSNU) of the even row;
+//                                                        c, d << 22: of the odd row
+//   DARK_CURRENT_STREAM            frame  y / 2  x       a, b: two normal numbers; c, d: small counts
+//   HOT_PIXELS_STREAM              frame  y / 2  x       a, b: two normal numbers; c, d: small counts
+//   HOT_PIXELS_STREAM              body   y / 2  x       a, b: whether hot; c, d: mean
+//   COLUMN_OFFSET_STREAM           body   0      x       a, b: a normal number
+//   ROW_NOISE_STREAM               frame  y / 2  0       a, b: two normal numbers
+//   BANDING_STREAM                 frame  0      0       a: phase
+//   DEAD_PIXELS_STREAM             body   y      x       a: whether dead
+//   READ_NOISE_BEFORE_GAIN_STREAM  body   y      x       a, b: a normal number, for sigma
+//   RANDOM_TELEGRAPH_NOISE_STREAM  body   y      x       a: whether there is a trap; b: amplitude
+//   RANDOM_TELEGRAPH_NOISE_STREAM  frame  y      x       a: two lowest bits, the jump
+//
+// d << 11 and d << 22 are angles: bits below the eleven (ten) that an angle has to itself are the next one's or low bits of a
+// radius: they fill in between, finer than 1/1000 turn. Each pair of numbers waits for the one before (zero_after).
 #ifndef CHANCE_H
 #define CHANCE_H
 #include "normal.h"

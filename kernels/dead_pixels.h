@@ -1,4 +1,5 @@
 // Dead pixels: electrons [e-] -> 0 in the share of photosites that do not answer to light; x, y: photosite on the sensor.
+// Random words: see the table in chance.h.
 #ifndef DEAD_PIXELS_H
 #define DEAD_PIXELS_H
 #include "philox.h"

@@ -42,7 +42,7 @@ kernel void noise_free(global float *restrict signal, global const uint *restric
     if (CONVERSION_GAIN) level = conversion_gain(level, parameters);
     if (ANALOG_GAIN) level = analog_gain(level, parameters);
     if (NONLINEARITY) level = nonlinearity(level, parameters);
-    level = clipped(level + ADC_BLACK_LEVEL_DN, parameters);
+    if (ADC) level = clipped(level + ADC_BLACK_LEVEL_DN, parameters);
     if (DIGITAL_GAIN) {
         const float scaled = DIGITAL_GAIN_FACTOR * (level - DIGITAL_GAIN_BLACK_LEVEL_DN);
         level = clipped(DIGITAL_GAIN_BLACK_LEVEL_DN + scaled, parameters);

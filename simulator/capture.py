@@ -1,6 +1,5 @@
 """The sensor alone, for many frames at once: from mean photoelectrons to codes, without lens and exposure."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,10 +7,9 @@ import numpy as np
 from simulator.code_variance import code_variance
 from simulator.device import Device
 from simulator.errors import require
-from simulator.fused import MOST_ELECTRONS
+from simulator.fused import MOST_ELECTRONS, signal_steps
 from simulator.noise_free import mean_charge, noise_free
 from simulator.sensing import FrameSetting, Part, sense
-from simulator.sensor import LIGHT_STAGES
 
 
 def capture(device: Device, mean_electrons: np.ndarray, settings: Sequence[FrameSetting]) -> np.ndarray:
@@ -47,9 +45,7 @@ def moments(device: Device, mean_electrons: np.ndarray, settings: Sequence[Frame
     _, signal = mean_charge(device, device.share(mean_electrons), shape[1:], settings)
     noise_free(device, signal, shape[1:], settings)
     for electrons, setting, frame in zip(mean_electrons, settings, variance, strict=True):
-        well, steps = setting.stage("full_well"), [(stage.stem, stage.moments) for stage in setting.stages]
-        capacity_e = math.inf if well is None else well.capacity_e
-        frame[:] = code_variance(steps, electrons, capacity_e, setting.stage("adc").max_code)
+        frame[:] = code_variance(signal_steps(setting.stages), electrons)
     return device.download(signal, shape, np.float32), variance
 
 
@@ -60,7 +56,7 @@ def _checked(mean_electrons: np.ndarray, settings: Sequence[FrameSetting]) -> np
     require(mean_electrons.ndim == 3, "mean_electrons", f"array of shape {shape}", "give (frames, height, width)")
     require(len(settings) == shape[0], "settings", f"{len(settings)} settings", f"give one for each of the {shape[0]} frames")
     for place, setting in enumerate(settings):
-        light = ", ".join(stage.stem for stage in setting.stages if stage.stem in LIGHT_STAGES)
+        light = ", ".join(stage.stem for stage in setting.stages if stage.acts_on_light)
         rule = "photoelectrons have been through lens and exposure; leave it out"
         require(not light, f"settings[{place}].stages", light, rule)
     # One pass: as whole numbers, the bits of what is not negative rise with it, and all else (NaN too) lies above.

@@ -5,33 +5,30 @@ fixed pattern, narrowed by full well and ADC: variance of a normal number held b
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from simulator.stage import Moments
-
-Step = tuple[str, Callable[[Moments], Moments]]
+from simulator.stage import Limits, Moments, SignalStep
 
 _NODES = 2**14  # of the variance over the electrons; between them it is read linearly
 _AT_ONCE = 2**14  # pixels: stays in the cache
+_UNLIMITED: Limits = (-math.inf, math.inf)
 _REACH = 8.0  # standard deviations beyond which a clipped code has no variance left
 
 
-def code_variance(
-    steps: Sequence[Step], mean_electrons: np.ndarray, capacity_e: float, max_code: int, count: int = 1
-) -> np.ndarray:
+def code_variance(steps: Sequence[SignalStep], mean_electrons: np.ndarray, count: int = 1) -> np.ndarray:
     """Variance of each code (height, width) float32 [DN^2], temporal noise and rounding.
 
-    steps: stem and effect on mean and variance of everything from the photoelectrons to the code, in physical order.
+    steps: effect on mean and variance of everything from the photoelectrons to the code, in physical order; the last that
+        clips gives the range of the codes.
     mean_electrons: (height, width) float32, mean photoelectrons of each pixel [e-], of `count` photosites added up.
-    capacity_e: full well [e-]; inf: none. max_code: at which the ADC clips [DN].
     The steps are evaluated at 16384 electron counts and read linearly between them, which is exact for shot noise.
     """
-    top_e = min(float(mean_electrons.max()), count * _clipping_electrons(steps, max_code))
+    top_e = min(float(mean_electrons.max()), count * _clipping_electrons(steps))
     if top_e <= 0.0:
-        return np.full(mean_electrons.shape, _variance(steps, np.zeros(1), capacity_e, max_code)[0], np.float32)
-    nodes = _variance(steps, np.linspace(0.0, top_e / count, _NODES), capacity_e, max_code).astype(np.float32)
+        return np.full(mean_electrons.shape, _variance(steps, np.zeros(1))[0], np.float32)
+    nodes = _variance(steps, np.linspace(0.0, top_e / count, _NODES)).astype(np.float32)
     slopes = np.append(np.diff(nodes), np.float32(0.0))
     result = np.empty(mean_electrons.shape, np.float32)
     scale, last = np.float32((_NODES - 1) / top_e), np.float32(_NODES - 1)
@@ -46,27 +43,27 @@ def code_variance(
     return result
 
 
-def _clipping_electrons(steps: Sequence[Step], max_code: int) -> float:
+def _clipping_electrons(steps: Sequence[SignalStep]) -> float:
     """Photoelectrons per photosite above which every code is the white level."""
-    dark, one = Moments(0.0, 0.0), Moments(1.0, 0.0)
-    for _, step in steps:
-        dark, one = step(dark), step(one)
+    dark, one, limits = Moments(0.0, 0.0), Moments(1.0, 0.0), _UNLIMITED
+    for step in steps:
+        dark, one, limits = step.moments(dark), step.moments(one), step.clip_limits(limits) or limits
     gain = max(one.mean - dark.mean, 1e-12)
-    full_e = 2.0 * (max_code + 1) / gain  # twice: errors of linearity bend the line
+    full_e = 2.0 * (limits[1] + 1.0) / gain  # twice: errors of linearity bend the line
     sigma_e = math.sqrt(max(dark.variance, 0.0)) / gain + math.sqrt(full_e)
     return full_e + _REACH * sigma_e
 
 
-def _variance(steps: Sequence[Step], electrons: np.ndarray, capacity_e: float, max_code: int) -> np.ndarray:
+def _variance(steps: Sequence[SignalStep], electrons: np.ndarray) -> np.ndarray:
     """Variance of the code [DN^2] for mean photoelectrons per photosite (n,) float64."""
     signal = Moments(electrons, np.zeros_like(electrons), np.zeros_like(electrons))
-    for name, step in steps:
-        if name == "full_well":
-            signal = _held(signal, -math.inf, capacity_e)
-            continue
-        signal = step(signal)
-        if name in ("adc", "digital_gain"):
-            signal = _held(signal, 0.0, float(max_code))
+    limits = _UNLIMITED
+    for step in steps:
+        signal = step.unclipped(signal)
+        clipped = step.clip_limits(limits)
+        if clipped is not None:
+            limits = clipped
+            signal = _held(signal, *limits)
     return signal.variance
 
 

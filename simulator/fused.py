@@ -3,7 +3,7 @@
 import math
 import re
 import zlib
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache, reduce
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from simulator.device import kernel_source
 from simulator.sensor import FUSED
 from simulator.sensor.poisson_means import MACROS
-from simulator.stage import Moments, Stage
+from simulator.stage import Limits, Moments, SignalStep, Stage
 
 MOST_ELECTRONS = 1e30  # far above any light, and far enough below 3e38 that no product on the way overflows
 
@@ -37,24 +37,31 @@ def _stages_of(function: str) -> tuple[str, ...]:
 CHARGE_STAGES, READOUT_STAGES = _stages_of("charge"), _stages_of("readout")
 
 
+def signal_steps(stages: Iterable[Stage], between: Sequence[SignalStep] = ()) -> list[SignalStep]:
+    """Steps of stages in physical order. between: those of the passes between the charge and its readout."""
+    charge = [stage.signal_step() for stage in stages if stage.stem in CHARGE_STAGES]
+    return [*charge, *between, *(stage.signal_step() for stage in stages if stage.stem in READOUT_STAGES)]
+
+
 def stage_moments(stages: tuple[Stage, ...], mean_electrons: float) -> Moments:
     """Mean and variance of the code [DN] behind sensor stages in physical order, for a mean number of photoelectrons."""
     return reduce(lambda signal, stage: stage.moments(signal), stages, Moments(mean_electrons, 0.0))
 
 
-def white_level_dn(stages: tuple[Stage, ...], moments: Callable[[float], Moments]) -> int:
-    """Code of a saturated photosite: of the full well or of the ADC, whichever is lower; above black [DN].
+def white_level_dn(steps: Iterable[SignalStep], black_level_dn: float) -> int:
+    """Code of a saturated photosite: of whatever clips first, the full well or the ADC; above black [DN].
 
-    moments: mean and variance of the code for a mean number of photoelectrons.
+    steps: from the photoelectrons to the code, in physical order; one of them clips.
     """
-    present = {stage.stem: stage for stage in stages}
-    adc, well, digital = (present.get(stem) for stem in ("adc", "full_well", "digital_gain"))
-    top_dn = float(adc.max_code)
-    if digital is not None:
-        top_dn = min(top_dn, digital.moments(Moments(top_dn, 0.0)).mean)
-    if well is not None:
-        top_dn = min(top_dn, moments(well.capacity_e).mean)
-    return max(round(top_dn), math.floor(adc.black_level_dn) + 1)  # ties to even, as the ADC's
+    greatest: list[float] = []  # signal at which each step before clips, as it is seen here
+    limits: Limits = (-math.inf, math.inf)
+    for step in steps:
+        greatest = [step.moments(Moments(signal, 0.0)).mean for signal in greatest]
+        clipped = step.clip_limits(limits)
+        if clipped is not None:
+            limits = clipped
+            greatest.append(limits[1])
+    return max(round(min(greatest)), math.floor(black_level_dn) + 1)  # ties to even, as the ADC's
 
 
 @cache

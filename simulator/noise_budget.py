@@ -5,10 +5,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-from simulator.code_variance import Step
 from simulator.exposure import Exposure
 from simulator.sensor_plan import SensorPlan
-from simulator.stage import Moments
+from simulator.stage import Moments, SignalStep
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class NoiseBudget:
         return self.mean_electrons >= self.full_scale_e
 
 
-def contributions(steps: Iterable[Step], mean_electrons: float) -> tuple[Moments, dict[str, float], dict[str, float]]:
+def contributions(steps: Iterable[SignalStep], mean_electrons: float) -> tuple[Moments, dict[str, float], dict[str, float]]:
     """Moments behind all steps, and what each step added to the variance and to the fixed variance, as seen there.
 
     A step that gets a signal without noise shows what it adds itself; what the steps before it added, it scales. So the
@@ -63,8 +62,8 @@ def contributions(steps: Iterable[Step], mean_electrons: float) -> tuple[Moments
     signal = Moments(mean_electrons, 0.0)
     temporal: dict[str, float] = {}
     fixed: dict[str, float] = {}
-    for name, step in steps:
-        own, after = step(Moments(signal.mean, 0.0)), step(signal)
+    for step in steps:
+        own, after = step.moments(Moments(signal.mean, 0.0)), step.moments(signal)
         for parts, added, before, behind in (
             (temporal, own.variance, signal.variance, after.variance),
             (fixed, own.fixed_variance, signal.fixed_variance, after.fixed_variance),
@@ -73,7 +72,7 @@ def contributions(steps: Iterable[Step], mean_electrons: float) -> tuple[Moments
             for known in parts:
                 parts[known] *= scale
             if added > 0:
-                parts[name] = added
+                parts[step.name] = added
         signal = after
     return signal, temporal, fixed
 

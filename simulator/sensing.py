@@ -1,6 +1,5 @@
 """The fused kernel over a stack of frames: one launch for all tiles of one kind, whatever frame they belong to."""
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -10,12 +9,15 @@ import numpy as np
 from simulator import tiles
 from simulator.device import Device
 from simulator.errors import require
-from simulator.fused import in_order, sensor_defines
+from simulator.fused import in_order, sensor_defines, stage_order
+from simulator.sensor import FUSED
+from simulator.sensor.camera_sections import Window
 from simulator.sensor.poisson_means import PoissonMeans, poisson_means
 from simulator.sensor.seeds import Seeds
-from simulator.stage import Stage
+from simulator.stage import Means, Stage
 
 LARGEST_PLACE_PX = 2**24  # of x and y: single precision counts photosites up to there
+REQUIRED = tuple(stem for stem in stage_order() if FUSED[stem].is_required)
 
 
 class Part(IntEnum):
@@ -45,12 +47,17 @@ class FrameSetting:
         for key, place in (("x", self.x), ("y", self.y)):
             good = 0 <= place < LARGEST_PLACE_PX and place == int(place)
             require(good, f"frame.{key}", place, f"give a whole number from 0 to {LARGEST_PLACE_PX - 1}")
-        for stem in ("analog_gain", "adc"):
+        for stem in REQUIRED:
             require(self.stage(stem) is not None, f"frame.stages.{stem}", "missing", "a sensor gives codes only with it")
 
     def stage(self, stem: str) -> Stage | None:
         """The stage of this stem, or None."""
         return next((stage for stage in self.stages if stage.stem == stem), None)
+
+    @property
+    def counts_means(self) -> bool:
+        """Whether electrons of given means are counted."""
+        return any(stage.counts_means for stage in self.stages)
 
 
 @dataclass(frozen=True)
@@ -100,7 +107,7 @@ def sense(
     rows, pairs = tiles.stack_edges([setting.y for setting in settings], height, tile_height)
     frame_of_row = rows[:-1] // height
     means = np.full((len(pairs), len(columns) - 1), PoissonMeans.LARGE)
-    counts = np.array([part is not Part.READOUT and setting.stage("photon_shot_noise") is not None for setting in settings])
+    counts = np.array([part is not Part.READOUT and setting.counts_means for setting in settings])
     if counts.any():
         found = _poisson_means(device, source, shape, settings, columns, rows, tile_height)
         means = np.where(counts[frame_of_row, np.newaxis], found, means)
@@ -152,10 +159,13 @@ def _poisson_means(
 ) -> np.ndarray:
     """Variant of kernels/poisson.h for each tile of the stack: (tile rows, tile columns) of PoissonMeans."""
     least, greatest = tile_extremes(device, source, shape[1], rows, tile_height)
-    factors = np.array([_electrons_per_light(setting, shape) for setting in settings])[rows[:-1] // shape[0], :, np.newaxis]
-    least_e = np.minimum.reduceat(least, columns[:-1], axis=1) * factors[:, 0]
-    greatest_e = np.maximum.reduceat(greatest, columns[:-1], axis=1) * factors[:, 1]
-    return poisson_means(least_e, greatest_e)
+    least_e = np.minimum.reduceat(least, columns[:-1], axis=1).astype(np.float64)
+    greatest_e = np.maximum.reduceat(greatest, columns[:-1], axis=1).astype(np.float64)
+    first = np.searchsorted(rows[:-1] // shape[0], np.arange(len(settings) + 1))  # row of tiles of each frame
+    for setting, part in zip(settings, map(slice, first[:-1], first[1:]), strict=True):
+        window = Window(setting.x, setting.y, shape[1], shape[0])
+        least_e[part], greatest_e[part] = mean_range(setting.stages, least_e[part], greatest_e[part], window)
+    return poisson_means(0.9999 * least_e, 1.0001 * greatest_e)  # a little beyond either, for single precision
 
 
 def tile_extremes(device: Device, image, width: int, rows: np.ndarray, tile_height: int = tiles.TILE_HEIGHT) -> np.ndarray:
@@ -170,15 +180,13 @@ def tile_extremes(device: Device, image, width: int, rows: np.ndarray, tile_heig
     return device.download(extremes, shape, np.float32)
 
 
-def _electrons_per_light(setting: FrameSetting, shape: tuple[int, int]) -> tuple[float, float]:
-    """Mean electrons per unit of the input at the frame's darkest and brightest photosite, a little beyond either."""
-    irradiance, integration, response = (setting.stage(stem) for stem in ("irradiance", "exposure", "prnu"))
-    darkest = brightest = 1.0
-    if irradiance is not None:
-        dx = max(abs(setting.x - irradiance.centre_x_px), abs(setting.x + shape[1] - irradiance.centre_x_px))
-        dy = max(abs(setting.y - irradiance.centre_y_px), abs(setting.y + shape[0] - irradiance.centre_y_px))
-        brightest = irradiance.solid_angle_sr
-        darkest = brightest * irradiance.fall_off(math.hypot(dx, dy))  # it never rises outwards
-    per_irradiance = 1.0 if integration is None else integration.time_s * integration.collecting_area_um2
-    reach = 0.0 if response is None else 6.8 * response.sigma  # of the normal numbers of kernels/normal.h
-    return 0.9999 * darkest * per_irradiance * max(0.0, 1.0 - reach), 1.0001 * brightest * per_irradiance * (1.0 + reach)
+def mean_range(stages: Sequence[Stage], low: Means, high: Means, window: Window) -> tuple[Means, Means]:
+    """Least and greatest mean electrons that are counted in a window of the sensor.
+
+    stages: in physical order; those before the one that counts are asked. low, high: of the kernel's input.
+    """
+    for stage in stages:
+        if stage.counts_means:
+            break
+        low, high = stage.mean_range(low, high, window)
+    return low, high

@@ -1,17 +1,16 @@
 """The sensor's part of a plan: which photosites are computed, through which stages, and what mean and noise come out."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Self
 
 import numpy as np
 
-from simulator.fused import CHARGE_STAGES, READOUT_STAGES, in_order, white_level_dn
+from simulator.fused import in_order, signal_steps, white_level_dn
 from simulator.layout import Layout, plan_layout
-from simulator.sensor import LIGHT_STAGES, STAGES
 from simulator.sensor.camera import Camera
-from simulator.stage import Moments, Stage
+from simulator.stage import Moments, SignalStep, Stage
 
 
 @dataclass(frozen=True)
@@ -39,26 +38,24 @@ class SensorPlan:
 
         Raises PhotositeError for an ISO that the camera does not have.
         """
-        light = [stage for stage in self.stages if stage.stem in LIGHT_STAGES]
-        light = [replace(stage, time_s=exposure_time_s) if stage.stem == "exposure" else stage for stage in light]
+        light = [stage.of_shot(exposure_time_s=exposure_time_s) for stage in self.stages if stage.acts_on_light]
         return self.with_stages([*light, *self.camera.sensor_stages(iso, exposure_time_s).values()])
 
     def moments(self, mean_electrons: float) -> Moments:
         """Mean and variance of the code [DN] for a photosite that expects these photoelectrons."""
         signal = Moments(mean_electrons, 0.0)
-        for _, step in self.moment_steps():
-            signal = step(signal)
+        for step in self.moment_steps():
+            signal = step.moments(signal)
         return signal
 
-    def moment_steps(self) -> list[tuple[str, Callable[[Moments], Moments]]]:
-        """Name and effect on mean and variance of everything from the photoelectrons to the code, in physical order."""
-        sensor, binning = [stage for stage in self.stages if stage.stem in STAGES], self.layout.binning
-        steps = [(stage.stem, stage.moments) for stage in sensor if stage.stem in CHARGE_STAGES]
-        steps.append(("crosstalk", self.layout.crosstalk.of_charge))
-        if binning is not None:
-            steps.append(("binning", binning.of_charge))
-        steps += [(stage.stem, stage.moments) for stage in sensor if stage.stem in READOUT_STAGES]
-        return steps if binning is None else [*steps, ("binning", binning.of_code)]
+    def moment_steps(self) -> list[SignalStep]:
+        """Effect on mean and variance of everything from the photoelectrons to the code, in physical order."""
+        sensor, binning = [stage for stage in self.stages if not stage.acts_on_light], self.layout.binning
+        crosstalk = SignalStep("crosstalk", self.layout.crosstalk.of_charge)
+        if binning is None:
+            return signal_steps(sensor, [crosstalk])
+        steps = signal_steps(sensor, [crosstalk, SignalStep("binning", binning.of_charge)])
+        return [*steps, SignalStep("binning", binning.of_code)]
 
     @property
     def black_level_dn(self) -> float:
@@ -67,7 +64,7 @@ class SensorPlan:
 
     def white_level_dn(self) -> int:
         """Code of a saturated photosite: of the full well or of the ADC, whichever is lower; above black [DN]."""
-        return white_level_dn(self.stages, self.moments)
+        return white_level_dn(self.moment_steps(), self.black_level_dn)
 
     def full_scale_dn(self) -> float:
         """White level less black level [DN]."""
@@ -85,24 +82,29 @@ class SensorPlan:
         return (self.white_level_dn() - self.moments(0.0).mean) / self.gain_dn_per_e()
 
     def black_offsets_dn(self) -> tuple[float, float, float, float]:
-        """What color_bias adds to the black level at the four places of the frame's upper left 2x2 block, row by row [DN]."""
-        bias, output = self.stage("color_bias"), self.layout.output
-        if bias is None:
-            return (0.0,) * 4
-        later = self.stages[self.stages.index(bias) + 1 :]
-
-        def code_dn(signal_dn: float) -> float:
-            return reduce(lambda signal, stage: stage.moments(signal), later, Moments(signal_dn, 0.0)).mean
-
-        block = np.reshape([code_dn(offset) - code_dn(0.0) for offset in bias.offsets_dn], (2, 2))
+        """What stages add to the black level at the four places of the frame's upper left 2x2 block, row by row [DN]."""
+        block, output = np.zeros((2, 2)), self.layout.output
+        for place, stage in enumerate(self.stages):
+            if stage.black_offsets_dn is not None:
+                block += _added_to_code(stage.black_offsets_dn, self.stages[place + 1 :])
         return tuple(float(offset) for offset in np.roll(block, (-output.y % 2, -output.x % 2), axis=(0, 1)).ravel())
 
     def noise_profile(self) -> tuple[float, float]:
         """S and O of DNG's NoiseProfile: variance = S x + O, x from 0 at black to 1 at white (DNG 1.4)."""
-        unclipped = replace(self, stages=tuple(stage for stage in self.stages if stage.stem != "full_well"))
-        dark, one = unclipped.moments(0.0), unclipped.moments(1.0)
+        dark, one = Moments(0.0, 0.0), Moments(1.0, 0.0)
+        for step in self.moment_steps():
+            dark, one = step.unclipped(dark), step.unclipped(one)
         slope = (one.variance - dark.variance) / (one.mean - dark.mean)
         return slope / self.full_scale_dn(), dark.variance / self.full_scale_dn() ** 2
+
+
+def _added_to_code(offsets_dn: Iterable[float], later: tuple[Stage, ...]) -> np.ndarray:
+    """What offsets of the signal at the four places of a 2x2 block add to the code behind the later stages (2, 2) [DN]."""
+
+    def code_dn(signal_dn: float) -> float:
+        return reduce(lambda signal, stage: stage.moments(signal), later, Moments(signal_dn, 0.0)).mean
+
+    return np.reshape([code_dn(offset) - code_dn(0.0) for offset in offsets_dn], (2, 2))
 
 
 def plan_sensor(camera: Camera, light: Iterable[Stage], iso: float, exposure_time_s: float) -> SensorPlan:

@@ -1,7 +1,5 @@
 """Maps that belong to the truth of a frame: variance of the code, distance of the scene, blur circle of the lens."""
 
-import math
-
 import numpy as np
 
 from simulator.code_variance import code_variance
@@ -19,10 +17,8 @@ def variance_map(sensor: SensorPlan, mean_electrons: np.ndarray) -> np.ndarray:
     mean_electrons: (height, width) mean photoelectrons of the pixels that are given out [e-], as in the twin.
     See `simulator.code_variance` for what it holds.
     """
-    well, adc = sensor.stage("full_well"), sensor.stage("adc")
-    capacity_e = math.inf if well is None else well.capacity_e
     count = sensor.layout.binning.count if sensor.layout.adds_charge else 1
-    return code_variance(sensor.moment_steps(), mean_electrons, capacity_e, adc.max_code, count)
+    return code_variance(sensor.moment_steps(), mean_electrons, count)
 
 
 def depth_map(scene: Scene, projection: Projection, layout: Layout) -> np.ndarray:

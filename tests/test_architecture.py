@@ -108,6 +108,39 @@ def test_a_stage_has_header_module_test_and_line(stem):
     assert f'#include "{stem}.h"' in page
 
 
+def test_the_truth_passes_through_the_stages_that_change_the_mean_in_their_order():
+    page = (KERNELS / "truth.cl").read_text(encoding="utf-8")
+    called = re.findall(r"^ *if \((\w+)\)", page, re.MULTILINE)
+    assert called == [stem.upper() for stem in stage_order() if FUSED[stem].changes_mean]
+
+
+def test_every_stream_of_random_words_stands_in_the_table_with_its_keys():
+    """A block of philox() takes counter and key from its arguments; block_of() from its own."""
+    pages = [path.read_text(encoding="utf-8") for path in sorted(KERNELS.glob("*.[ch]*"))]
+    told = set(re.findall(r"^//   (\w+) +(frame|body) ", (KERNELS / "chance.h").read_text(encoding="utf-8"), re.MULTILINE))
+    drawn = set(re.findall(r"block_of\([^()]*?(\w*STREAM\w*), (frame|body)_seed", "\n".join(pages)))
+    for page in pages:
+        for stream in re.findall(r"const struct words counter = \{[^}]*?(\w+_STREAM)\}", page):
+            drawn |= {(stream, key) for key in re.findall(r"philox\(counter, (frame|body)_seed", page)}
+    assert drawn == told
+
+
+def compared_with_a_literal(path: Path) -> list[int]:
+    """Lines that compare a stage's stem with a text or look it up among texts."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        sides = [node.left, *node.comparators] if isinstance(node, ast.Compare) else []
+        if any(isinstance(side, ast.Attribute) and side.attr == "stem" for side in sides):
+            texts = (ast.Constant, ast.Tuple, ast.List, ast.Set)
+            found += [node.lineno for side in sides if isinstance(side, texts)]
+    return found
+
+
+@pytest.mark.parametrize("path", [p for p in ROOMS if "sensor" not in p.parts], ids=lambda path: str(path.relative_to(ROOT)))
+def test_what_a_stage_is_like_is_declared_by_the_stage_not_asked_by_its_name(path):
+    assert not compared_with_a_literal(path)
+
+
 @pytest.mark.parametrize("path", sorted(KERNELS.glob("*.cl")), ids=lambda path: path.name)
 def test_a_pass_has_a_test_and_says_what_its_buffers_are(path):
     assert (TESTS / f"test_{path.stem}.py").is_file()

@@ -44,7 +44,7 @@ CHAIN = [
 
 
 def steps(stages):
-    return [(stage.stem, stage.moments) for stage in stages]
+    return [stage.signal_step() for stage in stages]
 
 
 def test_contributions_by_hand():

@@ -31,7 +31,8 @@ def test_stages_stand_in_physical_order():
     light = ["irradiance", "exposure", "prnu", "photon_shot_noise", "dead_pixels", "dark_current", "hot_pixels", "full_well"]
     pixel = ["dsnu", "conversion_gain", "read_noise_before_gain", "random_telegraph_noise", "analog_gain"]
     column = ["column_offset", "row_noise", "banding", "read_noise_after_gain", "color_bias"]
-    assert stage_order() == (*light, *pixel, *column, "nonlinearity", "adc", "digital_gain")
+    known = [*light, *pixel, *column, "nonlinearity", "adc", "digital_gain"]
+    assert [stem for stem in stage_order() if stem in known] == known
     assert set(stage_order()) == set(FUSED)
 
 

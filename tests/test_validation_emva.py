@@ -85,8 +85,8 @@ def test_the_patterns_of_a_body_are_measured_back(tmp_path):
 
 def test_defects_are_named_as_the_reason_not_to_ask(tmp_path):
     stages = {"photon_shot_noise": PhotonShotNoise(), "prnu": Prnu(0.01), "hot_pixels": HotPixels(1e-3, 1e4)}
-    planned = EmvaBench(mono(stages=stages), 100, tmp_path).white.planned
-    assert "hot pixels" in read_noise_hidden(planned)
+    sensor = EmvaBench(mono(stages=stages), 100, tmp_path).white.sensor
+    assert "hot pixels" in read_noise_hidden(sensor)
     with pytest.raises(PhotositeError, match=r"camera\.binning = .*single photosites"):
         _ = EmvaBench(mono(binning=Binning(2)), 100, tmp_path).white
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from simulator.errors import require
-from simulator.stage import Moments, Stage
+from simulator.stage import Limits, Moments, Stage
 from simulator.units import DigitalNumbers
 
 
@@ -19,6 +19,8 @@ class Adc(Stage):
 
     stem: ClassVar[str] = "adc"
     in_camera_stages: ClassVar[bool] = False
+    changes_mean: ClassVar[bool] = True
+    is_required: ClassVar[bool] = True
     bit_depth: int
     black_level_dn: DigitalNumbers
     white_level_dn: DigitalNumbers | None = None
@@ -43,3 +45,7 @@ class Adc(Stage):
     def moments(self, signal: Moments) -> Moments:
         """Give mean + black, var + 1/12 DN^2 (uniform rounding error)."""
         return signal.plus(mean=self.black_level_dn, variance=1.0 / 12.0)
+
+    def clip_limits(self, before: Limits) -> Limits:
+        """Codes from 0 to the white level [DN]."""
+        return 0.0, float(self.max_code)

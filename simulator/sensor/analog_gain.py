@@ -17,6 +17,8 @@ class AnalogGain(Stage):
 
     stem: ClassVar[str] = "analog_gain"
     in_camera_stages: ClassVar[bool] = False
+    changes_mean: ClassVar[bool] = True
+    is_required: ClassVar[bool] = True
     gain_dn_per_e: DigitalNumbersPerElectron
 
     def __post_init__(self):
@@ -25,3 +27,8 @@ class AnalogGain(Stage):
     def moments(self, signal: Moments) -> Moments:
         """K mean, K^2 var."""
         return signal.scaled(self.gain_dn_per_e)
+
+    @property
+    def gain(self) -> float:
+        """K [DN/e-]."""
+        return self.gain_dn_per_e

@@ -18,6 +18,8 @@ class Banding(Stage):
 
     stem: ClassVar[str] = "banding"
     neutral: ClassVar[dict[str, float]] = {"amplitude_dn": 0.0}
+    is_common_to_rows: ClassVar[bool] = True
+    rows_are_independent: ClassVar[bool] = False
     amplitude_dn: DigitalNumbers
     period_px: float
 

@@ -28,3 +28,8 @@ class ColorBias(Stage):
         """Give mean + mean offset, fixed var + variance of the offsets [DN^2]."""
         mean_dn = sum(self.offsets_dn) / 4.0
         return signal.plus(mean=mean_dn, fixed_variance=sum((offset - mean_dn) ** 2 for offset in self.offsets_dn) / 4.0)
+
+    @property
+    def black_offsets_dn(self) -> tuple[float, ...]:
+        """The offsets."""
+        return self.offsets_dn

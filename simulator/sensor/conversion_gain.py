@@ -17,6 +17,7 @@ class ConversionGain(Stage):
     stem: ClassVar[str] = "conversion_gain"
     in_camera_stages: ClassVar[bool] = False
     neutral: ClassVar[dict[str, float]] = {"ratio": 1.0}
+    changes_mean: ClassVar[bool] = True
     ratio: float
 
     def __post_init__(self):
@@ -25,3 +26,8 @@ class ConversionGain(Stage):
     def moments(self, signal: Moments) -> Moments:
         """Give ratio mean, ratio^2 var."""
         return signal.scaled(self.ratio)
+
+    @property
+    def gain(self) -> float:
+        """The ratio."""
+        return self.ratio

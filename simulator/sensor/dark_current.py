@@ -24,6 +24,7 @@ class DarkCurrent(Stage):
 
     stem: ClassVar[str] = "dark_current"
     neutral: ClassVar[dict[str, float]] = {"rate_e_per_s": 0.0, "time_s": 0.0}
+    changes_mean: ClassVar[bool] = True
     rate_e_per_s: ElectronsPerSecond
     time_s: Annotated[Seconds, FromShot("exposure_time_s")] = 0.0
     temperature_k: Kelvins = 298.15

@@ -16,6 +16,7 @@ class DeadPixels(Stage):
 
     stem: ClassVar[str] = "dead_pixels"
     neutral: ClassVar[dict[str, float]] = {"share": 0.0}
+    is_defect: ClassVar[bool] = True
     share: float
 
     def __post_init__(self):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from simulator.errors import require
-from simulator.stage import FromShot, Moments, Stage
+from simulator.stage import FromShot, Limits, Moments, Stage
 from simulator.units import DigitalNumbers
 
 
@@ -18,6 +18,7 @@ class DigitalGain(Stage):
 
     stem: ClassVar[str] = "digital_gain"
     neutral: ClassVar[dict[str, float]] = {"factor": 1.0}
+    changes_mean: ClassVar[bool] = True
     factor: float
     black_level_dn: Annotated[DigitalNumbers, FromShot("black_level_dn")] = 0.0
 
@@ -28,3 +29,12 @@ class DigitalGain(Stage):
         """Give factor (mean - black) + black, factor^2 var + 1/12 DN^2 (rounding; none where the factor is whole)."""
         rounding = 0.0 if float(self.factor).is_integer() else 1.0 / 12.0
         return signal.plus(mean=-self.black_level_dn).scaled(self.factor).plus(mean=self.black_level_dn, variance=rounding)
+
+    def clip_limits(self, before: Limits) -> Limits:
+        """Those of the ADC."""
+        return before
+
+    @property
+    def gain(self) -> float:
+        """The factor."""
+        return self.factor

@@ -1,9 +1,10 @@
 """Exposure as a stage of the fused kernel: the electrons that a photosite gathers while the shutter is open."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from simulator.stage import Moments, Stage
+from simulator.stage import FromShot, Moments, Stage
+from simulator.units import Seconds
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,8 @@ class Integration(Stage):
     stem: ClassVar[str] = "exposure"
     acts_on_light: ClassVar[bool] = True
     in_camera_stages: ClassVar[bool] = False
-    time_s: float
+    changes_mean: ClassVar[bool] = True
+    time_s: Annotated[Seconds, FromShot("exposure_time_s")]
     collecting_area_um2: float
 
     def moments(self, signal: Moments) -> Moments:

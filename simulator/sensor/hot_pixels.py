@@ -19,6 +19,7 @@ class HotPixels(Stage):
 
     stem: ClassVar[str] = "hot_pixels"
     neutral: ClassVar[dict[str, float]] = {"share": 0.0, "rate_e_per_s": 0.0, "time_s": 0.0}
+    is_defect: ClassVar[bool] = True
     share: float
     rate_e_per_s: ElectronsPerSecond
     time_s: Annotated[Seconds, FromShot("exposure_time_s")] = 0.0

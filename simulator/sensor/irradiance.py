@@ -1,11 +1,12 @@
 """Irradiance on the sensor as a stage of the fused kernel; the lens gives its numbers."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from simulator.stage import Moments, Stage
+from simulator.stage import Means, Moments, Region, Stage
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class Irradiance(Stage):
     stem: ClassVar[str] = "irradiance"
     acts_on_light: ClassVar[bool] = True
     in_camera_stages: ClassVar[bool] = False
+    changes_mean: ClassVar[bool] = True
     solid_angle_sr: float
     tan2_per_px2: float
     centre_x_px: float
@@ -42,6 +44,12 @@ class Irradiance(Stage):
     def moments(self, signal: Moments) -> Moments:
         """On the axis."""
         return Moments(signal.mean * self.solid_angle_sr, signal.variance * self.solid_angle_sr**2)
+
+    def mean_range(self, low: Means, high: Means, region: Region) -> tuple[Means, Means]:
+        """From the region's farthest corner, since the fall-off never rises outwards, to the axis."""
+        dx = max(abs(region.x - self.centre_x_px), abs(region.x + region.width - self.centre_x_px))
+        dy = max(abs(region.y - self.centre_y_px), abs(region.y + region.height - self.centre_y_px))
+        return low * (self.solid_angle_sr * self.fall_off(math.hypot(dx, dy))), high * self.solid_angle_sr
 
 
 _TABLE = ("vignetting", "nodes_per_px")

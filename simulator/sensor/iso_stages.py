@@ -5,6 +5,7 @@ import math
 from simulator.sensor.adc import Adc
 from simulator.sensor.analog_gain import AnalogGain
 from simulator.sensor.camera_sections import IsoSetting
+from simulator.sensor.cfa import Block, Cfa, CfaName
 from simulator.sensor.color_bias import ColorBias
 from simulator.sensor.conversion_gain import ConversionGain
 from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
@@ -14,7 +15,7 @@ from simulator.stage import Stage
 
 
 def iso_stages(
-    setting: IsoSetting, after_gain_dn: float, spread: float, ratio: float, cfa: str, bit_depth: int
+    setting: IsoSetting, after_gain_dn: float, spread: float, ratio: float, cfa: CfaName, bit_depth: int
 ) -> dict[str, Stage]:
     """Stages by stem; those of no effect are absent.
 
@@ -29,7 +30,7 @@ def iso_stages(
     if setting.row_noise_dn > 0:
         stages["row_noise"] = RowNoise(setting.row_noise_dn)
     if setting.color_bias_dn is not None and any(setting.color_bias_dn):
-        stages["color_bias"] = ColorBias(_by_place(setting.color_bias_dn, cfa))
+        stages["color_bias"] = ColorBias(_by_place(setting.color_bias_dn, Cfa.named(cfa).planes))
     stages["analog_gain"] = AnalogGain(setting.gain_dn_per_e / ratio)
     stages["adc"] = Adc(bit_depth, setting.black_level_dn, setting.white_level_dn)
     return stages
@@ -51,9 +52,8 @@ def _read_noise(setting: IsoSetting, after_gain_dn: float, spread: float, ratio:
     return stages | ({"read_noise_after_gain": ReadNoiseAfterGain(after_gain_dn)} if after_gain_dn > 0 else {})
 
 
-def _by_place(by_color: tuple[float, ...], cfa: str) -> tuple[float, ...]:
+def _by_place(by_color: tuple[float, ...], planes: Block) -> tuple[float, ...]:
     """Values of red, green beside red, green beside blue, blue in the order of the sensor's 2x2 block, row by row."""
     red, green_red, green_blue, blue = by_color
-    rows = (cfa[:2], cfa[2:])
-    row_values = [{"R": red, "G": green_red} if "R" in row else {"B": blue, "G": green_blue} for row in rows]
-    return tuple(values[letter] for row, values in zip(rows, row_values, strict=True) for letter in row)
+    with_red, with_blue = {0: red, 1: green_red}, {2: blue, 1: green_blue}  # by colour plane
+    return tuple((with_red if 0 in row else with_blue)[plane] for row in planes for plane in row)

@@ -19,6 +19,8 @@ class Nonlinearity(Stage):
     """
 
     stem: ClassVar[str] = "nonlinearity"
+    changes_mean: ClassVar[bool] = True
+    is_linear: ClassVar[bool] = False
     errors_dn: tuple[DigitalNumbers, ...]
     full_scale_dn: Annotated[DigitalNumbers, FromShot("full_scale_dn")] = 65535.0
 

@@ -11,6 +11,7 @@ class PhotonShotNoise(Stage):
     """electrons ~ Poisson(mean electrons): the variance equals the mean, in e-."""
 
     stem: ClassVar[str] = "photon_shot_noise"
+    counts_means: ClassVar[bool] = True
 
     def moments(self, signal: Moments) -> Moments:
         """Give var + mean (Poisson)."""

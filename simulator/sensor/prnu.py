@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from simulator.errors import require
-from simulator.stage import Moments, Stage
+from simulator.stage import NORMAL_REACH, Means, Moments, Region, Stage
 
 
 @dataclass(frozen=True)
@@ -24,3 +24,8 @@ class Prnu(Stage):
     def moments(self, signal: Moments) -> Moments:
         """Give fixed var + (sigma mean)^2."""
         return signal.plus(fixed_variance=(self.sigma * signal.mean) ** 2)
+
+    def mean_range(self, low: Means, high: Means, region: Region) -> tuple[Means, Means]:
+        """Response of the least and the most sensitive photosite; not below 0."""
+        reach = NORMAL_REACH * self.sigma
+        return low * max(0.0, 1.0 - reach), high * (1.0 + reach)

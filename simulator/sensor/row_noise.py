@@ -17,6 +17,7 @@ class RowNoise(Stage):
 
     stem: ClassVar[str] = "row_noise"
     neutral: ClassVar[dict[str, float]] = {"sigma_dn": 0.0}
+    is_common_to_rows: ClassVar[bool] = True
     sigma_dn: DigitalNumbers
 
     def __post_init__(self):

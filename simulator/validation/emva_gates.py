@@ -113,7 +113,7 @@ def _patterns(name: str, found: EmvaCamera, bench: EmvaBench, sensor: SensorPlan
     dark, half = sensor.moments(0.0), sensor.moments(HALF * bench.colors[COLOR_OF[name]].saturation_e)
     dsnu_dn = math.sqrt(dark.fixed_variance)
     prnu = math.sqrt(max(half.fixed_variance - dark.fixed_variance, 0.0)) / (half.mean - dark.mean)
-    defects = any(sensor.stage(stem) is not None for stem in ("hot_pixels", "dead_pixels"))
+    defects = any(stage.is_defect for stage in sensor.stages)
     few = "defect photosites are part of it, so few that chance decides" if defects else ""
     small = f"below {LEAST_READ_NOISE_DN} DN, where rounding hides it" if dsnu_dn < LEAST_READ_NOISE_DN else ""
     weak = f"below {100 * LEAST_PRNU} %" if prnu < LEAST_PRNU else ""

@@ -9,7 +9,6 @@ from simulator.stage import Moments
 
 LEAST_READ_NOISE_DN = 0.5  # below, rounding hides it (EMVA 1288 sets its limit at a variance of 0.24 DN^2)
 CLEAR_SIGMAS = 4.0  # pedestal above which the noise of the dark is not clipped (1 code in 30,000)
-OF_WHOLE_ROWS = ("row_noise", "banding")
 
 
 def expected_gain(camera: Camera, iso: int, sensor: SensorPlan) -> float:
@@ -30,7 +29,7 @@ def row_noise_dn(sensor: SensorPlan) -> float:
 
 def dark_moments(sensor: SensorPlan, rows: bool = True) -> Moments:
     """Moments of a dark code [DN]; rows: whether what whole rows share is part of the variance."""
-    kept = tuple(stage for stage in sensor.stages if rows or stage.stem not in OF_WHOLE_ROWS)
+    kept = tuple(stage for stage in sensor.stages if rows or not stage.is_common_to_rows)
     return replace(sensor, stages=kept).moments(0.0)
 
 
@@ -70,4 +69,4 @@ def efficiency_hidden(sensor: SensorPlan) -> str:
 
 def line_hidden(sensor: SensorPlan) -> str:
     """Why a straight line cannot be asked of the files, or nothing."""
-    return "" if sensor.stage("nonlinearity") is None else "the camera file says how it is bent"
+    return "" if all(stage.is_linear for stage in sensor.stages) else "the camera file says how it is bent"

@@ -66,8 +66,9 @@ def _row_gate(where: str, measured_dn: float, bench: FlatBench, reason: str) -> 
     error = (1.0 + of_photosites) / math.sqrt(2.0 * DARK_PAIRS * (frame.height - 1))
     if LEAST_SIGMAS * error > 0.5:
         reason = reason or "too little of it to be told from the photosites' noise"
-    if bench.sensor.stage("banding") is not None:
-        reason = reason or "banding is part of it, whose rows are not independent"
+    for stage in bench.sensor.stages:
+        if not stage.rows_are_independent:
+            reason = reason or f"{stage.stem} is part of it, whose rows are not independent"
     return Gate("row noise", where, measured_dn, row_dn, LEAST_SIGMAS * error, error, "DN", ungated=reason)
 
 
