@@ -1,23 +1,42 @@
-// Parts of a mean over the aperture's image: what each node of the radius counts, and a node's sum from running sums.
+// Mean over the image of the aperture: its taps, and the interpolation between tabulated blur radii.
 #ifndef APERTURE_MEAN_H
 #define APERTURE_MEAN_H
 #include "conventions.h"
 
-// What a node counts at a place [nodes]: Lagrange's cubic on the four nearest; linear below a radius of 1, where a circle that does
-// not leave its photosite is none and a cubic would swing.
-INLINE float share(const float place, const int node, const float nodes_per_px) {
+// One read of a plane and its weight in a sum.
+struct tap {
+    int offset[2]; // elements from the photosite's own column to what is read, for a photosite in an even and in an odd column
+    float weight;  // factor of the value read
+};
+
+// The image of the aperture at one tabulated blur radius.
+struct node {
+    int first_tap, taps;   // taps that read running sums, or samples where `direct`; counts are multiples of 8
+    int first_side, sides; // taps of the columns' minima: the sum of the image's weights in each column, since sums leave minima out
+    int radius;            // signed radius [1 / NODES_PER_PX photosites]
+    int direct;            // 1: the taps read the samples themselves
+};
+
+// Weight of the table's node at `node` in the interpolation at `place` [both in steps of 1 / NODES_PER_PX photosites of radius]:
+// Lagrange's cubic through the four nearest nodes. Below a radius of one photosite, where OVER is 1, it is linear: a blur circle
+// that stays within its photosite does not blur, so the mean has a kink there, and a cubic would overshoot.
+INLINE float node_weight(const float place, const int node) {
     const float distance = place - (float)node, t = distance < 0.0f ? -distance : distance;
     const float outer = t < 2.0f ? (1.0f - t) * (2.0f - t) * (3.0f - t) * (1.0f / 6.0f) : 0.0f;
     const float cubic = t < 1.0f ? (1.0f - t * t) * (1.0f - 0.5f * t) : outer, linear = t < 1.0f ? 1.0f - t : 0.0f;
-    return OVER == 1 && place > -nodes_per_px && place < nodes_per_px ? linear : cubic;
+    return OVER == 1 && place > -NODES_PER_PX && place < NODES_PER_PX ? linear : cubic;
 }
 
-INLINE void add_taps(global const float *line, global const int *places, global const float *shares, const int count, float *mean) {
-    for (int tap = 0; tap < count; tap += 8) {
-        global const float *a = line + places[tap], *b = line + places[tap + 1], *c = line + places[tap + 2], *d = line + places[tap + 3];
-        global const float *e = line + places[tap + 4], *f = line + places[tap + 5], *g = line + places[tap + 6], *h = line + places[tap + 7];
-        const float wa = shares[tap], wb = shares[tap + 1], wc = shares[tap + 2], wd = shares[tap + 3];
-        const float we = shares[tap + 4], wf = shares[tap + 5], wg = shares[tap + 6], wh = shares[tap + 7];
+// Add the weighted reads of `count` taps, a multiple of 8, to mean[SPAN]. line: the plane at the first photosite's own column.
+// parity: of the photosites' column. Eight taps are written out because a loop over taps inside the vectorised loop is slow.
+INLINE void add_taps(global const float *line, global const struct tap *taps, const int count, const size_t parity, float *mean) {
+    for (int first = 0; first < count; first += 8) {
+        global const struct tap *t = taps + first;
+        global const float *a = line + t[0].offset[parity], *b = line + t[1].offset[parity], *c = line + t[2].offset[parity];
+        global const float *d = line + t[3].offset[parity], *e = line + t[4].offset[parity], *f = line + t[5].offset[parity];
+        global const float *g = line + t[6].offset[parity], *h = line + t[7].offset[parity];
+        const float wa = t[0].weight, wb = t[1].weight, wc = t[2].weight, wd = t[3].weight;
+        const float we = t[4].weight, wf = t[5].weight, wg = t[6].weight, wh = t[7].weight;
         for (uint i = 0; i < SPAN; i++)
             mean[i] = mean[i] + (wa * a[i] + wb * b[i] + wc * c[i] + wd * d[i]) + (we * e[i] + wf * f[i] + wg * g[i] + wh * h[i]);
     }

@@ -1,24 +1,40 @@
-// What rays through a lens read: samples around a photosite, and a pattern of points by place on the sensor.
+// Rays through a thin lens, as both reference blurs follow them: which rays a photosite takes, and bilinear reads of samples.
 #ifndef LENS_RAYS_H
 #define LENS_RAYS_H
 #include "conventions.h"
 
+struct sample_grid {
+    uint rows, columns; // of samples
+    uint margin;        // photosites of the grid around the frame, on each side
+};
+
+struct rays {
+    uint patterns;             // number of patterns of rays; a photosite's place on the sensor chooses one
+    uint samples;              // rays of a pattern
+    int origin_x, origin_y;    // photosite of the sensor at [0, 0] of the frame
+    float centre_x, centre_y;  // middle of the sensor [photosites from its upper left corner]
+    float tangent_per_px;      // tangent of the field angle per photosite from the middle
+};
+
+// Index i, limited to 0 ... count - 1: beyond the grid its edge continues.
 INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
+// Largest integer that is not above v.
 INLINE int whole(const float v) { return (int)v - (v < (float)(int)v ? 1 : 0); }
 
-// Value at (y, x) samples from the corner of sample [row, column]; sample i covers [i, i + 1), its value stands at i + 1/2.
-INLINE float bilinear(global const float *plane, const int row, const int column, const float y, const float x, const uint rows,
-                      const uint columns) {
+// Value of a plane at (y, x) [samples], counted from the corner of sample [row, column]: small numbers lose no digits on a large grid.
+// Sample i covers [i, i + 1), and its value is that at i + 1/2.
+INLINE float bilinear(global const float *plane, const int row, const int column, const float y, const float x,
+                      const struct sample_grid grid) {
     const int top = whole(y - 0.5f), left = whole(x - 0.5f);
     const float t = (y - 0.5f) - (float)top, s = (x - 0.5f) - (float)left;
-    const size_t y0 = (size_t)clamped(row + top, rows) * columns, y1 = (size_t)clamped(row + top + 1, rows) * columns;
-    const size_t x0 = clamped(column + left, columns), x1 = clamped(column + left + 1, columns);
+    const size_t y0 = (size_t)clamped(row + top, grid.rows) * grid.columns, y1 = (size_t)clamped(row + top + 1, grid.rows) * grid.columns;
+    const size_t x0 = clamped(column + left, grid.columns), x1 = clamped(column + left + 1, grid.columns);
     const float upper = plane[y0 + x0] + s * (plane[y0 + x1] - plane[y0 + x0]);
     const float lower = plane[y1 + x0] + s * (plane[y1 + x1] - plane[y1 + x0]);
     return upper + t * (lower - upper);
 }
 
-// 32 bits that look random of a place on the sensor (the finaliser of MurmurHash3, by A. Appleby, public domain).
+// Hash of a place on the sensor, 32 bits (the finaliser of MurmurHash3, by A. Appleby, public domain).
 INLINE uint place_bits(const uint x, const uint y) {
     uint h = x * 0x9E3779B1u ^ (y * 0x85EBCA77u + 0x165667B1u);
     h = (h ^ (h >> 16)) * 0x85EBCA6Bu;
@@ -27,8 +43,8 @@ INLINE uint place_bits(const uint x, const uint y) {
 }
 
 #if STOPS
-// Whether a ray through (y, x) of the pupil passes stops, (STOPS, 2): radius, and shift per tangent of the field angle, both in
-// pupil radii (simulator/lens/pupil.py). field_y, field_x: tangents at the ray's place on the sensor.
+// Whether a ray through (y, x) of the pupil [pupil radii] passes every stop (simulator/lens/pupil.py). stops: (STOPS, 2) float32,
+// radius, and shift per tangent of the field angle, both [pupil radii]. field_y, field_x: tangents at the ray's place on the sensor.
 INLINE bool passes(global const float *stops, const float y, const float x, const float field_y, const float field_x) {
     bool through = true;
     for (uint i = 0; i < STOPS; i++) {

@@ -1,43 +1,47 @@
-// Points of light where surfaces hide each other. A few points of the aperture would make dots of a small bright light's spot, so
-// lights leave the planes that points sample (lights_take), and each photosite gets its share of their spots (lights_spread):
-//   light(x) += sum over lights p of excess_p * weight(p - x) * product over nearer surfaces j of (1 - coverage_j(x + s_j u))
-// where u = (p - x) / s_p is the one point of the aperture through which the photosite sees the light.
+// Highlights where surfaces hide each other. A highlight is a sample so bright that through a few points of the aperture it would
+// show as separate dots. lights_take takes it out of the planes that occlusion.cl samples. lights_spread then adds to each photosite
+// its share of the highlight's blur spot:
+//   light(x) += sum over highlights p of excess_p * weight(p - x) * product over nearer surfaces j of (1 - coverage_j(x + s_j u))
+// A photosite sees the highlight through the one point u = (p - x) / s_p of the aperture.
 //
-// sampled: (LAYERS, CHANNELS + COVERAGE, WAYS, rows, way_columns) float32, as `planes` of occlusion.cl; there colour
-//          [e- s^-1 um^-2 sr^-1] and coverage. places: (count) uint32 of its elements; left: (count) float32, what stays there.
-// radius, light, blocks, slabs, margin_x, margin_y, strip_y: as in occlusion.cl.
-// ranges:  (blocks, 2) uint32: first entry and entries of a block in `reaching`: (entries) uint32, the lights that reach it.
-// lights:  (lights, 5) int32: column and row of its sample in the strip, layer, first element and side of its weights.
-// excess:  (lights, 1 + CHANNELS) float32: signed radius [photosites], and what was taken of each colour.
-// weights: (elements) float32, share of a light that a photosite gets, by the sample's distance from the photosite's first one.
+// sampled: (LAYERS, CHANNELS + COVERAGE, COLUMN_SETS, sample_rows, set_columns) float32, as `planes` of occlusion.cl.
+// places:  (samples) uint32, elements of `sampled` that are changed. left: (samples) float32, the values that they get.
+// radius, light, slabs: as in occlusion.cl. blocks: (blocks, 4) uint32, as the first four numbers there.
+// ranges:  (blocks, 2) uint32: first entry of a block in `reaching`, and number of entries.
+// reaching: (entries) uint32: which of `lights` reach the block.
+// lights:  (lights, 5) int32: column and row of the highlight's sample in the band, layer, first element and side of its weights.
+// excess:  (lights, 1 + CHANNELS) float32: signed blur radius [photosites], and the radiance taken out of each colour
+//          [e- s^-1 um^-2 sr^-1].
+// weights: (elements) float32, squares of `side`: share of a highlight that a photosite gets, by the offset in samples from the
+//          photosite's first sample to the highlight's.
 #include "conventions.h"
 #include "cfa.h"
+#include "interleaved_columns.h"
 #include "plain_math.h"
-#include "ways.h"
+#include "row_band.h"
 
-#define NEARER 1.0f // photosites of radius by which a surface lies before the light's own
+#define NEARER 1.0f // least difference in blur radius by which a slab of the highlight's own layer lies before it [photosites]
 
 kernel void lights_take(global float *restrict sampled, global const uint *restrict places, global const float *restrict left) {
     sampled[places[get_global_id(0)]] = left[get_global_id(0)];
 }
 
-// Value of a plane at a column and a row of samples.
-INLINE float sample_at(global const float *plane, const int column, const int row, const uint rows, const uint way_columns) {
-    return plane[((size_t)(column & (WAYS - 1)) * rows + row) * way_columns + floor_ways(column)];
+// Sample of a plane at [row][column], both of samples.
+INLINE float sample_at(global const float *plane, const int column, const int row, const struct row_band band) {
+    return plane[row_start(column_set(column), row, band.sample_rows, band.set_columns) + column_in_set(column)];
 }
 
-// Dimension 0: half columns of a block; 1: its rows, each as even and odd columns; 2: blocks.
+// Dimension 0: photosites of a row and parity in a block; 1: its rows, each as even and odd columns; 2: blocks.
 kernel void lights_spread(global const float *restrict sampled, global const float *restrict radius, global float *restrict light,
                           global const uint *restrict blocks, global const float *restrict slabs,
                           global const uint *restrict ranges, global const uint *restrict reaching,
                           global const int *restrict lights, global const float *restrict excess,
-                          global const float *restrict weights, const uint rows, const uint way_columns, const uint margin_x,
-                          const uint strip_y, const uint margin_y, const uint width, const uint height) {
+                          global const float *restrict weights, const struct row_band band) {
     global const uint *block = blocks + 4 * get_global_id(2), *range = ranges + 2 * get_global_id(2);
     const int across = (int)(2 * (block[0] + get_global_id(0)) + (get_global_id(1) & 1)), down = (int)(block[1] + get_global_id(1) / 2);
-    const uint x = (uint)across - margin_x, y = strip_y + (uint)down - margin_y; // wrap in the margin
-    if (x >= width || y >= height) return;
-    const size_t plane = (size_t)WAYS * rows * way_columns;
+    const uint x = (uint)(across + band.frame_x), y = (uint)(down + band.frame_y); // wrap to large numbers in the margin
+    if (x >= band.width || y >= band.height) return;
+    const size_t plane = row_start(COLUMN_SETS, 0, band.sample_rows, band.set_columns); // elements
     float sum = 0.0f;
     for (uint n = range[0]; n < range[0] + range[1]; n++) {
         global const int *point = lights + 5 * reaching[n];
@@ -67,16 +71,16 @@ kernel void lights_spread(global const float *restrict sampled, global const flo
             float met = 0.0f, cover = 0.0f;
             for (int corner = 0; corner < 4; corner++) {
                 const int c = left + corner % 2, r = top + corner / 2;
-                const float px = slab[1] < 0.0f ? low : sample_at(map, c, r, rows, way_columns);
+                const float px = slab[1] < 0.0f ? low : sample_at(map, c, r, band);
                 const float inside = slab[1] < 0.0f || (px >= low && px < high) ? 1.0f : 0.0f;
                 const float weight = inside * (corner % 2 ? f : 1.0f - f) * (corner / 2 ? g : 1.0f - g);
                 met += weight;
-                cover += weight * (COVERAGE ? sample_at(coverage, c, r, rows, way_columns) : 1.0f);
+                cover += weight * (COVERAGE ? sample_at(coverage, c, r, band) : 1.0f);
             }
             covered += missed * cover;
             missed -= missed * met;
         }
         sum += share * open * (1.0f - covered);
     }
-    light[(size_t)y * width + x] += sum;
+    light[(size_t)y * band.width + x] += sum;
 }

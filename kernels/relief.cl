@@ -1,42 +1,48 @@
-// What each patch of a map holds: least and greatest value, the greatest step between neighbours, the mean slope, and which
-// classes of values occur, so that the planner knows where a surface is smooth and how it tilts.
+// Statistics of the blur radius in each patch of a map: range, steepest step, mean slope, and which classes of radii occur. The
+// planner chooses the blur's method by them: how smooth a surface is, how it tilts, and which depths a patch holds.
 //
-// map:    (planes, rows, way_columns) float32, split by column parity as in defocus.cl; this one's two planes begin at first_plane.
-// relief: (5, rows / PATCH_ROWS, way_columns / HALF_PATCH) float32: least, greatest, greatest step to the right or below, mean
-//         slope to the right and down.
-// present: (2, rows / PATCH_ROWS, way_columns / HALF_PATCH) uint32, a bit for each class of values, from `first_class` on:
-//          classes_per_unit * asinh(value / CLASS_UNIT), so that they widen with the value.
-// One work-item per patch of HALF_PATCH half columns (dimension 0) and PATCH_ROWS rows (dimension 1).
+// map:     (maps, COLUMN_SETS, rows, set_columns) float32, signed blur radius [photosites], in interleaved columns with OVER 1; map
+//          number first_plane is measured.
+// relief:  (5, rows / PATCH_ROWS, set_columns / HALF_PATCH) float32: least, greatest [photosites]; greatest absolute difference to
+//          the photosite on the right or below [photosites]; mean slope to the right, and down [photosites per photosite].
+// present: (2, rows / PATCH_ROWS, set_columns / HALF_PATCH) uint32, 64 bits, one for each class of radii from first_class on, set
+//          where the patch holds one. A class is the whole part of classes_per_unit * asinh(radius / CLASS_UNIT), so that classes
+//          widen with the radius.
+// Dimension 0: patches of HALF_PATCH columns of both sets; 1: patches of PATCH_ROWS rows.
 #include "conventions.h"
+#include "interleaved_columns.h"
 #include "plain_math.h"
 
+// Number of a radius's class [counted from first_class].
 INLINE int class_of(const float value, const float first_class, const float classes_per_unit) {
     const float size = (value < 0.0f ? -value : value) * (1.0f / CLASS_UNIT), square = size * size + 1.0f;
     const float place = classes_per_unit * natural_log(size + square * reciprocal_square_root(square));
     return (int)((value < 0.0f ? -place : place) - first_class);
 }
 
+// Absolute difference.
 INLINE float step_between(const float a, const float b) { return a > b ? a - b : b - a; }
 
 kernel void relief(global const float *restrict map, global float *restrict relief, global uint *restrict present, const uint rows,
-                   const uint way_columns, const uint first_plane, const float first_class, const float classes_per_unit) {
+                   const uint set_columns, const uint first_plane, const float first_class, const float classes_per_unit) {
     const size_t tile = get_global_id(1) * get_global_size(0) + get_global_id(0), tiles = get_global_size(0) * get_global_size(1);
     const size_t column = get_global_id(0) * HALF_PATCH;
-    const uint top = get_global_id(1) * PATCH_ROWS, reach = way_columns - column < HALF_PATCH + 1 ? 0u : 1u;
-    global const float *even = map + (size_t)first_plane * rows * way_columns + column, *odd = even + (size_t)rows * way_columns;
+    const uint top = get_global_id(1) * PATCH_ROWS, reach = set_columns - column < HALF_PATCH + 1 ? 0u : 1u;
+    global const float *even = map + row_start(COLUMN_SETS * first_plane, 0, rows, set_columns) + column;
+    global const float *odd = even + row_start(1, 0, rows, set_columns);
     float low[HALF_PATCH], high[HALF_PATCH], steep[HALF_PATCH];
     float down_all[HALF_PATCH], across_all = 0.0f;
     uint near[HALF_PATCH], far[HALF_PATCH];
     for (uint i = 0; i < HALF_PATCH; i++) {
-        const size_t last = (size_t)(top + PATCH_ROWS - 1) * way_columns + i, first = (size_t)top * way_columns + i;
+        const size_t last = (size_t)(top + PATCH_ROWS - 1) * set_columns + i, first = (size_t)top * set_columns + i;
         down_all[i] = even[last] - even[first] + (odd[last] - odd[first]);
-        low[i] = high[i] = even[(size_t)top * way_columns + i];
+        low[i] = high[i] = even[(size_t)top * set_columns + i];
         steep[i] = 0.0f;
         near[i] = far[i] = 0u;
     }
     for (uint row = top; row < top + PATCH_ROWS; row++) {
-        global const float *a = even + (size_t)row * way_columns, *b = odd + (size_t)row * way_columns;
-        const size_t down = row + 1 < rows ? way_columns : 0;
+        global const float *a = even + (size_t)row * set_columns, *b = odd + (size_t)row * set_columns;
+        const size_t down = row + 1 < rows ? set_columns : 0;
         across_all += b[HALF_PATCH - 1] - a[0];
         for (uint i = 0; i < HALF_PATCH; i++) {
             const float p = a[i], q = b[i];

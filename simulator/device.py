@@ -1,13 +1,15 @@
 """The OpenCL device: the only module that imports pyopencl.
 
 Kernels live in kernels/*.cl. `#include "x.h"` is expanded here, because PoCL refuses an -I path that holds a space.
-Arguments are bound by name: a missing or misspelt one is an error, not a wrong number in the wrong place.
+Arguments are bound by name, and so are the fields of structs: a missing or misspelt one is an error, not a wrong number in the
+wrong place.
 """
 
 import functools
 import os
 import re
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +24,7 @@ _HERE = Path(__file__).resolve().parent
 KERNELS = next(folder for folder in (_HERE / "kernels", _HERE.parent / "kernels") if folder.is_dir())
 _INCLUDE = re.compile(r'^#include "([^"]+)"$', re.MULTILINE)
 _SCALARS = {"float": np.float32, "uint": np.uint32, "int": np.int32, "ulong": np.uint64}
+_FIELDS = ("float", "uint", "int")  # of structs: all of 4 bytes, so that no compiler pads
 INSTALL_HINT = "install one: `pip install pyopencl[pocl]`, or Debian's `apt install pocl-opencl-icd`"
 
 
@@ -118,18 +121,56 @@ def has_devices() -> bool:
 
 @dataclass(frozen=True)
 class Kernel:
-    """A built kernel; arguments: type by name, in order."""
+    """A built kernel; arguments: type by name, in order: "*" of a buffer, a scalar's name, or the dtype of a struct."""
 
     name: str
     function: cl.Kernel
-    arguments: dict[str, str]
+    arguments: dict[str, str | np.dtype]
+
+    def bind(self, name: str, value: object) -> object:
+        """What the driver takes for an argument. Raises TypeError when a struct's fields are not exactly those declared."""
+        kind = self.arguments[name]
+        if isinstance(kind, np.dtype):
+            return packed_struct(kind, value, f"{name} of {self.name}")
+        return _SCALARS[kind](value) if kind in _SCALARS else value
 
 
-def declared_arguments(source: str, name: str) -> dict[str, str]:
+def declared_arguments(source: str, name: str) -> dict[str, str | np.dtype]:
     """Types by name of a kernel's arguments, read from its text: drivers forget them in builds that come from a disk cache."""
     found = re.search(rf"kernel void {name}\(([^)]*)\)", re.sub(r"//.*", "", source))
     parts = [re.findall(r"\w+|\*", argument) for argument in found[1].split(",")]
-    return {part[-1]: "*" if "*" in part else part[-2] for part in parts}
+    return {
+        part[-1]: "*" if "*" in part else declared_struct(source, part[-2]) if "struct" in part else part[-2] for part in parts
+    }
+
+
+def declared_struct(source: str, name: str) -> np.dtype:
+    """The dtype of `struct name`, read from the text of a kernel or header: float, uint and int, or arrays of them.
+
+    Raises ValueError for other types, which a compiler might pad.
+    """
+    found = re.search(rf"\bstruct {name} \{{([^}}]*)\}};", re.sub(r"//.*", "", source))
+    if not found:
+        raise ValueError(f"struct {name} is not declared")
+    fields: list[tuple] = []
+    for line in filter(None, map(str.strip, found[1].split(";"))):
+        declared = re.fullmatch(r"(\w+) ([^;]+)", line)
+        if not declared or declared[1] not in _FIELDS:
+            raise ValueError(f"struct {name}: '{line}' is none of {', '.join(_FIELDS)}")
+        for field, count in re.findall(r"(\w+)(?:\[(\d+)\])?(?:, *|$)", declared[2]):
+            fields.append((field, _SCALARS[declared[1]], (int(count),)) if count else (field, _SCALARS[declared[1]]))
+    return np.dtype(fields)
+
+
+def packed_struct(dtype: np.dtype, value: object, what: str) -> np.void:
+    """Structured scalar of a mapping from field to value, or of a structured scalar with the same fields.
+
+    what: names the struct in the TypeError that is raised for a missing or superfluous field.
+    """
+    names = value.keys() if isinstance(value, Mapping) else getattr(getattr(value, "dtype", None), "names", None)
+    if names is None or set(names) != set(dtype.names):
+        raise TypeError(f"{what} has the fields {sorted(dtype.names)}, not {sorted(names) if names else value!r}")
+    return np.array(tuple(value[name] for name in dtype.names), dtype)[()]
 
 
 CPU_ROW_PX = 1024  # a CPU starts work-groups one after another, which costs more than 500 photosites do
@@ -253,17 +294,15 @@ class Device:
         return Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
 
     def run(self, kernel: Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments) -> None:
-        """Enqueue a kernel; scalars are cast to the type the kernel declares.
+        """Enqueue a kernel; scalars are cast to the declared type, structs are given as mappings from field to value.
 
         local_size: of a work-group; None: as long a part of a row as divides it.
-        Raises TypeError when the names are not exactly those of the kernel.
+        Raises TypeError when the names are not exactly those of the kernel, or of a struct's fields.
         """
         if set(kernel.arguments) != set(arguments):
             raise TypeError(f"{kernel.name} takes {sorted(kernel.arguments)}, not {sorted(arguments)}")
         local_size = local_size or self._group(global_size)
-        values = [
-            _SCALARS[kind](arguments[name]) if kind in _SCALARS else arguments[name] for name, kind in kernel.arguments.items()
-        ]
+        values = [kernel.bind(name, arguments[name]) for name in kernel.arguments]
         try:
             kernel.function(self._queue, global_size, local_size, *values)
         except cl.Error as error:

@@ -79,10 +79,6 @@ class OpticsPlan:
         """Macros of kernels/cfa.h for the window."""
         return self.cfa.macros(self.window.x, self.window.y)
 
-    def projection_defines(self, over: int = 1) -> dict[str, object]:
-        """Macros of kernels/projection.cl for the window, at `over` x `over` points per photosite."""
-        return self.projection.defines(self.cfa_macros(), over)
-
 
 def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
     """Plan what the lens makes of a scene on a sensor.

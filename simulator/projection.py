@@ -8,11 +8,15 @@ import numpy as np
 from simulator.device import Buffer, Device
 from simulator.distortion import Warp, plan_warp
 from simulator.errors import PhotositeError
+from simulator.interleaved_columns import InterleavedColumns
 from simulator.lens import Lens
 from simulator.scene import Scene
 from simulator.sensor.camera import Camera
 from simulator.sensor.camera_sections import Window
 from simulator.sensor.cfa import Cfa
+
+ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
+EDGE_PX = 1.0  # neighbouring scene pixels whose radii differ by more belong to two surfaces
 
 
 @dataclass(frozen=True)
@@ -42,8 +46,8 @@ class Projection:
         distortion = {"DISTORTION": 0} if self.warp is None else {"DISTORTION": 1, **self.warp.macros()}
         return {"SAMPLES": -(-self.samples // over), "NEAREST": int(self.nearest), "OVER": over, **distortion, **cfa_macros}
 
-    def arguments(self, origin_x: int, origin_y: int) -> dict[str, object]:
-        """Scalar arguments of kernels/projection.cl for an output that begins at this photosite of the sensor."""
+    def fields(self, origin_x: int, origin_y: int) -> dict[str, float]:
+        """Fields of `struct projection` of kernels/projection.cl, for an output that begins at this photosite of the sensor."""
         return {
             "scene_width": self.scene_width,
             "scene_height": self.scene_height,
@@ -91,9 +95,48 @@ def project(device: Device, projection: Projection, cfa: Cfa, window: Window, pl
     """
     mosaic = device.empty((window.height, window.width), np.float32)
     kernel = device.kernel("projection_mosaic", projection.defines(cfa.macros(window.x, window.y)), file="projection.cl")
-    arguments = projection.arguments(window.x, window.y)
-    device.run(kernel, (window.width, window.height), None, planes=planes, mosaic=mosaic, **arguments)
+    size, placed = (window.width, window.height), projection.fields(window.x, window.y)
+    device.run(kernel, size, None, planes=planes, mosaic=mosaic, projection=placed)
     return mosaic
+
+
+def project_planes(
+    device: Device,
+    projection: Projection,
+    planes: Buffer,
+    count: int,
+    sampled: Buffer,
+    first_plane: int,
+    layout: InterleavedColumns,
+    origin: tuple[int, int],
+) -> None:
+    """Enqueue the projection of all channels of one surface onto the samples of a layout.
+
+    planes: device buffer (count, scene height, scene width) float32. sampled: buffer of the layout's planes, written from
+    first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample.
+    """
+    kernel = device.kernel("projection_planes", projection.defines(ANY_CFA, layout.over), file="projection.cl")
+    settings = {"first_plane": first_plane, "projection": projection.fields(*origin)}
+    device.run(kernel, layout.work_size(count), None, planes=planes, sampled=sampled, **settings)
+
+
+def project_radius(
+    device: Device,
+    projection: Projection,
+    scene_radius: Buffer,
+    radius: Buffer,
+    number: int,
+    layout: InterleavedColumns,
+    origin: tuple[int, int],
+) -> None:
+    """Enqueue the projection of a map of signed blur radii [photosites] onto the samples of a layout.
+
+    scene_radius: device buffer (scene height, scene width) float32. radius: buffer of the layout's planes, of which plane
+    `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample.
+    """
+    kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
+    settings = {"edge": EDGE_PX, "first_plane": number, "projection": projection.fields(*origin)}
+    device.run(kernel, layout.work_size(1), None, scene_radius=scene_radius, radius=radius, **settings)
 
 
 def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:

@@ -11,9 +11,10 @@ import numpy as np
 
 from simulator.blur.defocused_mosaic import defocused_mosaic
 from simulator.blur.reference import reference_mosaic
-from simulator.blur.relief import project_radius
 from simulator.device import Buffer, Device
+from simulator.interleaved_columns import InterleavedColumns
 from simulator.optics_plan import OpticsPlan
+from simulator.projection import project_planes, project_radius
 from simulator.psf_convolution import Spectra, Tile, around, gathered, is_seen, source_of, tiles_of
 from simulator.sensor.camera import Window
 from simulator.sensor.cfa import Cfa
@@ -114,31 +115,27 @@ def _projected(optics: OpticsPlan, device: Device, planes: Sequence, part: Windo
     """Layers of the scene on a part of the sensor and beyond, without blur."""
     over, channels = optics.spread.over, optics.channels
     radii = (0.0,) if optics.defocus is None else optics.defocus.radii_px
-    defines = optics.projection_defines(over) | {"SPAN": 1}
-    kernel = device.kernel("projection_planes", defines, file="projection.cl")
-    columns, rows, ways = -(-part.width // 2), part.height * over, 2 * over
+    layout = InterleavedColumns(over, part.height * over, -(-part.width // 2))
     covered = optics.defocus is not None and optics.has_coverage
-    found, place = [], optics.projection.arguments(part.x, part.y)
+    found, count, origin = [], channels + covered, (part.x, part.y)
     for buffer, radius in zip(planes, radii, strict=True):
-        shape = (channels + covered, ways, rows, columns)
-        sampled = device.empty(shape, np.float32)
-        device.run(kernel, (columns, rows, shape[0] * ways), None, planes=buffer, sampled=sampled, first_plane=0, **place)
-        light = _phases(device.download(sampled, shape, np.float32), over, part)
+        sampled = device.empty(layout.shape(count), np.float32)
+        project_planes(device, optics.projection, buffer, count, sampled, 0, layout, origin)
+        light = _phases(layout.decode(device.download(sampled, layout.shape(count), np.float32)), over, part)
         here = radius
         if np.ndim(radius):
-            mapped, scene_radius = device.empty(shape[1:], np.float32), device.upload(radius)
-            edges = {"origin_x": part.x, "origin_y": part.y, "rows": rows, "way_columns": columns}
-            project_radius(device, optics.projection, scene_radius, mapped, 0, over=over, **edges)
-            here = _phases(device.download(mapped, (1, *shape[1:]), np.float32), over, part)[0]
+            mapped, scene_radius = device.empty(layout.shape(1), np.float32), device.upload(radius)
+            project_radius(device, optics.projection, scene_radius, mapped, 0, layout, origin)
+            here = _phases(layout.decode(device.download(mapped, layout.shape(1), np.float32)), over, part)[0]
         found.append(Surface(light[:channels], light[channels] if covered else None, here))
     return found
 
 
-def _phases(sampled: np.ndarray, over: int, part: Window) -> np.ndarray:
-    """Planes in the order of ways.h -> (planes, over^2, rows, columns) of the part's photosites."""
-    planes, _, rows, columns = sampled.shape
-    split = sampled.reshape(planes, 2, over, rows // over, over, columns).transpose(0, 4, 2, 3, 5, 1)
-    return np.ascontiguousarray(split.reshape(planes, over * over, rows // over, 2 * columns)[..., : part.width])
+def _phases(samples: np.ndarray, over: int, part: Window) -> np.ndarray:
+    """Samples (planes, over * rows, over * columns) as phases (planes, over^2, rows, columns) of the part's photosites."""
+    planes, rows, columns = samples.shape
+    split = samples.reshape(planes, rows // over, over, columns // over, over).transpose(0, 2, 4, 1, 3)
+    return np.ascontiguousarray(split.reshape(planes, over * over, rows // over, columns // over)[..., : part.width])
 
 
 def _seen(optics: OpticsPlan, layers: list[Surface], tile: Tile, spectra: Spectra, channel: int) -> np.ndarray:

@@ -17,7 +17,7 @@ def measured(bench):
     picture = (rng.normal(0.0, 6.0, (ROWS, 2 * HALF)) * (rng.random((ROWS, 2 * HALF)) > 0.5)).astype(np.float32)
     split = np.stack([np.zeros((2, ROWS, HALF), np.float32), picture.reshape(ROWS, HALF, 2).transpose(2, 0, 1)])
     classes = {"first_class": FIRST_CLASS, "classes_per_unit": PER_UNIT}
-    return picture, *patch_statistics(bench.device, bench.device.upload(split), ROWS, HALF, 2, **classes)
+    return picture, *patch_statistics(bench.device, bench.device.upload(split), ROWS, HALF, 1, **classes)
 
 
 def patches(picture: np.ndarray) -> np.ndarray:

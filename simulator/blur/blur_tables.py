@@ -12,7 +12,7 @@ from simulator.tile_plan import TilePlan
 
 
 class BlurTables:
-    """Tables for strips of `over` x `over` points per photosite.
+    """Tables for strips of `over` x `over` samples per photosite.
 
     tiles: the methods that the frame's tiles get, and the zones of the field.
     """
@@ -20,7 +20,7 @@ class BlurTables:
     def __init__(self, tiles: TilePlan, device: Device, over: int):
         self._device, self._pupil, self._zones, self.over = device, tiles.optics.defocus.pupil, tiles.zones, over
         self._chosen = tiles.chosen.part(slice(0, len(tiles.chosen.wanted)), over)
-        self._size = over, over * tiles.area.strip_rows, tiles.area.way_columns
+        self._size = over, over * tiles.area.strip_rows, tiles.area.set_columns
         self._nothing = device.zeros((1,), np.int32)
         self.of_tiles, self._images = cache(self._of_tiles), cache(self._chosen.table)
 
@@ -39,7 +39,7 @@ class BlurTables:
         buffers = {name: self._device.upload(array) for name, array in vars(table).items()}
         buffers["entries"] = self._nothing if entries is None else self._device.upload(entries)
         sums = not all(image.direct for image in taps)
-        return {**buffers, "all_taps": table.weights.size, "all_sides": table.totals.size}, places, sums
+        return buffers, places, sums
 
     def corners(self, first_corners: np.ndarray | None):
         """Device buffer of the corners of tiles, as kernels/zones.h has them; without zones one that nobody reads.

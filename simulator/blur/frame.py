@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from simulator.defocus import PATCH_COLUMNS, PATCH_ROWS, TILE_COLUMNS, TILE_ROWS
+from simulator.interleaved_columns import InterleavedColumns
 from simulator.sensor.camera_sections import Window
 
 BAND_ROWS = 128  # rows that share running sums
@@ -15,6 +16,7 @@ class BlurFrame:
     """Geometry of the frame with its margin, cut along bands and tiles of the whole sensor.
 
     frame: photosites to compute. reach: margin that the blur needs on either side [photosites].
+    set_columns: columns of each column set (`InterleavedColumns`), whatever the samples per photosite.
     """
 
     def __init__(self, frame: Window, reach: int):
@@ -26,9 +28,18 @@ class BlurFrame:
         self.y = (first_band - self.reach) // TILE_ROWS * TILE_ROWS
         right = -(-(frame.x + frame.width) // TILE_COLUMNS) * TILE_COLUMNS + self.reach
         bottom = first_band + self.bands * BAND_ROWS + self.reach
-        self.way_columns = -(-(right - self.x) // TILE_COLUMNS) * HALF_TILE
+        self.set_columns = -(-(right - self.x) // TILE_COLUMNS) * HALF_TILE
         self.rows = -(-(bottom - self.y) // TILE_ROWS) * TILE_ROWS
         self.margin_x, self.margin_y = frame.x - self.x, frame.y - self.y
+
+    @property
+    def layout(self) -> InterleavedColumns:
+        """Of maps with one sample per photosite."""
+        return InterleavedColumns(1, self.rows, self.set_columns)
+
+    def strip_layout(self, over: int) -> InterleavedColumns:
+        """Of a band with its margins at `over` x `over` samples per photosite."""
+        return InterleavedColumns(over, over * self.strip_rows, self.set_columns)
 
     @property
     def strip_rows(self) -> int:
@@ -47,12 +58,12 @@ class BlurFrame:
     @cached_property
     def grid(self) -> tuple[int, int]:
         """Tile rows and columns."""
-        return self.rows // TILE_ROWS, self.way_columns // HALF_TILE
+        return self.rows // TILE_ROWS, self.set_columns // HALF_TILE
 
     @property
     def patches(self) -> tuple[int, int]:
         """Patch rows and columns."""
-        return self.rows // PATCH_ROWS, 2 * self.way_columns // PATCH_COLUMNS
+        return self.rows // PATCH_ROWS, 2 * self.set_columns // PATCH_COLUMNS
 
     def inside(self) -> np.ndarray:
         """Tiles that hold photosites of the frame: (tile rows, tile columns) bool."""

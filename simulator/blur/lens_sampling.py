@@ -18,6 +18,7 @@ from simulator.sensor.camera import Window
 
 POSITION_ERROR_PX = 1e-3  # of a ray on a tilted surface: far below a photosite
 MOST_ITERATIONS = 64
+ROUND = Pupil()
 PATTERNS = 32  # neighbours rarely share one; a pattern of 1024 points takes 16 KiB
 
 
@@ -92,42 +93,21 @@ def needed_iterations(radius_px: np.ndarray, oversampling: int = 1) -> int:
     return min(max(1, math.ceil(steps)), MOST_ITERATIONS)
 
 
-def lens_points(
-    samples: int,
-    patterns: int = PATTERNS,
-    blades: int = 0,
-    rotation_deg: float = 0.0,
-    seed: int = 1,
-    pupil: Pupil | None = None,
-) -> np.ndarray:
-    """Points (patterns, samples, 4) float32: y, x in a photosite, 0 to 1; y, x on the pupil.
+def lens_points(samples: int, patterns: int = PATTERNS, seed: int = 1, pupil: Pupil = ROUND) -> np.ndarray:
+    """Points (patterns, samples, 4) float32: y, x in a photosite, 0 to 1; y, x on the pupil [pupil radii].
 
     Each pattern is a Sobol' sequence in four dimensions with its own scrambling (Matousek 1998, as in SciPy); powers of two are
-    best. The unit disk, or the regular polygon of so many blades in it, its first corner turned from the x axis; or `pupil`.
+    best. The pupil is sampled through maps of the unit square that keep areas.
     """
     from scipy.stats import qmc  # slow to import
 
     power = math.ceil(math.log2(samples))
     square = np.stack([qmc.Sobol(4, seed=seed + 1000 * i).random_base2(power)[:samples] for i in range(patterns)])
-    if pupil is not None and pupil.corner_radius != 1.0:
+    if pupil.corner_radius == 1.0:  # round
+        y, x = disk_of_square(square[..., 2], square[..., 3])
+    else:
         x, y = pupil.of_square(square[..., 2], square[..., 3])
-        return np.stack([square[..., 0], square[..., 1], y, x], axis=-1).astype(np.float32)
-    y, x = (
-        disk_of_square(square[..., 2], square[..., 3])
-        if blades < 3
-        else _polygon(square[..., 2], square[..., 3], blades, rotation_deg)
-    )
     return np.stack([square[..., 0], square[..., 1], y, x], axis=-1).astype(np.float32)
-
-
-def _polygon(first: np.ndarray, second: np.ndarray, blades: int, rotation_deg: float) -> tuple[np.ndarray, np.ndarray]:
-    """Equal-area map of the square onto a regular polygon: a triangle from the centre per blade."""
-    blade = np.floor(first * blades)
-    along, out = first * blades - blade, np.sqrt(second)
-    angles = 2.0 * math.pi * (blade + np.array([0.0, 1.0])[:, None, None]) / blades + math.radians(rotation_deg)
-    corner, other = np.exp(1j * angles)
-    place = out * (corner + along * (other - corner))
-    return place.imag, place.real
 
 
 def sample_lens(
@@ -160,10 +140,8 @@ def sample_lens(
         light=light,
         layers=surfaces.layers,
         channels=surfaces.channels,
-        rows=surfaces.rows,
-        columns=surfaces.columns,
-        margin=surfaces.margin_px,
         iterations=surfaces.iterations,
+        grid={"rows": surfaces.rows, "columns": surfaces.columns, "margin": surfaces.margin_px},
         **ray_arguments(device, points, frame, eyes),
     )
     return light
@@ -184,15 +162,19 @@ def ray_defines(oversampling: int, cfa, eyes: CatsEyes | None) -> dict[str, int]
 
 
 def ray_arguments(device: Device, points: np.ndarray, frame: Window, eyes: CatsEyes | None) -> dict[str, object]:
-    """Arguments of such a kernel that say which rays it follows."""
-    pattern = {"patterns": points.shape[0], "samples": points.shape[1], "origin_x": frame.x, "origin_y": frame.y}
-    stops, (tangent, width, height) = (
-        _stops(eyes),
-        (eyes.tangent_per_px, eyes.width_px, eyes.height_px) if eyes else (0.0, 0, 0),
-    )
-    field = {"tangent_per_px": tangent, "centre_x": 0.5 * width, "centre_y": 0.5 * height}
-    listed = device.upload(np.array(stops or [(0.0, 0.0)], dtype=np.float32))
-    return pattern | field | {"points": device.upload(np.asarray(points, dtype=np.float32)), "stops": listed}
+    """Arguments of such a kernel that say which rays it follows: buffers, and `struct rays` of kernels/lens_rays.h."""
+    tangent, width, height = (eyes.tangent_per_px, eyes.width_px, eyes.height_px) if eyes else (0.0, 0, 0)
+    rays = {
+        "patterns": points.shape[0],
+        "samples": points.shape[1],
+        "origin_x": frame.x,
+        "origin_y": frame.y,
+        "centre_x": 0.5 * width,
+        "centre_y": 0.5 * height,
+        "tangent_per_px": tangent,
+    }
+    stops = device.upload(np.array(_stops(eyes) or [(0.0, 0.0)], dtype=np.float32))
+    return {"points": device.upload(np.asarray(points, dtype=np.float32)), "stops": stops, "rays": rays}
 
 
 def _stops(eyes: CatsEyes | None) -> list[tuple[float, float]]:

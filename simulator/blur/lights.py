@@ -4,6 +4,8 @@ import numpy as np
 
 from simulator.defocus import BLOCK_COLUMNS, BLOCK_ROWS
 from simulator.defocus.lights import BRIGHT, SMALLEST_PX, Lights, brightest, reaching, spot_weights
+from simulator.device import Buffer
+from simulator.interleaved_columns import column_of
 
 
 class StripLights:
@@ -16,7 +18,7 @@ class StripLights:
     def __init__(self, strip, strip_row: int, places: np.ndarray, limit: np.ndarray):
         self.strip, self.places = strip, places
         self.origin_px = strip.area.x, strip.area.y + strip_row
-        shape = (len(strip.planes), strip.layer_planes, strip.ways, strip.rows, strip.area.way_columns)
+        shape = strip.layout.shape(len(strip.planes) * strip.layer_planes)
         self.sampled = strip.device.download(strip.sampled, shape, np.float32)
         self.lights = brightest(self._bright(limit), strip.over, strip.area.y + strip_row)
         self.lists = reaching(self.lights, self._pupil, strip.over, places[:, 1].astype(int), 2 * places[:, 0].astype(int))
@@ -29,16 +31,16 @@ class StripLights:
     def _bright(self, limit: np.ndarray) -> Lights:
         """Samples above the limit whose spots are larger than a photosite."""
         strip, radii = self.strip, self.strip.defocus.radii_px
-        radius = strip.device.download(
-            strip.radius, (max(len(strip.maps.scene_radius), 1), *self.sampled.shape[2:]), np.float32
-        )
+        shape = strip.layout.shape(max(len(strip.maps.scene_radius), 1))
+        radius = strip.device.download(strip.radius, shape, np.float32)
         found, maps = [], 0
         for layer, px in enumerate(radii):
-            light = self.sampled[layer, : strip.channels]
-            way, row, column = np.nonzero((light > limit[:, None, None, None]).any(axis=0))
-            excess = np.maximum(light[:, way, row, column] - limit[:, None] / BRIGHT, 0.0)  # the scene's mean stays
-            own = radius[maps, way, row, column] if np.ndim(px) else np.full(len(row), px, np.float32)
-            found.append((row, column * strip.ways + way, np.full(len(row), layer), own, excess))
+            light = self.sampled[layer * strip.layer_planes :][: strip.channels]
+            place = np.nonzero((light > limit[:, None, None, None]).any(axis=0))
+            column_set, row, column = place
+            excess = np.maximum(light[:, *place] - limit[:, None] / BRIGHT, 0.0)  # the scene's mean stays
+            own = radius[maps, *place] if np.ndim(px) else np.full(len(row), px, np.float32)
+            found.append((row, column_of(column_set, column, strip.over), np.full(len(row), layer), own, excess))
             maps += np.ndim(px) > 0
         lights = Lights(*(np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True)))
         return lights.of(np.abs(lights.radii_px) > SMALLEST_PX)
@@ -46,14 +48,13 @@ class StripLights:
     def take(self) -> None:
         """Take what is too bright out of the strip's planes."""
         strip, lights = self.strip, self.lights
-        _, planes, ways, rows, half = self.sampled.shape
-        plane = lights.layers * planes + np.arange(strip.channels)[:, None]
-        element = (((plane * ways + lights.columns % ways) * rows + lights.rows) * half + lights.columns // ways).ravel()
+        plane = lights.layers * strip.layer_planes + np.arange(strip.channels)[:, None]
+        element = strip.layout.element(plane, lights.rows, lights.columns).ravel()
         left = self.sampled.reshape(-1)[element] - lights.excess.ravel()
         self._run("lights_take", (len(element),), {"places": element.astype(np.uint32), "left": left.astype(np.float32)})
 
-    def spread(self, slabs, light, **place) -> None:
-        """Give the photosites of the reached blocks their share. slabs, light: device buffers. place: of the strip."""
+    def spread(self, slabs: Buffer, light: Buffer, band: dict[str, int]) -> None:
+        """Give the photosites of the reached blocks their share. band: fields of `struct row_band` of kernels/row_band.h."""
         lights, lists = self.lights, [own for own in self.lists if len(own)]
         counts = np.array([len(own) for own in lists])
         weights, first, side = spot_weights(lights, self._pupil, self.strip.over, self.strip.defocus.eyes, self.origin_px)
@@ -66,7 +67,7 @@ class StripLights:
             "weights": weights,
         }
         size = (BLOCK_COLUMNS // 2, 2 * BLOCK_ROWS, len(lists))
-        self._run("lights_spread", size, arrays, radius=self.strip.radius, slabs=slabs, light=light, **place)
+        self._run("lights_spread", size, arrays, radius=self.strip.radius, slabs=slabs, light=light, band=band)
 
     def _run(self, name: str, size: tuple[int, ...], arrays: dict[str, np.ndarray], **arguments) -> None:
         device = self.strip.device

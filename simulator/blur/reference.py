@@ -7,9 +7,10 @@ import numpy as np
 
 from simulator.blur.lens_height_field import sample_height_field
 from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
-from simulator.blur.relief import project_radius
 from simulator.device import Buffer, Device
+from simulator.interleaved_columns import InterleavedColumns
 from simulator.optics_plan import OpticsPlan
+from simulator.projection import project_planes, project_radius
 from simulator.sensor.camera import Window
 
 BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins with the same colours
@@ -66,33 +67,21 @@ class Grid:
         """Colour (layers, channels, rows, columns), coverage and signed radius (layers, rows, columns) of a window."""
         channels, over = self.optics.channels, self.over
         size = [(side + 2 * self.margin_px) * over for side in (window.height, window.width)]
-        place = {"origin_x": window.x - self.margin_px, "origin_y": window.y - self.margin_px}
-        light = np.stack([self._light(planes, place, size) for planes in self.planes])
+        origin, layout = (window.x - self.margin_px, window.y - self.margin_px), InterleavedColumns.holding(over, *size)
+        light = np.stack([self._light(planes, layout, origin) for planes in self.planes])[..., : size[1]]
+        radius = np.stack([self._radius(px, layout, origin) for px in self.radii])[..., : size[1]]
         covered = light[:, channels] if light.shape[1] > channels else np.ones_like(light[:, 0])
-        return light[:, :channels], covered, np.stack([self._radius(px, place, size) for px in self.radii])
+        return light[:, :channels], covered, radius
 
-    def _light(self, planes, place: dict, size: list[int]) -> np.ndarray:
-        count, half = self.optics.channels + self.optics.has_coverage, self._half(size)
-        sampled = self.device.empty((count, 2 * self.over, size[0], half), np.float32)
-        kernel = self.device.kernel("projection_planes", self.optics.projection_defines(self.over), file="projection.cl")
-        arguments = self.optics.projection.arguments(**place)
-        work = (half, size[0], count * 2 * self.over)
-        self.device.run(kernel, work, None, planes=planes, sampled=sampled, first_plane=0, **arguments)
-        return self._in_rows(sampled, count, size)
+    def _light(self, planes: Buffer, layout: InterleavedColumns, origin: tuple[int, int]) -> np.ndarray:
+        count = self.optics.channels + self.optics.has_coverage
+        sampled = self.device.empty(layout.shape(count), np.float32)
+        project_planes(self.device, self.optics.projection, planes, count, sampled, 0, layout, origin)
+        return layout.decode(self.device.download(sampled, layout.shape(count), np.float32))
 
-    def _radius(self, radius, place: dict, size: list[int]) -> np.ndarray:
+    def _radius(self, radius: Buffer | float, layout: InterleavedColumns, origin: tuple[int, int]) -> np.ndarray:
         if isinstance(radius, float):
-            return np.full(size, radius, np.float32)
-        shape = {"rows": size[0], "way_columns": self._half(size)}
-        found = self.device.empty((1, 2 * self.over, *shape.values()), np.float32)
-        project_radius(self.device, self.optics.projection, radius, found, 0, over=self.over, **place, **shape)
-        return self._in_rows(found, 1, size)[0]
-
-    def _half(self, size: list[int]) -> int:
-        """Columns of each way that hold all columns (kernels/ways.h)."""
-        return -(-size[1] // (2 * self.over))
-
-    def _in_rows(self, ways, count: int, size: list[int]) -> np.ndarray:
-        """Planes (count, rows, columns) from the order of kernels/ways.h."""
-        split = self.device.download(ways, (count, 2 * self.over, size[0], self._half(size)), np.float32)
-        return split.transpose(0, 2, 3, 1).reshape(count, size[0], -1)[..., : size[1]]
+            return np.full((layout.rows, layout.column_sets * layout.set_columns), radius, np.float32)
+        found = self.device.empty(layout.shape(1), np.float32)
+        project_radius(self.device, self.optics.projection, radius, found, 0, layout, origin)
+        return layout.decode(self.device.download(found, layout.shape(1), np.float32))[0]

@@ -8,17 +8,14 @@ from simulator.blur.frame import BlurFrame
 from simulator.defocus import CLASS_UNIT_PX, PATCH_COLUMNS, PATCH_ROWS, Relief
 from simulator.device import Buffer, Device
 from simulator.optics_plan import OpticsPlan
-from simulator.projection import Projection
-from simulator.sensor.cfa import Cfa
-
-EDGE_PX = 1.0  # neighbouring scene pixels whose radii differ by more belong to two surfaces
+from simulator.projection import Projection, project_radius
 
 
 @dataclass(frozen=True)
 class Maps:
     """Radius maps of the layers that have one, one after the other on the device, and each layer's relief.
 
-    radius: buffer (maps, 2, rows, half columns) float32 [photosites].
+    radius: buffer (maps, 2, rows, set columns) float32 [photosites], in interleaved columns.
     scene_radius: the same of each mapped layer on the scene's grid, buffers (height, width) float32.
     """
 
@@ -30,14 +27,13 @@ class Maps:
 def measured_maps(optics: OpticsPlan, device: Device, area: BlurFrame) -> Maps:
     """Radius on the photosites of every layer, and what its tiles hold."""
     defocus, reliefs, scene_radius = optics.defocus, [], []
-    radius = device.empty((max(defocus.maps, 1), 2, area.rows, area.way_columns), np.float32)
+    radius = device.empty(area.layout.shape(max(defocus.maps, 1)), np.float32)
     for layer, px in zip(optics.scene.layers, defocus.radii_px, strict=True):
         if np.ndim(px):
-            first_plane = 2 * len(scene_radius)
+            number = len(scene_radius)
             scene_radius.append(device.upload(px))
-            place = {"origin_x": area.x, "origin_y": area.y, "rows": area.rows, "way_columns": area.way_columns}
-            project_radius(device, optics.projection, scene_radius[-1], radius, first_plane, over=1, **place)
-            *measured, classes = _measured(optics, device, area, radius, first_plane)
+            project_radius(device, optics.projection, scene_radius[-1], radius, number, area.layout, (area.x, area.y))
+            *measured, classes = _measured(optics, device, area, radius, number)
         else:
             level, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
             measured = [level + np.float32(px), level + np.float32(px), level, level, level]
@@ -46,37 +42,11 @@ def measured_maps(optics: OpticsPlan, device: Device, area: BlurFrame) -> Maps:
     return Maps(radius, scene_radius, reliefs)
 
 
-def project_radius(
-    device: Device,
-    projection: Projection,
-    scene_radius: Buffer,
-    radius: Buffer,
-    first_plane: int,
-    *,
-    over: int,
-    origin_x: int,
-    origin_y: int,
-    rows: int,
-    way_columns: int,
-) -> None:
-    """Enqueue the projection of a radius map onto `over` x `over` points per photosite; rows counts rows of points."""
-    device.run(
-        device.kernel("projection_radius", projection.defines(Cfa.uniform(0).macros(0, 0), over), file="projection.cl"),
-        (way_columns, rows, 2 * over),
-        None,
-        scene_radius=scene_radius,
-        radius=radius,
-        edge=EDGE_PX,
-        first_plane=first_plane,
-        **projection.arguments(origin_x, origin_y),
-    )
-
-
-def _measured(optics: OpticsPlan, device: Device, area: BlurFrame, radius, first_plane: int) -> tuple[np.ndarray, ...]:
-    """Least, greatest and steepest radius of each patch, its slopes, and its classes."""
+def _measured(optics: OpticsPlan, device: Device, area: BlurFrame, radius: Buffer, number: int) -> tuple[np.ndarray, ...]:
+    """Least, greatest and steepest radius of each patch, its slopes, and its classes, of map `number`."""
     defocus = optics.defocus
     classes = {"first_class": defocus.first_class, "classes_per_unit": defocus.classes_per_unit}
-    relief, present = patch_statistics(device, radius, area.rows, area.way_columns, first_plane, **classes)
+    relief, present = patch_statistics(device, radius, area.rows, area.set_columns, number, **classes)
     *measured, slope_x, slope_y = relief
     rows, columns = _on_sensor(optics.sensor_px, area)
     slopes = [slope[rows[:, None], columns] for slope in (slope_x, slope_y)]
@@ -84,15 +54,15 @@ def _measured(optics: OpticsPlan, device: Device, area: BlurFrame, radius, first
 
 
 def patch_statistics(
-    device: Device, radius, rows: int, way_columns: int, first_plane: int, *, first_class: float, classes_per_unit: float
+    device: Device, radius: Buffer, rows: int, set_columns: int, number: int, *, first_class: float, classes_per_unit: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Measure the patches of a radius map: (5, patch rows, patch columns) float32, and their classes as bits of uint64.
 
     The five: least and greatest radius, steepest step, slopes in x and y. radius: device buffer as kernels/relief.cl says.
     """
-    patches = rows // PATCH_ROWS, 2 * way_columns // PATCH_COLUMNS
+    patches = rows // PATCH_ROWS, 2 * set_columns // PATCH_COLUMNS
     relief, present = device.empty((5, *patches), np.float32), device.empty((2, *patches), np.uint32)
-    defines = {"HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
+    defines = {"OVER": 1, "HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
     device.run(
         device.kernel("relief", defines),
         patches[::-1],
@@ -101,8 +71,8 @@ def patch_statistics(
         relief=relief,
         present=present,
         rows=rows,
-        way_columns=way_columns,
-        first_plane=first_plane,
+        set_columns=set_columns,
+        first_plane=number,
         first_class=first_class,
         classes_per_unit=classes_per_unit,
     )

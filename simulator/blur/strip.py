@@ -1,16 +1,18 @@
 """A band of rows with its margins on the device, and the kernels that blur it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from simulator.blur.blur_tables import BlurTables
 from simulator.blur.frame import HALF_TILE
 from simulator.blur.lights import StripLights
-from simulator.blur.relief import project_radius
 from simulator.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
 from simulator.defocus.blocks import BlockChoice, slab_lists
 from simulator.defocus.lens_points import points_wanted
 from simulator.defocus.tiles import NODES_PER_PX, TileChoice
 from simulator.device import Buffer, Device
+from simulator.projection import project_planes, project_radius
 from simulator.sensor.cfa import Cfa
 from simulator.tile_plan import TilePlan
 
@@ -18,26 +20,24 @@ POINTS_SAVED = 4  # where points find the means' covariance only, and do not spr
 
 
 class Strip:
-    """The buffers of a band of rows with its margins, at `over` x `over` points per photosite, and what runs on them."""
+    """The buffers of a band of rows with its margins, at `over` x `over` samples per photosite, and what runs on them."""
 
     def __init__(self, tiles: TilePlan, cfa: Cfa, device: Device, tables: BlurTables, planes: list[Buffer], open_: Buffer):
         over, area, maps = tables.over, tiles.area, tiles.maps
         self.tiles, self.device, self.area, self.maps, self.chosen = tiles, device, area, maps, tiles.chosen
         self.projection, self.defocus = tiles.optics.projection, tiles.optics.defocus
         self.tables, self.planes, self.open = tables, planes, open_
-        self.over, self.ways, self.rows = over, 2 * over, over * area.strip_rows
+        self.over, self.layout = over, area.strip_layout(over)
         self.channels, self.coverage = tiles.optics.channels, int(tiles.optics.has_coverage)
         self.layer_planes = self.channels + self.coverage
-        half = area.way_columns
-        self.sampled = device.empty((len(planes) * self.layer_planes, self.ways, self.rows, half), np.float32)
-        self.sums = device.empty((self.layer_planes, self.ways, self.rows + 1, half), np.float32)
-        self.least = device.empty((self.layer_planes, self.ways, half), np.float32)
-        self.radius = device.zeros((max(len(maps.scene_radius), 1), self.ways, self.rows, half), np.float32)
-        self.size = {"rows": self.rows, "way_columns": half}
+        self.sampled = device.empty(self.layout.shape(len(planes) * self.layer_planes), np.float32)
+        sums = replace(self.layout, rows=self.layout.rows + 2)  # one sum more than rows, and the columns' minima
+        self.sums = device.empty(sums.shape(self.layer_planes), np.float32)
+        self.radius = device.zeros(self.layout.shape(max(len(maps.scene_radius), 1)), np.float32)
         # Points run over 16 columns and 4 rows of a colour at once on CPUs; on GPUs there are work-items enough.
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
-        defines = {"SPAN": device.span, "CHANNELS": self.channels, "COVERAGE": self.coverage}
-        self.defines = {**self.projection.defines(cfa.macros(area.frame.x, area.frame.y), over), **defines}
+        held = {"OVER": over, "CHANNELS": self.channels, "COVERAGE": self.coverage, "NODES_PER_PX": f"{NODES_PER_PX}.0f"}
+        self.defines = {**cfa.macros(area.frame.x, area.frame.y), **held, "SPAN": device.span}
 
     def band(self, band: int, light) -> None:
         """Compute one band of rows of the mosaic `light`."""
@@ -46,25 +46,29 @@ class Strip:
         if not chosen.wanted.any():
             return
         strip_row = self.area.strip_row(band)
-        area = self.area
-        frame = area.frame
-        edges = {"margin_x": area.margin_x, "strip_y": strip_row, "margin_y": area.margin_y}
-        place = {**self.size, **edges, "width": frame.width, "height": frame.height, "light": light}
         self._sample(strip_row)
-        means = place | {"radius_rows": area.rows, "radius_row": strip_row}
         for layer in range(len(self.planes)):
-            self._means(chosen, layer, means)
-        self._occlusion(chosen.blocks, strip_row, place)
+            self._means(chosen, layer, strip_row, light)
+        self._occlusion(chosen.blocks, strip_row, light)
+
+    def _row_band(self, strip_row: int) -> dict[str, int]:
+        """Fields of `struct row_band` of kernels/row_band.h for the band that begins at this row of the area."""
+        area, frame = self.area, self.area.frame
+        return {
+            "sample_rows": self.layout.rows,
+            "set_columns": self.layout.set_columns,
+            "frame_x": -area.margin_x,
+            "frame_y": strip_row - area.margin_y,
+            "width": frame.width,
+            "height": frame.height,
+        }
 
     def _sample(self, strip_row: int) -> None:
-        kernel = self.device.kernel("projection_planes", self.defines, file="projection.cl")
-        arguments = self.projection.arguments(self.area.x, self.area.y + strip_row)
+        origin, count = (self.area.x, self.area.y + strip_row), self.layer_planes
         for layer, planes in enumerate(self.planes):
-            first_plane = layer * self.layer_planes * self.ways
-            size = (self.area.way_columns, self.rows, self.layer_planes * self.ways)
-            self.device.run(kernel, size, None, planes=planes, sampled=self.sampled, first_plane=first_plane, **arguments)
+            project_planes(self.device, self.projection, planes, count, self.sampled, layer * count, self.layout, origin)
 
-    def _means(self, chosen: TileChoice, layer: int, place: dict) -> None:
+    def _means(self, chosen: TileChoice, layer: int, strip_row: int, light: Buffer) -> None:
         """Tiles that the layer fills, copied or a mean over the aperture's image, and those that several share."""
         here = chosen.visible[layer]
         copied, mean = (here & chosen.with_method(method) for method in (Method.COPY, Method.MEAN))
@@ -75,8 +79,9 @@ class Strip:
             kernel = self.device.kernel(
                 "defocus_sums", self.defines | {"NODES": 0, "COMPOSITE": 0, "ZONE": 0}, file="defocus.cl"
             )
-            size = (self.area.way_columns // self.device.span, self.ways * planes)
-            self.device.run(kernel, size, None, **self._sums(layer), **self.size)
+            size = (self.layout.set_columns // self.device.span, self.layout.column_sets * planes)
+            buffers = {"sampled": self.sampled, "sums": self.sums, "first_plane": layer * self.layer_planes}
+            self.device.run(kernel, size, None, **buffers, band=self._row_band(strip_row))
         constant = chosen.constant[layer]
         for graded, several, wanted in (
             (0, 0, copied | mean & constant),
@@ -87,34 +92,48 @@ class Strip:
             for clipped in (False, True):
                 tiles = wanted & (cut == clipped)
                 if tiles.any():
-                    self._mean(chosen, layer, tiles, np.where(copied, 0, chosen.images[layer]), graded, several, clipped, place)
-
-    def _sums(self, layer: int) -> dict[str, object]:
-        return {"sampled": self.sampled, "sums": self.sums, "least": self.least, "first_plane": layer * self.layer_planes}
+                    variant = {"NODES": graded, "COMPOSITE": several}
+                    images = np.where(copied, 0, chosen.images[layer])
+                    self._mean(chosen, layer, tiles, images, variant, clipped, strip_row, light)
 
     def _mean(
-        self, chosen: TileChoice, layer: int, wanted, images, graded: int, composite: int, clipped: bool, place: dict
+        self,
+        chosen: TileChoice,
+        layer: int,
+        wanted: np.ndarray,
+        images: np.ndarray,
+        variant: dict[str, int],
+        clipped: bool,
+        strip_row: int,
+        light: Buffer,
     ) -> None:
         table, places, _ = self.tables.of_tiles(clipped)
-        defines = self.defines | {"NODES": graded, "COMPOSITE": composite} | self.tables.defines(clipped)
+        defines = self.defines | variant | self.tables.defines(clipped)
         spans, first = HALF_TILE // defines["SPAN"], places[chosen.first_image[layer]]
+        surface = {
+            "first_plane": layer * self.layer_planes,
+            "map": sum(np.ndim(radius) > 0 for radius in self.defocus.radii_px[:layer]),
+            "map_rows": self.area.rows,
+            "map_row": strip_row,
+            "zone_row": self.area.reach,
+        }
         self.device.run(
             self.device.kernel("defocus_mean", defines, file="defocus.cl"),
             (spans, 2 * TILE_ROWS, int(wanted.sum())),
             (spans, 1, 1),
+            sampled=self.sampled,
+            sums=self.sums,
             radius=self.maps.radius,
-            map=sum(np.ndim(radius) > 0 for radius in self.defocus.radii_px[:layer]),
+            light=light,
             open=self.open,
             tiles=self.device.upload(self._places(wanted, TILE_ROWS, TILE_COLUMNS, first, images)),
             corners=self.tables.corners(chosen.zone[wanted] if clipped else None),
-            first_row=self.area.reach,
-            nodes_per_px=NODES_PER_PX,
+            surface=surface,
+            band=self._row_band(strip_row),
             **table,
-            **self._sums(layer),
-            **place,
         )
 
-    def _occlusion(self, chosen: BlockChoice, strip_row: int, place: dict) -> None:
+    def _occlusion(self, chosen: BlockChoice, strip_row: int, light: Buffer) -> None:
         """Blocks where surfaces hide each other."""
         sampled = chosen.sampled()
         if not sampled.any():
@@ -127,7 +146,7 @@ class Strip:
             self._places(sampled, BLOCK_ROWS, BLOCK_COLUMNS, lists.first, lists.count),
         )
         corrected = chosen.methods[sampled] == Method.CORRECTED
-        limit = self.tiles.highlight_limit
+        limit, place = self.tiles.highlight_limit, {"light": light, "band": self._row_band(strip_row)}
         lights = None if limit is None else StripLights(self, strip_row, places, limit)
         if lights is not None and lights.reached.any():
             lights.take()
@@ -143,7 +162,9 @@ class Strip:
         if lights is not None and lights.reached.any():
             lights.spread(slabs, **place)
 
-    def _follow(self, kind: list[int], places: np.ndarray, around: tuple[np.ndarray, np.ndarray], slabs, place: dict) -> None:
+    def _follow(
+        self, kind: list[int], places: np.ndarray, around: tuple[np.ndarray, np.ndarray], slabs: Buffer, place: dict
+    ) -> None:
         """Blocks that share the number of points, whether they are a correction, read a map, and have points of their own."""
         number, correction, mapped, clipped = kind
         span, rows = self.block_size
@@ -167,15 +188,12 @@ class Strip:
 
     def _sample_radius(self, strip_row: int) -> None:
         """Radius maps at the strip's points."""
-        origin = {"origin_x": self.area.x, "origin_y": self.area.y + strip_row}
+        origin = self.area.x, self.area.y + strip_row
         for number, scene_radius in enumerate(self.maps.scene_radius):
-            plane = self.ways * number
-            project_radius(
-                self.device, self.projection, scene_radius, self.radius, plane, over=self.over, **origin, **self.size
-            )
+            project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin)
 
     def _places(self, wanted: np.ndarray, rows: int, columns: int, first: np.ndarray, count: np.ndarray) -> np.ndarray:
-        """(places, 4) uint32: first half column and row in the strip, first entry and entries of its list.
+        """(places, 4) uint32: first column of its set and row in the band, first entry and entries of its list.
 
         wanted: of the band's tiles or blocks, of so many rows and columns. first, count: of the same, or of the wanted ones.
         """

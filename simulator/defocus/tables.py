@@ -8,6 +8,8 @@ import numpy as np
 
 from simulator.defocus.aperture_image import CHUNK, Taps, photosite_weights, taps_of
 from simulator.defocus.tilted_image import tilted_weights
+from simulator.device import declared_struct, kernel_source
+from simulator.interleaved_columns import element
 from simulator.lens.pupil import Pupil
 
 
@@ -25,13 +27,13 @@ class Image:
 
 @dataclass(frozen=True)
 class BlurTable:
-    """Means over images of the aperture, one node each; arrays as kernels/defocus.cl names them."""
+    """Means over images of the aperture, one node each, as kernels/aperture_mean.h declares them.
+
+    nodes: (nodes,) of `struct node`. taps: (taps,) of `struct tap`.
+    """
 
     nodes: np.ndarray
     taps: np.ndarray
-    weights: np.ndarray
-    sides: np.ndarray
-    totals: np.ndarray
 
 
 @lru_cache(maxsize=4096)
@@ -42,31 +44,37 @@ def aperture_taps(pupil: Pupil, radius_px: float, slope: tuple[float, float], ov
     return taps_of(photosite_weights(pupil, radius_px, over), over)
 
 
-def blur_table(images: Sequence[Taps], numbers: Sequence[int], over: int, rows: int, way_columns: int) -> BlurTable:
-    """Table of these images for a strip of `over` x `over` points per photosite with this many rows and half columns.
+def blur_table(images: Sequence[Taps], numbers: Sequence[int], over: int, rows: int, set_columns: int) -> BlurTable:
+    """Table of these images for a band of `over` x `over` samples per photosite, so many rows of samples and columns of a set.
 
-    numbers: of their radii, `Image.node`.
+    numbers: of their radii, `Image.node`. The taps of all nodes come first, then those of the columns' minima.
     """
-    return BlurTable(
-        nodes=_nodes(images, numbers),
-        taps=_places(
-            [(image.rows, image.columns) for image in images], over, [rows + (not i.direct) for i in images], way_columns
-        ),
-        weights=_padded([image.weights for image in images]).astype(np.float32),
-        sides=_places([(0 * image.sides, image.sides) for image in images], over, [1] * len(images), way_columns),
-        totals=_padded([image.totals for image in images]).astype(np.float32),
-    )
+    # Samples and running sums of a plane differ in rows: below the sums of all rows stand the columns' minima.
+    taps = [(image.rows, image.columns, image.weights, rows if image.direct else rows + 2) for image in images]
+    sides = [(0 * image.sides, image.sides, image.totals, rows + 2) for image in images]
+    counts = np.array([_whole_chunks(len(part[0])) for part in taps + sides])
+    first, (all_taps, all_sides) = np.cumsum(counts) - counts, np.split(counts, 2)
+    nodes = np.zeros(len(images), declared_struct(kernel_source("aperture_mean.h"), "node"))
+    nodes["first_tap"], nodes["first_side"] = np.split(first, 2)
+    nodes["taps"], nodes["sides"] = all_taps, all_sides
+    nodes["radius"], nodes["direct"] = numbers, [image.direct for image in images]
+    return BlurTable(nodes, _taps(taps + sides, counts, over, set_columns))
 
 
-def _nodes(images: Sequence[Taps], numbers: Sequence[int]) -> np.ndarray:
-    taps, sides = (np.array([_whole_chunks(count) for count in counts]) for counts in _counts(images))
-    first = [np.concatenate([[0], np.cumsum(counts)[:-1]]) for counts in (taps, sides)]
-    direct = [image.direct for image in images]
-    return np.stack([first[0], taps, first[1], sides, numbers, direct], axis=-1).astype(np.int32)
+def _taps(
+    parts: list[tuple[np.ndarray, np.ndarray, np.ndarray, int]], counts: np.ndarray, over: int, set_columns: int
+) -> np.ndarray:
+    """Taps (taps,) of `struct tap`; parts: rows and columns from the photosite's first sample, weights, rows of a plane.
 
-
-def _counts(images: Sequence[Taps]) -> tuple[list[int], list[int]]:
-    return [len(image.weights) for image in images], [len(image.totals) for image in images]
+    counts: taps of each part, with those of weight 0 that fill it up to whole chunks.
+    """
+    taps = np.zeros(int(counts.sum()) + CHUNK, declared_struct(kernel_source("aperture_mean.h"), "tap"))  # no buffer is empty
+    down, right, weights = (_padded([part[index] for part in parts]) for index in range(3))
+    height = np.repeat([*(part[3] for part in parts), 0], [*counts, CHUNK])
+    for parity in (0, 1):
+        taps["offset"][:, parity] = element(0, down, over * parity + right, over, height, set_columns)
+    taps["weight"] = weights
+    return taps
 
 
 def _whole_chunks(count: int) -> int:
@@ -74,18 +82,6 @@ def _whole_chunks(count: int) -> int:
 
 
 def _padded(parts: list[np.ndarray]) -> np.ndarray:
-    """All parts in a row, each filled up with zeros to whole chunks; a chunk more, since no buffer is empty."""
+    """All parts in a row, each filled up with zeros to whole chunks; a chunk more."""
     filled = [np.pad(part, (0, _whole_chunks(len(part)) - len(part))) for part in parts]
     return np.concatenate([*filled, np.zeros(CHUNK, filled[0].dtype)])
-
-
-def _places(offsets: list[tuple[np.ndarray, np.ndarray]], over: int, rows: list[int], way_columns: int) -> np.ndarray:
-    """Distance in a strip in the order of kernels/ways.h, for an even and for an odd photosite: (2, places) int32.
-
-    rows: of the planes that each image's taps are read from.
-    """
-    ways = 2 * over
-    down, right = (_padded([pair[axis] for pair in offsets]) for axis in (0, 1))
-    height = np.repeat([*rows, 0], [*(_whole_chunks(len(pair[0])) for pair in offsets), CHUNK])
-    sides = [over * parity + right for parity in (0, 1)]
-    return np.stack([((side % ways) * height + down) * way_columns + side // ways for side in sides]).astype(np.int32)
