@@ -24,7 +24,7 @@ ORDER = [
     {"sensing"},
     {"noise_free", "sensor_plan"},
     {"capture", "readout"},
-    {"lens", "projection", "camera_planes", "psf_convolution"},
+    {"lens", "projection", "camera_planes", "psf_convolution", "interleaved_columns"},
     {"defocus", "point_spread", "veiling_glare"},
     {"optics_plan"},
     {"blur", "tile_plan"},
