@@ -10,6 +10,6 @@ nothing. `__init__.pyi` lists them.
 """
 
 from simulator import __version__ as __version__
-from simulator.lazy_names import lazy_names
+from simulator import lazy_names
 
 __getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

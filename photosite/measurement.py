@@ -1,5 +1,5 @@
 """What raw frames tell about a camera: photon transfer, EMVA 1288, edges, and a camera measured from its files."""
 
-from simulator.lazy_names import lazy_names
+from simulator import lazy_names
 
 __getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

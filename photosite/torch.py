@@ -1,5 +1,5 @@
 """Pairs inside a PyTorch DataLoader. docs/dataset.md says how. Needs `pip install 'photosite[torch]'`."""
 
-from simulator.lazy_names import lazy_names
+from simulator import lazy_names
 
 __getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

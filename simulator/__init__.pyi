@@ -1,3 +1,5 @@
+from collections.abc import Callable
+
 from simulator.config import load_camera as load_camera
 from simulator.config import load_shot as load_shot
 from simulator.config import load_sweep as load_sweep
@@ -12,3 +14,6 @@ from simulator.resimulation import resimulate as resimulate
 from simulator.shot import Shot as Shot
 
 __version__: str
+
+def homes_of(file: str) -> dict[str, str]: ...
+def lazy_names(package: str, file: str) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]: ...

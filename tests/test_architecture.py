@@ -16,7 +16,7 @@ TESTS = ROOT / "tests"
 
 # Left may not import right. A package stands for all its modules; the facade simulator/__init__.py imports nothing at the top.
 ORDER = [
-    {"errors", "units", "colour_data", "progress", "lazy_names"},
+    {"errors", "units", "colour_data", "progress"},
     {"raw_format", "stage", "input_files", "step"},
     {"device", "stopwatch"},
     {"spectra", "color", "color_correction", "lens_aberrations", "distortion"},

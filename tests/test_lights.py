@@ -65,11 +65,13 @@ def test_a_spot_that_nothing_hides_is_that_of_a_frame_without_edges():
 
 def test_only_what_stands_out_of_the_scene_is_a_light():
     plain = case_plan(half_plane_before_lights(False, {}))
-    assert bright_limit(plain.scene, plain.weights) is None
+    assert bright_limit(plain.optics.scene, plain.optics.weights) is None
     lit = case_plan(half_plane_before_lights(False, {(48, 120): 500.0}))
-    limit = bright_limit(lit.scene, lit.weights)
-    wall = lit.scene.layers[1].planes.astype(float)
-    assert np.allclose(limit, 8.0 * max(wall.mean(), lit.scene.planes.mean(dtype=float)) * lit.weights.sum(axis=0), rtol=1e-4)
+    limit = bright_limit(lit.optics.scene, lit.optics.weights)
+    wall = lit.optics.scene.layers[1].planes.astype(float)
+    assert np.allclose(
+        limit, 8.0 * max(wall.mean(), lit.optics.scene.planes.mean(dtype=float)) * lit.optics.weights.sum(axis=0), rtol=1e-4
+    )
 
 
 def some_lights(rows, columns, radii) -> Lights:

@@ -38,8 +38,8 @@ from photosite import (
     scene_from_spectra,
     simulate,
 )
+from simulator import homes_of
 from simulator.config import named_file
-from simulator.lazy_names import homes_of
 from simulator.progress import Steps, silent
 
 ROOT = Path(__file__).parent.parent
