@@ -3,7 +3,8 @@
     python benchmarks/defocus.py [--out build/benchmarks]
 
 The scene is a wall that tilts away from the plane in focus to a blur radius of 16 photosites, with disks out of focus the other
-way before it. The error is against rays through the lens (`simulator/blur/lens_sampling.py`) in a window with edges, in units
+way before it. The error is against rays through the lens (`simulator/optics/ray_reference/layered_rays.py`) in a window with
+edges, in units
 of the noise when the brightest light gives 2000 e-. SciPy's slabs see one picture with its depth, as they do for their users,
 and hidden surfaces are unknown to them; the row "one picture with depth" gives Photosite no more than that. Mitsuba renders
 both surfaces in the window with its scalar thin lens; its time is scaled to the frame by the number of photosites, the scene's
@@ -24,17 +25,17 @@ from peers.slab_fft import slab_blur
 from rich.console import Console
 
 from simulator import load_shot
-from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
-from simulator.defocus import Defocus
-from simulator.defocus.accuracy import BRIGHT
 from simulator.device import open_device
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import expose
-from simulator.planner import Plan, measure, plan
-from simulator.readout import read_out
-from simulator.scene import Layer, Scene
-from simulator.sensor.camera import Window
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.error_laws import BRIGHT
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.simulate import expose
+from simulator.scene.scene import Layer, Scene
+from simulator.sensor.camera.camera import Window
+from simulator.sensor.readout import read_out
 
 SHOT = Path(__file__).parent.parent / "configs" / "shots" / "grey_ramp.yaml"
 RADII_PX = (2.0, 4.0, 8.0, 16.0, 32.0)

@@ -23,8 +23,8 @@ from rich.progress import Progress
 
 from data_gen.config import DataSet
 from data_gen.run import run
+from simulator.atomic_files import atomic_write
 from simulator.config import load_file
-from simulator.raw.files import atomic_write
 
 BATCH, PICTURES, WARM_UP, CHANNELS = 8, 48, 4, 16
 DRAWN = """\

@@ -1,4 +1,5 @@
-"""Noisy patches for denoisers: `simulator.capture` beside the ELD model in NumPy and PyTorch, all in one run, in turns.
+"""Noisy patches for denoisers: `simulator.sensor.frame_stack` beside the ELD model in NumPy and PyTorch, all in one run, in
+turns.
 
 A batch is 64 mosaics of 512 x 512 photosites, which are 4 x 256 x 256 when packed, cut from the pictures of sensor.py. All
 contestants get mean electrons as an array in memory and leave codes there. Peers make one patch after the other: whole in a
@@ -19,8 +20,8 @@ from peers import photosite
 from rich.console import Console
 from rich.progress import Progress
 
-from simulator.capture import FrameSetting, capture
 from simulator.device import DeviceInfo, devices, open_device
+from simulator.sensor.frame_stack import FrameSetting, capture
 from simulator.sensor.seeds import Seeds
 
 SIDE_PX, ACROSS = 512, 8  # of a patch; patches along a picture's ramp

@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.progress import track
 
 from simulator.device import Device, open_device
-from simulator.sensor.poisson_means import POISSON_SWITCH_E, PoissonMeans
+from simulator.sensor.stages.poisson_variants import POISSON_SWITCH_E, PoissonMeans
 
 MEANS = np.concatenate([[0.0], np.geomspace(1e-2, 1e6, 29)]).astype(np.float32)
 SIZE = 2**21

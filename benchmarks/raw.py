@@ -14,8 +14,8 @@ from pathlib import Path
 from measuring.contest import Contestant, contest
 
 from simulator import load_shot, simulate
-from simulator.raw.dng import dng_bytes, write_dng
-from simulator.raw.files import atomic_write
+from simulator.atomic_files import atomic_write
+from simulator.raw.dng.writer import dng_bytes, write_dng
 from simulator.raw.save import save
 
 SHOT = Path(__file__).parent.parent / "configs" / "shots" / "color_checker.yaml"

@@ -23,7 +23,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from simulator.device import devices, open_device
-from simulator.sensor import STAGES
+from simulator.sensor.stages.registry import STAGES
 
 # An example of every optional stage, to measure what it adds to the chain.
 EXAMPLES = {

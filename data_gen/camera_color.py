@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simulator.white_balance import SRGB_TO_XYZ
+from simulator.raw.white_balance import SRGB_TO_XYZ
 
 
 def camera_to_srgb(color_matrix: tuple[tuple[float, ...], ...] | None) -> np.ndarray:

@@ -9,8 +9,8 @@ from data_gen.chance import Chance
 from data_gen.noise_setting import NoiseSetting
 from data_gen.samplers import Choice, LogUniform, Normal, Sampler, Table, Uniform, check_weights, draw, ends, weighted
 from simulator.errors import require
-from simulator.fused import in_order
-from simulator.sensor.camera import Camera
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.kernel.kernel_program import in_order
 from simulator.units import Seconds
 
 

@@ -16,8 +16,8 @@ from data_gen.shards import read_summary
 from data_gen.sheet import histogram_figure, sample_figure
 from data_gen.snippets import snippet
 from data_gen.summary import merged
-from simulator.raw.files import atomic_write
-from simulator.validation.figures import write_figure
+from simulator.atomic_files import atomic_write
+from simulator.measurement.report.figures import write_figure
 
 CARD_JSON, CARD_TEXT, SAMPLES_PICTURE, HISTOGRAMS_PICTURE = "card.json", "card.md", "card_samples.png", "card_histograms.png"
 SHOWN_SAMPLES = 6

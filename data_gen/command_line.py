@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from simulator.command_line import main
 from simulator.command_line.app import app
+from simulator.command_line.main import main
 
 __all__ = ["dataset", "main"]
 

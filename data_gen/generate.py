@@ -11,9 +11,9 @@ from data_gen.pictures import open_collection
 from data_gen.recipe import Recipe, picture_name, recipe
 from data_gen.sample import Sample
 from data_gen.sources import CleanImage, Source
-from simulator.capture import FrameSetting, capture, moments
 from simulator.device import Device
 from simulator.errors import PhotositeError
+from simulator.sensor.frame_stack import FrameSetting, capture, moments
 from simulator.sensor.seeds import Seeds
 
 MOST_ATTEMPTS = 100  # pictures drawn for one sample before the collection counts as unusable

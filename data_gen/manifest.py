@@ -11,10 +11,10 @@ from pathlib import Path
 
 from data_gen.shards import RECORD, Shard, ShardRecord, finished, problem_of, record_path, remove_leftovers
 from data_gen.writers import WriterOptions
+from simulator.atomic_files import atomic_write
 from simulator.errors import PhotositeError
 from simulator.progress import Progress, Steps, silent
-from simulator.raw import software
-from simulator.raw.files import atomic_write
+from simulator.raw.software import software
 
 MANIFEST = "manifest.json"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.raw.picture import write_picture
+from simulator.raw.image_files import write_picture
 from simulator.scene.color_channels import srgb_to_linear
 
 SOURCE = "Middlebury Stereo 2014, Motorcycle (Scharstein et al., GCPR 2014), quarter size, left picture"

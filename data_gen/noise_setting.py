@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from simulator.fused import signal_steps, stage_moments, white_level_dn
-from simulator.sensor.camera import Camera
-from simulator.stage import Stage
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.kernel.kernel_program import signal_steps, stage_moments, white_level_dn
+from simulator.sensor.stages.stage import Stage
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from typing import Literal, get_args
 import numpy as np
 
 from simulator.errors import PhotositeError, require
-from simulator.raw_file import plane_places
-from simulator.sensor.cfa import CfaName
+from simulator.raw.raw_reader import plane_places
+from simulator.sensor.camera.cfa import CfaName
 
 Channels = Literal["mosaic", "rggb", "rgbg"]
 _ORDERS = {"rggb": ("R", "Gr", "Gb", "B"), "rgbg": ("R", "Gr", "B", "Gb")}

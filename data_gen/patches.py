@@ -11,7 +11,7 @@ import numpy as np
 
 from data_gen.sources import CleanImage
 from simulator.errors import PhotositeError
-from simulator.sensor.cfa import CfaName
+from simulator.sensor.camera.cfa import CfaName
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from data_gen.sources.shots import Shots
 from data_gen.sources.spectral_cubes import SpectralCubes
 from simulator.config import given_later
 from simulator.errors import PhotositeError
-from simulator.sensor.camera import Camera
+from simulator.sensor.camera.camera import Camera
 
 Pictures = Procedural | Photographs | LinearImages | SpectralCubes | RawFiles | Shots | DataSetSamples
 KINDS = get_args(Pictures)

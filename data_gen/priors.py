@@ -22,10 +22,10 @@ from data_gen.noise_setting import NoiseSetting
 from data_gen.prior_cameras import ELD, LED, PMN, LineCamera
 from data_gen.samplers import Normal, Sampler, Uniform, draw
 from simulator.errors import require
-from simulator.fused import in_order
-from simulator.sensor.camera import Camera
-from simulator.sensor.noise_model import noise_model_stages
-from simulator.stage import Stage
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.published_noise_model import noise_model_stages
+from simulator.sensor.kernel.kernel_program import in_order
+from simulator.sensor.stages.stage import Stage
 
 PriorName = Literal["unprocessing", "cycleisp", "eld", "pmn", "led"]
 

@@ -22,11 +22,11 @@ from data_gen.sources.check import check_sources
 from data_gen.sources.procedural import Procedural
 from data_gen.writers import writer
 from simulator import __version__
+from simulator.atomic_files import atomic_write
 from simulator.config import dump_yaml
 from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.progress import Progress, Steps, silent
-from simulator.raw.files import atomic_write
 
 CONFIGURATION = "dataset.yaml"
 SAMPLES = "samples"  # what progress is told of

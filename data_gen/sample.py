@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from simulator.sensor.cfa import CfaName
+from simulator.sensor.camera.cfa import CfaName
 
 Mode = Literal["single", "burst", "dark", "noise_only", "multi_exposure"]
 

@@ -15,8 +15,8 @@ from pathlib import Path
 from data_gen.sample import Sample
 from data_gen.summary import Summary
 from data_gen.writers import AS_IT_IS, Writer, WriterOptions
+from simulator.atomic_files import LEFTOVER, atomic_folder, atomic_write
 from simulator.errors import PhotositeError, require
-from simulator.raw.files import LEFTOVER, atomic_folder, atomic_write
 
 RECORD = ".record.json"
 

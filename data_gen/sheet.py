@@ -8,8 +8,8 @@ import numpy as np
 from data_gen.camera_color import camera_to_srgb
 from data_gen.packing import packed
 from data_gen.sample import Sample
-from simulator.development import srgb_encoded
-from simulator.validation.figures import MEASURED, new_figure
+from simulator.measurement.report.figures import MEASURED, new_figure
+from simulator.raw.development import srgb_encoded
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

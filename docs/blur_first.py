@@ -5,11 +5,11 @@ import math
 import numpy as np
 from scipy.signal import fftconvolve
 
-from simulator.defocus.aperture_image import aperture_weights
-from simulator.lens.perspective import AIRY_ZERO
-from simulator.lens.pupil import Pupil
-from simulator.lens_aberrations.aberrations import Aberrations
-from simulator.lens_aberrations.wavefront_psf import WavefrontPsf
+from simulator.optics.defocus.aperture_kernel import aperture_weights
+from simulator.optics.lens.perspective import AIRY_ZERO
+from simulator.optics.lens.wavefront import Aberrations
+from simulator.optics.psf.wavefront_psf import WavefrontPsf
+from simulator.optics.pupil.pupil import Pupil
 
 F_NUMBER, WAVELENGTH_UM = 8.0, 0.55
 CELLS = 6  # per Airy radius, which is the pitch of the photosites

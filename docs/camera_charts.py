@@ -7,8 +7,8 @@ import numpy as np
 from make_cameras import dynamic_range_stops
 from PIL import Image
 
-from simulator.raw.files import atomic_write
-from simulator.sensor.camera import Camera
+from simulator.atomic_files import atomic_write
+from simulator.sensor.camera.camera import Camera
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from simulator.color import camera_response, chart_reflectances, color_matrix
-from simulator.colour_data import colour_science
-from simulator.sensor.camera import Camera
-from simulator.spectra import WAVELENGTHS_NM, color_matching_functions, efficiency_on, illuminant
+from simulator.color.camera_matrices import camera_response, chart_reflectances, color_matrix
+from simulator.color.colour_science import colour_science
+from simulator.color.spectra import WAVELENGTHS_NM, color_matching_functions, efficiency_on, illuminant
+from simulator.sensor.camera.camera import Camera
 
 
 def matrix_errors(camera: Camera) -> tuple[float, float]:

@@ -10,19 +10,19 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 from scipy.signal import fftconvolve
 
+from simulator.atomic_files import atomic_write
 from simulator.config import load_camera, load_sweep
-from simulator.development import develop
-from simulator.distortion import Distortion
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.lens_aberrations.aberrations import Aberrations, ChromaticShift
-from simulator.lens_aberrations.sampling import Sampling
-from simulator.lens_aberrations.wavefront_psf import WavefrontPsf
-from simulator.measurement.slanted_edge import edge_transfer
-from simulator.pipeline import simulate
-from simulator.raw.files import atomic_write
+from simulator.exposure.settings import Exposure
+from simulator.measurement.statistics.slanted_edge import edge_transfer
+from simulator.optics.lens.distortion import Distortion
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.lens.wavefront import Aberrations, ChromaticShift
+from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.psf.wavefront_psf import WavefrontPsf
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.raw.development import develop
 from simulator.scene.image import ImageScene
-from simulator.shot import Shot
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402

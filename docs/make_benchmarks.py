@@ -96,7 +96,8 @@ PAIRS = """
 
 {title}. A patch is a mosaic of {size} photosites, cut from the pictures of the sensor
 benchmark; it goes from mean electrons in memory to codes in memory. Peers make one patch after the other, which a core's cache
-holds. "64 at once" is one call of `simulator.capture` for 64 patches, "1 at once" one call for each. Load {load:.1f} at the
+holds. "64 at once" is one call of `simulator.sensor.frame_stack` for 64 patches, "1 at once" one call
+for each. Load {load:.1f} at the
 end: above the number of cores, the times hold what other programs took, and PyTorch's threads lose more by it than others.
 
 ![Million photosites per second of Photosite and its peers, on patches](images/benchmarks/pairs.png)

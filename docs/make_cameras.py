@@ -11,9 +11,9 @@ from pathlib import Path
 from camera_colors import matrix_errors
 
 from simulator.config import camera_document, load_camera
-from simulator.config.layers import CONFIGS
-from simulator.sensor.camera import Camera
-from simulator.sensor.camera_sections import IsoSetting
+from simulator.config.document_merge import CONFIGS
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.camera_sections import IsoSetting
 
 DOCS = Path(__file__).resolve().parent
 PAGE, CHARTS = DOCS / "cameras.md", DOCS / "images" / "cameras"
@@ -168,7 +168,7 @@ def main() -> None:
     """Write the page and the charts."""
     from camera_charts import write_chart
 
-    from simulator.raw.files import atomic_write
+    from simulator.atomic_files import atomic_write
 
     CHARTS.mkdir(parents=True, exist_ok=True)
     with atomic_write(PAGE) as temporary:

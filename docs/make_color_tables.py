@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from simulator import develop, load_shot, simulate
-from simulator.color import color_matrix
-from simulator.color_correction import fit_color_correction
-from simulator.colour_data import colour_science
-from simulator.raw.dng import write_dng
-from simulator.sensor.camera_sections import SpectralResponse
+from simulator.color.camera_matrices import color_matrix
+from simulator.color.colour_science import colour_science
+from simulator.color.root_polynomials import fit_color_correction
+from simulator.raw.dng.writer import write_dng
+from simulator.sensor.camera.camera_sections import SpectralResponse
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "raw_files.md"

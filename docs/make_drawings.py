@@ -10,7 +10,7 @@ import numpy as np
 from data_gen.sources.drawings import DRAWINGS
 from data_gen.sources.procedural import Procedural
 from simulator.config import load_camera
-from simulator.development import srgb_encoded, write_image
+from simulator.raw.development import srgb_encoded, write_image
 
 SHEET = Path(__file__).resolve().parent / "images" / "drawings.jpg"
 SIDE_PX = 256

@@ -12,14 +12,16 @@ import matplotlib
 import numpy as np
 from PIL import Image
 
-from simulator.exposure import Exposure
-from simulator.lens import Aperture, RoundStop, ThinLens, Vignetting
-from simulator.lens.relative_illumination import irradiance_behind
-from simulator.pipeline import simulate
-from simulator.raw.files import atomic_write
-from simulator.scene import Scene
-from simulator.sensor.camera import Camera, IsoSetting, SpectralResponse
-from simulator.shot import Shot
+from simulator.atomic_files import atomic_write
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.relative_illumination import irradiance_behind
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.pupil.pupil import Aperture
+from simulator.optics.pupil.vignetting import RoundStop, Vignetting
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import Camera, IsoSetting, SpectralResponse
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402

@@ -18,7 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from data_gen.motorcycle import motorcycle_scene
 from simulator import PhotositeError, develop, load_shot, save, simulate
-from simulator.development import write_image
+from simulator.raw.development import write_image
 
 matplotlib.use("Agg")
 

@@ -17,9 +17,9 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
+from simulator.atomic_files import atomic_write
 from simulator.device import Device, open_device
 from simulator.errors import PhotositeError
-from simulator.raw.files import atomic_write
 
 BATCH, HELD_OUT_PAIRS, WATCHED = 8, 48, 12
 THREADS = 1  # two that wait for each other on busy cores take ten times as long

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 from denoiser_pairs import GAUSSIAN, GREY, OURS, PUBLISHED, Pairs
 
-from simulator.development import srgb_encoded, write_image
-from simulator.raw.files import atomic_write
-from simulator.validation.figures import new_figure
+from simulator.atomic_files import atomic_write
+from simulator.measurement.report.figures import new_figure
+from simulator.raw.development import srgb_encoded, write_image
 
 COLORS = {OURS: "#0b5fa5", PUBLISHED: "#333333", GAUSSIAN: "#d35400", GREY: "#b8860b"}
 SHOWN, LIGHTER = 4, 2.0  # pictures, and how much lighter they are shown than exposed

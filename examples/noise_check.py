@@ -17,10 +17,10 @@ from published_noise import SONY_A7S2
 from rich.console import Console
 from rich.progress import Progress
 
+from simulator.atomic_files import atomic_write
 from simulator.device import open_device
 from simulator.errors import PhotositeError
-from simulator.raw.files import atomic_write
-from simulator.validation.figures import iso_axis, new_figure
+from simulator.measurement.report.figures import iso_axis, new_figure
 
 DIVERGENCES = ("divergence, dark", "divergence, lit")
 PANELS = {

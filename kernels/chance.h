@@ -1,7 +1,7 @@
 // The chance of a photosite: normal numbers and random bits of the stages that many sensors have. This table says which random
 // words serve which stage. Philox (philox.h) makes four words a, b, c, d of the counter {first, second, 0, stream} and the key:
 // (frame_seed, 0) for a frame, (body_seed, 1) for a camera body. x, y: photosite on the sensor. STREAM_...: below; STEM_STREAM:
-// CRC-32 of the stage's stem (simulator/fused.py). A block at y / 2 serves both rows of a pair, the even and the odd one.
+// CRC-32 of the stage's stem (simulator/sensor/kernel/kernel_program.py). A block at y / 2 serves both rows of a pair, the even and the odd one.
 //
 //   stream                         key    first  second  words
 //   STREAM_FRAME                   frame  y / 2  x       a, d: shot noise, two normal numbers; b, d << 11: both read noises of

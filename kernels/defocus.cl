@@ -2,7 +2,7 @@
 // change from photosite to photosite. That mean is tabulated at nodes 1 / NODES_PER_PX apart in radius and interpolated:
 //   light(x) = sum over nodes n of node_weight(radius(x), n) * mean over the aperture's image of node n's radius
 // A node's mean is a sum of taps. Most read running sums down the columns, where the image's weights change from one row to the next
-// (simulator/defocus/aperture_image.py); small images are read from the samples themselves.
+// (simulator/optics/defocus/aperture_kernel.py); small images are read from the samples themselves.
 //
 // sampled: (planes, COLUMN_SETS, sample_rows, set_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1] times coverage, and with
 //          COVERAGE 1 one plane of coverage (0 to 1) after the CHANNELS colours; interleaved columns, a band with its margins.

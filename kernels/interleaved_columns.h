@@ -4,7 +4,7 @@
 // A plane (rows, columns) is therefore stored as COLUMN_SETS sets of columns, (COLUMN_SETS, rows, set_columns):
 //   sample [row][column] stands at [column % COLUMN_SETS][row][column / COLUMN_SETS]
 // so that photosites of one colour in a row read adjacent floats at any one offset, which compilers turn into vector loads.
-// simulator/interleaved_columns.py encodes and decodes the same layout on the host.
+// simulator/optics/geometry/interleaved_columns.py encodes and decodes the same layout on the host.
 //
 // The host defines OVER, samples per photosite and axis (1, 2 or 4), and SPAN, photosites of one row and colour that a work-item
 // computes in its innermost loop: 64 on CPUs, whose compilers vectorise that loop, 1 on GPUs.

@@ -43,7 +43,7 @@ INLINE uint place_bits(const uint x, const uint y) {
 }
 
 #if STOPS
-// Whether a ray through (y, x) of the pupil [pupil radii] passes every stop (simulator/lens/pupil.py). stops: (STOPS, 2) float32,
+// Whether a ray through (y, x) of the pupil [pupil radii] passes every stop (simulator/optics/pupil/pupil.py). stops: (STOPS, 2) float32,
 // radius, and shift per tangent of the field angle, both [pupil radii]. field_y, field_x: tangents at the ray's place on the sensor.
 INLINE bool passes(global const float *stops, const float y, const float x, const float field_y, const float field_x) {
     bool through = true;

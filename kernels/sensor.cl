@@ -7,7 +7,7 @@
 //             other; x and y of that corner on the sensor [px]: random numbers belong to photosites, not to frames; and the
 //             frame that it is a part of. One work-group per pair of rows of a tile.
 // seeds:      (frames, 2) uint32: frame seed and body seed.
-// numbers:    (frames, NUMBERS) float32; the host defines a macro STEM_FIELD for each number (see simulator/fused.py).
+// numbers:    (frames, NUMBERS) float32; the host defines a macro STEM_FIELD for each number (see simulator/sensor/kernel/kernel_program.py).
 // The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. ROWS, PART: see chance.h and below.
 #include "chance.h"
 #include "irradiance.h"

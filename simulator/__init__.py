@@ -4,8 +4,8 @@
     >>> raw = simulate(load_shot("color_checker", ["exposure.iso=400"]))
 
 Names are imported when they are first used, so that importing the package costs nothing. `__init__.pyi` is their only list: a
-line `from simulator.pipeline import simulate as simulate` there makes `simulate` a name of the package, for type checkers, who
-read nothing else, as for programs (as Scientific Python's SPEC 1 does it).
+line `from simulator.pipeline.simulate import simulate as simulate` there makes `simulate` a name of the package, for type
+checkers, who read nothing else, as for programs (as Scientific Python's SPEC 1 does it).
 """
 
 import importlib

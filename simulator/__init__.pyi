@@ -5,13 +5,13 @@ from simulator.config import load_shot as load_shot
 from simulator.config import load_sweep as load_sweep
 from simulator.config import schema as schema
 from simulator.config import shot_warnings as shot_warnings
-from simulator.development import develop as develop
 from simulator.errors import PhotositeError as PhotositeError
-from simulator.frame import Raw as Raw
-from simulator.pipeline import simulate as simulate
+from simulator.pipeline.shot import Shot as Shot
+from simulator.pipeline.simulate import simulate as simulate
+from simulator.raw.development import develop as develop
+from simulator.raw.raw_image import Raw as Raw
 from simulator.raw.save import save as save
-from simulator.resimulation import resimulate as resimulate
-from simulator.shot import Shot as Shot
+from simulator.studies.resimulation import resimulate as resimulate
 
 __version__: str
 

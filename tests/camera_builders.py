@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from simulator.sensor import STAGES
-from simulator.sensor.camera import Camera, IsoSetting, SpectralResponse
-from simulator.stage import Stage
+from simulator.sensor.camera.camera import Camera, IsoSetting, SpectralResponse
+from simulator.sensor.stages.registry import STAGES
+from simulator.sensor.stages.stage import Stage
 
 STAGE_NUMBERS = {  # of every stage that a camera file can switch on, all with an effect
     "banding": (2.0, 30.0),

@@ -7,9 +7,9 @@ import zlib
 
 import numpy as np
 
-from simulator.capture import FrameSetting, capture
 from simulator.device import open_device
-from simulator.sensor.noise_model import noise_model_stages
+from simulator.sensor.camera.published_noise_model import noise_model_stages
+from simulator.sensor.frame_stack import FrameSetting, capture
 from simulator.sensor.seeds import Seeds
 
 

@@ -2,7 +2,7 @@
 
 import struct
 
-from simulator.raw import tiff
+from simulator.raw.dng import tiff
 
 SUB_IFDS = 330
 ENTRY_BYTES = 12
@@ -12,7 +12,7 @@ STRIPES = {33422: tiff.byte(0, 1, 2, 1)}  # CFAPattern: R G above B G, no Bayer 
 def with_tags(content: bytes, changes: dict, without=(), *, raw_directory=True) -> bytes:
     """A little-endian DNG with a new directory at its end: of the mosaic, or IFD 0.
 
-    changes: tag -> `simulator.raw.tiff.Field`. without: tags to leave out. The old directory stays, unreferenced.
+    changes: tag -> `simulator.raw.dng.tiff.Field`. without: tags to leave out. The old directory stays, unreferenced.
     """
     place = _pointer(content, 4, SUB_IFDS) if raw_directory else 4
     entries = {code: entry for code, entry in _entries(content, place).items() if code not in without}

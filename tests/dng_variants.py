@@ -6,8 +6,8 @@ import numpy as np
 from flat_patches import patch_frame
 from raw_frame import random_frame
 
-from simulator.frame import Raw
-from simulator.raw_format import RawFormat
+from simulator.raw.raw_format import RawFormat
+from simulator.raw.raw_image import Raw
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG", "MONO")
 DEPTHS = (8, 10, 12, 14, 16)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from raw_frame import COLOR_MATRIX, random_frame
 
-from simulator.frame import Raw
+from simulator.raw.raw_image import Raw
 
 # IEC 61966-2-1: linear sRGB to XYZ, white D65.
 SRGB_TO_XYZ = np.array(

@@ -5,10 +5,10 @@ import math
 import numpy as np
 from scene_builders import band_scene
 
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 
 EXPOSURE = Exposure(0.01)
 GREEN_UM = 0.55

@@ -5,11 +5,11 @@ import copy
 import numpy as np
 
 from simulator.device import Device, expanded
-from simulator.sensing import FrameSetting, Part, sense
-from simulator.sensor.adc import Adc
-from simulator.sensor.analog_gain import AnalogGain
+from simulator.sensor.kernel.kernel_launch import FrameSetting, Part, sense
 from simulator.sensor.seeds import Seeds
-from simulator.stage import Stage
+from simulator.sensor.stages.adc import Adc
+from simulator.sensor.stages.analog_gain import AnalogGain
+from simulator.sensor.stages.stage import Stage
 
 
 def device_like(device: Device, **settings) -> Device:

@@ -7,15 +7,15 @@ from camera_builders import small_camera
 from lens_truths import Case
 from scene_builders import FixedScene
 
-from simulator.defocus.accuracy import Accuracy
 from simulator.device import open_device
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import expose
-from simulator.planner import Plan, measure, plan
-from simulator.scene import Layer, Scene
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.error_laws import Accuracy
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import expose
 from simulator.scene.electron_radiance import electron_radiance_weights
-from simulator.shot import Shot
+from simulator.scene.scene import Layer, Scene
 
 LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
 PX_PER_DIOPTRE = float(LENS.blur_radius_um(np.inf) - LENS.blur_radius_um(1.0)) / 5.0  # of small_camera's photosites

@@ -7,7 +7,7 @@ import numpy as np
 from raw_frame import random_frame
 from scipy import stats
 
-from simulator.raw.dng import write_dng
+from simulator.raw.dng.writer import write_dng
 
 
 @dataclass(frozen=True)

@@ -6,19 +6,21 @@ import numpy as np
 from camera_builders import every_stage, small_camera
 from scene_builders import band_scene
 
-from simulator.blur.lens_height_field import sample_height_field
-from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
-from simulator.defocus.cats_eyes import CatsEyes
 from simulator.device import devices, open_device
-from simulator.exposure import Exposure
-from simulator.lens import Pupil, PupilStop, RoundStop, ThinLens, Vignetting
-from simulator.pipeline import simulate
-from simulator.scene import Layer
-from simulator.sensor.binning import Binning
-from simulator.sensor.camera import IsoSetting, Window
-from simulator.sensor.crosstalk import Crosstalk
-from simulator.sensor.optical_black import OpticalBlack
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.field_pupil import CatsEyes
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.pupil.pupil import Pupil, PupilStop
+from simulator.optics.pupil.vignetting import RoundStop, Vignetting
+from simulator.optics.ray_reference.height_field_rays import sample_height_field
+from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.scene.scene import Layer
+from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.camera import IsoSetting, Window
+from simulator.sensor.camera.crosstalk import Crosstalk
+from simulator.sensor.camera.optical_black import OpticalBlack
 
 
 def run(case: str) -> None:

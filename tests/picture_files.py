@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 
-from simulator.raw.picture import write_picture
+from simulator.raw.image_files import write_picture
 
 
 def put(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes) -> Path:

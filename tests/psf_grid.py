@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.psf_convolution import MOST_SPECTRA, TILE_PX, Spectra, gathered, source_of, tiles_of
+from simulator.optics.psf.tiled_convolution import MOST_SPECTRA, TILE_PX, Spectra, gathered, source_of, tiles_of
 
 
 @dataclass(frozen=True)

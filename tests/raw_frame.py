@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simulator.frame import Raw
+from simulator.raw.raw_image import Raw
 
 # Nikon D850 under D65 as Adobe's converter publishes it, in 1/10000 (LibRaw colordata.cpp).
 COLOR_MATRIX = np.array([[1.0405, -0.3755, -0.1270], [-0.5461, 1.3787, 0.1793], [-0.1040, 0.2015, 0.6785]])

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from simulator.scene import Scene
+from simulator.scene.scene import Scene
 
 
 class FixedScene:

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from scene_builders import band_scene
 from scipy import stats
 
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.sensor import STAGES
-from simulator.sensor.camera import IsoSetting
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.sensor.camera.camera import IsoSetting
 from simulator.sensor.seeds import Seeds
-from simulator.shot import Shot
+from simulator.sensor.stages.registry import STAGES
 
 WIDTH, HEIGHT = 40, 30
 LENS = ThinLens(50.0, 8.0, cos4=False)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from simulator.errors import PhotositeError
-from simulator.sensor.adc import Adc
-from simulator.stage import Moments
+from simulator.sensor.stages.adc import Adc
+from simulator.sensor.stages.stage import Moments
 
 
 @pytest.mark.parametrize("bits", range(8, 17))

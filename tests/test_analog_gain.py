@@ -5,9 +5,9 @@ import pytest
 from randomness import accept, mean_p, variance_p
 
 from simulator.errors import PhotositeError
-from simulator.sensor.analog_gain import AnalogGain
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.stage import Moments
+from simulator.sensor.stages.analog_gain import AnalogGain
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.stage import Moments
 
 
 def test_codes_are_gain_times_electrons(bench):

@@ -7,102 +7,240 @@ from pathlib import Path
 
 import pytest
 
+from simulator import homes_of
 from simulator.device import KERNELS
-from simulator.fused import stage_order
-from simulator.sensor import FUSED
+from simulator.sensor.kernel.kernel_program import stage_order
+from simulator.sensor.stages.registry import FUSED
 
 ROOT = Path(__file__).parent.parent
 TESTS = ROOT / "tests"
+HOUSES = ("simulator",)
 
-# Left may not import right. A package stands for all its modules; the facade simulator/__init__.py imports nothing at the top.
-ORDER = [
-    {"errors", "units", "colour_data", "progress"},
-    {"raw_format", "stage", "input_files", "step"},
-    {"device", "stopwatch"},
-    {"spectra", "color", "color_correction", "lens_aberrations", "distortion"},
-    {"sensor", "exposure", "scene", "fused", "tiles", "layout", "code_variance"},
-    {"sensing"},
-    {"noise_free", "sensor_plan"},
-    {"capture", "readout"},
-    {"lens", "projection", "camera_planes", "psf_convolution", "interleaved_columns"},
-    {"defocus", "point_spread", "veiling_glare"},
-    {"optics_plan"},
-    {"blur", "tile_plan"},
-    {"spreading"},
-    {"shot", "frame"},
-    {"psf_steps", "plan_steps", "passes"},
-    {"planner"},
-    {"grey_patch", "noise_budget", "sensitivity", "truth_maps", "frame_metadata"},
-    {"pipeline"},
-    {"config", "raw", "raw_file", "white_balance", "development", "resimulation"},
-    {"measurement"},
-    {"validation"},
-    {"calibration"},
-    {"command_line"},
-    {"data_gen"},
-]
+# What stands in a folder, from top to bottom: each may import what stands below it. A folder without a line here has no
+# folders inside, and its files may import each other, though not in a circle.
+ORDER = {
+    "": ("data_gen", "simulator"),
+    "simulator": (
+        "__main__",
+        "command_line",
+        "studies",
+        "measurement",
+        "config",
+        "pipeline",
+        "raw",
+        "optics",
+        "exposure",
+        "scene",
+        "sensor",
+        "color",
+        "progress",
+        "device",
+        "atomic_files",
+        "units",
+        "errors",
+        "__init__",
+    ),
+    "simulator/measurement": ("emva1288", "noise_check", "calibration", "report", "statistics"),
+    "simulator/pipeline": (
+        "simulate",
+        "frame_metadata",
+        "truth_maps",
+        "explain",
+        "planner",
+        "plan_steps",
+        "psf_steps",
+        "step",
+        "passes",
+        "stopwatch",
+        "input_files",
+        "shot",
+    ),
+    "simulator/raw": (
+        "save",
+        "development",
+        "truth_exr",
+        "dng",
+        "image_files",
+        "raw_reader",
+        "raw_image",
+        "white_balance",
+        "raw_format",
+        "canonical_json",
+        "software",
+    ),
+    "simulator/optics": (
+        "passes",
+        "optics_plan",
+        "ray_reference",
+        "psf",
+        "defocus",
+        "veiling_glare",
+        "geometry",
+        "lens",
+        "pupil",
+    ),
+    "simulator/sensor": (
+        "frame_stack",
+        "iso_speed",
+        "readout",
+        "sensor_plan",
+        "code_variance",
+        "kernel",
+        "camera",
+        "stages",
+        "seeds",
+    ),
+    "data_gen": (
+        "__main__",
+        "command_line",
+        "dataset_command",
+        "torch",
+        "run",
+        "report",
+        "generate",
+        "recipe",
+        "sources",
+        "storage",
+        "samples",
+    ),
+    "data_gen/storage": ("reading", "manifest", "shards", "summary", "writers"),
+}
+# Packages that only these rooms or files may import.
 ONLY = {
-    "colour": {"colour_data"},
-    "pyopencl": {"device"},
-    "yaml": {"config"},
-    "rawpy": {"development", "raw_file", "white_balance"},
-    "typer": {"command_line", "data_gen"},
-    "torch": {"data_gen"},
+    "colour": ("simulator/color/colour_science",),
+    "pyopencl": ("simulator/device",),
+    "yaml": ("simulator/config",),
+    "rawpy": ("simulator/raw",),
+    "typer": ("simulator/command_line", "data_gen"),
+    "torch": ("data_gen/torch",),
 }
 
+SOURCES = [path for house in HOUSES for path in sorted((ROOT / house).rglob("*.py"))]
 
-def room(path: Path) -> str:
-    """Name in ORDER of a source file."""
-    parts = path.relative_to(ROOT).with_suffix("").parts
-    return "data_gen" if parts[0] == "data_gen" else parts[1]
+
+def place(path: Path) -> str:
+    """Path of a source file below the top of the tree, without its suffix."""
+    return path.relative_to(ROOT).with_suffix("").as_posix()
+
+
+PLACES = {place(path): path for path in SOURCES}
+
+
+def file_of(dotted: str) -> str | None:
+    """Place of a module or of a package's __init__; None where there is none."""
+    name = dotted.replace(".", "/")
+    return next((found for found in (name, f"{name}/__init__") if found in PLACES), None)
+
+
+HOMES = homes_of(str(ROOT / "simulator" / "__init__.py"))  # of names that are imported when they are first used
 
 
 def imports(path: Path) -> set[str]:
-    """Dotted names of everything a file imports, also inside functions."""
+    """Dotted names of everything a file imports, also inside functions: modules, and names of modules."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{place(path)}:{node.lineno}: a relative import"
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
     return found
 
 
-SOURCES = [p for folder in ("simulator", "data_gen") for p in sorted((ROOT / folder).rglob("*.py"))]
-ROOMS = [path for path in SOURCES if path not in (ROOT / "simulator/__init__.py", ROOT / "simulator/__main__.py")]
-
-
-def level(name: str) -> int:
-    return next(index for index, rooms in enumerate(ORDER) if name in rooms)
-
-
-@pytest.mark.parametrize("path", ROOMS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_imports_run_one_way(path):
-    own = level(room(path))
+def imported_files(path: Path) -> set[str]:
+    """Places of our files that a file imports."""
+    found = set()
     for name in imports(path):
-        parts = name.split(".")
-        if parts[0] == "data_gen":
-            assert own == level("data_gen"), f"{name} lies to the right"
-        if parts[0] == "simulator" and len(parts) > 1 and parts[1] in set().union(*ORDER):
-            assert level(parts[1]) <= own, f"{name} lies to the right"
-        if parts[0] in ONLY:
-            assert room(path) in ONLY[parts[0]], f"{name} belongs to {ONLY[parts[0]]}"
+        module, _, last = name.rpartition(".")
+        if module == "simulator" and last in HOMES:
+            module, name = HOMES[last], HOMES[last]
+        found.add(file_of(name) or file_of(module))
+    return found - {None, place(path)}
+
+
+ARROWS = {name: imported_files(path) for name, path in PLACES.items()}
+
+
+def rank(folder: str, name: str) -> int:
+    """Where a file or folder stands in a folder's order, 0 on top; a package's __init__ stands on top of what it holds."""
+    order = ORDER[folder]
+    return -1 if name == "__init__" and name not in order else order.index(name)
+
+
+def runs_up(one: str, other: str) -> bool:
+    """Whether an import of `other` by `one` runs upwards in the folder where their ways part."""
+    own, its = one.split("/"), other.split("/")
+    shared = next(index for index, (a, b) in enumerate(zip(own, its, strict=False)) if a != b)
+    folder = "/".join(own[:shared])
+    return folder in ORDER and rank(folder, its[shared]) <= rank(folder, own[shared])
+
+
+@pytest.mark.parametrize("name", sorted(PLACES))
+def test_imports_run_one_way(name):
+    assert [other for other in sorted(ARROWS[name]) if runs_up(name, other)] == []
+
+
+def test_no_file_imports_itself_through_others():
+    left = {name: set(others) for name, others in ARROWS.items()}
+    while ends := {name for name, others in left.items() if not others}:
+        left = {name: others - ends for name, others in left.items() if name not in ends}
+    assert sorted(left) == []  # circles, and what stands above them
+
+
+@pytest.mark.parametrize("name", sorted(PLACES))
+def test_packages_stay_in_their_rooms(name):
+    for imported in imports(PLACES[name]):
+        allowed = ONLY.get(imported.partition(".")[0], (name,))
+        assert any(f"{name}/".startswith(f"{room}/") for room in allowed), f"{imported} belongs to {allowed}"
 
 
 def test_only_one_module_needs_pytorch_and_nobody_imports_it():
-    assert [path.name for path in ROOMS if {"torch", "data_gen.torch"} & imports(path)] == ["torch.py"]
+    assert [name for name, others in ARROWS.items() if "data_gen/torch" in others] == []
+    assert [name for name, path in PLACES.items() if any(n.partition(".")[0] == "torch" for n in imports(path))] in (
+        [],
+        ["data_gen/torch"],
+    )
 
 
-def test_every_room_has_its_place():
-    assert {room(path) for path in ROOMS} == set().union(*ORDER)
+def inside(folder: str) -> set[str]:
+    """Names of the files and folders of Python in a folder."""
+    start = f"{folder}/" if folder else ""
+    return {name.removeprefix(start).split("/")[0] for name in PLACES if name.startswith(start)}
+
+
+def test_every_room_and_file_has_its_place():
+    for folder, order in ORDER.items():
+        if folder.split("/")[0] in ("", *HOUSES):
+            expected = (set(order) & set(HOUSES)) if folder == "" else set(order) | {"__init__"}
+            assert inside(folder) == expected, folder
+    parents = {"/".join(name.split("/")[:-2]) for name in PLACES if name.count("/") > 1}
+    assert parents <= set(ORDER), "a folder that holds folders needs an order"
+
+
+def test_the_simulator_has_few_doors():
+    names = inside("simulator") - {"__init__", "__main__"}
+    folders = {name for name in names if (ROOT / "simulator" / name).is_dir()}
+    assert len(folders) <= 12
+    assert len(names - folders) <= 5
+
+
+@pytest.mark.parametrize("name", sorted(name for name in PLACES if name.endswith("/__init__") and name != "simulator/__init__"))
+def test_a_package_only_hands_on(name):
+    for node in ast.parse(PLACES[name].read_text(encoding="utf-8")).body:
+        docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        names = isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"
+        assert docstring or names or isinstance(node, ast.Import | ast.ImportFrom), f"{name}:{node.lineno}"
+
+
+def has_one_test(stem: str) -> bool:
+    return len(list(TESTS.rglob(f"test_{stem}.py"))) == 1
 
 
 @pytest.mark.parametrize("stem", sorted(FUSED))
 def test_a_stage_has_header_module_test_and_line(stem):
     assert (KERNELS / f"{stem}.h").is_file()
-    assert (TESTS / f"test_{stem}.py").is_file()
-    module = FUSED[stem].__module__.split(".")
-    assert module[-1] == stem
+    assert has_one_test(stem)
+    assert FUSED[stem].__module__ == f"simulator.sensor.stages.{stem}"
     assert stem in stage_order()
     page = (KERNELS / "sensor.cl").read_text(encoding="utf-8")
     assert f'#include "{stem}.h"' in page
@@ -136,14 +274,14 @@ def compared_with_a_literal(path: Path) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize("path", [p for p in ROOMS if "sensor" not in p.parts], ids=lambda path: str(path.relative_to(ROOT)))
-def test_what_a_stage_is_like_is_declared_by_the_stage_not_asked_by_its_name(path):
-    assert not compared_with_a_literal(path)
+@pytest.mark.parametrize("name", sorted(name for name in PLACES if not name.startswith("simulator/sensor/")))
+def test_what_a_stage_is_like_is_declared_by_the_stage_not_asked_by_its_name(name):
+    assert not compared_with_a_literal(PLACES[name])
 
 
 @pytest.mark.parametrize("path", sorted(KERNELS.glob("*.cl")), ids=lambda path: path.name)
 def test_a_pass_has_a_test_and_says_what_its_buffers_are(path):
-    assert (TESTS / f"test_{path.stem}.py").is_file()
+    assert has_one_test(path.stem)
     text = path.read_text(encoding="utf-8")
     header = "".join(line for line in text.splitlines(keepends=True) if line.startswith("//"))
     for arguments in re.findall(r"kernel void \w+\(([^)]*)\)", text):

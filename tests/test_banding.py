@@ -6,8 +6,8 @@ from randomness import accept
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.sensor.banding import Banding
-from simulator.stage import Moments
+from simulator.sensor.stages.banding import Banding
+from simulator.sensor.stages.stage import Moments
 
 
 @pytest.mark.parametrize("period", [2.0, 17.3, 400.0])

@@ -15,8 +15,8 @@ from peers.mitsuba_lens import MitsubaLens
 from randomness import accept
 from scipy import stats
 
-from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
-from simulator.sensor.camera import Window
+from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.sensor.camera.camera import Window
 
 PICTURE = ramp(0.5, 5.0, 1e3)
 

@@ -9,16 +9,16 @@ from randomness import accept, mean_p, variance_p
 from scene_builders import band_scene
 
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.planner import plan
-from simulator.sensor.binning import Binning
-from simulator.sensor.camera import IsoSetting, Window
-from simulator.sensor.crosstalk import Crosstalk
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.camera import IsoSetting, Window
+from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.seeds import Seeds
-from simulator.shot import Shot
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 
 LENS = ThinLens(50.0, 8.0, cos4=False)
 NOISY = {"photon_shot_noise": PhotonShotNoise()}

@@ -10,10 +10,10 @@ from randomness import accept, correlation_p, mean_p, variance_p
 from scipy import stats
 
 from simulator.device import devices, open_device
-from simulator.sensor import STAGES
-from simulator.sensor.adc import Adc
-from simulator.sensor.analog_gain import AnalogGain
-from simulator.stage import Moments
+from simulator.sensor.stages.adc import Adc
+from simulator.sensor.stages.analog_gain import AnalogGain
+from simulator.sensor.stages.registry import STAGES
+from simulator.sensor.stages.stage import Moments
 
 SHAPE = (300, 400)
 BLACK = 1000.0

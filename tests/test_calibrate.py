@@ -9,17 +9,17 @@ from numpy_body import NumpyBody
 from randomness import accept
 from scipy import stats
 
-from simulator.calibration.assumption import assumed_numbers
-from simulator.calibration.camera_measurement import Calibration, measure_camera
-from simulator.calibration.camera_text import camera_document
-from simulator.calibration.checks import problems
-from simulator.calibration.frames import by_iso, raw_files, read_frames
-from simulator.calibration.plots import calibration_figure
-from simulator.command_line import main
+from simulator.command_line.main import main
 from simulator.config import dump_yaml, load_shot
-from simulator.config.layers import CONFIGS
+from simulator.config.document_merge import CONFIGS
 from simulator.errors import PhotositeError
-from simulator.validation.flat_frames import FlatBench, bench_camera, white_light
+from simulator.measurement.calibration.assumed_numbers import assumed_numbers
+from simulator.measurement.calibration.camera_measurement import Calibration, measure_camera
+from simulator.measurement.calibration.camera_yaml import camera_document
+from simulator.measurement.calibration.frame_checks import problems
+from simulator.measurement.calibration.frame_sorting import by_iso, raw_files, read_frames
+from simulator.measurement.calibration.plots import calibration_figure
+from simulator.measurement.noise_check.flat_bench import FlatBench, bench_camera, white_light
 
 FLAT = CONFIGS / "shots" / "flat_field.yaml"
 

@@ -10,14 +10,14 @@ from camera_builders import small_camera
 from scene_builders import band_scene
 
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.sensor.camera import IsoSetting, SpectralResponse, Window
-from simulator.sensor.dark_current import DarkCurrent
-from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.sensor.camera.camera import IsoSetting, SpectralResponse, Window
 from simulator.sensor.seeds import Seeds
-from simulator.shot import Shot
-from simulator.stage import FromShot, Stage, fields_from_shot
+from simulator.sensor.stages.dark_current import DarkCurrent
+from simulator.sensor.stages.read_noise_before_gain import ReadNoiseBeforeGain
+from simulator.sensor.stages.stage import FromShot, Stage, fields_from_shot
 
 GRID = np.arange(400.0, 701.0, 10.0)
 

@@ -11,13 +11,13 @@ from scene_builders import FixedScene, band_scene
 from scipy.stats import tukeylambda
 
 from simulator.config import load_camera, load_shot
-from simulator.config.layers import CONFIGS
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.raw.dng import write_dng
-from simulator.sensor.camera_sections import Window
-from simulator.shot import Shot
+from simulator.config.document_merge import CONFIGS
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.raw.dng.writer import write_dng
+from simulator.sensor.camera.camera_sections import Window
 
 
 def photograph(camera, iso: int, radiance: float):

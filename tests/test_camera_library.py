@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from simulator.color.spectra import WAVELENGTHS_NM, efficiency_on, illuminant, luminance_cd_m2, photons_per_joule
 from simulator.config import camera_document, load_camera, load_shot
-from simulator.config.layers import CONFIGS
+from simulator.config.document_merge import CONFIGS
 from simulator.errors import PhotositeError
-from simulator.spectra import WAVELENGTHS_NM, efficiency_on, illuminant, luminance_cd_m2, photons_per_joule
-from simulator.stage import Moments
+from simulator.sensor.stages.stage import Moments
 
 SHARED = Path(__file__).parent.parent.parent / "shared"  # beside the checkout, where there is one
 CURVES, COLLECTED = SHARED / "data" / "spectral_sensitivity", SHARED / "facts" / "camera_facts.json"

@@ -7,12 +7,12 @@ import pytest
 from camera_builders import small_camera
 from scene_builders import FixedScene
 
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import expose
-from simulator.planner import measure, plan
-from simulator.scene import Scene
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import expose
+from simulator.scene.scene import Scene
 
 
 @pytest.mark.parametrize(("bands", "cfa"), [(1, "MONO"), (3, "RGGB"), (31, "GRBG"), (81, "MONO")])

@@ -11,22 +11,22 @@ from randomness import accept, mean_p, variance_p
 from scene_builders import band_scene
 from scipy import stats
 
-from simulator.capture import FrameSetting, capture, moments
 from simulator.device import devices, open_device
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.sensor.adc import Adc
-from simulator.sensor.analog_gain import AnalogGain
-from simulator.sensor.camera import IsoSetting, Window
-from simulator.sensor.full_well import FullWell
-from simulator.sensor.irradiance import Irradiance
-from simulator.sensor.noise_model import noise_model_stages
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.sensor.prnu import Prnu
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.sensor.camera.camera import IsoSetting, Window
+from simulator.sensor.camera.published_noise_model import noise_model_stages
+from simulator.sensor.frame_stack import FrameSetting, capture, moments
 from simulator.sensor.seeds import Seeds
-from simulator.shot import Shot
+from simulator.sensor.stages.adc import Adc
+from simulator.sensor.stages.analog_gain import AnalogGain
+from simulator.sensor.stages.full_well import FullWell
+from simulator.sensor.stages.irradiance import Irradiance
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.prnu import Prnu
 
 LEVELS = {"bit_depth": 14, "black_level_dn": 512.0}
 RANDOM = np.random.default_rng(11)

@@ -9,20 +9,21 @@ from camera_builders import small_camera
 from lens_error import statistics, z_scores
 from scene_builders import FixedScene, band_scene
 
-from simulator.blur.lens_height_field import sample_height_field
-from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
-from simulator.defocus.aperture_image import disk_weights
-from simulator.defocus.cats_eyes import MOST_MOVED, plan_cats_eyes
-from simulator.defocus.shape_areas import shape_weights
-from simulator.exposure import Exposure
-from simulator.lens import Aperture, RoundStop, ThinLens, Vignetting
-from simulator.lens.convex_area import Disk, intersection_area
-from simulator.lens.pupil import Pupil, PupilStop
-from simulator.pipeline import expose, simulate
-from simulator.planner import measure, plan
-from simulator.scene import Layer
-from simulator.sensor.camera import Window
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.aperture_kernel import disk_weights
+from simulator.optics.defocus.clipped_kernel import shape_weights
+from simulator.optics.defocus.field_pupil import MOST_MOVED, plan_cats_eyes
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.pupil.convex_area import Disk, intersection_area
+from simulator.optics.pupil.pupil import Aperture, Pupil, PupilStop
+from simulator.optics.pupil.vignetting import RoundStop, Vignetting
+from simulator.optics.ray_reference.height_field_rays import sample_height_field
+from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import expose, simulate
+from simulator.scene.scene import Layer
+from simulator.sensor.camera.camera import Window
 
 RIMS = Vignetting(RoundStop(30.0, 44.0), RoundStop(20.0, 26.0))
 CLOSE = ThinLens(50.0, 1.4, 0.4, vignetting=RIMS, cos4=False)  # its blur circles are large

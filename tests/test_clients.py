@@ -18,9 +18,9 @@ from flat_patches import SRGB_TO_XYZ, patch_means
 from fresh_reader import libraw_codes
 from raw_frame import COLOR_MATRIX
 
-from simulator.development import develop, srgb_encoded
-from simulator.raw.areas import masked_areas
-from simulator.raw.dng import write_dng
+from simulator.raw.development import develop, srgb_encoded
+from simulator.raw.dng.areas import masked_areas
+from simulator.raw.dng.writer import write_dng
 
 pytestmark = pytest.mark.clients
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import yaml
 
-from simulator.color import as_shot_neutral, color_matrix, forward_matrix
+from simulator.color.camera_matrices import as_shot_neutral, color_matrix, forward_matrix
+from simulator.color.spectra import WAVELENGTHS_NM, color_matching_functions, illuminant
 from simulator.errors import PhotositeError
-from simulator.spectra import WAVELENGTHS_NM, color_matching_functions, illuminant
 
 A7S2 = Path(__file__).parent.parent / "configs" / "responses" / "sony_a7s2.yaml"
 

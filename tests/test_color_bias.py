@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from simulator.errors import PhotositeError
-from simulator.sensor.color_bias import ColorBias
-from simulator.stage import Moments
+from simulator.sensor.stages.color_bias import ColorBias
+from simulator.sensor.stages.stage import Moments
 
 OFFSETS = (1.0, -2.0, 3.0, 40.0)
 

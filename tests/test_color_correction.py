@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from simulator import load_camera
-from simulator.color_correction import fit_color_correction
-from simulator.colour_data import colour_science
+from simulator.color.colour_science import colour_science
+from simulator.color.root_polynomials import fit_color_correction
 
 DOCS = Path(__file__).parent.parent / "docs"
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from simulator import develop, load_shot, simulate
-from simulator.colour_data import colour_science
-from simulator.sensor.camera import IsoSetting
+from simulator.color.colour_science import colour_science
+from simulator.sensor.camera.camera import IsoSetting
 
 SHOT = "configs/shots/color_checker.yaml"
 NOISE_FREE = [

@@ -10,11 +10,11 @@ import rawpy
 from raw_frame import COLOR_MATRIX, random_frame
 
 import simulator
-from simulator.config.layers import CONFIGS
+from simulator.config.document_merge import CONFIGS
 from simulator.errors import PhotositeError
-from simulator.raw.color_tags import color_tags
-from simulator.raw.dng import dng_bytes, write_dng
-from simulator.raw.tags import Tag
+from simulator.raw.dng.color_tags import color_tags
+from simulator.raw.dng.tags import Tag
+from simulator.raw.dng.writer import dng_bytes, write_dng
 
 MATRIX_A = COLOR_MATRIX @ np.diag([1.3, 1.0, 0.6])  # of no camera; far enough from D65's to be noticed
 FORWARD_A, FORWARD_D65 = np.eye(3) + 0.01, np.eye(3) - 0.02

@@ -6,8 +6,8 @@ from randomness import accept, correlation_p, mean_p, variance_p
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.sensor.column_offset import ColumnOffset
-from simulator.stage import Moments
+from simulator.sensor.stages.column_offset import ColumnOffset
+from simulator.sensor.stages.stage import Moments
 
 DARK = np.zeros((3, 20000))
 

@@ -8,8 +8,8 @@ import sys
 import pytest
 
 import simulator
-from simulator.command_line import main
-from simulator.config.layers import CONFIGS
+from simulator.command_line.main import main
+from simulator.config.document_merge import CONFIGS
 
 HEAVY = ("pyopencl", "matplotlib", "colour", "pydantic", "pint", "numpy", "OpenImageIO", "rawpy", "yaml", "scipy")
 FLAT = str(CONFIGS / "shots" / "flat_field.yaml")
@@ -32,7 +32,7 @@ def in_fresh_process(code: str) -> str:
 def test_help_is_quick_because_it_imports_the_command_alone():
     code = f"""
 import sys
-from simulator.command_line import main
+from simulator.command_line.main import main
 try:
     main(["--help"])
 except SystemExit as end:
@@ -42,7 +42,7 @@ print(*[name for name in sys.modules if name.startswith(("simulator", "data_gen"
 """
     *_, heavy, own = in_fresh_process(code).splitlines()
     assert heavy == "HEAVY []"
-    assert set(own.split()) == {"simulator", "simulator.command_line", "simulator.command_line.app", "simulator.errors"}
+    assert set(own.split()) == {"simulator", "simulator.command_line.main", "simulator.command_line.app", "simulator.errors"}
 
 
 def test_importing_the_package_imports_nothing_heavy():
@@ -146,8 +146,8 @@ def test_explain_shows_plan_lens_and_white(capsys):
 
 
 def test_explain_expects_the_electrons_that_the_frame_has(capsys):
-    from simulator.grey_patch import grey_patch
-    from simulator.planner import plan
+    from simulator.pipeline.explain.grey_patch import grey_patch
+    from simulator.pipeline.planner import plan
 
     shot = simulator.load_shot(FLAT, {"camera.window": {"x": 2088, "y": 1384, "width": 64, "height": 64}})
     raw = simulator.simulate(shot)

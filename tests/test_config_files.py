@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from simulator.config import load_camera, load_shot, shot_warnings
-from simulator.config.layers import CONFIGS
+from simulator.config.document_merge import CONFIGS
 
 SHOTS = sorted((CONFIGS / "shots").glob("*.yaml"))
 

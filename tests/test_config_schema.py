@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from simulator.config import schema
-from simulator.config.layers import CONFIGS
+from simulator.config.document_merge import CONFIGS
 
 jsonschema = pytest.importorskip("jsonschema", reason="the test extra jsonschema is not installed")
 SHOTS = sorted((CONFIGS / "shots").glob("*.yaml"))

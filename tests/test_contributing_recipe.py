@@ -29,7 +29,7 @@ TAKE = """
 import sys
 import numpy as np
 from simulator.config import load_shot
-from simulator.pipeline import simulate
+from simulator.pipeline.simulate import simulate
 shot, *overrides = sys.argv[1:]
 for number, text in enumerate(overrides):
     raw = simulate(load_shot(shot, [text]))

@@ -5,9 +5,9 @@ import pytest
 from randomness import accept, variance_p
 
 from simulator.errors import PhotositeError
-from simulator.sensor.conversion_gain import ConversionGain
-from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
-from simulator.stage import Moments
+from simulator.sensor.stages.conversion_gain import ConversionGain
+from simulator.sensor.stages.read_noise_before_gain import ReadNoiseBeforeGain
+from simulator.sensor.stages.stage import Moments
 
 
 def test_multiplies_the_signal(bench):

@@ -10,16 +10,16 @@ from scene_builders import band_scene
 from scipy.ndimage import correlate
 
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.planner import plan
-from simulator.sensor.camera import Window
-from simulator.sensor.crosstalk import Crosstalk
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.sensor.camera.camera import Window
+from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.seeds import Seeds
-from simulator.shot import Shot
-from simulator.stage import Moments
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.stage import Moments
 
 LENS = ThinLens(50.0, 8.0, cos4=False)
 NOISY = {"photon_shot_noise": PhotonShotNoise()}

@@ -5,9 +5,9 @@ import pytest
 from randomness import accept, correlation_p, counts_p, mean_p, variance_p
 
 from simulator.errors import PhotositeError
-from simulator.sensor.dark_current import DarkCurrent
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.stage import Moments
+from simulator.sensor.stages.dark_current import DarkCurrent
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.stage import Moments
 
 DARK = np.zeros((512, 512))
 

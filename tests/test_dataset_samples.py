@@ -13,8 +13,8 @@ from data_gen.generate import moved
 from data_gen.recipe import recipe
 from data_gen.samplers import Uniform
 from simulator.errors import PhotositeError
-from simulator.sensor.full_well import FullWell
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.full_well import FullWell
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 
 
 def same(first, second) -> bool:

@@ -6,9 +6,9 @@ from randomness import accept
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.sensor.dark_current import DarkCurrent
-from simulator.sensor.dead_pixels import DeadPixels
-from simulator.stage import Moments
+from simulator.sensor.stages.dark_current import DarkCurrent
+from simulator.sensor.stages.dead_pixels import DeadPixels
+from simulator.sensor.stages.stage import Moments
 
 LIGHT = np.full((700, 700), 1000.0)
 

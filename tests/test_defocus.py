@@ -13,16 +13,16 @@ from scene_builders import band_scene
 from scipy.integrate import quad
 from scipy.signal import convolve2d, oaconvolve
 
-from simulator.defocus import plan_defocus
-from simulator.defocus.accuracy import SHARP_PX
-from simulator.defocus.aperture_image import aperture_weights, photosite_weights, taps_of
 from simulator.device import Device
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.lens.pupil import Aperture, Pupil
-from simulator.pipeline import simulate
-from simulator.sensor.camera import Window
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.aperture_kernel import aperture_weights, photosite_weights, taps_of
+from simulator.optics.defocus.defocus import plan_defocus
+from simulator.optics.defocus.error_laws import SHARP_PX
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.pupil.pupil import Aperture, Pupil
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.sensor.camera.camera import Window
 
 EXPOSURE = Exposure(0.01)
 

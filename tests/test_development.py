@@ -5,9 +5,9 @@ import OpenImageIO
 import pytest
 from raw_frame import COLOR_MATRIX, random_frame
 
-from simulator.development import DEMOSAICS, PICTURE_SUFFIXES, develop, srgb_encoded, write_image
 from simulator.errors import PhotositeError
-from simulator.raw.dng import dng_bytes, write_dng
+from simulator.raw.development import DEMOSAICS, PICTURE_SUFFIXES, develop, srgb_encoded, write_image
+from simulator.raw.dng.writer import dng_bytes, write_dng
 
 # Linear sRGB to XYZ under D65 (IEC 61966-2-1), and patches inside the sRGB gamut.
 SRGB_TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])

@@ -10,8 +10,8 @@ from raw_frame import random_frame
 from simulator.command_line.development import develop_sheet
 from simulator.command_line.development_sheet import mosaic_picture, sheet_figure
 from simulator.errors import PhotositeError
+from simulator.raw.raw_reader import read_raw_file
 from simulator.raw.save import save
-from simulator.raw_file import read_raw_file
 
 SETTINGS = {"output": "metric", "demosaic": "linear", "half_size": False, "exposure_ev": 0.0, "white_balance": "camera"}
 

@@ -5,9 +5,9 @@ import pytest
 from randomness import accept, mean_p, variance_p
 
 from simulator.errors import PhotositeError
-from simulator.sensor.digital_gain import DigitalGain
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.stage import Moments
+from simulator.sensor.stages.digital_gain import DigitalGain
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.stage import Moments
 
 
 def test_codes_are_multiplied_above_black_rounded_and_clipped(bench):

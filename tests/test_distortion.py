@@ -16,17 +16,17 @@ from scene_builders import band_scene
 from scipy.ndimage import map_coordinates
 
 from simulator.config import load_shot
-from simulator.distortion import Distortion, plan_warp
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.planner import plan
-from simulator.raw.dng import dng_bytes
-from simulator.raw.tags import Tag
-from simulator.raw_format import RawFormat
-from simulator.sensor.camera import Window
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.distortion import Distortion, plan_warp
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.raw.dng.tags import Tag
+from simulator.raw.dng.writer import dng_bytes
+from simulator.raw.raw_format import RawFormat
+from simulator.sensor.camera.camera import Window
 
 WIDTH, HEIGHT = 320, 240
 BARREL = Distortion(k1=-0.12, k2=0.02, p1=0.004, p2=-0.003, unit="half_diagonal", lateral=(1.004, 1.0, 0.997))

@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from raw_frame import COLOR_MATRIX, NEUTRAL, random_frame
 
 from simulator.errors import PhotositeError
-from simulator.raw.dng import dng_bytes, write_dng
-from simulator.raw.tiff import nearest_fraction
+from simulator.raw.dng.tiff import nearest_fraction
+from simulator.raw.dng.writer import dng_bytes, write_dng
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG", "MONO")
 SIZES = ((96, 128), (97, 131), (22, 23), (300, 22))

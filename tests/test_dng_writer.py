@@ -10,8 +10,8 @@ from toy_samples import toy_sample
 from data_gen.writers import WriterOptions
 from data_gen.writers.dng import WRITER
 from simulator.errors import PhotositeError
-from simulator.raw.tags import Tag
-from simulator.raw_file import read_raw_file
+from simulator.raw.dng.tags import Tag
+from simulator.raw.raw_reader import read_raw_file
 
 
 def noise_profile(path):

@@ -6,9 +6,9 @@ from randomness import accept, correlation_p, mean_p, variance_p
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.sensor.dsnu import Dsnu
-from simulator.sensor.prnu import Prnu
-from simulator.stage import Moments
+from simulator.sensor.stages.dsnu import Dsnu
+from simulator.sensor.stages.prnu import Prnu
+from simulator.sensor.stages.stage import Moments
 
 DARK = np.zeros((512, 512))
 

@@ -9,12 +9,12 @@ from randomness import accept
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.measurement.dark_current import slope_over_time
-from simulator.measurement.emva import LightStep, measure_plane
-from simulator.measurement.linearity import linearity, responsivity
-from simulator.measurement.pairs import pair_noise
-from simulator.measurement.photon_transfer import dark_noise
-from simulator.measurement.stacks import stack_of
+from simulator.measurement.emva1288.plane import LightStep, measure_plane
+from simulator.measurement.statistics.dark_current import slope_over_time
+from simulator.measurement.statistics.linearity import linearity, responsivity
+from simulator.measurement.statistics.photon_transfer import dark_noise
+from simulator.measurement.statistics.spatial_variance import stack_of
+from simulator.measurement.statistics.temporal_noise import pair_noise
 
 EFFICIENCY = 0.5
 SHARES = np.concatenate([np.linspace(0.04, 0.92, 12), np.linspace(0.94, 1.06, 7)])

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from simulator.config import load_camera
-from simulator.raw_file import read_raw_file
-from simulator.validation.emva import COLOR_OF, measure_emva
-from simulator.validation.emva_frames import HALF, SHARES, EmvaBench, EmvaFiles, take_emva_frames
-from simulator.validation.emva_gates import emva_gates
+from simulator.measurement.emva1288.files_to_planes import COLOR_OF, measure_emva
+from simulator.measurement.emva1288.frames import HALF, SHARES, EmvaBench, EmvaFiles, take_emva_frames
+from simulator.measurement.emva1288.gates import emva_gates
+from simulator.raw.raw_reader import read_raw_file
 
 pytestmark = pytest.mark.slow
 

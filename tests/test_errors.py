@@ -10,7 +10,7 @@ import pytest
 from bad_input import SHOT
 from picture_files import write_exr
 
-from simulator.command_line import main
+from simulator.command_line.main import main
 
 ROOT = Path(__file__).parent.parent
 
@@ -168,7 +168,7 @@ def test_a_full_disk_is_one_message_and_leaves_no_part_of_the_set(folder, tmp_pa
 
 LIMITED = """
 import resource, sys
-from simulator.command_line import main
+from simulator.command_line.main import main
 
 def ended(*arguments):
     try:

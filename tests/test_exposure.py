@@ -3,9 +3,9 @@
 import pytest
 
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.sensor.exposure import Integration
-from simulator.stage import Moments
+from simulator.exposure.settings import Exposure
+from simulator.sensor.stages.exposure import Integration
+from simulator.sensor.stages.stage import Moments
 
 
 @pytest.mark.parametrize("time_s", [0.0, -1.0])

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from raw_frame import random_frame
 
+from simulator.atomic_files import atomic_write
 from simulator.errors import PhotositeError
-from simulator.raw import picture
-from simulator.raw.dng import write_dng
-from simulator.raw.files import atomic_write
-from simulator.raw.picture import write_picture
+from simulator.raw import image_files
+from simulator.raw.dng.writer import write_dng
+from simulator.raw.image_files import write_picture
 
 REPOSITORY = Path(__file__).parents[1]
 
@@ -83,11 +83,11 @@ def test_the_file_has_the_permissions_of_any_new_file(tmp_path):
 
 
 WRITERS = {
-    "a.dng": "from simulator.raw.dng import write_dng as write",
-    "a.exr": "from simulator.raw.twin import write_twin as write",
-    "a.png": "from simulator.development import write_image; write = lambda raw, path: write_image(path, raw.dn)",
-    "a.jpg": "from simulator.development import write_image; write = lambda raw, path: write_image(path, raw.dn)",
-    "a.tif": "from simulator.development import write_image; write = lambda raw, path: write_image(path, raw.dn)",
+    "a.dng": "from simulator.raw.dng.writer import write_dng as write",
+    "a.exr": "from simulator.raw.truth_exr import write_twin as write",
+    "a.png": "from simulator.raw.development import write_image; write = lambda raw, path: write_image(path, raw.dn)",
+    "a.jpg": "from simulator.raw.development import write_image; write = lambda raw, path: write_image(path, raw.dn)",
+    "a.tif": "from simulator.raw.development import write_image; write = lambda raw, path: write_image(path, raw.dn)",
 }
 
 
@@ -117,7 +117,7 @@ except PhotositeError as error:
 
 def test_a_failure_inside_the_picture_library_is_told(tmp_path, monkeypatch):
     # The temporary name is taken by a folder, which the library can only find out itself.
-    monkeypatch.setattr(picture, "reserve", lambda path, size: Path(path).mkdir())
+    monkeypatch.setattr(image_files, "reserve", lambda path, size: Path(path).mkdir())
     with pytest.raises(PhotositeError, match=r"a\.exr: cannot be written: .*the file"):
         write_picture(tmp_path / "a.exr", np.zeros((4, 4, 3), np.float32))
     assert not (tmp_path / "a.exr").exists()

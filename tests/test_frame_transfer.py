@@ -9,16 +9,17 @@ from green_frames import PITCH_UM, lens, point_frame
 from scene_builders import band_scene, scene_edge
 from wave_optics import half_light_radius, pupil_transfer
 
-from simulator.exposure import Exposure
-from simulator.lens import Pinhole, ThinLens
-from simulator.lens_aberrations.aberrations import Aberrations, ChromaticShift
-from simulator.measurement.slanted_edge import edge_of_raw_file
-from simulator.pipeline import simulate
+from simulator.exposure.settings import Exposure
+from simulator.measurement.statistics.slanted_edge import edge_of_raw_file
+from simulator.optics.lens.pinhole import Pinhole
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.lens.wavefront import Aberrations, ChromaticShift
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 from simulator.raw.save import save
-from simulator.sensor.camera import IsoSetting
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.camera.camera import IsoSetting
 from simulator.sensor.seeds import Seeds
-from simulator.shot import Shot
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 
 FREQUENCY = np.linspace(0.02, 0.5, 25)
 ANGLE = math.radians(5.7)

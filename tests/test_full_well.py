@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from simulator.errors import PhotositeError
-from simulator.sensor.full_well import FullWell
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.stage import Moments
+from simulator.sensor.stages.full_well import FullWell
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.stage import Moments
 
 
 def test_clips_electrons_before_the_gain(bench):

@@ -7,11 +7,11 @@ import pytest
 from camera_builders import small_camera
 from scene_builders import FixedScene, band_scene
 
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.planner import plan
-from simulator.scene.hidden_surface import depends_on_hidden, hidden_share, hidden_surface, with_hidden_surface
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.scene.occluded_background import depends_on_hidden, hidden_share, hidden_surface, with_hidden_surface
 
 MITSUBA = Path(__file__).parent.parent.parent / "shared" / "data" / "mitsuba"
 HEIGHT, WIDTH = 40, 60

@@ -6,8 +6,8 @@ from randomness import accept, correlation_p, mean_p
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.sensor.hot_pixels import HotPixels
-from simulator.stage import Moments
+from simulator.sensor.stages.hot_pixels import HotPixels
+from simulator.sensor.stages.stage import Moments
 
 DARK = np.zeros((500, 500))
 

@@ -11,19 +11,20 @@ from randomness import accept
 from raw_frame import random_frame
 from scipy import ndimage, stats
 
-from simulator.command_line import main
 from simulator.command_line.inspection import sparkline
+from simulator.command_line.main import main
 from simulator.errors import PhotositeError
-from simulator.measurement.inspection import BINS, inspect_raw
-from simulator.measurement.single_frame_noise import BLOCK_PX, single_frame_noise
-from simulator.raw import dng, software, tiff
+from simulator.measurement.statistics.inspection import BINS, inspect_raw
+from simulator.measurement.statistics.single_frame_noise import BLOCK_PX, single_frame_noise
+from simulator.raw.dng import tiff, writer
+from simulator.raw.software import software
 
 WHITE = 16383
 
 
 def test_levels_counts_and_histogram_are_those_of_the_codes(tmp_path):
     raw = random_frame(97, 131, "GBRG")
-    dng.write_dng(raw, tmp_path / "a.dng")
+    writer.write_dng(raw, tmp_path / "a.dng")
     found = inspect_raw(tmp_path / "a.dng")
     assert (found.width_px, found.height_px, found.pattern, found.white_level_dn) == (131, 97, "GBRG", WHITE)
     assert [channel.name for channel in found.channels] == ["R", "Gr", "Gb", "B"]
@@ -38,12 +39,12 @@ def test_levels_counts_and_histogram_are_those_of_the_codes(tmp_path):
 
 
 def test_what_the_file_says_is_told_and_what_it_does_not_say_is_none(tmp_path):
-    dng.write_dng(random_frame(date_time="2020-02-29 12:34:56"), tmp_path / "a.dng")
+    writer.write_dng(random_frame(date_time="2020-02-29 12:34:56"), tmp_path / "a.dng")
     found = inspect_raw(tmp_path / "a.dng")
     assert (found.ours, found.make, found.model, found.lens) == (True, "Photosite", "Test Body", "50mm f/1.8 thin lens")
     assert (found.iso, found.focal_length_mm, found.taken) == (400, 50, "2020-02-29 12:34:56")
     assert (found.exposure_time_s, found.f_number) == (pytest.approx(1 / 125), pytest.approx(2.8))
-    dng.write_dng(random_frame(exposure_time_s=0.0, f_number=np.inf, make="", lens_model=""), tmp_path / "b.dng")
+    writer.write_dng(random_frame(exposure_time_s=0.0, f_number=np.inf, make="", lens_model=""), tmp_path / "b.dng")
     found = inspect_raw(tmp_path / "b.dng")
     assert (found.exposure_time_s, found.f_number, found.make, found.lens, found.taken) == (None,) * 5
 
@@ -52,7 +53,7 @@ FOREIGN = {305: tiff.text("Camera firmware 1.0")}  # Software
 
 
 def test_a_file_of_another_program_is_not_ours(tmp_path):
-    content = dng.dng_bytes(random_frame(make="Photosite"))
+    content = writer.dng_bytes(random_frame(make="Photosite"))
     (tmp_path / "a.dng").write_bytes(with_tags(content, FOREIGN, raw_directory=False))
     found = inspect_raw(tmp_path / "a.dng")
     assert (found.ours, found.software) == (False, "Camera firmware 1.0")
@@ -62,7 +63,7 @@ def test_the_shot_in_its_packet_makes_a_file_ours_whatever_its_software_tag_says
     resolved = {"shot": {"exposure": {"iso": 400}}, "inputs": []}
     text = json.dumps(resolved["shot"], separators=(",", ":"))
     foreign = software().replace("Photosite", "Camera 99")  # of the same length
-    whole = dng.dng_bytes(random_frame(resolved=resolved)).replace(software().encode(), foreign.encode())
+    whole = writer.dng_bytes(random_frame(resolved=resolved)).replace(software().encode(), foreign.encode())
     (tmp_path / "a.dng").write_bytes(whole)
     found = inspect_raw(tmp_path / "a.dng")
     assert (found.ours, found.config_changed, found.software) == (True, False, foreign)
@@ -75,28 +76,28 @@ def test_the_shot_in_its_packet_makes_a_file_ours_whatever_its_software_tag_says
 
 
 def test_a_file_without_settings_has_no_hash(tmp_path):
-    dng.write_dng(random_frame(), tmp_path / "a.dng")
+    writer.write_dng(random_frame(), tmp_path / "a.dng")
     found = inspect_raw(tmp_path / "a.dng")
     assert (found.ours, found.config_changed, found.config_sha256) == (True, False, None)
 
 
 def test_black_levels_go_to_the_channel_of_their_place(tmp_path):
     raw = random_frame(cfa="GRBG", black_level_dn=0.0, black_offsets_dn=(10.0, 20.0, 30.0, 40.0))
-    dng.write_dng(raw, tmp_path / "a.dng")
+    writer.write_dng(raw, tmp_path / "a.dng")
     found = inspect_raw(tmp_path / "a.dng")
     assert {channel.name: channel.black_level_dn for channel in found.channels} == {"Gr": 10, "R": 20, "B": 30, "Gb": 40}
 
 
 def test_a_monochrome_file_is_one_channel(tmp_path):
     raw = random_frame(97, 131, "MONO")
-    dng.write_dng(raw, tmp_path / "a.dng")
+    writer.write_dng(raw, tmp_path / "a.dng")
     found = inspect_raw(tmp_path / "a.dng")
     assert found.pattern == "MONO" and [channel.photosites for channel in found.channels] == [raw.dn.size]
 
 
 def test_another_pattern_than_bayers_is_inspected_colour_by_colour(tmp_path):
     raw = random_frame(96, 128)
-    (tmp_path / "a.dng").write_bytes(with_tags(dng.dng_bytes(raw), STRIPES))
+    (tmp_path / "a.dng").write_bytes(with_tags(writer.dng_bytes(raw), STRIPES))
     found = {channel.name: channel for channel in inspect_raw(tmp_path / "a.dng").channels}
     assert set(found) == {"R", "G", "B"}
     assert found["G"].mean_dn == pytest.approx(raw.dn[:, 1::2].mean()) and found["G"].photosites == 96 * 64
@@ -109,7 +110,7 @@ X_TRANS = (1, 1, 0, 1, 1, 2, 1, 1, 2, 1, 1, 0, 2, 0, 1, 0, 2, 1, 1, 1, 2, 1, 1, 
 def test_a_pattern_of_six_by_six_is_inspected_colour_by_colour(tmp_path):
     tags = {33421: tiff.short(6, 6), 33422: tiff.byte(*X_TRANS)}
     raw = random_frame(96, 126)
-    (tmp_path / "a.dng").write_bytes(with_tags(dng.dng_bytes(raw), tags))
+    (tmp_path / "a.dng").write_bytes(with_tags(writer.dng_bytes(raw), tags))
     found = inspect_raw(tmp_path / "a.dng")
     assert found.pattern == "GGRGGB/GGBGGR/BRGRBG/GGBGGR/GGRGGB/RBGBRG"
     colours = np.tile(np.reshape(X_TRANS, (6, 6)), (16, 21))
@@ -125,7 +126,7 @@ def test_a_file_of_full_colour_pixels_is_inspected_colour_by_colour(tmp_path):
     tags |= {50713: tiff.short(1, 1), 50714: tiff.short(5, 6, 7)}
     mosaic_only = {33421, 33422, 50710, 50711}
     raw = random_frame(96, 126)
-    (tmp_path / "a.dng").write_bytes(with_tags(dng.dng_bytes(raw), tags, without=mosaic_only))
+    (tmp_path / "a.dng").write_bytes(with_tags(writer.dng_bytes(raw), tags, without=mosaic_only))
     found = inspect_raw(tmp_path / "a.dng")
     assert (found.pattern, found.width_px, found.height_px) == ("full colour", 42, 96)
     assert [(channel.name, channel.black_level_dn) for channel in found.channels] == [("R", 5), ("G", 6), ("B", 7)]
@@ -186,7 +187,7 @@ def test_the_smallest_frame_has_a_noise():
 
 
 def test_the_command_prints_tables_or_json(tmp_path, capsys):
-    dng.write_dng(random_frame(), tmp_path / "a.dng")
+    writer.write_dng(random_frame(), tmp_path / "a.dng")
 
     def inspect(*options):
         with pytest.raises(SystemExit) as ended:

@@ -16,8 +16,8 @@ from toy_shards import mosaic_options
 from data_gen.manifest import verify
 from data_gen.shards import fingerprint, finished, write_shard
 from data_gen.writers import FORMATS, writer
+from simulator.atomic_files import LEFTOVER, atomic_folder
 from simulator.errors import PhotositeError
-from simulator.raw.files import LEFTOVER, atomic_folder
 
 ROOT = Path(__file__).parents[1]
 

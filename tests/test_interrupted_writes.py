@@ -20,12 +20,12 @@ from dataclasses import replace
 from pathlib import Path
 import numpy as np
 from raw_frame import random_frame
-from simulator.development import write_image
+from simulator.raw.development import write_image
 from simulator.errors import PhotositeError
-from simulator.raw.dng import write_dng
+from simulator.raw.dng.writer import write_dng
 from simulator.raw.save import save
-from simulator.raw.twin import write_twin
-from simulator.raw_format import RawFormat
+from simulator.raw.truth_exr import write_twin
+from simulator.raw.raw_format import RawFormat
 folder = Path(sys.argv[1])
 def stored_as(frame, payload):
     return replace(frame, format=RawFormat(payload))
@@ -123,7 +123,7 @@ def test_a_read_only_disk_is_one_message_and_keeps_the_old_file(tmp_path, name):
 @mounts
 def test_the_command_on_a_full_disk_is_one_message_and_no_file(tmp_path):
     program = """
-from simulator.command_line import main
+from simulator.command_line.main import main
 sys.stderr = sys.stdout
 try:
     main(["simulate", "configs/shots/flat_field.yaml", "--out", str(folder)])

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from simulator.lens import ThinLens
-from simulator.sensor.irradiance import Irradiance
-from simulator.stage import Moments
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.sensor.stages.irradiance import Irradiance
+from simulator.sensor.stages.stage import Moments
 
 
 def test_the_two_published_forms_at_f4_and_infinity():

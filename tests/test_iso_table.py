@@ -7,8 +7,8 @@ import pytest
 from camera_builders import small_camera
 
 from simulator.errors import PhotositeError
-from simulator.sensor.camera_sections import ConversionGainSwitch, IsoSetting
-from simulator.sensor.row_noise import RowNoise
+from simulator.sensor.camera.camera_sections import ConversionGainSwitch, IsoSetting
+from simulator.sensor.stages.row_noise import RowNoise
 
 BIAS = (1.0, 2.0, 3.0, 4.0)
 

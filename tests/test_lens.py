@@ -9,7 +9,9 @@ from scipy.special import jn_zeros
 
 import simulator
 from simulator.errors import PhotositeError
-from simulator.lens import Aperture, RoundStop, ThinLens, Vignetting
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.pupil.pupil import Aperture
+from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 
 CHART = Path(__file__).parent.parent / "configs" / "shots" / "color_checker.yaml"
 LENSES = [ThinLens(50.0, 1.8, 2.0), ThinLens(4.2, 2.0, 0.15), ThinLens(105.0, 4.0, 0.31), ThinLens(24.0, 11.0)]

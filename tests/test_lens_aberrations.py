@@ -9,9 +9,9 @@ import pytest
 from scipy.special import j0, j1
 
 from simulator.errors import PhotositeError
-from simulator.lens_aberrations.aberrations import Aberrations, ChromaticShift
-from simulator.lens_aberrations.diffraction import point_spread
-from simulator.lens_aberrations.zernike import noll_orders, zernike
+from simulator.optics.lens.wavefront import Aberrations, ChromaticShift
+from simulator.optics.lens.zernike import noll_orders, zernike
+from simulator.optics.psf.fraunhofer import point_spread
 
 WAVE_UM = 0.55
 

@@ -9,11 +9,11 @@ from deep_files import deep_file
 from picture_files import write_exr
 
 import simulator
-from simulator.command_line import main
-from simulator.defocus import LARGEST_PX
+from simulator.command_line.main import main
 from simulator.errors import PhotositeError
-from simulator.pipeline import simulate
-from simulator.planner import plan
+from simulator.optics.defocus.defocus import LARGEST_PX
+from simulator.pipeline.planner import plan
+from simulator.pipeline.simulate import simulate
 
 LAYERS = """\
   layers:

@@ -12,15 +12,15 @@ from scene_builders import FixedScene, band_scene
 import simulator
 from simulator.command_line.lens_numbers import lens_facts
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import BareSensor, ThinLens
-from simulator.lens.bare_sensor import gathered, hemisphere_shares
-from simulator.measurement.inspection import inspect_raw
-from simulator.pipeline import simulate
-from simulator.planner import plan
+from simulator.exposure.settings import Exposure
+from simulator.measurement.statistics.inspection import inspect_raw
+from simulator.optics.lens.bare_sensor import BareSensor, gathered, hemisphere_shares
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 from simulator.raw.save import save
-from simulator.scene import Layer
-from simulator.shot import Shot
+from simulator.scene.scene import Layer
 
 CHART = Path(__file__).parent.parent / "configs" / "shots" / "color_checker.yaml"
 

@@ -5,10 +5,10 @@ import pytest
 from lens_error import statistics, z_scores
 from lens_truths import COLUMNS, Case, slanted_plane, stripes, uniform_layers
 
-from simulator.blur.lens_height_field import sample_height_field
-from simulator.blur.lens_sampling import lens_points
 from simulator.errors import PhotositeError
-from simulator.sensor.camera import Window
+from simulator.optics.ray_reference.height_field_rays import sample_height_field
+from simulator.optics.ray_reference.layered_rays import lens_points
+from simulator.sensor.camera.camera import Window
 
 
 def seen_from_the_centre(case: Case) -> tuple[np.ndarray, np.ndarray]:

@@ -6,8 +6,8 @@ from lens_error import statistics, z_scores
 from mitsuba_lens import PlaneScene
 from scipy.ndimage import gaussian_filter
 
-from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
-from simulator.sensor.camera import Window
+from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.sensor.camera.camera import Window
 
 ROWS, COLUMNS, OVERSAMPLING = 24, 40, 2
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from simulator.lens import Pinhole, ThinLens
-from simulator.lens.pinhole import SHARPEST
+from simulator.optics.lens.pinhole import SHARPEST, Pinhole
+from simulator.optics.lens.thin_lens import ThinLens
 
 PAGE = (Path(__file__).parent.parent / "docs" / "lens.md").read_text(encoding="utf-8")
 LENS, HOLE = ThinLens(50.0, 1.8, 2.0), Pinhole(0.3, 50.0)

@@ -13,12 +13,12 @@ from wave_optics import half_light_radius, spot
 import simulator
 from simulator.command_line.lens_numbers import lens_facts
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import Pinhole, ThinLens
-from simulator.lens.pinhole import SHARPEST
-from simulator.pipeline import simulate
-from simulator.planner import plan
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.pinhole import SHARPEST, Pinhole
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 
 CHART = Path(__file__).parent.parent / "configs" / "shots" / "color_checker.yaml"
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(120)

@@ -7,8 +7,9 @@ import pytest
 from scipy.stats import chi2
 
 from simulator.errors import PhotositeError
-from simulator.lens import Pupil, PupilStop, ThinLens
-from simulator.lens.pupil_points import points_of
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.pupil.pupil import Pupil, PupilStop
+from simulator.optics.pupil.pupil_points import points_of
 
 CATS_EYE = (PupilStop(1.2, 2.0), PupilStop(1.3, -1.5))
 PUPILS = [

@@ -10,9 +10,9 @@ from lens_truths import Case, cases, penumbra, sinusoid, slanted_plane, square_l
 from randomness import accept
 from scipy import stats
 
-from simulator.blur.lens_sampling import lens_points, needed_iterations, sample_lens, upload_surfaces
 from simulator.errors import PhotositeError
-from simulator.sensor.camera import Window
+from simulator.optics.ray_reference.layered_rays import lens_points, needed_iterations, sample_lens, upload_surfaces
+from simulator.sensor.camera.camera import Window
 
 FINE = 8  # samples per photosite, so that surfaces are known better than the blur is asked to be
 LIT = [case.name for case in cases() if "light" not in case.name and "point" not in case.name]  # few rays meet a small light

@@ -8,11 +8,11 @@ from scipy.signal import convolve2d
 
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
-from simulator.lens_aberrations.aberrations import Aberrations, ChromaticShift
-from simulator.pipeline import simulate
-from simulator.planner import plan
+from simulator.optics.lens.wavefront import Aberrations, ChromaticShift
+from simulator.pipeline.planner import plan
+from simulator.pipeline.simulate import simulate
 from simulator.raw.save import save
-from simulator.resimulation import shot_of
+from simulator.studies.resimulation import shot_of
 
 SHOT = """
 scene: {{image: scene.npy, luminance: 100 cd/m^2, illuminant: D65, depth: {depth}}}

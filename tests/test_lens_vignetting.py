@@ -8,12 +8,14 @@ from camera_builders import small_camera
 from scene_builders import band_scene
 
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import Aperture, RoundStop, ThinLens, Vignetting
-from simulator.lens.relative_illumination import irradiance_behind
-from simulator.pipeline import simulate
-from simulator.planner import plan
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.relative_illumination import irradiance_behind
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.pupil.pupil import Aperture
+from simulator.optics.pupil.vignetting import RoundStop, Vignetting
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 
 RIMS = Vignetting(RoundStop(30.0, 44.0), RoundStop(20.0, 26.0))
 LENSES = [

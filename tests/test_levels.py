@@ -18,16 +18,16 @@ from scene_builders import band_scene
 
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.raw.dng import dng_bytes, write_dng
-from simulator.raw.tags import Tag
-from simulator.raw_file import read_raw_file
-from simulator.raw_format import RawFormat
-from simulator.sensor.camera import IsoSetting, Window
-from simulator.sensor.digital_gain import DigitalGain
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.raw.dng.tags import Tag
+from simulator.raw.dng.writer import dng_bytes, write_dng
+from simulator.raw.raw_format import RawFormat
+from simulator.raw.raw_reader import read_raw_file
+from simulator.sensor.camera.camera import IsoSetting, Window
+from simulator.sensor.stages.digital_gain import DigitalGain
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG", "MONO")
 OFFSETS = (-11.0, -1.0, 9.0, 19.0)

@@ -8,9 +8,9 @@ from lens_error import z_scores
 from lens_frame import blurred_case, case_plan
 from lens_truths import Case
 
-from simulator.defocus.aperture_image import disk_weights
-from simulator.defocus.lights import MOST_PER_CELL, Lights, bright_limit, brightest, reaching, spot_weights
-from simulator.lens.pupil import Pupil
+from simulator.optics.defocus.aperture_kernel import disk_weights
+from simulator.optics.defocus.highlights import MOST_PER_CELL, Lights, bright_limit, brightest, reaching, spot_weights
+from simulator.optics.pupil.pupil import Pupil
 
 ROWS, COLUMNS, MARGIN, EDGE = 96, 192, 24, 110
 NEAR_PX, FAR_PX = -6.0, 10.0

@@ -9,9 +9,9 @@ from picture_files import put
 
 from data_gen.sources.linear_images import LinearImages
 from data_gen.sources.spectral_cubes import SpectralCubes
+from simulator.color.spectra import WAVELENGTHS_NM, illuminant, reflectance_basis
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
-from simulator.spectra import WAVELENGTHS_NM, illuminant, reflectance_basis
 
 
 @pytest.fixture(scope="module")

@@ -7,17 +7,17 @@ import pytest
 from randomness import accept, mean_p
 from scipy import stats
 
-from simulator.measurement.dark_current import slope_over_time
-from simulator.measurement.dark_pattern import dark_pattern, levelled
-from simulator.measurement.interval import Interval, variance_interval, weighted_mean
-from simulator.measurement.light_pattern import light_pattern
-from simulator.measurement.pairs import pair_noise
-from simulator.measurement.photon_transfer import line_without_dark, transfer_point
-from simulator.measurement.read_noise import read_noise, row_residuals
-from simulator.measurement.row_noise import row_noise
-from simulator.measurement.saturation import clipped_code
-from simulator.measurement.tukey_lambda import fit_tukey_lambda, rounding_doubt_dn2
-from simulator.measurement.two_source import conversion_gain_switch, two_source
+from simulator.measurement.statistics.clipping import clipped_code
+from simulator.measurement.statistics.dark_current import slope_over_time
+from simulator.measurement.statistics.dsnu import dark_pattern, levelled
+from simulator.measurement.statistics.interval import Interval, variance_interval, weighted_mean
+from simulator.measurement.statistics.photon_transfer import line_without_dark, transfer_point
+from simulator.measurement.statistics.prnu import light_pattern
+from simulator.measurement.statistics.read_noise import read_noise, row_residuals
+from simulator.measurement.statistics.read_noise_split import conversion_gain_switch, two_source
+from simulator.measurement.statistics.row_noise import row_noise
+from simulator.measurement.statistics.temporal_noise import pair_noise
+from simulator.measurement.statistics.tukey_lambda_fit import fit_tukey_lambda, rounding_doubt_dn2
 
 REPEATS = 200
 FEW = 80  # where one takes milliseconds

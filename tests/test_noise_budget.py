@@ -9,28 +9,28 @@ from randomness import accept, mean_p, variance_p
 from scene_builders import FixedScene
 
 from simulator import load_shot, simulate
+from simulator.color.spectra import luminous_efficiency
 from simulator.command_line.patch_numbers import budget_table, shown_isos
-from simulator.config.layers import CONFIGS
+from simulator.config.document_merge import CONFIGS
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.grey_patch import grey_patch
-from simulator.lens import ThinLens
-from simulator.noise_budget import contributions, iso_budgets, noise_budget
-from simulator.planner import plan
-from simulator.scene import Scene
-from simulator.sensor.adc import Adc
-from simulator.sensor.analog_gain import AnalogGain
-from simulator.sensor.camera import SpectralResponse
-from simulator.sensor.column_offset import ColumnOffset
-from simulator.sensor.dark_current import DarkCurrent
-from simulator.sensor.dsnu import Dsnu
-from simulator.sensor.full_well import FullWell
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.sensor.prnu import Prnu
-from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
-from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
-from simulator.shot import Shot
-from simulator.spectra import luminous_efficiency
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.explain.grey_patch import grey_patch
+from simulator.pipeline.explain.noise_budget import contributions, iso_budgets, noise_budget
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import SpectralResponse
+from simulator.sensor.stages.adc import Adc
+from simulator.sensor.stages.analog_gain import AnalogGain
+from simulator.sensor.stages.column_offset import ColumnOffset
+from simulator.sensor.stages.dark_current import DarkCurrent
+from simulator.sensor.stages.dsnu import Dsnu
+from simulator.sensor.stages.full_well import FullWell
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.prnu import Prnu
+from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.stages.read_noise_before_gain import ReadNoiseBeforeGain
 
 FLAT = CONFIGS / "shots" / "flat_field.yaml"
 CHAIN = [

@@ -7,10 +7,10 @@ from randomness import accept
 from scipy import stats
 
 from simulator.config import load_camera
-from simulator.measurement.pairs import pair_noise
-from simulator.raw.tags import Tag
-from simulator.raw_file import read_raw_file
-from simulator.validation.flat_frames import FlatBench, bench_camera, white_light
+from simulator.measurement.noise_check.flat_bench import FlatBench, bench_camera, white_light
+from simulator.measurement.statistics.temporal_noise import pair_noise
+from simulator.raw.dng.tags import Tag
+from simulator.raw.raw_reader import read_raw_file
 
 LEVELS = 20
 BRIGHTEST = 0.85  # of white in the most sensitive colour, where noise is not yet cut off

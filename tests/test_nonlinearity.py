@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from simulator.errors import PhotositeError
-from simulator.sensor.nonlinearity import Nonlinearity
-from simulator.stage import Moments
+from simulator.sensor.stages.nonlinearity import Nonlinearity
+from simulator.sensor.stages.stage import Moments
 
 ERRORS = (0.0, 30.0, -10.0, 5.0)
 

@@ -12,7 +12,7 @@ from data_gen.camera_color import camera_to_srgb
 from data_gen.packing import packed
 from data_gen.writers import WriterOptions
 from data_gen.writers.npz import WRITER
-from simulator.raw.dng import write_dng
+from simulator.raw.dng.writer import write_dng
 
 
 def led_pair(root, line):

@@ -10,14 +10,14 @@ from lens_frame import LENS, blurred_case, case_plan, executed_case
 from lens_truths import Case, slanted_plane, stripes, uniform_layers
 from scipy.ndimage import maximum_filter
 
-from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
-from simulator.defocus import Method, plan_defocus
-from simulator.defocus.accuracy import Accuracy
-from simulator.defocus.blocks import slab_lists
-from simulator.defocus.lens_points import lens_points as tile_points
-from simulator.lens.pupil import Pupil
-from simulator.sensor.camera import Window
-from simulator.tile_plan import plan_tiles
+from simulator.optics.defocus.aperture_samples import lens_points as tile_points
+from simulator.optics.defocus.defocus import Method, plan_defocus
+from simulator.optics.defocus.error_laws import Accuracy
+from simulator.optics.defocus.radius_slabs import slab_lists
+from simulator.optics.passes.tile_plan import plan_tiles
+from simulator.optics.pupil.pupil import Pupil
+from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.sensor.camera.camera import Window
 
 RENDERS = Path(__file__).parent.parent.parent / "shared" / "data" / "mitsuba"
 

@@ -18,20 +18,20 @@ from scene_builders import band_scene
 
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.raw.dng import dng_bytes, write_dng
-from simulator.raw.tags import Tag
-from simulator.resimulation import differing_codes, resimulate
-from simulator.sensor.binning import Binning
-from simulator.sensor.camera import IsoSetting, Window
-from simulator.sensor.crosstalk import Crosstalk
-from simulator.sensor.dark_current import DarkCurrent
-from simulator.sensor.optical_black import OpticalBlack
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.raw.dng.tags import Tag
+from simulator.raw.dng.writer import dng_bytes, write_dng
+from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.camera import IsoSetting, Window
+from simulator.sensor.camera.crosstalk import Crosstalk
+from simulator.sensor.camera.optical_black import OpticalBlack
 from simulator.sensor.seeds import Seeds
-from simulator.shot import Shot
+from simulator.sensor.stages.dark_current import DarkCurrent
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.studies.resimulation import differing_codes, resimulate
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG", "MONO")
 EDGE = OpticalBlack(left_px=16, top_px=8, right_px=4, bottom_px=6)

@@ -13,9 +13,9 @@ from typing import get_type_hints
 import pytest
 
 import simulator
-from simulator.config.sections import key_of
-from simulator.sensor import STAGES
-from simulator.stage import fields_from_shot
+from simulator.config.sections_of_dataclasses import key_of
+from simulator.sensor.stages.registry import STAGES
+from simulator.sensor.stages.stage import fields_from_shot
 
 REPOSITORY = Path(__file__).parent.parent
 PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
@@ -78,7 +78,8 @@ def test_the_metadata_say_what_is_true(wheel):
 
 
 def test_an_installed_photosite_uses_its_own_kernels_and_configs(installed, tmp_path):
-    code = "from simulator import device; from simulator.config import layers; print(device.KERNELS, layers.CONFIGS, sep='\\n')"
+    code = "from simulator.device import KERNELS; from simulator.config.document_merge import CONFIGS; "
+    code += "print(KERNELS, CONFIGS, sep='\\n')"
     found = run(sys.executable, "-c", code, cwd=tmp_path, PYTHONPATH=str(installed)).splitlines()
     assert [Path(line) for line in found] == [installed / "simulator" / "kernels", installed / "simulator" / "configs"]
 

@@ -38,7 +38,7 @@ def test_rgbg_is_the_order_rawpy_numbers_colours_in(tmp_path):
     import rawpy
     from raw_frame import random_frame
 
-    from simulator.raw.dng import write_dng
+    from simulator.raw.dng.writer import write_dng
 
     for cfa in BY_HAND:
         write_dng(random_frame(48, 64, cfa), tmp_path / f"{cfa}.dng")

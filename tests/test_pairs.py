@@ -6,8 +6,8 @@ from randomness import accept, mean_p
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.measurement.pairs import mean_of_pair, pair_noise
-from simulator.measurement.stacks import spatial_variance, stack_of
+from simulator.measurement.statistics.spatial_variance import spatial_variance, stack_of
+from simulator.measurement.statistics.temporal_noise import mean_of_pair, pair_noise
 
 
 def scatter_p(estimates, truth):

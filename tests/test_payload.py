@@ -11,12 +11,12 @@ import tifffile
 from fresh_reader import dcraw_codes, libraw_codes
 from raw_frame import random_frame
 
-from simulator import raw_format
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
-from simulator.raw.dng import dng_bytes, write_dng
-from simulator.raw.payload import packed
-from simulator.raw_format import RawFormat
+from simulator.raw import raw_format
+from simulator.raw.dng.payload import packed
+from simulator.raw.dng.writer import dng_bytes, write_dng
+from simulator.raw.raw_format import RawFormat
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG", "MONO")
 SIZES = ((96, 128), (97, 131), (22, 23))

@@ -101,8 +101,8 @@ def test_colours_become_what_the_camera_sees_in_that_light(camera, light):
 
     A 3 x 3 matrix cannot be exact: Delta E of a few for a ColorChecker. Grey must be.
     """
-    from simulator.color import chart_reflectances
-    from simulator.spectra import WAVELENGTHS_NM, color_matching_functions, illuminant
+    from simulator.color.camera_matrices import chart_reflectances
+    from simulator.color.spectra import WAVELENGTHS_NM, color_matching_functions, illuminant
 
     surfaces, observer = chart_reflectances(WAVELENGTHS_NM), color_matching_functions()
     xyz = surfaces * illuminant("D65") @ observer / (illuminant("D65") @ observer[:, 1])
@@ -118,7 +118,7 @@ def test_colours_become_what_the_camera_sees_in_that_light(camera, light):
 
 def test_the_way_to_the_camera_passes_d50_as_a_converter_does(camera):
     """ForwardMatrix times ours is sRGB to XYZ under D50, whose numbers B. Lindbloom lists (his D50 is 0.82521 in Z)."""
-    from simulator.color import forward_matrix
+    from simulator.color.camera_matrices import forward_matrix
 
     srgb_to_d50 = [[0.4360747, 0.3850649, 0.1430804], [0.2225045, 0.7168786, 0.0606169], [0.0139322, 0.0971045, 0.7141733]]
     to_icc = np.array([0.9642 / 0.96422, 1.0, 0.8249 / 0.82521])[:, None]

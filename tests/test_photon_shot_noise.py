@@ -5,9 +5,9 @@ import pytest
 from randomness import accept, correlation_p, counts_p, mean_p, variance_p
 from scipy import stats
 
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.sensor.poisson_means import MACROS, POISSON_BRIGHT_E, POISSON_SWITCH_E, SMALL_MEANS_E
-from simulator.stage import Moments
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.poisson_variants import MACROS, POISSON_BRIGHT_E, POISSON_SWITCH_E, SMALL_MEANS_E
+from simulator.sensor.stages.stage import Moments
 
 SHAPE = (512, 512)
 MEANS = [0.01, 0.3, 1.0, 3.0, 4.99, 5.01, 8.0, 15.0, 25.0, 60.0, 300.0, 3000.0, 30000.0]

@@ -9,8 +9,7 @@ from randomness import accept
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.measurement.pairs import pair_noise
-from simulator.measurement.photon_transfer import (
+from simulator.measurement.statistics.photon_transfer import (
     DarkNoise,
     TransferPoint,
     below,
@@ -22,6 +21,7 @@ from simulator.measurement.photon_transfer import (
     saturation_index,
     transfer_point,
 )
+from simulator.measurement.statistics.temporal_noise import pair_noise
 
 LEVELS_E = (500, 2000, 5000, 8000)
 

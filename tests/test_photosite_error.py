@@ -16,10 +16,10 @@ from data_gen.sources.data_set import DataSetSamples
 from data_gen.sources.exposed_scene import told_as
 from data_gen.sources.shots import Shots
 from simulator.command_line.simulation import simulate_file
-from simulator.command_line.sweep_runner import run_sweep
 from simulator.config import load_camera, load_file, load_shot, load_sweep, located
 from simulator.errors import FIELDS, PhotositeError, require
-from simulator.raw.xmp import SettingsChanged
+from simulator.raw.dng.xmp import SettingsChanged
+from simulator.studies.sweep_runner import run_sweep
 
 ROOT = Path(__file__).parent.parent
 SHOT = """\
@@ -271,7 +271,7 @@ def test_a_key_of_the_shot_file_becomes_that_of_the_data_set():
 # What a whole text may be given to: it is printed, or kept for people.
 KEEPERS = ("print", "echo", "escape", "append", "setdefault", "Problem", "PhotositeError")
 # Where the text is made, and where it is printed.
-EDGE = ("simulator/errors.py", "simulator/command_line/__init__.py")
+EDGE = ("simulator/errors.py", "simulator/command_line/main.py")
 
 
 def readings(code: str) -> list[int]:

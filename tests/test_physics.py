@@ -12,16 +12,16 @@ from camera_builders import small_camera
 from randomness import accept, mean_p, variance_p
 from scene_builders import FixedScene, band_scene
 
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.scene import Scene
+from simulator.color.spectra import luminous_efficiency
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 from simulator.scene.electron_radiance import electron_radiance_weights
-from simulator.sensor import STAGES
-from simulator.sensor.camera import IsoSetting, SpectralResponse
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import IsoSetting, SpectralResponse
 from simulator.sensor.seeds import Seeds
-from simulator.shot import Shot
-from simulator.spectra import luminous_efficiency
+from simulator.sensor.stages.registry import STAGES
 
 H, C, KM = 6.62607015e-34, 299792458.0, 683.0
 PRECISION = 1e-3  # 0.1 %, what the reference numbers are given to

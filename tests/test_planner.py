@@ -8,14 +8,14 @@ import pytest
 from camera_builders import STAGE_NUMBERS, every_stage, small_camera
 from scene_builders import FixedScene, band_scene
 
-from simulator.exposure import Exposure
-from simulator.fused import sensor_defines
-from simulator.lens import ThinLens
-from simulator.planner import plan
-from simulator.sensor import STAGES
-from simulator.sensor.camera import IsoSetting
-from simulator.shot import Shot
-from simulator.stage import fields_from_shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.sensor.camera.camera import IsoSetting
+from simulator.sensor.kernel.kernel_program import sensor_defines
+from simulator.sensor.stages.registry import STAGES
+from simulator.sensor.stages.stage import fields_from_shot
 
 LENS = ThinLens(50.0, 2.0, 2.0, cos4=False)
 

@@ -12,14 +12,17 @@ from scipy.special import j1
 from wave_optics import pupil_transfer
 
 from simulator.device import open_device
-from simulator.exposure import Exposure
-from simulator.lens import Aperture, Pinhole, RoundStop, ThinLens, Vignetting
-from simulator.lens_aberrations.aberrations import Aberrations
-from simulator.pipeline import expose, simulate
-from simulator.planner import measure, plan
-from simulator.point_spread.planning import plan_spread
-from simulator.sensor.camera import Window
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.pinhole import Pinhole
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.lens.wavefront import Aberrations
+from simulator.optics.psf.psf_planning import plan_spread
+from simulator.optics.pupil.pupil import Aperture
+from simulator.optics.pupil.vignetting import RoundStop, Vignetting
+from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import expose, simulate
+from simulator.sensor.camera.camera import Window
 
 
 def wave_frame(qx, qy, camera, through) -> np.ndarray:

@@ -16,7 +16,7 @@ from data_gen.priors import PRIORS, PriorNoise, unit_deviation
 from data_gen.recipe import recipe
 from data_gen.samplers import Uniform
 from simulator.errors import PhotositeError
-from simulator.stage import Stage
+from simulator.sensor.stages.stage import Stage
 
 COUNT = 2500
 

@@ -6,8 +6,8 @@ from randomness import accept, correlation_p, mean_p, variance_p
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.sensor.prnu import Prnu
-from simulator.stage import Moments
+from simulator.sensor.stages.prnu import Prnu
+from simulator.sensor.stages.stage import Moments
 
 LIGHT = np.full((512, 512), 20000.0)
 

@@ -13,7 +13,7 @@ from data_gen.sources import drawings
 from data_gen.sources.drawings import DRAWINGS, LEAF_LAYERS, LEAF_RADII_PX
 from data_gen.sources.paint import LAMP_TEMPERATURES_K, Paint, paint_for
 from data_gen.sources.procedural import Procedural
-from simulator.color import chart_reflectances
+from simulator.color.camera_matrices import chart_reflectances
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
 
@@ -80,7 +80,7 @@ def test_a_neutral_surface_is_neutral_after_white_balance(camera, light):
 
 def test_surfaces_are_mixtures_of_measured_reflectances(camera):
     """Found again by non-negative least squares over the integrals of reflectance, light and response."""
-    from simulator.spectra import WAVELENGTHS_NM, illuminant
+    from simulator.color.spectra import WAVELENGTHS_NM, illuminant
 
     paint = paint_for(camera, "D65")
     curves = [np.interp(WAVELENGTHS_NM, camera.response.wavelengths_nm, c, 0, 0) for c in camera.response.quantum_efficiency.T]

@@ -9,12 +9,12 @@ from camera_builders import small_camera
 from scene_builders import band_scene
 
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.planner import plan
-from simulator.sensor.camera import Window
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.sensor.camera.camera import Window
 
 LENS = ThinLens(50.0, 8.0, cos4=False)
 

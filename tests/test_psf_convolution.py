@@ -5,11 +5,11 @@ import pytest
 from psf_grid import PsfGrid, convolve
 from scipy.signal import convolve2d, fftconvolve
 
-from simulator.lens.pupil import Pupil
-from simulator.lens_aberrations.aberrations import Aberrations, ChromaticShift
-from simulator.lens_aberrations.sampling import Sampling
-from simulator.lens_aberrations.wavefront_psf import WavefrontPsf
-from simulator.point_spread import Spread
+from simulator.optics.lens.wavefront import Aberrations, ChromaticShift
+from simulator.optics.psf.field_psf import Spread
+from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.psf.wavefront_psf import WavefrontPsf
+from simulator.optics.pupil.pupil import Pupil
 
 
 def kernels_of(seed: int, *shape: int, size=9) -> np.ndarray:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from simulator.errors import PhotositeError
-from simulator.lens_aberrations.aberrations import Aberrations, ChromaticShift
-from simulator.lens_aberrations.psf_file import read_psf
-from simulator.lens_aberrations.psf_table import PsfTable, turned
-from simulator.lens_aberrations.sampling import Sampling
-from simulator.lens_aberrations.wavefront_psf import WavefrontPsf, channel_wavelengths, kernel_size_px
+from simulator.optics.lens.wavefront import Aberrations, ChromaticShift
+from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.psf.psf_file import read_psf
+from simulator.optics.psf.psf_table import PsfTable, turned
+from simulator.optics.psf.wavefront_psf import WavefrontPsf, channel_wavelengths, kernel_size_px
 
 GREEN = ((550.0,),)
 

@@ -6,8 +6,8 @@ from randomness import accept, correlation_p, mean_p
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.sensor.random_telegraph_noise import RandomTelegraphNoise
-from simulator.stage import Moments
+from simulator.sensor.stages.random_telegraph_noise import RandomTelegraphNoise
+from simulator.sensor.stages.stage import Moments
 
 DARK = np.zeros((400, 400))
 

@@ -8,7 +8,7 @@ from raw_frame import COLOR_MATRIX, NEUTRAL, random_frame
 from data_gen.patches import AUGMENTATIONS, choose_crop, cut_patch
 from data_gen.sources.raw_files import RawFiles
 from simulator.errors import PhotositeError
-from simulator.raw import dng
+from simulator.raw.dng import writer
 
 
 def read(folder, name):
@@ -18,7 +18,7 @@ def read(folder, name):
 @pytest.mark.parametrize("cfa", ["RGGB", "GBRG", "MONO"])
 def test_signal_is_the_share_of_the_range_above_black(tmp_path, cfa):
     raw = random_frame(cfa=cfa, black_level_dn=500)
-    dng.write_dng(raw, tmp_path / "a.dng")
+    writer.write_dng(raw, tmp_path / "a.dng")
     picture = read(tmp_path, "a.dng")
     expected = np.maximum((raw.dn.astype(np.float64) - 500) / (raw.white_level_dn - 500), 0)
     np.testing.assert_allclose(picture.signal, expected, rtol=1e-6)
@@ -33,7 +33,7 @@ def test_signal_is_the_share_of_the_range_above_black(tmp_path, cfa):
 
 def test_each_place_has_its_own_black_level(tmp_path):
     raw = random_frame(cfa="GRBG", black_level_dn=500, black_offsets_dn=(0, 10, 20, 30))
-    dng.write_dng(raw, tmp_path / "a.dng")
+    writer.write_dng(raw, tmp_path / "a.dng")
     black = 500 + np.tile([[0, 10], [20, 30]], (48, 64))
     # One white level for all places: LibRaw takes DNG's largest.
     expected = np.maximum((raw.dn.astype(np.float64) - black) / (raw.white_level_dn - black), 0)
@@ -44,7 +44,7 @@ def test_a_turned_patch_keeps_the_colours_of_the_file(tmp_path):
     """A frame in which each colour has a level of its own: every patch in every phase shows it."""
     levels = {"R": 2000, "G": 6000, "B": 4000}
     tile = np.array([levels[letter] for letter in "GBRG"], dtype=np.uint16).reshape(2, 2)
-    dng.write_dng(random_frame(cfa="GBRG", dn=np.tile(tile, (48, 64)), black_level_dn=0), tmp_path / "a.dng")
+    writer.write_dng(random_frame(cfa="GBRG", dn=np.tile(tile, (48, 64)), black_level_dn=0), tmp_path / "a.dng")
     picture = read(tmp_path, "a.dng")
     for cfa in ("RGGB", "BGGR"):
         for augmentation in AUGMENTATIONS:
@@ -55,7 +55,7 @@ def test_a_turned_patch_keeps_the_colours_of_the_file(tmp_path):
 
 def test_a_file_without_white_balance_takes_that_of_daylight(tmp_path):
     neutral, matrices = {50728}, {50721, 50722}
-    content = dng.dng_bytes(random_frame())
+    content = writer.dng_bytes(random_frame())
     (tmp_path / "a.dng").write_bytes(with_tags(content, {}, neutral, raw_directory=False))
     white = COLOR_MATRIX @ [0.95047, 1.0, 1.08883]
     assert read(tmp_path, "a.dng").white_balance == pytest.approx(white[1] / white, rel=1e-3)
@@ -68,7 +68,7 @@ def test_files_that_cannot_be_used_are_refused_by_name(tmp_path):
     (tmp_path / "text.dng").write_text("no raw file\n" * 1000)
     with pytest.raises(PhotositeError, match=r"text\.dng: .*give a DNG"):
         read(tmp_path, "text.dng")
-    content = dng.dng_bytes(random_frame())
+    content = writer.dng_bytes(random_frame())
     (tmp_path / "short.dng").write_bytes(content[: len(content) // 2])
     with pytest.raises(PhotositeError, match=r"short\.dng: damaged or cut short"):
         read(tmp_path, "short.dng")

@@ -6,9 +6,15 @@ from randomness import accept, correlation_p, mean_p, variance_p
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
-from simulator.sensor.tukey_lambda import GREATEST_LAMBDA, LEAST_LAMBDA, REACH, least_squares, tukey_polynomial
-from simulator.stage import Moments
+from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.stages.stage import Moments
+from simulator.sensor.stages.tukey_lambda_polynomial import (
+    GREATEST_LAMBDA,
+    LEAST_LAMBDA,
+    REACH,
+    least_squares,
+    tukey_polynomial,
+)
 
 DARK = np.zeros((512, 512))
 

@@ -7,10 +7,10 @@ from scipy import stats
 from scipy.special import polygamma
 
 from simulator.errors import PhotositeError
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
-from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
-from simulator.stage import Moments
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.stages.read_noise_before_gain import ReadNoiseBeforeGain
+from simulator.sensor.stages.stage import Moments
 
 DARK = np.zeros((512, 512))
 

@@ -6,8 +6,8 @@ import pytest
 from camera_builders import small_camera
 
 from simulator.errors import PhotositeError
-from simulator.sensor.camera_sections import ConversionGainSwitch, IsoSetting
-from simulator.sensor.read_noise_model import ReadNoiseModel
+from simulator.sensor.camera.camera_sections import ConversionGainSwitch, IsoSetting
+from simulator.sensor.camera.read_noise_model import ReadNoiseModel
 
 MODEL = ReadNoiseModel(gain_at_iso_100_dn_per_e=0.2, before_gain_e=4.0, after_gain_dn=1.5, lowest_iso=100, highest_iso=25600)
 

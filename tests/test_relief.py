@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 
-from simulator.blur.relief import patch_statistics
-from simulator.defocus import CLASS_UNIT_PX, PATCH_COLUMNS, PATCH_ROWS, TILE_COLUMNS, TILE_ROWS, Relief, seen_from
+from simulator.optics.defocus.defocus import (
+    CLASS_UNIT_PX,
+    PATCH_COLUMNS,
+    PATCH_ROWS,
+    TILE_COLUMNS,
+    TILE_ROWS,
+    Relief,
+    seen_from,
+)
+from simulator.optics.passes.radius_statistics import patch_statistics
 
 ROWS, HALF = 32, 64
 FIRST_CLASS, PER_UNIT = -30.0, 12.0

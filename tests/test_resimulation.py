@@ -12,11 +12,11 @@ import rawpy
 from raw_frame import random_frame
 
 import simulator
-from simulator.command_line import main
-from simulator.config.layers import CONFIGS
+from simulator.command_line.main import main
+from simulator.config.document_merge import CONFIGS
 from simulator.errors import PhotositeError
-from simulator.raw.dng import dng_bytes, write_dng
-from simulator.raw.xmp import read_provenance
+from simulator.raw.dng.writer import dng_bytes, write_dng
+from simulator.raw.dng.xmp import read_provenance
 
 CHECKER = CONFIGS / "shots" / "color_checker.yaml"
 SMALL = {"camera.window": {"x": 7, "y": 4, "width": 60, "height": 41}, "exposure.iso": 3200, "seeds": {"body": 3, "frame": 9}}

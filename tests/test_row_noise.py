@@ -6,8 +6,8 @@ from randomness import accept, correlation_p, mean_p, variance_p
 from scipy import stats
 
 from simulator.errors import PhotositeError
-from simulator.sensor.row_noise import RowNoise
-from simulator.stage import Moments
+from simulator.sensor.stages.row_noise import RowNoise
+from simulator.sensor.stages.stage import Moments
 
 DARK = np.zeros((20000, 3))
 

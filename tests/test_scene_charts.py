@@ -4,9 +4,9 @@ import colour
 import numpy as np
 import pytest
 
+from simulator.color.spectra import illuminant, luminance_cd_m2
 from simulator.errors import PhotositeError
 from simulator.scene.charts import ChartScene
-from simulator.spectra import illuminant, luminance_cd_m2
 
 
 def inside(scene, box):

@@ -12,7 +12,7 @@ from simulator.config import load_shot
 from simulator.errors import PhotositeError
 from simulator.scene.deep import DeepDepth, DeepScene
 from simulator.scene.image import ImageScene
-from simulator.scene.pinhole import pinhole_planes
+from simulator.scene.pinhole_view import pinhole_planes
 
 SHARED_EXR = Path(__file__).parent.parent.parent / "shared" / "data" / "openexr-images"
 SURFACES, VOLUMES = ("R", "G", "B", "A", "Z"), ("R", "G", "B", "A", "Z", "ZBack")

@@ -9,10 +9,10 @@ import pytest
 from photometry import luminance_of_pixels
 from picture_files import write
 
+from simulator.color.spectra import illuminant
 from simulator.errors import PhotositeError
 from simulator.scene.depth import DepthChannel, DepthImage
 from simulator.scene.image import ImageScene
-from simulator.spectra import illuminant
 
 SHARED_EXR = Path(__file__).parent.parent.parent / "shared" / "data" / "openexr-images"
 

@@ -11,16 +11,16 @@ from scene_builders import FixedScene
 
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.input_files import fingerprints
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.planner import plan
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.input_files import fingerprints
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 from simulator.scene.color_channels import srgb_to_linear
 from simulator.scene.depth import DepthChannel, DepthImage
 from simulator.scene.layered import LayeredScene, PictureLayer
-from simulator.scene.pinhole import pinhole_scene
-from simulator.shot import Shot
+from simulator.scene.pinhole_view import pinhole_scene
 
 MITSUBA = Path(__file__).parent.parent.parent / "shared" / "data" / "mitsuba"
 SIZE = 6, 8

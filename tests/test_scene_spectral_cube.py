@@ -4,11 +4,11 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from simulator.color.spectra import illuminant, luminance_cd_m2
 from simulator.errors import PhotositeError
 from simulator.scene.depth import DepthChannel
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.spectral_cube import SpectralCubeScene
-from simulator.spectra import illuminant, luminance_cd_m2
 
 
 def write_exr(path, pixels, names):

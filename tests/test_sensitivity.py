@@ -11,15 +11,15 @@ from raw_frame import random_frame
 from scene_builders import band_scene
 
 import simulator
-from simulator.config.layers import CONFIGS
-from simulator.exposure import Exposure
-from simulator.grey_patch import grey_patch
-from simulator.lens import ThinLens
-from simulator.planner import plan
-from simulator.raw.dng import write_dng
-from simulator.sensitivity import baseline_exposure_ev, saturation_exposure_lx_s
-from simulator.sensor.camera import SpectralResponse
-from simulator.shot import Shot
+from simulator.config.document_merge import CONFIGS
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.explain.grey_patch import grey_patch
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.raw.dng.writer import write_dng
+from simulator.sensor.camera.camera import SpectralResponse
+from simulator.sensor.iso_speed import baseline_exposure_ev, saturation_exposure_lx_s
 
 FLAT = CONFIGS / "shots" / "flat_field.yaml"  # D55, no fall-off
 CAMERAS = (("sony_a7s2", 50), ("sony_a7s2", 2000), ("raspberry_pi_hq", 100), ("ideal", 400), ("canon_5d_mark_iv", 160))

@@ -7,12 +7,12 @@ import pytest
 from camera_builders import every_stage
 
 from simulator.device import devices, kernel_source, open_device
-from simulator.fused import stage_order
-from simulator.sensor import FUSED
-from simulator.sensor.color_bias import ColorBias
-from simulator.sensor.conversion_gain import ConversionGain
-from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
-from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
+from simulator.sensor.kernel.kernel_program import stage_order
+from simulator.sensor.stages.color_bias import ColorBias
+from simulator.sensor.stages.conversion_gain import ConversionGain
+from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.stages.read_noise_before_gain import ReadNoiseBeforeGain
+from simulator.sensor.stages.registry import FUSED
 
 EVERYTHING = (
     *every_stage().values(),

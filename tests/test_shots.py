@@ -7,8 +7,8 @@ from data_gen.patches import mosaic_of
 from data_gen.sources.shots import Shots, saturating_electrons
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
-from simulator.pipeline import simulate
-from simulator.planner import plan
+from simulator.pipeline.planner import plan
+from simulator.pipeline.simulate import simulate
 
 SHOT = """
 scene: {{chart: color_checker, luminance: 120 cd/m^2, illuminant: {light}, depth: 2 m}}

@@ -10,14 +10,14 @@ from scene_builders import band_scene, distances, scene_edge
 from scipy.special import erf
 
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.lens_aberrations.aberrations import Aberrations
-from simulator.lens_aberrations.wavefront_psf import WavefrontPsf
-from simulator.measurement.slanted_edge import edge_of_raw_file, edge_transfer
-from simulator.pipeline import simulate
+from simulator.exposure.settings import Exposure
+from simulator.measurement.statistics.slanted_edge import edge_of_raw_file, edge_transfer
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.lens.wavefront import Aberrations
+from simulator.optics.psf.wavefront_psf import WavefrontPsf
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 from simulator.raw.save import save
-from simulator.shot import Shot
 
 FREQUENCY = np.linspace(0.02, 0.5, 25)
 

@@ -9,10 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from simulator.errors import PhotositeError
-from simulator.scene import Scene
-from simulator.scene.electron_radiance import electron_radiance_weights
-from simulator.spectra import (
+from simulator.color.spectra import (
     ILLUMINANTS,
     WAVELENGTHS_NM,
     check_illuminant,
@@ -24,6 +21,9 @@ from simulator.spectra import (
     reflectance_basis,
     step_nm,
 )
+from simulator.errors import PhotositeError
+from simulator.scene.electron_radiance import electron_radiance_weights
+from simulator.scene.scene import Scene
 
 REPOSITORY = Path(__file__).parent.parent
 A7S2_RESPONSE = REPOSITORY / "configs" / "responses" / "sony_a7s2.yaml"
@@ -186,7 +186,8 @@ def test_a7s2_file_holds_the_measured_curves():
 
 def test_importing_scenes_loads_no_heavy_library():
     code = (
-        "import simulator.scene.image, simulator.scene.spectral_cube, simulator.scene.charts, simulator.color, sys;"
+        "import simulator.scene.image, simulator.scene.spectral_cube, simulator.scene.charts, "
+        "simulator.color.camera_matrices, sys;"
         "sys.exit(', '.join({'colour', 'OpenImageIO', 'scipy', 'matplotlib'} & set(sys.modules)) or 0)"
     )
     result = subprocess.run([sys.executable, "-c", code], cwd=REPOSITORY, capture_output=True, text=True)

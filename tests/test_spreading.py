@@ -12,20 +12,20 @@ from lens_frame import LENS, depth_of
 from scene_builders import FixedScene, band_scene
 from scipy.ndimage import gaussian_filter
 
-from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
-from simulator.defocus.aperture_image import aperture_weights
 from simulator.device import open_device
-from simulator.lens import Aperture, ThinLens
-from simulator.lens.pupil import Pupil
-from simulator.lens_aberrations.psf_table import PsfTable
-from simulator.lens_aberrations.sampling import Sampling
-from simulator.pipeline import expose
-from simulator.planner import Plan, measure, plan
-from simulator.point_spread import FAR_AIRY, Spread, airy_radius_px, slab_radii_px
-from simulator.point_spread.far_blur import FarBlur
-from simulator.scene import Layer, Scene
-from simulator.sensor.camera import Window
-from simulator.shot import Shot
+from simulator.optics.defocus.aperture_kernel import aperture_weights
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.psf.defocused_psf import FarBlur
+from simulator.optics.psf.field_psf import FAR_AIRY, Spread, airy_radius_px, slab_radii_px
+from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.psf.psf_table import PsfTable
+from simulator.optics.pupil.pupil import Aperture, Pupil
+from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import expose
+from simulator.scene.scene import Layer, Scene
+from simulator.sensor.camera.camera import Window
 
 MARGIN, FRAME = 20, Window(0, 0, 96, 64)
 SIZE = FRAME.height + 2 * MARGIN, FRAME.width + 2 * MARGIN

@@ -15,13 +15,13 @@ from hypothesis import strategies as st
 from stability_cases import HEIGHT, LONG, QUICK, WIDTH, Body, Case, bodies, cases, code_range
 
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import noise_free_frame, simulate
-from simulator.planner import plan
-from simulator.sensor import STAGES
-from simulator.sensor.camera import Window
-from simulator.stage import Moments
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.simulate import noise_free_frame, simulate
+from simulator.sensor.camera.camera import Window
+from simulator.sensor.stages.registry import STAGES
+from simulator.sensor.stages.stage import Moments
 
 # Single precision against double, in roundings of 2^-24 relative each; one rounding is at most one ulp.
 #   tan^2: two squares and their sum, the product with its rounded factor          4

@@ -8,23 +8,23 @@ import numpy as np
 import pytest
 from camera_builders import every_stage
 
-from simulator.fused import in_order, signal_steps, white_level_dn
-from simulator.sensing import mean_range
-from simulator.sensor import FUSED
-from simulator.sensor.adc import Adc
-from simulator.sensor.analog_gain import AnalogGain
-from simulator.sensor.camera_sections import Window
-from simulator.sensor.color_bias import ColorBias
-from simulator.sensor.conversion_gain import ConversionGain
-from simulator.sensor.digital_gain import DigitalGain
-from simulator.sensor.exposure import Integration
-from simulator.sensor.full_well import FullWell
-from simulator.sensor.irradiance import Irradiance
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.sensor.prnu import Prnu
-from simulator.sensor.read_noise_after_gain import ReadNoiseAfterGain
-from simulator.sensor.read_noise_before_gain import ReadNoiseBeforeGain
-from simulator.stage import NORMAL_REACH, Moments, Stage
+from simulator.sensor.camera.camera_sections import Window
+from simulator.sensor.kernel.kernel_launch import mean_range
+from simulator.sensor.kernel.kernel_program import in_order, signal_steps, white_level_dn
+from simulator.sensor.stages.adc import Adc
+from simulator.sensor.stages.analog_gain import AnalogGain
+from simulator.sensor.stages.color_bias import ColorBias
+from simulator.sensor.stages.conversion_gain import ConversionGain
+from simulator.sensor.stages.digital_gain import DigitalGain
+from simulator.sensor.stages.exposure import Integration
+from simulator.sensor.stages.full_well import FullWell
+from simulator.sensor.stages.irradiance import Irradiance
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.prnu import Prnu
+from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.stages.read_noise_before_gain import ReadNoiseBeforeGain
+from simulator.sensor.stages.registry import FUSED
+from simulator.sensor.stages.stage import NORMAL_REACH, Moments, Stage
 
 WINDOW = Window(10, 20, 30, 40)
 STAGES = every_stage() | {

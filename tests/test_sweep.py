@@ -7,11 +7,11 @@ import tracemalloc
 import pytest
 import yaml
 
-from simulator.command_line.sweep_runner import SKIPPED, run_sweep
 from simulator.config import load_sweep
 from simulator.config.shot_file import load_document
 from simulator.config.sweep import Sweep
 from simulator.errors import PhotositeError
+from simulator.studies.sweep_runner import SKIPPED, run_sweep
 
 SHOT = """\
 scene: {chart: flat_field, luminance: 100 cd/m^2}

@@ -3,7 +3,7 @@
 import pytest
 import tifffile
 
-from simulator.raw.tags import Tag
+from simulator.raw.dng.tags import Tag
 
 # tifffile has older names: of Exif 2.2 before PhotographicSensitivity, and of the directory's pointer.
 OTHER_NAMES = {Tag.PHOTOGRAPHIC_SENSITIVITY: "ISOSpeedRatings", Tag.EXIF_IFD: "ExifTag"}

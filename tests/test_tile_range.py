@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from simulator import tiles
-from simulator.sensing import tile_extremes
+from simulator.sensor.kernel import tiles
+from simulator.sensor.kernel.kernel_launch import tile_extremes
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 5), (31, 7), (100, 64), (33, 130)])

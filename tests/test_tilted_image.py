@@ -11,15 +11,15 @@ from lens_frame import blurred_case
 from lens_truths import Case, slanted_plane
 from scene_builders import band_scene
 
-from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
-from simulator.defocus.aperture_image import photosite_weights, taps_of
-from simulator.defocus.tilted_image import tilted_weights
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.lens.pupil import Pupil
-from simulator.pipeline import simulate
-from simulator.sensor.camera import Window
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.aperture_kernel import photosite_weights, taps_of
+from simulator.optics.defocus.tilted_kernel import tilted_weights
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.pupil.pupil import Pupil
+from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.sensor.camera.camera import Window
 
 
 def met_by_lines(pupil: Pupil, radius: float, slope: tuple[float, float], half: int) -> np.ndarray:

@@ -10,26 +10,26 @@ from lens_frame import blurred_case, case_plan, executed_case, with_accuracy
 from lens_truths import Case, cases, penumbra, sinusoid, slanted_plane, stripes, uniform_layers
 from scene_builders import band_scene
 
-from simulator.blur.lens_height_field import sample_height_field
-from simulator.blur.lens_sampling import lens_points, sample_lens, upload_surfaces
-from simulator.blur.reference import BAND_ROWS
-from simulator.blur.strip import POINTS_SAVED
 from simulator.config.shot_file import load_shot
-from simulator.defocus import Defocus
-from simulator.defocus.accuracy import MOST, Accuracy, grid_error, points_error, product_error, slope_error
-from simulator.defocus.lens_points import MOST_OF_ALL, points_wanted
-from simulator.defocus.prediction import predicted_errors
 from simulator.device import open_device
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.lens.pupil import Aperture
-from simulator.pipeline import expose
-from simulator.planner import measure, plan
-from simulator.sensor.camera import Window
-from simulator.sensor.dark_current import DarkCurrent
-from simulator.sensor.full_well import FullWell
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, points_wanted
+from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.error_laws import MOST, Accuracy, grid_error, points_error, product_error, slope_error
+from simulator.optics.defocus.predicted_error import predicted_errors
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.passes.reference_mosaic import BAND_ROWS
+from simulator.optics.passes.row_band import POINTS_SAVED
+from simulator.optics.pupil.pupil import Aperture
+from simulator.optics.ray_reference.height_field_rays import sample_height_field
+from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import expose
+from simulator.sensor.camera.camera import Window
+from simulator.sensor.stages.dark_current import DarkCurrent
+from simulator.sensor.stages.full_well import FullWell
 
 
 def worst(case, electrons: float, tolerance: float = 0.1) -> float:

@@ -8,14 +8,14 @@ from camera_builders import small_camera
 from randomness import accept, mean_p, variance_p
 from scene_builders import band_scene
 
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.planner import plan
-from simulator.sensor import STAGES
-from simulator.sensor.camera import IsoSetting
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.sensor.camera.camera import IsoSetting
 from simulator.sensor.seeds import Seeds
-from simulator.shot import Shot
+from simulator.sensor.stages.registry import STAGES
 
 LENS = ThinLens(50.0, 8.0, cos4=False)
 

@@ -13,16 +13,16 @@ from scene_builders import band_scene
 from scipy import stats
 
 from simulator.device import open_device
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import expose, noise_free_frame, simulate, truth_parts
-from simulator.planner import measure, plan
-from simulator.sensor import STAGES
-from simulator.sensor.binning import Binning
-from simulator.sensor.camera import IsoSetting, Window
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import expose, noise_free_frame, simulate, truth_parts
+from simulator.pipeline.truth_maps import variance_map
+from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.camera import IsoSetting, Window
 from simulator.sensor.seeds import Seeds
-from simulator.shot import Shot
-from simulator.truth_maps import variance_map
+from simulator.sensor.stages.registry import STAGES
 
 LENS = ThinLens(50.0, 2.0, 2.0, cos4=False)
 RANDOM = np.random.default_rng(7)

@@ -13,9 +13,9 @@ from raw_frame import random_frame
 
 from simulator.errors import PhotositeError
 from simulator.raw import save as save_module
-from simulator.raw.picture import write_picture
+from simulator.raw.image_files import write_picture
 from simulator.raw.save import files_of, save, sidecar_text
-from simulator.raw.twin import read_twin, write_twin
+from simulator.raw.truth_exr import read_twin, write_twin
 
 
 def test_a_twin_gives_back_every_bit_of_both_planes(tmp_path):

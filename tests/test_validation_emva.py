@@ -8,26 +8,26 @@ import numpy as np
 import pytest
 from camera_builders import small_camera
 
-from simulator.command_line import main
+from simulator.color.spectra import LIGHT_SPEED_M_S, PLANCK_J_S
+from simulator.command_line.main import main
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
-from simulator.sensor.binning import Binning
-from simulator.sensor.camera import IsoSetting
-from simulator.sensor.column_offset import ColumnOffset
-from simulator.sensor.dark_current import DarkCurrent
-from simulator.sensor.dsnu import Dsnu
-from simulator.sensor.full_well import FullWell
-from simulator.sensor.hot_pixels import HotPixels
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.sensor.prnu import Prnu
-from simulator.sensor.row_noise import RowNoise
-from simulator.spectra import LIGHT_SPEED_M_S, PLANCK_J_S
-from simulator.validation import emva_gates
-from simulator.validation.emva import measure_emva
-from simulator.validation.emva_frames import EmvaBench, take_emva_frames
-from simulator.validation.emva_html import emva_html
-from simulator.validation.emva_report import validate_emva
-from simulator.validation.expectation import read_noise_hidden
+from simulator.measurement.emva1288 import gates as emva_gates
+from simulator.measurement.emva1288.files_to_planes import measure_emva
+from simulator.measurement.emva1288.frames import EmvaBench, take_emva_frames
+from simulator.measurement.emva1288.html import emva_html
+from simulator.measurement.emva1288.report import validate_emva
+from simulator.measurement.noise_check.expected import read_noise_hidden
+from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.camera import IsoSetting
+from simulator.sensor.stages.column_offset import ColumnOffset
+from simulator.sensor.stages.dark_current import DarkCurrent
+from simulator.sensor.stages.dsnu import Dsnu
+from simulator.sensor.stages.full_well import FullWell
+from simulator.sensor.stages.hot_pixels import HotPixels
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.prnu import Prnu
+from simulator.sensor.stages.row_noise import RowNoise
 
 
 def mono(**settings):

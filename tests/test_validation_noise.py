@@ -9,22 +9,23 @@ from camera_builders import small_camera
 from randomness import accept
 from scipy import stats
 
-from simulator.command_line import main
+from simulator.command_line.main import main
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
-from simulator.pipeline import simulate
-from simulator.sensor.camera import IsoSetting
-from simulator.sensor.column_offset import ColumnOffset
-from simulator.sensor.dsnu import Dsnu
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
-from simulator.sensor.prnu import Prnu
-from simulator.sensor.random_telegraph_noise import RandomTelegraphNoise
-from simulator.sensor.row_noise import RowNoise
-from simulator.validation import flat_frames, noise_gates
-from simulator.validation.gate import Gate
-from simulator.validation.noise import log_slope, measure_iso, noise_steps
-from simulator.validation.noise_frames import frame_plan, noise_bench, take_frames
-from simulator.validation.noise_report import validate_noise
+from simulator.measurement.noise_check import flat_bench
+from simulator.measurement.noise_check import gates as noise_gates
+from simulator.measurement.noise_check.frames import frame_plan, noise_bench, take_frames
+from simulator.measurement.noise_check.measure import log_slope, measure_iso, noise_steps
+from simulator.measurement.noise_check.report import validate_noise
+from simulator.measurement.noise_check.tolerance_check import Gate
+from simulator.pipeline.simulate import simulate
+from simulator.sensor.camera.camera import IsoSetting
+from simulator.sensor.stages.column_offset import ColumnOffset
+from simulator.sensor.stages.dsnu import Dsnu
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.stages.prnu import Prnu
+from simulator.sensor.stages.random_telegraph_noise import RandomTelegraphNoise
+from simulator.sensor.stages.row_noise import RowNoise
 
 # IMX385, 12 bit, black 240: K and read noise in DN as CRVD (RViDeNet) publishes them.
 IMX385 = {1600: (3.513, 11.92), 3200: (6.956, 38.12), 6400: (13.486, 130.8), 12800: (26.586, 484.5), 25600: (52.033, 1819.8)}
@@ -162,7 +163,7 @@ def test_a_failed_gate_is_an_exit_status(tmp_path, capsys, monkeypatch):
         codes = raw.black_level_dn + 1.02 * (raw.dn - raw.black_level_dn)
         return dataclasses.replace(raw, dn=np.minimum(np.rint(codes), raw.white_level_dn).astype(np.uint16))
 
-    monkeypatch.setattr(flat_frames, "simulate", wrong)
+    monkeypatch.setattr(flat_bench, "simulate", wrong)
     assert run("validate", "noise", "ideal", "--iso", 100) == 1
     printed = capsys.readouterr()
     assert "FAIL" in printed.out and "2 of 2 gates failed: K at ISO 100" in printed.err

@@ -11,15 +11,18 @@ from scene_builders import band_scene
 
 import simulator
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import BareSensor, Pinhole, RoundStop, ThinLens, Vignetting
-from simulator.pipeline import simulate
-from simulator.planner import plan
-from simulator.scene import Layer
-from simulator.sensor.camera import Window
-from simulator.sensor.irradiance import Irradiance
-from simulator.shot import Shot
-from simulator.veiling_glare import VeilingGlare, add_veiling_glare
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.bare_sensor import BareSensor
+from simulator.optics.lens.pinhole import Pinhole
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.pupil.vignetting import RoundStop, Vignetting
+from simulator.optics.veiling_glare import VeilingGlare, add_veiling_glare
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.scene.scene import Layer
+from simulator.sensor.camera.camera import Window
+from simulator.sensor.stages.irradiance import Irradiance
 
 CHART = Path(__file__).parent.parent / "configs" / "shots" / "color_checker.yaml"
 GLARE = 0.03

@@ -8,13 +8,13 @@ from camera_builders import small_camera
 from raw_frame import COLOR_MATRIX, random_frame
 from scene_builders import band_scene
 
-from simulator.colour_data import colour_science
-from simulator.development import DEMOSAICS, develop
+from simulator.color.colour_science import colour_science
 from simulator.errors import PhotositeError
-from simulator.exposure import Exposure
-from simulator.lens import ThinLens
-from simulator.pipeline import simulate
-from simulator.shot import Shot
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.raw.development import DEMOSAICS, develop
 
 BLACK, WHITE = 511, 16383
 

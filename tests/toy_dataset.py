@@ -11,9 +11,9 @@ from data_gen.generate import Generator
 from data_gen.samplers import LogUniform
 from data_gen.sources import CleanImage
 from simulator.errors import PhotositeError
-from simulator.sensor.camera import IsoSetting
-from simulator.sensor.full_well import FullWell
-from simulator.sensor.photon_shot_noise import PhotonShotNoise
+from simulator.sensor.camera.camera import IsoSetting
+from simulator.sensor.stages.full_well import FullWell
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 
 GAIN, READ_DN, BLACK_DN, WHITE_DN = 0.5, 3.0, 64.0, 1023
 

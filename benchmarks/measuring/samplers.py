@@ -11,7 +11,7 @@ import numpy as np
 from scipy import special, stats
 
 from simulator.device import Device, expanded
-from simulator.sensor.poisson_means import (
+from simulator.sensor.stages.poisson_variants import (
     MACROS,
     POISSON_BRIGHT_E,
     POISSON_SWITCH_E,

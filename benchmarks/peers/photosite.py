@@ -8,10 +8,10 @@ from measuring.contest import Contestant
 from measuring.work import Sensor
 
 from simulator.device import Device, DeviceInfo, open_device
-from simulator.sensing import FrameSetting, Part, sense
-from simulator.sensor import STAGES
+from simulator.sensor.kernel.kernel_launch import FrameSetting, Part, sense
 from simulator.sensor.seeds import Seeds
-from simulator.stage import Stage
+from simulator.sensor.stages.registry import STAGES
+from simulator.sensor.stages.stage import Stage
 
 
 def named(info: DeviceInfo) -> str:

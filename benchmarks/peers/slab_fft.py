@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from scipy.fft import irfft2, next_fast_len, rfft2
 
-from simulator.defocus.aperture_image import disk_weights
+from simulator.optics.defocus.aperture_kernel import disk_weights
 
 
 def slab_blur(

@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from simulator.sensor.cfa import CfaName
+from simulator.sensor.camera.cfa import CfaName
 
 
 @dataclass(frozen=True)

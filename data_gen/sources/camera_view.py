@@ -6,18 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_gen.sources import CleanImage
-from simulator.color import as_shot_neutral
+from simulator.color.camera_matrices import as_shot_neutral
+from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, efficiency_on, illuminant
 from simulator.errors import require
-from simulator.sensor.camera import Camera
-from simulator.sensor.camera_color import matrix_under_d65
-from simulator.spectra import WAVELENGTHS_NM, check_illuminant, efficiency_on, illuminant
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.camera_color import matrix_under_d65
 
 
 @dataclass(frozen=True)
 class CameraView:
     """A camera in one light.
 
-    light: name that `simulator.spectra.illuminant` knows.
+    light: name that `simulator.color.spectra.illuminant` knows.
     white: (channels,) float64, signal of a white surface, largest = 1 (DNG AsShotNeutral).
     color_matrix: (3, 3) XYZ to camera under D65; None for MONO.
     """

@@ -12,7 +12,7 @@ from data_gen.patches import AUGMENTATIONS, Augmentation, choose_crop
 from data_gen.sources import Source
 from simulator.errors import PhotositeError
 from simulator.progress import Progress, Steps, silent
-from simulator.sensor.cfa import CfaName
+from simulator.sensor.camera.cfa import CfaName
 
 ProblemKind = Literal["not listed", "duplicate name", "unreadable", "too small"]
 

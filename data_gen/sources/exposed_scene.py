@@ -9,9 +9,9 @@ import numpy as np
 from data_gen.sources import CleanImage
 from data_gen.sources.camera_view import camera_view
 from simulator.errors import PhotositeError, require
-from simulator.scene import Scene
 from simulator.scene.electron_radiance import electron_radiance_weights
-from simulator.sensor.camera import Camera
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import Camera
 
 
 def exposed(scene: Scene, camera: Camera, light: str, percentile: float, signal: float, path: Path) -> CleanImage:

@@ -7,9 +7,9 @@ curve, the gamma, the colour matrix, and the gains of white balance and brightne
 
 import numpy as np
 
-from simulator.color import CONNECTION_SPACE_WHITE, forward_matrix
-from simulator.colour_data import colour_science
-from simulator.sensor.camera import Camera
+from simulator.color.camera_matrices import CONNECTION_SPACE_WHITE, forward_matrix
+from simulator.color.colour_science import colour_science
+from simulator.sensor.camera.camera import Camera
 
 # XYZ to camera of the Darmstadt Noise Dataset's four, as the release has them: Nexus 6P, Sony A7R, Olympus E-M10, RX100 IV.
 XYZ_TO_CAMERA = np.array(

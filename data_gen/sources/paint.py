@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_gen.sources.camera_view import efficiency_of
-from simulator.color import camera_response, chart_reflectances
-from simulator.sensor.camera import Camera
-from simulator.spectra import WAVELENGTHS_NM, illuminant
+from simulator.color.camera_matrices import camera_response, chart_reflectances
+from simulator.color.spectra import WAVELENGTHS_NM, illuminant
+from simulator.sensor.camera.camera import Camera
 
 LAMP_TEMPERATURES_K = tuple(round(1e6 / mired) for mired in range(100, 531, 10))  # from a blue sky to a candle, even in mired
 _MIXTURE = 0.04  # of the Dirichlet distribution: most surfaces are close to one or two measured ones

@@ -23,7 +23,7 @@ from data_gen.sources.inverse_isp import (
 from simulator.errors import PhotositeError, require
 from simulator.scene.color_channels import srgb_to_linear
 from simulator.scene.pixel_file import memory_for, read_pixels
-from simulator.sensor.camera import Camera
+from simulator.sensor.camera.camera import Camera
 
 KEY = "photographs"
 

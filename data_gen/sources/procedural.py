@@ -13,7 +13,7 @@ from data_gen.sources.camera_view import CameraView, camera_view, check_illumina
 from data_gen.sources.drawings import DRAWINGS
 from data_gen.sources.paint import Paint, paint_for
 from simulator.errors import require
-from simulator.sensor.camera import Camera
+from simulator.sensor.camera.camera import Camera
 
 Kind = Literal["dead_leaves", "gradients", "slanted_edges", "color_patches", "text", "point_lights"]
 LARGEST_SIDE_PX = 8192

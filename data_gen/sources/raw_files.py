@@ -9,7 +9,7 @@ import numpy as np
 from data_gen.sources import CleanImage
 from data_gen.sources.folder import FolderSource, check_extensions
 from simulator.errors import require
-from simulator.raw_file import RawFile, read_raw_file
+from simulator.raw.raw_reader import RawFile, read_raw_file
 
 KEY = "raw_files"
 EXTENSIONS = (".dng", ".arw", ".cr2", ".cr3", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2")

@@ -11,12 +11,12 @@ from data_gen.sources import CleanImage
 from simulator.config import Sweep, load_shot, load_sweep
 from simulator.device import Device, open_device
 from simulator.errors import PhotositeError, require
-from simulator.frame_metadata import neutral_of
-from simulator.pipeline import check_memory, expose, noise_free_frame
-from simulator.planner import Plan, measure, plan
-from simulator.sensor.camera_color import matrix_under_d65
-from simulator.sensor_plan import SensorPlan
-from simulator.shot import Shot
+from simulator.pipeline.frame_metadata import neutral_of
+from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import check_memory, expose, noise_free_frame
+from simulator.sensor.camera.camera_color import matrix_under_d65
+from simulator.sensor.sensor_plan import SensorPlan
 
 
 @dataclass(frozen=True)

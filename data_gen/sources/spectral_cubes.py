@@ -11,7 +11,7 @@ from data_gen.sources.camera_view import check_illuminants, drawn
 from data_gen.sources.exposed_scene import check_exposure, exposed, told_as
 from data_gen.sources.folder import FolderSource, check_extensions
 from simulator.scene.spectral_cube import SpectralCubeScene
-from simulator.sensor.camera import Camera
+from simulator.sensor.camera.camera import Camera
 
 KEY = "spectral_cubes"
 

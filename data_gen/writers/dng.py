@@ -15,9 +15,9 @@ from data_gen.sample import Sample
 from data_gen.writers import WriterOptions
 from data_gen.writers.pair_names import pair_names, pairs_by_sample
 from simulator.errors import PhotositeError
-from simulator.frame import Raw
-from simulator.raw.dng import dng_bytes
-from simulator.raw_file import read_raw_file
+from simulator.raw.dng.writer import dng_bytes
+from simulator.raw.raw_image import Raw
+from simulator.raw.raw_reader import read_raw_file
 
 _NO_SHOT_NOISE = 1e-12  # Adobe's reader takes no slope of 0
 

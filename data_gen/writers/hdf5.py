@@ -17,7 +17,7 @@ import numpy as np
 from data_gen.record import UNITS, alike, sample_arrays, sample_facts, sample_from
 from data_gen.sample import Sample
 from data_gen.writers import WriterOptions
-from simulator.raw import software
+from simulator.raw.software import software
 
 if TYPE_CHECKING:
     import h5py

@@ -126,7 +126,7 @@ def inspect(
 @app.command()
 def devices() -> None:
     """List the OpenCL devices; the first is used unless --device or $PHOTOSITE_DEVICE names another."""
-    from simulator.command_line.tables import show_devices
+    from simulator.command_line.explain import show_devices
 
     show_devices()
 
@@ -196,7 +196,7 @@ def explain(
     lens in numbers; where white lands; a grey patch from cd/m^2 over lux, photons and electrons to DN; and ISO by ISO the
     share of each source in the variance of its noise.
     """
-    from simulator.command_line.tables import show_plan
+    from simulator.command_line.explain import show_plan
 
     show_plan(shot, settings or [], patch, "exposure" if same_shutter else "brightness", device, measured)
 
@@ -244,7 +244,7 @@ def schema(
     if out is None:
         print(text)
         return
-    from simulator.raw.files import atomic_write
+    from simulator.atomic_files import atomic_write
 
     with atomic_write(out) as path:
         path.write_text(text + "\n", encoding="utf-8")

@@ -5,17 +5,17 @@ from pathlib import Path
 from rich.markup import escape
 from rich.table import Table
 
-from simulator.calibration.assumption import assumed_numbers
-from simulator.calibration.camera_measurement import Calibration, dynamic_range_stops, measure_camera
-from simulator.calibration.camera_text import camera_document
-from simulator.calibration.checks import problems
-from simulator.calibration.frames import by_iso, raw_files, read_frames
-from simulator.calibration.iso_measurement import IsoMeasurement
+from simulator.atomic_files import atomic_write
 from simulator.command_line.screen import console, log, shown
 from simulator.config import dump_yaml
 from simulator.errors import PhotositeError
-from simulator.measurement.interval import Interval
-from simulator.raw.files import atomic_write
+from simulator.measurement.calibration.assumed_numbers import assumed_numbers
+from simulator.measurement.calibration.camera_measurement import Calibration, dynamic_range_stops, measure_camera
+from simulator.measurement.calibration.camera_yaml import camera_document
+from simulator.measurement.calibration.frame_checks import problems
+from simulator.measurement.calibration.frame_sorting import by_iso, raw_files, read_frames
+from simulator.measurement.calibration.iso_measurement import IsoMeasurement
+from simulator.measurement.statistics.interval import Interval
 
 
 def calibrate_files(
@@ -42,8 +42,8 @@ def calibrate_files(
 
 
 def _draw(found: Calibration, name: str, path: Path) -> None:
-    from simulator.calibration.plots import calibration_figure
-    from simulator.validation.figures import write_figure
+    from simulator.measurement.calibration.plots import calibration_figure
+    from simulator.measurement.report.figures import write_figure
 
     try:
         figure = calibration_figure(found, f"{name}: photosite calibrate")

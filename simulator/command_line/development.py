@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from simulator.development import develop, write_image
 from simulator.errors import PhotositeError
+from simulator.raw.development import develop, write_image
 
 
 def develop_file(raw: Path, out: Path | None, settings: dict[str, object], white_balance: str, bits: int | None) -> Path:
     """Develop `raw` into the picture `out` (default: beside it, as PNG; EXR for metric output) and return its path.
 
-    settings: other arguments of `simulator.development.develop`. Raises PhotositeError.
+    settings: other arguments of `simulator.raw.development.develop`. Raises PhotositeError.
     """
     metric = settings.get("output") == "metric"
     target = out or raw.with_suffix(".exr" if metric else ".png")
@@ -28,7 +28,7 @@ def develop_sheet(raw: Path, out: Path | None, settings: dict[str, object], whit
     """
     from simulator.command_line.development_sheet import sheet_figure
     from simulator.command_line.screen import waiting
-    from simulator.validation.figures import write_figure
+    from simulator.measurement.report.figures import write_figure
 
     target = out or raw.with_suffix(".sheet.png")
     if target.suffix.lower() not in (".png", ".svg", ".pdf"):

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.development import develop, srgb_encoded
 from simulator.errors import PhotositeError
-from simulator.raw.twin import NOISE_FREE_DN, read_twin
-from simulator.raw_file import RawFile, read_raw_file
-from simulator.validation.figures import new_figure
+from simulator.measurement.report.figures import new_figure
+from simulator.raw.development import develop, srgb_encoded
+from simulator.raw.raw_reader import RawFile, read_raw_file
+from simulator.raw.truth_exr import NOISE_FREE_DN, read_twin
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,7 +22,8 @@ SHOWN_DIFFERENCE = 0.35  # of the range from black to white, for the 99.5th perc
 def sheet_figure(path: Path, settings: dict[str, object]) -> "Figure":
     """Draw a frame beside its truth, whole and as a detail from its middle.
 
-    settings: arguments of `simulator.development.develop`. Truth is the twin's noise-free codes, rounded and developed alike,
+    settings: arguments of `simulator.raw.development.develop`. Truth is the twin's noise-free codes, rounded and developed
+    alike,
     so that the difference holds noise and fixed pattern and not what demosaicing does to both. White balance is the frame's.
     Raises PhotositeError when the twin is missing or of another size, and without matplotlib.
     """

@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from simulator.command_line.screen import console
-from simulator.measurement.inspection import Channel, Inspection, inspect_raw
+from simulator.measurement.statistics.inspection import Channel, Inspection, inspect_raw
 
 _BARS = " ▁▂▃▄▅▆▇█"
 

@@ -5,15 +5,15 @@ import math
 import numpy as np
 
 from simulator.command_line.shot_numbers import Fact
-from simulator.lens import BareSensor, Pinhole, ThinLens
-from simulator.lens.perspective import GREEN_NM, Perspective, crop_factor
-from simulator.lens.pinhole import RAYLEIGH, SHARPEST
-from simulator.lens.thin_lens import CIRCLES_PER_DIAGONAL
-from simulator.optics_plan import OpticsPlan
-from simulator.planner import Plan
-from simulator.sensor.camera import Camera
-from simulator.sensor.irradiance import Irradiance
-from simulator.shot import Shot
+from simulator.optics.lens.bare_sensor import BareSensor
+from simulator.optics.lens.perspective import GREEN_NM, Perspective, crop_factor
+from simulator.optics.lens.pinhole import RAYLEIGH, SHARPEST, Pinhole
+from simulator.optics.lens.thin_lens import CIRCLES_PER_DIAGONAL, ThinLens
+from simulator.optics.optics_plan import OpticsPlan
+from simulator.pipeline.planner import Plan
+from simulator.pipeline.shot import Shot
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.stages.irradiance import Irradiance
 
 BLOCK_PX = 2.0  # a blur circle within one 2x2 block of the filter mosaic cannot be seen in the raw file
 

@@ -4,11 +4,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from simulator.command_line.shot_numbers import Fact
-from simulator.grey_patch import GreyPatch
-from simulator.noise_budget import NoiseBudget, noise_budget
-from simulator.sensor.camera import Camera
-from simulator.sensor_plan import SensorPlan
-from simulator.shot import Shot
+from simulator.pipeline.explain.grey_patch import GreyPatch
+from simulator.pipeline.explain.noise_budget import NoiseBudget, noise_budget
+from simulator.pipeline.shot import Shot
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.sensor_plan import SensorPlan
 
 MOST_ISOS = 12
 # What the stages are called among people; the others by their stem.

@@ -8,7 +8,7 @@ from rich.markup import escape
 from simulator import __version__
 from simulator.command_line.screen import log, shown
 from simulator.raw.save import save
-from simulator.resimulation import differing_codes, provenance_of, resimulate
+from simulator.studies.resimulation import differing_codes, provenance_of, resimulate
 
 
 def resimulate_file(path: Path, out: Path | None, device: str | None) -> None:

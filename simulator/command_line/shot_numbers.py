@@ -3,10 +3,10 @@
 import math
 from dataclasses import dataclass
 
-from simulator.grey_patch import grey_patch
-from simulator.planner import Plan
-from simulator.sensor_plan import SensorPlan
-from simulator.shot import Shot
+from simulator.pipeline.explain.grey_patch import grey_patch
+from simulator.pipeline.planner import Plan
+from simulator.pipeline.shot import Shot
+from simulator.sensor.sensor_plan import SensorPlan
 
 
 @dataclass(frozen=True)

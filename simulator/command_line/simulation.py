@@ -7,14 +7,14 @@ from pathlib import Path
 import typer
 from rich.markup import escape
 
+from simulator.atomic_files import atomic_write
 from simulator.command_line.screen import log, shown
-from simulator.command_line.sweep_runner import SKIPPED, Row, run_sweep, take
 from simulator.config import Sweep, load_shot, load_sweep, located, shot_warnings
 from simulator.errors import PhotositeError
-from simulator.pipeline import simulate
-from simulator.raw.files import atomic_write
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 from simulator.raw.save import save
-from simulator.shot import Shot
+from simulator.studies.sweep_runner import SKIPPED, Row, run_sweep, take
 
 
 def simulate_file(path: Path, settings: list[str], out: Path, device: str | None, redo: bool) -> None:

@@ -12,11 +12,11 @@ from rich.table import Table
 
 from simulator.command_line.screen import console, log, shown
 from simulator.config import load_camera
-from simulator.validation.gate import Gate
+from simulator.measurement.noise_check.tolerance_check import Gate
 
 if TYPE_CHECKING:
-    from simulator.validation.emva_report import EmvaReport
-    from simulator.validation.noise_report import NoiseReport
+    from simulator.measurement.emva1288.report import EmvaReport
+    from simulator.measurement.noise_check.report import NoiseReport
 
 
 def validate_noise(camera: str, settings: list[str], isos: list[int], out: Path | None, device: str | None) -> None:
@@ -24,9 +24,9 @@ def validate_noise(camera: str, settings: list[str], isos: list[int], out: Path 
 
     Raises PhotositeError; typer.Exit(1) when a gate failed.
     """
-    from simulator.validation import noise_report
-    from simulator.validation.figures import write_figure
-    from simulator.validation.noise_figure import noise_figure
+    from simulator.measurement.noise_check import report as noise_report
+    from simulator.measurement.noise_check.figure import noise_figure
+    from simulator.measurement.report.figures import write_figure
 
     body = load_camera(camera, settings)
     with _frames(out) as folder, shown("frames") as progress:
@@ -46,9 +46,10 @@ def validate_emva(camera: str, settings: list[str], iso: int | None, out: Path |
 
     iso: the lowest that was measured when None. Raises PhotositeError; typer.Exit(1) when a gate failed.
     """
-    from simulator.validation import emva_html, emva_report
-    from simulator.validation.emva_figures import emva_overview
-    from simulator.validation.figures import write_figure
+    from simulator.measurement.emva1288 import html
+    from simulator.measurement.emva1288 import report as emva_report
+    from simulator.measurement.emva1288.figures import emva_overview
+    from simulator.measurement.report.figures import write_figure
 
     body = load_camera(camera, settings)
     with _frames(out) as folder, shown("frames") as progress:
@@ -57,7 +58,7 @@ def validate_emva(camera: str, settings: list[str], iso: int | None, out: Path |
     show_gates("Against the camera file", report.gates)
     if out is not None:
         emva_report.write_emva_json(report, out / "emva.json")
-        emva_html.write_emva_html(report, out / "emva.html")
+        html.write_emva_html(report, out / "emva.html")
         write_figure(emva_overview(report.found, f"EMVA 1288 of {report.camera} at ISO {report.iso}"), out / "emva.png")
         log.print(escape(f"frames in {folder}, report in {out / 'emva.html'} and {out / 'emva.json'}"))
     _verdict(report.gates)

@@ -2,10 +2,10 @@
 
 from simulator.config.any_file import load_file
 from simulator.config.camera_file import camera_document, load_camera
+from simulator.config.document_merge import named_file
 from simulator.config.json_schema import schema
-from simulator.config.layers import named_file
 from simulator.config.option_values import camera_data, length_um, response_name
-from simulator.config.sections import given_later
+from simulator.config.sections_of_dataclasses import given_later
 from simulator.config.shot_file import load_shot, located, shot_of_data
 from simulator.config.sweep import Sweep, SweepPoint, load_sweep
 from simulator.config.warnings import shot_warnings

@@ -8,8 +8,8 @@ from typing import TypeVar
 from simulator.config.build import build, validate
 from simulator.config.camera_file import inline_camera, inline_response
 from simulator.config.document import Document, read_document
-from simulator.config.layers import parse_override, subdocument, with_section, with_value
-from simulator.config.sections import section_with
+from simulator.config.document_merge import parse_override, subdocument, with_section, with_value
+from simulator.config.sections_of_dataclasses import section_with
 from simulator.config.shot_file import resolved
 
 Root = TypeVar("Root")

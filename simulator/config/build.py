@@ -5,7 +5,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from simulator.config.document import Document, dotted
-from simulator.config.problems import from_validation
+from simulator.config.messages import from_validation
 from simulator.config.section_types import Section
 from simulator.errors import PhotositeError
 

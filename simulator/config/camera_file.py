@@ -9,13 +9,13 @@ from pydantic import Discriminator, Field, Tag, create_model
 
 from simulator.config.build import build, validate
 from simulator.config.document import Document, Place, read_document
-from simulator.config.layers import find_config, merged, parse_override, subdocument, with_section, with_value, without
+from simulator.config.document_merge import find_config, merged, parse_override, subdocument, with_section, with_value, without
 from simulator.config.response_curves import ResponseCurves, spectral_response
 from simulator.config.section_types import Section
-from simulator.config.sections import OWN_MODELS, section_with
-from simulator.sensor import STAGES
-from simulator.sensor.camera import Camera
-from simulator.stage import fields_from_shot
+from simulator.config.sections_of_dataclasses import OWN_MODELS, section_with
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.stages.registry import STAGES
+from simulator.sensor.stages.stage import fields_from_shot
 
 SourceText = Annotated[
     Annotated[str, Tag("<text>")] | Annotated[dict[str, str], Tag("<by key>")],

@@ -6,8 +6,10 @@ from typing import Annotated
 from pydantic import Discriminator, Field, Tag, create_model
 
 from simulator.config.section_types import Section
-from simulator.config.sections import section
-from simulator.lens import BareSensor, Pinhole, ThinLens
+from simulator.config.sections_of_dataclasses import section
+from simulator.optics.lens.bare_sensor import BareSensor
+from simulator.optics.lens.pinhole import Pinhole
+from simulator.optics.lens.thin_lens import ThinLens
 
 # Kinds with a key of their own, whose value holds their numbers.
 LENSES = {"pinhole": Pinhole, "bare_sensor": BareSensor}

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from simulator.config.camera_file import inline_camera
 from simulator.config.document import Document, Place
-from simulator.config.layers import CONFIGS, find_config
+from simulator.config.document_merge import CONFIGS, find_config
 from simulator.config.quantity import parse_quantity
 from simulator.errors import PhotositeError
 from simulator.units import Unit

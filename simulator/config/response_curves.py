@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.errors import require
-from simulator.sensor.camera import SpectralResponse
+from simulator.sensor.camera.camera import SpectralResponse
 from simulator.units import Nanometres
 
 

@@ -14,19 +14,19 @@ from pydantic import Discriminator, Field, Tag, create_model
 from simulator.config.build import build, placed, validate
 from simulator.config.camera_file import camera_section, inline_camera, inline_response
 from simulator.config.document import Document, Place, read_document
-from simulator.config.layers import named_file, parse_override, subdocument, with_section, with_value
+from simulator.config.document_merge import named_file, parse_override, subdocument, with_section, with_value
 from simulator.config.lens_section import lens_member
-from simulator.config.problems import nearest
+from simulator.config.messages import nearest
 from simulator.config.section_types import Section
-from simulator.config.sections import model_type, model_value, section
+from simulator.config.sections_of_dataclasses import model_type, model_value, section
 from simulator.config.sweep_section import SweepSection
 from simulator.errors import PhotositeError
+from simulator.pipeline.shot import Shot
 from simulator.scene.charts import ChartScene
 from simulator.scene.deep import DeepScene
 from simulator.scene.image import ImageScene
 from simulator.scene.layered import LayeredScene
 from simulator.scene.spectral_cube import SpectralCubeScene
-from simulator.shot import Shot
 
 # The key that decides which scene it is.
 SCENES = {

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from simulator.config.build import placed, validate
 from simulator.config.document import Document, Place
-from simulator.config.layers import subdocument, with_value, without
+from simulator.config.document_merge import subdocument, with_value, without
 from simulator.config.shot_file import load_document, shot_from, with_overrides
 from simulator.config.sweep_section import SweepSection, sequence
 from simulator.errors import PhotositeError
-from simulator.input_files import named_files
-from simulator.shot import Shot
+from simulator.pipeline.input_files import named_files
+from simulator.pipeline.shot import Shot
 
 MAX_CHECKED = 2000  # of the computed values of one key; listed values are all checked
 

@@ -1,6 +1,6 @@
 """Settings that are possible but rarely meant."""
 
-from simulator.shot import Shot
+from simulator.pipeline.shot import Shot
 
 
 def shot_warnings(shot: Shot) -> list[str]:

@@ -4,13 +4,13 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from simulator.atomic_files import atomic_write
 from simulator.errors import PhotositeError
-from simulator.frame import Raw
-from simulator.raw.dng import dng_pieces, write_pieces
-from simulator.raw.files import atomic_write
-from simulator.raw.picture import put_parts
-from simulator.raw.plain_data import json_text
-from simulator.raw.twin import twin_parts
+from simulator.raw.canonical_json import json_text
+from simulator.raw.dng.writer import dng_pieces, write_pieces
+from simulator.raw.image_files import put_parts
+from simulator.raw.raw_image import Raw
+from simulator.raw.truth_exr import twin_parts
 
 
 @dataclass(frozen=True)

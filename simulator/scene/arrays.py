@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from simulator.errors import require
-from simulator.scene import Scene
 from simulator.scene.depth import unit_notes
 from simulator.scene.depth_holes import without_holes
-from simulator.scene.hidden_surface import Hidden
 from simulator.scene.image import ImageScene
+from simulator.scene.occluded_background import Hidden
 from simulator.scene.picture_light import Encoding, LuminanceOf, Negative
 from simulator.scene.pixel_file import PixelFile, memory_for
+from simulator.scene.scene import Scene
 from simulator.scene.spectral_cube import SpectralCubeScene
 
 ARRAY = Path("array")  # stands in messages and notes where the name of a file would

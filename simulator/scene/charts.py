@@ -5,11 +5,11 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, illuminant, luminance_cd_m2
 from simulator.errors import require
-from simulator.scene import Scene
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.depth import check_depth
-from simulator.spectra import WAVELENGTHS_NM, check_illuminant, illuminant, luminance_cd_m2
+from simulator.scene.scene import Scene
 from simulator.units import CandelasPerSquareMetre, Degrees, Metres
 
 CELL_PX = 12  # a patch and the frame around it, on the chart's own grid
@@ -110,7 +110,7 @@ class ChartScene:
         index = _patch_index(*self._layout())
         if self.chart == "grey_ramp":
             return np.append(self.grey_reflectances(), FRAME_REFLECTANCE)[index][..., None], flat
-        from simulator.color import chart_reflectances
+        from simulator.color.camera_matrices import chart_reflectances
 
         reflectances = np.vstack([chart_reflectances(WAVELENGTHS_NM), FRAME_REFLECTANCE * flat])
         return np.eye(len(reflectances))[index], reflectances

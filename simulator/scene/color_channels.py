@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simulator.colour_data import colour_science
+from simulator.color.colour_science import colour_science
 from simulator.errors import PhotositeError
 from simulator.scene.pixel_file import PixelFile
 

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import numpy as np
 
+from simulator.color.spectra import check_illuminant
 from simulator.errors import require
-from simulator.scene import Scene
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.color_channels import to_linear
 from simulator.scene.deep_file import DeepSamples, read_deep
@@ -15,7 +15,7 @@ from simulator.scene.deep_layers import deep_layers
 from simulator.scene.depth import METRES_PER_UNIT, Along, LengthUnit, axis_per_ray, check_along, check_scale
 from simulator.scene.picture_light import Illuminant, LuminanceOf, Negative, Upsampling, lit_scene, without_negative
 from simulator.scene.pixel_file import PixelFile, memory_for
-from simulator.spectra import check_illuminant
+from simulator.scene.scene import Scene
 from simulator.units import CandelasPerSquareMetre, Degrees
 
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.scene import Layer
 from simulator.scene.deep_file import DeepSamples
 from simulator.scene.depth_holes import nearest_pixels
+from simulator.scene.scene import Layer
 
 JOINED = 1.01  # ratio of depths in one layer from which the pixel is counted
 BINS = 256  # of inverse depth, in which the borders between layers are looked for

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from simulator.scene import Scene
-from simulator.spectra import efficiency_on, photons_per_joule, step_nm
+from simulator.color.spectra import efficiency_on, photons_per_joule, step_nm
+from simulator.scene.scene import Scene
 
 
 def electron_radiance_weights(scene: Scene, response_wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> np.ndarray:

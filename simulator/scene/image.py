@@ -7,11 +7,11 @@ from typing import Annotated
 
 import numpy as np
 
-from simulator.scene import Layer, Scene
+from simulator.color.spectra import check_illuminant
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.color_channels import color_channels, to_linear
 from simulator.scene.depth import Depth, DepthChannel, check_depth, load_depth
-from simulator.scene.hidden_surface import Hidden
+from simulator.scene.occluded_background import Hidden
 from simulator.scene.picture_light import (
     Encoding,
     Illuminant,
@@ -22,7 +22,7 @@ from simulator.scene.picture_light import (
     without_negative,
 )
 from simulator.scene.pixel_file import PixelFile, check_finite, memory_for, read_pixels
-from simulator.spectra import check_illuminant
+from simulator.scene.scene import Layer, Scene
 from simulator.units import CandelasPerSquareMetre, Degrees
 
 

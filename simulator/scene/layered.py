@@ -7,8 +7,8 @@ from typing import Annotated
 
 import numpy as np
 
+from simulator.color.spectra import check_illuminant
 from simulator.errors import PhotositeError, require
-from simulator.scene import Layer, Scene
 from simulator.scene.alpha import Alpha, load_coverage
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.color_channels import color_channels, to_linear
@@ -23,7 +23,7 @@ from simulator.scene.picture_light import (
     without_negative,
 )
 from simulator.scene.pixel_file import check_finite, memory_for, read_pixels
-from simulator.spectra import check_illuminant
+from simulator.scene.scene import Layer, Scene
 from simulator.units import CandelasPerSquareMetre, Degrees
 
 

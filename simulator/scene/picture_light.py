@@ -6,11 +6,11 @@ from typing import Annotated, Literal, Protocol
 
 import numpy as np
 
+from simulator.color.spectra import WAVELENGTHS_NM, illuminant, luminance_cd_m2, reflectance_basis
 from simulator.errors import PhotositeError, require
-from simulator.scene import Layer, Scene
-from simulator.scene.pinhole import pinhole_planes
+from simulator.scene.pinhole_view import pinhole_planes
 from simulator.scene.pixel_file import first_fault
-from simulator.spectra import WAVELENGTHS_NM, illuminant, luminance_cd_m2, reflectance_basis
+from simulator.scene.scene import Layer, Scene
 
 LuminanceOf = Annotated[Literal["white", "mean"], "what has that luminance: RGB (1, 1, 1), or the picture's mean"]
 Illuminant = Annotated[str, 'CIE name such as D65 or A, or "3200 K"']

@@ -7,14 +7,14 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+from simulator.color.spectra import check_illuminant, illuminant, luminance_cd_m2
 from simulator.errors import PhotositeError, require
-from simulator.scene import Scene
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.depth import Depth, check_depth, load_depth
-from simulator.scene.hidden_surface import Hidden
+from simulator.scene.occluded_background import Hidden
 from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, memory_for, read_pixels
+from simulator.scene.scene import Scene
 from simulator.scene.wavelengths import common_grid, named_wavelengths, read_wavelengths
-from simulator.spectra import check_illuminant, illuminant, luminance_cd_m2
 from simulator.units import CandelasPerSquareMetre, Degrees
 
 

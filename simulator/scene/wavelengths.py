@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from simulator.color.spectra import WAVELENGTHS_NM, step_nm
 from simulator.errors import PhotositeError, require
 from simulator.scene.pixel_file import PixelFile, load_array
-from simulator.spectra import WAVELENGTHS_NM, step_nm
 
 FIRST_NM, LAST_NM = WAVELENGTHS_NM[0], WAVELENGTHS_NM[-1]
 # "450nm", "w450", "450", and the spectral EXR layout "S0.450,5nm" / "T.450nm" (Fichet et al. 2021, JCGT 10(3)).

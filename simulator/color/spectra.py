@@ -1,0 +1,140 @@
+"""Spectra: light sources, the eye's luminous efficiency, and what a camera counts of a radiance.
+
+All integrals over wavelength are sums over an evenly spaced grid times its step (CIE 15:2018, 7.2.1).
+Tabulated data come from colour-science, which names their origin; reading them costs about a second,
+so they are read on first use.
+"""
+
+import difflib
+import re
+from functools import cache
+
+import numpy as np
+
+from simulator.color.colour_science import colour_science
+from simulator.errors import PhotositeError, require
+
+WAVELENGTHS_NM = np.arange(380.0, 781.0, 5.0)
+WAVELENGTHS_NM.setflags(write=False)
+
+PLANCK_J_S = 6.62607015e-34  # SI 2019, exact
+LIGHT_SPEED_M_S = 299792458.0  # SI 2019, exact
+BOLTZMANN_J_K = 1.380649e-23  # SI 2019, exact
+# K_cd of the SI at 540 THz. The CIE's K_m = 683.002 lm/W is 3 parts per million more.
+LUMINOUS_EFFICACY_LM_W = 683.0
+
+ILLUMINANTS = (
+    *("A", "B", "C", "D50", "D55", "D60", "D65", "D75", "E"),
+    *(f"FL{number}" for number in range(1, 13)),
+    *(f"HP{number}" for number in range(1, 6)),
+    *("LED-B1", "LED-B2", "LED-B3", "LED-B4", "LED-B5", "LED-BH1", "LED-RGB1", "LED-V1", "LED-V2"),
+)
+UPSAMPLING_METHODS = ("mallett2019",)
+_BLACKBODY = re.compile(r"(?:blackbody\s+)?([0-9]+(?:\.[0-9]+)?)\s*K")
+
+
+def step_nm(wavelengths_nm: np.ndarray) -> float:
+    """Distance between neighbours of an evenly spaced grid [nm].
+
+    Raises PhotositeError unless the grid has two or more ascending, evenly spaced wavelengths.
+    """
+    steps = np.diff(np.asarray(wavelengths_nm, dtype=np.float64))
+    even = steps.size > 0 and steps.min() > 0 and np.ptp(steps) <= 1e-4 * steps.mean()
+    require(even, "wavelengths", f"{np.asarray(wavelengths_nm)} nm", "give two or more ascending wavelengths at even distances")
+    return float(steps.mean())
+
+
+def photons_per_joule(wavelengths_nm: np.ndarray) -> np.ndarray:
+    """Photons in one joule of light: lambda / (h c) [1/J], same shape as the wavelengths [nm]."""
+    return np.asarray(wavelengths_nm, dtype=np.float64) * 1e-9 / (PLANCK_J_S * LIGHT_SPEED_M_S)
+
+
+@cache
+def _observer_table() -> tuple[np.ndarray, np.ndarray]:
+    observer = colour_science().MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    return observer.wavelengths, observer.values
+
+
+def color_matching_functions(wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarray:
+    """CIE 1931 2 degree x-bar, y-bar, z-bar, (wavelengths, 3), linear between the 1 nm entries, zero outside 360-830 nm.
+
+    Source: CIE 018:2019 table, from colour-science.
+    """
+    grid, values = _observer_table()
+    columns = [np.interp(wavelengths_nm, grid, values[:, column], left=0.0, right=0.0) for column in range(3)]
+    return np.stack(columns, axis=-1)
+
+
+def luminous_efficiency(wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarray:
+    """V(lambda), which is the CIE 1931 y-bar, (wavelengths,)."""
+    return color_matching_functions(wavelengths_nm)[:, 1]
+
+
+def luminance_cd_m2(spectrum_w_m2_sr_nm: np.ndarray, wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarray:
+    """Luminance of spectral radiances (..., wavelengths): 683 lm/W times the sum of L V dlambda [cd m^-2].
+
+    With irradiance in place of radiance the result is the illuminance [lx].
+    """
+    visible = np.asarray(spectrum_w_m2_sr_nm) @ luminous_efficiency(wavelengths_nm)
+    return LUMINOUS_EFFICACY_LM_W * step_nm(wavelengths_nm) * visible
+
+
+def blackbody_temperature_k(name: str) -> float | None:
+    """Temperature in a name such as "3200 K" or "blackbody 3200 K" [K]; None when the name is not of that form."""
+    match = _BLACKBODY.fullmatch(name.strip())
+    return float(match.group(1)) if match else None
+
+
+def check_illuminant(name: str, key: str = "illuminant") -> None:
+    """Raise PhotositeError, offering the nearest name, unless `illuminant(name)` knows it; reads no tables."""
+    temperature_k = blackbody_temperature_k(name)
+    if temperature_k is not None:
+        require(500 <= temperature_k <= 100_000, key, name, "give a blackbody between 500 K and 100000 K")
+    elif name not in ILLUMINANTS:
+        near = difflib.get_close_matches(name.upper(), ILLUMINANTS, n=1, cutoff=0.4)
+        offer = f"did you mean {near[0]}? " if near else ""
+        raise PhotositeError(
+            f'no such illuminant; {offer}Known: {", ".join(ILLUMINANTS)}, or "blackbody 3200 K"', key=key, value=name
+        )
+
+
+def illuminant(name: str, wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarray:
+    """Relative spectral power of a light source, 1 at 560 nm, (wavelengths,) float64.
+
+    name: a CIE illuminant such as "A", "D65", "FL2" (CIE 15:2018), "E", or a blackbody such as "3200 K" (Planck).
+    CIE tables are linear between their 5 nm entries and zero outside them (380-780 nm at least).
+    Raises PhotositeError for an unknown name.
+    """
+    check_illuminant(name)
+    temperature_k = blackbody_temperature_k(name)
+    wavelengths_nm = np.asarray(wavelengths_nm, dtype=np.float64)
+    if temperature_k is not None:
+        return _planck(wavelengths_nm, temperature_k) / _planck(np.float64(560.0), temperature_k)
+    table = colour_science().SDS_ILLUMINANTS[name]
+    power = np.interp(wavelengths_nm, table.wavelengths, table.values, left=0.0, right=0.0)
+    return power / np.interp(560.0, table.wavelengths, table.values)
+
+
+def _planck(wavelengths_nm: np.ndarray, temperature_k: float) -> np.ndarray:
+    exponent = PLANCK_J_S * LIGHT_SPEED_M_S / (wavelengths_nm * 1e-9 * BOLTZMANN_J_K * temperature_k)
+    return wavelengths_nm**-5.0 / np.expm1(exponent)
+
+
+def reflectance_basis(method: str) -> np.ndarray:
+    """Reflectances of linear sRGB red, green and blue, (3, 81) on WAVELENGTHS_NM; they add up to 1 at every wavelength.
+
+    A colour's reflectance is its linear RGB times these, so a picture stays three planes.
+    method: "mallett2019": Mallett and Yuksel 2019, "Spectral Primary Decomposition for Rendering with sRGB
+        Reflectance"; data from colour-science, divided by their sum, which differs from 1 by 1e-5 at most.
+    Raises PhotositeError for an unknown method.
+    """
+    known = ", ".join(UPSAMPLING_METHODS)
+    require(method in UPSAMPLING_METHODS, "upsampling", method, f"no such method; known: {known}")
+    basis = colour_science().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019.values.T
+    return basis / basis.sum(axis=0)
+
+
+def efficiency_on(grid_nm: np.ndarray, wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> np.ndarray:
+    """Quantum efficiency (wavelengths, channels) on another grid, (grid, channels): linear between entries, zero outside."""
+    curves = np.asarray(quantum_efficiency, dtype=np.float64).T
+    return np.stack([np.interp(grid_nm, wavelengths_nm, curve, left=0.0, right=0.0) for curve in curves], axis=-1)

@@ -1,0 +1,145 @@
+"""Putting documents together: a camera on its base, single values by dotted path, files that sections name."""
+
+from pathlib import Path
+
+from simulator.config.document import Document, Place, parse_document
+from simulator.errors import PhotositeError
+
+CONFIGS = next(
+    (folder for parent in Path(__file__).resolve().parents[1:3] if (folder := parent / "configs").is_dir()),
+    Path(__file__).resolve().parents[2] / "configs",
+)
+
+
+def subdocument(document: Document, key: str | int) -> Document:
+    """Return the section `key` as a document of its own."""
+    places = {keys[1:]: place for keys, place in document.places.items() if keys[:1] == (key,)}
+    places.setdefault((), document.place((key,)))
+    return Document(document.data[key], places)
+
+
+def with_section(document: Document, key: str | int, section: Document) -> Document:
+    """Return the document with another section `key`; neither is changed."""
+    places = {keys: place for keys, place in document.places.items() if keys[:1] != (key,)}
+    places |= {(key,) + keys: place for keys, place in section.places.items()}
+    if isinstance(document.data, list):
+        return Document([*document.data[:key], section.data, *document.data[key + 1 :]], places)
+    return Document(document.data | {key: section.data}, places)
+
+
+def merged(base: Document, over: Document) -> Document:
+    """`over` laid on `base`: mappings join, other values replace, null removes what the base has."""
+    if not (isinstance(base.data, dict) and isinstance(over.data, dict)):
+        return over
+    result = base
+    for key, value in over.data.items():
+        key = same_key(base.data, key)
+        if value is None and key in base.data:
+            result = without(result, (key,))
+        elif key in base.data:
+            result = with_section(result, key, merged(subdocument(base, key), subdocument(over, key)))
+        else:
+            result = with_section(result, key, subdocument(over, key))
+    return result
+
+
+def same_key(mapping: dict, key: object) -> object:
+    """Return the key under which a mapping holds `key`; 100 and "100" are one key (JSON knows only text keys)."""
+    if key in mapping:
+        return key
+    return next((known for known in mapping if str(known) == str(key)), key)
+
+
+def without(document: Document, keys: tuple) -> Document:
+    """Return the document with one key taken away."""
+    if len(keys) > 1:
+        return with_section(document, keys[0], without(subdocument(document, keys[0]), keys[1:]))
+    places = {known: place for known, place in document.places.items() if known[:1] != keys}
+    return Document({key: value for key, value in document.data.items() if key != keys[0]}, places)
+
+
+def with_value(document: Document, dotted: str, value: object, place: Place) -> Document:
+    """Return the document with the value at a dotted path set; null removes the key. Missing sections are made.
+
+    An item of a list is named by its number from 0, as in scene.layers.0.depth.
+
+    Raises PhotositeError, which names the place, for a path that runs through a plain value or removes nothing.
+    """
+    keys = tuple(dotted.split("."))
+    if not all(keys):
+        raise _problem(place, f"`{dotted}` is no key; write a dotted path such as lens.f_number")
+    return _set(document, keys, value, place, dotted)
+
+
+def _set(document: Document, keys: tuple, value: object, place: Place, dotted: str) -> Document:
+    rest = keys[1:]
+    if isinstance(document.data, list):
+        return _set_item(document, keys, value, place, dotted)
+    if not isinstance(document.data, dict):
+        raise _problem(place, f"`{document.data}` is a value, not a section; the path ends before it", dotted)
+    key = same_key(document.data, keys[0])
+    if rest:
+        inner = subdocument(document, key) if document.data.get(key) is not None else Document({}, {(): place})
+        return with_section(document, key, _set(inner, rest, value, place, dotted))
+    if value is None:
+        if key not in document.data:
+            raise _problem(place, "is not there, so nothing is removed; leave it out", dotted, joint=" ")
+        return without(document, (key,))
+    return with_section(document, key, Document(value, {(): place}))
+
+
+def _set_item(document: Document, keys: tuple, value: object, place: Place, dotted: str) -> Document:
+    """`_set` for a list."""
+    count = len(document.data)
+    if not keys[0].isdecimal() or int(keys[0]) >= count or (value is None and len(keys) == 1):
+        fix = "write the whole list to change their number" if keys[0].isdecimal() else "name one by its number from 0"
+        raise _problem(place, f"the list there has {count} items; {fix}", dotted)
+    index = int(keys[0])
+    inner = _set(subdocument(document, index), keys[1:], value, place, dotted) if keys[1:] else Document(value, {(): place})
+    return with_section(document, index, inner)
+
+
+def parse_override(text: str) -> tuple[str, object, Place]:
+    """Dotted path, plain value and place of one `path=value`, as `--set` takes it; its files are relative to here.
+
+    Raises PhotositeError when there is no `=` or the value is broken YAML.
+    """
+    dotted, equals, value = text.partition("=")
+    name = f"--set {text}"
+    if not equals or not dotted.strip():
+        raise PhotositeError("write path=value, such as --set lens.f_number=f/2.8", file=name)
+    return dotted.strip(), parse_document(value, name, Path.cwd(), lines=False).data, Place(name, Path.cwd())
+
+
+def named_file(kind: str, path: str | Path) -> Path:
+    """Return the file that a user's `path` means: itself, or, for a bare name that is no file, that of configs/<kind>.
+
+    Raises PhotositeError with the nearest name for a bare name that is neither.
+    """
+    given = Path(path)
+    if given.suffix or "/" in str(path) or given.is_file():
+        return given
+    return find_config(kind, str(path), Place(str(path), Path.cwd()), kind.removesuffix("s"))
+
+
+def find_config(kind: str, name: str, place: Place, key: str) -> Path:
+    """Return the file that `name` means: a name in configs/<kind>, or a path relative to the file that states it.
+
+    Raises PhotositeError with the nearest name.
+    """
+    from simulator.config.messages import nearest
+
+    shipped = CONFIGS / kind / f"{name}.yaml"
+    if "/" not in name and shipped.is_file():
+        return shipped
+    if "/" in name or name.endswith((".yaml", ".yml", ".json")):
+        path = (place.folder / Path(name).expanduser()).absolute()
+        if path.is_file():
+            return path
+        raise _problem(place, f"no file {path}; a path is relative to the file that names it", key, name)
+    known = [path.stem for path in (CONFIGS / kind).glob("*.yaml")]
+    raise _problem(place, f"no such file in configs/{kind}; {nearest(name, known)}", key, name)
+
+
+def _problem(place: Place, rule: str, key: str | None = None, value: object = None, joint: str = ": ") -> PhotositeError:
+    return PhotositeError(rule, key=key, value=value, joint=joint).with_file(place.file, place.line, place.via)

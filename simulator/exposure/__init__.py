@@ -1,0 +1,1 @@
+"""Exposure: what the photographer sets on the shutter and the ISO dial."""

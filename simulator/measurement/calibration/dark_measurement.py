@@ -1,0 +1,100 @@
+"""What the dark frames of one ISO tell: levels, noise and fixed pattern."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.measurement.statistics.dsnu import DarkPattern, dark_pattern, levelled
+from simulator.measurement.statistics.interval import Interval, normal_interval
+from simulator.measurement.statistics.read_noise import read_noise, row_residuals
+from simulator.measurement.statistics.row_noise import row_noise
+from simulator.measurement.statistics.temporal_noise import PairNoise, pair_noise
+from simulator.measurement.statistics.tukey_lambda_fit import TukeyLambda, fit_tukey_lambda, rounding_doubt_dn2
+
+NORMAL_SHAPE = 0.14  # Tukey's lambda of a distribution close to normal
+LARGEST_DOUBT = 0.01  # of the variance: noise smaller against a code has no shape that could be told
+_KEPT_RESIDUALS = 200_000  # for the plot
+_NOTHING = Interval(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class DarkMeasurement:
+    """Results of dark frames.
+
+    levels_dn: mean by plane. black_level_dn: mean of those. color_bias_dn: what each plane lies above it.
+    read_noise_dn: a photosite's own, rounding and row noise off. shape: Tukey-lambda fit, None where it cannot be told.
+    row_noise_dn, pattern: row noise and fixed pattern. residuals_dn: differences of pairs, for a plot.
+    """
+
+    levels_dn: dict[str, float]
+    black_level_dn: float
+    color_bias_dn: dict[str, Interval]
+    read_noise_dn: Interval
+    shape: TukeyLambda | None
+    row_noise_dn: Interval
+    pattern: DarkPattern
+    residuals_dn: np.ndarray
+
+
+def measure_darks(darks: list[np.ndarray], places: dict[str, tuple[int, int]]) -> DarkMeasurement:
+    """Measure two or more dark frames, mosaics (height, width) uint16. places: of the planes in the 2x2 block."""
+    levels = {name: float(np.mean([plane_of(dark, name, places).mean(dtype=np.float64) for dark in darks])) for name in places}
+    pairs = pairs_of(darks)
+    residuals = np.concatenate([row_residuals(first, second) for first, second in zip(darks[0::2], darks[1::2], strict=False)])
+    shape = fit_tukey_lambda(residuals)
+    doubt_dn2 = rounding_doubt_dn2(shape.shape.value, shape.sigma_dn.value) if shape else rounding_doubt_dn2(NORMAL_SHAPE, 0.0)
+    sigma, rows = read_noise(pairs, doubt_dn2), row_noise(pairs)
+    pixel_dn2, row_dn2 = (float(np.mean([getattr(pair, name) for pair in pairs])) for name in _PARTS)
+    pattern = dark_pattern([levelled(dark, list(places.values())) for dark in darks], pixel_dn2, row_dn2)
+    black_dn = float(np.mean(list(levels.values())))
+    error_dn = _error_of_a_plane(pattern, sigma.value, rows.value, darks, places)
+    return DarkMeasurement(
+        levels_dn=levels,
+        black_level_dn=black_dn,
+        color_bias_dn={name: normal_interval(level - black_dn, error_dn) for name, level in levels.items()},
+        read_noise_dn=sigma,
+        shape=shape if doubt_dn2 <= LARGEST_DOUBT * sigma.value**2 else None,
+        row_noise_dn=rows,
+        pattern=pattern,
+        residuals_dn=residuals[:: max(1, residuals.size // _KEPT_RESIDUALS)],
+    )
+
+
+_PARTS = ("pixel_variance_dn2", "row_variance_dn2")
+
+
+def darks_cut_at_zero(black_dn: float, places: dict, read_noise_dn: Interval, row_noise_dn: Interval) -> DarkMeasurement:
+    """What is known of the dark of a camera without pedestal, from its flats: its own dark frames have lost half of the noise.
+
+    black_dn: black level of the files [DN].
+    """
+    return DarkMeasurement(
+        levels_dn=dict.fromkeys(places, black_dn),
+        black_level_dn=black_dn,
+        color_bias_dn=dict.fromkeys(places, _NOTHING),
+        read_noise_dn=read_noise_dn,
+        shape=None,
+        row_noise_dn=row_noise_dn,
+        pattern=DarkPattern(_NOTHING, _NOTHING, _NOTHING, 0.0, 0.0),
+        residuals_dn=np.zeros(0),
+    )
+
+
+def plane_of(codes: np.ndarray, name: str, places: dict[str, tuple[int, int]]) -> np.ndarray:
+    """View of one colour plane of a mosaic."""
+    step = 1 if len(places) == 1 else 2
+    row, column = places[name]
+    return codes[row::step, column::step]
+
+
+def pairs_of(frames: list[np.ndarray]) -> list[PairNoise]:
+    """Noise of the first and second frame, the third and fourth, and so on."""
+    return [pair_noise(first, second) for first, second in zip(frames[0::2], frames[1::2], strict=False)]
+
+
+def _error_of_a_plane(pattern: DarkPattern, sigma_dn: float, row_dn: float, darks: list[np.ndarray], places: dict) -> float:
+    """Standard error of a plane's mean: of noise and of patterns, over its photosites, rows and columns [DN]."""
+    height, width = plane_of(darks[0], next(iter(places)), places).shape
+    photosites = (sigma_dn**2 / len(darks) + pattern.photosite_dn.value**2) / (height * width)
+    rows = (row_dn**2 / len(darks) + pattern.row_dn.value**2) / height
+    return float(np.sqrt(photosites + rows + pattern.column_dn.value**2 / width))

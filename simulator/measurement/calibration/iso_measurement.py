@@ -1,0 +1,139 @@
+"""Everything the frames of one ISO tell."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.measurement.calibration.dark_measurement import (
+    DarkMeasurement,
+    darks_cut_at_zero,
+    measure_darks,
+    pairs_of,
+    plane_of,
+)
+from simulator.measurement.calibration.frame_sorting import Frame, IsoFrames, middle
+from simulator.measurement.statistics.interval import Interval, quotient, root, shifted, weighted_mean
+from simulator.measurement.statistics.photon_transfer import (
+    TransferPoint,
+    dark_noise,
+    gain,
+    gain_without_dark,
+    line_without_dark,
+    transfer_point,
+)
+from simulator.measurement.statistics.prnu import light_pattern
+from simulator.measurement.statistics.read_noise import ROUNDING_VARIANCE_DN2
+from simulator.measurement.statistics.row_noise import row_noise
+from simulator.measurement.statistics.temporal_noise import PairNoise, pair_noise
+from simulator.raw.raw_reader import plane_places, read_raw_file
+
+
+@dataclass(frozen=True)
+class IsoMeasurement:
+    """Results of one ISO; None where the frames do not tell.
+
+    gain_dn_per_e: K of all planes together; gain_by_plane, and gain_p, the p-value that the planes share one K.
+    dark: levels, noise and pattern without light. prnu: relative. clipped_dn: code at which flats clip.
+    points: photon transfer by plane, each from pairs_used pairs of flats.
+    """
+
+    iso: int
+    frames: IsoFrames
+    gain_dn_per_e: Interval
+    gain_by_plane: dict[str, Interval]
+    gain_p: float
+    dark: DarkMeasurement
+    prnu: Interval | None
+    clipped_dn: int | None
+    points: dict[str, list[TransferPoint]]
+    pairs_used: int
+
+    @property
+    def read_noise_e(self) -> Interval:
+        """Read noise in electrons [e-]."""
+        return quotient(self.dark.read_noise_dn, self.gain_dn_per_e)
+
+
+def codes_of(frame: Frame) -> np.ndarray:
+    """Read the part of a frame that is measured: (height, width) uint16."""
+    return middle(read_raw_file(frame.path).mosaic)
+
+
+def measure_iso(frames: IsoFrames) -> IsoMeasurement:
+    """Measure one ISO from two or more dark frames and one or more usable pairs of flats; without pedestal, from two.
+
+    Reads the files. Raises PhotositeError for frames that cannot be measured.
+    """
+    darks = [codes_of(frame) for frame in frames.short_darks]
+    places = plane_places(frames.short_darks[0].cfa)
+    if frames.cut_at_zero:
+        levels = dict.fromkeys(places, frames.short_darks[0].black_level_dn)
+        pairs = _flat_pairs(frames, places, levels)
+        points = _points(pairs)
+        slopes = {name: gain_without_dark(of_plane) for name, of_plane in points.items()}
+        dark = _dark_of_flats(pairs, places, levels)
+    else:
+        dark = measure_darks(darks, places)
+        pairs = _flat_pairs(frames, places, dark.levels_dn)
+        points = _points(pairs)
+        of_planes = {name: pairs_of([plane_of(codes, name, places) for codes in darks]) for name in places}
+        slopes = {name: gain(points[name], dark_noise(of_planes[name], row_noise=False)) for name in places}
+    slope, p_value = weighted_mean(list(slopes.values()))
+    flats = [frame for pair in frames.flat_pairs for frame in pair] + frames.lone_flats
+    return IsoMeasurement(
+        iso=frames.iso,
+        frames=frames,
+        gain_dn_per_e=slope,
+        gain_by_plane=slopes,
+        gain_p=p_value,
+        dark=dark,
+        prnu=_prnu(frames, places, darks),
+        clipped_dn=max((frame.clipped_dn for frame in flats if frame.clipped_dn is not None), default=None),
+        points=points,
+        pairs_used=len(next(iter(points.values()))),
+    )
+
+
+def _flat_pairs(frames: IsoFrames, places: dict, levels_dn: dict[str, float]) -> dict[str, list[PairNoise]]:
+    """Noise of the usable pairs of flats by plane, above the level of the dark, in ascending order of light.
+
+    Both frames are brought to their common mean first: light that flickers would otherwise leave the shading of the field
+    in their difference.
+    """
+    noise: dict[str, list[PairNoise]] = {name: [] for name in places}
+    for pair in sorted(frames.usable_pairs, key=lambda pair: pair[0].mean_dn):
+        codes = [codes_of(frame) for frame in pair]
+        for name in places:
+            planes = [plane_of(frame, name, places) - levels_dn[name] for frame in codes]
+            means = [float(plane.mean()) for plane in planes]
+            common = 0.5 * sum(means)
+            alike = [plane * (common / mean) for plane, mean in zip(planes, means, strict=True)]
+            noise[name].append(pair_noise(*alike))
+    return noise
+
+
+def _points(pairs: dict[str, list[PairNoise]]) -> dict[str, list[TransferPoint]]:
+    return {name: [transfer_point(pair, 0.0, row_noise=False) for pair in of_plane] for name, of_plane in pairs.items()}
+
+
+def _dark_of_flats(pairs: dict[str, list[PairNoise]], places: dict, levels_dn: dict[str, float]) -> DarkMeasurement:
+    """Read noise of a camera without pedestal: the variance that photon transfer has left at no light.
+
+    Row noise is that of the darkest pair, in red and blue, which share no row.
+    """
+    _, offset = line_without_dark([point for of_plane in _points(pairs).values() for point in of_plane])
+    rows = row_noise([of_plane[0] for name, of_plane in pairs.items() if name in ("R", "B", "MONO")])
+    sigma = root(shifted(offset, -ROUNDING_VARIANCE_DN2))
+    return darks_cut_at_zero(next(iter(levels_dn.values())), places, sigma, rows)
+
+
+def _prnu(frames: IsoFrames, places: dict, darks: list[np.ndarray]) -> Interval | None:
+    """PRNU from the brightest pair that does not clip, each frame less the mean of its own half of the darks."""
+    good = [pair for pair in frames.flat_pairs if not any(frame.clips for frame in pair)]
+    if not good:
+        return None
+    sides = []
+    for half, frame in enumerate(max(good, key=lambda pair: pair[0].mean_dn)):
+        signal = codes_of(frame) - np.mean(darks[half::2], axis=0)
+        sides.append([plane_of(signal, name, places) for name in places])
+    return light_pattern(*sides)

@@ -1,0 +1,98 @@
+"""`photosite validate emva` without its printing: take the frames, measure them, compare, write HTML and JSON."""
+
+import json
+import math
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from simulator.atomic_files import atomic_write
+from simulator.measurement.emva1288.files_to_planes import EmvaCamera, measure_emva
+from simulator.measurement.emva1288.frames import EXPOSURE_TIME_S, EmvaBench, take_emva_frames
+from simulator.measurement.emva1288.gates import emva_gates
+from simulator.measurement.noise_check.tolerance_check import Gate
+from simulator.progress import Progress, silent
+from simulator.raw.software import software
+from simulator.sensor.camera.camera import Camera
+
+
+@dataclass(frozen=True)
+class EmvaReport:
+    """What was measured of a camera at one ISO, from this many frames of this many photosites."""
+
+    camera: str
+    iso: int
+    frames: int
+    window: tuple[int, int]
+    found: EmvaCamera
+    gates: tuple[Gate, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every gate was."""
+        return all(gate.passed for gate in self.gates)
+
+    def summary(self) -> list[tuple[str, str, dict[str, float]]]:
+        """Lines of EMVA 1288's summary: quantity, unit, and the number of each plane."""
+        planes = self.found.planes
+        lines = {
+            ("wavelength", "nm"): self.found.wavelengths_nm,
+            ("quantum efficiency", "%"): {name: 100.0 * one.quantum_efficiency.value for name, one in planes.items()},
+            ("gain K", "DN/e-"): {name: one.gain.value for name, one in planes.items()},
+            ("1 / K", "e-/DN"): {name: 1.0 / one.gain.value for name, one in planes.items()},
+            ("temporal dark noise sigma_d", "e-"): {name: one.read_noise.value for name, one in planes.items()},
+            ("temporal dark noise sigma_y.dark", "DN"): {name: math.sqrt(p.dark.variance_dn2) for name, p in planes.items()},
+            ("absolute sensitivity threshold", "photons"): {name: one.threshold_photons for name, one in planes.items()},
+            ("saturation capacity", "e-"): {name: one.saturation_e for name, one in planes.items()},
+            ("saturation", "photons"): {name: one.saturation_photons for name, one in planes.items()},
+            ("SNR_max", ""): {name: one.snr_max for name, one in planes.items()},
+            ("SNR_max", "dB"): {name: 20.0 * math.log10(one.snr_max) for name, one in planes.items()},
+            ("dynamic range", "stops"): {name: math.log2(one.dynamic_range) for name, one in planes.items()},
+            ("dynamic range", "dB"): {name: 20.0 * math.log10(one.dynamic_range) for name, one in planes.items()},
+            ("linearity error LE_min", "%"): {name: 100.0 * one.linearity.least for name, one in planes.items()},
+            ("linearity error LE_max", "%"): {name: 100.0 * one.linearity.greatest for name, one in planes.items()},
+        }
+        for label, unit, scale, kind in (("DSNU", "e-", 1.0, "dsnu"), ("PRNU", "%", 100.0, "prnu")):
+            for part in ("total", "row", "column", "pixel"):
+                of = {name: scale * getattr(getattr(one, kind), part) for name, one in planes.items()}
+                lines[label + ("" if part == "total" else f" of {part}s"), unit] = of
+        for index, kind in enumerate(("mean", "variance")):
+            if current := self.found.dark_current_e_per_s:
+                lines[f"dark current from the {kind}", "e-/s"] = {name: one[index].value for name, one in current.items()}
+        return [(quantity, unit, values) for (quantity, unit), values in lines.items()]
+
+
+def validate_emva(
+    camera: Camera, iso: int, folder: Path, *, device: str | None = None, seed: int = 1, progress: Progress = silent
+) -> EmvaReport:
+    """Take EMVA 1288's frames as DNG files in `folder`, and measure the camera from them alone.
+
+    seed: of the first frame; they count up. progress: told of each frame.
+    Raises PhotositeError for an ISO the camera does not have.
+    """
+    bench = EmvaBench(camera, iso, folder, device)
+    files = take_emva_frames(bench, seed, progress)
+    found = measure_emva(files)
+    frame = bench.white.camera.frame
+    gates = tuple(emva_gates(found, bench))
+    return EmvaReport(f"{camera.make} {camera.model}", iso, bench.frames(), (frame.width, frame.height), found, gates)
+
+
+def write_emva_json(report: EmvaReport, path: str | os.PathLike) -> None:
+    """Write numbers, intervals, curves and gates as JSON. Raises PhotositeError when it cannot be written."""
+    planes = {name: {**asdict(plane), "snr_max": plane.snr_max} for name, plane in report.found.planes.items()}
+    content = {
+        "software": software(),
+        "standard": "EMVA 1288 Release 4.0 Linear",
+        "camera": report.camera,
+        "iso": report.iso,
+        "exposure_time_s": EXPOSURE_TIME_S,
+        "saturation_exposure_lx_s": report.found.saturation_exposure_lx_s,
+        "saturation_speed": report.found.saturation_speed,
+        "passed": report.passed,
+        "summary": [{"quantity": name, "unit": unit, "planes": values} for name, unit, values in report.summary()],
+        "planes": planes,
+        "gates": [gate.as_dict() for gate in report.gates],
+    }
+    with atomic_write(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=2, default=lambda array: array.tolist()) + "\n", encoding="utf-8")

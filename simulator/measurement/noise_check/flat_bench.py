@@ -1,0 +1,135 @@
+"""Frames of a uniformly lit sensor, saved as DNG files: what a camera test bench takes."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from simulator.color.spectra import WAVELENGTHS_NM, illuminant, luminance_cd_m2
+from simulator.errors import require
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import Plan, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.raw.dng.writer import write_dng
+from simulator.scene.electron_radiance import electron_radiance_weights
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import Camera, Window
+from simulator.sensor.seeds import Seeds
+from simulator.sensor.sensor_plan import SensorPlan
+
+BODY_SEED = 1288
+
+
+@dataclass(frozen=True)
+class UniformLight:
+    """A scene of one radiance everywhere.
+
+    spectrum_w_m2_sr_nm: (81,) on WAVELENGTHS_NM.
+    """
+
+    spectrum_w_m2_sr_nm: np.ndarray
+
+    def load(self) -> Scene:
+        """Make the scene; white balance is for equal energy, so that a narrow band does not divide by zero."""
+        planes = np.ones((2, 2, 1), dtype=np.float32)
+        even = np.ones(WAVELENGTHS_NM.size)
+        return Scene(planes, self.spectrum_w_m2_sr_nm[np.newaxis], WAVELENGTHS_NM, even, interpolation="nearest")
+
+    def scaled(self, factor: float) -> "UniformLight":
+        """The same light, stronger by this factor."""
+        return UniformLight(factor * self.spectrum_w_m2_sr_nm)
+
+
+def white_light() -> UniformLight:
+    """Return daylight (D55) of 1 cd/m^2."""
+    light = illuminant("D55")
+    return UniformLight(light / luminance_cd_m2(light))
+
+
+def narrow_light(wavelength_nm: float) -> UniformLight:
+    """Light of one wavelength of WAVELENGTHS_NM, a band of 5 nm, of 1 mW m^-2 sr^-1 nm^-1."""
+    return UniformLight(np.where(WAVELENGTHS_NM == wavelength_nm, 1e-3, 0.0))
+
+
+def bench_camera(camera: Camera, width: int, height: int) -> Camera:
+    """Return the camera with a window in its middle that begins with the sensor's own filter pattern.
+
+    Raises PhotositeError for a camera that bins, since its files hold no single photosites.
+    """
+    rule = "single photosites are measured; leave binning out, or set it to null"
+    require(camera.binning is None, "camera.binning", camera.binning, rule)
+    width, height = min(width, camera.width_px), min(height, camera.height_px)
+    x, y = ((camera.width_px - width) // 4 * 2, (camera.height_px - height) // 4 * 2)
+    return replace(camera, window=Window(x, y, width, height))
+
+
+@dataclass(frozen=True)
+class FlatBench:
+    """Takes flat and dark frames at one setting of a camera and saves them in a folder.
+
+    The light falls through an f/4 lens without cos^4, so that every photosite expects the same number of photons.
+    """
+
+    camera: Camera
+    iso: int
+    exposure_time_s: float
+    light: UniformLight
+    folder: Path
+    device: str | None = None
+
+    def shot(self, factor: float, seed: int) -> Shot:
+        """Return the shot of light of this factor; 0 is a dark frame."""
+        lens = ThinLens(50.0, 4.0, cos4=False)
+        exposure, seeds = Exposure(self.exposure_time_s, self.iso), Seeds(BODY_SEED, seed)
+        return Shot(self.light.scaled(factor), lens, exposure, self.camera, seeds)
+
+    def take(self, name: str, factor: float, seed: int) -> Path:
+        """Take a frame and save it as NAME.dng. Raises PhotositeError."""
+        path = self.folder / f"{name}.dng"
+        write_dng(simulate(self.shot(factor, seed), device=self.device), path)
+        return path
+
+    @cached_property
+    def planned(self) -> Plan:
+        """The plan at factor 1."""
+        return plan(self.shot(1.0, 0))
+
+    @property
+    def sensor(self) -> SensorPlan:
+        """What the sensor does with light of factor 1."""
+        return self.planned.sensor
+
+    @cached_property
+    def illuminance_per_radiance(self) -> float:
+        """Irradiance over radiance of the lens [sr]."""
+        return self.sensor.stage("irradiance").solid_angle_sr
+
+    @cached_property
+    def electrons(self) -> np.ndarray:
+        """Mean photoelectrons of a photosite per colour channel at factor 1, (channels,) [e-]."""
+        area_s = self.sensor.stage("exposure").collecting_area_um2 * self.exposure_time_s
+        return self.planned.optics.weights[0].astype(np.float64) * self.illuminance_per_radiance * area_s
+
+    @cached_property
+    def photons(self) -> float:
+        """Photons on the whole area of a photosite at factor 1, whatever of it collects (EMVA 1288: mu_p)."""
+        scene = self.planned.optics.scene
+        per_um2_s_sr = electron_radiance_weights(scene, WAVELENGTHS_NM, np.ones((WAVELENGTHS_NM.size, 1)))[0, 0]
+        return per_um2_s_sr * self.illuminance_per_radiance * self.camera.pixel_pitch_um**2 * self.exposure_time_s
+
+    @cached_property
+    def luminous_exposure_lx_s(self) -> float:
+        """H on the sensor at factor 1 [lx s] (ISO 12232)."""
+        return float(luminance_cd_m2(self.light.spectrum_w_m2_sr_nm)) * self.illuminance_per_radiance * self.exposure_time_s
+
+    @cached_property
+    def saturation_e(self) -> float:
+        """Electrons at which the file's white level is reached, as the camera file has it [e-]."""
+        return self.sensor.electrons_at_white()
+
+    def factor_of(self, share: float) -> float:
+        """Factor of light that brings the most sensitive colour to this share of saturation."""
+        return share * self.saturation_e / float(self.electrons.max())

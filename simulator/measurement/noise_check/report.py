@@ -1,0 +1,100 @@
+"""`photosite validate noise` without its printing: take the frames, measure them, compare, write the results."""
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from simulator.atomic_files import atomic_write
+from simulator.measurement.noise_check.frames import FramePlan, NoiseFiles, frame_plan, noise_bench, take_frames
+from simulator.measurement.noise_check.gates import iso_gates, table_gates
+from simulator.measurement.noise_check.measure import IsoNoise, measure_iso
+from simulator.measurement.noise_check.tolerance_check import Gate
+from simulator.progress import Progress, Steps, silent
+from simulator.raw.software import software
+from simulator.sensor.camera.camera import Camera
+
+
+@dataclass(frozen=True)
+class NoiseReport:
+    """All that was measured of a camera's noise. frames: taken in all."""
+
+    camera: str
+    points: tuple[IsoNoise, ...]
+    plans: tuple[FramePlan, ...]
+    gates: tuple[Gate, ...]
+
+    @property
+    def frames(self) -> int:
+        """Frames taken in all."""
+        return sum(plan.frames for plan in self.plans)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every gate was."""
+        return all(gate.passed for gate in self.gates)
+
+    def of(self, quantity: str) -> list[Gate]:
+        """Gates of one quantity, in the order of ISO."""
+        return [gate for gate in self.gates if gate.quantity == quantity]
+
+
+def validate_noise(
+    camera: Camera,
+    isos: Sequence[int],
+    folder: Path,
+    *,
+    keep: bool = True,
+    device: str | None = None,
+    seed: int = 1,
+    progress: Progress = silent,
+) -> NoiseReport:
+    """Take dark frames and flat pairs at each ISO as DNG files in `folder`, and measure the camera from them alone.
+
+    keep: whether the files stay; else those of one ISO go before the next. seed: of the first frame; they count up.
+    progress: told of each frame. Raises PhotositeError for an ISO the camera does not have.
+    """
+    benches = [noise_bench(camera, iso, folder, device) for iso in sorted(set(isos))]
+    plans = [frame_plan(bench) for bench in benches]
+    steps, points, gates = Steps(progress, sum(plan.frames for plan in plans)), [], []
+    for bench, wanted in zip(benches, plans, strict=True):
+        files = take_frames(bench, wanted, seed + steps.done, steps)
+        points.append(measure_iso(files))
+        gates += iso_gates(points[-1], bench, wanted)
+        if not keep:
+            _remove(files)
+    settings = {point.iso: camera.iso_setting(point.iso) for point in points}
+    gains = {iso: setting.gain_dn_per_e for iso, setting in settings.items()}
+    read_e = {iso: setting.read_noise_dn / setting.gain_dn_per_e for iso, setting in settings.items()}
+    gates += table_gates(points, gains, read_e)
+    return NoiseReport(f"{camera.make} {camera.model}", tuple(points), tuple(plans), tuple(gates))
+
+
+def _remove(files: NoiseFiles) -> None:
+    for path in [*sum(files.dark + files.flat, ()), files.saturated]:
+        path.unlink()
+
+
+def write_noise_json(report: NoiseReport, path: str | os.PathLike) -> None:
+    """Write measured numbers and gates as JSON. Raises PhotositeError when it cannot be written."""
+    points = [
+        {
+            **asdict(point),
+            "read_noise_dn": point.read_noise_dn,
+            "read_noise_e": point.read_noise_e,
+            "full_scale_e": point.full_scale_e,
+            "dynamic_range_stops": point.dynamic_range_stops,
+        }
+        for point in report.points
+    ]
+    content = {
+        "software": software(),
+        "camera": report.camera,
+        "passed": report.passed,
+        "points": points,
+        "frames": [asdict(plan) for plan in report.plans],
+        "gates": [gate.as_dict() for gate in report.gates],
+    }
+    with atomic_write(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

@@ -1,0 +1,140 @@
+"""Photon transfer: the gain K from how temporal variance grows with the mean (EMVA 1288 R4.0 Linear, photon transfer method).
+
+sigma_y^2 - sigma_y.dark^2 = K (mu_y - mu_y.dark), since the variance of counted electrons is their number.
+A `TransferPoint` is one pair of flat frames in one colour plane. Points of several planes may be fitted together, because
+one amplifier chain reads all of them; each has the dark signal of its own plane.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+from simulator.measurement.statistics.interval import Interval, normal_interval
+from simulator.measurement.statistics.temporal_noise import PairNoise
+
+LARGEST_SHARE = 0.7  # of saturation: EMVA 1288 fits up to here, before full well and ADC bend the curve
+
+
+@dataclass(frozen=True)
+class TransferPoint:
+    """One point of the photon transfer curve.
+
+    signal_dn: mean above the dark signal [DN]. variance_dn2: temporal variance, that of the dark included [DN^2].
+    error_dn2: its standard error [DN^2].
+    """
+
+    signal_dn: float
+    variance_dn2: float
+    error_dn2: float
+
+
+@dataclass(frozen=True)
+class DarkNoise:
+    """Mean [DN] and temporal variance [DN^2] of pairs of dark frames, with the variance's standard error [DN^2]."""
+
+    mean_dn: float
+    variance_dn2: float
+    error_dn2: float
+
+
+def dark_noise(pairs: Sequence[PairNoise], row_noise: bool = True) -> DarkNoise:
+    """Average pairs of dark frames of one size; row_noise: whether row noise is part of the variance, as in EMVA 1288.
+
+    Raises PhotositeError when there is none.
+    """
+    if not pairs:
+        raise PhotositeError("no pair of dark frames: give two at least, taken with the lens cap on")
+    variances, errors = zip(*(_variance(pair, row_noise) for pair in pairs), strict=True)
+    error = float(np.linalg.norm(errors)) / len(pairs)
+    return DarkNoise(float(np.mean([pair.mean_dn for pair in pairs])), float(np.mean(variances)), error)
+
+
+def transfer_point(pair: PairNoise, dark_mean_dn: float, row_noise: bool = True) -> TransferPoint:
+    """Return the point of a pair of flat frames, whose plane has this mean in the dark [DN]."""
+    return TransferPoint(pair.mean_dn - dark_mean_dn, *_variance(pair, row_noise))
+
+
+def _variance(pair: PairNoise, row_noise: bool) -> tuple[float, float]:
+    if row_noise:
+        return pair.variance_dn2, pair.variance_error_dn2
+    return pair.pixel_variance_dn2, pair.pixel_variance_error_dn2
+
+
+def gain(points: Sequence[TransferPoint], dark: DarkNoise) -> Interval:
+    """K [DN/e-]: slope of the line through 0 of the variance above the dark one on the signal.
+
+    A photosite's sample variance scatters in proportion to itself, so the points are weighted by 1 / variance^2 (of the
+    fitted line, not the measured one, which would favour points that came out low). EMVA 1288 R4.0 Linear weights all points
+    alike, which is unbiased too, but takes 1.8 times the frames for the same precision (levels evenly spaced, shot noise only).
+    Raises PhotositeError without a point above dark.
+    """
+    signal, variance, error = _columns(points)
+    rise = variance - dark.variance_dn2
+    slope = float(signal @ rise / (signal @ signal))
+    for _ in range(3):
+        weight = 1.0 / np.maximum(dark.variance_dn2 + slope * signal, 1e-12) ** 2
+        leverage = weight * signal / float(weight @ signal**2)
+        slope = float(leverage @ rise)
+    # All points share one dark variance, so its error does not average out.
+    return normal_interval(slope, float(np.hypot(np.linalg.norm(leverage * error), leverage.sum() * dark.error_dn2)))
+
+
+def gain_without_dark(points: Sequence[TransferPoint]) -> Interval:
+    """K [DN/e-] as the slope of a line with a free intercept, for cameras whose black level clips the dark.
+
+    A signal here is the mean above the black level, of any plane; all points lie well above the clipping.
+    Raises PhotositeError with fewer than two different signals.
+    """
+    return line_without_dark(points)[0]
+
+
+def line_without_dark(points: Sequence[TransferPoint]) -> tuple[Interval, Interval]:
+    """Slope K [DN/e-] and intercept, the variance without light [DN^2], of the line of `gain_without_dark`."""
+    signal, variance, error = _columns(points)
+    if np.ptp(signal) == 0:
+        raise PhotositeError("photon transfer of a camera without pedestal: needs flat pairs at two or more levels")
+    slope, offset = np.polyfit(signal, variance, 1)
+    for _ in range(3):
+        weight = 1.0 / np.maximum(offset + slope * signal, 1e-12) ** 2
+        weight /= weight.sum()
+        about = signal - float(weight @ signal)
+        leverage = weight * about / float(weight @ about**2)
+        slope = float(leverage @ variance)
+        offset = float(weight @ (variance - slope * signal))
+    of_offset = weight - float(weight @ signal) * leverage
+    slope_error, offset_error = (float(np.linalg.norm(part * error)) for part in (leverage, of_offset))
+    return normal_interval(slope, slope_error), normal_interval(offset, offset_error)
+
+
+def _columns(points: Sequence[TransferPoint]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    good = [point for point in points if point.signal_dn > 0]
+    if not good:
+        raise PhotositeError("photon transfer: no flat pair is brighter than the dark frames; give flats with more light")
+    rows = [(point.signal_dn, point.variance_dn2, point.error_dn2) for point in good]
+    signal, variance, error = np.array(rows, dtype=np.float64).T
+    return signal, variance, error
+
+
+def below(points: Sequence[TransferPoint], saturation_dn: float) -> list[TransferPoint]:
+    """Points whose signal is at most LARGEST_SHARE of the saturation signal [DN]."""
+    return [point for point in points if point.signal_dn <= LARGEST_SHARE * saturation_dn]
+
+
+def saturation_index(points: Sequence[TransferPoint]) -> int:
+    """Which point is saturation, points in ascending order of light: the one of the largest variance (EMVA 1288).
+
+    Beyond it full well or ADC clip the noise and the variance falls. The last point where nothing has clipped yet.
+    """
+    return int(np.argmax([point.variance_dn2 for point in points]))
+
+
+def read_noise_e(dark: DarkNoise, gain_dn_per_e: float) -> float:
+    """sigma_d [e-]: temporal dark noise without the 1/12 DN^2 of rounding; 0 where rounding is all there is (EMVA 1288)."""
+    return float(np.sqrt(max(dark.variance_dn2 - 1.0 / 12.0, 0.0))) / gain_dn_per_e
+
+
+def dynamic_range(saturation_e: float, dark: DarkNoise, gain_dn_per_e: float) -> float:
+    """Ratio of saturation to the smallest signal of SNR 1, which is sigma_y.dark / K + 1/2 electrons (EMVA 1288)."""
+    return saturation_e / (float(np.sqrt(dark.variance_dn2)) / gain_dn_per_e + 0.5)

@@ -1,0 +1,175 @@
+"""Modulation transfer from a slanted edge: the e-SFR of ISO 12233, on photosites as they are, without demosaicing."""
+
+import math
+import os
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+from simulator.raw.raw_reader import plane_places, read_raw_file
+
+BIN_PX = 0.25  # ISO 12233: four bins per pixel
+LEAST_STEP = 6.0  # of the edge over the noise beside it, below which no edge is found
+LEAST_ANGLE_DEG = 1.0
+
+
+@dataclass(frozen=True)
+class EdgeTransfer:
+    """What an edge tells.
+
+    frequency_per_px: [cycles/px] along the normal of the edge, from 0. transfer: same length, 1 at 0.
+    angle_deg: between the edge and the nearer axis of the photosites. step: bright less dark side, in the signal's unit.
+    distance_px, edge_spread: the edge's profile, mean signal by distance from the edge, four points per pixel.
+    """
+
+    frequency_per_px: np.ndarray
+    transfer: np.ndarray
+    angle_deg: float
+    step: float
+    distance_px: np.ndarray
+    edge_spread: np.ndarray
+
+    def at(self, frequency_per_px) -> np.ndarray:
+        """Transfer at other frequencies, straight between those measured."""
+        return np.interp(frequency_per_px, self.frequency_per_px, self.transfer)
+
+    @property
+    def mtf50_per_px(self) -> float:
+        """First frequency at which the transfer falls to a half [cycles/px]; nan when it does not."""
+        below = np.nonzero(self.transfer < 0.5)[0]
+        if len(below) == 0:
+            return math.nan
+        last = int(below[0])
+        x, y = self.frequency_per_px[last - 1 : last + 1], self.transfer[last - 1 : last + 1]
+        return float(x[0] + (y[0] - 0.5) / (y[0] - y[1]) * (x[1] - x[0]))
+
+
+def edge_of_raw_file(
+    path: str | os.PathLike[str], plane: str = "G", window_px: tuple[int, int, int, int] | None = None
+) -> EdgeTransfer:
+    """Measure an edge in a raw file, in one colour: R, G (both greens), B, or MONO where there is no filter.
+
+    window_px: left, top, width and height of a part that holds one edge and nothing else; default: all of the file.
+    Raises PhotositeError for a file that is no raw file, a colour it has not, or a part without a slanted edge.
+    """
+    raw = read_raw_file(path)
+    label = os.fspath(path)
+    places = plane_places(raw.cfa)
+    wanted = [place for name, place in places.items() if name == plane or name[0] == plane]
+    require(bool(wanted), "colour", plane, f"give one of {'MONO' if raw.cfa == 'MONO' else 'R, G, B'}", file=label)
+    step = 1 if raw.cfa == "MONO" else 2
+    seen = np.zeros(raw.mosaic.shape, bool)
+    signal = raw.mosaic.astype(np.float64)
+    for row, column in wanted:
+        seen[row::step, column::step] = True
+        signal[row::step, column::step] -= raw.black_level_dn[row, column]
+    height, width = signal.shape
+    left, top, wide, tall = window_px or (0, 0, width, height)
+    inside = 0 <= left < left + wide <= width and 0 <= top < top + tall <= height
+    require(inside, "window", (left, top, wide, tall), f"must lie inside {width} x {height}", file=label)
+    part = slice(top, top + tall), slice(left, left + wide)
+    try:
+        return edge_transfer(signal[part], seen[part])
+    except PhotositeError as error:
+        raise error.with_file(label) from error
+
+
+def edge_transfer(signal: np.ndarray, seen: np.ndarray | None = None) -> EdgeTransfer:
+    """Measure one straight edge of a linear signal (rows, columns), black level taken off.
+
+    seen: (rows, columns) photosites of the colour that is measured; default: all.
+    ISO 12233: the edge's place in every row is the centroid of its derivative, a line goes through these, all photosites
+    are put into bins by their distance from it, and the derivative of their means is transformed under a Hamming window.
+    The responses of bin and difference are divided out. Distances are along the normal of the edge.
+    Raises PhotositeError for no edge, one that runs along an axis, or a part too small.
+    """
+    signal = np.asarray(signal, np.float64)
+    seen = np.ones(signal.shape, bool) if seen is None else seen
+    if signal.ndim != 2 or min(signal.shape) < 16:
+        raise PhotositeError(f"{signal.shape}: give a part of at least 16 x 16 photosites")
+    if _gradient(signal, seen) < _gradient(signal.T, seen.T):
+        signal, seen = signal.T, seen.T
+    rows, places = _edge_places(signal, seen)
+    slope, start = np.polyfit(rows, places, 1)
+    angle = math.atan(slope)
+    if abs(math.degrees(angle)) < LEAST_ANGLE_DEG or abs(slope) * len(signal) < 2.0:
+        told = f"the edge lies {math.degrees(angle):.2f} degrees off the photosites' axis"
+        raise PhotositeError(f"{told}; turn it to between 2 and 40 degrees, crossing two columns or more")
+    y, x = np.nonzero(seen)
+    distance_px = (x - start - slope * y) * math.cos(angle)
+    reach = int(0.9 * min(-distance_px.min(), distance_px.max()) / BIN_PX)  # the part's corners hold too few photosites
+    spread, offsets_px = _binned(distance_px, signal[seen], reach)
+    return _transformed(spread, offsets_px, math.degrees(angle))
+
+
+def _gradient(signal: np.ndarray, seen: np.ndarray) -> float:
+    """Mean difference between the right and the left half of what is seen."""
+    half = signal.shape[1] // 2
+    return abs(float(signal[:, half:][seen[:, half:]].mean() - signal[:, :half][seen[:, :half]].mean()))
+
+
+def _edge_places(signal: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and the edge's column in each of them: centroids of the derivative, in two rounds with a closer window."""
+    found = []
+    for y in np.nonzero(seen.sum(axis=1) >= 8)[0]:
+        columns = np.nonzero(seen[y])[0]
+        between, slope = 0.5 * (columns[1:] + columns[:-1]), np.diff(signal[y, columns])
+        found.append((float(y), between, slope))
+    total = sum(float(slope.sum()) for _, _, slope in found)
+    width = signal.shape[1]
+    line = np.array([0.0, 0.5 * (width - 1)])
+    for half in (0.5 * width, 0.25 * width):
+        places = []
+        for y, between, slope in found:
+            window = np.clip(np.abs(between - np.polyval(line, y)) / half, 0.0, 1.0)
+            weights = slope * (0.54 + 0.46 * np.cos(math.pi * window)) * (window < 1.0)
+            places.append(float(weights @ between / weights.sum()) if weights.sum() * total > 0 else math.nan)
+        good = np.isfinite(places) & (np.array(places) > 0) & (np.array(places) < width - 1)
+        if good.sum() < 0.8 * len(found) or good.sum() < 8:
+            raise PhotositeError("no single edge runs through the part; give a part that holds one edge and nothing else")
+        rows = np.array([y for y, _, _ in found])[good]
+        line = np.polyfit(rows, np.array(places)[good], 1)
+    return rows, np.array(places)[good]
+
+
+def _binned(distance_px: np.ndarray, signal: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """Mean signal in each bin from -reach to reach, an empty one between its neighbours; and how far off its bin's middle
+    each photosite lies, from the mean of the bin [px].
+    """
+    if reach < 16:
+        raise PhotositeError("the edge comes too near to the part's border; give a part with 5 pixels or more beside it")
+    index = np.rint(distance_px / BIN_PX).astype(int) + reach
+    inside = (index >= 0) & (index <= 2 * reach)
+    index, distance_px = index[inside], distance_px[inside]
+    count = np.bincount(index, minlength=2 * reach + 1)
+    filled = count > 0
+    if filled.mean() < 0.9:
+        raise PhotositeError("too few rows for four bins per pixel; give a longer part of the edge, or turn it further")
+    count = np.maximum(count, 1)
+    means = np.bincount(index, signal[inside], minlength=2 * reach + 1) / count
+    places_px = np.bincount(index, distance_px, minlength=2 * reach + 1) / count
+    spread = np.interp(BIN_PX * np.arange(-reach, reach + 1), places_px[filled], means[filled])
+    return spread, distance_px - places_px[index]
+
+
+def _transformed(spread: np.ndarray, offsets_px: np.ndarray, angle_deg: float) -> EdgeTransfer:
+    """Transform the profile; the responses of the bins, from where photosites lie in them, and of the difference come off."""
+    reach = len(spread) // 2
+    quarter = max(2, reach // 4)
+    dark, bright = spread[:quarter], spread[-quarter:]
+    step = float(bright.mean() - dark.mean())
+    noise = float(np.hypot(dark.std(), bright.std()))
+    if abs(step) <= LEAST_STEP * noise or step == 0.0:
+        raise PhotositeError(f"no edge: the sides differ by {abs(step):.3g}, and each varies by {noise:.3g}")
+    line = 0.5 * (spread[2:] - spread[:-2])
+    window = np.hamming(len(line))
+    count = 4 * len(line)  # zeros behind it: frequencies close enough to be read linearly
+    frequency = np.fft.rfftfreq(count, BIN_PX)
+    spectrum = np.abs(np.fft.rfft(line * window, count))
+    kept = frequency <= 1.0
+    within = np.array([np.cos(2.0 * math.pi * nu * offsets_px).mean() for nu in frequency[kept]])
+    response = within * np.sinc(2.0 * frequency[kept] * BIN_PX)
+    transfer = spectrum[kept] / spectrum[0] / response
+    distance = BIN_PX * np.arange(-reach, reach + 1)
+    return EdgeTransfer(frequency[kept], transfer, abs(angle_deg), abs(step), distance, spread)

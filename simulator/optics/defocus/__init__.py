@@ -1,0 +1,1 @@
+"""The blur of surfaces out of focus: its plan and its passes."""

@@ -1,0 +1,1 @@
+"""Where light falls on the sensor: projection and distortion."""

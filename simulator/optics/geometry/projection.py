@@ -1,0 +1,154 @@
+"""Geometry between the scene's grid and the sensor's photosites."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.device import Buffer, Device
+from simulator.errors import PhotositeError
+from simulator.optics.geometry.interleaved_columns import InterleavedColumns
+from simulator.optics.lens.distortion import Warp, plan_warp
+from simulator.optics.lens.lens import Lens
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.camera_sections import Window
+from simulator.sensor.camera.cfa import Cfa
+
+ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
+EDGE_PX = 1.0  # neighbouring scene pixels whose radii differ by more belong to two surfaces
+
+
+@dataclass(frozen=True)
+class Projection:
+    """How photosites read the scene's grid.
+
+    scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's upper left corner.
+    scene_width, scene_height: of the scene's grid [px].
+    samples: points per photosite and axis. nearest: nearest pixel instead of bilinear.
+    warp: distortion of the lens, which comes before the scale; None: none.
+    """
+
+    scale: float
+    offset_x: float
+    offset_y: float
+    scene_width: int
+    scene_height: int
+    samples: int
+    nearest: bool
+    warp: Warp | None = None
+
+    def defines(self, cfa_macros: dict[str, int], over: int = 1) -> dict[str, object]:
+        """Macros of kernels/projection.cl, for planes of `over` x `over` points per photosite.
+
+        cfa_macros: of kernels/cfa.h, for the output's upper left corner.
+        """
+        distortion = {"DISTORTION": 0} if self.warp is None else {"DISTORTION": 1, **self.warp.macros()}
+        return {"SAMPLES": -(-self.samples // over), "NEAREST": int(self.nearest), "OVER": over, **distortion, **cfa_macros}
+
+    def fields(self, origin_x: int, origin_y: int) -> dict[str, float]:
+        """Fields of `struct projection` of kernels/projection.cl, for an output that begins at this photosite of the sensor."""
+        return {
+            "scene_width": self.scene_width,
+            "scene_height": self.scene_height,
+            "origin_x": origin_x,
+            "origin_y": origin_y,
+            "scale": self.scale,
+            "offset_x": self.offset_x,
+            "offset_y": self.offset_y,
+        }
+
+
+def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
+    """Geometry between scene pixels and photosites; the optical axis meets the centres of both.
+
+    A scene with a field of view keeps its true size: scene pixels per radian of tangent over photosites per
+    radian of tangent. Without one the picture fills the sensor and what sticks out is cut off.
+    Raises PhotositeError when the camera sees past the scene's edges.
+    """
+    height, width = scene.planes.shape[:2]
+    image_distance_px = 1e3 * lens.image_distance_mm / camera.pixel_pitch_um
+    warp = plan_warp(lens.distortion, image_distance_px, camera.width_px, camera.height_px, camera.channels)
+    reach_x, reach_y, stretch = (1.0, 1.0, 1.0) if warp is None else warp.extent(camera.width_px, camera.height_px)
+    if scene.field_of_view_deg is None:
+        scale = min(width / camera.width_px, height / camera.height_px)
+    else:
+        scene_focal_px = 0.5 * width / math.tan(math.radians(0.5 * scene.field_of_view_deg))
+        scale = scene_focal_px * 1e-3 * camera.pixel_pitch_um / lens.image_distance_mm
+        _check_coverage(scale, (reach_x, reach_y), scene, lens, camera)
+    return Projection(
+        scale=scale,
+        offset_x=0.5 * (width - scale * camera.width_px),
+        offset_y=0.5 * (height - scale * camera.height_px),
+        scene_width=width,
+        scene_height=height,
+        samples=max(1, math.ceil(scale * stretch - 1e-6)),
+        nearest=scene.interpolation == "nearest",
+        warp=warp,
+    )
+
+
+def project(device: Device, projection: Projection, cfa: Cfa, window: Window, planes) -> Buffer:
+    """Device buffer (height, width) float32: the sharp image of one surface in each photosite's own colour.
+
+    planes: device buffer (channels, scene height, scene width) float32 [e- s^-1 um^-2 sr^-1]. window: photosites to compute.
+    """
+    mosaic = device.empty((window.height, window.width), np.float32)
+    kernel = device.kernel("projection_mosaic", projection.defines(cfa.macros(window.x, window.y)), file="projection.cl")
+    size, placed = (window.width, window.height), projection.fields(window.x, window.y)
+    device.run(kernel, size, None, planes=planes, mosaic=mosaic, projection=placed)
+    return mosaic
+
+
+def project_planes(
+    device: Device,
+    projection: Projection,
+    planes: Buffer,
+    count: int,
+    sampled: Buffer,
+    first_plane: int,
+    layout: InterleavedColumns,
+    origin: tuple[int, int],
+) -> None:
+    """Enqueue the projection of all channels of one surface onto the samples of a layout.
+
+    planes: device buffer (count, scene height, scene width) float32. sampled: buffer of the layout's planes, written from
+    first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample.
+    """
+    kernel = device.kernel("projection_planes", projection.defines(ANY_CFA, layout.over), file="projection.cl")
+    settings = {"first_plane": first_plane, "projection": projection.fields(*origin)}
+    device.run(kernel, layout.work_size(count), None, planes=planes, sampled=sampled, **settings)
+
+
+def project_radius(
+    device: Device,
+    projection: Projection,
+    scene_radius: Buffer,
+    radius: Buffer,
+    number: int,
+    layout: InterleavedColumns,
+    origin: tuple[int, int],
+) -> None:
+    """Enqueue the projection of a map of signed blur radii [photosites] onto the samples of a layout.
+
+    scene_radius: device buffer (scene height, scene width) float32. radius: buffer of the layout's planes, of which plane
+    `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample.
+    """
+    kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
+    settings = {"edge": EDGE_PX, "first_plane": number, "projection": projection.fields(*origin)}
+    device.run(kernel, layout.work_size(1), None, scene_radius=scene_radius, radius=radius, **settings)
+
+
+def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:
+    height, width = scene.planes.shape[:2]
+    seen_x, seen_y = scale * camera.width_px * reach[0], scale * camera.height_px * reach[1]
+    if seen_x > width + 1e-6 or seen_y > height + 1e-6:
+        short = max(seen_x / width, seen_y / height)
+        raise PhotositeError(
+            "the camera sees "
+            f"{lens.field_of_view_deg(camera.sensor_mm[0]):.1f} deg x {lens.field_of_view_deg(camera.sensor_mm[1]):.1f} deg, "
+            f"past the edge of the scene; use a lens of at least {lens.focal_length_mm * short:.1f} mm "
+            "or leave field_of_view out",
+            key="scene.field_of_view",
+            value=f"{scene.field_of_view_deg:g} deg",
+        )

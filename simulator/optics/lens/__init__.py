@@ -1,0 +1,1 @@
+"""What forms the image: focus, field of view and light of one lens object."""

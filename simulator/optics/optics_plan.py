@@ -1,0 +1,172 @@
+"""The optics' part of a plan: from the scene's radiance to electron radiance in each photosite's own colour."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+from simulator.optics.defocus.defocus import Defocus, plan_defocus
+from simulator.optics.defocus.error_laws import Accuracy, brightest_electrons
+from simulator.optics.geometry.projection import Projection, plan_projection
+from simulator.optics.lens.bare_sensor import BareSensor, gathered
+from simulator.optics.lens.lens import Lens
+from simulator.optics.psf.field_psf import Spread
+from simulator.optics.psf.psf_planning import contrast_sigma, plan_seen_spread
+from simulator.optics.veiling_glare import VeilingGlare, plan_veiling_glare
+from simulator.scene.electron_radiance import electron_radiance_weights
+from simulator.scene.occluded_background import hidden_share, with_hidden_surface
+from simulator.scene.pinhole_view import pinhole_scene
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.camera_sections import Window
+from simulator.sensor.camera.cfa import Cfa
+from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
+from simulator.sensor.sensor_plan import SensorPlan
+
+
+@dataclass(frozen=True)
+class OpticsPlan:
+    """All that is decided between the scene and the light on the sensor.
+
+    scene: surfaces as they are computed. weights: (bands, channels) float32 [e- s^-1 um^-2 sr^-1].
+    cfa: which colour each photosite sees, from the sensor's upper left corner on.
+    window: photosites that are computed; it may reach beyond the sensor. sensor_px: width and height of the sensor.
+    defocus: blur of the ideal lens; None: sharp everywhere.
+    spread: diffraction, aberrations, filter and aperture beyond the thin lens; None: nothing to do.
+    hidden_share: share of the picture that sees background which the scene does not show; None: its layers show all.
+    unseen: why a spread that the lens has is left out, with its predicted error; None: it is not.
+    """
+
+    scene: Scene
+    weights: np.ndarray
+    projection: Projection
+    cfa: Cfa
+    window: Window
+    sensor_px: tuple[int, int]
+    accuracy: Accuracy
+    defocus: Defocus | None = None
+    veiling_glare: VeilingGlare | None = None
+    spread: Spread | None = None
+    hidden_share: float | None = None
+    unseen: str | None = None
+
+    @property
+    def channels(self) -> int:
+        """Colour planes of the camera."""
+        return self.weights.shape[1]
+
+    @property
+    def has_coverage(self) -> bool:
+        """Whether any surface leaves parts of the scene uncovered."""
+        return any(layer.coverage is not None for layer in self.scene.layers)
+
+    def blur_window(self) -> Window:
+        """Photosites that the geometric blur computes: the window, and the margin of a point spread function that follows."""
+        if self.spread is None or self.spread.by_distance:
+            return self.window
+        from simulator.optics.psf.tiled_convolution import area_around, tiles_of  # brings SciPy's transforms
+
+        tiles = tiles_of(self.spread.x_px, self.spread.y_px, self.sensor_px[::-1])
+        return area_around(tiles, self.spread.reach_px, self.window)
+
+    def in_one_color(self, plane: int) -> Self:
+        """Return the plan of a sensor whose photosites all see this colour plane."""
+        return replace(self, cfa=Cfa.uniform(plane))
+
+    def cfa_macros(self) -> dict[str, int]:
+        """Macros of kernels/cfa.h for the window."""
+        return self.cfa.macros(self.window.x, self.window.y)
+
+
+def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
+    """Plan what the lens makes of a scene on a sensor.
+
+    tolerance: as in `Shot`. Raises PhotositeError for light, blur or geometry that cannot be computed.
+    """
+    camera, window = sensor.camera, sensor.layout.computed
+    forms_image = not isinstance(lens, BareSensor)
+    scene = pinhole_scene(loaded) if forms_image else gathered(loaded)
+    weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
+    if weights.shape[1] != camera.channels:
+        rule = f"has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}"
+        raise PhotositeError(rule, key="camera.response", joint=" ")
+    _check_light(scene, weights, lens, sensor)
+    projection = plan_projection(scene, lens, camera)
+    glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, sensor.stage("irradiance"))
+    planned = OpticsPlan(
+        scene=scene,
+        weights=weights.astype(np.float32),
+        projection=projection,
+        cfa=camera.filter,
+        window=window,
+        sensor_px=(camera.width_px, camera.height_px),
+        accuracy=Accuracy(tolerance),
+        veiling_glare=glare,
+    )
+    if forms_image:
+        accuracy = plan_accuracy(planned, lens, sensor, tolerance)
+        planned = _with_defocus(replace(planned, accuracy=accuracy), loaded, lens, camera)
+    return _with_spread(planned, lens, sensor)
+
+
+def blur_per_dioptre(lens: Lens, pixel_pitch_um: float, scale: float) -> float:
+    """Growth of the signed blur radius [scene pixels] per 1/m of inverse distance; scale: scene pixels per photosite."""
+    growth_um = float(lens.blur_radius_um(math.inf) - lens.blur_radius_um(1.0))
+    return growth_um * scale / pixel_pitch_um
+
+
+def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance: float) -> Accuracy:
+    """Error that the blur may have: of the noise at the scene's brightest light, or at what saturates a photosite."""
+    dark, gain = sensor.moments(0.0), sensor.gain_dn_per_e()
+    if gain <= 0.0:  # dark current alone fills the well: the frame shows nothing
+        return Accuracy(tolerance)
+    exposure, camera = sensor.stage("exposure"), sensor.camera
+    per_radiance = lens.irradiance_per_radiance_sr() * exposure.time_s
+    per_radiance *= camera.pixel_pitch_um**2 * camera.fill_factor
+    full_e = (sensor.white_level_dn() - sensor.black_level_dn) / gain
+    brightest_e, peak_e = brightest_electrons(optics.scene, optics.weights, per_radiance)
+    electrons = max(min(brightest_e, full_e), 1.0)
+    return Accuracy(tolerance, electrons, math.sqrt(dark.variance) / gain, max(peak_e / electrons, 1.0))
+
+
+def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera) -> OpticsPlan:
+    """Return the plan with the blur of the scene's surfaces, and the background that a lens sees behind edges."""
+    pitch_um, scale, accuracy = camera.pixel_pitch_um, planned.projection.scale, planned.accuracy
+    defocus = plan_defocus(lens, pitch_um, loaded, scale, accuracy, planned.sensor_px)
+    if defocus is None:
+        return planned
+    per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
+    if not loaded.behind and np.ndim(loaded.depth_m):
+        share = hidden_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
+    scene = with_hidden_surface(loaded, per_dioptre) if accuracy.tolerance else loaded
+    if scene is not loaded:
+        extended = plan_defocus(lens, pitch_um, scene, scale, accuracy, planned.sensor_px)
+        defocus = replace(extended, guessed=defocus.guessed)
+    return replace(planned, scene=scene, defocus=defocus, hidden_share=share)
+
+
+def _with_spread(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
+    """Return the plan with what makes a point's image wider than the ideal lens does."""
+    exposure, irradiance = sensor.stage("exposure"), sensor.stage("irradiance")
+    factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.solid_angle_sr
+    contrast = contrast_sigma(planned.scene, factor * planned.weights, sensor.moments)
+    if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
+        contrast = math.inf  # nothing is skipped
+    spread, unseen = plan_seen_spread(
+        lens, sensor.camera, planned.scene, planned.weights, planned.defocus, planned.projection.scale, contrast
+    )
+    return replace(planned, spread=spread, unseen=unseen)
+
+
+def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:
+    """Refuse light of which single precision loses count (its largest number is 3e38)."""
+    radiance = float(scene.planes.max()) * float(weights.sum(axis=0).max())
+    per_radiance = lens.irradiance_per_radiance_sr() * sensor.stage("exposure").time_s * sensor.camera.pixel_pitch_um**2
+    if max(radiance, radiance * per_radiance) > MOST_ELECTRONS:
+        raise PhotositeError(
+            f"the brightest place gives {radiance * per_radiance:.2g} electrons per photosite, more than the "
+            f"{MOST_ELECTRONS:g} that single precision counts safely; lower scene.luminance or exposure.time",
+            key="scene",
+        )

@@ -1,0 +1,112 @@
+"""Point spread functions from files: NumPy arrays, and text grids as optical design programs export them."""
+
+import os
+import re
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+from simulator.optics.psf.fraunhofer import odd
+from simulator.optics.psf.psf_table import PsfTable
+
+CELLS = 3
+
+
+def read_psf(path: str | os.PathLike, pitch_um: float) -> PsfTable:
+    """Read a table of kernels.
+
+    .npz: `kernels` (blur radii, fields, channels, size, size), and where they are more than one, `blur_radii_px` [photosites]
+        and `fields`; `cells` per photosite and axis (default 1), `light` (default 1). See PsfTable.
+    .npy: one kernel (size, size), or one per channel (channels, size, size), in photosites.
+    .txt: a grid of numbers with a line `Data spacing is 0.250 um`, such as Zemax's listing of a Huygens PSF; its middle is
+        the `Center point` (column, row, from 1) or the middle of the grid, and it is divided by its sum.
+    pitch_um: photosite pitch of the camera [um].
+    Raises PhotositeError for a file that is missing, damaged, or holds no such kernels.
+    """
+    label = os.fspath(path)
+    if not os.path.isfile(label):
+        raise PhotositeError("no such file; check the path", file=label)
+    readers = {".npz": _read_npz, ".npy": _read_npy, ".txt": _read_text}
+    reader = readers.get(Path(label).suffix.lower())
+    if reader is None:
+        raise PhotositeError("no known kind of PSF file; give .npz, .npy or .txt", file=label)
+    try:
+        return reader(label, pitch_um)
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise PhotositeError(f"cannot be read as a PSF ({error}); write it again", file=label) from error
+
+
+def _read_npz(label: str, pitch_um: float) -> PsfTable:
+    with np.load(label, allow_pickle=False) as file:
+        known = {"kernels", "blur_radii_px", "fields", "cells", "light"}
+        strange = sorted(set(file.files) - known)
+        require(not strange, "keys", ", ".join(strange), f"unknown; give {', '.join(sorted(known))}", file=label)
+        require("kernels" in file.files, "keys", ", ".join(file.files), "`kernels` is missing", file=label)
+        found = {name: file[name] for name in file.files}
+    cells, light = int(found.get("cells", 1)), float(found.get("light", 1.0))
+    axes = [np.atleast_1d(np.asarray(found.get(name, 0.0), np.float64)) for name in ("blur_radii_px", "fields")]
+    return PsfTable(_numbers(found["kernels"], label), *axes, cells, pitch_um, light, label)
+
+
+def _read_npy(label: str, pitch_um: float) -> PsfTable:
+    kernels = _numbers(np.load(label, allow_pickle=False), label)
+    rule = "give one kernel (size, size) or one per channel (channels, size, size)"
+    require(kernels.ndim in (2, 3), "shape", kernels.shape, rule, file=label)
+    kernels = kernels.reshape(1, 1, -1, *kernels.shape[-2:])
+    return PsfTable(kernels, np.zeros(1), np.zeros(1), 1, pitch_um, source=label)
+
+
+def _numbers(array: np.ndarray, label: str) -> np.ndarray:
+    require(array.dtype.kind in "fiu", "type of kernels", array.dtype, "give real numbers", file=label)
+    return array.astype(np.float64)
+
+
+def _read_text(label: str, pitch_um: float) -> PsfTable:
+    text = _decoded(Path(label).read_bytes())
+    spacing = re.search(r"Data spacing is\s+([0-9.eE+-]+)", text)
+    if spacing is None:
+        raise PhotositeError("says no distance between its points; add a line such as `Data spacing is 0.250 um`", file=label)
+    step_um = float(spacing[1])
+    require(0 < step_um < 1e4, "Data spacing", f"{step_um:g} um", "give a distance above 0 um", file=label)
+    grid = _grid(text, label)
+    centre = re.search(r"Center point is:?\s*(\d+)\D+(\d+)", text)
+    column, row = (int(centre[1]) - 1, int(centre[2]) - 1) if centre else ((side - 1) / 2 for side in grid.shape[::-1])
+    total = float(grid.sum())
+    require(np.isfinite(total) and total > 0, "sum of the grid", total, "give numbers of light, 0 and above", file=label)
+    cell_um = pitch_um / CELLS
+    reach_um = step_um * (0.5 + max(column, row, grid.shape[1] - 1 - column, grid.shape[0] - 1 - row))
+    size = odd(2.0 * reach_um / pitch_um) * CELLS
+    down = _overlaps(grid.shape[0], row, step_um, size, cell_um)
+    across = _overlaps(grid.shape[1], column, step_um, size, cell_um)
+    kernel = down @ grid @ across.T / total
+    return PsfTable(kernel[None, None, None], np.zeros(1), np.zeros(1), CELLS, pitch_um, source=label)
+
+
+def _decoded(data: bytes) -> str:
+    """Text of a file in UTF-8 or, with its mark, UTF-16; other letters than the ASCII ones may be lost."""
+    return data.decode("utf-16") if data[:2] in (b"\xff\xfe", b"\xfe\xff") else data.decode("utf-8", "replace")
+
+
+def _grid(text: str, label: str) -> np.ndarray:
+    """Return the last block of lines that hold numbers only, (rows, columns)."""
+    rows: list[list[float]] = []
+    for line in reversed(text.rstrip().splitlines()):
+        try:
+            numbers = [float(word) for word in line.replace(",", " ").split()]
+        except ValueError:
+            break
+        if rows and len(numbers) != len(rows[0]):
+            break
+        rows.append(numbers)
+    if len(rows) < 3 or len(rows[0]) < 3:
+        raise PhotositeError("holds no grid of numbers at its end; give three or more rows of equal length", file=label)
+    return np.array(rows[::-1])
+
+
+def _overlaps(count: int, middle: float, step_um: float, cells: int, cell_um: float) -> np.ndarray:
+    """Share of each sample's own width that lies in each cell, (cells, count); the sums over the cells are 1."""
+    centres, edges = (np.arange(count) - middle) * step_um, (np.arange(cells + 1) - cells / 2) * cell_um
+    inside = np.clip(edges[:, None], centres - 0.5 * step_um, centres + 0.5 * step_um)
+    return np.diff(inside, axis=0) / step_um

@@ -1,0 +1,94 @@
+"""Mechanical vignetting: round stops before and behind the aperture cut the cones of light that lie off the axis.
+
+The cone of a photosite at tangent t (x right, y down in the picture) runs from the aperture to the point it is focused on,
+at the focus distance z_o, and on the other side to the photosite, at z_i. A ray through u of the pupil crosses a plane a
+distance d before the aperture at u a (1 - d / z_o) - t d, in the axes of `Pupil`, and a plane d behind it at
+u a (1 - d / z_i) + t d (similar triangles; a: radius of the pupil). So a stop of radius R is a disk in the pupil, of radius
+R / (a (1 - d / z)), whose centre moves by +-d / (a (1 - d / z)) per tangent.
+
+All light of a photosite comes through that cone, whatever the distance of the scene. Its irradiance is that of the full
+pupil times clipped area / full area: light is lost, nothing is normalised again.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+from simulator.optics.pupil.pupil import Pupil, PupilStop
+from simulator.units import Millimetres
+
+NODES = 513  # of the fall-off from the axis to the corner; error below 1e-4 of the light on the axis
+NODES_OF_BLADES, AZIMUTHS = 129, 8  # with blades; at so many places within one blade
+
+
+@dataclass(frozen=True)
+class RoundStop:
+    """Rim of a lens element or of the barrel.
+
+    distance_mm: along the axis from the aperture [mm], > 0.
+    diameter_mm: free diameter [mm]; it must let the axial cone through, or it would be the aperture.
+    """
+
+    distance_mm: Millimetres
+    diameter_mm: Millimetres
+
+
+@dataclass(frozen=True)
+class Vignetting:
+    """Stops that make cat's eyes of the spots of light towards the corners.
+
+    front: stop on the scene's side of the aperture.
+    rear: stop on the sensor's side.
+    """
+
+    front: RoundStop | None = None
+    rear: RoundStop | None = None
+
+    def pupil_stops(self, opening: Pupil, radius_mm: float, image_mm: float, focus_mm: float) -> tuple[PupilStop, ...]:
+        """The stops as they clip the pupil.
+
+        opening: the pupil on the axis. radius_mm: of the round pupil of its area. image_mm, focus_mm: z_i and z_o.
+        Raises PhotositeError for a stop that clips the axial cone, or lies beyond the sensor or the plane in focus.
+        """
+        sides = (("front", self.front, 1.0, focus_mm), ("rear", self.rear, -1.0, image_mm))
+        return tuple(
+            _clipping(stop, f"lens.vignetting.{side}", sign, end_mm, radius_mm, opening.corner_radius)
+            for side, stop, sign, end_mm in sides
+            if stop is not None
+        )
+
+
+def _clipping(stop: RoundStop, key: str, sign: float, end_mm: float, radius_mm: float, corner: float) -> PupilStop:
+    distance_mm, diameter_mm = stop.distance_mm, stop.diameter_mm
+    told = f"lies between the aperture and what is {end_mm:g} mm from it; give a distance above 0 mm and below that"
+    require(0 < distance_mm < end_mm, f"{key}.distance", f"{distance_mm:g} mm", told)
+    cone_mm = radius_mm * (1.0 - distance_mm / end_mm)
+    if not 2.0 * cone_mm * corner <= diameter_mm < math.inf:
+        raise PhotositeError(
+            "narrower than the light on the axis, so that it, not lens.f_number, would "
+            f"be the aperture; give {2.0 * cone_mm * corner:.4g} mm or more, or a larger f-number",
+            key=f"{key}.diameter",
+            value=f"{diameter_mm:g} mm",
+        )
+    return PupilStop(0.5 * diameter_mm / cone_mm, sign * distance_mm / cone_mm)
+
+
+@lru_cache(maxsize=64)
+def light_by_radius(pupil: Pupil, tangent: float) -> tuple[float, ...]:
+    """Share of the full pupil that is open, at even steps of the tangent of the field angle from 0 to `tangent`.
+
+    With blades it depends on the direction too; the mean over directions is given. Empty without stops.
+    """
+    if not pupil.stops:
+        return ()
+    if pupil.blades is None:
+        return tuple(pupil.area((step, 0.0)) / math.pi for step in np.linspace(0.0, tangent, NODES))
+    angles = 2.0 * math.pi / pupil.blades * (np.arange(AZIMUTHS) + 0.5) / AZIMUTHS + math.radians(pupil.rotation_deg)
+    directions = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    return tuple(
+        float(np.mean([pupil.area(step * direction) for direction in directions])) / math.pi
+        for step in np.linspace(0.0, tangent, NODES_OF_BLADES)
+    )

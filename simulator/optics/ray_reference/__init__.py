@@ -1,0 +1,1 @@
+"""The blur by rays through the lens, which faster methods are compared with."""

@@ -1,0 +1,90 @@
+"""Veiling glare: light that surfaces and edges of a lens scatter over the whole sensor (ISO 9358).
+
+A share g of the light is spread evenly: E = (1 - g) E_image + g * mean of E_image over the whole sensor, in each colour by
+itself. A small black patch in a uniform field then has g times the irradiance of the field: the veiling glare index.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.device import Buffer, Device
+from simulator.optics.geometry.projection import Projection
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.camera_sections import Window
+from simulator.sensor.kernel.kernel_program import sensor_defines
+from simulator.sensor.stages.irradiance import Irradiance
+
+LEAST_OPEN = 1e-4  # of the light on the axis: where rims let less through, scattered light fades as the image does
+STRIPS = 64  # of the sensor's side at least, so that the fall-off is even within one; a pixel of the scene is one, too
+
+
+@dataclass(frozen=True)
+class VeilingGlare:
+    """Even light on the sensor.
+
+    share: g. irradiance: (channels,) float64 of the veil, g * mean of the image's electron irradiance [e- s^-1 um^-2].
+    """
+
+    share: float
+    irradiance: np.ndarray
+
+
+def plan_veiling_glare(
+    share: float, scene: Scene, weights: np.ndarray, projection: Projection, camera: Camera, irradiance: Irradiance
+) -> VeilingGlare | None:
+    """Veil of a scene of one surface, or None without scattered light.
+
+    weights: (bands, channels) [e- s^-1 um^-2 sr^-1]. The mean is that of the scene's own pixels over the whole sensor, in
+    float64, so that it does not depend on a window; blur and distortion, which hardly change a mean, are left out.
+    """
+    if share == 0:
+        return None
+    height, width = scene.planes.shape[:2]
+    row, tall, y = _strips(camera.height_px, height, projection.offset_y, projection.scale)
+    column, wide, x = _strips(camera.width_px, width, projection.offset_x, projection.scale)
+    mean = np.zeros(scene.planes.shape[2])
+    for pixel, share_of_sensor, place in zip(row, tall, y - irradiance.centre_y_px, strict=True):
+        open_ = irradiance.fall_off(np.hypot(place, x - irradiance.centre_x_px))
+        seen = np.bincount(column, wide * open_, width)  # of this row's pixels
+        mean += share_of_sensor * (seen @ scene.planes[pixel])
+    return VeilingGlare(share, share * irradiance.solid_angle_sr * (mean @ weights))
+
+
+def _strips(photosites: int, pixels: int, offset: float, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Parts of the sensor along an axis: the one pixel of the scene each lies in, share of the side, middle [photosites]."""
+    first, last = (min(max(edge, 0.0), float(pixels)) for edge in (offset, offset + scale * photosites))
+    inner = np.arange(np.floor(first) + 1.0, np.ceil(last))
+    edges = np.unique(np.concatenate([np.linspace(first, last, STRIPS + 1), inner]))
+    middle = 0.5 * (edges[:-1] + edges[1:])
+    return middle.astype(np.intp), np.diff(edges) / (last - first), (middle - offset) / scale
+
+
+def add_veiling_glare(
+    device: Device,
+    mosaic: Buffer,
+    glare: VeilingGlare,
+    irradiance: Irradiance,
+    cfa_macros: dict[str, int],
+    window: Window,
+) -> None:
+    """Spread a share of the light evenly over a mosaic of electron radiance, in place.
+
+    irradiance: of the lens, by which the fused kernel
+    multiplies afterwards. window: photosites of the mosaic.
+    """
+    defines, numbers = sensor_defines((irradiance,))
+    lens = {name: value for name, value in defines.items() if name.startswith(irradiance.stem.upper())}
+    device.run(
+        device.kernel("veiling_glare", lens | cfa_macros),
+        (window.width, window.height),
+        None,
+        mosaic=mosaic,
+        veil=device.upload(glare.irradiance.astype(np.float32)),
+        parameters=device.upload(numbers),
+        window_x=window.x,
+        window_y=window.y,
+        image_share=1.0 - glare.share,
+        least_open=LEAST_OPEN * irradiance.solid_angle_sr,
+    )

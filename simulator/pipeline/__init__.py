@@ -1,0 +1,1 @@
+"""From a shot to a raw image: the plan and its execution."""

@@ -1,0 +1,114 @@
+"""Which noise a code is made of: the share of every stage in the variance, at one signal or over the ISO range."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from simulator.exposure.settings import Exposure
+from simulator.sensor.sensor_plan import SensorPlan
+from simulator.sensor.stages.stage import Moments, SignalStep
+
+
+@dataclass(frozen=True)
+class NoiseBudget:
+    """Moments of one photosite's code, and what they are made of.
+
+    iso, time_s: of the exposure. mean_electrons: photoelectrons expected [e-]. signal_dn: mean code above that of the dark.
+    sigma_dn: temporal noise. fixed_sigma_dn: of the body's fixed pattern. gain_dn_per_e: slope of the mean code.
+    dark_sigma_dn: temporal noise without light. full_scale_e: electrons that reach the white level.
+    shares: part of the temporal variance by stage, in physical order; they add up to 1. fixed_shares: of the fixed one.
+    """
+
+    iso: int
+    time_s: float
+    mean_electrons: float
+    signal_dn: float
+    sigma_dn: float
+    fixed_sigma_dn: float
+    gain_dn_per_e: float
+    dark_sigma_dn: float
+    full_scale_e: float
+    shares: dict[str, float]
+    fixed_shares: dict[str, float]
+
+    @property
+    def sigma_e(self) -> float:
+        """Temporal noise in electrons at the input [e-]."""
+        return self.sigma_dn / self.gain_dn_per_e
+
+    @property
+    def snr(self) -> float:
+        """Signal over temporal noise."""
+        return self.signal_dn / self.sigma_dn
+
+    @property
+    def dynamic_range_stops(self) -> float:
+        """log2 of full scale over the noise of the dark."""
+        return math.log2(self.full_scale_e * self.gain_dn_per_e / self.dark_sigma_dn)
+
+    @property
+    def is_clipped(self) -> bool:
+        """Whether the patch lies at or above the white level, where none of this holds."""
+        return self.mean_electrons >= self.full_scale_e
+
+
+def contributions(steps: Iterable[SignalStep], mean_electrons: float) -> tuple[Moments, dict[str, float], dict[str, float]]:
+    """Moments behind all steps, and what each step added to the variance and to the fixed variance, as seen there.
+
+    A step that gets a signal without noise shows what it adds itself; what the steps before it added, it scales. So the
+    contributions add up to the variance, and one is the variance of all less the variance without it.
+    """
+    signal = Moments(mean_electrons, 0.0)
+    temporal: dict[str, float] = {}
+    fixed: dict[str, float] = {}
+    for step in steps:
+        own, after = step.moments(Moments(signal.mean, 0.0)), step.moments(signal)
+        for parts, added, before, behind in (
+            (temporal, own.variance, signal.variance, after.variance),
+            (fixed, own.fixed_variance, signal.fixed_variance, after.fixed_variance),
+        ):
+            scale = (behind - added) / before if before > 0 else 0.0
+            for known in parts:
+                parts[known] *= scale
+            if added > 0:
+                parts[step.name] = added
+        signal = after
+    return signal, temporal, fixed
+
+
+def noise_budget(sensor: SensorPlan, mean_electrons: float, iso: int, time_s: float) -> NoiseBudget:
+    """Budget of a photosite that expects these photoelectrons [e-] on a sensor planned for this ISO and time [s]."""
+    signal, temporal, fixed = contributions(sensor.moment_steps(), mean_electrons)
+    dark = sensor.moments(0.0)
+    return NoiseBudget(
+        iso=iso,
+        time_s=time_s,
+        mean_electrons=mean_electrons,
+        signal_dn=signal.mean - dark.mean,
+        sigma_dn=math.sqrt(signal.variance),
+        fixed_sigma_dn=math.sqrt(signal.fixed_variance),
+        gain_dn_per_e=sensor.gain_dn_per_e(),
+        dark_sigma_dn=math.sqrt(dark.variance),
+        full_scale_e=sensor.electrons_at_white(),
+        shares={name: part / signal.variance for name, part in temporal.items()},
+        fixed_shares={name: part / signal.fixed_variance for name, part in fixed.items() if part > 0},
+    )
+
+
+def iso_budgets(
+    sensor: SensorPlan, exposure: Exposure, mean_electrons: float, isos: Iterable[int], keep: Literal["exposure", "brightness"]
+) -> list[NoiseBudget]:
+    """Budgets of one patch over the ISO range.
+
+    sensor, exposure: of the shot as it is. mean_electrons: of the patch there [e-].
+    keep: "exposure" leaves the shutter, so all ISOs count the same electrons; "brightness" shortens it as the ISO grows, so
+    that the picture stays as bright and the light gets less.
+    Raises PhotositeError for an ISO that the camera does not have.
+    """
+    budgets = []
+    for iso in isos:
+        share = exposure.iso / iso if keep == "brightness" else 1.0
+        time_s = exposure.time_s * share
+        budgets.append(noise_budget(sensor.at(iso, time_s), mean_electrons * share, iso, time_s))
+    return budgets

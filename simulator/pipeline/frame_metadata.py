@@ -1,0 +1,92 @@
+"""What a raw frame says of itself besides its codes: levels, noise, colour, lens and where it comes from."""
+
+import platform
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+
+import numpy as np
+
+from simulator import __version__
+from simulator.color.camera_matrices import as_shot_neutral
+from simulator.device import DeviceInfo
+from simulator.pipeline.input_files import fingerprints
+from simulator.pipeline.planner import Plan
+from simulator.pipeline.shot import Shot
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.camera_color import matrices_under_two_lights, matrix_under_d65
+from simulator.sensor.iso_speed import baseline_exposure_ev
+
+
+def frame_metadata(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, object]:
+    """Fields of `Raw` by name, all but the arrays of photosites. Raises OSError for a scene's file that has gone."""
+    camera, lens, sensor = shot.camera, shot.lens, planned.sensor
+    return {
+        "cfa": camera.frame_cfa(),
+        "bit_depth": camera.bit_depth,
+        "black_level_dn": sensor.black_level_dn,
+        "white_level_dn": sensor.white_level_dn(),
+        "noise_profile": (sensor.noise_profile(),) * camera.channels,
+        "color_matrix": matrix_under_d65(camera),
+        **matrices_under_two_lights(camera),
+        "as_shot_neutral": neutral_of(planned.optics.scene, camera),
+        "make": camera.make,
+        "model": camera.model,
+        "lens_model": lens.model,
+        "exposure_time_s": shot.exposure.time_s,
+        "f_number": lens.f_number,
+        "focal_length_mm": lens.focal_length_mm,
+        "focal_length_35mm_mm": lens.focal_length_35mm_mm(float(np.hypot(*camera.sensor_mm))),
+        "focus_distance_m": lens.focus_distance_m,
+        "iso": shot.exposure.iso,
+        "baseline_exposure_ev": baseline_exposure_ev(sensor, shot.exposure.iso),
+        "name": shot.name,
+        "black_offsets_dn": sensor.black_offsets_dn() if shot.raw.black_per_place else (0.0,) * 4,
+        "format": shot.raw,
+        "date_time": shot.exposure.date_time,
+        "active_area": sensor.layout.active_area,
+        "warp_rectilinear": warp_rectilinear(planned),
+        "resolved": _origin(shot, planned, device),
+    }
+
+
+def neutral_of(scene: Scene, camera: Camera) -> tuple[float, ...]:
+    """Camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral)."""
+    response = camera.response
+    neutral = as_shot_neutral(scene.illuminant, response.wavelengths_nm, response.quantum_efficiency, scene.wavelengths_nm)
+    return tuple(float(value) for value in neutral)
+
+
+def warp_rectilinear(planned: Plan) -> tuple[tuple[tuple[float, ...], ...], tuple[float, float]] | None:
+    """Return what undoes the lens's distortion in the lit part of the frame; see `Raw.warp_rectilinear`."""
+    layout, warp = planned.sensor.layout, planned.optics.projection.warp
+    output, lit = layout.output, layout.lit
+    if warp is None:
+        return None
+    left, top = max(output.x, lit.x), max(output.y, lit.y)
+    right, bottom = min(output.x + output.width, lit.x + lit.width), min(output.y + output.height, lit.y + lit.height)
+    half = 0.5 * (1 if layout.binning is None else layout.binning.factor)
+    return warp.rectilinear(left + half, top + half, right - half, bottom - half)
+
+
+def _origin(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, object]:
+    """The shot, seeds, versions and device, plain data for the JSON beside the file."""
+    return {
+        "shot": shot.resolved,
+        "inputs": fingerprints(shot.scene, shot.lens),
+        "seeds": asdict(shot.seeds),
+        "plan": [asdict(step) for step in planned.steps],
+        "notes": list(planned.optics.scene.notes),
+        "device": asdict(device),
+        "versions": _versions(),
+    }
+
+
+def _versions() -> dict[str, str]:
+    found = {"photosite": __version__, "python": platform.python_version()}
+    for package in ("numpy", "pyopencl"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found

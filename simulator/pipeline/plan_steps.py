@@ -1,0 +1,105 @@
+"""What a plan does, line by line, for people."""
+
+import math
+
+from simulator.optics.defocus.predicted_error import told as told_errors
+from simulator.optics.geometry.projection import Projection
+from simulator.optics.lens.bare_sensor import BareSensor
+from simulator.optics.lens.distortion import Warp
+from simulator.optics.lens.lens import Lens
+from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.veiling_glare import VeilingGlare
+from simulator.pipeline.psf_steps import psf_steps
+from simulator.pipeline.step import Step
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.kernel.kernel_program import stage_order
+from simulator.sensor.sensor_plan import SensorPlan
+
+
+def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, ...]:
+    """All steps of a plan in physical order, then what limits the blur's accuracy."""
+    camera, layout, scene = sensor.camera, sensor.layout, optics.scene
+    bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
+    steps = [
+        Step(
+            "spectral integration",
+            True,
+            f"{bands} scene planes of {wavelengths} wavelengths -> {camera.channels} camera planes",
+        ),
+        Step("projection", True, f"{optics.projection.scale:.3f} scene pixels per photosite, {_samples(optics.projection)}"),
+        _distortion_step(optics.projection.warp, camera),
+        _defocus_step(optics, lens),
+        *psf_steps(lens, camera, optics.defocus, optics.spread, optics.unseen),
+        _glare_step(optics.veiling_glare),
+    ]
+    dark = camera.optical_black
+    told = "light reaches all of the sensor" if dark is None else str(dark)
+    steps.append(Step("optical black", dark is not None, told))
+    sharing = {"light": layout.crosstalk.optical_shares, "charge": layout.crosstalk.electrical_shares}
+    for what, shares in sharing.items():
+        told = f"{shares[0]:g} to each neighbour beside, {shares[1]:g} at the corners" if any(shares) else "nothing is shared"
+        steps.append(Step(f"crosstalk of {what}", any(shares), told))
+    for stem in stage_order():
+        stage = sensor.stage(stem)
+        if stage is None:
+            steps.append(Step(stem, False, "the camera has none, or it would change nothing"))
+        else:
+            numbers = ", ".join(f"{name} = {_number(value)}" for name, value in stage.kernel_values().items())
+            steps.append(Step(stem, True, numbers or "no parameters"))
+    binning = layout.binning
+    told = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
+    steps.append(Step("binning", binning is not None, told))
+    if optics.defocus is not None:
+        steps += [_hidden_step(optics), Step("blur accuracy", True, told_errors(optics.defocus.of_scene()))]
+    return tuple(steps)
+
+
+def _hidden_step(optics: OpticsPlan) -> Step:
+    """What a lens sees behind the edges of near things: the error that no method can remove from one picture with depth."""
+    scene, share = optics.scene, optics.hidden_share
+    if share is None:
+        return Step("hidden surfaces", bool(scene.behind), f"the scene has {len(scene.layers)} layers")
+    told = "is not shown by the scene, and none is assumed" if scene.hidden == "none" else "is assumed to go on behind edges"
+    return Step(
+        "hidden surfaces", scene.hidden == "extend", f"about {100 * share:.2g} % of the picture sees background that {told}"
+    )
+
+
+def _number(value: float | tuple[float, ...]) -> str:
+    return f"{len(value)} values" if isinstance(value, tuple) else f"{value:.6g}"
+
+
+def _samples(projection: Projection) -> str:
+    return "one sample each" if projection.samples == 1 else f"{projection.samples} x {projection.samples} samples each"
+
+
+def _distortion_step(warp: Warp | None, camera: Camera) -> Step:
+    if warp is None:
+        return Step("distortion", False, "the lens has none")
+    corner_x, corner_y = warp.distorted(camera.width_px, camera.height_px)
+    moved_px = math.hypot(corner_x - warp.centre_x_px, corner_y - warp.centre_y_px) - math.hypot(
+        warp.centre_x_px, warp.centre_y_px
+    )
+    return Step("distortion", True, f"the corner moves {moved_px:+.1f} photosites outwards, traced back in {warp.steps} steps")
+
+
+def _glare_step(glare: VeilingGlare | None) -> Step:
+    """Scattered light."""
+    if glare is None:
+        return Step("veiling glare", False, "the lens scatters no light")
+    return Step("veiling glare", True, f"{100 * glare.share:g} % of all light lies evenly on the sensor")
+
+
+def _defocus_step(optics: OpticsPlan, lens: Lens) -> Step:
+    """Blur of the lens."""
+    defocus = optics.defocus
+    if isinstance(lens, BareSensor):
+        return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
+    if defocus is None:
+        return Step("defocus", False, f"no blur circle has a radius above {optics.accuracy.sharp_px:.2g} photosites")
+    defocus = defocus.of_scene()
+    surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"
+    near, far = defocus.least_px, defocus.greatest_px
+    radii = f"{abs(near):.2f} photosites" if near == far else f"from {near:.2f} (nearest) to {far:+.2f} photosites"
+    eyes = "" if defocus.eyes is None else f"; spots are cat's eyes, by zones of {defocus.eyes.zone_px} photosites"
+    return Step("defocus", True, f"{surfaces}, blur radius {radii}{eyes}")

@@ -1,0 +1,67 @@
+"""The plan of a shot: what is computed, what is skipped and why. Executing it is the pipeline's work."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+from simulator.device import Device
+from simulator.optics.lens.relative_illumination import irradiance_behind
+from simulator.optics.optics_plan import OpticsPlan, plan_optics
+from simulator.optics.passes.tile_plan import TilePlan, plan_tiles
+from simulator.pipeline.passes import Pass, passes_of
+from simulator.pipeline.plan_steps import steps_of
+from simulator.pipeline.shot import Shot, TruthPart
+from simulator.pipeline.step import Step
+from simulator.sensor.sensor_plan import SensorPlan, plan_sensor
+from simulator.sensor.stages.exposure import Integration
+from simulator.sensor.stages.stage import Stage
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All that executing a shot needs, whole when it is made.
+
+    truth: what the truth holds besides mean electrons and noise-free codes.
+    steps: what happens to the light and the signal, in physical order, for people.
+    passes: what the executor runs, in order: method, size, memory, predicted error and time; also what it skips.
+    tiles: the measured part of the plan (`measure`): methods by tile; None: not measured, or nothing to decide.
+    """
+
+    optics: OpticsPlan
+    sensor: SensorPlan
+    truth: tuple[TruthPart, ...]
+    steps: tuple[Step, ...]
+    passes: tuple[Pass, ...]
+    tiles: TilePlan | None = None
+
+    def in_one_color(self, plane: int) -> Self:
+        """Return the plan of a sensor whose photosites all see this colour plane; the methods of the tiles are the same."""
+        return replace(self, optics=self.optics.in_one_color(plane))
+
+    def memory_bytes(self) -> int:
+        """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
+        return sum(one.memory_bytes for one in self.passes)
+
+    def cost_ms(self) -> float:
+        """Predicted time of all passes on the reference machine of `simulator.pipeline.passes` [ms]."""
+        return sum(one.cost_ms for one in self.passes)
+
+
+def plan(shot: Shot) -> Plan:
+    """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
+    sensor = plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
+    optics = plan_optics(shot.scene.load(), shot.lens, sensor, shot.tolerance)
+    steps = steps_of(optics, sensor, shot.lens)
+    return Plan(optics, sensor, shot.truth, steps, passes_of(optics, sensor, shot.truth))
+
+
+def measure(planned: Plan, device: Device) -> Plan:
+    """Return the plan with what depends on the picture's depths: the method of each tile, as measured on a device."""
+    tiles = plan_tiles(planned.optics, device)
+    return replace(planned, tiles=tiles, passes=passes_of(planned.optics, planned.sensor, planned.truth, tiles))
+
+
+def light_stages(shot: Shot) -> tuple[Stage, Stage]:
+    """Stages of the fused kernel between the lens's radiance and the photoelectrons."""
+    camera = shot.camera
+    irradiance = irradiance_behind(shot.lens, camera.pixel_pitch_um, camera.width_px, camera.height_px)
+    return irradiance, Integration(shot.exposure.time_s, camera.pixel_pitch_um**2 * camera.fill_factor)

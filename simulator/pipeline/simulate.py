@@ -1,0 +1,163 @@
+"""From a shot to a raw frame: the passes of a plan on an OpenCL device, in the order of the light."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from simulator.device import Buffer, Device, DeviceInfo, open_device
+from simulator.errors import PhotositeError
+from simulator.optics.geometry.projection import project
+from simulator.optics.lens.lens import Lens
+from simulator.optics.passes.camera_planes import camera_planes
+from simulator.optics.passes.defocused_mosaic import defocused_mosaic
+from simulator.optics.passes.reference_mosaic import reference_mosaic
+from simulator.optics.veiling_glare import add_veiling_glare
+from simulator.pipeline.frame_metadata import frame_metadata
+from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot, TruthPart
+from simulator.pipeline.stopwatch import Stopwatch
+from simulator.pipeline.truth_maps import blur_map, depth_map, variance_map
+from simulator.progress import Progress
+from simulator.raw.raw_image import Raw
+from simulator.sensor.kernel.kernel_launch import FrameSetting
+from simulator.sensor.kernel.noise_free import mean_charge, noise_free
+from simulator.sensor.readout import darken_optical_black, download_averaged, read_out, share_charge, share_with_neighbors
+from simulator.sensor.sensor_plan import SensorPlan
+
+
+def simulate(
+    shot: Shot, *, device: str | None = None, progress: Progress | None = None, stopwatch: Stopwatch | None = None
+) -> Raw:
+    """Take a photograph.
+
+    device: part of an OpenCL device's label; default: $PHOTOSITE_DEVICE, else the newest PoCL.
+    progress: called with (what is done now, share done from 0 to 1). stopwatch: gets the time of each pass.
+    Raises PhotositeError for anything the user can put right.
+    """
+    tell = progress or (lambda stage, share: None)
+    tell("scene", 0.0)
+    planned = plan(shot)
+    opened = open_device(device)
+    check_memory(planned, opened.info)
+    return execute(planned, shot, opened, tell, stopwatch or Stopwatch())
+
+
+def execute(planned: Plan, shot: Shot, device: Device, tell: Progress, timed: Stopwatch) -> Raw:
+    """Run the passes of a shot's plan. tell: as progress of `simulate`."""
+    tell("light", 0.1)
+    with timed("radius statistics", device):
+        planned = measure(planned, device)
+    sensor, light = planned.sensor, expose(planned, device, lambda share: tell("light", 0.1 + 0.7 * share), timed)
+    tell("sensor", 0.8)
+    with timed("sensor", device):
+        dn = read_out(device, sensor, light, shot.seeds)
+    tell("truth", 0.9)
+    with timed("truth", device):
+        mean_electrons, noise_free_dn = noise_free_frame(device, sensor, light)
+    parts = truth_parts(planned, shot.lens, device, mean_electrons, timed)
+    tell("done", 1.0)
+    metadata = frame_metadata(shot, planned, device.info)
+    return Raw(dn=dn, mean_electrons=mean_electrons, noise_free_dn=noise_free_dn, truth=parts, **metadata)
+
+
+def check_memory(planned: Plan, device: DeviceInfo) -> None:
+    """Raise PhotositeError for a frame that does not fit into the device's memory."""
+    needed, there, frame = planned.memory_bytes(), device.memory_bytes, planned.optics.window
+    if needed > there:
+        raise PhotositeError(
+            f"out of memory: {frame.width} x {frame.height} photosites need about {needed / 1e9:.1f} GB, "
+            f"but {device.label} has {there / 1e9:.1f} GB; read out a part of the sensor with camera.window"
+        )
+
+
+def expose(
+    planned: Plan,
+    device: Device,
+    progress: Callable[[float], None] = lambda share: None,
+    timed: Stopwatch | None = None,
+) -> Buffer:
+    """Device buffer (height, width) float32: electron radiance of the window in each photosite's colour.
+
+    planned: with the methods of its tiles, as `measure` returns it.
+    """
+    optics, layout, tiles, timed = planned.optics, planned.sensor.layout, planned.tiles, timed or Stopwatch()
+    with timed("scene planes", device):
+        planes = [camera_planes(device, layer, optics.weights, optics.has_coverage) for layer in optics.scene.layers]
+    if optics.spread is not None:
+        from simulator.optics.passes.psf_mosaic import spread_mosaic  # brings SciPy's transforms
+
+        with timed("point spread function", device):
+            mosaic = spread_mosaic(optics, tiles, device, planes, progress)
+    elif tiles is not None:
+        with timed("defocus", device):
+            mosaic = defocused_mosaic(tiles, optics.cfa, device, planes, progress)
+    elif optics.defocus is not None:
+        with timed("defocus", device):
+            mosaic = reference_mosaic(optics, device, planes, progress)
+    else:
+        with timed("projection", device):
+            mosaic = project(device, optics.projection, optics.cfa, optics.window, planes[0])
+    if (glare := optics.veiling_glare) is not None:
+        with timed("veiling glare", device):
+            irradiance, macros = planned.sensor.stage("irradiance"), optics.cfa_macros()
+            add_veiling_glare(device, mosaic, glare, irradiance, macros, optics.window)
+    if any(shares := layout.crosstalk.optical_shares):
+        with timed("crosstalk of light", device):
+            mosaic = share_with_neighbors(device, mosaic, optics.window, shares)
+    if layout.reaches_optical_black:
+        with timed("optical black", device):
+            darken_optical_black(device, mosaic, optics.window, layout.lit)
+    return mosaic
+
+
+def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple[np.ndarray, np.ndarray]:
+    """Mean electrons [e-] and noise-free codes [DN] of the photosites that are given out, float32 each.
+
+    light: mosaic of electron radiance, as `expose` returns it.
+    """
+    frame, read = sensor.layout.computed, sensor.layout.read
+    settings = [FrameSetting(sensor.stages, x=frame.x, y=frame.y)]
+    buffers = mean_charge(device, light, (frame.height, frame.width), settings)
+    mean_electrons, signal = (share_charge(device, sensor.layout, buffer) for buffer in buffers)
+    noise_free(device, signal, (read.height, read.width), settings)
+    mean, code = (download_averaged(device, sensor.layout, buffer) for buffer in (mean_electrons, signal))
+    return mean[sensor.layout.kept], code[sensor.layout.kept]
+
+
+def truth_parts(
+    planned: Plan, lens: Lens, device: Device, mean_electrons: np.ndarray, timed: Stopwatch | None = None
+) -> dict[TruthPart, np.ndarray]:
+    """Return the parts of the truth that the plan asks for, by name; see `Raw.truth`."""
+    optics, sensor, wanted, timed = planned.optics, planned.sensor, planned.truth, timed or Stopwatch()
+    parts: dict[TruthPart, np.ndarray] = {}
+    if "variance" in wanted:
+        with timed("truth: variance", device):
+            parts["variance"] = variance_map(sensor, mean_electrons)
+    if "depth" in wanted or "blur" in wanted:
+        with timed("truth: depth", device):
+            depth_m = depth_map(optics.scene, optics.projection, sensor.layout)
+        if "depth" in wanted:
+            parts["depth"] = depth_m
+        if "blur" in wanted:
+            with timed("truth: blur", device):
+                parts["blur"] = blur_map(sensor, lens, depth_m)
+    if "rgb" in wanted:
+        with timed("truth: rgb", device):
+            parts["rgb"] = clean_rgb(planned, device)
+    return parts
+
+
+def clean_rgb(planned: Plan, device: Device) -> np.ndarray:
+    """Signal without noise in every colour at every pixel: (height, width, channels) float32, 0 at black, 1 at white.
+
+    Camera colours, linear, not white-balanced: what a demosaicing without error would find. A channel is the noise-free
+    code of a sensor that has this channel's filter on all photosites. In a pixel's own colour it is (noise-free code -
+    black) / (white - black), unless crosstalk mixes colours.
+    """
+    sensor = planned.sensor
+    black_dn, span_dn = np.float32(sensor.black_level_dn), np.float32(sensor.full_scale_dn())
+    planes = []
+    for channel in range(planned.optics.channels):
+        light = expose(planned.in_one_color(channel), device)
+        planes.append((noise_free_frame(device, sensor, light)[1] - black_dn) / span_dn)
+    return np.stack(planes, axis=-1)

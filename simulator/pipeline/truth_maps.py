@@ -1,0 +1,75 @@
+"""Maps that belong to the truth of a frame: variance of the code, distance of the scene, blur circle of the lens."""
+
+import numpy as np
+
+from simulator.optics.geometry.projection import Projection
+from simulator.optics.lens.lens import Lens
+from simulator.scene.pinhole_view import surface_depth_m
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.readout_window import Layout
+from simulator.sensor.code_variance import code_variance
+from simulator.sensor.sensor_plan import SensorPlan
+
+
+def variance_map(sensor: SensorPlan, mean_electrons: np.ndarray) -> np.ndarray:
+    """Variance of each code from frame to frame (height, width) float32 [DN^2], temporal noise and rounding.
+
+    mean_electrons: (height, width) mean photoelectrons of the pixels that are given out [e-], as in the twin.
+    See `simulator.sensor.code_variance` for what it holds.
+    """
+    count = sensor.layout.binning.count if sensor.layout.adds_charge else 1
+    return code_variance(sensor.moment_steps(), mean_electrons, count)
+
+
+def depth_map(scene: Scene, projection: Projection, layout: Layout) -> np.ndarray:
+    """Distance of what each pixel's centre sees, along the optical axis (height, width) float32 [m]; inf is allowed.
+
+    Nearest scene pixel: a mean over an edge would be a distance at which nothing stands. Of several surfaces the first at
+    which more than half the pixel is covered.
+    """
+    depth_m, frame = surface_depth_m(scene), layout.computed
+    shape = (layout.binned.height, layout.binned.width)
+    if np.ndim(depth_m) == 0:
+        return np.full(shape, depth_m, np.float32)[layout.kept]
+    factor = 1 if layout.binning is None else layout.binning.factor
+    if projection.warp is not None:
+        return _warped_depth(depth_m, projection, layout, shape, factor)[layout.kept]
+    indices = []
+    for first, offset, pixels, scene_pixels in (
+        (frame.y, projection.offset_y, shape[0], depth_m.shape[0]),
+        (frame.x, projection.offset_x, shape[1], depth_m.shape[1]),
+    ):
+        centres = first + _centres_px(pixels, factor, layout.filter_step)
+        indices.append(np.clip(np.floor(offset + projection.scale * centres), 0, scene_pixels - 1).astype(np.intp))
+    return depth_m[np.ix_(*indices)].astype(np.float32)[layout.kept]
+
+
+def _warped_depth(
+    depth_m: np.ndarray, projection: Projection, layout: Layout, shape: tuple[int, int], factor: int
+) -> np.ndarray:
+    """Depth of what each pixel's centre sees through a lens that distorts, (height, width) float32 [m]."""
+    across, down = (_centres_px(count, factor, layout.filter_step) for count in shape[::-1])
+    channel = min(1, len(projection.warp.magnification) - 1)  # the green one, as in kernels/projection.cl
+    x, y = projection.warp.undistorted(*np.meshgrid(layout.computed.x + across, layout.computed.y + down), channel)
+    column = np.clip(np.floor(projection.offset_x + projection.scale * x), 0, depth_m.shape[1] - 1).astype(np.intp)
+    row = np.clip(np.floor(projection.offset_y + projection.scale * y), 0, depth_m.shape[0] - 1).astype(np.intp)
+    return depth_m[row, column].astype(np.float32)
+
+
+def blur_map(sensor: SensorPlan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:
+    """Radius of the blur circle of each pixel's depth (height, width) float32 [pixels of the frame], >= 0.
+
+    The lens's own radius (`ThinLens.blur_radius_um`).
+    depth_m: (height, width) distance [m], as `depth_map` gives it.
+    """
+    binning = sensor.layout.binning
+    pitch_um = sensor.camera.pixel_pitch_um * (1 if binning is None else binning.factor)
+    if depth_m.min() == depth_m.max():
+        return np.full(depth_m.shape, abs(lens.blur_radius_um(depth_m.flat[0])) / pitch_um, np.float32)
+    return np.abs(lens.blur_radius_um(depth_m) / pitch_um).astype(np.float32)
+
+
+def _centres_px(pixels: int, factor: int, filter_step: int) -> np.ndarray:
+    """Centres of the pixels of a frame in photosites from its edge; a binned pixel's is that of the sites it adds up."""
+    block, phase = np.divmod(np.arange(pixels), filter_step)
+    return block * factor * filter_step + phase + 0.5 * filter_step * (factor - 1) + 0.5

@@ -1,0 +1,176 @@
+"""Development: raw file to picture with rawpy (LibRaw), every default that depends on the picture switched off."""
+
+import difflib
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+from simulator.raw.dng.writer import dng_bytes
+from simulator.raw.image_files import write_picture
+from simulator.raw.raw_image import Raw
+from simulator.raw.raw_reader import open_raw
+from simulator.raw.white_balance import WhiteBalance, check_white_balance, white_balance_options
+
+if TYPE_CHECKING:
+    import rawpy
+
+OUTPUTS = {"srgb": "sRGB", "linear_srgb": "sRGB", "xyz": "XYZ", "camera": "raw", "metric": "raw"}  # ours -> rawpy.ColorSpace
+DEMOSAICS = ("linear", "vng", "ppg", "ahd", "dcb", "dht", "aahd")  # what LibRaw offers without its GPL packs
+PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
+_WHITE = 65535
+
+
+def develop(
+    raw: Raw | str | os.PathLike[str],
+    *,
+    output: Literal["srgb", "linear_srgb", "xyz", "camera", "metric"] = "srgb",
+    half_size: bool = False,
+    demosaic: str = "ahd",
+    white_balance: WhiteBalance = "camera",
+    exposure_ev: float = 0.0,
+    bits: Literal[8, 16] = 16,
+    codes: np.ndarray | None = None,
+) -> np.ndarray:
+    """Develop a raw frame or file: (height, width, 3) uint8 or uint16, float32 for "metric", rows as the sensor has them.
+
+    output: "srgb" encoded by IEC 61966-2-1; "linear_srgb"; "xyz" (CIE 1931, D65 white); "camera", the sensor's own colours;
+        "metric", the sensor's own colours as measured: 0 at black, 1 at the white level, noise below black kept, no white
+        balance, no tone; photosites keep their own colour's (code - black) / (white - black) exactly, but where half_size
+        averages two greens it cuts off half a code. LibRaw tells black levels as whole numbers; where they differ between the
+        colours it clips below black.
+    half_size: one pixel per 2x2 cell, no demosaicing; an odd last row or column still gives a pixel.
+    demosaic: one of DEMOSAICS. "dht" and "aahd" are wrong near the border; measure with the others.
+    white_balance: "camera" as the file says, "daylight" (D65), the name of an illuminant such as "A" or "3200 K" (as the file's
+        colour matrix sees it), multipliers for R, G, B, or a grey patch (x, y, width, height) in pixels of the frame.
+    exposure_ev: lightens by 2^ev after white balance; what the sensor clipped stays clipped.
+    bits: 8 or 16 per value. Full scale is the white level in the channel with the smallest multiplier, which is set to 1.
+    codes: (height, width) uint16 in place of the file's own, for example those without noise; white balance stays the file's.
+    Signals below black become 0 unless "metric", so noise statistics of the dark belong to the raw codes, not to a development.
+    A MONO frame gives three equal planes and takes no white balance.
+    Raises PhotositeError for an unknown choice and for a file that is missing, no raw file, or cut short.
+    """
+    _check_choice("develop.output", output, OUTPUTS)
+    _check_choice("develop.demosaic", demosaic, DEMOSAICS)
+    require(bits in (8, 16), "develop.bits", bits, "give 8 or 16")
+    require(abs(exposure_ev) <= 16, "develop.exposure_ev", exposure_ev, "give -16 to 16 EV")
+    check_white_balance(white_balance)
+    linear = _developed(raw, output, white_balance, codes, {"half_size": half_size, "demosaic": demosaic})
+    if output == "metric":
+        require(exposure_ev == 0, "develop.exposure_ev", exposure_ev, "metric output is not lightened; leave it out")
+        return linear
+    return linear if (output, exposure_ev, bits) in _AS_IT_IS else _tone_table(output == "srgb", exposure_ev, bits)[linear]
+
+
+def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
+    """Write a picture, the format chosen by the suffix: PNG, JPEG, TIFF or EXR.
+
+    pixels: (height, width[, channel]) uint8, uint16 or float. EXR holds float32 (integers divided by their full scale),
+    JPEG 8 bits, PNG floats as 16 bits; floats are clipped to 0 ... 1 there.
+    Raises PhotositeError for an unknown suffix, an array that is no picture, and a path that cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in PICTURE_SUFFIXES:
+        raise PhotositeError(f"unknown kind of picture {suffix!r}; use one of {', '.join(PICTURE_SUFFIXES)}", file=path)
+    pixels = pixels[..., np.newaxis] if pixels.ndim == 2 else pixels
+    if pixels.ndim != 3 or pixels.shape[2] not in (1, 3, 4) or 0 in pixels.shape or pixels.dtype.kind not in "uf":
+        raise PhotositeError(
+            f"{pixels.dtype} {pixels.shape} is no picture: give (height, width[, 1, 3 or 4]) numbers", file=path
+        )
+    if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
+        raise PhotositeError("the picture holds NaN or infinite values; remove them", file=path)
+    options = {"compression": "jpeg:95", "jpeg:subsampling": "4:4:4"} if suffix in (".jpg", ".jpeg") else {}
+    write_picture(path, _converted(pixels, suffix), **options)
+
+
+def srgb_encoded(linear: np.ndarray) -> np.ndarray:
+    """Encode linear values 0 ... 1 by the sRGB curve (IEC 61966-2-1)."""
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055)
+
+
+_AS_IT_IS = [(output, 0.0, 16) for output in OUTPUTS if output not in ("srgb", "metric")]
+
+
+def _check_choice(key: str, value: str, choices: tuple[str, ...] | dict[str, str]) -> None:
+    """Refuse an unknown name, offering the nearest known one."""
+    if value not in choices:
+        near = difflib.get_close_matches(str(value).lower(), choices, 1, 0.4)
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise PhotositeError(f"unknown; {hint}Known: {', '.join(choices)}", key=key, value=f"{value!r}")
+
+
+def _developed(
+    raw: Raw | str | os.PathLike[str], output: str, white_balance: WhiteBalance, codes: np.ndarray | None, options: dict
+) -> np.ndarray:
+    """Develop with LibRaw: (height, width, 3), uint16 linear; "metric": float32 signal, 0 at black and 1 at white."""
+    import rawpy
+
+    in_memory = isinstance(raw, Raw)
+    label = raw.name if in_memory else os.fspath(raw)
+    with open_raw(dng_bytes(raw) if in_memory else label, label) as frame:
+        black_dn, white_dn = np.unique(frame.black_level_per_channel), frame.white_level
+        if output == "metric":
+            scaling = {"no_auto_scale": True} | ({"user_black": 0} if len(black_dn) == 1 else {})
+        else:
+            scaling = white_balance_options(frame, white_balance, label)
+        if codes is not None:
+            _replace_codes(frame, codes, label)
+        picture = frame.postprocess(
+            output_color=rawpy.ColorSpace[OUTPUTS[output]],
+            demosaic_algorithm=rawpy.DemosaicAlgorithm[options["demosaic"].upper()],
+            half_size=options["half_size"],
+            adjust_maximum_thr=0.0,  # else white is the brightest pixel of this very picture
+            no_auto_bright=True,
+            gamma=(1, 1),
+            output_bps=16,
+            user_flip=0,
+            **scaling,
+        )
+    picture = picture if picture.shape[2] == 3 else _grey(picture[..., 0], output, options["half_size"])
+    if output != "metric":
+        return picture
+    left_dn = np.float32(black_dn[0] if len(black_dn) == 1 else 0.0)  # LibRaw takes differing black levels off itself
+    return (picture - left_dn) / np.float32(white_dn - black_dn.mean())
+
+
+def _replace_codes(frame: "rawpy.RawPy", codes: np.ndarray, label: str) -> None:
+    """Put other codes into an opened file."""
+    mosaic = frame.raw_image_visible
+    if codes.shape != mosaic.shape or codes.dtype != np.uint16:
+        raise PhotositeError(
+            f"codes are {codes.dtype} {codes.shape}, the mosaic uint16 {mosaic.shape}: they must agree", file=label
+        )
+    mosaic[:] = codes
+
+
+def _grey(plane: np.ndarray, output: str, half_size: bool) -> np.ndarray:
+    """Three equal planes of a MONO frame; LibRaw does not halve it, so 2x2 means are taken here."""
+    if output == "xyz":
+        raise PhotositeError(
+            "a MONO sensor measures no colour; use srgb, linear_srgb or camera", key="develop.output", value="'xyz'"
+        )
+    if half_size:
+        height, width = plane.shape
+        even = np.pad(plane, ((0, height % 2), (0, width % 2)), mode="edge")
+        plane = np.rint(even.reshape(-(-height // 2), 2, -(-width // 2), 2).mean(axis=(1, 3))).astype(np.uint16)
+    return np.repeat(plane[..., np.newaxis], 3, axis=2)
+
+
+def _tone_table(encode: bool, exposure_ev: float, bits: int) -> np.ndarray:
+    """Output code for each of the 65536 linear codes."""
+    linear = np.minimum(np.arange(_WHITE + 1) / _WHITE * 2.0**exposure_ev, 1.0)
+    scale = 2**bits - 1
+    return np.rint(scale * (srgb_encoded(linear) if encode else linear)).astype(np.uint8 if bits == 8 else np.uint16)
+
+
+def _converted(pixels: np.ndarray, suffix: str) -> np.ndarray:
+    """Bring an array to a type that the format holds without loss beyond its bit depth."""
+    if suffix == ".exr" or (pixels.dtype.kind == "f" and suffix in (".tif", ".tiff")):
+        return (pixels / np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else pixels).astype(np.float32)
+    wanted = np.uint8 if suffix in (".jpg", ".jpeg") else np.uint16 if pixels.dtype.kind == "f" else pixels.dtype
+    if pixels.dtype == wanted:
+        return pixels
+    full_scale = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1.0
+    return np.rint(np.clip(pixels / full_scale, 0.0, 1.0) * np.iinfo(wanted).max).astype(wanted)

@@ -1,0 +1,1 @@
+"""DNG files: tags, payload and writer."""

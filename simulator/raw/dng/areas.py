@@ -1,0 +1,43 @@
+"""What of a raw frame is picture: crop, active area and optical black as a DNG tells them."""
+
+from simulator.errors import require
+from simulator.raw.dng import tiff
+from simulator.raw.dng.tags import Tag
+from simulator.raw.raw_image import Raw
+
+_GAP_PX = 2  # charge of lit neighbours reaches one photosite into the covered edge; two keep the colour pattern
+
+
+def areas(raw: Raw) -> dict[Tag, tiff.Field]:
+    """DefaultCrop; ActiveArea and MaskedAreas (top, left, bottom, right) of a frame with a covered edge.
+
+    Converters take black from MaskedAreas instead of BlackLevel, so only photosites that are dark for certain stand there.
+    Raises PhotositeError for an active area outside the frame, or one that begins at an odd place: LibRaw moves it.
+    """
+    top, left, bottom, right = raw.edges
+    height, width = raw.dn.shape
+    inside = 0 <= top < bottom <= height and 0 <= left < right <= width and top % 2 == left % 2 == 0
+    require(inside, "active_area", raw.edges, "lies within the frame and begins at even rows and columns", part=raw.name)
+    border = min(8, 2 * (min(bottom - top, right - left) // 16))  # even; 8 px hide what demosaicing does at the edge
+    tags = {
+        Tag.DEFAULT_CROP_ORIGIN: tiff.long(border, border),  # x, y in the active area
+        Tag.DEFAULT_CROP_SIZE: tiff.long(right - left - 2 * border, bottom - top - 2 * border),
+    }
+    if raw.edges == (0, 0, height, width):
+        return tags
+    tags[Tag.ACTIVE_AREA] = tiff.long(*raw.edges)
+    dark = masked_areas(raw)
+    return tags | ({Tag.MASKED_AREAS: tiff.long(*[edge for area in dark for edge in area])} if dark else {})
+
+
+def masked_areas(raw: Raw) -> list[tuple[int, int, int, int]]:
+    """Rectangles (top, left, bottom, right) of the covered edge: above and below over the whole width, then beside."""
+    top, left, bottom, right = raw.edges
+    height, width = raw.dn.shape
+    bands = [
+        (0, 0, top - _GAP_PX, width),
+        (bottom + _GAP_PX, 0, height, width),
+        (top, 0, bottom, left - _GAP_PX),
+        (top, right + _GAP_PX, bottom, width),
+    ]
+    return [band for band in bands if band[0] < band[2] and band[1] < band[3]]

@@ -1,0 +1,56 @@
+"""Colour tags of a DNG (DNG 1.4, "Mapping Camera Color Space to CIE XYZ Space").
+
+Illuminant A stands first and D65 second, as camera makers' files have it: dcraw 9.28 takes the second matrix whatever
+its illuminant, LibRaw and rawspeed the one of D65, Adobe's reader both.
+"""
+
+import math
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+from simulator.raw.dng import tiff
+from simulator.raw.dng.tags import LightSource, Tag
+from simulator.raw.raw_image import Raw
+
+_COLOR_MATRIX = Tag.COLOR_MATRIX_1, Tag.COLOR_MATRIX_2
+_FORWARD_MATRIX = Tag.FORWARD_MATRIX_1, Tag.FORWARD_MATRIX_2
+_ILLUMINANT = Tag.CALIBRATION_ILLUMINANT_1, Tag.CALIBRATION_ILLUMINANT_2
+
+
+def color_tags(raw: Raw) -> dict[Tag, tiff.Field]:
+    """Tags of IFD 0 by number; none for MONO.
+
+    Raises PhotositeError for colour that would make converters divide by zero or guess.
+    """
+    if raw.cfa == "MONO":
+        return {}
+    _check_neutral(raw)
+    known = []
+    if raw.color_matrix_a is not None:
+        known.append((LightSource.STANDARD_LIGHT_A, raw.color_matrix_a, raw.forward_matrix_a))
+    known.append((LightSource.D65, raw.color_matrix, raw.forward_matrix_d65))
+    tags = {Tag.AS_SHOT_NEUTRAL: tiff.rational(*raw.as_shot_neutral)}
+    for place, (light, matrix, forward) in enumerate(known):
+        tags[_ILLUMINANT[place]] = tiff.short(light)
+        tags[_COLOR_MATRIX[place]] = _matrix(raw, "color_matrix", matrix)
+        if all(each is not None for *_, each in known):
+            tags[_FORWARD_MATRIX[place]] = _matrix(raw, "forward_matrix", forward)
+    return tags
+
+
+def _matrix(raw: Raw, name: str, values: object) -> tiff.Field:
+    """Row by row."""
+    matrix = np.asarray(values if values is not None else np.nan, dtype=np.float64)
+    if matrix.shape != (3, 3) or not np.abs(matrix).max() < 2000:  # numerators are 32 bits wide
+        shown = f"{np.asarray(values).tolist()}"
+        raise PhotositeError("a colour camera needs 3 x 3 finite numbers", part=raw.name, key=name, value=shown)
+    return tiff.signed_rational(*np.ravel(matrix))
+
+
+def _check_neutral(raw: Raw) -> None:
+    neutral = raw.as_shot_neutral
+    if len(neutral) != 3 or not all(math.isfinite(value) and value > 0 for value in neutral):
+        raise PhotositeError(
+            "a colour camera sees white in three values above 0", part=raw.name, key="as_shot_neutral", value=neutral
+        )

@@ -1,0 +1,36 @@
+"""Exif IFD of a raw file: how the picture was taken (Exif 2.3, CIPA DC-008-2012)."""
+
+from simulator.raw.dng import tiff
+from simulator.raw.dng.tags import SensitivityType, Tag
+from simulator.raw.raw_image import Raw
+
+_LARGEST_SHORT = 65535
+
+
+def exif_directory(raw: Raw) -> dict[Tag, tiff.Field]:
+    """Tags by number. What is not known, or no number above 0 that the file can hold, is left out."""
+    tags = {
+        Tag.EXIF_VERSION: tiff.undefined(b"0230"),
+        Tag.PHOTOGRAPHIC_SENSITIVITY: tiff.short(min(raw.iso, _LARGEST_SHORT)),
+    }
+    if raw.iso > _LARGEST_SHORT:  # Exif 2.3, 4.6.5: the 16-bit tag stays at its largest value and a 32-bit one tells
+        tags[Tag.SENSITIVITY_TYPE] = tiff.short(SensitivityType.RECOMMENDED_EXPOSURE_INDEX)
+        tags[Tag.RECOMMENDED_EXPOSURE_INDEX] = tiff.long(raw.iso)
+    numbers = {Tag.EXPOSURE_TIME: raw.exposure_time_s, Tag.F_NUMBER: raw.f_number, Tag.FOCAL_LENGTH: raw.focal_length_mm}
+    for code, value in numbers.items():
+        if 0 < value < tiff.LARGEST_FILE_BYTES:
+            tags[code] = tiff.rational(value)
+    if raw.focus_distance_m > 0:
+        near = raw.focus_distance_m < tiff.LARGEST_FILE_BYTES
+        tags[Tag.SUBJECT_DISTANCE] = tiff.rational(raw.focus_distance_m if near else tiff.INFINITE_RATIONAL)
+    if 0 < raw.focal_length_mm < tiff.LARGEST_FILE_BYTES:
+        # A lens that does not zoom; its widest aperture is not that of the shot.
+        unknown = tiff.UNKNOWN_RATIONAL
+        tags[Tag.LENS_SPECIFICATION] = tiff.rational(raw.focal_length_mm, raw.focal_length_mm, unknown, unknown)
+    if 0.5 < raw.focal_length_35mm_mm < _LARGEST_SHORT:
+        tags[Tag.FOCAL_LENGTH_IN_35MM_FILM] = tiff.short(round(raw.focal_length_35mm_mm))
+    if raw.lens_model:
+        tags[Tag.LENS_MODEL] = tiff.text(raw.lens_model)
+    if raw.date_time:  # never the clock: one shot gives one file
+        tags[Tag.DATE_TIME_ORIGINAL] = tiff.text(raw.date_time.replace("-", ":"))
+    return tags

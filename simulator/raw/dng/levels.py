@@ -1,0 +1,37 @@
+"""Black and white level of a raw frame as a DNG tells them."""
+
+from simulator.errors import PhotositeError, require
+from simulator.raw.dng import tiff
+from simulator.raw.dng.tags import Tag
+from simulator.raw.raw_image import Raw
+
+
+def levels(raw: Raw, bits_per_sample: int) -> dict[Tag, tiff.Field]:
+    """BlackLevelRepeatDim, BlackLevel and WhiteLevel.
+
+    A frame without filter and bias has one black level, any other four; LibRaw reads a lone one beside a 2x2 block as 0.
+    Raises PhotositeError for levels that are not 0 <= black < white < 2^bits: Adobe's reader refuses them.
+    """
+    black_dn = [raw.black_level_dn + offset for offset in raw.black_offsets_dn]
+    if len(black_dn) != 4:
+        raise PhotositeError(
+            "give one for each place of the 2x2 block", part=raw.name, key="black_offsets_dn", value=raw.black_offsets_dn
+        )
+    largest = 2**bits_per_sample - 1
+    rule = f"lies outside the codes 1 to {largest} of {bits_per_sample} bits"
+    require(1 <= raw.white_level_dn <= largest, "white_level", f"{raw.white_level_dn} DN", rule, part=raw.name)
+    rule = f"black lies from 0 up to below the white level, {raw.white_level_dn} DN; lower it, or raise white"
+    for level_dn in black_dn:
+        require(0 <= level_dn < raw.white_level_dn, "black_level", f"{level_dn:g} DN", rule, part=raw.name)
+    single = raw.cfa == "MONO" and not any(raw.black_offsets_dn)
+    return {
+        Tag.BLACK_LEVEL_REPEAT_DIM: tiff.short(1, 1) if single else tiff.short(2, 2),
+        Tag.BLACK_LEVEL: _black_level(black_dn[:1] if single else black_dn),
+        Tag.WHITE_LEVEL: tiff.short(raw.white_level_dn),
+    }
+
+
+def _black_level(levels_dn: list[float]) -> tiff.Field:
+    """SHORT where they are whole, since some readers cut fractions off."""
+    whole = all(float(level).is_integer() for level in levels_dn)
+    return tiff.short(*map(int, levels_dn)) if whole else tiff.rational(*levels_dn)

@@ -1,0 +1,79 @@
+"""The mosaic as a DNG stores it: 16 bits per code, packed, or lossless JPEG; always in one strip.
+
+One strip, since LibRaw and dcraw decode only the first of several strips of lossless JPEG, and read uncompressed tiles
+wrongly before LibRaw 0.21. Deflate and LZW of whole numbers are outside DNG 1.4.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.errors import require
+from simulator.raw.dng.tags import Compression
+from simulator.raw.raw_image import Raw
+
+_PACKED_BITS = (8, 10, 12, 14, 16)  # what every reader unpacks
+
+
+@dataclass(frozen=True)
+class MosaicData:
+    """Content of the strip, and the tags that tell how to read it: BitsPerSample and Compression."""
+
+    buffer: bytes | np.ndarray
+    bits_per_sample: int
+    compression: Compression
+
+    @property
+    def size_bytes(self) -> int:
+        """Length of the strip."""
+        return memoryview(self.buffer).nbytes
+
+
+def bits_per_sample(raw: Raw) -> int:
+    """Bits that the frame's format keeps of each code.
+
+    Packed rows fill whole bytes, since darktable refuses others; at 16 bits they always do.
+    """
+    if raw.format.payload == "uncompressed":
+        return 16
+    step = 8 if raw.format.payload == "packed" else 1
+    return next(bits for bits in _PACKED_BITS if bits >= raw.bit_depth and bits * raw.dn.shape[1] % step == 0)
+
+
+def mosaic_data(raw: Raw) -> MosaicData:
+    """Store the codes of a frame.
+
+    Raises PhotositeError for a code that the bits do not hold, rather than losing its upper bits.
+    """
+    bits = bits_per_sample(raw)
+    largest = int(raw.dn.max()) if bits < 16 else 0
+    rule = f"more than {bits} bits hold; take raw.payload: uncompressed"
+    require(largest < 2**bits, "code", f"{largest} DN", rule, part=raw.name)
+    if raw.format.payload == "lossless_jpeg":
+        return MosaicData(_jpeg(raw.dn, bits), bits, Compression.JPEG)
+    codes = np.ascontiguousarray(raw.dn, dtype="<u2") if bits == 16 else packed(raw.dn, bits)
+    return MosaicData(codes, bits, Compression.NONE)
+
+
+def packed(dn: np.ndarray, bits: int) -> np.ndarray:
+    """Codes (height, width) without gaps, the most significant bit first, each row of whole bytes (TIFF 6.0).
+
+    bits: 8 to 14, even, and width x bits a multiple of 8. Returns (height, bytes per row) uint8.
+    """
+    height, width = dn.shape
+    codes = np.zeros((height, -(-width // 4) * 4), dtype=np.uint64)
+    codes[:, :width] = dn
+    # Four codes fill whole bytes: they are put together at the top of a 64-bit word whose first bytes are then taken.
+    words = codes[:, 0::4] << np.uint64(64 - bits)
+    for place in (1, 2, 3):
+        words |= codes[:, place::4] << np.uint64(64 - bits * (place + 1))
+    octets = words.astype(">u8").view(np.uint8).reshape(height, -1, 8)[..., : bits // 2]
+    return np.ascontiguousarray(octets.reshape(height, -1)[:, : width * bits // 8])
+
+
+def _jpeg(dn: np.ndarray, bits: int) -> bytes:
+    """Lossless JPEG of predictor 1 (the left neighbour), the only one that darktable decodes."""
+    from imagecodecs import jpeg_encode
+
+    codes = np.ascontiguousarray(dn, dtype=np.uint8 if bits == 8 else np.uint16)
+    return jpeg_encode(codes, lossless=True, predictor=1, bitspersample=bits)

@@ -1,0 +1,132 @@
+"""Raw frame to DNG 1.4: thumbnail in IFD 0, mosaic in a SubIFD, exposure in the Exif IFD.
+
+An own writer: no library at hand writes such a file to the letter. libtiff-based writers lose CFA tags
+in a SubIFD, tifffile writes no Exif IFD, PiDNG puts all in IFD 0. `simulator/raw/dng/payload.py` stores the
+mosaic in the layouts that dcraw, LibRaw, darktable, RawTherapee and Adobe's reader all take.
+Tag meanings: Adobe DNG 1.4 (2012), TIFF/EP (ISO 12234-2), Exif 2.3.
+"""
+
+import os
+
+import numpy as np
+
+from simulator.atomic_files import atomic_write
+from simulator.errors import PhotositeError, require
+from simulator.raw.dng import tiff
+from simulator.raw.dng.areas import areas
+from simulator.raw.dng.color_tags import color_tags
+from simulator.raw.dng.exif import exif_directory
+from simulator.raw.dng.levels import levels
+from simulator.raw.dng.opcodes import opcodes
+from simulator.raw.dng.payload import MosaicData, mosaic_data
+from simulator.raw.dng.tags import CfaColor, CfaLayout, Compression, Photometric, PlanarConfiguration, SubfileType, Tag
+from simulator.raw.dng.thumbnail import thumbnail
+from simulator.raw.dng.xmp import xmp_packet
+from simulator.raw.raw_image import Raw
+from simulator.raw.software import software
+
+SMALLEST_SIDE_PX = 22  # LibRaw refuses smaller frames
+LARGEST_SIDE_PX = 64000  # LibRaw refuses larger ones
+CFA_COLOURS = {"RGGB": (0, 1, 1, 2), "BGGR": (2, 1, 1, 0), "GRBG": (1, 0, 2, 1), "GBRG": (1, 2, 0, 1)}  # CfaColor
+
+
+def write_dng(raw: Raw, path: str | os.PathLike) -> None:
+    """Write a raw frame as DNG; the file appears complete or not at all.
+
+    Raises PhotositeError for a frame a DNG cannot hold and for a path that cannot be written.
+    """
+    pieces = dng_pieces(raw)
+    with atomic_write(path) as temporary:
+        write_pieces(pieces, temporary)
+
+
+def dng_bytes(raw: Raw) -> bytes:
+    """Return the content that `write_dng` would write. Raises PhotositeError as it does."""
+    return b"".join(dng_pieces(raw))
+
+
+def write_pieces(pieces: list[bytes | np.ndarray], path: str | os.PathLike) -> None:
+    """Write buffers one after the other."""
+    with open(path, "wb") as file:
+        for piece in pieces:
+            file.write(piece)
+
+
+def dng_pieces(raw: Raw) -> list[bytes | np.ndarray]:
+    """Return the DNG as buffers in file order; the mosaic itself is not copied."""
+    _check(raw)
+    picture, mosaic = thumbnail(raw), mosaic_data(raw)
+    directories = {"main": _main_directory(raw, picture), "raw": _raw_directory(raw, mosaic), "exif": exif_directory(raw)}
+    return tiff.assemble(directories, {"thumbnail": picture, "mosaic": mosaic.buffer})
+
+
+def _check(raw: Raw) -> None:
+    """Refuse what a DNG or its readers cannot hold."""
+    if raw.dn.dtype != np.uint16 or raw.dn.ndim != 2:
+        raise PhotositeError(
+            f"is {raw.dn.dtype} {raw.dn.shape}: a raw frame is uint16 (height, width)", part=raw.name, key="raw.dn", joint=" "
+        )
+    for side, pixels in zip(("height", "width"), raw.dn[raw.active].shape, strict=True):
+        rule = f"raw converters read frames of {SMALLEST_SIDE_PX} to {LARGEST_SIDE_PX} px a side; set camera.window"
+        require(SMALLEST_SIDE_PX <= pixels <= LARGEST_SIDE_PX, f"camera.{side}", f"{pixels} px", rule, part=raw.name)
+    if raw.dn.nbytes + 2**20 > tiff.LARGEST_FILE_BYTES:  # thumbnail and tags stay well below 1 MiB
+        size = f"{raw.dn.shape[1]} x {raw.dn.shape[0]} px"
+        raise PhotositeError(f"frame of {size}: a DNG ends at 4 GiB; use a smaller window of the sensor", part=raw.name)
+    color_tags(raw)  # refuses what the thumbnail would divide by
+
+
+def _main_directory(raw: Raw, picture: np.ndarray) -> dict[Tag, tiff.Field | tiff.Pointer]:
+    """IFD 0: thumbnail, camera, colour."""
+    tags: dict[Tag, tiff.Field | tiff.Pointer] = {
+        Tag.NEW_SUBFILE_TYPE: tiff.long(SubfileType.REDUCED_RESOLUTION),
+        Tag.BITS_PER_SAMPLE: tiff.short(8, 8, 8),
+        Tag.COMPRESSION: tiff.short(Compression.NONE),
+        Tag.PHOTOMETRIC_INTERPRETATION: tiff.short(Photometric.RGB),
+        Tag.STRIP_OFFSETS: tiff.Pointer("thumbnail"),
+        Tag.ORIENTATION: tiff.short(raw.format.orientation),
+        Tag.SAMPLES_PER_PIXEL: tiff.short(3),
+        Tag.SOFTWARE: tiff.text(software()),
+        Tag.SUB_IFDS: tiff.Pointer("raw"),
+        Tag.EXIF_IFD: tiff.Pointer("exif"),
+        Tag.DNG_VERSION: tiff.byte(1, 4, 0, 0),
+        Tag.DNG_BACKWARD_VERSION: tiff.byte(1, 1, 0, 0),
+        Tag.UNIQUE_CAMERA_MODEL: tiff.text(f"{raw.make} {raw.model}".strip() or "Photosite"),
+    }
+    tags |= {code: tiff.text(value) for code, value in ((Tag.MAKE, raw.make), (Tag.MODEL, raw.model)) if value}
+    if raw.baseline_exposure_ev is not None:
+        tags[Tag.BASELINE_EXPOSURE] = tiff.signed_rational(raw.baseline_exposure_ev)
+    if packet := xmp_packet(raw):
+        tags[Tag.XMP] = tiff.packet(packet)
+    return tags | color_tags(raw) | _strip(*picture.shape[:2], picture.nbytes)
+
+
+def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[Tag, tiff.Field | tiff.Pointer]:
+    """SubIFD: the mosaic, its levels and its noise."""
+    height, width = raw.dn.shape
+    mono = raw.cfa == "MONO"
+    tags: dict[Tag, tiff.Field | tiff.Pointer] = {
+        Tag.NEW_SUBFILE_TYPE: tiff.long(SubfileType.FULL_RESOLUTION),
+        Tag.BITS_PER_SAMPLE: tiff.short(mosaic.bits_per_sample),  # of the storage; WhiteLevel tells the range
+        Tag.COMPRESSION: tiff.short(mosaic.compression),
+        Tag.PHOTOMETRIC_INTERPRETATION: tiff.short(Photometric.LINEAR_RAW if mono else Photometric.CFA),
+        Tag.STRIP_OFFSETS: tiff.Pointer("mosaic"),
+        Tag.SAMPLES_PER_PIXEL: tiff.short(1),
+        Tag.NOISE_PROFILE: tiff.double(*np.ravel(raw.noise_profile)),
+    }
+    if not mono:
+        tags[Tag.CFA_REPEAT_PATTERN_DIM] = tiff.short(2, 2)
+        tags[Tag.CFA_PATTERN] = tiff.byte(*CFA_COLOURS[raw.cfa])
+        tags[Tag.CFA_PLANE_COLOR] = tiff.byte(CfaColor.RED, CfaColor.GREEN, CfaColor.BLUE)
+        tags[Tag.CFA_LAYOUT] = tiff.short(CfaLayout.RECTANGULAR)
+    return tags | areas(raw) | opcodes(raw) | levels(raw, mosaic.bits_per_sample) | _strip(height, width, mosaic.size_bytes)
+
+
+def _strip(height: int, width: int, size_bytes: int) -> dict[Tag, tiff.Field]:
+    """Tags that any picture in one strip has."""
+    return {
+        Tag.IMAGE_WIDTH: tiff.long(width),
+        Tag.IMAGE_LENGTH: tiff.long(height),
+        Tag.ROWS_PER_STRIP: tiff.long(height),
+        Tag.STRIP_BYTE_COUNTS: tiff.long(size_bytes),
+        Tag.PLANAR_CONFIGURATION: tiff.short(PlanarConfiguration.CHUNKY),
+    }

@@ -1,0 +1,106 @@
+"""XMP packet of a DNG (tag 700): the resolved shot, so that the file alone can be simulated again.
+
+XMP Specification Part 1 (ISO 16684-1:2012): RDF in XML between two processing instructions. The shot is JSON in
+ASCII letters, one property of a namespace of our own. It holds nothing of the machine or the time of day.
+"""
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+
+from simulator import __version__
+from simulator.errors import PhotositeError
+from simulator.raw.canonical_json import json_text
+from simulator.raw.dng.tag_reader import read_tag
+from simulator.raw.dng.tags import Tag
+from simulator.raw.raw_image import Raw
+from simulator.raw.software import software
+
+NAMESPACE = "urn:x-photosite:xmp:1.0/"
+_RDF = "http://www.w3.org/1999/02/22-rdf-syntax-ns#"
+_XMP = "http://ns.adobe.com/xap/1.0/"
+_COMPACT = {"separators": (",", ":"), "ensure_ascii": True}
+
+
+class SettingsChanged(PhotositeError):
+    """The settings in a file do not have the hash that was written beside them."""
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What a raw frame was simulated from.
+
+    shot: the resolved configuration, plain data. config_sha256: SHA-256 of it as compact JSON in ASCII letters with sorted
+        keys, 64 hexadecimal digits.
+    inputs: of each file the scene was read from its key, path and sha256. version: of Photosite.
+    """
+
+    shot: dict[str, object]
+    config_sha256: str
+    inputs: tuple[dict[str, str], ...]
+    version: str
+
+
+def xmp_packet(raw: Raw) -> bytes | None:
+    """Return the packet, or None for a frame whose shot came from no configuration.
+
+    Raises PhotositeError for settings that are not plain data.
+    """
+    from xml.sax.saxutils import quoteattr
+
+    if not raw.resolved.get("shot"):
+        return None
+    shot, inputs = (json_text(raw.name, raw.resolved.get(key, []), **_COMPACT) for key in ("shot", "inputs"))
+    values = {"ConfigSHA256": _sha256(shot), "Version": __version__, "Inputs": inputs, "Shot": shot}
+    attributes = "".join(f"\n    photosite:{name}={quoteattr(value)}" for name, value in values.items())
+    text = (
+        '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>\n'
+        '<x:xmpmeta xmlns:x="adobe:ns:meta/">\n'
+        f' <rdf:RDF xmlns:rdf="{_RDF}">\n'
+        f'  <rdf:Description rdf:about="" xmlns:xmp="{_XMP}" xmlns:photosite="{NAMESPACE}"\n'
+        f"    xmp:CreatorTool={quoteattr(software())}{attributes}/>\n"
+        " </rdf:RDF>\n"
+        "</x:xmpmeta>\n"
+        '<?xpacket end="r"?>'
+    )
+    return text.encode("utf-8")
+
+
+def read_provenance(path: str | os.PathLike) -> Provenance | None:
+    """Return what a DNG of ours was simulated from; None for any other TIFF or DNG.
+
+    Raises PhotositeError for a file that is missing, no TIFF or DNG, or cut short; SettingsChanged, which is one, for
+    settings that do not have the hash written beside them.
+    """
+    packet = read_tag(path, Tag.XMP)
+    found = {} if packet is None else _properties(packet)
+    if "Shot" not in found:
+        return None
+    try:
+        shot, inputs = json.loads(found["Shot"]), tuple(map(dict, json.loads(found["Inputs"])))
+    except (ValueError, TypeError, KeyError):
+        shot, inputs = None, ()
+    named = all(isinstance(each.get(name), str) for each in inputs for name in ("key", "path", "sha256"))
+    if not isinstance(shot, dict) or not named or _sha256(found["Shot"]) != found.get("ConfigSHA256"):
+        raise SettingsChanged("the shot in its XMP packet was changed after it was written; use an untouched copy", file=path)
+    return Provenance(shot, found["ConfigSHA256"], inputs, found.get("Version", "an unknown version"))
+
+
+def _properties(packet: bytes) -> dict[str, str]:
+    """Our properties of a packet by name, written as attributes or, by other software, as elements."""
+    from xml.etree import ElementTree
+
+    try:
+        tree = ElementTree.fromstring(packet.strip(b"\0"))
+    except ElementTree.ParseError:
+        return {}
+    found, prefix = {}, f"{{{NAMESPACE}}}"
+    for description in tree.iter(f"{{{_RDF}}}Description"):
+        named = [*description.attrib.items(), *((child.tag, child.text or "") for child in description)]
+        found |= {name.removeprefix(prefix): value for name, value in named if name.startswith(prefix)}
+    return found
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()

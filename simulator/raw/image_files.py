@@ -1,0 +1,119 @@
+"""Arrays to and from picture files through OpenImageIO, with every failure told."""
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from simulator.atomic_files import atomic_write, reserve
+from simulator.errors import PhotositeError
+from simulator.raw.software import software
+
+# OpenImageIO takes an unknown name such as "float32" for its own default, which loses bits without a word.
+_FORMATS = {"uint8": "uint8", "uint16": "uint16", "float32": "float"}
+
+# OpenImageIO 3.2.2 says this behind every TIFF that carries no Exif data, well written or not.
+_HARMLESS = "failed TIFFWriteCustomDirectory() of the Exif data"
+
+
+@dataclass(frozen=True)
+class Part:
+    """One picture of a file that holds several.
+
+    name: of the part. pixels, channels, attributes: as `write_picture` takes them.
+    tile_rows: height of tiles that are as wide as the picture, in formats that have tiles; 0: rows, stored one by one.
+    """
+
+    name: str
+    pixels: np.ndarray
+    channels: tuple[str, ...]
+    attributes: dict[str, object] = field(default_factory=dict)
+    tile_rows: int = 0
+
+
+def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes) -> None:
+    """Write an array; the file appears complete or not at all, and its bytes depend on the arguments alone.
+
+    path: its suffix chooses the format. pixels: (height, width, channel) uint8, uint16 or float32, stored as such.
+    channels: names, where the format has them. attributes: OpenImageIO metadata, for example compression="none".
+    Raises PhotositeError when the file cannot be written.
+    """
+    with atomic_write(path) as temporary:
+        put_picture(temporary, pixels, channels, **attributes)
+
+
+def put_picture(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes) -> None:
+    """Write an array as `write_picture` does, straight to a path that `atomic_write` gave.
+
+    Raises OSError, without the path, when the file cannot be written.
+    """
+    put_parts(path, [Part("", pixels, channels, attributes)])
+
+
+def put_parts(path: Path, parts: Sequence[Part]) -> None:
+    """Write pictures into one file, one after the other, straight to a path that `atomic_write` gave.
+
+    More than one makes a multi-part file, which EXR and TIFF have.
+    Raises OSError, without the path, when the file cannot be written.
+    """
+    import OpenImageIO
+
+    size_bytes = sum(part.pixels.nbytes for part in parts)
+    reserve(path, size_bytes + size_bytes // 8 + 2**16)
+    output = OpenImageIO.ImageOutput.create(str(path))
+    if output is None:
+        raise OSError(f"OpenImageIO cannot write {path.suffix or 'a file without suffix'}")
+    specs = [_spec(part) for part in parts]
+    done = output.open(str(path), specs[0]) if len(specs) == 1 else output.open(str(path), tuple(specs))
+    for index, (spec, part) in enumerate(zip(specs, parts, strict=True)):
+        done = done and (index == 0 or output.open(str(path), spec, "AppendSubimage"))
+        done = done and output.write_image(np.ascontiguousarray(part.pixels))
+    message = output.geterror()  # the PNG writer reports success and leaves its failure here
+    done = output.close() and done
+    message = (message or output.geterror()).strip().split("\n")[0]
+    if not done or message not in ("", _HARMLESS):
+        raise OSError(message.replace(str(path), "the file") or "OpenImageIO gives no reason")
+
+
+def _spec(part: Part):
+    """OpenImageIO's description of a part."""
+    import OpenImageIO
+
+    height, width, count = part.pixels.shape
+    spec = OpenImageIO.ImageSpec(width, height, count, _FORMATS[str(part.pixels.dtype)])
+    if part.tile_rows:
+        spec.tile_width, spec.tile_height = width, min(part.tile_rows, height)
+    if part.channels:
+        spec.channelnames = part.channels
+    named = {"oiio:subimagename": part.name} if part.name else {}
+    for name, value in {"Software": software(), "DateTime": "", **named, **part.attributes}.items():  # "": else the clock's
+        spec.attribute(name, value)
+    return spec
+
+
+def read_parts(path: str | os.PathLike) -> Iterator[Part]:
+    """Yield the parts of a picture file as float32 (height, width, channel), without attributes.
+
+    Raises PhotositeError when the file is missing, is no picture, or ends early.
+    """
+    import OpenImageIO
+
+    if not os.path.isfile(path):
+        raise PhotositeError("no such file; check the path", file=path)
+    source = OpenImageIO.ImageInput.open(str(path))
+    if source is None:
+        raise PhotositeError(f"not a picture file: {OpenImageIO.geterror().strip()}; check the path", file=path)
+    index = 0
+    try:
+        while source.seek_subimage(index, 0):
+            spec = source.spec()
+            pixels = source.read_image(index, 0, 0, spec.nchannels, "float")
+            message = source.geterror().strip()
+            if pixels is None or message:
+                raise PhotositeError(f"damaged or cut short: {message}; write or copy it again", file=path)
+            yield Part(spec.getattribute("oiio:subimagename") or "", pixels, tuple(spec.channelnames))
+            index += 1
+    finally:
+        source.close()

@@ -1,0 +1,81 @@
+"""What a camera hands over: the raw frame, its truth, and all a converter needs to know."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from simulator.raw.raw_format import RawFormat
+from simulator.sensor.camera.cfa import CfaName
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A raw frame, its truth, and all a converter needs to know.
+
+    dn: (height, width) uint16 codes [DN].
+    mean_electrons: (height, width) float32, mean photoelectrons per photosite, before any noise [e-].
+    noise_free_dn: (height, width) float32, the code without noise and rounding, clipped as the sensor clips [DN].
+    cfa: colours of the 2x2 block at the frame's upper left corner, row by row; "MONO" has no filter.
+    black_level_dn: pedestal [DN]. black_offsets_dn: what the black level lies above it at the four places of that block [DN].
+    white_level_dn: largest code the frame can reach [DN].
+    noise_profile: (S, O) per colour plane (R, G, B, or one): variance of the signal x that runs from 0 at
+        black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
+    color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix); None for MONO.
+    color_matrix_a: the same under illuminant A; None when only one is known.
+    forward_matrix_d65, forward_matrix_a: (3, 3) white-balanced camera to XYZ under D50 (DNG ForwardMatrix); None when
+        not known.
+    as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
+    format: how a raw file holds the codes.
+    baseline_exposure_ev: what a converter must add for middle grey to come out as 18 % (DNG BaselineExposure); None when
+        not known.
+    date_time: when it was taken, such as 2026-05-01 12:30:00; None when the shot does not say.
+    active_area: top, left, bottom, right of what light reaches [px]; the rest is optical black. None: all.
+    warp_rectilinear: for the place to look at in the distorted picture (DNG 1.4, WarpRectilinear): kr0..kr3, kt0, kt1 of each
+        colour plane, and the optical centre (x, y) as shares of the active area's sides; None without distortion.
+    truth: what the shot asks the truth twin to hold besides: "variance" [DN^2], "depth" [m], "blur" [pixels], each
+        (height, width) float32, and "rgb" (height, width, 3, or 1 for MONO), 0 at black and 1 at white. docs/raw_files.md.
+    resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
+    """
+
+    dn: np.ndarray
+    mean_electrons: np.ndarray
+    noise_free_dn: np.ndarray
+    cfa: CfaName
+    bit_depth: int
+    black_level_dn: float
+    white_level_dn: int
+    noise_profile: tuple[tuple[float, float], ...]
+    color_matrix: np.ndarray | None
+    as_shot_neutral: tuple[float, ...]
+    make: str
+    model: str
+    lens_model: str
+    exposure_time_s: float
+    f_number: float
+    focal_length_mm: float
+    focal_length_35mm_mm: float
+    focus_distance_m: float
+    iso: int
+    color_matrix_a: np.ndarray | None = None
+    forward_matrix_d65: np.ndarray | None = None
+    forward_matrix_a: np.ndarray | None = None
+    baseline_exposure_ev: float | None = None
+    name: str = "shot"
+    black_offsets_dn: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    format: RawFormat = RawFormat()
+    date_time: str | None = None
+    active_area: tuple[int, int, int, int] | None = None
+    warp_rectilinear: tuple[tuple[tuple[float, ...], ...], tuple[float, float]] | None = None
+    truth: dict[str, np.ndarray] = field(default_factory=dict)
+    resolved: dict[str, object] = field(default_factory=dict)
+
+    @property
+    def edges(self) -> tuple[int, int, int, int]:
+        """Top, left, bottom and right of what light reaches [px]."""
+        return self.active_area or (0, 0, *self.dn.shape)
+
+    @property
+    def active(self) -> tuple[slice, slice]:
+        """Rows and columns that light reaches."""
+        top, left, bottom, right = self.edges
+        return slice(top, bottom), slice(left, right)

@@ -1,0 +1,134 @@
+"""Raw files of any camera as LibRaw reads them: the codes before any development, and what the file says of them."""
+
+import io
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+from simulator.raw.white_balance import xyz_to_camera
+
+if TYPE_CHECKING:
+    import rawpy
+
+PLANES = ("R", "Gr", "Gb", "B")
+
+
+@dataclass(frozen=True)
+class RawFile:
+    """The visible part of a raw file.
+
+    mosaic: (height, width) uint16 codes as stored, pedestal included [DN].
+    cfa: colours of the 2x2 block at the upper left corner, row by row, or "MONO".
+    black_level_dn: (2, 2) float64 by place in that block [DN]. LibRaw rounds fractions; dark frames tell better.
+    white_level_dn: code at which the file says the sensor saturates [DN].
+    iso, exposure_time_s: as the file says, None where it does not. LibRaw tells every ISO above 65535 as 65535.
+    white_balance: gains of R, G, B that the camera chose, green = 1; None where the file tells none, and for MONO.
+    color_matrix: (3, 3) XYZ to camera under D65; None where the file holds none, and for MONO.
+    """
+
+    path: str
+    mosaic: np.ndarray
+    cfa: str
+    black_level_dn: np.ndarray
+    white_level_dn: int
+    iso: float | None
+    exposure_time_s: float | None
+    white_balance: tuple[float, float, float] | None = None
+    color_matrix: tuple[tuple[float, ...], ...] | None = None
+
+    def planes(self) -> dict[str, np.ndarray]:
+        """Views of the colour planes, all of one shape: R, Gr (green in the rows of red), Gb and B, or MONO.
+
+        An odd last row or column is left out, since it holds only half of the planes.
+        """
+        if self.cfa == "MONO":
+            return {"MONO": self.mosaic}
+        height, width = (side // 2 * 2 for side in self.mosaic.shape)
+        return {name: self.mosaic[y:height:2, x:width:2] for name, (y, x) in plane_places(self.cfa).items()}
+
+
+def plane_places(cfa: str) -> dict[str, tuple[int, int]]:
+    """Row and column in the 2x2 block of each plane of a pattern such as "GBRG", in the order R, Gr, Gb, B; MONO: (0, 0)."""
+    if cfa == "MONO":
+        return {"MONO": (0, 0)}
+    red_row, red_column = divmod(cfa.index("R"), 2)
+    here, other = (red_row, 1 - red_row), (red_column, 1 - red_column)
+    return dict(zip(PLANES, [(row, column) for row in here for column in other], strict=True))
+
+
+def read_raw_file(path: str | os.PathLike[str]) -> RawFile:
+    """Read any raw file with a Bayer pattern or none.
+
+    Raises PhotositeError for a file that is missing, no raw file or damaged, and for another pattern (X-Trans)
+    or developed data, which have no such planes.
+    """
+    label = os.fspath(path)
+    with open_raw(label, label) as frame:
+        mosaic = None if frame.raw_type.name != "Flat" else frame.raw_image_visible
+        if mosaic is None or mosaic.dtype != np.uint16:
+            raise PhotositeError("holds no mosaic of integer codes; give a raw file that was not demosaiced", file=label)
+        cfa, index = _pattern(frame, label)
+        black = np.asarray(frame.black_level_per_channel, dtype=np.float64)[index]
+        other = frame.other
+        return RawFile(
+            path=label,
+            mosaic=mosaic.copy(),
+            cfa=cfa,
+            black_level_dn=black,
+            white_level_dn=int(frame.white_level),
+            iso=_told(other.iso_speed),
+            exposure_time_s=_told(other.shutter_speed),
+            **({} if cfa == "MONO" else {"white_balance": _white_balance(frame), "color_matrix": _color_matrix(frame)}),
+        )
+
+
+@contextmanager
+def open_raw(source: str | bytes, label: str) -> Iterator["rawpy.RawPy"]:
+    """Open a path or the bytes of a file with LibRaw, and tell its failures, also those of the block, as PhotositeError."""
+    import rawpy
+
+    if isinstance(source, str) and not os.path.isfile(source):
+        raise PhotositeError("no such file; check the path", file=label)
+    try:
+        with rawpy.imread(io.BytesIO(source) if isinstance(source, bytes) else source) as frame:
+            yield frame
+    except rawpy.LibRawFileUnsupportedError as error:
+        raise PhotositeError("not a raw file that LibRaw can read; give a DNG or another raw file", file=label) from error
+    except rawpy.LibRawError as error:
+        reason = error.args[0].decode() if error.args and isinstance(error.args[0], bytes) else error
+        raise PhotositeError(f"damaged or cut short ({reason}); write or copy it again", file=label) from error
+
+
+def _pattern(frame: "rawpy.RawPy", label: str) -> tuple[str, np.ndarray]:
+    """Pattern of the visible part, and LibRaw's colour index (2, 2) by place; the second green has an index of its own."""
+    if frame.num_colors == 1:  # rawpy gives a meaningless pattern then
+        return "MONO", np.zeros((2, 2), dtype=int)
+    index = frame.raw_pattern
+    letters = frame.color_desc.decode("ascii", "replace")
+    pattern = "" if index is None else "".join(letters[place] for place in index.ravel())
+    if pattern not in ("RGGB", "BGGR", "GRBG", "GBRG"):
+        shown = f"{index.shape[0]} x {index.shape[1]} filter pattern" if index is not None else f"{letters} without a pattern"
+        raise PhotositeError(
+            f"{shown}: only 2 x 2 Bayer patterns of R, G, G, B and monochrome files can be measured", file=label
+        )
+    return pattern, index.astype(int)
+
+
+def _white_balance(frame: "rawpy.RawPy") -> tuple[float, float, float] | None:
+    gains = np.asarray(frame.camera_whitebalance[:3], dtype=np.float64)
+    return tuple((gains / gains[1]).tolist()) if np.isfinite(gains).all() and (gains > 0).all() else None
+
+
+def _color_matrix(frame: "rawpy.RawPy") -> tuple[tuple[float, ...], ...] | None:
+    matrix = xyz_to_camera(frame)
+    return None if matrix is None else tuple(map(tuple, matrix.tolist()))
+
+
+def _told(value: float) -> float | None:
+    """Return a number of the file's metadata, or None for the zero that LibRaw gives where there is none."""
+    return float(value) if np.isfinite(value) and value > 0 else None

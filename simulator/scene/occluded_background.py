@@ -1,0 +1,180 @@
+"""What a single picture with depth does not show: the background hidden behind the edges of what stands before it.
+
+A lens looks past an edge, so a blurred picture needs that background. It is assumed to go on behind the edge as it is seen
+beside it: the mean of colour and inverse depth over an area beside the edge, as wide as the pixel lies deep behind it.
+Nothing can be known there; `depends_on_hidden` counts the pixels whose picture depends on it.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal
+
+import numpy as np
+
+from simulator.scene.scene import Layer, Scene
+
+Hidden = Annotated[
+    Literal["none", "extend"],
+    "what a lens sees behind the edges of near things: nothing but what the picture shows, or the background continued",
+]
+EDGE_PX = 1.0  # neighbours whose blur radii differ by more than this lie on different surfaces
+MOST_ESTIMATED = 1_000_000  # pixels from which a share is estimated
+
+# Where the background is read, across and along the edge, in units of how deep a pixel lies behind it; the first always counts.
+TAPS = ((0.0, 0.0), *((0.5, along) for along in (-0.75, -0.25, 0.25, 0.75)))
+
+
+@dataclass(frozen=True)
+class DepthEdges:
+    """Where neighbours (4-connected) lie on different surfaces.
+
+    near: (height, width) bool, pixels with a neighbour on a farther surface.
+    far: (height, width) bool, pixels with a neighbour on a nearer one.
+    down, right: (height, width) int8, step from a near pixel to its farthest neighbour; 0 elsewhere.
+    """
+
+    near: np.ndarray
+    far: np.ndarray
+    down: np.ndarray
+    right: np.ndarray
+
+
+def depth_edges(inverse: np.ndarray, step: float) -> DepthEdges:
+    """Edges of 1/depth (height, width) float32 [1/m]: neighbours differ by more than `step` [1/m]."""
+    farthest = np.full(inverse.shape, step, np.float32)  # drop to the farthest neighbour so far
+    near, far = np.zeros(inverse.shape, bool), np.zeros(inverse.shape, bool)
+    down, right = np.zeros(inverse.shape, np.int8), np.zeros(inverse.shape, np.int8)
+    everything = slice(None)
+    for axis in (0, 1):
+        first = (slice(-1), everything) if axis == 0 else (everything, slice(-1))
+        second = (slice(1, None), everything) if axis == 0 else (everything, slice(1, None))
+        drop = inverse[first] - inverse[second]
+        for here, there, sign in ((first, second, 1), (second, first, -1)):
+            own = sign * drop
+            far[there] |= own > step
+            deeper = own > farthest[here]
+            near[here] |= deeper
+            np.copyto(farthest[here], own, where=deeper)
+            np.copyto(down[here], np.int8(sign * (axis == 0)), where=deeper)
+            np.copyto(right[here], np.int8(sign * (axis == 1)), where=deeper)
+    return DepthEdges(near, far, down, right)
+
+
+def with_hidden_surface(scene: Scene, px_per_dioptre: float) -> Scene:
+    """Scene with its background continued behind the edges, when it asks for it (`hidden` "extend") and has one surface.
+
+    px_per_dioptre: how much the signed blur radius [scene px] grows per 1/m of inverse depth.
+    """
+    if scene.hidden == "none" or scene.behind or np.ndim(scene.depth_m) == 0:
+        return scene
+    inverse = _inverse(scene.depth_m)
+    reach_px = px_per_dioptre * float(inverse.max() - inverse.min()) + 1.0
+    layer = hidden_surface(scene.planes, scene.depth_m, reach_px, EDGE_PX / px_per_dioptre)
+    return scene if layer is None else replace(scene, behind=(layer,))
+
+
+def hidden_share(
+    depth_m: np.ndarray, px_per_dioptre: float, focus_distance_m: float, most_pixels: int = MOST_ESTIMATED
+) -> float:
+    """Share of the pixels that `depends_on_hidden` counts; of a large picture estimated from every kth row and column.
+
+    A picture is large above `most_pixels`.
+
+    The signed blur radius is px_per_dioptre * (1 / focus_distance_m - 1 / depth) [scene px], as of a thin lens.
+    """
+    every = math.ceil(math.sqrt(depth_m.size / most_pixels))
+    thinned = depth_m[::every, ::every]
+    per_dioptre = px_per_dioptre / every  # in pixels of the thinned picture
+    radius_px = np.float32(per_dioptre) * (np.float32(1.0 / focus_distance_m) - _inverse(thinned))
+    # k pixels apart a slope rises k times as much.
+    return float(depends_on_hidden(thinned, radius_px, EDGE_PX / per_dioptre).mean())
+
+
+def hidden_surface(planes: np.ndarray, depth_m: float | np.ndarray, reach_px: float, step: float) -> Layer | None:
+    """Second layer of a picture (height, width, bands) with depth (height, width) [m]; None without edges.
+
+    It covers the pixels of the near side up to `reach_px` from an edge, and nothing else; there it has the colour and the
+    depth of the background across the nearest point of the edge.
+    reach_px: how far behind an edge a lens looks: the largest difference of the signed blur radii across an edge [px].
+    step: difference of 1/depth between neighbours from which they are two surfaces [1/m].
+    """
+    if np.ndim(depth_m) == 0 or reach_px <= 0:
+        return None
+    inverse = _inverse(depth_m)
+    edges = depth_edges(inverse, step)
+    if not edges.near.any():
+        return None
+    edge_rows, edge_columns = _nearest_edge(edges)
+    within = _squared_px(edge_rows, edge_columns) <= reach_px**2
+    rows, columns = np.nonzero(within & edges.near[edge_rows, edge_columns])
+    edge = edge_rows[rows, columns], edge_columns[rows, columns]
+    step_across = edges.down[edge], edges.right[edge]
+    colour, behind = _background(planes, inverse, (rows, columns), edge, step_across, np.float32(step))
+    hidden = inverse[rows, columns] > behind + np.float32(0.5 * step)
+    rows, columns = rows[hidden], columns[hidden]
+    filled, depth, coverage = np.zeros_like(planes), depth_m.copy(), np.zeros(inverse.shape, np.float32)
+    with np.errstate(divide="ignore"):
+        filled[rows, columns], depth[rows, columns] = colour[hidden], 1.0 / behind[hidden]
+    coverage[rows, columns] = 1.0
+    return Layer(filled, depth, coverage)
+
+
+def depends_on_hidden(depth_m: float | np.ndarray, radius_px: np.ndarray, step: float) -> np.ndarray:
+    """Pixels of the blurred picture that receive light of what is hidden, (height, width) bool.
+
+    Beside an edge between blur radii s_near < s_far (signed, positive behind the focus) the lens sees past the edge from
+    max(0, -s_near) on the near side to max(0, s_far) on the far side: where a point u of the pupil has x + s_near u outside
+    the foreground and x + s_far u behind it. Each pixel's own radius stands for that of its side.
+    radius_px: (height, width) signed blur radius [scene px]. step: as in `hidden_surface`.
+    """
+    if np.ndim(depth_m) == 0:
+        return np.zeros(radius_px.shape, bool)
+    edges = depth_edges(_inverse(depth_m), step)
+    if not edges.near.any():
+        return np.zeros(radius_px.shape, bool)
+    rows, columns = _nearest_edge(edges)
+    away_px = np.sqrt(_squared_px(rows, columns), dtype=np.float32) + np.float32(0.5)  # the edge lies between two pixels
+    return away_px < np.where(edges.near[rows, columns], -radius_px, radius_px)
+
+
+def _inverse(depth_m: np.ndarray) -> np.ndarray:
+    return np.float32(1.0) / depth_m.astype(np.float32, copy=False)
+
+
+def _nearest_edge(edges: DepthEdges) -> tuple[np.ndarray, np.ndarray]:
+    """Row and column of the pixel at an edge that is nearest to each pixel, (height, width) int32 each."""
+    from scipy.ndimage import distance_transform_edt
+
+    return tuple(distance_transform_edt(~(edges.near | edges.far), return_distances=False, return_indices=True))
+
+
+def _squared_px(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Squared distance of each pixel of a grid to the pixel (rows, columns) given for it, (height, width) int32."""
+    height, width = rows.shape
+    return (rows - np.arange(height, dtype=np.int32)[:, None]) ** 2 + (columns - np.arange(width, dtype=np.int32)) ** 2
+
+
+def _background(planes, inverse, own, edge, step_across, step) -> tuple[np.ndarray, np.ndarray]:
+    """Colour (n, bands) and 1/depth (n,) of the background that goes on behind pixels of the near side.
+
+    A mean over the background beside the edge, in an area as wide as the pixel lies deep behind it: of a texture its own
+    mean is the best guess from afar. own, edge, step_across: row and column of n pixels, of their edge, and of the way
+    across it.
+    """
+    height, width = inverse.shape
+    down, right = step_across
+    first = edge[0] + down, edge[1] + right
+    deep = np.hypot(own[0] - edge[0], own[1] - edge[1], dtype=np.float32)
+    limit = inverse[first] + step
+    flat_planes, flat_inverse = planes.reshape(height * width, -1), inverse.ravel()
+    colour, behind = np.zeros((len(deep), planes.shape[2]), np.float32), np.zeros(len(deep), np.float32)
+    count = np.zeros(len(deep), np.float32)
+    for away, along in TAPS:
+        row = np.rint(first[0] + deep * (away * down + along * right)).astype(np.intp)
+        column = np.rint(first[1] + deep * (away * right + along * down)).astype(np.intp)
+        tap = np.clip(row, 0, height - 1) * width + np.clip(column, 0, width - 1)
+        farther = (flat_inverse.take(tap) <= limit).astype(np.float32)  # else it lies on a nearer surface
+        colour += flat_planes.take(tap, axis=0) * farther[:, None]
+        behind += flat_inverse.take(tap) * farther
+        count += farther
+    return colour / count[:, None], behind / count

@@ -1,0 +1,1 @@
+"""The camera body: geometry, colour response, and what its ISO dial sets."""

@@ -1,0 +1,204 @@
+"""A camera body: geometry, colour response, and what its ISO dial sets."""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Literal, get_args
+
+from simulator.errors import require
+from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.camera_sections import ColorMatrix, ConversionGainSwitch, IsoSetting, SpectralResponse, Window
+from simulator.sensor.camera.cfa import Cfa, CfaName
+from simulator.sensor.camera.crosstalk import Crosstalk
+from simulator.sensor.camera.iso_stages import iso_stages
+from simulator.sensor.camera.iso_table import IsoTable
+from simulator.sensor.camera.optical_black import OpticalBlack
+from simulator.sensor.camera.read_noise_model import ReadNoiseModel
+from simulator.sensor.stages.adc import Adc
+from simulator.sensor.stages.stage import Stage
+from simulator.units import DigitalNumbers, Micrometres
+
+LARGEST_SIDE_PX = 65535
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera body. See configs/cameras/ for examples; every number there names its source.
+
+    iso_table: ISO -> measured gain, noise and levels. A camera has this, or read_noise_model.
+    read_noise_after_gain_dn: the part of a table's read noise that arises behind the gain [DN];
+        the part before it is what remains of the measured total. Lines with a tukey_lambda leave it out.
+    read_noise_spread: how the read noise before the gain differs from photosite to photosite: standard deviation of
+        ln sigma, 0 to 1. Lines with a tukey_lambda leave it out: their tails hold it.
+    read_noise_model: read noise with two sources, for a camera without a table.
+    conversion_gain: the first ISO of high conversion gain, where the photosites have two.
+    iso_range: measured refuses an ISO outside the measured ones, extrapolate carries their slope on.
+    white_level_dn: code at which the camera saturates [DN]; 2^bit_depth - 1 when left out.
+    color_matrix: a published colour matrix.
+    fill_factor: light-sensitive share of a photosite, a square in its middle.
+    low_pass_um: distance between the four spots of an optical low-pass filter, on either axis; 0: no filter.
+    stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
+    Raises PhotositeError for values that no camera can have, or that do not go together.
+    """
+
+    make: str
+    model: str
+    width_px: Annotated[int, "photosites per row"]
+    height_px: Annotated[int, "rows"]
+    pixel_pitch_um: Micrometres
+    cfa: CfaName
+    bit_depth: int
+    black_level_dn: DigitalNumbers
+    response: SpectralResponse
+    iso_table: dict[int, IsoSetting] = field(default_factory=dict)
+    read_noise_after_gain_dn: DigitalNumbers = 0.0
+    read_noise_spread: float = 0.0
+    read_noise_model: ReadNoiseModel | None = None
+    conversion_gain: ConversionGainSwitch | None = None
+    iso_range: Literal["measured", "extrapolate"] = "measured"
+    white_level_dn: DigitalNumbers | None = None
+    color_matrix: ColorMatrix | None = None
+    fill_factor: float = 1.0
+    stages: dict[str, Stage] = field(default_factory=dict)
+    window: Window | None = None
+    crosstalk: Crosstalk | None = None
+    binning: Binning | None = None
+    optical_black: OpticalBlack | None = None
+    low_pass_um: Micrometres = 0.0
+
+    def __post_init__(self):
+        for key, side in (("width", self.width_px), ("height", self.height_px)):
+            require(1 <= side <= LARGEST_SIDE_PX, f"camera.{key}", side, f"give 1 to {LARGEST_SIDE_PX} pixels")
+        pitch_um = self.pixel_pitch_um
+        require(0 < pitch_um < math.inf, "camera.pixel_pitch", f"{pitch_um:g} um", "give a pitch above 0 um")
+        require(0 < self.fill_factor <= 1, "camera.fill_factor", self.fill_factor, "give a share above 0 and up to 1")
+        require(0 <= self.low_pass_um < 100, "camera.low_pass", f"{self.low_pass_um:g} um", "give a distance from 0 to 100 um")
+        require(self.cfa in get_args(CfaName), "camera.cfa", self.cfa, f"give one of {', '.join(get_args(CfaName))}")
+        rule = f"needs {self.channels} values per line of response.relative, which has {self.response.channels}"
+        require(self.response.channels == self.channels, "camera.cfa", self.cfa, rule)
+        require(self.color_matrix is None or self.channels == 3, "camera.color_matrix", "given", "MONO has no colours")
+        Adc(self.bit_depth, self.black_level_dn)  # checks both
+        self._check_read_noise()
+        self._check_levels()
+        self._check_window()
+
+    def _check_read_noise(self) -> None:
+        after_dn = self.read_noise_after_gain_dn
+        require(after_dn >= 0, "camera.read_noise_after_gain", f"{after_dn:g} DN", "a standard deviation is not negative")
+        spread = self.read_noise_spread
+        require(0 <= spread <= 1, "camera.read_noise_spread", spread, "give 0 to 1, such as 0.2")
+        if self.read_noise_model is not None:
+            rule = "a camera has a read_noise_model or a table; take one away (null removes what a base has)"
+            require(not self.iso_table, "camera.iso_table", f"{len(self.iso_table)} lines", rule)
+            rule = "a read_noise_model has its own after_gain; leave this out"
+            require(after_dn == 0, "camera.read_noise_after_gain", f"{after_dn:g} DN", rule)
+            return self.read_noise_model.check_switch(self.conversion_gain)
+        self._table()  # checks the lines
+        rowed = next((iso for iso, setting in self.iso_table.items() if setting.row_noise_dn > 0), None)
+        rule = "stages.row_noise is given, too; leave one of them out"
+        require(rowed is None or "row_noise" not in self.stages, f"camera.iso_table.{rowed}.row_noise", "given", rule)
+        rule = f"is below read_noise_after_gain = {after_dn:g} DN, which is a part of it"
+        for iso, setting in self.iso_table.items():
+            total_dn = setting.read_noise_dn
+            require(total_dn >= after_dn, f"camera.iso_table.{iso}.read_noise", f"{total_dn:g} DN", rule)
+            shaped = setting.tukey_lambda is not None and after_dn > 0
+            split = "the total has the shape tukey_lambda and is not split; leave read_noise_after_gain out"
+            require(not shaped, "camera.read_noise_after_gain", f"{after_dn:g} DN", split)
+            tails = "the tails of tukey_lambda hold what differs between photosites; leave one of them out"
+            require(setting.tukey_lambda is None or spread == 0, "camera.read_noise_spread", spread, tails)
+            grey = setting.color_bias_dn is not None and self.channels == 1
+            require(not grey, f"camera.iso_table.{iso}.color_bias", setting.color_bias_dn, "MONO has no colours")
+
+    def _check_levels(self) -> None:
+        largest = 2**self.bit_depth - 1
+        for iso in self.isos:
+            setting = self.iso_setting(iso)
+            key = f"camera.iso_table.{iso}" if self.iso_table.get(iso, setting).white_level_dn is not None else "camera"
+            rule = f"must lie above the black level, {setting.black_level_dn:g} DN, and up to {largest} DN, the ADC's range"
+            good = 0 <= setting.black_level_dn < setting.white_level_dn <= largest
+            require(good, f"{key}.white_level", f"{setting.white_level_dn:g} DN", rule)
+
+    def _check_window(self) -> None:
+        frame = self.frame
+        inside = 0 <= frame.x <= self.width_px - frame.width and 0 <= frame.y <= self.height_px - frame.height
+        rule = f"must lie within the sensor's {self.width_px} x {self.height_px} photosites"
+        require(inside and min(frame.width, frame.height) >= 1, "camera.window", frame, rule)
+        lit, covered = self.lit, self.optical_black
+        require(
+            min(lit.width, lit.height) > 0,
+            "camera.optical_black",
+            covered,
+            "covers the whole sensor; leave a part to the light",
+        )
+        rule = "does not go together with binning, whose blocks would mix dark and lit photosites; leave one of them out"
+        require(covered is None or self.binning is None, "camera.optical_black", covered, rule)
+
+    @property
+    def channels(self) -> int:
+        """Colour planes: 1 without a filter, else 3 (R, G, B)."""
+        return 1 if self.cfa == "MONO" else 3
+
+    @property
+    def frame(self) -> Window:
+        """The part that is read out: the window, or the whole sensor."""
+        return self.window or Window(0, 0, self.width_px, self.height_px)
+
+    @property
+    def lit(self) -> Window:
+        """The part of the sensor that light reaches: all but the optical black."""
+        dark = self.optical_black or OpticalBlack()
+        width, height = self.width_px - dark.left_px - dark.right_px, self.height_px - dark.top_px - dark.bottom_px
+        return Window(dark.left_px, dark.top_px, width, height)
+
+    @property
+    def sensor_mm(self) -> tuple[float, float]:
+        """Width and height of the whole sensor [mm]."""
+        return 1e-3 * self.pixel_pitch_um * self.width_px, 1e-3 * self.pixel_pitch_um * self.height_px
+
+    @property
+    def filter(self) -> Cfa:
+        """Colour filter array, from the sensor's upper left corner on."""
+        return Cfa.named(self.cfa)
+
+    def frame_cfa(self) -> CfaName:
+        """Return the filter pattern as it begins at the frame's upper left corner."""
+        return self.filter.name_at(self.frame.x, self.frame.y)
+
+    @property
+    def isos(self) -> tuple[int, ...]:
+        """ISOs the camera was measured at, ascending; of a read_noise_model the full stops."""
+        return self._table().isos() if self.read_noise_model is None else self.read_noise_model.isos()
+
+    def iso_setting(self, iso: float) -> IsoSetting:
+        """Gain, noise and levels at an ISO, black and white level filled in.
+
+        Raises PhotositeError outside the measured ISOs, unless iso_range is extrapolate.
+        """
+        extrapolate, name = self.iso_range == "extrapolate", f"{self.make} {self.model}"
+        if self.read_noise_model is None:
+            setting = self._table().setting(iso, extrapolate, name)
+        else:
+            setting = self.read_noise_model.setting(iso, extrapolate, self._conversion_ratio(iso), name)
+        black, white = setting.black_level_dn, setting.white_level_dn
+        default = 2**self.bit_depth - 1 if self.white_level_dn is None else self.white_level_dn
+        black = self.black_level_dn if black is None else black
+        return replace(setting, black_level_dn=black, white_level_dn=default if white is None else white)
+
+    def _table(self) -> IsoTable:
+        return IsoTable(self.iso_table, self.conversion_gain)
+
+    def _conversion_ratio(self, iso: float) -> float:
+        """Conversion gain over that of the lowest ISO; 1 for a table, whose lines hold its effect."""
+        switch = self.conversion_gain
+        return switch.ratio if self.read_noise_model is not None and switch is not None and iso >= switch.iso else 1.0
+
+    def sensor_stages(self, iso: float, exposure_time_s: float) -> dict[str, Stage]:
+        """Stages of one exposure by stem; those of no effect are absent. simulator/sensor/camera/iso_stages.py says how."""
+        setting, ratio, model = self.iso_setting(iso), self._conversion_ratio(iso), self.read_noise_model
+        follows = {
+            "exposure_time_s": exposure_time_s,
+            "black_level_dn": setting.black_level_dn,
+            "full_scale_dn": setting.white_level_dn - setting.black_level_dn,
+        }
+        stages = {stem: stage.of_shot(**follows) for stem, stage in self.stages.items()}
+        after_dn = self.read_noise_after_gain_dn if model is None else model.after_gain_dn
+        return stages | iso_stages(setting, after_dn, self.read_noise_spread, ratio, self.cfa, self.bit_depth)

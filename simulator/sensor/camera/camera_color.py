@@ -1,0 +1,28 @@
+"""Colour matrices of a camera (DNG 1.4: ColorMatrix, ForwardMatrix)."""
+
+import numpy as np
+
+from simulator.color.camera_matrices import color_matrix, forward_matrix
+from simulator.sensor.camera.camera import Camera
+
+
+def matrix_under_d65(camera: Camera) -> np.ndarray | None:
+    """XYZ to camera under D65, (3, 3): the published matrix if the DNG has it, else fitted to the response; None for MONO."""
+    if camera.channels == 1:
+        return None
+    if camera.color_matrix is not None and camera.color_matrix.in_dng:
+        return np.array(camera.color_matrix.xyz_to_camera)
+    return color_matrix(camera.response.wavelengths_nm, camera.response.quantum_efficiency)
+
+
+def matrices_under_two_lights(camera: Camera) -> dict[str, np.ndarray]:
+    """Matrices besides that under D65, by field of `Raw`: color_matrix_a, forward_matrix_d65, forward_matrix_a.
+
+    None of them without a colour filter or with a published matrix, which is for D65 alone.
+    """
+    response = camera.response
+    if camera.channels == 1 or (camera.color_matrix is not None and camera.color_matrix.in_dng):
+        return {}
+    curves = response.wavelengths_nm, response.quantum_efficiency
+    forward = {f"forward_matrix_{light.lower()}": forward_matrix(*curves, light) for light in ("D65", "A")}
+    return {"color_matrix_a": color_matrix(*curves, "A"), **forward}

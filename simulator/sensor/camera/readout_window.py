@@ -1,0 +1,120 @@
+"""Which photosites of the sensor are computed, read and given out when neighbours share light or charge."""
+
+from dataclasses import dataclass
+
+from simulator.errors import require
+from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.camera_sections import Window
+from simulator.sensor.camera.crosstalk import Crosstalk
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Geometry of the passes.
+
+    output: photosites that the camera gives out, before binning.
+    computed: those and the neighbours that share with them.
+    lit: photosites of the sensor that light reaches.
+    filter_step: distance of photosites of one colour: 2 with a colour filter, else 1.
+    """
+
+    output: Window
+    computed: Window
+    lit: Window
+    filter_step: int
+    crosstalk: Crosstalk
+    binning: Binning | None
+
+    @property
+    def adds_charge(self) -> bool:
+        """Whether binned photosites are added up before they are read."""
+        return self.binning is not None and self.binning.mode == "charge"
+
+    @property
+    def averages(self) -> bool:
+        """Whether codes of binned photosites are averaged."""
+        return self.binning is not None and self.binning.mode == "average"
+
+    @property
+    def shares_charge(self) -> bool:
+        """Whether neighbours share charge, so that the fused kernel runs in two parts."""
+        return self.adds_charge or self.crosstalk.electrical_shares != (0.0, 0.0)
+
+    @property
+    def reaches_optical_black(self) -> bool:
+        """Whether some of the computed photosites see no light."""
+        frame, lit = self.computed, self.lit
+        begins = lit.x <= frame.x and lit.y <= frame.y
+        ends = frame.x + frame.width <= lit.x + lit.width and frame.y + frame.height <= lit.y + lit.height
+        return not (begins and ends)
+
+    @property
+    def binned(self) -> Window:
+        """The computed photosites after binning."""
+        if self.binning is None:
+            return self.computed
+        factor = self.binning.factor
+        width, height = (self._binned_side(side) for side in (self.computed.width, self.computed.height))
+        return Window(self.computed.x // factor, self.computed.y // factor, width, height)
+
+    @property
+    def read(self) -> Window:
+        """What the readout part of the fused kernel computes."""
+        return self.binned if self.adds_charge else self.computed
+
+    @property
+    def kept(self) -> tuple[slice, slice]:
+        """Rows and columns, after binning, that the camera gives out."""
+        factor = 1 if self.binning is None else self.binning.factor
+        sides = (
+            (self.output.y - self.computed.y, self.output.height),
+            (self.output.x - self.computed.x, self.output.width),
+        )
+        return tuple(slice(first // factor, first // factor + self._binned_side(side)) for first, side in sides)
+
+    @property
+    def active_area(self) -> tuple[int, int, int, int] | None:
+        """Top, left, bottom and right of what light reaches in the frame that is given out; None: all of it."""
+        output, lit = self.output, self.lit
+        top, left = max(lit.y - output.y, 0), max(lit.x - output.x, 0)
+        bottom, right = min(lit.y + lit.height - output.y, output.height), min(lit.x + lit.width - output.x, output.width)
+        area = (top, left, bottom, right)
+        return None if area == (0, 0, output.height, output.width) else area
+
+    def _binned_side(self, side: int) -> int:
+        if self.binning is None:
+            return side
+        return side // (self.binning.factor * self.filter_step) * self.filter_step
+
+
+def plan_layout(camera: Camera) -> Layout:
+    """Layout of a camera's frame. Raises PhotositeError when a window cuts through blocks that are binned."""
+    output, crosstalk, binning = camera.frame, camera.crosstalk or Crosstalk(), camera.binning
+    step = 1 if camera.cfa == "MONO" else 2
+    block = 1 if binning is None else binning.factor * step
+    for key, first, side in (("x", output.x, output.width), ("y", output.y, output.height)):
+        rule = f"give a multiple of {block}: blocks of that many photosites are binned"
+        require(first % block == 0, f"camera.window.{key}", first, rule)
+        require(side >= block, f"camera.window.{'width' if key == 'x' else 'height'}", side, rule)
+    lit = _checked_light(camera)
+    shares = crosstalk.optical_shares + crosstalk.electrical_shares
+    reach = sum(any(pair) for pair in (crosstalk.optical_shares, crosstalk.electrical_shares))
+    margin = -(-reach // block) * block if any(shares) else 0
+    left, top = min(margin, output.x), min(margin, output.y)
+    right = min(margin, camera.width_px - output.x - output.width)
+    bottom = min(margin, camera.height_px - output.y - output.height)
+    computed = Window(output.x - left, output.y - top, left + output.width + right, top + output.height + bottom)
+    return Layout(output, computed, lit, step, crosstalk, binning)
+
+
+def _checked_light(camera: Camera) -> Window:
+    """Part of the sensor that light reaches. Raises PhotositeError for a window of which it is an odd or no part."""
+    output, lit = camera.frame, camera.lit
+    sides = (("x", output.x, output.width, lit.x, lit.width), ("y", output.y, output.height, lit.y, lit.height))
+    for key, first, size, lit_first, lit_size in sides:
+        seen = first < lit_first + lit_size and lit_first < first + size
+        require(seen, f"camera.window.{key}", first, "the window lies in the optical black; choose one that sees light")
+        even = first >= lit_first or first % 2 == 0
+        require(even, f"camera.window.{key}", first, "give an even number: part of the window is optical black")
+    return lit

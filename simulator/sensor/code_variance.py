@@ -1,0 +1,91 @@
+"""Variance of codes from frame to frame, photosite by photosite, from what the stages do to mean and variance.
+
+It is what the stages' moments give (EMVA 1288 R4.0, eq. 9, and the stages' own terms), for a photosite without the body's
+fixed pattern, narrowed by full well and ADC: variance of a normal number held between two limits.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from simulator.sensor.stages.stage import Limits, Moments, SignalStep
+
+_NODES = 2**14  # of the variance over the electrons; between them it is read linearly
+_AT_ONCE = 2**14  # pixels: stays in the cache
+_UNLIMITED: Limits = (-math.inf, math.inf)
+_REACH = 8.0  # standard deviations beyond which a clipped code has no variance left
+
+
+def code_variance(steps: Sequence[SignalStep], mean_electrons: np.ndarray, count: int = 1) -> np.ndarray:
+    """Variance of each code (height, width) float32 [DN^2], temporal noise and rounding.
+
+    steps: effect on mean and variance of everything from the photoelectrons to the code, in physical order; the last that
+        clips gives the range of the codes.
+    mean_electrons: (height, width) float32, mean photoelectrons of each pixel [e-], of `count` photosites added up.
+    The steps are evaluated at 16384 electron counts and read linearly between them, which is exact for shot noise.
+    """
+    top_e = min(float(mean_electrons.max()), count * _clipping_electrons(steps))
+    if top_e <= 0.0:
+        return np.full(mean_electrons.shape, _variance(steps, np.zeros(1))[0], np.float32)
+    nodes = _variance(steps, np.linspace(0.0, top_e / count, _NODES)).astype(np.float32)
+    slopes = np.append(np.diff(nodes), np.float32(0.0))
+    result = np.empty(mean_electrons.shape, np.float32)
+    scale, last = np.float32((_NODES - 1) / top_e), np.float32(_NODES - 1)
+    rows = max(1, _AT_ONCE // mean_electrons.shape[1])
+    for first in range(0, len(result), rows):
+        part = slice(first, first + rows)
+        place = np.minimum(mean_electrons[part] * scale, last)
+        index = place.astype(np.intp)
+        place -= index.astype(np.float32)  # what is left between the nodes
+        place *= slopes.take(index)
+        np.add(nodes.take(index), place, out=result[part])
+    return result
+
+
+def _clipping_electrons(steps: Sequence[SignalStep]) -> float:
+    """Photoelectrons per photosite above which every code is the white level."""
+    dark, one, limits = Moments(0.0, 0.0), Moments(1.0, 0.0), _UNLIMITED
+    for step in steps:
+        dark, one, limits = step.moments(dark), step.moments(one), step.clip_limits(limits) or limits
+    gain = max(one.mean - dark.mean, 1e-12)
+    full_e = 2.0 * (limits[1] + 1.0) / gain  # twice: errors of linearity bend the line
+    sigma_e = math.sqrt(max(dark.variance, 0.0)) / gain + math.sqrt(full_e)
+    return full_e + _REACH * sigma_e
+
+
+def _variance(steps: Sequence[SignalStep], electrons: np.ndarray) -> np.ndarray:
+    """Variance of the code [DN^2] for mean photoelectrons per photosite (n,) float64."""
+    signal = Moments(electrons, np.zeros_like(electrons), np.zeros_like(electrons))
+    limits = _UNLIMITED
+    for step in steps:
+        signal = step.unclipped(signal)
+        clipped = step.clip_limits(limits)
+        if clipped is not None:
+            limits = clipped
+            signal = _held(signal, *limits)
+    return signal.variance
+
+
+def _held(signal: Moments, low: float, high: float) -> Moments:
+    """Moments of a normal number that is held between limits; beyond _REACH from both they stay as they are."""
+    sigma = np.sqrt(np.maximum(signal.variance, 1e-30))
+    a, b = (low - signal.mean) / sigma, (high - signal.mean) / sigma
+    near = (a > -_REACH) | (b < _REACH)
+    mean, variance = signal.mean.copy(), signal.variance.copy()
+    shift, share = _censored(np.clip(a[near], -40.0, 40.0), np.clip(b[near], -40.0, 40.0))
+    mean[near] += sigma[near] * shift
+    variance[near] *= share
+    return Moments(mean, variance, signal.fixed_variance)
+
+
+def _censored(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and variance of N(0, 1) held between a and b (Greene, Econometric Analysis, theorem 19.3)."""
+    from scipy.special import ndtr
+
+    below, above = ndtr(a), ndtr(-b)
+    between = np.maximum(1.0 - below - above, 0.0)
+    density_a, density_b = (np.exp(-0.5 * z**2) / math.sqrt(2.0 * math.pi) for z in (a, b))
+    first = a * below + density_a - density_b + b * above
+    second = a**2 * below + between + a * density_a - b * density_b + b**2 * above
+    return first, np.maximum(second - first**2, 0.0)

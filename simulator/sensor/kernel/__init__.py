@@ -1,0 +1,1 @@
+"""The fused sensor kernel: how it is built, launched and cut into tiles."""

@@ -1,0 +1,80 @@
+"""Passes around the fused kernel: what neighbours share, and what metal covers."""
+
+import numpy as np
+
+from simulator.device import Buffer, Device
+from simulator.sensor.camera.camera_sections import Window
+from simulator.sensor.camera.readout_window import Layout
+from simulator.sensor.kernel.kernel_launch import FrameSetting, Part, sense
+from simulator.sensor.seeds import Seeds
+from simulator.sensor.sensor_plan import SensorPlan
+
+
+def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -> np.ndarray:
+    """Codes (height, width) uint16 of a mosaic of electron radiance, binned and cut to what the camera gives out."""
+    layout = sensor.layout
+    frame, binned = layout.computed, layout.binned
+    parts = [(Part.WHOLE, frame, np.uint16)]
+    if layout.shares_charge:
+        parts = [(Part.CHARGE, frame, np.float32), (Part.READOUT, layout.read, np.uint16)]
+    signal = mosaic
+    for part, window, dtype in parts:
+        shape, source = (window.height, window.width), signal
+        signal = device.empty(shape, dtype)
+        sense(device, source, signal, shape, [FrameSetting(sensor.stages, seeds, window.x, window.y)], part)
+        if part is Part.CHARGE:
+            signal = share_charge(device, layout, signal)
+    if layout.averages:
+        signal = _bin(device, layout, "codes", signal, np.uint16)
+    return device.download(signal, (binned.height, binned.width), np.uint16)[layout.kept]
+
+
+def darken_optical_black(device: Device, mosaic: Buffer, window: Window, lit: Window) -> None:
+    """Take the light from all photosites of a mosaic outside the lit part of the sensor, in place.
+
+    window: photosites of the mosaic.
+    """
+    edges = {"left": lit.x, "top": lit.y, "right": lit.x + lit.width, "bottom": lit.y + lit.height}
+    kernel = device.kernel("optical_black", {})
+    device.run(kernel, (window.width, window.height), None, mosaic=mosaic, window_x=window.x, window_y=window.y, **edges)
+
+
+def share_with_neighbors(device: Device, source: Buffer, window: Window, shares: tuple[float, float]) -> Buffer:
+    """Buffer (height, width) float32 behind a pass of crosstalk. shares: to each neighbour beside, and at the corners."""
+    result = device.empty((window.height, window.width), np.float32)
+    side, corner = shares
+    device.run(
+        device.kernel("crosstalk", {}),
+        (window.width, window.height),
+        None,
+        input=source,
+        mixed=result,
+        side=side,
+        corner=corner,
+    )
+    return result
+
+
+def share_charge(device: Device, layout: Layout, charge: Buffer) -> Buffer:
+    """Charge [e-] as it is read: what neighbours see of each other, and binned photosites added up."""
+    if any(layout.crosstalk.electrical_shares):
+        charge = share_with_neighbors(device, charge, layout.computed, layout.crosstalk.electrical_shares)
+    return _bin(device, layout, "electrons", charge, np.float32) if layout.adds_charge else charge
+
+
+def download_averaged(device: Device, layout: Layout, signal: Buffer) -> np.ndarray:
+    """Array of a float32 signal; its means where the camera averages codes."""
+    frame = layout.binned
+    if layout.binning is None or not layout.averages:
+        return device.download(signal, (frame.height, frame.width), np.float32)
+    sums = _bin(device, layout, "electrons", signal, np.float32)
+    return device.download(sums, (frame.height, frame.width), np.float32) / np.float32(layout.binning.count)
+
+
+def _bin(device: Device, layout: Layout, what: str, source: Buffer, dtype) -> Buffer:
+    frame, binning = layout.binned, layout.binning
+    result = device.empty((frame.height, frame.width), dtype)
+    kernel = device.kernel(f"bin_{what}", {"FACTOR": binning.factor, "STEP": layout.filter_step}, file="binning.cl")
+    arguments = {what: source, f"binned_{what}": result, "width": layout.computed.width}
+    device.run(kernel, (frame.width, frame.height), None, **arguments)
+    return result

@@ -1,0 +1,37 @@
+"""Banding: a supply that hums gives rows a sine of brightness."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from simulator.errors import require
+from simulator.sensor.stages.stage import Moments, Stage
+from simulator.units import DigitalNumbers
+
+
+@dataclass(frozen=True)
+class Banding(Stage):
+    """signal += amplitude * sin(2 pi (y / period + phase)), y the row, the phase new in each frame.
+
+    amplitude_dn: [DN], >= 0.
+    period_px: rows per turn, >= 2; the period of the hum over the time that a row takes.
+    """
+
+    stem: ClassVar[str] = "banding"
+    neutral: ClassVar[dict[str, float]] = {"amplitude_dn": 0.0}
+    is_common_to_rows: ClassVar[bool] = True
+    rows_are_independent: ClassVar[bool] = False
+    amplitude_dn: DigitalNumbers
+    period_px: float
+
+    def __post_init__(self):
+        amplitude_dn = self.amplitude_dn
+        require(0 <= amplitude_dn < 1e6, "banding.amplitude", f"{amplitude_dn:g} DN", "an amplitude is not negative")
+        require(2 <= self.period_px < 1e6, "banding.period", self.period_px, "give 2 rows or more")
+
+    def kernel_values(self) -> dict[str, float]:
+        """Amplitude, and turns per row."""
+        return {"amplitude_dn": self.amplitude_dn, "turns_per_row": 1.0 / self.period_px}
+
+    def moments(self, signal: Moments) -> Moments:
+        """Give var + amplitude^2 / 2 [DN^2] (a sine of random phase)."""
+        return signal.plus(variance=0.5 * self.amplitude_dn**2)

@@ -1,0 +1,27 @@
+"""Dead pixels: some photosites do not answer to light."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from simulator.errors import require
+from simulator.sensor.stages.stage import Moments, Stage
+
+
+@dataclass(frozen=True)
+class DeadPixels(Stage):
+    """electrons = 0 in a share of the photosites, drawn once for the body. Their dark signal and read noise stay.
+
+    share: chance of a photosite to be dead, 0 to 1.
+    """
+
+    stem: ClassVar[str] = "dead_pixels"
+    neutral: ClassVar[dict[str, float]] = {"share": 0.0}
+    is_defect: ClassVar[bool] = True
+    share: float
+
+    def __post_init__(self):
+        require(0 <= self.share <= 1, "dead_pixels.share", self.share, "give a share from 0 to 1, such as 1e-5")
+
+    def moments(self, signal: Moments) -> Moments:
+        """Return those of a photosite that is not dead."""
+        return signal

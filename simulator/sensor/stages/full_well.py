@@ -1,0 +1,36 @@
+"""Full well: a photosite holds only so many electrons (EMVA 1288 R4.0: saturation capacity)."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from simulator.errors import require
+from simulator.sensor.stages.stage import Limits, Moments, Stage
+from simulator.units import Electrons
+
+
+@dataclass(frozen=True)
+class FullWell(Stage):
+    """electrons = min(electrons, capacity).
+
+    capacity_e: most electrons a photosite holds [e-], > 0.
+    """
+
+    stem: ClassVar[str] = "full_well"
+    changes_mean: ClassVar[bool] = True
+    capacity_e: Electrons
+
+    def __post_init__(self):
+        require(self.capacity_e > 0, "full_well.capacity", f"{self.capacity_e} e-", "a well must hold at least one electron")
+
+    def moments(self, signal: Moments) -> Moments:
+        """Unchanged below the capacity; constant at it."""
+        return signal if signal.mean < self.capacity_e else Moments(self.capacity_e, 0.0)
+
+    def unclipped_moments(self, signal: Moments) -> Moments:
+        """Unchanged."""
+        return signal
+
+    def clip_limits(self, before: Limits) -> Limits:
+        """At most the capacity [e-]."""
+        return -math.inf, self.capacity_e

@@ -1,0 +1,38 @@
+"""Hot pixels: some photosites have a far larger dark current (Janesick 2001, dark current spikes)."""
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from simulator.errors import require
+from simulator.sensor.stages.stage import FromShot, Moments, Stage
+from simulator.units import ElectronsPerSecond, Seconds
+
+
+@dataclass(frozen=True)
+class HotPixels(Stage):
+    """electrons += Poisson(mean * E) in a share of the photosites; E, exponential with mean 1, is drawn once for the body.
+
+    share: chance of a photosite to be hot, 0 to 1.
+    rate_e_per_s: mean dark current of the hot photosites [e-/s], >= 0.
+    time_s: how long it gathers [s]: the exposure time.
+    """
+
+    stem: ClassVar[str] = "hot_pixels"
+    neutral: ClassVar[dict[str, float]] = {"share": 0.0, "rate_e_per_s": 0.0, "time_s": 0.0}
+    is_defect: ClassVar[bool] = True
+    share: float
+    rate_e_per_s: ElectronsPerSecond
+    time_s: Annotated[Seconds, FromShot("exposure_time_s")] = 0.0
+
+    def __post_init__(self):
+        require(0 <= self.share <= 1, "hot_pixels.share", self.share, "give a share from 0 to 1, such as 1e-4")
+        rate = self.rate_e_per_s
+        require(0 <= rate < 1e12, "hot_pixels.rate", f"{rate:g} e-/s", "a dark current is not negative")
+
+    def kernel_values(self) -> dict[str, float]:
+        """Share, and mean dark electrons of a hot photosite."""
+        return {"share": self.share, "mean_e": self.rate_e_per_s * self.time_s}
+
+    def moments(self, signal: Moments) -> Moments:
+        """Return those of a photosite that is not hot."""
+        return signal

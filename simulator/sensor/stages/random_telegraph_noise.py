@@ -1,0 +1,33 @@
+"""Random telegraph noise: a trap in the source follower takes and frees an electron (Janesick et al. 2006)."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from simulator.errors import require
+from simulator.sensor.stages.stage import Moments, Stage
+from simulator.units import Electrons
+
+
+@dataclass(frozen=True)
+class RandomTelegraphNoise(Stage):
+    """electrons += A * (-1, 0, +1 with chances 1/4, 1/2, 1/4) in a share of the photosites.
+
+    Correlated double sampling sees the trap twice: the three levels. A is drawn once for the body, exponentially distributed.
+
+    share: chance of a photosite to have a trap, 0 to 1.
+    amplitude_e: mean of A [e-], >= 0.
+    """
+
+    stem: ClassVar[str] = "random_telegraph_noise"
+    neutral: ClassVar[dict[str, float]] = {"share": 0.0, "amplitude_e": 0.0}
+    share: float
+    amplitude_e: Electrons
+
+    def __post_init__(self):
+        require(0 <= self.share <= 1, "random_telegraph_noise.share", self.share, "give a share from 0 to 1, such as 1e-3")
+        amplitude_e = self.amplitude_e
+        require(0 <= amplitude_e < 1e9, "random_telegraph_noise.amplitude", f"{amplitude_e:g} e-", "a jump is not negative")
+
+    def moments(self, signal: Moments) -> Moments:
+        """Give var + share * E[A^2] / 2 = var + share amplitude^2, the mean over all photosites."""
+        return signal.plus(variance=self.share * self.amplitude_e**2)

@@ -1,0 +1,92 @@
+"""A DNG taken again from what it says of itself."""
+
+import os
+from pathlib import Path
+
+from simulator.config import shot_of_data
+from simulator.errors import PhotositeError
+from simulator.pipeline.input_files import sha256_of
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.progress import Progress
+from simulator.raw.dng.tag_reader import read_tag
+from simulator.raw.dng.xmp import Provenance, read_provenance
+from simulator.raw.raw_image import Raw
+from simulator.raw.raw_reader import open_raw
+from simulator.raw.software import OURS
+
+SOFTWARE_TAG = 305  # TIFF 6.0, Software
+
+
+def resimulate(path: str | os.PathLike[str], *, device: str | None = None, progress: Progress | None = None) -> Raw:
+    """Take the shot of one of our DNG files again, from the file alone; the codes are the same, bit for bit.
+
+    Files the scene was read from are looked for where they were, then beside the DNG.
+    device, progress: as `simulator.simulate` takes them.
+    Raises PhotositeError for a file that is not ours, or whose scene is missing or has other content than it had.
+    """
+    return simulate(shot_of(path), device=device, progress=progress)
+
+
+def shot_of(path: str | os.PathLike[str]) -> Shot:
+    """Return the shot in a DNG's XMP packet. Raises PhotositeError as `resimulate` does."""
+    told = provenance_of(path)
+    found = [(recorded, str(_found(path, recorded))) for recorded in told.inputs]
+    moved = {recorded["key"]: place for recorded, place in found if place != recorded["path"]}
+    return shot_of_data(told.shot, f"{path} (XMP)", moved)
+
+
+def provenance_of(path: str | os.PathLike[str]) -> Provenance:
+    """Return what a DNG of ours says of its origin. Raises PhotositeError for any other file."""
+    told = read_provenance(path)
+    if told is None and _is_ours(path):
+        rule = "holds no shot, because it was simulated from objects in Python and not from a shot file; run that program again"
+        raise PhotositeError(rule, file=path)
+    if told is None:
+        raise PhotositeError(
+            "holds no shot of Photosite; give a DNG that `photosite simulate` wrote from a shot file", file=path
+        )
+    return told
+
+
+def _is_ours(path: str | os.PathLike[str]) -> bool:
+    """Whether a TIFF's Software tag names Photosite."""
+    return (read_tag(path, SOFTWARE_TAG) or b"").startswith(OURS.encode())
+
+
+def differing_codes(path: str | os.PathLike[str], raw: Raw) -> int:
+    """Return how many codes of a DNG, optical black included, differ from a frame's.
+
+    Raises PhotositeError when it cannot be read.
+    """
+    with open_raw(os.fspath(path), os.fspath(path)) as frame:
+        mosaic = frame.raw_image.copy()  # not the visible part alone
+    return max(mosaic.size, raw.dn.size) if mosaic.shape != raw.dn.shape else int((mosaic != raw.dn).sum())
+
+
+def _found(dng: str | os.PathLike[str], recorded: dict[str, str]) -> Path:
+    """Return where a file of the scene lies now, with the content it had."""
+    written = Path(recorded["path"])
+    beside = Path(dng).absolute().parent / written.name
+    there = [place for place in dict.fromkeys((written, beside)) if place.is_file()]
+    if not there:
+        raise PhotositeError(
+            f"no such file, nor {beside}; put the file back, or beside the DNG", file=dng, key=recorded["key"], value=written
+        )
+    for place in there:
+        if _hash(dng, recorded["key"], place) == recorded["sha256"]:
+            return place
+    raise PhotositeError(
+        "its content is not what it was when the frame was taken "
+        f"(SHA-256 {recorded['sha256'][:12]}…, now {sha256_of(there[0])[:12]}…); put the old file back, or beside the DNG",
+        file=dng,
+        key=recorded["key"],
+        value=there[0],
+    )
+
+
+def _hash(dng: str | os.PathLike[str], key: str, place: Path) -> str:
+    try:
+        return sha256_of(place)
+    except OSError as error:
+        raise PhotositeError(f"{error.strerror}; make the file readable", file=dng, key=key, value=place) from None

@@ -1,0 +1,123 @@
+"""Runs the points of a sweep, skips what stands already, and keeps the manifest."""
+
+import csv
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from simulator.atomic_files import atomic_write
+from simulator.config import Sweep, SweepPoint, dump_yaml
+from simulator.errors import PhotositeError
+from simulator.pipeline.input_files import input_files
+from simulator.pipeline.shot import Shot
+from simulator.progress import Progress, Steps, silent
+
+FAILURES_IN_A_ROW = 3  # one bad picture should not stop a night's work; a full disk should
+SKIPPED = "skipped: already there"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of manifest.csv.
+
+    seconds: that the point took [s]. error: why it failed, as the status says it in words.
+    """
+
+    index: int
+    name: str
+    values: dict[str, object]
+    files: dict[str, str]
+    seconds: float
+    status: str
+    error: PhotositeError | None = None
+
+
+def take(shot: Shot, directory: Path, device: str | None = None) -> None:
+    """Simulate a shot and save its files."""
+    from simulator.pipeline.simulate import simulate
+    from simulator.raw.save import save
+
+    save(simulate(shot, device=device), directory)
+
+
+def run_sweep(
+    sweep: Sweep,
+    directory: Path,
+    *,
+    take: Callable[[Shot, Path], object] = take,
+    map: Callable[..., Iterable[Row]] = map,
+    redo: bool = False,
+    report: Callable[[Row], None] = lambda row: None,
+    progress: Progress = silent,
+) -> list[Row]:
+    """Run all points, in the order of the sweep, into `directory`; returns the rows of manifest.csv.
+
+    take: simulates one shot and saves it. map: like the built-in; an executor's map spreads points over processes.
+    redo: run points whose files stand already. report: called with each row as it is done. progress: told of each.
+    A point that fails is a row whose status says why; three in a row end the run.
+    Raises PhotositeError when that happens. The manifest is written whatever ends the run.
+    """
+    rows, failures, steps = [], 0, Steps(progress, len(sweep))
+    try:
+        for row in map(partial(run_point, directory=Path(directory), take=take, redo=redo), sweep):
+            rows.append(row)
+            report(row)
+            steps.add(row.name)
+            failures = 0 if row.error is None else failures + 1
+            if failures == FAILURES_IN_A_ROW:
+                rule = f"{row.error.rule} ({failures} failures in a row: stopped)"
+                raise row.error.replace(rule=rule).inside(row.name)
+    finally:
+        write_manifest(rows, list(sweep.values), Path(directory) / "manifest.csv")
+    return rows
+
+
+def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], object], redo: bool = False) -> Row:
+    """Run one point unless its files stand and were made from the same configuration and input files."""
+    start = time.perf_counter()
+    files = {kind: f"{point.name}{end}" for kind, end in (("dng", ".dng"), ("truth", ".truth.exr"), ("sidecar", ".json"))}
+    try:
+        shot = point.shot()
+        settings, sidecar = directory / f"{point.name}.yaml", directory / files["sidecar"]
+        text = dump_yaml(shot.resolved)
+        if not redo and _stands(text, settings, sidecar, shot):
+            status = SKIPPED
+        else:
+            # The sidecar is written last and vouches for the rest, so an old one has to go first.
+            sidecar.unlink(missing_ok=True)
+            with atomic_write(settings) as path:
+                path.write_text(text, encoding="utf-8")
+            take(shot, directory)
+            status = "done"
+        failure = None
+    except PhotositeError as error:
+        failure = point.placed(error)
+    except (OSError, MemoryError) as error:
+        failure = PhotositeError(f"{error}")
+    if failure is not None:
+        status, files = f"failed: {failure}", {}
+    return Row(point.index, point.name, point.values, files, time.perf_counter() - start, status, failure)
+
+
+def _stands(text: str, settings: Path, sidecar: Path, shot: Shot) -> bool:
+    """Whether a finished set of files from these settings is there, newer than every file it was made from."""
+    try:
+        made = sidecar.stat().st_mtime_ns
+        if settings.read_text(encoding="utf-8") != text:
+            return False
+        return all(file.stat().st_mtime_ns <= made for file in input_files(shot.scene) + input_files(shot.lens))
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def write_manifest(rows: list[Row], keys: list[str], path: Path) -> None:
+    """One line per point: index, name, varied values, files, seconds, status. Raises PhotositeError."""
+    with atomic_write(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["index", "name", *keys, "dng", "truth", "sidecar", "seconds", "status"])
+        for row in rows:
+            values = [row.values[key] for key in keys]
+            outputs = [row.files.get(kind, "") for kind in ("dng", "truth", "sidecar")]
+            writer.writerow([row.index, row.name, *values, *outputs, f"{row.seconds:.3f}", row.status])
