@@ -21,7 +21,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from data_gen.config import DataSet
+from data_gen.recipe.dataset_config import DataSet
 from data_gen.run import run
 from simulator.atomic_files import atomic_write
 from simulator.config import load_file

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from data_gen.motorcycle import motorcycle_scene
+from data_gen.sources.motorcycle import motorcycle_scene
 from simulator.errors import PhotositeError
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, help="Make scenes for the simulator.")

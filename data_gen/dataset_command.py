@@ -7,10 +7,10 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from data_gen.config import load_data_set
-from data_gen.estimate import estimate
-from data_gen.manifest import verify
+from data_gen.recipe.dataset_config import load_data_set
+from data_gen.report.estimate import estimate
 from data_gen.run import run
+from data_gen.storage.manifest import verify
 from simulator.command_line.screen import console, log, shown
 
 SHOWN_PROBLEMS = 20

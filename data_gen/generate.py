@@ -5,12 +5,12 @@ from itertools import islice
 
 import numpy as np
 
-from data_gen.config import DataSet
-from data_gen.patches import Crop, choose_crop, cut_patch, mosaic_of
-from data_gen.pictures import open_collection
-from data_gen.recipe import Recipe, picture_name, recipe
-from data_gen.sample import Sample
-from data_gen.sources import CleanImage, Source
+from data_gen.recipe.dataset_config import DataSet
+from data_gen.recipe.recipe import Recipe, picture_name, recipe
+from data_gen.samples.sample import Sample
+from data_gen.sources.collections import open_collection
+from data_gen.sources.patches import Crop, choose_crop, cut_patch, mosaic_of
+from data_gen.sources.source import CleanImage, Source
 from simulator.device import Device
 from simulator.errors import PhotositeError
 from simulator.sensor.frame_stack import FrameSetting, capture, moments

@@ -11,16 +11,16 @@ from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
-from data_gen.card import About, write_card
-from data_gen.config import DataSet
 from data_gen.generate import Generator, margin_px
-from data_gen.manifest import write_manifest
-from data_gen.patches import AUGMENTATIONS
-from data_gen.pictures import open_collection
-from data_gen.shards import Shard, finished, plan_shards, write_shard
+from data_gen.recipe.dataset_config import DataSet
+from data_gen.report.card import About, write_card
 from data_gen.sources.check import check_sources
+from data_gen.sources.collections import open_collection
+from data_gen.sources.patches import AUGMENTATIONS
 from data_gen.sources.procedural import Procedural
-from data_gen.writers import writer
+from data_gen.storage.manifest import write_manifest
+from data_gen.storage.shards import Shard, finished, plan_shards, write_shard
+from data_gen.storage.writers.writer import writer
 from simulator import __version__
 from simulator.atomic_files import atomic_write
 from simulator.config import dump_yaml

@@ -13,13 +13,13 @@ from collections.abc import Iterator, Sequence
 from itertools import accumulate
 from pathlib import Path
 
-from data_gen.chance import Chance
-from data_gen.config import DataSet, load_data_set
 from data_gen.generate import Generator
-from data_gen.packing import Channels
-from data_gen.reading import SampleFolder
-from data_gen.sample import Sample
-from data_gen.tensors import TensorForm
+from data_gen.recipe.dataset_config import DataSet, load_data_set
+from data_gen.recipe.random_streams import Chance
+from data_gen.samples.packing import Channels
+from data_gen.samples.sample import Sample
+from data_gen.samples.tensors import TensorForm
+from data_gen.storage.reading import SampleFolder
 from simulator.device import open_device
 from simulator.errors import require
 

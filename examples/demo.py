@@ -16,7 +16,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from data_gen.motorcycle import motorcycle_scene
+from data_gen.sources.motorcycle import motorcycle_scene
 from simulator import PhotositeError, develop, load_shot, save, simulate
 from simulator.raw.development import write_image
 

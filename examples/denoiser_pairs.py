@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from published_noise import SONY_A7S2
 
-from data_gen.config import DataSet
 from data_gen.generate import Generator
-from data_gen.packing import packed
-from data_gen.sample import Sample
+from data_gen.recipe.dataset_config import DataSet
+from data_gen.samples.packing import packed
+from data_gen.samples.sample import Sample
 from simulator.config import load_file
 from simulator.device import Device
 from simulator.errors import PhotositeError

@@ -13,10 +13,10 @@ from noise_statistics import (
 from published_noise import BLACK_DN, SONY_A7S2, Published
 from scipy import stats
 
-from data_gen.camera_noise import CameraChoice, CameraNoise
-from data_gen.config import DataSet, NoiseOnly
 from data_gen.generate import Generator
-from data_gen.samplers import LogUniform
+from data_gen.recipe.camera_noise import CameraChoice, CameraNoise
+from data_gen.recipe.dataset_config import DataSet, NoiseOnly
+from data_gen.recipe.distributions import LogUniform
 from simulator.config import load_camera
 from simulator.device import Device
 

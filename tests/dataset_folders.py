@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from data_gen.config import DataSet
+from data_gen.recipe.dataset_config import DataSet
 from simulator.config import load_file
 
 TEXT = """\

@@ -7,9 +7,9 @@ from pathlib import Path
 from toy_samples import toy_sample
 from toy_shards import mosaic_options
 
-from data_gen.manifest import write_manifest
-from data_gen.shards import finished, plan_shards, write_shard
-from data_gen.writers import writer
+from data_gen.storage.manifest import write_manifest
+from data_gen.storage.shards import finished, plan_shards, write_shard
+from data_gen.storage.writers.writer import writer
 
 PLAN = plan_shards(8, 2)
 PAUSE_S = 0.03  # before each sample

@@ -14,7 +14,7 @@ from simulator.sensor.stages.registry import FUSED
 
 ROOT = Path(__file__).parent.parent
 TESTS = ROOT / "tests"
-HOUSES = ("simulator",)
+HOUSES = ("simulator", "data_gen")
 
 # What stands in a folder, from top to bottom: each may import what stands below it. A folder without a line here has no
 # folders inside, and its files may import each other, though not in a circle.

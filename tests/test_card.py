@@ -11,13 +11,13 @@ import pytest
 from toy_samples import toy_sample
 from toy_shards import write_toy_folder
 
-from data_gen.card import About, write_card
-from data_gen.manifest import read_manifest
-from data_gen.packing import packed
-from data_gen.sheet import linear_picture
-from data_gen.snippets import SNIPPETS, snippet
-from data_gen.summary import Summary, light_stops, merged
-from data_gen.writers import FORMATS
+from data_gen.report.card import About, write_card
+from data_gen.report.sheet import linear_picture
+from data_gen.report.snippets import SNIPPETS, snippet
+from data_gen.samples.packing import packed
+from data_gen.storage.manifest import read_manifest
+from data_gen.storage.summary import Summary, light_stops, merged
+from data_gen.storage.writers.writer import FORMATS
 from simulator.errors import PhotositeError
 
 ABOUT = About("Toy ramps", "Ramps with noise.", "CC0-1.0", ("ramps of the tests",))
@@ -58,7 +58,7 @@ def test_a_card_is_the_same_each_time_and_needs_a_complete_data_set(tmp_path):
 
 def test_without_matplotlib_the_card_says_so(tmp_path, monkeypatch):
     write_toy_folder(tmp_path)
-    monkeypatch.setattr("data_gen.card.find_spec", lambda name: None)
+    monkeypatch.setattr("data_gen.report.card.find_spec", lambda name: None)
     text = write_card(tmp_path, ABOUT).read_text()
     assert "No pictures: matplotlib was not installed." in text and ".png" not in text
     assert not list(tmp_path.glob("*.png"))

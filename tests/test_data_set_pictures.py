@@ -6,9 +6,9 @@ from dataset_folders import TEXT, small_config
 from randomness import accept, correlation_p
 
 from data_gen.generate import Generator
-from data_gen.reading import read_samples
 from data_gen.run import run
 from data_gen.sources.data_set import DataSetSamples
+from data_gen.storage.reading import read_samples
 from simulator.errors import PhotositeError
 
 AGAIN = """\

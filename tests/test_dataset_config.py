@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from data_gen.config import DataSet
-from data_gen.pictures import open_collection
-from data_gen.samplers import LogUniform, Normal
+from data_gen.recipe.dataset_config import DataSet
+from data_gen.recipe.distributions import LogUniform, Normal
+from data_gen.sources.collections import open_collection
 from data_gen.sources.data_set import DataSetSamples
 from data_gen.sources.linear_images import LinearImages
 from data_gen.sources.photographs import Photographs

@@ -10,9 +10,9 @@ from picture_files import put, random_codes
 
 from data_gen import dataset_command
 from data_gen.command_line import main
-from data_gen.estimate import estimate
-from data_gen.reading import read_samples
+from data_gen.report.estimate import estimate
 from data_gen.run import run
+from data_gen.storage.reading import read_samples
 from simulator.errors import PhotositeError
 
 PHOTOS = TEXT.replace("{procedural: [dead_leaves, text], count: 12, width: 48, height: 40}", "{photographs: photos}")

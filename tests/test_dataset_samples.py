@@ -8,10 +8,10 @@ from randomness import accept, counts_p, mean_p
 from scipy import ndimage, stats
 from toy_dataset import BLACK_DN, GAIN, READ_DN, WHITE_DN, ToyPictures, at_iso, toy_camera, toy_config, toy_samples
 
-from data_gen.config import Burst, MultiExposure, NoiseOnly
 from data_gen.generate import moved
-from data_gen.recipe import recipe
-from data_gen.samplers import Uniform
+from data_gen.recipe.dataset_config import Burst, MultiExposure, NoiseOnly
+from data_gen.recipe.distributions import Uniform
+from data_gen.recipe.recipe import recipe
 from simulator.errors import PhotositeError
 from simulator.sensor.stages.full_well import FullWell
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise

@@ -14,7 +14,7 @@ from dataset_folders import TEXT, small_config
 from randomness import accept, correlation_p, mean_p, variance_p
 from toy_dataset import BLACK_DN, GAIN, READ_DN, WHITE_DN, ToyPictures, at_iso, toy_config
 
-from data_gen.config import Burst, NoiseOnly
+from data_gen.recipe.dataset_config import Burst, NoiseOnly
 from data_gen.run import run
 from simulator.errors import PhotositeError
 

@@ -7,8 +7,8 @@ import pytest
 import tifffile
 from toy_samples import toy_sample
 
-from data_gen.writers import WriterOptions
-from data_gen.writers.dng import WRITER
+from data_gen.storage.writers.dng import WRITER
+from data_gen.storage.writers.writer import WriterOptions
 from simulator.errors import PhotositeError
 from simulator.raw.dng.tags import Tag
 from simulator.raw.raw_reader import read_raw_file

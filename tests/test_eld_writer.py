@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from toy_samples import toy_sample
 
-from data_gen.packing import packed
-from data_gen.writers import WriterOptions
-from data_gen.writers.eld import WRITER
+from data_gen.samples.packing import packed
+from data_gen.storage.writers.eld import WRITER
+from data_gen.storage.writers.writer import WriterOptions
 from simulator.errors import PhotositeError
 
 

@@ -13,9 +13,9 @@ import shard_run
 from shard_run import PLAN, make_samples, run
 from toy_shards import mosaic_options
 
-from data_gen.manifest import verify
-from data_gen.shards import fingerprint, finished, write_shard
-from data_gen.writers import FORMATS, writer
+from data_gen.storage.manifest import verify
+from data_gen.storage.shards import fingerprint, finished, write_shard
+from data_gen.storage.writers.writer import FORMATS, writer
 from simulator.atomic_files import LEFTOVER, atomic_folder
 from simulator.errors import PhotositeError
 

@@ -7,10 +7,10 @@ import pytest
 from toy_samples import same, toy_sample
 from toy_shards import write_toy_folder
 
-from data_gen.manifest import read_manifest, verify, write_manifest
-from data_gen.reading import SampleFolder, read_samples
-from data_gen.shards import finished
-from data_gen.writers import FORMATS, WriterOptions
+from data_gen.storage.manifest import read_manifest, verify, write_manifest
+from data_gen.storage.reading import SampleFolder, read_samples
+from data_gen.storage.shards import finished
+from data_gen.storage.writers.writer import FORMATS, WriterOptions
 from simulator.errors import PhotositeError
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from data_gen.motorcycle import depth_from_disparity, field_of_view_deg, fill_holes, motorcycle_scene
+from data_gen.sources.motorcycle import depth_from_disparity, field_of_view_deg, fill_holes, motorcycle_scene
 from simulator.errors import PhotositeError
 from simulator.scene.depth import DepthChannel
 from simulator.scene.image import ImageScene

@@ -8,10 +8,10 @@ import rawpy
 from raw_frame import random_frame
 from toy_samples import COLOR_MATRIX, same, toy_sample
 
-from data_gen.camera_color import camera_to_srgb
-from data_gen.packing import packed
-from data_gen.writers import WriterOptions
-from data_gen.writers.npz import WRITER
+from data_gen.samples.camera_color import camera_to_srgb
+from data_gen.samples.packing import packed
+from data_gen.storage.writers.npz import WRITER
+from data_gen.storage.writers.writer import WriterOptions
 from simulator.raw.dng.writer import write_dng
 
 

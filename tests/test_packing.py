@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from data_gen.packing import packed, unpacked
+from data_gen.samples.packing import packed, unpacked
 from simulator.errors import PhotositeError
 
 # Codes of a 2x4 mosaic: 0 1 2 3 / 4 5 6 7. Planes in the order R, G in red's row, G in blue's row, B.

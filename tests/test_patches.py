@@ -7,8 +7,8 @@ import pytest
 from randomness import accept
 from scipy import stats
 
-from data_gen.patches import AUGMENTATIONS, Augmentation, choose_crop, cut_patch, mosaic_of
-from data_gen.sources import CleanImage
+from data_gen.sources.patches import AUGMENTATIONS, Augmentation, choose_crop, cut_patch, mosaic_of
+from data_gen.sources.source import CleanImage
 from simulator.errors import PhotositeError
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG")

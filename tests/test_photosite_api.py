@@ -18,7 +18,7 @@ import typer
 import photosite
 import simulator
 from data_gen.command_line import app, main
-from data_gen.config import load_data_set
+from data_gen.recipe.dataset_config import load_data_set
 from photosite import (
     ChartScene,
     Exposure,

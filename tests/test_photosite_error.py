@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from data_gen.config import DataSet
 from data_gen.generate import Generator
-from data_gen.pictures import open_collection
+from data_gen.recipe.dataset_config import DataSet
+from data_gen.sources.collections import open_collection
 from data_gen.sources.data_set import DataSetSamples
 from data_gen.sources.exposed_scene import told_as
 from data_gen.sources.shots import Shots

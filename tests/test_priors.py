@@ -9,12 +9,12 @@ from randomness import accept, mean_p, variance_p
 from scipy import stats
 from toy_dataset import toy_camera, toy_config, toy_samples
 
-from data_gen.chance import Chance
-from data_gen.config import NoiseOnly
-from data_gen.prior_cameras import LED
-from data_gen.priors import PRIORS, PriorNoise, unit_deviation
-from data_gen.recipe import recipe
-from data_gen.samplers import Uniform
+from data_gen.recipe.dataset_config import NoiseOnly
+from data_gen.recipe.distributions import Uniform
+from data_gen.recipe.prior_cameras import LED
+from data_gen.recipe.published_priors import PRIORS, PriorNoise, unit_deviation
+from data_gen.recipe.random_streams import Chance
+from data_gen.recipe.recipe import recipe
 from simulator.errors import PhotositeError
 from simulator.sensor.stages.stage import Stage
 

@@ -5,7 +5,7 @@ import pytest
 from dng_edits import STRIPES, with_tags
 from raw_frame import COLOR_MATRIX, NEUTRAL, random_frame
 
-from data_gen.patches import AUGMENTATIONS, choose_crop, cut_patch
+from data_gen.sources.patches import AUGMENTATIONS, choose_crop, cut_patch
 from data_gen.sources.raw_files import RawFiles
 from simulator.errors import PhotositeError
 from simulator.raw.dng import writer

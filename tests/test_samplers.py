@@ -5,7 +5,7 @@ import pytest
 from randomness import accept
 from scipy import stats
 
-from data_gen.samplers import Choice, LogUniform, Normal, Table, Uniform, draw, ends, weighted
+from data_gen.recipe.distributions import Choice, LogUniform, Normal, Table, Uniform, draw, ends, weighted
 from simulator.errors import PhotositeError
 
 SHARES = np.random.default_rng(20).random(20_000)

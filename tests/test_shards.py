@@ -6,8 +6,8 @@ import subprocess
 import pytest
 from toy_samples import same, toy_sample
 
-from data_gen.shards import Shard, fingerprint, finished, plan_shards, remove_leftovers, shard_name, write_shard
-from data_gen.writers import writer
+from data_gen.storage.shards import Shard, fingerprint, finished, plan_shards, remove_leftovers, shard_name, write_shard
+from data_gen.storage.writers.writer import writer
 from simulator.errors import PhotositeError
 
 NPZ = writer("npz")

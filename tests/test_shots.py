@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from data_gen.patches import mosaic_of
+from data_gen.sources.patches import mosaic_of
 from data_gen.sources.shots import Shots, saturating_electrons
 from simulator.config import load_shot
 from simulator.errors import PhotositeError

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from picture_files import put, random_codes
 
-from data_gen.patches import AUGMENTATIONS
-from data_gen.sources import CleanImage
 from data_gen.sources.check import check_sources
 from data_gen.sources.folder import picture_names
+from data_gen.sources.patches import AUGMENTATIONS
 from data_gen.sources.photographs import Photographs
+from data_gen.sources.source import CleanImage
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
 

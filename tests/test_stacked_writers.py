@@ -7,9 +7,9 @@ import numpy as np
 import zarr
 from toy_samples import toy_sample
 
-from data_gen.packing import packed
-from data_gen.writers import WriterOptions, writer
-from data_gen.writers.zarr import ZarrWriter
+from data_gen.samples.packing import packed
+from data_gen.storage.writers.writer import WriterOptions, writer
+from data_gen.storage.writers.zarr import ZarrWriter
 
 SAMPLES = [toy_sample(index, frame_seeds=(2**63 + index,)) for index in range(5)]
 NOISY = np.stack([packed(sample.noisy_dn, "RGGB", "rgbg") for sample in SAMPLES])

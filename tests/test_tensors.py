@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from toy_samples import toy_sample
 
-from data_gen.tensors import TensorForm
+from data_gen.samples.tensors import TensorForm
 from simulator.errors import PhotositeError
 
 ROOT = Path(__file__).parent.parent
@@ -77,7 +77,7 @@ def test_without_pytorch_the_module_says_what_to_install_and_nothing_else_needs_
     program = """
 import sys
 sys.modules["torch"] = None  # as if it were not installed
-import data_gen.config, data_gen.command_line, data_gen.dataset_command, data_gen.tensors
+import data_gen.recipe.dataset_config, data_gen.command_line, data_gen.dataset_command, data_gen.samples.tensors
 try:
     import data_gen.torch
 except ImportError as error:

@@ -8,9 +8,9 @@ from itertools import groupby
 import numpy as np
 from toy_samples import toy_sample
 
-from data_gen.packing import packed
-from data_gen.writers import WriterOptions
-from data_gen.writers.webdataset import WRITER
+from data_gen.samples.packing import packed
+from data_gen.storage.writers.webdataset import WRITER
+from data_gen.storage.writers.writer import WriterOptions
 
 
 def test_members_of_a_sample_stand_together_under_one_key(tmp_path):

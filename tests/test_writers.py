@@ -9,8 +9,8 @@ import pytest
 from toy_samples import same, toy_sample
 from toy_shards import toy_options, write_toy_shard
 
-from data_gen.shards import fingerprint
-from data_gen.writers import FORMATS, WriterOptions, writer
+from data_gen.storage.shards import fingerprint
+from data_gen.storage.writers.writer import FORMATS, WriterOptions, writer
 from simulator.errors import PhotositeError
 
 LOSSLESS = sorted(set(FORMATS) - {"eld", "dng"})
@@ -20,7 +20,7 @@ IN_A_NEW_PROCESS = """
 import sys; sys.path[:0] = ["tests"]
 from pathlib import Path
 from toy_shards import write_toy_shard
-import data_gen.writers, os
+import data_gen.storage.writers.writer, os
 print(write_toy_shard(Path(sys.argv[1]), sys.argv[2]).sha256)
 """
 
@@ -74,7 +74,7 @@ def test_stacking_formats_refuse_a_sample_of_another_size(tmp_path, name):
 def test_an_unknown_format_and_a_missing_library_are_told(monkeypatch):
     with pytest.raises(PhotositeError, match="writer.format = tfrecord: give one of webdataset"):
         writer("tfrecord")
-    monkeypatch.setattr("data_gen.writers.find_spec", lambda name: None)
+    monkeypatch.setattr("data_gen.storage.writers.writer.find_spec", lambda name: None)
     with pytest.raises(PhotositeError, match=r"hdf5: needs h5py: pip install 'photosite\[dataset\]'"):
         writer("hdf5")
     assert writer("webdataset").suffix == ".tar"

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 from camera_builders import small_camera
 
-from data_gen.camera_noise import CameraChoice, CameraNoise
-from data_gen.config import DataSet
 from data_gen.generate import Generator
-from data_gen.samplers import LogUniform
-from data_gen.sources import CleanImage
+from data_gen.recipe.camera_noise import CameraChoice, CameraNoise
+from data_gen.recipe.dataset_config import DataSet
+from data_gen.recipe.distributions import LogUniform
+from data_gen.sources.source import CleanImage
 from simulator.errors import PhotositeError
 from simulator.sensor.camera.camera import IsoSetting
 from simulator.sensor.stages.full_well import FullWell

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from data_gen.sample import Sample
+from data_gen.samples.sample import Sample
 
 COLOR_MATRIX = ((1.0405, -0.3755, -0.1270), (-0.5461, 1.3787, 0.1793), (-0.1040, 0.2015, 0.6785))  # Nikon D850, LibRaw
 ISOS = (100, 400, 1600)

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from toy_samples import toy_sample
 
-from data_gen.manifest import write_manifest
-from data_gen.shards import Shard, plan_shards, write_shard
-from data_gen.writers import WriterOptions, writer
+from data_gen.storage.manifest import write_manifest
+from data_gen.storage.shards import Shard, plan_shards, write_shard
+from data_gen.storage.writers.writer import WriterOptions, writer
 
 
 def write_toy_shard(folder: Path, name: str, count=40, **changes):

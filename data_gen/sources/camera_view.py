@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_gen.sources import CleanImage
+from data_gen.sources.source import CleanImage
 from simulator.color.camera_matrices import as_shot_neutral
 from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, efficiency_on, illuminant
 from simulator.errors import require

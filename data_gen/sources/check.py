@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from data_gen.patches import AUGMENTATIONS, Augmentation, choose_crop
-from data_gen.sources import Source
+from data_gen.sources.patches import AUGMENTATIONS, Augmentation, choose_crop
+from data_gen.sources.source import Source
 from simulator.errors import PhotositeError
 from simulator.progress import Progress, Steps, silent
 from simulator.sensor.camera.cfa import CfaName

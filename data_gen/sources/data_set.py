@@ -7,8 +7,8 @@ from typing import Annotated
 
 import numpy as np
 
-from data_gen.reading import SampleFolder
-from data_gen.sources import CleanImage
+from data_gen.sources.source import CleanImage
+from data_gen.storage.reading import SampleFolder
 from simulator.errors import PhotositeError, require
 
 KEY = "data_set"

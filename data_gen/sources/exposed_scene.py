@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from data_gen.sources import CleanImage
 from data_gen.sources.camera_view import camera_view
+from data_gen.sources.source import CleanImage
 from simulator.errors import PhotositeError, require
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.scene import Scene

@@ -6,10 +6,10 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from data_gen.sources import CleanImage
 from data_gen.sources.camera_view import check_illuminants, drawn
 from data_gen.sources.exposed_scene import check_exposure, exposed, told_as
 from data_gen.sources.folder import FolderSource, check_extensions
+from data_gen.sources.source import CleanImage
 from simulator.scene.image import ImageScene
 from simulator.sensor.camera.camera import Camera
 

@@ -6,7 +6,6 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from data_gen.sources import CleanImage
 from data_gen.sources.camera_view import camera_view, check_illuminants, drawn
 from data_gen.sources.folder import FolderSource, check_extensions
 from data_gen.sources.inverse_isp import (
@@ -20,6 +19,7 @@ from data_gen.sources.inverse_isp import (
     to_balanced_camera_in,
     without_gains,
 )
+from data_gen.sources.source import CleanImage
 from simulator.errors import PhotositeError, require
 from simulator.scene.color_channels import srgb_to_linear
 from simulator.scene.pixel_file import memory_for, read_pixels

@@ -8,10 +8,10 @@ from typing import Annotated, Literal, get_args
 
 import numpy as np
 
-from data_gen.sources import CleanImage
 from data_gen.sources.camera_view import CameraView, camera_view, check_illuminants, drawn
 from data_gen.sources.drawings import DRAWINGS
 from data_gen.sources.paint import Paint, paint_for
+from data_gen.sources.source import CleanImage
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
 

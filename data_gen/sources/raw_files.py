@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from data_gen.sources import CleanImage
 from data_gen.sources.folder import FolderSource, check_extensions
+from data_gen.sources.source import CleanImage
 from simulator.errors import require
 from simulator.raw.raw_reader import RawFile, read_raw_file
 

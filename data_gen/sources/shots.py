@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from data_gen.sources import CleanImage
+from data_gen.sources.source import CleanImage
 from simulator.config import Sweep, load_shot, load_sweep
 from simulator.device import Device, open_device
 from simulator.errors import PhotositeError, require

@@ -9,9 +9,9 @@ from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from pathlib import Path
 
-from data_gen.sample import Sample
-from data_gen.writers import WriterOptions
-from data_gen.writers.members import from_members, members, size
+from data_gen.samples.sample import Sample
+from data_gen.storage.writers.members import from_members, members, size
+from data_gen.storage.writers.writer import WriterOptions
 
 _BLOCK_BYTES = tarfile.BLOCKSIZE
 

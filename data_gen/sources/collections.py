@@ -4,13 +4,13 @@ from collections.abc import Callable
 from dataclasses import fields
 from typing import get_args
 
-from data_gen.sources import Source
 from data_gen.sources.data_set import DataSetSamples
 from data_gen.sources.linear_images import LinearImages
 from data_gen.sources.photographs import Photographs
 from data_gen.sources.procedural import Procedural
 from data_gen.sources.raw_files import RawFiles
 from data_gen.sources.shots import Shots
+from data_gen.sources.source import Source
 from data_gen.sources.spectral_cubes import SpectralCubes
 from simulator.config import given_later
 from simulator.errors import PhotositeError

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from data_gen.camera_noise import CameraNoise
-from data_gen.chance import LARGEST_SEED
-from data_gen.pictures import Pictures, open_collection
-from data_gen.priors import PriorNoise
-from data_gen.sample import Mode
-from data_gen.samplers import Choice, LogUniform, Normal, Sampler, Table, Uniform, check_weights, ends
-from data_gen.writers import FORMATS, WriterOptions
+from data_gen.recipe.camera_noise import CameraNoise
+from data_gen.recipe.distributions import Choice, LogUniform, Normal, Sampler, Table, Uniform, check_weights, ends
+from data_gen.recipe.published_priors import PriorNoise
+from data_gen.recipe.random_streams import LARGEST_SEED
+from data_gen.samples.sample import Mode
+from data_gen.sources.collections import Pictures, open_collection
+from data_gen.storage.writers.writer import FORMATS, WriterOptions
 from simulator.config import load_file, named_file
 from simulator.errors import require
 

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from data_gen.record import UNITS, alike, sample_arrays, sample_facts, sample_from
-from data_gen.sample import Sample
-from data_gen.writers import WriterOptions
+from data_gen.samples.record import UNITS, alike, sample_arrays, sample_facts, sample_from
+from data_gen.samples.sample import Sample
+from data_gen.storage.writers.writer import WriterOptions
 from simulator.raw.software import software
 
 if TYPE_CHECKING:

@@ -5,10 +5,10 @@ from collections.abc import Iterable, Iterator
 from itertools import groupby
 from pathlib import Path
 
-from data_gen.manifest import MANIFEST, read_manifest
-from data_gen.sample import Sample
-from data_gen.shards import ShardRecord, finished
-from data_gen.writers import writer
+from data_gen.samples.sample import Sample
+from data_gen.storage.manifest import MANIFEST, read_manifest
+from data_gen.storage.shards import ShardRecord, finished
+from data_gen.storage.writers.writer import writer
 from simulator.errors import PhotositeError
 
 

@@ -5,12 +5,12 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from data_gen.config import DataSet
 from data_gen.generate import Generator
-from data_gen.pictures import open_collection
-from data_gen.samplers import ends
-from data_gen.shards import Shard, plan_shards, write_shard
-from data_gen.writers import writer
+from data_gen.recipe.dataset_config import DataSet
+from data_gen.recipe.distributions import ends
+from data_gen.sources.collections import open_collection
+from data_gen.storage.shards import Shard, plan_shards, write_shard
+from data_gen.storage.writers.writer import writer
 from simulator.device import open_device
 
 LEAST_SECONDS = 2.0  # of measuring, so that the clock's grain and one slow picture do not decide

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from data_gen.shards import RECORD, Shard, ShardRecord, finished, problem_of, record_path, remove_leftovers
-from data_gen.writers import WriterOptions
+from data_gen.storage.shards import RECORD, Shard, ShardRecord, finished, problem_of, record_path, remove_leftovers
+from data_gen.storage.writers.writer import WriterOptions
 from simulator.atomic_files import atomic_write
 from simulator.errors import PhotositeError
 from simulator.progress import Progress, Steps, silent

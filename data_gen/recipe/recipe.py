@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from data_gen.chance import Chance
-from data_gen.config import DataSet
-from data_gen.noise_setting import NoiseSetting
-from data_gen.patches import AUGMENTATIONS, Augmentation
-from data_gen.samplers import Normal, draw, weighted
+from data_gen.recipe.dataset_config import DataSet
+from data_gen.recipe.distributions import Normal, draw, weighted
+from data_gen.recipe.noise_setting import NoiseSetting
+from data_gen.recipe.random_streams import Chance
+from data_gen.sources.patches import AUGMENTATIONS, Augmentation
 from simulator.errors import require
 
 SEEDS = 2**32

@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from data_gen.camera_color import camera_to_srgb
-from data_gen.packing import packed
-from data_gen.record import sample_facts, sample_from
-from data_gen.sample import Sample
-from data_gen.writers import WriterOptions
-from data_gen.writers.lmdb_file import new_lmdb, page_bytes, read_lmdb
+from data_gen.samples.camera_color import camera_to_srgb
+from data_gen.samples.packing import packed
+from data_gen.samples.record import sample_facts, sample_from
+from data_gen.samples.sample import Sample
+from data_gen.storage.writers.lmdb_file import new_lmdb, page_bytes, read_lmdb
+from data_gen.storage.writers.writer import WriterOptions
 from simulator.errors import PhotositeError
 
 _FULL = 65535

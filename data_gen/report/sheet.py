@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from data_gen.camera_color import camera_to_srgb
-from data_gen.packing import packed
-from data_gen.sample import Sample
+from data_gen.samples.camera_color import camera_to_srgb
+from data_gen.samples.packing import packed
+from data_gen.samples.sample import Sample
 from simulator.measurement.report.figures import MEASURED, new_figure
 from simulator.raw.development import srgb_encoded
 
@@ -55,7 +55,7 @@ def linear_picture(sample: Sample, mosaic_dn: np.ndarray) -> np.ndarray:
 
 
 def histogram_figure(counts: Mapping[str, Mapping[str, int]]) -> "Figure":
-    """Draw the counts of cameras, ISO, exposure ratio and light of `data_gen.summary`.
+    """Draw the counts of cameras, ISO, exposure ratio and light of `data_gen.storage.summary`.
 
     Raises PhotositeError without matplotlib.
     """

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from data_gen.record import sample_facts, sample_from
-from data_gen.sample import Sample
-from data_gen.writers import WriterOptions
-from data_gen.writers.pair_names import pair_names, pairs_by_sample
+from data_gen.samples.record import sample_facts, sample_from
+from data_gen.samples.sample import Sample
+from data_gen.storage.writers.pair_names import pair_names, pairs_by_sample
+from data_gen.storage.writers.writer import WriterOptions
 from simulator.errors import PhotositeError
 from simulator.raw.dng.writer import dng_bytes
 from simulator.raw.raw_image import Raw

@@ -5,9 +5,20 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar
 
-from data_gen.chance import Chance
-from data_gen.noise_setting import NoiseSetting
-from data_gen.samplers import Choice, LogUniform, Normal, Sampler, Table, Uniform, check_weights, draw, ends, weighted
+from data_gen.recipe.distributions import (
+    Choice,
+    LogUniform,
+    Normal,
+    Sampler,
+    Table,
+    Uniform,
+    check_weights,
+    draw,
+    ends,
+    weighted,
+)
+from data_gen.recipe.noise_setting import NoiseSetting
+from data_gen.recipe.random_streams import Chance
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.kernel.kernel_program import in_order

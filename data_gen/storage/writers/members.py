@@ -6,9 +6,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.lib import format as npy_format
 
-from data_gen.packing import Channels
-from data_gen.record import ARRAYS, sample_arrays, sample_facts, sample_from
-from data_gen.sample import Sample
+from data_gen.samples.packing import Channels
+from data_gen.samples.record import ARRAYS, sample_arrays, sample_facts, sample_from
+from data_gen.samples.sample import Sample
 
 FACTS = "json"
 Pieces = list[bytes | memoryview]  # buffers that make one member, in order; arrays are not copied

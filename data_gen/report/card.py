@@ -10,12 +10,12 @@ from dataclasses import asdict, dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from data_gen.manifest import read_manifest
-from data_gen.reading import SampleFolder
-from data_gen.shards import read_summary
-from data_gen.sheet import histogram_figure, sample_figure
-from data_gen.snippets import snippet
-from data_gen.summary import merged
+from data_gen.report.sheet import histogram_figure, sample_figure
+from data_gen.report.snippets import snippet
+from data_gen.storage.manifest import read_manifest
+from data_gen.storage.reading import SampleFolder
+from data_gen.storage.shards import read_summary
+from data_gen.storage.summary import merged
 from simulator.atomic_files import atomic_write
 from simulator.measurement.report.figures import write_figure
 
@@ -95,7 +95,8 @@ def _text(content: Mapping, shard: str, pictures: bool) -> str:
         *(_table(title, content[kind]) for kind, title in _TITLES.items()),
         "## How to read it",
         f"In this folder, with Python:\n\n```python\n{snippet(content['format'], shard)}```",
-        "`data_gen.reading.read_samples(FOLDER)` gives the samples of any format. `photosite dataset --verify` compares every "
+        "`data_gen.storage.reading.read_samples(FOLDER)` gives the samples of any format. "
+        "`photosite dataset --verify` compares every "
         "byte with manifest.json.",
     ]
     return "\n\n".join(part for part in parts if part) + "\n"

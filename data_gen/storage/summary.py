@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from data_gen.sample import Sample
+from data_gen.samples.sample import Sample
 
 # Name of a histogram -> what a sample counts as. Those in stops are rounded down: 3 stands for 3 up to 4.
 KINDS = ("camera", "iso", "mode", "cfa", "shape", "ratio_stops", "light_stops", "source")

@@ -12,9 +12,9 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from data_gen.sample import Sample
-from data_gen.summary import Summary
-from data_gen.writers import AS_IT_IS, Writer, WriterOptions
+from data_gen.samples.sample import Sample
+from data_gen.storage.summary import Summary
+from data_gen.storage.writers.writer import AS_IT_IS, Writer, WriterOptions
 from simulator.atomic_files import LEFTOVER, atomic_folder, atomic_write
 from simulator.errors import PhotositeError, require
 
@@ -156,7 +156,7 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def read_summary(folder: Path, record: ShardRecord) -> dict[str, dict[str, int]]:
-    """Counts of what a finished shard holds (`data_gen.summary`), from the record beside it."""
+    """Counts of what a finished shard holds (`data_gen.storage.summary`), from the record beside it."""
     return json.loads(record_path(folder / record.name).read_text(encoding="utf-8"))["summary"]
 
 

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from data_gen.camera_color import camera_to_srgb
-from data_gen.record import sample_arrays, sample_facts, sample_from
-from data_gen.sample import Sample
-from data_gen.writers import WriterOptions
-from data_gen.writers.pair_names import pair_names, pairs_by_sample
+from data_gen.samples.camera_color import camera_to_srgb
+from data_gen.samples.record import sample_arrays, sample_facts, sample_from
+from data_gen.samples.sample import Sample
+from data_gen.storage.writers.pair_names import pair_names, pairs_by_sample
+from data_gen.storage.writers.writer import WriterOptions
 
 
 class NpzWriter:

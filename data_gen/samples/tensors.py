@@ -5,8 +5,8 @@ from typing import get_args
 
 import numpy as np
 
-from data_gen.packing import Channels, packed
-from data_gen.sample import Sample
+from data_gen.samples.packing import Channels, packed
+from data_gen.samples.sample import Sample
 from simulator.errors import require
 
 SEVERAL_FRAMES = ("burst", "multi_exposure")  # modes whose arrays keep the axis of frames
@@ -17,8 +17,8 @@ Value = np.ndarray | str
 class TensorForm:
     """How samples become tensors.
 
-    channels: `rggb` or `rgbg`, four planes of half the size in this order (data_gen/packing.py), or `mosaic`, one plane.
-    amplify: noisy frames are multiplied by their exposure ratio, so that they are as bright as the clean ones.
+    channels: `rggb` or `rgbg`, four planes of half the size in this order (data_gen/samples/packing.py), or `mosaic`, one
+    plane. amplify: noisy frames are multiplied by their exposure ratio, so that they are as bright as the clean ones.
     """
 
     channels: Channels = "rggb"

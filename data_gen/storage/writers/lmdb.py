@@ -1,12 +1,12 @@
-"""LMDB with the members of `members.py` as its keys: codes with their pedestal, nothing clipped."""
+"""LMDB with the members of `data_gen/storage/writers/members.py` as its keys: codes with their pedestal, nothing clipped."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from data_gen.sample import Sample
-from data_gen.writers import WriterOptions
-from data_gen.writers.lmdb_file import new_lmdb, page_bytes, read_lmdb
-from data_gen.writers.members import from_members, members, size
+from data_gen.samples.sample import Sample
+from data_gen.storage.writers.lmdb_file import new_lmdb, page_bytes, read_lmdb
+from data_gen.storage.writers.members import from_members, members, size
+from data_gen.storage.writers.writer import WriterOptions
 
 
 class LmdbWriter:

@@ -17,10 +17,10 @@ import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from data_gen.chance import Chance
-from data_gen.noise_setting import NoiseSetting
-from data_gen.prior_cameras import ELD, LED, PMN, LineCamera
-from data_gen.samplers import Normal, Sampler, Uniform, draw
+from data_gen.recipe.distributions import Normal, Sampler, Uniform, draw
+from data_gen.recipe.noise_setting import NoiseSetting
+from data_gen.recipe.prior_cameras import ELD, LED, PMN, LineCamera
+from data_gen.recipe.random_streams import Chance
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.published_noise_model import noise_model_stages

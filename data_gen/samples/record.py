@@ -6,8 +6,8 @@ from dataclasses import fields
 
 import numpy as np
 
-from data_gen.packing import Channels, packed, unpacked
-from data_gen.sample import Sample
+from data_gen.samples.packing import Channels, packed, unpacked
+from data_gen.samples.sample import Sample
 from simulator.errors import PhotositeError
 
 ARRAYS = {"noisy": "noisy_dn", "clean": "clean_dn", "variance": "variance_dn2"}  # name in a file -> field of Sample

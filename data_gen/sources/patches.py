@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_gen.sources import CleanImage
+from data_gen.sources.source import CleanImage
 from simulator.errors import PhotositeError
 from simulator.sensor.camera.cfa import CfaName
 

@@ -1,4 +1,4 @@
-"""Lines of noise on gain that were published for cameras: data_gen/priors.py says where each stands."""
+"""Lines of noise on gain that were published for cameras: data_gen/recipe/published_priors.py says where each stands."""
 
 from dataclasses import dataclass
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from data_gen.sample import Sample
+from data_gen.samples.sample import Sample
 
 
 def pair_names(sample: Sample) -> Iterator[tuple[str, str]]:

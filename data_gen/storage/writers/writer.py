@@ -7,8 +7,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Protocol, get_args
 
-from data_gen.packing import Channels
-from data_gen.sample import Sample
+from data_gen.samples.packing import Channels
+from data_gen.samples.sample import Sample
 from simulator.errors import PhotositeError, require
 
 
@@ -16,7 +16,7 @@ from simulator.errors import PhotositeError, require
 class WriterOptions:
     """What a user may choose about the files.
 
-    channels: mosaic as the sensor has it, or four planes in the order rggb or rgbg (data_gen/packing.py).
+    channels: mosaic as the sensor has it, or four planes in the order rggb or rgbg (data_gen/samples/packing.py).
     """
 
     channels: Channels = "mosaic"
@@ -65,4 +65,4 @@ def writer(name: str) -> Writer:
     library = FORMATS[name]
     if library is not None and find_spec(library) is None:
         raise PhotositeError(f"needs {library}: pip install 'photosite[dataset]'", key="writer.format", value=name)
-    return import_module(f"data_gen.writers.{name}").WRITER
+    return import_module(f"data_gen.storage.writers.{name}").WRITER

@@ -1,0 +1,1 @@
+"""What a data set tells of itself: data card, figures, estimate."""

@@ -1,0 +1,1 @@
+"""Samples: clean and noisy patches, their records and tensors."""
