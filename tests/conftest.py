@@ -1,7 +1,7 @@
 """Fixtures: the device under test, and a bench that runs single kernels, headers and stages."""
 
 import pytest
-from kernel_bench import Bench
+from helpers.kernel_bench import Bench
 
 from simulator.device import open_device
 

@@ -3,7 +3,7 @@
 An error cannot be seen while it is well below the noise of the raw. The share of the brightest light that the blur may be wrong
 by is tolerance * sigma / electrons, with sigma^2 = electrons + read noise^2 (EMVA 1288). The laws below say what a method
 leaves of light that varies by its whole range. They bound what was measured in float64 and on the closed forms of
-tests/lens_truths.py; docs/lens_accuracy.md has the figures.
+tests/helpers/lens_truths.py; docs/lens_accuracy.md has the figures.
 """
 
 import math

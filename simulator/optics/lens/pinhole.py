@@ -16,7 +16,8 @@ from simulator.optics.pupil.pupil import Pupil
 from simulator.units import Millimetres
 
 # Hole diameter over sqrt(lambda v) at which half of a far point's light falls into the smallest circle. From the Fresnel
-# integral of a round hole, minimised in float64 (tests/test_lens_pinhole.py). Other measures give other constants: 1.723
+# integral of a round hole, minimised in float64 (tests/optics/lens/test_lens_pinhole.py). Other measures give other
+# constants: 1.723
 # for the brightest peak per light, 1.945 for the circle with 90 % of the light. The root-mean-square width is none: the
 # edge of the hole throws light so far out that the integral has no end. Rayleigh (1891) advised 1.9.
 SHARPEST = 1.4944

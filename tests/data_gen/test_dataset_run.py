@@ -1,0 +1,139 @@
+"""`photosite dataset`: the same bytes for any number of workers and restarts, and bad pictures are counted, not hidden."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from helpers.dataset_folders import TEXT, content, small_config
+from helpers.picture_files import put, random_codes
+
+from data_gen import dataset_command
+from data_gen.command_line import main
+from data_gen.report.estimate import estimate
+from data_gen.run import run
+from data_gen.storage.reading import read_samples
+from simulator.errors import PhotositeError
+
+PHOTOS = TEXT.replace("{procedural: [dead_leaves, text], count: 12, width: 48, height: 40}", "{photographs: photos}")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A data set made in one go: its configuration and folder."""
+    folder = tmp_path_factory.mktemp("whole")
+    config = small_config(folder)
+    run(config, folder / "out")
+    return config, folder / "out"
+
+
+def test_a_run_makes_all_samples_and_a_second_one_nothing(whole):
+    config, folder = whole
+    samples = list(read_samples(folder))
+    assert [sample.index for sample in samples] == list(range(22))
+    assert {sample.camera for sample in samples} == {"sony_a7s2", "imx385"}
+    before, told = content(folder), []
+    outcome = run(config, folder, progress=lambda what, share: told.append((what, share)))
+    assert (outcome.made, outcome.kept, told) == (0, 8, [("samples, 22 of 22", 1.0)])
+    assert content(folder) == before
+
+
+@pytest.mark.parametrize("after", [1, 3, 13])
+def test_a_run_interrupted_anywhere_is_continued_to_the_same_bytes(whole, tmp_path, after):
+    config, folder = whole
+    seen = 0
+
+    def interrupt(what, share):
+        nonlocal seen
+        seen = round(share * config.count)
+        if seen >= after:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(config, tmp_path, progress=interrupt)
+    assert not (tmp_path / "manifest.json").exists()
+    assert run(config, tmp_path).kept == (after - 1) // 3
+    assert content(tmp_path) == content(folder)
+
+
+def test_another_configuration_is_not_mixed_in(whole, tmp_path):
+    config, folder = whole
+    shutil.copytree(folder, tmp_path / "out")
+    with pytest.raises(PhotositeError, match="made from another configuration"):
+        run(small_config(tmp_path, TEXT, "seed=5"), tmp_path / "out")
+
+
+def photographs(folder, bad: bool):
+    for number in range(4):
+        put(folder / "photos" / f"{number}.png", random_codes(40, 56, seed=number))
+    if bad:
+        (folder / "photos" / "1.png").write_bytes((folder / "photos" / "1.png").read_bytes()[:300])
+        put(folder / "photos" / "2.png", random_codes(12, 12))
+    return folder
+
+
+def test_bad_pictures_are_counted_and_change_no_other_sample(tmp_path):
+    good, bad = photographs(tmp_path / "good", False), photographs(tmp_path / "bad", True)
+    run(small_config(good, PHOTOS), good / "out")
+    outcome = run(small_config(bad, PHOTOS), bad / "out")
+    broken = [message for message in outcome.problems if "1.png" in message]
+    small = [message for message in outcome.problems if "2.png" in message]
+    assert len(broken) == 1 and len(small) >= 1 and len(outcome.problems) == len(broken) + len(small)
+    manifest = json.loads((bad / "out" / "manifest.json").read_text(encoding="utf-8"))
+    assert manifest["problem_count"] == len(outcome.problems)
+    for one, other in zip(read_samples(good / "out"), read_samples(bad / "out"), strict=True):
+        replaced = one.source in ("leaves/1.png", "leaves/2.png")
+        assert np.array_equal(one.noisy_dn, other.noisy_dn) != replaced
+        assert other.source in ("leaves/0.png", "leaves/3.png")
+    assert run(small_config(bad, PHOTOS), bad / "out").problems == outcome.problems
+
+
+def test_bad_pictures_are_refused_all_at_once(tmp_path):
+    config = small_config(photographs(tmp_path, True), PHOTOS, "on_problem=refuse")
+    with pytest.raises(PhotositeError, match="4 pictures, of which cannot be used: 1 unreadable, 1 too small") as told:
+        run(config, tmp_path / "out")
+    assert "1.png" in str(told.value) and "2.png" in str(told.value)
+    assert not list((tmp_path / "out").glob("shard-*"))
+
+
+def test_the_estimate_agrees_with_the_run(tmp_path):
+    config = small_config(tmp_path, TEXT, "count=60", "crop=[32, 40]", "writer.samples_per_shard=40")
+    run(config, tmp_path)
+    found = estimate(config)
+    real = sum(path.stat().st_size for path in tmp_path.glob("shard-*.tar"))
+    assert found.bytes_per_sample * config.count == pytest.approx(real, rel=0.05)
+    assert found.shards == 2 and found.pictures == {"leaves": 12} and found.ratios == (1.0, 100.0)
+    assert found.seconds_per_sample > 0 and found.cpu_seconds_per_sample > 0
+
+
+def command(*arguments) -> int:
+    with pytest.raises(SystemExit) as ended:
+        main([str(argument) for argument in arguments])
+    return ended.value.code
+
+
+def test_the_command_makes_estimates_and_verifies(tmp_path, capsys):
+    (tmp_path / "small.yaml").write_text(TEXT, encoding="utf-8")
+    file, out = tmp_path / "small.yaml", tmp_path / "out"
+    assert command("dataset", file, "--out", out, "--dry-run") == 0
+    shown = capsys.readouterr().out
+    assert "22 of 1 x 16 x 24" in shown and "noise: imx385" in shown and not out.exists()
+    assert command("dataset", file, "--out", out, "--set", "count=4") == 0
+    assert capsys.readouterr().out.strip() == str(out / "manifest.json")
+    assert command("dataset", file, "--out", out, "--verify") == 0
+    shard = next(out.glob("shard-*.tar"))
+    shard.write_bytes(shard.read_bytes()[:-1] + b"x")
+    assert command("dataset", file, "--out", out, "--verify") == 1
+    assert "SHA-256" in capsys.readouterr().out
+    assert command("dataset", tmp_path / "none.yaml", "--out", out) == 1
+    assert "none.yaml" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("count, told", [(999.0, "999 B"), (1.58e9, "1.58 GB"), (2e15, "2 PB")])
+def test_sizes_are_told_in_words(count, told):
+    assert dataset_command.size(count) == told
+
+
+@pytest.mark.parametrize("seconds, told", [(3.0, "3.0 s"), (600.0, "10.0 min"), (86400 * 12, "12.0 days")])
+def test_times_are_told_in_words(seconds, told):
+    assert dataset_command.duration(seconds) == told

@@ -1,0 +1,75 @@
+"""Takes one small frame with every stage present, or follows rays: python oclgrind_case.py CASE."""
+
+import sys
+
+import numpy as np
+
+from helpers.camera_builders import every_stage, small_camera
+from helpers.scene_builders import band_scene
+from simulator.device import devices, open_device
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.field_pupil import CatsEyes
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.pupil.pupil import Pupil, PupilStop
+from simulator.optics.pupil.vignetting import RoundStop, Vignetting
+from simulator.optics.ray_reference.height_field_rays import sample_height_field
+from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.scene.scene import Layer
+from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.camera import IsoSetting, Window
+from simulator.sensor.camera.crosstalk import Crosstalk
+from simulator.sensor.camera.optical_black import OpticalBlack
+
+
+def run(case: str) -> None:
+    """Take one small frame with every stage present."""
+
+    rng = np.random.default_rng(0)
+    cfa = next((word for word in case.split() if word.isupper()), "RGGB")
+    neighbours = {"crosstalk": Crosstalk(0.02, 0.01, 0.01, 0.005), "binning": Binning(2)} if "near" in case else {}
+    window = Window(32, 16, 50, 21) if neighbours else Window(31, 17, 50, 20)
+    camera = small_camera(
+        90,
+        40,
+        cfa,
+        iso_table={100: IsoSetting(0.5, 3.0)},
+        read_noise_after_gain_dn=1.0,
+        stages=every_stage(),
+        window=window if "window" in case else None,
+        optical_black=OpticalBlack(left_px=4, top_px=2) if "covered" in case else None,
+        **neighbours,
+    )
+    depth = 2.0 if "sharp" in case else 5.0 if "one" in case else rng.uniform(1.7, 2.5, (20, 30)).astype(np.float32)
+    settings = {}
+    if "layers" in case:  # both out of focus, the nearer one with a soft edge
+        light = rng.random((20, 30, camera.channels)).astype(np.float32)
+        settings = {"coverage": np.clip(rng.random((20, 30)) * 2.0 - 0.5, 0.0, 1.0).astype(np.float32)}
+        settings["behind"] = (Layer(light, rng.uniform(2.3, 2.4) * np.ones((20, 30), np.float32) + 1e-3 * np.arange(30)),)
+        depth = 1.8
+    scene = band_scene(rng.random((20, 30, camera.channels)), depth, **settings)
+    rims = Vignetting(RoundStop(430.0, 10.2)) if "rims" in case else None  # cuts even on so small a sensor
+    simulate(Shot(scene, ThinLens(50.0, 4.0, 2.0, vignetting=rims), Exposure(0.001), camera))
+    print("done", devices()[0].name)
+
+
+def follow_rays() -> None:
+    """Both reference blurs, all colours and a mosaic, with a margin too small for the blur."""
+
+    rng, eyes = np.random.default_rng(0), CatsEyes(Pupil(stops=(PupilStop(1.1, 2.0), PupilStop(1.2, -1.0))), 0.05, 40, 30)
+    device, points, frame = open_device(), lens_points(8, patterns=3), Window(3, 5, 9, 7)
+    colour, coverage = rng.random((2, 3, 22, 26)), rng.random((2, 22, 26))
+    radius = np.stack([np.broadcast_to(0.05 * np.arange(26) - 2.0, (22, 26)), np.full((22, 26), 8.0)])
+    surfaces = upload_surfaces(device, colour, coverage, radius, margin_px=2, oversampling=2)
+    rough = np.where(rng.random((22, 26)) > 0.8, -3.0, 4.0)
+    for cfa in (None, ((0, 1), (1, 2))):
+        for cells in (True, False):
+            sample_lens(device, surfaces, points, frame, cfa, cells, eyes if cells else None)
+        sample_height_field(device, colour[0], rough, 2, points, frame, 2, cfa, eyes if cfa else None)
+    device.finish()
+    print("done", devices()[0].name)
+
+
+if __name__ == "__main__":
+    follow_rays() if sys.argv[1] == "rays" else run(sys.argv[1])

@@ -1,0 +1,100 @@
+"""Projection of the scene's grid onto photosites: geometry, interpolation, averaging, and the edges."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+from helpers.scene_builders import band_scene
+
+from simulator.errors import PhotositeError
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.sensor.camera.camera import Window
+
+LENS = ThinLens(50.0, 8.0, cos4=False)
+
+
+def electrons(planes, camera, **settings):
+    return simulate(Shot(band_scene(planes, math.inf, **settings), LENS, Exposure(0.01), camera)).mean_electrons.astype(float)
+
+
+def unit(camera) -> float:
+    """Electrons of plane weight 1."""
+    return electrons(np.ones((4, 4)), camera).mean()
+
+
+def test_equal_grids_copy_the_picture():
+    picture = np.random.default_rng(1).random((48, 64))
+    assert np.allclose(electrons(picture, small_camera()) / unit(small_camera()), picture, rtol=1e-5)
+
+
+def test_row_zero_is_on_top_and_column_zero_on_the_left():
+    picture = np.zeros((48, 64))
+    picture[3, 50] = 1.0
+    found = electrons(picture, small_camera())
+    assert np.unravel_index(found.argmax(), found.shape) == (3, 50)
+
+
+def test_a_linear_ramp_stays_linear_when_enlarged():
+    """Bilinear reading: 4 photosites per scene pixel; the value at a scene pixel's centre is its own."""
+    ramp = np.arange(16.0)[None, :].repeat(12, 0)
+    found = electrons(ramp, small_camera()) / unit(small_camera())
+    expected = (np.arange(64) + 0.5) / 4 - 0.5
+    assert np.allclose(found[:, 2:-2], expected[None, 2:-2], atol=1e-4)
+
+
+def test_reduction_averages_all_scene_pixels_of_a_photosite():
+    picture = np.random.default_rng(2).random((96, 128))
+    found = electrons(picture, small_camera(), interpolation="nearest") / unit(small_camera())
+    assert np.allclose(found, picture.reshape(48, 2, 64, 2).mean(axis=(1, 3)), rtol=1e-5)
+
+
+def test_a_large_picture_on_a_small_sensor_keeps_its_mean():
+    """40 x 40 samples per photosite: built and run in reasonable time, every scene pixel counted once."""
+    picture = np.random.default_rng(4).random((480, 640))
+    camera = small_camera(16, 12)
+    found = electrons(picture, camera, interpolation="nearest") / unit(camera)
+    assert np.allclose(found, picture.reshape(12, 40, 16, 40).mean(axis=(1, 3)), rtol=1e-5)
+
+
+def test_a_wider_picture_is_cut_at_both_sides():
+    picture = np.arange(80.0)[None, :].repeat(48, 0)
+    found = electrons(picture, small_camera()) / unit(small_camera())
+    assert np.allclose(found[0], np.arange(80.0)[8:72], atol=1e-4)
+
+
+def test_field_of_view_sets_the_scale():
+    """A scene seen under its own angle: a photosite subtends pitch / image distance, a scene pixel 2 tan(fov / 2) / width."""
+    camera = small_camera(pixel_pitch_um=100.0)
+    width_at_infinity = 0.100 * 64 / 50.0  # tangent units
+    fov = math.degrees(2 * math.atan(width_at_infinity))  # the scene is twice as wide as the sensor sees
+    scene = band_scene(np.ones((96, 128)), math.inf, field_of_view_deg=fov)
+    projection = plan(Shot(scene, LENS, Exposure(0.01), camera)).optics.projection
+    assert projection.scale == pytest.approx(1.0)
+    assert (projection.offset_x, projection.offset_y) == pytest.approx((32.0, 24.0))
+
+
+def test_a_camera_that_sees_past_the_scene_is_told_the_focal_length_it_needs():
+    scene = band_scene(np.ones((48, 64)), math.inf, field_of_view_deg=5.0)
+    shot = Shot(scene, LENS, Exposure(0.01), small_camera(pixel_pitch_um=100.0))
+    with pytest.raises(PhotositeError, match=r"scene.field_of_view = 5 deg: .* lens of at least (\d+\.\d) mm") as failure:
+        plan(shot)
+    needed = float(failure.value.rule.split("at least ")[1].split(" mm")[0])
+    plan(dataclasses.replace(shot, lens=ThinLens(needed + 0.1, 8.0)))
+
+
+@pytest.mark.parametrize("cfa", ["RGGB", "GRBG"])
+def test_a_crop_at_odd_places_keeps_bits_and_colours(cfa):
+    scene = band_scene(np.random.default_rng(3).random((30, 40, 3)), math.inf)
+    camera = small_camera(cfa=cfa)
+    whole = simulate(Shot(scene, LENS, Exposure(0.01), camera))
+    for x, y in ((0, 0), (1, 0), (0, 1), (7, 9)):
+        crop = simulate(Shot(scene, LENS, Exposure(0.01), dataclasses.replace(camera, window=Window(x, y, 30, 25))))
+        assert np.array_equal(crop.dn, whole.dn[y : y + 25, x : x + 30])
+        block = np.array(list(cfa)).reshape(2, 2)
+        assert crop.cfa == "".join(np.roll(block, (-(y % 2), -(x % 2)), (0, 1)).ravel())

@@ -1,0 +1,122 @@
+"""White balance by illuminant and by grey patch, and the metric development, against NumPy."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+from helpers.raw_frame import COLOR_MATRIX, random_frame
+from helpers.scene_builders import band_scene
+
+from simulator.color.colour_science import colour_science
+from simulator.errors import PhotositeError
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.raw.development import DEMOSAICS, develop
+
+BLACK, WHITE = 511, 16383
+
+
+def flat(red, green, blue, cfa="RGGB", **changes):
+    """An even frame of these signals [DN above black]."""
+    values = {"R": red, "G": green, "B": blue}
+    block = np.array([values[letter] for letter in cfa]).reshape(2, 2)
+    return random_frame(96, 128, cfa, dn=(BLACK + np.tile(block, (48, 64))).astype(np.uint16), **changes)
+
+
+@pytest.mark.parametrize("name", ["A", "D50", "D65", "FL2"])
+def test_a_white_surface_in_the_named_light_develops_grey(name):
+    colour = colour_science()
+    x, y = colour.CCS_ILLUMINANTS["CIE 1931 2 Degree Standard Observer"][name]
+    camera = COLOR_MATRIX @ [x / y, 1.0, (1 - x - y) / y]
+    picture = develop(flat(*np.rint(4000 * camera / camera.max())), output="camera", white_balance=name)[48, 64] / 65535
+    assert np.ptp(picture) / picture.mean() < 1e-3
+    wrong = develop(flat(4000, 2000, 1000), output="camera", white_balance=name)[48, 64] / 65535
+    assert np.ptp(wrong) / wrong.mean() > 0.2
+
+
+@pytest.mark.parametrize("cfa", ["RGGB", "GBRG"])
+def test_a_grey_patch_becomes_grey_and_the_rest_goes_with_it(cfa):
+    raw = flat(1000, 4000, 2000, cfa)
+    dn = raw.dn.copy()
+    dn[:24, :40] = flat(3000, 3000, 3000, cfa).dn[:24, :40]  # another patch, beside the one that is named
+    raw = dataclasses.replace(raw, dn=dn)
+    picture = develop(raw, output="camera", white_balance=(50, 31, 33, 41), demosaic="linear") / 65535
+    np.testing.assert_allclose(picture[60:80, 60:120].mean(axis=(0, 1)), 4000 / (WHITE - BLACK), rtol=1e-3)
+    np.testing.assert_allclose(picture[5:19, 5:35].mean(axis=(0, 1)), 3000 / (WHITE - BLACK) * np.array([4, 1, 2]), rtol=1e-3)
+
+
+WRONG = {
+    "128 x 96 px": (100, 50, 29, 10),
+    "overexposed": (0, 0, 8, 8),
+    "no brighter than black": (20, 0, 8, 8),
+    "give camera, daylight": (0, 0, 1, 8),
+    "unknown; did you mean D65": "D66",
+    "between 500 K": "99 K",
+}
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_a_white_balance_that_cannot_be_is_one_clear_error(message):
+    raw = flat(1000, 4000, 2000)
+    raw.dn[:8, :8], raw.dn[:8, 20:28] = WHITE, BLACK
+    with pytest.raises(PhotositeError, match=f"develop.white_balance = .*{message}"):
+        develop(raw, white_balance=WRONG[message])
+
+
+def test_white_balance_changes_nothing_in_a_mono_frame():
+    raw = random_frame(96, 128, "MONO")
+    for choice in ("A", (0, 0, 8, 8), (2.0, 1.0, 1.0)):
+        np.testing.assert_array_equal(develop(raw, white_balance=choice), develop(raw))
+
+
+def own_colour(picture, cfa):
+    height, width = picture.shape[:2]
+    colour = np.tile(np.array(["RGB".index(letter) for letter in cfa]).reshape(2, 2), (height // 2, width // 2))
+    return np.take_along_axis(picture, colour[..., None], axis=2)[..., 0]
+
+
+@pytest.mark.parametrize("cfa", ["RGGB", "BGGR", "GRBG", "GBRG"])
+@pytest.mark.parametrize("demosaic", DEMOSAICS)
+def test_metric_development_keeps_every_photosites_own_colour(cfa, demosaic):
+    raw = random_frame(96, 128, cfa)
+    picture = develop(raw, output="metric", demosaic=demosaic)
+    assert picture.dtype == np.float32
+    signal = (raw.dn.astype(np.float32) - np.float32(BLACK)) / np.float32(WHITE - BLACK)
+    assert signal.min() < -0.02, "below black, too"
+    np.testing.assert_array_equal(own_colour(picture, cfa), signal)
+
+
+def test_metric_development_of_a_dark_frame_keeps_its_mean():
+    dn = np.random.default_rng(1).normal(BLACK, 8.0, (400, 300)).round().astype(np.uint16)
+    picture = develop(random_frame(400, 300, dn=dn), output="metric", demosaic="linear")
+    # A half code is lost where LibRaw divides; clipping at black would give +3.2 DN.
+    assert picture.mean() * (WHITE - BLACK) == pytest.approx(dn.mean() - BLACK, abs=0.5)
+
+
+def test_metric_development_agrees_with_the_truth_twin():
+    """A noise-free frame of even patches: own colours within the rounding to a code, patches within a thousandth."""
+    patches = np.random.default_rng(4).uniform(0.1, 1.0, (3, 4, 3))
+    scene = band_scene(np.kron(patches, np.ones((10, 10, 1))), interpolation="nearest")
+    camera = small_camera(200, 150, "RGGB", black_level_dn=512.0, bit_depth=14)
+    raw = simulate(Shot(scene, ThinLens(50.0, 4.0, 2.0, cos4=False), Exposure(3e-2), camera, truth=("rgb",)))
+    assert 0.1 < raw.truth["rgb"].max() < 1.0
+    picture = develop(raw, output="metric", demosaic="linear")
+    half_code = 0.5001 / (raw.white_level_dn - raw.black_level_dn)
+    assert np.abs(own_colour(picture - raw.truth["rgb"], "RGGB")).max() <= half_code
+    inner = [array.reshape(3, 50, 4, 50, 3)[:, 8:-8, :, 8:-8] for array in (picture, raw.truth["rgb"])]
+    assert np.abs(inner[0] - inner[1]).max() < 1e-3
+
+
+def test_other_codes_develop_like_a_frame_that_holds_them():
+    one, other = random_frame(seed=1), random_frame(seed=2)
+    np.testing.assert_array_equal(develop(one, codes=other.dn), develop(other))
+    with pytest.raises(PhotositeError, match=r"frame: codes are uint16 \(4, 4\), the mosaic uint16 \(96, 128\)"):
+        develop(one, codes=np.zeros((4, 4), np.uint16))
+
+
+def test_a_metric_picture_is_not_lightened():
+    with pytest.raises(PhotositeError, match="develop.exposure_ev = 1: metric output is not lightened"):
+        develop(random_frame(), output="metric", exposure_ev=1)

@@ -1,0 +1,101 @@
+"""The fused kernel as a whole: order of stages, invariance to tiles, and the same bits on every device."""
+
+import re
+
+import numpy as np
+import pytest
+from helpers.camera_builders import every_stage
+
+from simulator.device import devices, kernel_source, open_device
+from simulator.sensor.kernel.kernel_program import stage_order
+from simulator.sensor.stages.color_bias import ColorBias
+from simulator.sensor.stages.conversion_gain import ConversionGain
+from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
+from simulator.sensor.stages.read_noise_before_gain import ReadNoiseBeforeGain
+from simulator.sensor.stages.registry import FUSED
+
+EVERYTHING = (
+    *every_stage().values(),
+    ConversionGain(1.5),
+    ReadNoiseBeforeGain(4.0, 0.2),
+    ReadNoiseAfterGain(2.0, -0.1),
+    ColorBias((1.0, 2.0, 3.0, 4.0)),
+)
+
+
+def picture(height=100, width=1100):
+    return np.exp(np.random.default_rng(3).uniform(-3, 11, (height, width))).astype(np.float32)
+
+
+def test_stages_stand_in_physical_order():
+    light = ["irradiance", "exposure", "prnu", "photon_shot_noise", "dead_pixels", "dark_current", "hot_pixels", "full_well"]
+    pixel = ["dsnu", "conversion_gain", "read_noise_before_gain", "random_telegraph_noise", "analog_gain"]
+    column = ["column_offset", "row_noise", "banding", "read_noise_after_gain", "color_bias"]
+    known = [*light, *pixel, *column, "nonlinearity", "adc", "digital_gain"]
+    assert [stem for stem in stage_order() if stem in known] == known
+    assert set(stage_order()) == set(FUSED)
+
+
+@pytest.mark.parametrize(("width", "height"), [(64, 8), (1000, 2), (333, 32)])
+def test_tile_size_changes_no_bit(bench, width, height):
+    expected = bench.sensor(picture(), *EVERYTHING, gain=0.7, black=300.0)
+    found = bench.like(row_px=width).sensor(picture(), *EVERYTHING, gain=0.7, black=300.0, tile_height=height)
+    assert np.array_equal(found, expected)
+
+
+def test_a_crop_is_the_part_of_the_whole(bench):
+    whole = bench.sensor(picture(), *EVERYTHING)
+    assert np.array_equal(bench.sensor(picture()[41:90, 377:1001], *EVERYTHING, x=377, y=41), whole[41:90, 377:1001])
+
+
+def test_every_device_gives_the_same_bits(bench):
+    """All OpenCL devices here; with one device this compares it with itself and still checks that runs repeat."""
+    expected = bench.sensor(picture(), *EVERYTHING, gain=0.7, black=300.0)
+    for info in devices():
+        other = type(bench)(open_device(info.label))
+        assert np.array_equal(other.sensor(picture(), *EVERYTHING, gain=0.7, black=300.0), expected), info.label
+
+
+def test_frames_of_any_size_and_place_are_covered(bench):
+    """Rows go in pairs of the sensor's: frames may begin and end within one."""
+    for shape in ((1, 1), (2, 3), (3, 511), (33, 513), (64, 1024)):
+        for y in (0, 1):
+            assert (bench.sensor(np.full(shape, 77.0), y=y) == 77).all()
+
+
+def test_every_row_of_a_frame_is_that_of_the_whole_however_it_is_cut(bench):
+    whole = bench.sensor(picture(8, 40), *EVERYTHING)
+    for first in range(8):
+        for last in range(first + 1, 9):
+            assert np.array_equal(bench.sensor(picture(8, 40)[first:last], *EVERYTHING, y=first), whole[first:last])
+
+
+def test_kernels_keep_to_plain_operators():
+    """Built-in functions are opaque scalar calls on some PoCL builds, and vendor maths differs by device."""
+    calls = set(re.findall(r"\b([a-z_]\w*)\s*\(", re.sub(r"//.*", "", kernel_source("sensor.cl"))))
+    builtin = {
+        "fma",
+        "mad",
+        "sqrt",
+        "rsqrt",
+        "exp",
+        "log",
+        "pow",
+        "floor",
+        "rint",
+        "clamp",
+        "fmax",
+        "fmin",
+        "select",
+        "erfc",
+        "mul_hi",
+        "sin",
+        "cos",
+        "sinpi",
+        "cospi",
+        "convert_ushort_sat",
+        "min",
+        "max",
+        "fabs",
+    }
+    assert not calls & builtin and not any(call.startswith("native_") for call in calls)

@@ -1,0 +1,147 @@
+"""The benchmarks measure what they say: peers make the frame of the model, and a sampler's error is computed right."""
+
+import dataclasses
+import importlib
+
+import numpy as np
+import pytest
+from helpers.randomness import accept
+from live import WARM_UP, Waits, take_steps
+from measuring.blur_report import at_equal_error, verdicts
+from measuring.contest import Contestant, contest
+from measuring.samplers import SHORTCUTS, Probe, errors, from_normals
+from measuring.work import CHAIN, ELD, ONE_READ_NOISE, ramp
+from pairs import one_by_one, ours, patches
+from peers.mitsuba_lens import MitsubaLens
+from scipy import stats
+
+from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.sensor.camera.camera import Window
+
+PICTURE = ramp(0.5, 5.0, 1e3)
+
+
+@pytest.mark.parametrize(
+    ("module", "sensor"),
+    [
+        ("numpy_chain", CHAIN),
+        ("numpy_chain", ONE_READ_NOISE),
+        ("numpy_eld", ELD),
+        ("torch_eld", ELD),
+        ("getframes_camera", ONE_READ_NOISE),
+        ("galsim_ccd", ONE_READ_NOISE),
+    ],
+)
+def test_a_peer_makes_the_frame_of_the_model(module, sensor):
+    """Mean and variance over the frame; peers that are not installed are those the benchmark leaves out."""
+    pytest.importorskip({"torch_eld": "torch", "getframes_camera": "getframes", "galsim_ccd": "galsim"}.get(module, "numpy"))
+    peer = importlib.import_module(f"peers.{module}")
+    sensor = dataclasses.replace(sensor, row_dn=0.01 if sensor.row_dn else 0.0)  # a row is one draw: too few for the variance
+    for one in peer.contestants(PICTURE, sensor) if hasattr(peer, "contestants") else [peer.contestant(PICTURE, sensor)]:
+        one.run()
+        mean_error, variance = sensor.check(one.codes(), PICTURE)
+        kurtosis = 0.2 + 2.0 * (sensor.tukey_lambda is not None)  # of Poisson numbers above 5, and of the tails
+        count = PICTURE.size
+        checks = {"mean": mean_error * np.sqrt(count), "variance": (variance - 1) * np.sqrt(count / (2 + kurtosis))}
+        accept({name: 2 * stats.norm.sf(abs(z)) for name, z in checks.items()})
+
+
+def test_the_check_sees_a_wrong_frame():
+    sensor, rng = CHAIN, np.random.default_rng(1)
+    variance = sensor.gain_dn_per_e**2 * (PICTURE + sensor.before_e**2) + sensor.after_dn**2
+    wrong = np.rint(512 + sensor.gain_dn_per_e * PICTURE + np.sqrt(1.04 * variance) * rng.standard_normal(PICTURE.shape))
+    assert abs(sensor.check(wrong, PICTURE)[1] - 1.04) < 0.01
+
+
+def test_patches_are_a_ramp_cut_up():
+    mean_e = patches(16, 1.0, 1000.0)
+    assert mean_e.shape == (16, 512, 512) and (mean_e[:, 0] == mean_e[:, -1]).all()
+    assert np.array_equal(mean_e[:8], mean_e[8:]) and (np.diff(np.log(mean_e[:8, 0].ravel())) > 0).all()
+    assert (mean_e.min(), mean_e.max()) == pytest.approx((1.0, 1000.0))
+
+
+def test_patches_captured_at_once_are_those_captured_one_by_one(device):
+    mean_e = patches(3, 1.0, 1000.0)
+    at_once, single = (ours(mean_e, ELD, device.info, count) for count in (3, 1))
+    for one in (at_once, single):
+        one.run()
+    assert np.array_equal(at_once.codes(), single.codes()) and len({frame.tobytes() for frame in single.codes()}) == 3
+    column = tuple(importlib.import_module("peers.numpy_eld").contestants(patch, ELD)[1] for patch in mean_e)
+    peers = one_by_one(column)
+    peers.run()
+    assert all(np.array_equal(frame, each.codes()) for frame, each in zip(peers.codes(), column, strict=True))
+
+
+def test_the_distribution_of_a_shortcut_is_that_of_its_formula(device):
+    """rint(N(mean, mean)), whose probabilities scipy knows."""
+    counts, shares = from_normals(Probe(device, SHORTCUTS[0].of_normal, "w"), 100.0)
+    exact = stats.norm.cdf(counts + 0.5, 100.0, 10.0) - stats.norm.cdf(counts - 0.5, 100.0, 10.0)
+    assert np.abs(shares - exact).max() < 1e-7
+    assert errors(counts, shares, 100.0)[1] == pytest.approx(1 / 1200, abs=2e-6)  # rounding adds 1/12; the root is 8e-7 off
+
+
+def test_errors_of_known_distributions():
+    counts = np.arange(60)
+    assert errors(counts, stats.poisson.pmf(counts, 8.0), 8.0) == pytest.approx((0.0, 0.0), abs=1e-12)
+    shifted = stats.poisson.pmf(counts - 1, 8.0)  # one more: the distance is the greatest probability
+    assert errors(counts, shifted, 8.0) == pytest.approx((stats.poisson.pmf(8, 8.0), 0.0), abs=1e-9)
+
+
+def test_contestants_take_turns():
+    order = []
+    many = [Contestant(name, lambda name=name: order.append(name), lambda: None) for name in "ab"]
+    timings = contest(many, rounds=2, turn_s=1e-3)
+    firsts = [name for name, before in zip(order[2:], order[1:], strict=False) if name != before]
+    assert order[:2] == ["a", "b"] and firsts == ["a", "b", "a", "b"]
+    assert all(len(timing.wall_s) == len(timing.cpu_s) > 2 for timing in timings.values())
+
+
+def test_a_step_that_waits_a_fourth_of_its_time_is_told_so(monkeypatch):
+    """Batches take 1 s and 9 s to come behind the warm-up, training 15 s: 10 of 40."""
+    clock = [0.0]
+    monkeypatch.setattr("live.time.perf_counter", lambda: clock[0])
+
+    def batches():
+        for seconds in [100.0] * WARM_UP + [1.0, 9.0]:
+            clock[0] += seconds
+            yield seconds
+
+    def train(batch):
+        clock[0] += 15.0
+
+    waits, seen = Waits([], []), []
+    take_steps(waits, batches(), train, 2, lambda: seen.append(1))
+    assert waits.waiting_s == [1.0, 9.0] and waits.share == 0.25 and waits.step_s == 20.0 and len(seen) == WARM_UP + 2
+
+
+def test_mitsuba_sees_the_surfaces_that_the_lens_blur_is_measured_against(device):
+    """A tilted wall behind a disk: the render comes to the rays through the lens as its own noise falls."""
+    pytest.importorskip("mitsuba")
+    margin, size = 10, 48
+    y, x = np.mgrid[: size + 2 * margin, : size + 2 * margin]
+    rng = np.random.default_rng(3)
+    colours = np.stack([0.3 + np.kron(rng.random((17, 17)), np.ones((4, 4)))] * 2)[..., None] * [1.0, 0.6, 0.3]
+    coverage = np.stack([(x - 30) ** 2 + (y - 25) ** 2 < 15**2, np.ones_like(x, bool)]).astype(float)
+    radius = np.stack([np.full(x.shape, -3.0), 4.0 + 0.02 * x])
+    light = colours * coverage[..., None]
+    render = MitsubaLens(0.018, 2.0, 6000.0).renderer(light, coverage[0], radius, margin)
+    points = lens_points(4096)
+    points[..., :2] = 0.5
+    surfaces = upload_surfaces(device, light.transpose(0, 3, 1, 2)[:, :1], coverage, radius, margin)
+    truth = sample_lens(device, surfaces, points, Window(0, 0, size, size), cells=False)
+    truth = device.download(truth, (size, size), np.float32)
+    picture = render(256)
+    assert np.allclose(picture[..., 1:], picture[..., :1] * [0.6, 0.3], rtol=1e-4)
+    few, many = (np.sqrt(np.mean((render(rays)[..., 0] - truth) ** 2)) for rays in (16, 256))
+    assert many < few / 4 and many < 0.01  # independent rays: a fourth
+    assert abs(np.mean(picture[..., 0] - truth)) < 5 * many / size
+
+
+def test_the_time_at_equal_error_follows_the_power_law():
+    """Error as time to the power -1/2: a tenth of the error takes a hundred times as long."""
+    rows = [{"name": f"Mitsuba, {rays} rays", "cpu_s": 1.0 * rays, "p99": rays**-0.5} for rays in (4, 100)]
+    assert at_equal_error(rows, 0.01) == pytest.approx(1e4)
+    rows += [{"name": "Photosite, layers", "cpu_s": 50.0, "p99": 0.01}, {"name": "SciPy, slabs", "cpu_s": 100.0, "p99": 1.0}]
+    radii = [{"radius_px": px, "cpu_s": px, "sensor_cpu_s": 4.0} for px in (16.0, 32.0)]
+    assert [verdict["reached"] for verdict in verdicts(radii, rows)] == [True, True, False, True]
+    assert verdicts(radii, rows)[3]["figure"] == "200 x faster"

@@ -1,0 +1,230 @@
+"""A write that is stopped leaves the old file or the new one: on a real full disk, a real read-only one, and by kill -9.
+
+The disks are small file systems in memory, mounted in a namespace of the test's own, so that nobody else sees them and
+nothing needs to be unmounted.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+NAMESPACE = ["unshare", "--map-root-user", "--mount"]
+START = """
+import sys
+from dataclasses import replace
+from pathlib import Path
+import numpy as np
+from helpers.raw_frame import random_frame
+from simulator.raw.development import write_image
+from simulator.errors import PhotositeError
+from simulator.raw.dng.writer import write_dng
+from simulator.raw.save import save
+from simulator.raw.truth_exr import write_twin
+from simulator.raw.raw_format import RawFormat
+folder = Path(sys.argv[1])
+def stored_as(frame, payload):
+    return replace(frame, format=RawFormat(payload))
+def with_truth(frame):
+    plane = frame.mean_electrons
+    return replace(frame, truth={name: plane for name in ("variance", "depth", "blur")} | {"rgb": np.dstack([plane] * 3)})
+"""
+WRITERS = {
+    "a.dng": "write_dng(frame, folder / 'a.dng')",
+    "packed.dng": "write_dng(stored_as(frame, 'packed'), folder / 'packed.dng')",
+    "jpeg.dng": "write_dng(stored_as(frame, 'lossless_jpeg'), folder / 'jpeg.dng')",
+    "a.exr": "write_twin(frame, folder / 'a.exr')",
+    "truth.exr": "write_twin(with_truth(frame), folder / 'truth.exr')",
+    "a.png": "write_image(folder / 'a.png', frame.dn)",
+    "a.tif": "write_image(folder / 'a.tif', frame.dn)",
+    "a.jpg": "write_image(folder / 'a.jpg', frame.dn)",
+    "frame.dng": "save(frame, folder)",
+}
+
+
+def may_mount() -> bool:
+    """Whether this system lets a namespace of its own mount a file system."""
+    if shutil.which("unshare") is None:
+        return False
+    command = [*NAMESPACE, "mount", "-t", "tmpfs", "-o", "size=64k", "none", "/mnt"]
+    return subprocess.run(command, capture_output=True).returncode == 0
+
+
+mounts = pytest.mark.skipif(not may_mount(), reason="unshare may not mount here; run as root, or allow user namespaces")
+
+
+def python(program: str, folder: Path, *before: str) -> str:
+    """Standard output of a program that succeeds without a word on standard error."""
+    environment = os.environ | {"PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}
+    command = [*before, sys.executable, "-c", START + program, str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=30)
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout + done.stderr
+    return done.stdout
+
+
+def on_disk(options: str) -> list[str]:
+    """Command that runs the rest of the line with a small disk mounted on its last argument."""
+    script = f'mount -t tmpfs -o {options} none "${{@: -1}}" && exec "$@"'
+    return [*NAMESPACE, "bash", "-c", script, "bash"]
+
+
+STOPPED = """
+import subprocess
+def listing():
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+frame = random_frame(24, 32)
+WRITE
+before = listing()
+assert before
+frame = random_frame(HEIGHT, 400, seed=2)
+PREPARE
+try:
+    WRITE
+except PhotositeError as error:
+    print(error)
+assert listing() == before, list(listing())
+"""
+
+
+def stopped(write: str, prepare: str = "", height: int = 400) -> str:
+    return STOPPED.replace("WRITE", write).replace("PREPARE", prepare).replace("HEIGHT", str(height))
+
+
+@mounts
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_full_disk_is_one_message_and_keeps_the_old_file(tmp_path, name):
+    """A disk that holds the small files before, but not the larger ones after."""
+    message = python(stopped(WRITERS[name]), tmp_path, *on_disk("size=160k"))
+    assert f"{tmp_path}" in message and message.count("\n") == 1
+    assert ": cannot be written: No space left on device; free some space" in message
+
+
+@mounts
+def test_a_disk_too_small_for_the_whole_set_takes_no_part_of_it(tmp_path):
+    """The twin and the settings would fit, the raw file not any more."""
+    height = 100  # twin 2 x 4 bytes and raw file 2 bytes for each of 40,000 photosites, and a thumbnail
+    message = python(stopped(WRITERS["frame.dng"], height=height), tmp_path, *on_disk("size=440k"))
+    assert message.startswith(f"{tmp_path}/frame.dng: cannot be written: No space left")
+
+
+@mounts
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_read_only_disk_is_one_message_and_keeps_the_old_file(tmp_path, name):
+    prepare = "subprocess.run(['mount', '-o', 'remount,ro', str(folder)], check=True)"
+    message = python(stopped(WRITERS[name], prepare, height=24), tmp_path, *on_disk("size=1m"))
+    assert ": cannot be written: Read-only file system; the disk is read-only: choose another folder" in message
+    assert message.count("\n") == 1
+
+
+@mounts
+def test_the_command_on_a_full_disk_is_one_message_and_no_file(tmp_path):
+    program = """
+from simulator.command_line.main import main
+sys.stderr = sys.stdout
+try:
+    main(["simulate", "configs/shots/flat_field.yaml", "--out", str(folder)])
+except SystemExit as end:
+    print("status", end.code, [path.name for path in folder.iterdir()])
+"""
+    told = python(program, tmp_path, *on_disk("size=160k"))
+    assert told.count("error:") == 1 and "No space left on device" in told and "Traceback" not in told
+    assert told.endswith("status 1 []\n")
+
+
+# Children write one version over the other and are killed; each file must then be whole, of one version or the other.
+VERSIONS = """
+import os, random, signal, time
+versions = [random_frame(300, 400, seed=seed, resolved={"seed": seed}) for seed in (1, 2)]
+def listing():
+    return {path.name: path.read_bytes() for path in folder.iterdir() if not path.name.startswith(".photosite-")}
+def write_whole(frame):
+    # In a child: a fork has none of the threads that a picture library starts, and would wait for them for ever.
+    child = os.fork()
+    if child == 0:
+        WRITE
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0
+whole = []
+for frame in versions:
+    write_whole(frame)
+    whole.append(listing())
+def check(turn):
+    found = listing()
+    for name, content in found.items():
+        assert content in [version[name] for version in whole], f"turn {turn}: {name} is broken"
+    missing = set(whole[0]) - set(found)
+    assert missing <= {"frame.json"}, f"turn {turn}: {missing} are gone"
+    assert missing or found in whole, f"turn {turn}: a mixed set looks complete"
+"""
+RANDOM_MOMENTS = """
+choice, at_work = random.Random(7), 0
+ready, tell = os.pipe()
+for turn in range(1500):
+    if turn >= 60 and at_work >= 10:
+        break
+    child = os.fork()
+    if child == 0:
+        frame = versions[0]
+        WRITE
+        os.write(tell, b".")
+        while True:
+            for frame in versions:
+                WRITE
+    os.read(ready, 1)
+    time.sleep(choice.uniform(0.0, 0.03))
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    leftovers = list(folder.glob(".photosite-*"))
+    at_work += bool(leftovers)
+    for path in leftovers:
+        path.unlink()
+    check(turn)
+print(at_work)
+"""
+EVERY_STEP = """
+def killed_at(step):
+    calls = [0]
+    def counted(real):
+        def call(*arguments, **options):
+            calls[0] += 1
+            if calls[0] == step:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return real(*arguments, **options)
+        return call
+    os.replace, os.fsync, os.unlink = counted(os.replace), counted(os.fsync), counted(os.unlink)
+step, status = 0, None
+while status != 0:
+    step += 1
+    write_whole(versions[0])
+    child = os.fork()
+    if child == 0:
+        killed_at(step)
+        frame = versions[1]
+        WRITE
+        os._exit(0)
+    status = os.waitpid(child, 0)[1]
+    check(step)
+assert listing() == whole[1]
+print(step - 1)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["a.dng", "packed.dng", "jpeg.dng", "a.exr", "truth.exr", "a.png", "frame.dng"])
+def test_a_write_killed_at_a_random_moment_leaves_the_old_file_or_the_new_one(tmp_path, name):
+    """Kill -9 at 60 moments or more, until ten hit a write at work: packing takes longer than writing what is packed.
+
+    A set whose files are of two versions has no settings file, which is what tells that it is complete.
+    """
+    at_work = int(python((VERSIONS + RANDOM_MOMENTS).replace("WRITE", WRITERS[name]), tmp_path))
+    assert at_work >= 10
+
+
+@pytest.mark.parametrize(("name", "steps"), [("a.dng", 3), ("jpeg.dng", 3), ("truth.exr", 3), ("frame.dng", 10)])
+def test_a_write_killed_before_any_of_its_steps_leaves_the_old_file_or_the_new_one(tmp_path, name, steps):
+    """Kill -9 before each call that brings a file to disk, renames it or takes it away."""
+    assert int(python((VERSIONS + EVERY_STEP).replace("WRITE", WRITERS[name]), tmp_path)) == steps

@@ -1,0 +1,40 @@
+"""Kernels under oclgrind, which interprets them and reports reads and writes out of bounds, and data races.
+
+Its check for uninitialised values is not used: it reports values that were written; test_defocus.py poisons memory instead.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from helpers import oclgrind_case
+
+ENVIRONMENT = os.environ | {"PYTHONPATH": f"{Path(__file__).parents[2]}:{Path(__file__).parents[1]}"}
+CASES = [
+    "sharp RGGB",
+    "one depth MONO",
+    "depth map GRBG",
+    "depth map window",
+    "layers RGGB",
+    "layers RGGB rims",
+    "sharp MONO near",
+    "sharp RGGB window near",
+    "sharp RGGB covered",
+    "rays",
+]
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("oclgrind") is None, reason="oclgrind is not installed (Debian: apt install oclgrind)"),
+]
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_nothing_is_reported(case):
+    command = ["oclgrind", "--data-races", sys.executable, oclgrind_case.__file__, case]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=ENVIRONMENT)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.strip() == "done Oclgrind Simulator" and not done.stderr.strip(), (done.stdout + done.stderr)[:2000]
