@@ -154,11 +154,11 @@ def declared_struct(source: str, name: str) -> np.dtype:
         raise ValueError(f"struct {name} is not declared")
     fields: list[tuple] = []
     for line in filter(None, map(str.strip, found[1].split(";"))):
-        declared = re.fullmatch(r"(\w+) ([^;]+)", line)
-        if not declared or declared[1] not in _FIELDS:
-            raise ValueError(f"struct {name}: '{line}' is none of {', '.join(_FIELDS)}")
-        for field, count in re.findall(r"(\w+)(?:\[(\d+)\])?(?:, *|$)", declared[2]):
-            fields.append((field, _SCALARS[declared[1]], (int(count),)) if count else (field, _SCALARS[declared[1]]))
+        kind, _, names = line.partition(" ")
+        declared = [re.fullmatch(r"(\w+)(?:\[(\d+)\])?", name.strip()) for name in names.split(",")]
+        if kind not in _FIELDS or not all(declared):
+            raise ValueError(f"struct {name}: '{line}' is not a field of {', '.join(_FIELDS)}")
+        fields += [(field[1], _SCALARS[kind], int(field[2]) if field[2] else ()) for field in declared if field]
     return np.dtype(fields)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from simulator import homes_of
-from simulator.device import KERNELS
+from simulator.device import KERNELS, kernel_source
 from simulator.sensor.kernel.kernel_program import stage_order
 from simulator.sensor.stages.registry import FUSED
 
@@ -105,6 +105,7 @@ ORDER = {
     ),
     "data_gen/storage": ("reading", "manifest", "shards", "summary", "writers"),
 }
+MOST_ARGUMENTS = 12  # of a kernel; more go into a struct
 # Packages that only these rooms or files may import.
 ONLY = {
     "colour": ("simulator/color/colour_science",),
@@ -285,8 +286,13 @@ def test_a_pass_has_a_test_and_says_what_its_buffers_are(path):
     text = path.read_text(encoding="utf-8")
     header = "".join(line for line in text.splitlines(keepends=True) if line.startswith("//"))
     for arguments in re.findall(r"kernel void \w+\(([^)]*)\)", text):
+        assert arguments.count(",") < MOST_ARGUMENTS, f"{path.name}: {arguments}"
         for name in re.findall(r"\*(?:restrict )?(\w+)", arguments):
             assert re.search(rf"\b{name}\b", header), f"{path.name}: the comment does not say what {name} is"
+        for struct in re.findall(r"\bstruct (\w+)", arguments):
+            body = re.search(rf"\bstruct {struct} \{{(.*?)\}};", kernel_source(path.name), re.DOTALL)[1]
+            for line in filter(None, map(str.strip, body.splitlines())):
+                assert re.search(r"; +// ", line), f"{path.name}: no comment says what this field of {struct} is: {line}"
 
 
 @pytest.mark.parametrize("path", sorted(KERNELS.glob("*.[ch]*")), ids=lambda path: path.name)

@@ -136,7 +136,8 @@ def test_a_camera_file_switches_the_stage_on_as_the_option_does(tree, dark_frame
 
 
 def test_the_tests_of_the_house_pass_with_the_stage(tree):
-    tests = ("test_stray_light", "test_architecture", "test_stage", "test_planner")
-    chosen = [f"tests/{name}.py" for name in tests] + ["tests/system/test_package.py", "tests/sensor/kernel/test_sensor.py"]
+    rooms = ("sensor/stages/test_stray_light", "sensor/stages/test_stage", "sensor/kernel/test_sensor")
+    rooms += ("pipeline/test_planner", "system/test_architecture", "system/test_package")
+    chosen = [f"tests/{name}.py" for name in rooms]
     told = run(tree, "-m", "pytest", "-q", "-p", "no:cacheprovider", *chosen, "-k", "stray or stage or truth")
     assert re.search(r"^\d+ passed", told.splitlines()[-1]), told

@@ -46,8 +46,8 @@ class Projection:
         distortion = {"DISTORTION": 0} if self.warp is None else {"DISTORTION": 1, **self.warp.macros()}
         return {"SAMPLES": -(-self.samples // over), "NEAREST": int(self.nearest), "OVER": over, **distortion, **cfa_macros}
 
-    def fields(self, origin_x: int, origin_y: int) -> dict[str, float]:
-        """Fields of `struct projection` of kernels/projection.cl, for an output that begins at this photosite of the sensor."""
+    def arguments(self, origin_x: int, origin_y: int) -> dict[str, float]:
+        """Scalar arguments of kernels/projection.cl for an output that begins at this photosite of the sensor."""
         return {
             "scene_width": self.scene_width,
             "scene_height": self.scene_height,
@@ -95,8 +95,8 @@ def project(device: Device, projection: Projection, cfa: Cfa, window: Window, pl
     """
     mosaic = device.empty((window.height, window.width), np.float32)
     kernel = device.kernel("projection_mosaic", projection.defines(cfa.macros(window.x, window.y)), file="projection.cl")
-    size, placed = (window.width, window.height), projection.fields(window.x, window.y)
-    device.run(kernel, size, None, planes=planes, mosaic=mosaic, projection=placed)
+    arguments = projection.arguments(window.x, window.y)
+    device.run(kernel, (window.width, window.height), None, planes=planes, mosaic=mosaic, **arguments)
     return mosaic
 
 
@@ -116,7 +116,7 @@ def project_planes(
     first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample.
     """
     kernel = device.kernel("projection_planes", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"first_plane": first_plane, "projection": projection.fields(*origin)}
+    settings = {"first_plane": first_plane, **projection.arguments(*origin)}
     device.run(kernel, layout.work_size(count), None, planes=planes, sampled=sampled, **settings)
 
 
@@ -135,7 +135,7 @@ def project_radius(
     `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample.
     """
     kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"edge": EDGE_PX, "first_plane": number, "projection": projection.fields(*origin)}
+    settings = {"edge": EDGE_PX, "first_plane": number, **projection.arguments(*origin)}
     device.run(kernel, layout.work_size(1), None, scene_radius=scene_radius, radius=radius, **settings)
 
 

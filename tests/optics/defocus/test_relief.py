@@ -12,6 +12,7 @@ from simulator.optics.defocus.defocus import (
     Relief,
     seen_from,
 )
+from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.passes.radius_statistics import patch_statistics
 
 ROWS, HALF = 32, 64
@@ -23,9 +24,9 @@ def measured(bench):
     """A map (rows, 2 half columns) and its relief from the device."""
     rng = np.random.default_rng(5)
     picture = (rng.normal(0.0, 6.0, (ROWS, 2 * HALF)) * (rng.random((ROWS, 2 * HALF)) > 0.5)).astype(np.float32)
-    split = np.stack([np.zeros((2, ROWS, HALF), np.float32), picture.reshape(ROWS, HALF, 2).transpose(2, 0, 1)])
+    maps = InterleavedColumns(1, ROWS, HALF).encode(np.stack([0.0 * picture, picture]))
     classes = {"first_class": FIRST_CLASS, "classes_per_unit": PER_UNIT}
-    return picture, *patch_statistics(bench.device, bench.device.upload(split), ROWS, HALF, 1, **classes)
+    return picture, *patch_statistics(bench.device, bench.device.upload(maps), ROWS, HALF, 1, **classes)
 
 
 def patches(picture: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from helpers.randomness import accept
 from scipy import stats
 
 from simulator.errors import PhotositeError
+from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.ray_reference.layered_rays import lens_points, needed_iterations, sample_lens, upload_surfaces
 from simulator.sensor.camera.camera import Window
 
@@ -137,7 +138,8 @@ def test_points_fill_photosite_and_pupil_evenly():
 @pytest.mark.parametrize("blades", [3, 5, 6, 9])
 def test_points_of_a_bladed_pupil_fill_the_polygon(blades):
     """Second moment of a regular polygon of circumradius 1: (2 + cos(2 pi / n)) / 6; no point outside its edges."""
-    points = lens_points(2**12, patterns=8, blades=blades, rotation_deg=17.0)[..., 2:].reshape(-1, 2).astype(float)
+    pupil = Pupil(blades, rotation_deg=17.0)
+    points = lens_points(2**12, patterns=8, pupil=pupil)[..., 2:].reshape(-1, 2).astype(float) / pupil.corner_radius
     assert np.mean(np.sum(points**2, axis=1)) == pytest.approx((2.0 + math.cos(2.0 * math.pi / blades)) / 6.0, rel=1e-3)
     assert np.allclose(points.mean(axis=0), 0.0, atol=1e-3)
     middles = math.radians(17.0) + (2.0 * np.arange(blades) + 1.0) * math.pi / blades
