@@ -122,7 +122,9 @@ def _fall_off(axis) -> None:
     lenses = {"cos⁴ alone": replace(wide, vignetting=None), "f/2.8": replace(wide, f_number=2.8), "f/1.4": wide}
     for (name, lens), color in zip(lenses.items(), ("#888888", SECOND, INK), strict=True):
         stage = irradiance_behind(lens, 10.0, 3600, 2400)
-        axis.plot(heights_mm, [100 * stage.fall_off(100.0 * height) for height in heights_mm], color=color, label=name)
+        axis.plot(
+            heights_mm, [100 * stage.relative_illumination(100.0 * height) for height in heights_mm], color=color, label=name
+        )
     axis.set(ylim=(0, 102), xlim=(0, heights_mm[-1]), xlabel="distance from the axis [mm]", ylabel="irradiance [%]")
     axis.grid(color=GRID, linewidth=0.6)
     axis.legend(frameon=False, fontsize=8, loc="lower left")

@@ -103,11 +103,11 @@ def _body_seed(config: DataSet, setting: NoiseSetting, index: int, chance: Chanc
 
 
 def _window(config: DataSet, setting: NoiseSetting, chance: Chance) -> tuple[int, int]:
-    lit, (height, width) = setting.camera.lit, config.crop_px
-    sides, corner = ((lit.x, lit.width, width), (lit.y, lit.height, height)), []
+    active, (height, width) = setting.camera.active, config.crop_px
+    sides, corner = ((active.x, active.width, width), (active.y, active.height, height)), []
     for (first, extent, side), share in zip(sides, chance.shares("window", 2), strict=True):
         first, last = first + first % 2, first + extent - side
-        rule = f"the sensor of the {setting.label} is only {lit.width} x {lit.height} photosites; ask for smaller samples"
+        rule = f"the sensor of the {setting.label} is only {active.width} x {active.height} photosites; ask for smaller samples"
         require(last >= first, "crop", [height, width], rule)
         corner.append(first + 2 * int(share * ((last - first) // 2 + 1)))
     return tuple(corner)

@@ -73,7 +73,7 @@ def clean_picture(shot: Shot, device: Device) -> CleanImage:
     balance = tuple(neutral[1] / value for value in neutral) if len(neutral) == 3 else (1.0, 1.0, 1.0)
     matrix = None if matrix is None else tuple(tuple(map(float, row)) for row in matrix)
     scale, lit = np.float32(1.0 / saturating_electrons(sensor)), _lit(sensor)
-    crosstalk, binning = sensor.layout.crosstalk, sensor.layout.binning
+    crosstalk, binning = sensor.readout.crosstalk, sensor.readout.binning
     if shot.camera.channels == 3 and binning is None and not any(crosstalk.optical_shares + crosstalk.electrical_shares):
         planes = [_electrons(planned.in_one_color(channel), device)[lit] for channel in range(3)]
         return CleanImage(np.stack(planes, axis=-1) * scale, None, balance, matrix)
@@ -82,8 +82,8 @@ def clean_picture(shot: Shot, device: Device) -> CleanImage:
 
 def saturating_electrons(sensor: SensorPlan) -> float:
     """Mean photoelectrons [e-] in what is read at once at which the code without noise reaches white, linearly from dark."""
-    binning = sensor.layout.binning
-    read_together = binning.count if binning is not None and sensor.layout.adds_charge else 1
+    binning = sensor.readout.binning
+    read_together = binning.count if binning is not None and sensor.readout.adds_charge else 1
     return read_together * sensor.electrons_at_white()
 
 
@@ -96,5 +96,5 @@ def _electrons(planned: Plan, device: Device) -> np.ndarray:
 
 def _lit(sensor: SensorPlan) -> tuple[slice, slice]:
     """Rows and columns of the frame that light reaches."""
-    area = sensor.layout.active_area
+    area = sensor.readout.active_area
     return (slice(None), slice(None)) if area is None else (slice(area[0], area[2]), slice(area[1], area[3]))

@@ -98,7 +98,7 @@ def _blur_facts(lens: ThinLens | Pinhole, optics: OpticsPlan, pitch_um: float, f
 
 
 def _corner_fact(camera: Camera, stage: Irradiance) -> Fact:
-    share = stage.fall_off(0.5 * math.hypot(camera.width_px, camera.height_px))
+    share = stage.relative_illumination(0.5 * math.hypot(camera.width_px, camera.height_px))
     factors = ["cos^4 of the field angle"] * (stage.tan2_per_px2 > 0) + ["open share of the pupil"] * bool(stage.vignetting)
     stops = f", {math.log2(share):.2f} stops" if 0 < share < 1 else ""
     return Fact("light in the corner", f"{100 * share:.2f} %{stops}", " * ".join(factors) or "as on the axis")

@@ -85,7 +85,7 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
 
     tolerance: as in `Shot`. Raises PhotositeError for light, blur or geometry that cannot be computed.
     """
-    camera, window = sensor.camera, sensor.layout.computed
+    camera, window = sensor.camera, sensor.readout.computed
     forms_image = not isinstance(lens, BareSensor)
     scene = pinhole_scene(loaded) if forms_image else gathered(loaded)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)

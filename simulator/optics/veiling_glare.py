@@ -46,7 +46,7 @@ def plan_veiling_glare(
     column, wide, x = _strips(camera.width_px, width, projection.offset_x, projection.scale)
     mean = np.zeros(scene.planes.shape[2])
     for pixel, share_of_sensor, place in zip(row, tall, y - irradiance.centre_y_px, strict=True):
-        open_ = irradiance.fall_off(np.hypot(place, x - irradiance.centre_x_px))
+        open_ = irradiance.relative_illumination(np.hypot(place, x - irradiance.centre_x_px))
         seen = np.bincount(column, wide * open_, width)  # of this row's pixels
         mean += share_of_sensor * (seen @ scene.planes[pixel])
     return VeilingGlare(share, share * irradiance.solid_angle_sr * (mean @ weights))

@@ -44,7 +44,7 @@ def frame_metadata(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, o
         "black_offsets_dn": sensor.black_offsets_dn() if shot.raw.black_per_place else (0.0,) * 4,
         "format": shot.raw,
         "date_time": shot.exposure.date_time,
-        "active_area": sensor.layout.active_area,
+        "active_area": sensor.readout.active_area,
         "warp_rectilinear": warp_rectilinear(planned),
         "resolved": _origin(shot, planned, device),
     }
@@ -58,13 +58,14 @@ def neutral_of(scene: Scene, camera: Camera) -> tuple[float, ...]:
 
 
 def warp_rectilinear(planned: Plan) -> tuple[tuple[tuple[float, ...], ...], tuple[float, float]] | None:
-    """Return what undoes the lens's distortion in the lit part of the frame; see `Raw.warp_rectilinear`."""
-    layout, warp = planned.sensor.layout, planned.optics.projection.warp
-    output, lit = layout.output, layout.lit
+    """Return what undoes the lens's distortion in the active area of the frame; see `Raw.warp_rectilinear`."""
+    layout, warp = planned.sensor.readout, planned.optics.projection.warp
+    output, active = layout.output, layout.active
     if warp is None:
         return None
-    left, top = max(output.x, lit.x), max(output.y, lit.y)
-    right, bottom = min(output.x + output.width, lit.x + lit.width), min(output.y + output.height, lit.y + lit.height)
+    left, top = max(output.x, active.x), max(output.y, active.y)
+    right = min(output.x + output.width, active.x + active.width)
+    bottom = min(output.y + output.height, active.y + active.height)
     half = 0.5 * (1 if layout.binning is None else layout.binning.factor)
     return warp.rectilinear(left + half, top + half, right - half, bottom - half)
 

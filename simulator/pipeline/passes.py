@@ -166,17 +166,17 @@ def _psf(optics: OpticsPlan) -> Pass:
 
 
 def _optical_crosstalk(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
-    shares = any(sensor.layout.crosstalk.optical_shares)
+    shares = any(sensor.readout.crosstalk.optical_shares)
     return _skippable("crosstalk of light", shares, optics, "3 x 3 photosites", "nothing is shared", 4, "crosstalk")
 
 
 def _optical_black(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
-    dark = sensor.layout.reaches_optical_black
+    dark = sensor.readout.reaches_optical_black
     return _skippable("optical black", dark, optics, "light removed there", "light reaches all of the window")
 
 
 def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
-    layout, pixels = sensor.layout, _pixels(optics)
+    layout, pixels = sensor.readout, _pixels(optics)
     parts = "in two parts, charge is shared in between" if layout.shares_charge else "in one pass"
     binned = "" if layout.binning is None else f", {layout.binning.factor} x {layout.binning.factor} binned"
     cost = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages)

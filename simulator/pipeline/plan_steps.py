@@ -18,7 +18,7 @@ from simulator.sensor.sensor_plan import SensorPlan
 
 def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, ...]:
     """All steps of a plan in physical order, then what limits the blur's accuracy."""
-    camera, layout, scene = sensor.camera, sensor.layout, optics.scene
+    camera, layout, scene = sensor.camera, sensor.readout, optics.scene
     bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
     steps = [
         Step(

@@ -80,7 +80,7 @@ def expose(
 
     planned: with the methods of its tiles, as `measure` returns it.
     """
-    optics, layout, tiles, timed = planned.optics, planned.sensor.layout, planned.tiles, timed or Stopwatch()
+    optics, layout, tiles, timed = planned.optics, planned.sensor.readout, planned.tiles, timed or Stopwatch()
     with timed("scene planes", device):
         planes = [camera_planes(device, layer, optics.weights, optics.has_coverage) for layer in optics.scene.layers]
     if optics.spread is not None:
@@ -106,7 +106,7 @@ def expose(
             mosaic = share_with_neighbors(device, mosaic, optics.window, shares)
     if layout.reaches_optical_black:
         with timed("optical black", device):
-            darken_optical_black(device, mosaic, optics.window, layout.lit)
+            darken_optical_black(device, mosaic, optics.window, layout.active)
     return mosaic
 
 
@@ -115,13 +115,13 @@ def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple
 
     light: mosaic of electron radiance, as `expose` returns it.
     """
-    frame, read = sensor.layout.computed, sensor.layout.read
+    frame, read = sensor.readout.computed, sensor.readout.read
     settings = [FrameSetting(sensor.stages, x=frame.x, y=frame.y)]
     buffers = mean_charge(device, light, (frame.height, frame.width), settings)
-    mean_electrons, signal = (share_charge(device, sensor.layout, buffer) for buffer in buffers)
+    mean_electrons, signal = (share_charge(device, sensor.readout, buffer) for buffer in buffers)
     noise_free(device, signal, (read.height, read.width), settings)
-    mean, code = (download_averaged(device, sensor.layout, buffer) for buffer in (mean_electrons, signal))
-    return mean[sensor.layout.kept], code[sensor.layout.kept]
+    mean, code = (download_averaged(device, sensor.readout, buffer) for buffer in (mean_electrons, signal))
+    return mean[sensor.readout.kept], code[sensor.readout.kept]
 
 
 def truth_parts(
@@ -135,7 +135,7 @@ def truth_parts(
             parts["variance"] = variance_map(sensor, mean_electrons)
     if "depth" in wanted or "blur" in wanted:
         with timed("truth: depth", device):
-            depth_m = depth_map(optics.scene, optics.projection, sensor.layout)
+            depth_m = depth_map(optics.scene, optics.projection, sensor.readout)
         if "depth" in wanted:
             parts["depth"] = depth_m
         if "blur" in wanted:

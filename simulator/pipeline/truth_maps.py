@@ -6,7 +6,7 @@ from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.scene.pinhole_view import surface_depth_m
 from simulator.scene.scene import Scene
-from simulator.sensor.camera.readout_window import Layout
+from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.code_variance import code_variance
 from simulator.sensor.sensor_plan import SensorPlan
 
@@ -17,11 +17,11 @@ def variance_map(sensor: SensorPlan, mean_electrons: np.ndarray) -> np.ndarray:
     mean_electrons: (height, width) mean photoelectrons of the pixels that are given out [e-], as in the twin.
     See `simulator.sensor.code_variance` for what it holds.
     """
-    count = sensor.layout.binning.count if sensor.layout.adds_charge else 1
+    count = sensor.readout.binning.count if sensor.readout.adds_charge else 1
     return code_variance(sensor.moment_steps(), mean_electrons, count)
 
 
-def depth_map(scene: Scene, projection: Projection, layout: Layout) -> np.ndarray:
+def depth_map(scene: Scene, projection: Projection, layout: ReadoutGeometry) -> np.ndarray:
     """Distance of what each pixel's centre sees, along the optical axis (height, width) float32 [m]; inf is allowed.
 
     Nearest scene pixel: a mean over an edge would be a distance at which nothing stands. Of several surfaces the first at
@@ -45,7 +45,7 @@ def depth_map(scene: Scene, projection: Projection, layout: Layout) -> np.ndarra
 
 
 def _warped_depth(
-    depth_m: np.ndarray, projection: Projection, layout: Layout, shape: tuple[int, int], factor: int
+    depth_m: np.ndarray, projection: Projection, layout: ReadoutGeometry, shape: tuple[int, int], factor: int
 ) -> np.ndarray:
     """Depth of what each pixel's centre sees through a lens that distorts, (height, width) float32 [m]."""
     across, down = (_centres_px(count, factor, layout.filter_step) for count in shape[::-1])
@@ -62,7 +62,7 @@ def blur_map(sensor: SensorPlan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:
     The lens's own radius (`ThinLens.blur_radius_um`).
     depth_m: (height, width) distance [m], as `depth_map` gives it.
     """
-    binning = sensor.layout.binning
+    binning = sensor.readout.binning
     pitch_um = sensor.camera.pixel_pitch_um * (1 if binning is None else binning.factor)
     if depth_m.min() == depth_m.max():
         return np.full(depth_m.shape, abs(lens.blur_radius_um(depth_m.flat[0])) / pitch_um, np.float32)

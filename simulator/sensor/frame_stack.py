@@ -7,7 +7,7 @@ import numpy as np
 from simulator.device import Device
 from simulator.errors import require
 from simulator.sensor.code_variance import code_variance
-from simulator.sensor.kernel.kernel_launch import FrameSetting, Part, sense
+from simulator.sensor.kernel.kernel_launch import FrameSetting, Part, launch_sensor
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS, signal_steps
 from simulator.sensor.kernel.noise_free import mean_charge, noise_free
 
@@ -26,7 +26,7 @@ def capture(device: Device, mean_electrons: np.ndarray, settings: Sequence[Frame
     codes = np.empty(mean_electrons.shape, np.uint16)
     if codes.size:
         source, result = device.share(mean_electrons), device.share(codes)
-        sense(device, source, result, codes.shape[1:], settings, Part.WHOLE)
+        launch_sensor(device, source, result, codes.shape[1:], settings, Part.WHOLE)
         device.collect(result, codes)
     return codes
 

@@ -4,15 +4,15 @@ import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.sensor.camera.camera_sections import Window
-from simulator.sensor.camera.readout_window import Layout
-from simulator.sensor.kernel.kernel_launch import FrameSetting, Part, sense
+from simulator.sensor.camera.readout_window import ReadoutGeometry
+from simulator.sensor.kernel.kernel_launch import FrameSetting, Part, launch_sensor
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.sensor_plan import SensorPlan
 
 
 def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -> np.ndarray:
     """Codes (height, width) uint16 of a mosaic of electron radiance, binned and cut to what the camera gives out."""
-    layout = sensor.layout
+    layout = sensor.readout
     frame, binned = layout.computed, layout.binned
     parts = [(Part.WHOLE, frame, np.uint16)]
     if layout.shares_charge:
@@ -21,7 +21,7 @@ def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -
     for part, window, dtype in parts:
         shape, source = (window.height, window.width), signal
         signal = device.empty(shape, dtype)
-        sense(device, source, signal, shape, [FrameSetting(sensor.stages, seeds, window.x, window.y)], part)
+        launch_sensor(device, source, signal, shape, [FrameSetting(sensor.stages, seeds, window.x, window.y)], part)
         if part is Part.CHARGE:
             signal = share_charge(device, layout, signal)
     if layout.averages:
@@ -29,12 +29,17 @@ def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -
     return device.download(signal, (binned.height, binned.width), np.uint16)[layout.kept]
 
 
-def darken_optical_black(device: Device, mosaic: Buffer, window: Window, lit: Window) -> None:
-    """Take the light from all photosites of a mosaic outside the lit part of the sensor, in place.
+def darken_optical_black(device: Device, mosaic: Buffer, window: Window, active: Window) -> None:
+    """Take the light from all photosites of a mosaic outside the active area of the sensor, in place.
 
     window: photosites of the mosaic.
     """
-    edges = {"left": lit.x, "top": lit.y, "right": lit.x + lit.width, "bottom": lit.y + lit.height}
+    edges = {
+        "left": active.x,
+        "top": active.y,
+        "right": active.x + active.width,
+        "bottom": active.y + active.height,
+    }
     kernel = device.kernel("optical_black", {})
     device.run(kernel, (window.width, window.height), None, mosaic=mosaic, window_x=window.x, window_y=window.y, **edges)
 
@@ -55,14 +60,14 @@ def share_with_neighbors(device: Device, source: Buffer, window: Window, shares:
     return result
 
 
-def share_charge(device: Device, layout: Layout, charge: Buffer) -> Buffer:
+def share_charge(device: Device, layout: ReadoutGeometry, charge: Buffer) -> Buffer:
     """Charge [e-] as it is read: what neighbours see of each other, and binned photosites added up."""
     if any(layout.crosstalk.electrical_shares):
         charge = share_with_neighbors(device, charge, layout.computed, layout.crosstalk.electrical_shares)
     return _bin(device, layout, "electrons", charge, np.float32) if layout.adds_charge else charge
 
 
-def download_averaged(device: Device, layout: Layout, signal: Buffer) -> np.ndarray:
+def download_averaged(device: Device, layout: ReadoutGeometry, signal: Buffer) -> np.ndarray:
     """Array of a float32 signal; its means where the camera averages codes."""
     frame = layout.binned
     if layout.binning is None or not layout.averages:
@@ -71,7 +76,7 @@ def download_averaged(device: Device, layout: Layout, signal: Buffer) -> np.ndar
     return device.download(sums, (frame.height, frame.width), np.float32) / np.float32(layout.binning.count)
 
 
-def _bin(device: Device, layout: Layout, what: str, source: Buffer, dtype) -> Buffer:
+def _bin(device: Device, layout: ReadoutGeometry, what: str, source: Buffer, dtype) -> Buffer:
     frame, binning = layout.binned, layout.binning
     result = device.empty((frame.height, frame.width), dtype)
     kernel = device.kernel(f"bin_{what}", {"FACTOR": binning.factor, "STEP": layout.filter_step}, file="binning.cl")

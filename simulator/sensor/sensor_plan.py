@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from simulator.sensor.camera.camera import Camera
-from simulator.sensor.camera.readout_window import Layout, plan_layout
+from simulator.sensor.camera.readout_window import ReadoutGeometry, plan_readout
 from simulator.sensor.kernel.kernel_program import in_order, signal_steps, white_level_dn
 from simulator.sensor.stages.stage import Moments, SignalStep, Stage
 
@@ -17,12 +17,12 @@ from simulator.sensor.stages.stage import Moments, SignalStep, Stage
 class SensorPlan:
     """All that is decided between the light on the sensor and the codes.
 
-    layout: which photosites are computed, read and given out. stages: of the fused kernel, those that have an effect, in
+    readout: which photosites are computed, read and given out. stages: of the fused kernel, those that have an effect, in
     physical order.
     """
 
     camera: Camera
-    layout: Layout
+    readout: ReadoutGeometry
     stages: tuple[Stage, ...]
 
     def stage(self, stem: str) -> Stage | None:
@@ -50,8 +50,8 @@ class SensorPlan:
 
     def moment_steps(self) -> list[SignalStep]:
         """Effect on mean and variance of everything from the photoelectrons to the code, in physical order."""
-        sensor, binning = [stage for stage in self.stages if not stage.acts_on_light], self.layout.binning
-        crosstalk = SignalStep("crosstalk", self.layout.crosstalk.of_charge)
+        sensor, binning = [stage for stage in self.stages if not stage.acts_on_light], self.readout.binning
+        crosstalk = SignalStep("crosstalk", self.readout.crosstalk.of_charge)
         if binning is None:
             return signal_steps(sensor, [crosstalk])
         steps = signal_steps(sensor, [crosstalk, SignalStep("binning", binning.of_charge)])
@@ -83,7 +83,7 @@ class SensorPlan:
 
     def black_offsets_dn(self) -> tuple[float, float, float, float]:
         """What stages add to the black level at the four places of the frame's upper left 2x2 block, row by row [DN]."""
-        block, output = np.zeros((2, 2)), self.layout.output
+        block, output = np.zeros((2, 2)), self.readout.output
         for place, stage in enumerate(self.stages):
             if stage.black_offsets_dn is not None:
                 block += _added_to_code(stage.black_offsets_dn, self.stages[place + 1 :])
@@ -114,4 +114,4 @@ def plan_sensor(camera: Camera, light: Iterable[Stage], iso: float, exposure_tim
     Raises PhotositeError for an ISO that the camera does not have, and a window that cuts through binned blocks.
     """
     stages = [*light, *camera.sensor_stages(iso, exposure_time_s).values()]
-    return SensorPlan(camera, plan_layout(camera), in_order(stages))
+    return SensorPlan(camera, plan_readout(camera), in_order(stages))

@@ -42,7 +42,13 @@ print(*[name for name in sys.modules if name.startswith(("simulator", "data_gen"
 """
     *_, heavy, own = in_fresh_process(code).splitlines()
     assert heavy == "HEAVY []"
-    assert set(own.split()) == {"simulator", "simulator.command_line.main", "simulator.command_line.app", "simulator.errors"}
+    assert set(own.split()) == {
+        "simulator",
+        "simulator.command_line",
+        "simulator.command_line.main",
+        "simulator.command_line.app",
+        "simulator.errors",
+    }
 
 
 def test_importing_the_package_imports_nothing_heavy():

@@ -50,7 +50,7 @@ def test_the_kernel_adds_the_veil_that_the_fall_off_will_not_dim(device, vignett
     buffer = device.upload(mosaic)
     add_veiling_glare(device, buffer, glare, stage, camera.filter.macros(40, 31), camera.frame)
     y, x = np.mgrid[31:91, 40:130]
-    open_ = 0.05 * stage.fall_off(np.hypot(x + 0.5 - 100.0, y + 0.5 - 80.0))
+    open_ = 0.05 * stage.relative_illumination(np.hypot(x + 0.5 - 100.0, y + 0.5 - 80.0))
     channel = np.array([[1, 0], [2, 1]])[y % 2, x % 2]  # GRBG
     expected = 0.75 * mosaic.astype(np.float64) + glare.irradiance[channel] / open_
     assert np.allclose(device.download(buffer, mosaic.shape, np.float32), expected, rtol=3e-6)

@@ -116,7 +116,7 @@ def test_the_f_number_that_is_advised_is_enough(folder):
     with pytest.raises(PhotositeError, match="give f/7.53 or more"):
         plan(simulator.load_shot(folder / "shot.yaml", settings | {"lens.f_number": "f/7.4"}))
     advised = plan(simulator.load_shot(folder / "shot.yaml", settings | {"lens.f_number": "f/7.53"}))
-    assert 0.99 * LARGEST_PX < advised.defocus.largest_px <= LARGEST_PX
+    assert 0.99 * LARGEST_PX < advised.optics.defocus.largest_px <= LARGEST_PX
 
 
 def frame(folder, file, **settings):

@@ -54,14 +54,14 @@ def read_noise_hidden(sensor: SensorPlan) -> str:
 
 def gain_hidden(sensor: SensorPlan) -> str:
     """Why K cannot be asked of the files, or nothing."""
-    if sensor.layout.crosstalk.electrical_shares != (0.0, 0.0):
+    if sensor.readout.crosstalk.electrical_shares != (0.0, 0.0):
         return "neighbours share charge, which smooths the noise that K is measured by"
     return ""
 
 
 def efficiency_hidden(sensor: SensorPlan) -> str:
     """Why the quantum efficiency of a colour cannot be asked of the files, or nothing."""
-    crosstalk, coloured = sensor.layout.crosstalk, sensor.camera.channels > 1
+    crosstalk, coloured = sensor.readout.crosstalk, sensor.camera.channels > 1
     if coloured and (crosstalk.optical_shares, crosstalk.electrical_shares) != ((0.0, 0.0), (0.0, 0.0)):
         return "neighbours of other colours share their light"
     return gain_hidden(sensor)

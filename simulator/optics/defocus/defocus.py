@@ -157,7 +157,7 @@ def _check_size(signed_px: np.ndarray, depth_m: float | np.ndarray, lens: Lens) 
 
 
 @dataclass(frozen=True)
-class Relief:
+class RadiusStatistics:
     """What patches of a frame hold of one layer, (patch rows, patch columns) each; or tiles, or what reaches them.
 
     least_px, greatest_px: signed radius. steepest_px: greatest step of it between neighbours. slope_x, slope_y: mean step to
@@ -174,17 +174,17 @@ class Relief:
     covered: np.ndarray
     filled: np.ndarray
 
-    def of_tiles(self) -> "Relief":
+    def of_tiles(self) -> "RadiusStatistics":
         """Put the patches of each tile together."""
         return self._joined(TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS)
 
-    def of_blocks(self) -> "Relief":
+    def of_blocks(self) -> "RadiusStatistics":
         """Put the patches of each block together."""
         return self._joined(BLOCK_ROWS // PATCH_ROWS, BLOCK_COLUMNS // PATCH_COLUMNS)
 
-    def _joined(self, rows: int, columns: int) -> "Relief":
+    def _joined(self, rows: int, columns: int) -> "RadiusStatistics":
         joins = _JOIN | dict.fromkeys(_SLOPES, _mean_of_two)
-        return Relief(**{name: _halved(plane, joins[name], rows, columns) for name, plane in vars(self).items()})
+        return RadiusStatistics(**{name: _halved(plane, joins[name], rows, columns) for name, plane in vars(self).items()})
 
 
 def _mean_of_two(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -217,19 +217,21 @@ _JOIN = {
 _SLOPES = ("slope_x", "slope_y")
 
 
-def seen_from(relief: Relief, corner_radius: float = 1.0, largest_px: float = math.inf) -> Relief:
+def seen_from(
+    radius_statistics: RadiusStatistics, corner_radius: float = 1.0, largest_px: float = math.inf
+) -> RadiusStatistics:
     """Return, for each patch, what can reach it: patches whose blur circles touch its own, and all that its own touch.
 
     corner_radius: of the pupil, how far a spot reaches beyond its blur circle. largest_px: radius of the largest blur circle of
         the scene, so that a part of the frame finds what the whole finds.
     """
-    reach = np.maximum(np.abs(relief.least_px), np.abs(relief.greatest_px)) * corner_radius + 2.0
+    reach = np.maximum(np.abs(radius_statistics.least_px), np.abs(radius_statistics.greatest_px)) * corner_radius + 2.0
     largest = np.where(reach <= PATCHWISE_PX, reach, 0.0)
     rows, columns = (math.ceil(float(largest.max()) / size) for size in (PATCH_ROWS, PATCH_COLUMNS))
-    joined = {name: getattr(relief, name) for name in _JOIN if not _even(getattr(relief, name))}
+    joined = {name: getattr(radius_statistics, name) for name in _JOIN if not _even(getattr(radius_statistics, name))}
     found = {name: plane.copy() for name, plane in joined.items()}
     if not found:
-        return relief
+        return radius_statistics
     padding = ((rows, rows), (columns, columns))
     padded = {name: np.pad(plane, padding, mode="edge") for name, plane in found.items()}
     padded_largest = np.pad(largest, padding, mode="edge")
@@ -243,4 +245,4 @@ def seen_from(relief: Relief, corner_radius: float = 1.0, largest_px: float = ma
                 _JOIN[name](plane, padded[name][window], out=plane, where=near)
     far = np.where(largest > 0, 0.0, reach)
     far_reaching(joined, _JOIN, found, far, largest_px * corner_radius + 2.0, (PATCH_ROWS, PATCH_COLUMNS))
-    return replace(relief, **found)
+    return replace(radius_statistics, **found)

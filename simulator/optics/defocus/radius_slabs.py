@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.defocus.defocus import CLASSES, Defocus, Method, Relief
+from simulator.optics.defocus.defocus import CLASSES, Defocus, Method, RadiusStatistics
 
 EVEN_PX = 0.3  # a correction does not feel a surface's radius vary by so little, at Accuracy's MEASURED
 EVEN_STEPS_PER_PX = 8  # radii that lie closer share a list
@@ -36,7 +36,7 @@ class BlockChoice:
         return self.wanted & np.isin(self.methods, (Method.CORRECTED, Method.OCCLUSION))
 
 
-def even_radius(defocus: Defocus, seen: Relief, methods: np.ndarray) -> np.ndarray:
+def even_radius(defocus: Defocus, seen: RadiusStatistics, methods: np.ndarray) -> np.ndarray:
     """Radius of a layer around each block whose points find a correction only and whose radius hardly changes, else NaN."""
     even = (methods == Method.CORRECTED) & (seen.greatest_px - seen.least_px <= EVEN_PX * min(defocus.accuracy.looser, 1.0))
     middle = np.rint(0.5 * (seen.least_px + seen.greatest_px) * EVEN_STEPS_PER_PX) / EVEN_STEPS_PER_PX

@@ -12,7 +12,7 @@ from simulator.optics.defocus.defocus import (
     TILE_ROWS,
     Defocus,
     Method,
-    Relief,
+    RadiusStatistics,
     seen_from,
 )
 from simulator.optics.defocus.error_laws import product_error
@@ -75,12 +75,14 @@ class TileChoice:
         return [self.all_images[index] for index in np.flatnonzero(needed)], np.cumsum(needed) - 1
 
 
-def choose(defocus: Defocus, reliefs: list[Relief], wanted: np.ndarray) -> TileChoice:
+def choose(defocus: Defocus, layer_statistics: list[RadiusStatistics], wanted: np.ndarray) -> TileChoice:
     """Cheapest method for each tile, and each of its blocks, that keeps the error below the tolerance's.
 
-    reliefs: of each layer's patches. wanted: (tile rows, tile columns) bool.
+    layer_statistics: of each layer's patches. wanted: (tile rows, tile columns) bool.
     """
-    around = [seen_from(relief, defocus.pupil.corner_radius, defocus.largest_px) for relief in reliefs]
+    around = [
+        seen_from(radius_statistics, defocus.pupil.corner_radius, defocus.largest_px) for radius_statistics in layer_statistics
+    ]
     tiles, blocks = ([getattr(seen, part)() for seen in around] for part in ("of_tiles", "of_blocks"))
     methods, over, visible, largest, single = _methods(defocus, tiles)
     block_methods, _, block_visible, block_largest, _ = _methods(defocus, blocks)
@@ -88,7 +90,7 @@ def choose(defocus: Defocus, reliefs: list[Relief], wanted: np.ndarray) -> TileC
     some = (methods == Method.OCCLUSION) & ~_all_blocks(hard)
     methods = np.where(some, np.where(single, Method.MEAN, Method.COMPOSITE), methods)
     over = np.where(methods == Method.COPY, 1, over)
-    images = _images(defocus, [r.of_blocks() for r in reliefs], ~hard, visible & wanted)
+    images = _images(defocus, [r.of_blocks() for r in layer_statistics], ~hard, visible & wanted)
     present = np.where(block_visible, np.stack([seen.classes for seen in blocks]), np.uint64(0))
     even = np.stack([even_radius(defocus, seen, block_methods) for seen in blocks])
     points = BlockChoice(_each_block(wanted), block_methods, block_largest, present, even)
@@ -105,7 +107,7 @@ def _all_blocks(blocks: np.ndarray) -> np.ndarray:
     return blocks.reshape(blocks.shape[0] // ROWS_IN_TILE, ROWS_IN_TILE, -1, COLUMNS_IN_TILE).all(axis=(1, 3))
 
 
-def _methods(defocus: Defocus, around: list[Relief]) -> tuple[np.ndarray, ...]:
+def _methods(defocus: Defocus, around: list[RadiusStatistics]) -> tuple[np.ndarray, ...]:
     """Method of each place, points per photosite and axis, which layers are visible, largest radius, whether one fills it."""
     accuracy, (visible, largest) = defocus.accuracy, _visible(around)
     smooth = (~visible | (np.stack([seen.steepest_px for seen in around]) <= STEEPEST_PX)).all(axis=0)
@@ -119,13 +121,13 @@ def _methods(defocus: Defocus, around: list[Relief]) -> tuple[np.ndarray, ...]:
     return np.select(*zip(*cases, strict=True), Method.OCCLUSION), over, visible, largest, single
 
 
-def _smallest(around: list[Relief], visible: np.ndarray) -> np.ndarray:
+def _smallest(around: list[RadiusStatistics], visible: np.ndarray) -> np.ndarray:
     """Radius of the smallest blur circle of a surface that can be seen from each tile; 0 where one is in focus."""
     least = [np.maximum(np.maximum(seen.least_px, -seen.greatest_px), 0.0) for seen in around]
     return np.where(visible, np.stack(least), np.inf).min(axis=0)
 
 
-def _visible(around: list[Relief]) -> tuple[np.ndarray, np.ndarray]:
+def _visible(around: list[RadiusStatistics]) -> tuple[np.ndarray, np.ndarray]:
     """Whether each layer can be seen from each place, and the largest blur circle's radius."""
     open_, largest, found = np.ones(around[0].least_px.shape, bool), np.zeros(around[0].least_px.shape), []
     for seen in around:
@@ -137,20 +139,23 @@ def _visible(around: list[Relief]) -> tuple[np.ndarray, np.ndarray]:
     return np.stack(found), largest
 
 
-def _images(defocus: Defocus, reliefs: list[Relief], kept: np.ndarray, needed: np.ndarray) -> tuple:
+def _images(defocus: Defocus, layer_statistics: list[RadiusStatistics], kept: np.ndarray, needed: np.ndarray) -> tuple:
     """Fields constant, first_image, images and all_images of TileChoice; tiles that are not needed get none.
 
-    reliefs: of each layer's blocks. kept: blocks whose radii count. needed: (layers, tile rows, tile columns) bool.
+    layer_statistics: of each layer's blocks. kept: blocks whose radii count. needed: (layers, tile rows, tile columns) bool.
     """
     held = kept | ~_each_block(~_all_blocks(~kept))  # tiles without any get some number
-    least, greatest = _over_blocks(reliefs, held, "least_px", np.min), _over_blocks(reliefs, held, "greatest_px", np.max)
+    least, greatest = (
+        _over_blocks(layer_statistics, held, "least_px", np.min),
+        _over_blocks(layer_statistics, held, "greatest_px", np.max),
+    )
     radius = np.rint(0.5 * (least + greatest) * CONSTANT_NODES_PER_PX) / CONSTANT_NODES_PER_PX
     for layer, own in enumerate(defocus.radii_px):
         if np.ndim(own) == 0:
             radius[layer] = own
     constant = np.maximum(greatest - radius, radius - least) <= defocus.accuracy.same_px
     first, last = np.floor(least * NODES_PER_PX).astype(int) - 1, np.floor(greatest * NODES_PER_PX).astype(int) + 2
-    slopes = _slopes(defocus, reliefs, held, np.maximum(-first, last) / NODES_PER_PX)
+    slopes = _slopes(defocus, layer_statistics, held, np.maximum(-first, last) / NODES_PER_PX)
     one, graded = needed & constant, needed & ~constant
     constants, index = np.unique(radius[one], return_inverse=True)
     first_image, count = np.zeros(constant.shape, int), np.zeros(constant.shape, int)
@@ -168,7 +173,7 @@ def _images(defocus: Defocus, reliefs: list[Relief], kept: np.ndarray, needed: n
     return constant, first_image, count, tuple(images)
 
 
-def _slopes(defocus: Defocus, reliefs: list[Relief], held: np.ndarray, largest_px: np.ndarray) -> np.ndarray:
+def _slopes(defocus: Defocus, layer_statistics: list[RadiusStatistics], held: np.ndarray, largest_px: np.ndarray) -> np.ndarray:
     """Slopes of the tiles in x and y, whole multiples of `Accuracy.slope_step`: (2, layers, tile rows, tile columns) int.
 
     held: blocks that count. largest_px: blur radius of each tile. A slope that would reach beyond the margin is less: no
@@ -177,7 +182,7 @@ def _slopes(defocus: Defocus, reliefs: list[Relief], held: np.ndarray, largest_p
     """
     names, (corner, step) = ("slope_x", "slope_y"), (defocus.pupil.corner_radius, defocus.accuracy.slope_step)
     slope, least, greatest = (
-        np.stack([_over_blocks(reliefs, held, name, join) for name in names]) for join in (np.mean, np.min, np.max)
+        np.stack([_over_blocks(layer_statistics, held, name, join) for name in names]) for join in (np.mean, np.min, np.max)
     )
     coarse = 2.0 ** np.ceil(np.log2(np.maximum(0.25 * (greatest - least).max(axis=0) / step, 1.0)))
     most = np.maximum((1.0 - largest_px * corner / (defocus.reach_px - 1.0)) / corner, 0.0)
@@ -186,11 +191,11 @@ def _slopes(defocus: Defocus, reliefs: list[Relief], held: np.ndarray, largest_p
     return np.where(length > most, np.trunc(whole * most / np.maximum(length, 1e-9)), whole).astype(int)
 
 
-def _over_blocks(reliefs: list[Relief], held: np.ndarray, name: str, join) -> np.ndarray:
+def _over_blocks(layer_statistics: list[RadiusStatistics], held: np.ndarray, name: str, join) -> np.ndarray:
     """Least, greatest or mean value over the blocks of each tile that count: (layers, tile rows, tile columns)."""
-    shape = (len(reliefs), held.shape[0] // ROWS_IN_TILE, ROWS_IN_TILE, -1, COLUMNS_IN_TILE)
-    values = np.stack([getattr(relief, name) for relief in reliefs]).reshape(shape)
-    counted = np.broadcast_to(held, (len(reliefs), *held.shape)).reshape(shape)
+    shape = (len(layer_statistics), held.shape[0] // ROWS_IN_TILE, ROWS_IN_TILE, -1, COLUMNS_IN_TILE)
+    values = np.stack([getattr(radius_statistics, name) for radius_statistics in layer_statistics]).reshape(shape)
+    counted = np.broadcast_to(held, (len(layer_statistics), *held.shape)).reshape(shape)
     if join is np.mean:
         return (values * counted).sum(axis=(2, 4)) / counted.sum(axis=(2, 4))
     return join(values, axis=(2, 4), where=counted, initial=np.inf if join is np.min else -np.inf)

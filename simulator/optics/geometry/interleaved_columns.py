@@ -14,7 +14,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class InterleavedColumns:
-    """Layout of planes of `over` x `over` samples per photosite.
+    """ReadoutGeometry of planes of `over` x `over` samples per photosite.
 
     over: samples per photosite and axis. rows: of samples. set_columns: columns of each set.
     """
@@ -25,7 +25,7 @@ class InterleavedColumns:
 
     @classmethod
     def holding(cls, over: int, rows: int, columns: int) -> Self:
-        """Layout of planes of so many rows and at least so many columns of samples."""
+        """ReadoutGeometry of planes of so many rows and at least so many columns of samples."""
         return cls(over, rows, -(-columns // (2 * over)))
 
     @property

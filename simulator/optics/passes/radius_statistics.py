@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.defocus.defocus import CLASS_UNIT_PX, PATCH_COLUMNS, PATCH_ROWS, Relief
+from simulator.optics.defocus.defocus import CLASS_UNIT_PX, PATCH_COLUMNS, PATCH_ROWS, RadiusStatistics
 from simulator.optics.geometry.projection import Projection, project_radius
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.tile_grid import BlurFrame
@@ -13,7 +13,7 @@ from simulator.optics.passes.tile_grid import BlurFrame
 
 @dataclass(frozen=True)
 class Maps:
-    """Radius maps of the layers that have one, one after the other on the device, and each layer's relief.
+    """Radius maps of the layers that have one, one after the other on the device, and each layer's radius_statistics.
 
     radius: buffer (maps, 2, rows, set columns) float32 [photosites], in interleaved columns.
     scene_radius: the same of each mapped layer on the scene's grid, buffers (height, width) float32.
@@ -21,12 +21,12 @@ class Maps:
 
     radius: Buffer
     scene_radius: list[Buffer]
-    reliefs: list[Relief]
+    layer_statistics: list[RadiusStatistics]
 
 
 def measured_maps(optics: OpticsPlan, device: Device, area: BlurFrame) -> Maps:
     """Radius on the photosites of every layer, and what its tiles hold."""
-    defocus, reliefs, scene_radius = optics.defocus, [], []
+    defocus, layer_statistics, scene_radius = optics.defocus, [], []
     radius = device.empty(area.layout.shape(max(defocus.maps, 1)), np.float32)
     for layer, px in zip(optics.scene.layers, defocus.radii_px, strict=True):
         if np.ndim(px):
@@ -38,16 +38,16 @@ def measured_maps(optics: OpticsPlan, device: Device, area: BlurFrame) -> Maps:
             level, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
             measured = [level + np.float32(px), level + np.float32(px), level, level, level]
         filled, covered = _coverage(optics.projection, area, layer.coverage)
-        reliefs.append(Relief(*measured, classes, covered, filled))
-    return Maps(radius, scene_radius, reliefs)
+        layer_statistics.append(RadiusStatistics(*measured, classes, covered, filled))
+    return Maps(radius, scene_radius, layer_statistics)
 
 
 def _measured(optics: OpticsPlan, device: Device, area: BlurFrame, radius: Buffer, number: int) -> tuple[np.ndarray, ...]:
     """Least, greatest and steepest radius of each patch, its slopes, and its classes, of map `number`."""
     defocus = optics.defocus
     classes = {"first_class": defocus.first_class, "classes_per_unit": defocus.classes_per_unit}
-    relief, present = patch_statistics(device, radius, area.rows, area.set_columns, number, **classes)
-    *measured, slope_x, slope_y = relief
+    radius_statistics, present = patch_statistics(device, radius, area.rows, area.set_columns, number, **classes)
+    *measured, slope_x, slope_y = radius_statistics
     rows, columns = _on_sensor(optics.sensor_px, area)
     slopes = [slope[rows[:, None], columns] for slope in (slope_x, slope_y)]
     return *measured, *slopes, present
@@ -58,17 +58,18 @@ def patch_statistics(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Measure the patches of a radius map: (5, patch rows, patch columns) float32, and their classes as bits of uint64.
 
-    The five: least and greatest radius, steepest step, slopes in x and y. radius: device buffer as kernels/relief.cl says.
+    The five: least and greatest radius, steepest step, slopes in x and y.
+    radius: device buffer as kernels/radius_statistics.cl says.
     """
     patches = rows // PATCH_ROWS, 2 * set_columns // PATCH_COLUMNS
-    relief, present = device.empty((5, *patches), np.float32), device.empty((2, *patches), np.uint32)
+    radius_statistics, present = device.empty((5, *patches), np.float32), device.empty((2, *patches), np.uint32)
     defines = {"OVER": 1, "HALF_PATCH": PATCH_COLUMNS // 2, "PATCH_ROWS": PATCH_ROWS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
     device.run(
-        device.kernel("relief", defines),
+        device.kernel("radius_statistics", defines),
         patches[::-1],
         None,
         map=radius,
-        relief=relief,
+        radius_statistics=radius_statistics,
         present=present,
         rows=rows,
         set_columns=set_columns,
@@ -77,7 +78,7 @@ def patch_statistics(
         classes_per_unit=classes_per_unit,
     )
     near, far = device.download(present, (2, *patches), np.uint32).astype(np.uint64)
-    return device.download(relief, (5, *patches), np.float32), near | far << np.uint64(32)
+    return device.download(radius_statistics, (5, *patches), np.float32), near | far << np.uint64(32)
 
 
 def _on_sensor(sensor_px: tuple[int, int], area: BlurFrame) -> tuple[np.ndarray, np.ndarray]:

@@ -53,7 +53,7 @@ def plan_tiles(optics: OpticsPlan, device: Device) -> TilePlan | None:
     optics = replace(optics, window=optics.blur_window())
     area = BlurFrame(optics.window, optics.defocus.reach_px)
     maps = measured_maps(optics, device, area)
-    chosen, zones = choose(optics.defocus, maps.reliefs, area.inside()), None
+    chosen, zones = choose(optics.defocus, maps.layer_statistics, area.inside()), None
     if optics.defocus.eyes is not None:
         zones = Zones(optics.defocus.eyes, area.x, area.y, area.grid)
         chosen = replace(chosen, zone=zones.first_corner)

@@ -122,9 +122,9 @@ class Camera:
         inside = 0 <= frame.x <= self.width_px - frame.width and 0 <= frame.y <= self.height_px - frame.height
         rule = f"must lie within the sensor's {self.width_px} x {self.height_px} photosites"
         require(inside and min(frame.width, frame.height) >= 1, "camera.window", frame, rule)
-        lit, covered = self.lit, self.optical_black
+        active, covered = self.active, self.optical_black
         require(
-            min(lit.width, lit.height) > 0,
+            min(active.width, active.height) > 0,
             "camera.optical_black",
             covered,
             "covers the whole sensor; leave a part to the light",
@@ -143,7 +143,7 @@ class Camera:
         return self.window or Window(0, 0, self.width_px, self.height_px)
 
     @property
-    def lit(self) -> Window:
+    def active(self) -> Window:
         """The part of the sensor that light reaches: all but the optical black."""
         dark = self.optical_black or OpticalBlack()
         width, height = self.width_px - dark.left_px - dark.right_px, self.height_px - dark.top_px - dark.bottom_px

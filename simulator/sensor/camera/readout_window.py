@@ -10,18 +10,18 @@ from simulator.sensor.camera.crosstalk import Crosstalk
 
 
 @dataclass(frozen=True)
-class Layout:
+class ReadoutGeometry:
     """Geometry of the passes.
 
     output: photosites that the camera gives out, before binning.
     computed: those and the neighbours that share with them.
-    lit: photosites of the sensor that light reaches.
+    active: photosites of the sensor that light reaches.
     filter_step: distance of photosites of one colour: 2 with a colour filter, else 1.
     """
 
     output: Window
     computed: Window
-    lit: Window
+    active: Window
     filter_step: int
     crosstalk: Crosstalk
     binning: Binning | None
@@ -44,9 +44,9 @@ class Layout:
     @property
     def reaches_optical_black(self) -> bool:
         """Whether some of the computed photosites see no light."""
-        frame, lit = self.computed, self.lit
-        begins = lit.x <= frame.x and lit.y <= frame.y
-        ends = frame.x + frame.width <= lit.x + lit.width and frame.y + frame.height <= lit.y + lit.height
+        frame, active = self.computed, self.active
+        begins = active.x <= frame.x and active.y <= frame.y
+        ends = frame.x + frame.width <= active.x + active.width and frame.y + frame.height <= active.y + active.height
         return not (begins and ends)
 
     @property
@@ -76,9 +76,10 @@ class Layout:
     @property
     def active_area(self) -> tuple[int, int, int, int] | None:
         """Top, left, bottom and right of what light reaches in the frame that is given out; None: all of it."""
-        output, lit = self.output, self.lit
-        top, left = max(lit.y - output.y, 0), max(lit.x - output.x, 0)
-        bottom, right = min(lit.y + lit.height - output.y, output.height), min(lit.x + lit.width - output.x, output.width)
+        output, active = self.output, self.active
+        top, left = max(active.y - output.y, 0), max(active.x - output.x, 0)
+        bottom = min(active.y + active.height - output.y, output.height)
+        right = min(active.x + active.width - output.x, output.width)
         area = (top, left, bottom, right)
         return None if area == (0, 0, output.height, output.width) else area
 
@@ -88,8 +89,8 @@ class Layout:
         return side // (self.binning.factor * self.filter_step) * self.filter_step
 
 
-def plan_layout(camera: Camera) -> Layout:
-    """Layout of a camera's frame. Raises PhotositeError when a window cuts through blocks that are binned."""
+def plan_readout(camera: Camera) -> ReadoutGeometry:
+    """ReadoutGeometry of a camera's frame. Raises PhotositeError when a window cuts through blocks that are binned."""
     output, crosstalk, binning = camera.frame, camera.crosstalk or Crosstalk(), camera.binning
     step = 1 if camera.cfa == "MONO" else 2
     block = 1 if binning is None else binning.factor * step
@@ -97,7 +98,7 @@ def plan_layout(camera: Camera) -> Layout:
         rule = f"give a multiple of {block}: blocks of that many photosites are binned"
         require(first % block == 0, f"camera.window.{key}", first, rule)
         require(side >= block, f"camera.window.{'width' if key == 'x' else 'height'}", side, rule)
-    lit = _checked_light(camera)
+    active = _check_active_area(camera)
     shares = crosstalk.optical_shares + crosstalk.electrical_shares
     reach = sum(any(pair) for pair in (crosstalk.optical_shares, crosstalk.electrical_shares))
     margin = -(-reach // block) * block if any(shares) else 0
@@ -105,16 +106,16 @@ def plan_layout(camera: Camera) -> Layout:
     right = min(margin, camera.width_px - output.x - output.width)
     bottom = min(margin, camera.height_px - output.y - output.height)
     computed = Window(output.x - left, output.y - top, left + output.width + right, top + output.height + bottom)
-    return Layout(output, computed, lit, step, crosstalk, binning)
+    return ReadoutGeometry(output, computed, active, step, crosstalk, binning)
 
 
-def _checked_light(camera: Camera) -> Window:
+def _check_active_area(camera: Camera) -> Window:
     """Part of the sensor that light reaches. Raises PhotositeError for a window of which it is an odd or no part."""
-    output, lit = camera.frame, camera.lit
-    sides = (("x", output.x, output.width, lit.x, lit.width), ("y", output.y, output.height, lit.y, lit.height))
-    for key, first, size, lit_first, lit_size in sides:
-        seen = first < lit_first + lit_size and lit_first < first + size
+    output, active = camera.frame, camera.active
+    sides = (("x", output.x, output.width, active.x, active.width), ("y", output.y, output.height, active.y, active.height))
+    for key, first, size, active_first, active_size in sides:
+        seen = first < active_first + active_size and active_first < first + size
         require(seen, f"camera.window.{key}", first, "the window lies in the optical black; choose one that sees light")
-        even = first >= lit_first or first % 2 == 0
+        even = first >= active_first or first % 2 == 0
         require(even, f"camera.window.{key}", first, "give an even number: part of the window is optical black")
-    return lit
+    return active

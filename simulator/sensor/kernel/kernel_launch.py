@@ -87,7 +87,7 @@ def groups(settings: Sequence[FrameSetting], constant_bytes: int) -> Iterator[Gr
             yield Group(np.array(places[part]), np.stack(rows[part]), defines)
 
 
-def sense(
+def launch_sensor(
     device: Device,
     source,
     result,

@@ -35,7 +35,7 @@ class Irradiance(Stage):
         """The table only where there is one; without it the code is left out."""
         return {name: value for name, value in super().kernel_values().items() if self.vignetting or name not in _TABLE}
 
-    def fall_off(self, radius_px):
+    def relative_illumination(self, radius_px):
         """Irradiance at this distance from the axis over that on the axis; of a number or an array."""
         cos4 = 1.0 / (1.0 + radius_px**2 * self.tan2_per_px2) ** 2
         table = self.vignetting
@@ -49,7 +49,7 @@ class Irradiance(Stage):
         """From the region's farthest corner, since the fall-off never rises outwards, to the axis."""
         dx = max(abs(region.x - self.centre_x_px), abs(region.x + region.width - self.centre_x_px))
         dy = max(abs(region.y - self.centre_y_px), abs(region.y + region.height - self.centre_y_px))
-        return low * (self.solid_angle_sr * self.fall_off(math.hypot(dx, dy))), high * self.solid_angle_sr
+        return low * (self.solid_angle_sr * self.relative_illumination(math.hypot(dx, dy))), high * self.solid_angle_sr
 
 
 _TABLE = ("vignetting", "nodes_per_px")

@@ -96,7 +96,7 @@ def test_a_monochrome_shot_is_its_mosaic(tmp_path):
 
 
 def test_saturation_counts_electrons_of_the_camera_file(tmp_path):
-    assert saturating_electrons(plan(load_shot(write_shot(tmp_path, 100)))) == pytest.approx(15871 / 0.09563, rel=1e-4)
+    assert saturating_electrons(plan(load_shot(write_shot(tmp_path, 100))).sensor) == pytest.approx(15871 / 0.09563, rel=1e-4)
 
 
 def test_what_cannot_be_exposed_is_refused_by_name(tmp_path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns, column_of, element
 
 ROWS, COLUMNS = 12, 48  # of samples

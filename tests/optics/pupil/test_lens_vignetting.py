@@ -95,7 +95,7 @@ def test_with_blades_the_light_is_the_mean_over_directions():
         tangent = radius_px * pitch_mm / lens.image_distance_mm
         angles = np.linspace(0, 2 * math.pi, 90, endpoint=False)
         around = [lens.pupil.area((tangent * math.cos(angle), tangent * math.sin(angle))) / math.pi for angle in angles]
-        assert np.mean(around) == pytest.approx(stage.fall_off(radius_px) * (1 + tangent**2) ** 2, abs=2e-4)
+        assert np.mean(around) == pytest.approx(stage.relative_illumination(radius_px) * (1 + tangent**2) ** 2, abs=2e-4)
         worst = max(worst, np.abs(around - np.mean(around)).max())
     assert 1e-3 < worst < 0.013
 
@@ -105,7 +105,7 @@ def test_the_darkest_photosite_is_known_to_the_stage():
     planned = plan(Shot(band_scene(np.ones((4, 4)), math.inf), lens, Exposure(1e-6), camera))
     raw = simulate(Shot(band_scene(np.ones((4, 4)), math.inf), lens, Exposure(1e-6), camera))
     ratio = raw.mean_electrons.max() / raw.mean_electrons.min()
-    assert ratio <= 1.0 / planned.sensor.stage("irradiance").fall_off(math.hypot(48, 32)) < ratio * 1.2
+    assert ratio <= 1.0 / planned.sensor.stage("irradiance").relative_illumination(math.hypot(48, 32)) < ratio * 1.2
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ def test_stages_before_the_counting_are_asked_in_physical_order_and_none_behind(
 def test_the_range_of_the_irradiance_holds_every_photosite_of_a_window(window):
     lens = Irradiance(0.05, 1e-5, 100.0, 80.0, vignetting=(1.0, 0.9, 0.5), nodes_per_px=0.02)
     x, y = np.meshgrid(window.x + np.arange(window.width) + 0.5, window.y + np.arange(window.height) + 0.5)
-    irradiance = 0.05 * lens.fall_off(np.hypot(x - 100.0, y - 80.0))
+    irradiance = 0.05 * lens.relative_illumination(np.hypot(x - 100.0, y - 80.0))
     low, high = lens.mean_range(2.0, 3.0, window)
     assert low <= 2.0 * irradiance.min() and 3.0 * irradiance.max() <= high
 

@@ -3,7 +3,7 @@
 //
 // map:     (maps, COLUMN_SETS, rows, set_columns) float32, signed blur radius [photosites], in interleaved columns with OVER 1; map
 //          number first_plane is measured.
-// relief:  (5, rows / PATCH_ROWS, set_columns / HALF_PATCH) float32: least, greatest [photosites]; greatest absolute difference to
+// radius_statistics:  (5, rows / PATCH_ROWS, set_columns / HALF_PATCH) float32: least, greatest [photosites]; greatest absolute difference to
 //          the photosite on the right or below [photosites]; mean slope to the right, and down [photosites per photosite].
 // present: (2, rows / PATCH_ROWS, set_columns / HALF_PATCH) uint32, 64 bits, one for each class of radii from first_class on, set
 //          where the patch holds one. A class is the whole part of classes_per_unit * asinh(radius / CLASS_UNIT), so that classes
@@ -23,7 +23,7 @@ INLINE int class_of(const float value, const float first_class, const float clas
 // Absolute difference.
 INLINE float step_between(const float a, const float b) { return a > b ? a - b : b - a; }
 
-kernel void relief(global const float *restrict map, global float *restrict relief, global uint *restrict present, const uint rows,
+kernel void radius_statistics(global const float *restrict map, global float *restrict radius_statistics, global uint *restrict present, const uint rows,
                    const uint set_columns, const uint first_plane, const float first_class, const float classes_per_unit) {
     const size_t tile = get_global_id(1) * get_global_size(0) + get_global_id(0), tiles = get_global_size(0) * get_global_size(1);
     const size_t column = get_global_id(0) * HALF_PATCH;
@@ -63,11 +63,11 @@ kernel void relief(global const float *restrict map, global float *restrict reli
         near[0] |= near[i];
         far[0] |= far[i];
     }
-    relief[tile] = low[0];
-    relief[tiles + tile] = high[0];
-    relief[2 * tiles + tile] = steep[0];
-    relief[3 * tiles + tile] = across_all * (1.0f / (PATCH_ROWS * (2 * HALF_PATCH - 1)));
-    relief[4 * tiles + tile] = down_all[0] * (1.0f / (2 * HALF_PATCH * (PATCH_ROWS - 1)));
+    radius_statistics[tile] = low[0];
+    radius_statistics[tiles + tile] = high[0];
+    radius_statistics[2 * tiles + tile] = steep[0];
+    radius_statistics[3 * tiles + tile] = across_all * (1.0f / (PATCH_ROWS * (2 * HALF_PATCH - 1)));
+    radius_statistics[4 * tiles + tile] = down_all[0] * (1.0f / (2 * HALF_PATCH * (PATCH_ROWS - 1)));
     present[tile] = near[0];
     present[tiles + tile] = far[0];
 }

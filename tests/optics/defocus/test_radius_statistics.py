@@ -9,7 +9,7 @@ from simulator.optics.defocus.defocus import (
     PATCH_ROWS,
     TILE_COLUMNS,
     TILE_ROWS,
-    Relief,
+    RadiusStatistics,
     seen_from,
 )
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
@@ -21,7 +21,7 @@ FIRST_CLASS, PER_UNIT = -30.0, 12.0
 
 @pytest.fixture(scope="module")
 def measured(bench):
-    """A map (rows, 2 half columns) and its relief from the device."""
+    """A map (rows, 2 half columns) and its radius_statistics from the device."""
     rng = np.random.default_rng(5)
     picture = (rng.normal(0.0, 6.0, (ROWS, 2 * HALF)) * (rng.random((ROWS, 2 * HALF)) > 0.5)).astype(np.float32)
     maps = InterleavedColumns(1, ROWS, HALF).encode(np.stack([0.0 * picture, picture]))
@@ -69,7 +69,9 @@ def test_a_tile_knows_what_reaches_it_and_no_more():
     radius, classes = flat.copy(), np.ones(shape, np.uint64)
     row, columns_of_it = 7, slice(18, 20)  # photosites 56 to 63 and 144 to 159
     radius[row, columns_of_it], classes[row, columns_of_it] = -20.0, 2
-    seen = seen_from(Relief(radius, np.maximum(radius, 0.0), flat, flat, flat, classes, flat + 1, flat + 1)).of_tiles()
+    seen = seen_from(
+        RadiusStatistics(radius, np.maximum(radius, 0.0), flat, flat, flat, classes, flat + 1, flat + 1)
+    ).of_tiles()
     rows, columns = np.arange(8) * TILE_ROWS, np.arange(4) * TILE_COLUMNS
     gap_y = np.maximum(np.maximum(56 - (rows + TILE_ROWS), rows - 64), 0)
     gap_x = np.maximum(np.maximum(144 - (columns + TILE_COLUMNS), columns - 160), 0)
@@ -89,7 +91,9 @@ def test_a_blur_circle_of_many_patches_is_seen_wherever_it_reaches():
     gap_x = np.maximum(np.maximum(592 - (columns + TILE_COLUMNS), columns - 608), 0)[None, :]
     for own, others in ((400.0, 0.0), (0.0, 400.0)):
         radius = np.where(classes == 2, own, others).astype(np.float32)
-        seen = seen_from(Relief(radius, radius, flat, flat, flat, classes, flat + 1, flat + 1), largest_px=400.0).of_tiles()
+        seen = seen_from(
+            RadiusStatistics(radius, radius, flat, flat, flat, classes, flat + 1, flat + 1), largest_px=400.0
+        ).of_tiles()
         reached = seen.classes == 3
         assert np.all(reached[np.hypot(gap_y, gap_x) <= 400.0])
         assert not reached[np.maximum(gap_y, gap_x) > 402.0 + PATCH_COLUMNS].any()
