@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from checkouts.items import items, timed_documents
-from checkouts.records import array_digest, differences, file_record, folder_record, plain, printed
+from checkouts.records import array_digest, differences, file_record, folder_record, has_failed, plain, printed
 
 from simulator.raw_format import RawFormat
 
@@ -88,6 +88,15 @@ def test_plain_data_keeps_the_last_bit():
 def test_printed_text_loses_the_time_of_a_bar_and_no_number():
     text = "sweep 0:00:12, 1/200 s of /tmp/old/a.yaml"
     assert printed(text, "/tmp/old") == "sweep <time>, 1/200 s of <checkout>/a.yaml"
+
+
+def test_a_message_loses_the_address_of_an_object_and_no_number():
+    assert printed("device at 0x55aa394e0500, ISO 100", "/a") == "device at <address>, ISO 100"
+
+
+@pytest.mark.parametrize(("error", "status", "failed"), [(None, 0, False), (None, 1, True), ("KeyError: 1", 0, True)])
+def test_an_item_fails_by_its_error_or_by_a_command(error, status, failed):
+    assert has_failed({"error": error, "values": {"0 photosite simulate": {"status": status}, "dn": "uint16"}}) == failed
 
 
 def test_every_item_has_a_name_of_its_own_and_something_to_do(tmp_path):

@@ -4,11 +4,11 @@ Each checkout does the same shots and commands in a process of its own, one afte
 same folder. Compared are SHA-256 of all arrays of each frame, its other fields, all files written, what commands print, and
 messages. What is left out of the comparison stands in records.py. A shot that fails with the same message in both is equal.
 
-    python benchmarks/checkouts/compare_checkouts.py OLD NEW [--device PART]... [--only PATTERN] [--keep FOLDER]
+    python benchmarks/checkouts/compare_checkouts.py OLD NEW [--device PART]... [--only PATTERN]...
     python benchmarks/checkouts/compare_checkouts.py OLD NEW --time [--rounds 5]
 
-Exit status: 0 nothing differs, 1 something does, 2 wrong options. It stands apart from the other benchmarks because `make
-benchmark` runs those without arguments.
+Exit status: 0 nothing differs, 1 something does or most items fail, 2 wrong options. It stands apart from the other benchmarks
+because `make benchmark` runs those without arguments.
 """
 
 import argparse
@@ -28,7 +28,7 @@ import numpy as np
 import yaml
 from inputs import write_inputs
 from items import Item, dataset_documents, items, sweep_product, timed_dataset, timed_documents
-from records import count_differences, differences
+from records import count_differences, differences, has_failed
 
 WORKER = Path(__file__).parent / "worker.py"
 SIDES = ("OLD", "NEW")
@@ -155,17 +155,20 @@ def compare(work: Work, device: str | None, todo: list[Item]) -> bool:
     }
     for what, count in rows.items():
         print(f"{what:58s} {count:5d}")
-    return not different
+    most_fail = 2 * sum(has_failed(old[item.name]) for item in both) > len(both)
+    if most_fail:
+        print("most items fail in OLD already, so this comparison says nothing: does the device work?")
+    return not different and not most_fail
 
 
-def time_checkouts(work: Work, device: str | None, rounds: int, only: str) -> None:
+def time_checkouts(work: Work, device: str | None, rounds: int, only: list[str] | None) -> None:
     """Print the times of both checkouts, taken in turns; each time is the second call of a fresh process."""
     documents = {name: ("shot", one) for name, one in timed_documents(work.inputs).items()}
     documents["data set of 64 pairs"] = ("dataset", timed_dataset())
     print(f"\ndevice: {device or 'the default'}; new / old of {rounds} fresh processes each")
     print(f"{'':24s} {'old best':>9s} {'new best':>9s} {'best':>7s} {'median':>7s} {'CPU best':>8s}")
     for name, (kind, document) in documents.items():
-        if not fnmatch.fnmatch(name, only):
+        if not chosen(name, only):
             continue
         file = work.shots / f"timed_{name.translate(str.maketrans(' /,', '___'))}.yaml"
         file.write_text(yaml.safe_dump(document), encoding="utf-8")
@@ -191,6 +194,11 @@ def second_call(work: Work, side: int, job: dict[str, Any]) -> dict[str, float]:
     return json.loads(ended.stdout.splitlines()[-1])
 
 
+def chosen(name: str, patterns: list[str] | None) -> bool:
+    """Whether a name fits one of the patterns; without patterns every name does."""
+    return not patterns or any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
+
+
 def configured(checkouts: tuple[Path, Path], pattern: str) -> list[str]:
     """Return the files of a pattern that either checkout has, as paths in the checkout."""
     return sorted({path.relative_to(root).as_posix() for root in checkouts for path in root.glob(pattern)})
@@ -209,10 +217,8 @@ def main() -> int:
     parser.add_argument("old", type=Path, metavar="OLD", help="a checkout of Photosite")
     parser.add_argument("new", type=Path, metavar="NEW", help="another")
     parser.add_argument("--device", action="append", metavar="PART", help="part of a device's name; repeatable")
-    parser.add_argument("--only", default="*", metavar="PATTERN", help="names of items, such as 'dataset_*'")
-    parser.add_argument(
-        "--keep", type=Path, metavar="FOLDER", help="a new folder for inputs, records and arrays, kept afterwards"
-    )
+    parser.add_argument("--only", action="append", metavar="PATTERN", help="of names, such as 'dataset_*'; repeatable")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="new folder where inputs, records and arrays are kept")
     parser.add_argument("--time", action="store_true", help="compare times instead of bits")
     parser.add_argument("--rounds", type=int, default=5, help="fresh processes for each checkout with --time")
     parser.add_argument("--list", action="store_true", help="only print the names of the items")
@@ -230,7 +236,7 @@ def main() -> int:
         if settings.keep:
             settings.keep.mkdir(parents=True)
         write_documents(work, todo)
-        todo = [item for item in todo if fnmatch.fnmatch(item.name, settings.only)]
+        todo = [item for item in todo if chosen(item.name, settings.only)]
         equal = True
         for device in settings.device or [None]:
             if settings.time:

@@ -223,7 +223,7 @@ def sensor_items(inputs: Path) -> Iterator[Item]:
         exposure={"time": "1/200 s", "iso": 100},
     )
     line = {"gain": "0.8 DN/e-", "read_noise": "3 DN", "color_bias": ["1 DN", "-2 DN", "0.5 DN", "3 DN"]}
-    biased = {"base": "sony_a7_iii", "read_noise_model": None, "iso_table": {800: line}}
+    biased = {"base": "sony_a7_iii", "read_noise_model": None, "conversion_gain": None, "iso_table": {800: line}}
     yield shot("color_bias", ramp, None, biased, raw={"black_per_place": True})
     optical = {"optical": 0.02, "optical_corner": 0.005}
     electrical = {"electrical": 0.015, "electrical_corner": 0.002}

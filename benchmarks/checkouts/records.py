@@ -3,6 +3,7 @@
 Left out of the comparison, and nothing else:
 - versions: workers give Photosite the version of VERSION before it is imported, so that every file holds the same one;
 - the time that each point of a sweep took, in the column `seconds` of manifest.csv, and the times of progress bars;
+- addresses in memory in messages, which become ADDRESS_MASK;
 - the checkout's own path, which becomes CHECKOUT wherever text holds it;
 - `plan` of a sidecar, which is text for people: what differs there is counted, and no difference.
 """
@@ -22,7 +23,9 @@ import numpy as np
 
 VERSION = "0.0.0"
 CHECKOUT = "<checkout>"
+ADDRESS_MASK = "<address>"
 SIDECAR_KEYS = {"shot", "plan", "versions"}  # a JSON file that has them all is a sidecar
+ADDRESS = re.compile(r"\b0x[0-9a-f]{6,}\b")  # of an object in memory, in a driver's message
 ELAPSED = re.compile(r"\b\d+:\d\d:\d\d\b")  # of a progress bar
 
 
@@ -75,8 +78,8 @@ def without_seconds(text: str) -> list[list[str]]:
 
 
 def printed(text: str, checkout: str) -> str:
-    """Return what a command printed, without elapsed times and the checkout's path."""
-    return ELAPSED.sub("<time>", masked(text, checkout))
+    """Return a message or what a command printed, without elapsed times, addresses and the checkout's path."""
+    return ADDRESS.sub(ADDRESS_MASK, ELAPSED.sub("<time>", masked(text, checkout)))
 
 
 def file_record(path: Path, checkout: str) -> tuple[Any, Any]:
@@ -122,6 +125,12 @@ def short(value: Any) -> str:
     text = value if isinstance(value, str) else json.dumps(value, sort_keys=True)
     text = " ".join(text.split())
     return text if len(text) <= 90 else f"{text[:87]}..."
+
+
+def has_failed(record: Mapping[str, Any]) -> bool:
+    """Whether an item ended in an error, or any of its commands with a status other than 0."""
+    told = [value for value in record["values"].values() if isinstance(value, dict)]
+    return bool(record["error"]) or any(value.get("status", 0) != 0 for value in told)
 
 
 def count_differences(old: Any, new: Any) -> int:

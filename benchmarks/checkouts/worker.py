@@ -122,7 +122,7 @@ def done(item: Item, job: dict[str, Any]) -> dict[str, Any]:
     try:
         values = run_commands(item, job) if item.commands else take_shot(item, job, out)
     except Exception as problem:  # whatever a checkout raises is compared
-        error = masked(f"{type(problem).__name__}: {problem}", job["checkout"])
+        error = printed(f"{type(problem).__name__}: {problem}", job["checkout"])
     written, plans = folder_record(out, job["checkout"])
     record = {"name": item.name, "seconds": time.perf_counter() - start, "error": error, "plans": plans}
     return record | {"values": masked(values, job["checkout"]), "files": written}
