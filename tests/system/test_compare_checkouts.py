@@ -7,7 +7,7 @@ import pytest
 from checkouts.items import items, timed_documents
 from checkouts.records import array_digest, differences, file_record, folder_record, has_failed, plain, printed
 
-from simulator.raw_format import RawFormat
+from simulator.raw.raw_format import RawFormat
 
 SIDECAR = {"shot": {"iso": 100}, "plan": ["blur: kept"], "versions": {"photosite": "1"}, "notes": [], "seeds": {"frame": 1}}
 
