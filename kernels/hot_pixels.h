@@ -1,8 +1,8 @@
 // Hot pixels: electrons [e-] -> electrons + Poisson(mean of this photosite) [e-] in a share of the photosites.
-// That mean belongs to the body, exponentially distributed around MEAN_E. normal: N(0, 1); bits: see chance.h.
+// That mean belongs to the body, exponentially distributed around MEAN_E. normal: N(0, 1); bits: see random_numbers.h.
 #ifndef HOT_PIXELS_H
 #define HOT_PIXELS_H
-#include "chance.h"
+#include "random_numbers.h"
 #include "poisson.h"
 
 INLINE float hot_pixels(const float electrons, const float normal, const uint *bits, constant float *parameters) {

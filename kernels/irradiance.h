@@ -17,7 +17,7 @@ INLINE float irradiance(const float radiance, const uint x, const uint y, consta
     const float dy = IRRADIANCE_CENTRE_Y_PX - ((float)y + 0.5f); // in another shape than dx: alike, some compilers pair them
     const float radius2 = dx * dx + dy * dy;
     const float cos2 = reciprocal(1.0f + radius2 * IRRADIANCE_TAN2_PER_PX2);
-    const float light = radiance * IRRADIANCE_SOLID_ANGLE_SR * (cos2 * cos2);
+    const float light = radiance * IRRADIANCE_EFFECTIVE_SOLID_ANGLE_SR * (cos2 * cos2);
     if (IRRADIANCE_VIGNETTING_COUNT == 0) return light;
     return light * open_share(as_float(as_uint(radius2) ^ zero_after(light)), parameters); // see zero_after
 }

@@ -1,5 +1,5 @@
 // Philox4x32-10, a counter-based generator (Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3").
-// The same counter and key give the same four words on every device, in any order of work. Who draws which of them: chance.h.
+// The same counter and key give the same four words on every device, in any order of work. Who draws which of them: random_numbers.h.
 #ifndef PHILOX_H
 #define PHILOX_H
 #include "conventions.h"

@@ -12,9 +12,11 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyopencl as cl
+from numpy.typing import DTypeLike
 
 from simulator.errors import PhotositeError
 
@@ -127,7 +129,7 @@ class Kernel:
     function: cl.Kernel
     arguments: dict[str, str | np.dtype]
 
-    def bind(self, name: str, value: object) -> object:
+    def bind(self, name: str, value: Any) -> Any:
         """What the driver takes for an argument. Raises TypeError when a struct's fields are not exactly those declared."""
         kind = self.arguments[name]
         if isinstance(kind, np.dtype):
@@ -138,6 +140,8 @@ class Kernel:
 def declared_arguments(source: str, name: str) -> dict[str, str | np.dtype]:
     """Types by name of a kernel's arguments, read from its text: drivers forget them in builds that come from a disk cache."""
     found = re.search(rf"kernel void {name}\(([^)]*)\)", re.sub(r"//.*", "", source))
+    if not found:
+        raise ValueError(f"kernel {name} is not declared")
     parts = [re.findall(r"\w+|\*", argument) for argument in found[1].split(",")]
     return {
         part[-1]: "*" if "*" in part else declared_struct(source, part[-2]) if "struct" in part else part[-2] for part in parts
@@ -162,15 +166,16 @@ def declared_struct(source: str, name: str) -> np.dtype:
     return np.dtype(fields)
 
 
-def packed_struct(dtype: np.dtype, value: object, what: str) -> np.void:
+def packed_struct(dtype: np.dtype, value: Mapping[str, Any] | np.void, what: str) -> np.void:
     """Structured scalar of a mapping from field to value, or of a structured scalar with the same fields.
 
     what: names the struct in the TypeError that is raised for a missing or superfluous field.
     """
+    declared = dtype.names or ()
     names = value.keys() if isinstance(value, Mapping) else getattr(getattr(value, "dtype", None), "names", None)
-    if names is None or set(names) != set(dtype.names):
-        raise TypeError(f"{what} has the fields {sorted(dtype.names)}, not {sorted(names) if names else value!r}")
-    return np.array(tuple(value[name] for name in dtype.names), dtype)[()]
+    if names is None or set(names) != set(declared):
+        raise TypeError(f"{what} has the fields {sorted(declared)}, not {sorted(names) if names else value!r}")
+    return np.void(tuple(value[name] for name in declared), dtype)
 
 
 CPU_ROW_PX = 1024  # a CPU starts work-groups one after another, which costs more than 500 photosites do
@@ -231,7 +236,7 @@ class Device:
         mapped.base.release(self._queue)
         self._queue.finish()
 
-    def empty(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
+    def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> cl.Buffer:
         """Uninitialised buffer for an array of this shape. Raises PhotositeError when it does not fit."""
         return self._buffer(cl.mem_flags.READ_WRITE, int(np.prod(shape)) * np.dtype(dtype).itemsize)
 
@@ -249,24 +254,25 @@ class Device:
         """Copy an array into a buffer, from this byte on."""
         cl.enqueue_copy(self._queue, buffer, np.ascontiguousarray(array), dst_offset=offset)
 
-    def zeros(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
+    def zeros(self, shape: tuple[int, ...], dtype: DTypeLike) -> cl.Buffer:
         """Buffer of zeros for an array of this shape."""
-        return self._filled(shape, np.dtype(dtype).type(0))
+        return self._filled(shape, np.zeros((), dtype))
 
-    def ones(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
+    def ones(self, shape: tuple[int, ...], dtype: DTypeLike) -> cl.Buffer:
         """Buffer of ones for an array of this shape."""
-        return self._filled(shape, np.dtype(dtype).type(1))
+        return self._filled(shape, np.ones((), dtype))
 
-    def fill(self, buffer: cl.Buffer, value: np.number, offset: int) -> None:
+    def fill(self, buffer: cl.Buffer, value: np.ndarray | np.number, offset: int) -> None:
         """Fill a buffer from this byte on."""
-        cl.enqueue_fill_buffer(self._queue, buffer, value, offset, buffer.size - offset)
+        cl.enqueue_fill_buffer(self._queue, buffer, np.asarray(value), offset, buffer.size - offset)
 
-    def _filled(self, shape: tuple[int, ...], value: np.number) -> cl.Buffer:
+    def _filled(self, shape: tuple[int, ...], value: np.ndarray) -> cl.Buffer:
+        """Buffer for an array of this shape with this value, an array of shape (), everywhere."""
         buffer = self.empty(shape, value.dtype)
         self.fill(buffer, value, 0)
         return buffer
 
-    def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype) -> np.ndarray:
+    def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
         """Array of a buffer's content, after all work before it."""
         array = np.empty(shape, dtype)
         cl.enqueue_copy(self._queue, array, buffer)
@@ -293,7 +299,7 @@ class Device:
             raise PhotositeError(f"{self.info.label} cannot build the kernel {name}: {error}") from None
         return Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
 
-    def run(self, kernel: Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments) -> None:
+    def run(self, kernel: Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments: Any) -> None:
         """Enqueue a kernel; scalars are cast to the declared type, structs are given as mappings from field to value.
 
         local_size: of a work-group; None: as long a part of a row as divides it.

@@ -1,28 +1,29 @@
-"""Passes around the fused kernel: what neighbours share, and what metal covers."""
+"""Passes between and around the parts of the fused kernel: crosstalk, binning and optical black."""
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from simulator.device import Buffer, Device
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.readout_window import ReadoutGeometry
-from simulator.sensor.kernel.kernel_launch import FrameSetting, Part, launch_sensor
+from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.sensor_plan import SensorPlan
 
 
 def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -> np.ndarray:
-    """Codes (height, width) uint16 of a mosaic of electron radiance, binned and cut to what the camera gives out."""
+    """Return the codes (height, width) uint16 for a mosaic of electron radiance, binned and cropped to the output window."""
     layout = sensor.readout
     frame, binned = layout.computed, layout.binned
-    parts = [(Part.WHOLE, frame, np.uint16)]
+    parts: list[tuple[KernelPart, Window, DTypeLike]] = [(KernelPart.WHOLE, frame, np.uint16)]
     if layout.shares_charge:
-        parts = [(Part.CHARGE, frame, np.float32), (Part.READOUT, layout.read, np.uint16)]
+        parts = [(KernelPart.CHARGE, frame, np.float32), (KernelPart.READOUT, layout.read, np.uint16)]
     signal = mosaic
     for part, window, dtype in parts:
         shape, source = (window.height, window.width), signal
         signal = device.empty(shape, dtype)
         launch_sensor(device, source, signal, shape, [FrameSetting(sensor.stages, seeds, window.x, window.y)], part)
-        if part is Part.CHARGE:
+        if part is KernelPart.CHARGE:
             signal = share_charge(device, layout, signal)
     if layout.averages:
         signal = _bin(device, layout, "codes", signal, np.uint16)
@@ -30,9 +31,9 @@ def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -
 
 
 def darken_optical_black(device: Device, mosaic: Buffer, window: Window, active: Window) -> None:
-    """Take the light from all photosites of a mosaic outside the active area of the sensor, in place.
+    """Set a mosaic to 0, in place, outside the active area of the sensor.
 
-    window: photosites of the mosaic.
+    mosaic: (height, width) float32 of electron radiance. window: area of the sensor that it covers.
     """
     edges = {
         "left": active.x,
@@ -45,7 +46,10 @@ def darken_optical_black(device: Device, mosaic: Buffer, window: Window, active:
 
 
 def share_with_neighbors(device: Device, source: Buffer, window: Window, shares: tuple[float, float]) -> Buffer:
-    """Buffer (height, width) float32 behind a pass of crosstalk. shares: to each neighbour beside, and at the corners."""
+    """Return a signal (height, width) float32 after crosstalk.
+
+    source: signal before it. shares: share that goes to each of the four direct and of the four diagonal neighbours.
+    """
     result = device.empty((window.height, window.width), np.float32)
     side, corner = shares
     device.run(
@@ -61,14 +65,14 @@ def share_with_neighbors(device: Device, source: Buffer, window: Window, shares:
 
 
 def share_charge(device: Device, layout: ReadoutGeometry, charge: Buffer) -> Buffer:
-    """Charge [e-] as it is read: what neighbours see of each other, and binned photosites added up."""
+    """Return the charge [e-] that is read out: after electrical crosstalk, and summed over binned photosites."""
     if any(layout.crosstalk.electrical_shares):
         charge = share_with_neighbors(device, charge, layout.computed, layout.crosstalk.electrical_shares)
     return _bin(device, layout, "electrons", charge, np.float32) if layout.adds_charge else charge
 
 
 def download_averaged(device: Device, layout: ReadoutGeometry, signal: Buffer) -> np.ndarray:
-    """Array of a float32 signal; its means where the camera averages codes."""
+    """Download a float32 signal, averaged over binned photosites where the camera averages codes."""
     frame = layout.binned
     if layout.binning is None or not layout.averages:
         return device.download(signal, (frame.height, frame.width), np.float32)
@@ -76,8 +80,10 @@ def download_averaged(device: Device, layout: ReadoutGeometry, signal: Buffer) -
     return device.download(sums, (frame.height, frame.width), np.float32) / np.float32(layout.binning.count)
 
 
-def _bin(device: Device, layout: ReadoutGeometry, what: str, source: Buffer, dtype) -> Buffer:
+def _bin(device: Device, layout: ReadoutGeometry, what: str, source: Buffer, dtype: DTypeLike) -> Buffer:
+    """Return the computed photosites binned. what: "electrons", which are summed, or "codes", which are averaged."""
     frame, binning = layout.binned, layout.binning
+    assert binning is not None  # called only for cameras that bin
     result = device.empty((frame.height, frame.width), dtype)
     kernel = device.kernel(f"bin_{what}", {"FACTOR": binning.factor, "STEP": layout.filter_step}, file="binning.cl")
     arguments = {what: source, f"binned_{what}": result, "width": layout.computed.width}

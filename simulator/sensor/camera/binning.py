@@ -19,7 +19,7 @@ class Binning:
     factor: int = 2
     mode: Literal["charge", "average"] = "charge"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(self.factor in (2, 3, 4), "camera.binning.factor", self.factor, "give 2, 3 or 4")
         require(self.mode in ("charge", "average"), "camera.binning.mode", self.mode, "give charge or average")
 

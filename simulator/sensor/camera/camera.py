@@ -65,7 +65,7 @@ class Camera:
     optical_black: OpticalBlack | None = None
     low_pass_um: Micrometres = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for key, side in (("width", self.width_px), ("height", self.height_px)):
             require(1 <= side <= LARGEST_SIDE_PX, f"camera.{key}", side, f"give 1 to {LARGEST_SIDE_PX} pixels")
         pitch_um = self.pixel_pitch_um
@@ -113,9 +113,9 @@ class Camera:
         for iso in self.isos:
             setting = self.iso_setting(iso)
             key = f"camera.iso_table.{iso}" if self.iso_table.get(iso, setting).white_level_dn is not None else "camera"
-            rule = f"must lie above the black level, {setting.black_level_dn:g} DN, and up to {largest} DN, the ADC's range"
-            good = 0 <= setting.black_level_dn < setting.white_level_dn <= largest
-            require(good, f"{key}.white_level", f"{setting.white_level_dn:g} DN", rule)
+            black_dn, white_dn = setting.levels_dn
+            rule = f"must lie above the black level, {black_dn:g} DN, and up to {largest} DN, the ADC's range"
+            require(0 <= black_dn < white_dn <= largest, f"{key}.white_level", f"{white_dn:g} DN", rule)
 
     def _check_window(self) -> None:
         frame = self.frame
@@ -187,17 +187,21 @@ class Camera:
         return IsoTable(self.iso_table, self.conversion_gain)
 
     def _conversion_ratio(self, iso: float) -> float:
-        """Conversion gain over that of the lowest ISO; 1 for a table, whose lines hold its effect."""
+        """Conversion gain relative to that of the lowest ISO; 1 for a table, whose lines include its effect."""
         switch = self.conversion_gain
-        return switch.ratio if self.read_noise_model is not None and switch is not None and iso >= switch.iso else 1.0
+        if self.read_noise_model is None or switch is None or iso < switch.iso:
+            return 1.0
+        assert switch.ratio is not None  # ReadNoiseModel.check_switch
+        return switch.ratio
 
     def sensor_stages(self, iso: float, exposure_time_s: float) -> dict[str, Stage]:
         """Stages of one exposure by stem; those of no effect are absent. simulator/sensor/camera/iso_stages.py says how."""
         setting, ratio, model = self.iso_setting(iso), self._conversion_ratio(iso), self.read_noise_model
+        black_dn, white_dn = setting.levels_dn
         follows = {
             "exposure_time_s": exposure_time_s,
-            "black_level_dn": setting.black_level_dn,
-            "full_scale_dn": setting.white_level_dn - setting.black_level_dn,
+            "black_level_dn": black_dn,
+            "full_scale_dn": white_dn - black_dn,
         }
         stages = {stem: stage.of_shot(**follows) for stem, stage in self.stages.items()}
         after_dn = self.read_noise_after_gain_dn if model is None else model.after_gain_dn

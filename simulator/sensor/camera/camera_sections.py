@@ -30,7 +30,7 @@ class IsoSetting:
     black_level_dn: DigitalNumbers | None = None
     white_level_dn: DigitalNumbers | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         gain, key = self.gain_dn_per_e, "camera.iso_table"
         require(0 < gain < np.inf, f"{key}.gain", f"{gain:g} DN/e-", "give a gain above 0 DN/e-")
         for name, sigma in (("read_noise", self.read_noise_dn), ("row_noise", self.row_noise_dn)):
@@ -39,6 +39,12 @@ class IsoSetting:
         good = shape is None or LEAST_LAMBDA <= shape <= GREATEST_LAMBDA
         require(good, f"{key}.tukey_lambda", shape, f"give {LEAST_LAMBDA} to {GREATEST_LAMBDA}, or none")
         require(shape is None or self.read_noise_dn > 0, f"{key}.tukey_lambda", shape, "there is no read noise to shape")
+
+    @property
+    def levels_dn(self) -> tuple[float, float]:
+        """Black and white level [DN] of a setting that has both, as those of Camera.iso_setting do."""
+        assert self.black_level_dn is not None and self.white_level_dn is not None  # Camera.iso_setting fills them in
+        return self.black_level_dn, self.white_level_dn
 
 
 @dataclass(frozen=True)
@@ -52,7 +58,7 @@ class ConversionGainSwitch:
     iso: int
     ratio: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(self.iso > 0, "camera.conversion_gain.iso", self.iso, "an ISO is above 0")
         good = self.ratio is None or 1 < self.ratio < np.inf
         require(good, "camera.conversion_gain.ratio", self.ratio, "high over low conversion gain is above 1")
@@ -70,7 +76,7 @@ class ColorMatrix:
     xyz_to_camera: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
     in_dng: bool = False
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         table = np.array(self.xyz_to_camera, dtype=np.float64)
         good = table.shape == (3, 3) and bool(np.isfinite(table).all()) and np.linalg.matrix_rank(table) == 3
         require(good, "camera.color_matrix.xyz_to_camera", table.tolist(), "give 3 independent rows of 3 numbers")
@@ -100,7 +106,7 @@ class SpectralResponse:
     wavelengths_nm: np.ndarray
     quantum_efficiency: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         grid, table = np.asarray(self.wavelengths_nm), np.asarray(self.quantum_efficiency)
         fits = table.ndim == 2 and len(table) == grid.size > 1 and table.shape[1] in (1, 3)
         rule = f"needs {grid.size} lines, one per wavelength, of 3 values (red, green, blue), or of 1 without a colour filter"

@@ -25,7 +25,7 @@ class Crosstalk:
     electrical: float = 0.0
     electrical_corner: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for key in ("optical", "optical_corner", "electrical", "electrical_corner"):
             share = getattr(self, key)
             require(0 <= share <= 0.2, f"camera.crosstalk.{key}", share, "give a share from 0 to 0.2, such as 0.01")

@@ -32,7 +32,7 @@ def iso_stages(
     if setting.color_bias_dn is not None and any(setting.color_bias_dn):
         stages["color_bias"] = ColorBias(_by_place(setting.color_bias_dn, Cfa.named(cfa).planes))
     stages["analog_gain"] = AnalogGain(setting.gain_dn_per_e / ratio)
-    stages["adc"] = Adc(bit_depth, setting.black_level_dn, setting.white_level_dn)
+    stages["adc"] = Adc(bit_depth, *setting.levels_dn)
     return stages
 
 

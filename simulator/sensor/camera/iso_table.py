@@ -25,7 +25,7 @@ class IsoTable:
     lines: dict[int, IsoSetting]
     switch: ConversionGainSwitch | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         line = "100: {gain: 0.1 DN/e-, read_noise: 1 DN}"
         require(bool(self.lines), "camera.iso_table", "{}", f"give at least one line such as `{line}`, or a read_noise_model")
         for iso in self.lines:
@@ -61,7 +61,7 @@ class IsoTable:
         camera: its name, for the message. Raises PhotositeError beyond the lines unless `extrapolate`.
         """
         if iso in self.lines:
-            return self.lines[iso]
+            return self.lines[int(iso)]
         require(iso > 0, "exposure.iso", iso, "an ISO is above 0")
         side = self.sides()[-1 if self.switch is not None and iso >= self.switch.iso else 0]
         inside = side[0] <= iso <= side[-1]
@@ -81,10 +81,11 @@ class IsoTable:
         first, second = self.lines[low], self.lines[high]
         nearest, held = (first if share <= 0.5 else second), min(max(share, 0.0), 1.0)
         shape, bias = first.tukey_lambda, first.color_bias_dn
-        if shape is not None:
+        if shape is not None and second.tukey_lambda is not None:
             shape = (1.0 - held) * shape + held * second.tukey_lambda
-        if bias is not None:
-            bias = tuple((1.0 - held) * a + held * b for a, b in zip(bias, second.color_bias_dn, strict=True))
+        if bias is not None and second.color_bias_dn is not None:
+            red, *greens, blue = ((1.0 - held) * a + held * b for a, b in zip(bias, second.color_bias_dn, strict=True))
+            bias = (red, greens[0], greens[1], blue)
         return replace(
             nearest,
             gain_dn_per_e=_power_law(first.gain_dn_per_e, second.gain_dn_per_e, share),

@@ -23,7 +23,7 @@ class OpticalBlack:
     right_px: int = 0
     bottom_px: int = 0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for field in fields(self):
             side, key = getattr(self, field.name), f"camera.optical_black.{field.name.removesuffix('_px')}"
             require(side >= 0 and side % 2 == 0, key, side, "give an even number of photosites, 0 or more")

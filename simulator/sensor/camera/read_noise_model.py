@@ -29,7 +29,7 @@ class ReadNoiseModel:
     lowest_iso: int
     highest_iso: int
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         key, gain = "camera.read_noise_model", self.gain_at_iso_100_dn_per_e
         require(0 < gain < math.inf, f"{key}.gain_at_iso_100", f"{gain:g} DN/e-", "give a gain above 0 DN/e-")
         for name, sigma, unit in (("before_gain", self.before_gain_e, "e-"), ("after_gain", self.after_gain_dn, "DN")):

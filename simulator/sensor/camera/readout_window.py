@@ -65,13 +65,9 @@ class ReadoutGeometry:
 
     @property
     def kept(self) -> tuple[slice, slice]:
-        """Rows and columns, after binning, that the camera gives out."""
-        factor = 1 if self.binning is None else self.binning.factor
-        sides = (
-            (self.output.y - self.computed.y, self.output.height),
-            (self.output.x - self.computed.x, self.output.width),
-        )
-        return tuple(slice(first // factor, first // factor + self._binned_side(side)) for first, side in sides)
+        """Rows and columns of the binned frame that the camera gives out."""
+        rows = self._binned_slice(self.output.y - self.computed.y, self.output.height)
+        return rows, self._binned_slice(self.output.x - self.computed.x, self.output.width)
 
     @property
     def active_area(self) -> tuple[int, int, int, int] | None:
@@ -83,7 +79,13 @@ class ReadoutGeometry:
         area = (top, left, bottom, right)
         return None if area == (0, 0, output.height, output.width) else area
 
+    def _binned_slice(self, first: int, side: int) -> slice:
+        """Range, after binning, of `side` photosites from photosite `first` on."""
+        begin = first if self.binning is None else first // self.binning.factor
+        return slice(begin, begin + self._binned_side(side))
+
     def _binned_side(self, side: int) -> int:
+        """Length, after binning, of so many photosites in a row or column."""
         if self.binning is None:
             return side
         return side // (self.binning.factor * self.filter_step) * self.filter_step

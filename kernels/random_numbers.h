@@ -22,8 +22,8 @@
 //
 // d << 11 and d << 22 are angles: bits below the eleven (ten) that an angle has to itself are the next one's or low bits of a
 // radius: they fill in between, finer than 1/1000 turn. Each pair of numbers waits for the one before (zero_after).
-#ifndef CHANCE_H
-#define CHANCE_H
+#ifndef RANDOM_NUMBERS_H
+#define RANDOM_NUMBERS_H
 #include "normal.h"
 #include "philox.h"
 
@@ -35,7 +35,7 @@
 #define SECOND_ROW 2
 #define BOTH_ROWS 3
 
-// chance[]: standard normal numbers.
+// normals[]: standard normal numbers.
 #define SHOT 0     // photon shot noise
 #define BEFORE 1   // read noise before the gain
 #define AFTER 2    // read noise after the gain
@@ -45,7 +45,7 @@
 #define HOT 6      // dark current of a hot pixel
 #define COLUMN 7   // of the body: column offset
 #define ROW 8      // row noise
-#define CHANCES 9
+#define NORMALS 9
 
 // bits[]: random words.
 #define SHOT_COUNT 0 // count small numbers: of photons,
@@ -71,7 +71,7 @@ INLINE float pair_of_block(const struct words block, const float before, const i
 }
 
 // Numbers that come in pairs; returns the zero for what follows. Row noise, the same along a row, is computed once for the row.
-INLINE uint chance_of_pair(const uint x, const uint y, const struct words frame, const uint frame_seed, const uint body_seed,
+INLINE uint draw_normals_of_pair(const uint x, const uint y, const struct words frame, const uint frame_seed, const uint body_seed,
                            float *first, float *second) {
     normal_two(frame.a, frame.d, &first[SHOT], &second[SHOT]);
     float last = second[SHOT];
@@ -85,7 +85,7 @@ INLINE uint chance_of_pair(const uint x, const uint y, const struct words frame,
     return zero_after(last);
 }
 
-INLINE void bits_of_pair(const uint x, const uint y, const uint frame_seed, const uint body_seed, uint *first, uint *second) {
+INLINE void draw_bits_of_pair(const uint x, const uint y, const uint frame_seed, const uint body_seed, uint *first, uint *second) {
     const struct words count = block_of(x, y, STREAM_COUNT, frame_seed, 0u);
     first[SHOT_COUNT] = count.a, second[SHOT_COUNT] = count.b;
     const struct words dark = block_of(x, y, DARK_CURRENT_STREAM, frame_seed, 0u);
@@ -98,9 +98,9 @@ INLINE void bits_of_pair(const uint x, const uint y, const uint frame_seed, cons
 }
 
 // Numbers of one row alone.
-INLINE void chance_of_row(const uint frame_word, const uint frame_angle, const uint body_word, const uint body_angle, float *chance) {
-    normal_two(frame_word, frame_angle, &chance[BEFORE], &chance[AFTER]);
-    normal_two(body_word ^ zero_after(chance[AFTER]), body_angle, &chance[RESPONSE], &chance[OFFSET]);
+INLINE void draw_normals_of_row(const uint frame_word, const uint frame_angle, const uint body_word, const uint body_angle, float *normals) {
+    normal_two(frame_word, frame_angle, &normals[BEFORE], &normals[AFTER]);
+    normal_two(body_word ^ zero_after(normals[AFTER]), body_angle, &normals[RESPONSE], &normals[OFFSET]);
 }
 
 #endif
