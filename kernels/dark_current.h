@@ -1,5 +1,5 @@
 // Dark current: electrons [e-] -> electrons + Poisson(mean) [e-]. normal: N(0, 1); word: 32 random bits (poisson.h).
-// All photosites share the mean, so the host says which code counts it and gives ROOT = 1 / sqrt(mean).
+// The mean is the same for all photosites, so the host chooses the Poisson code (VARIANT) and gives ROOT = 1 / sqrt(mean).
 #ifndef DARK_CURRENT_H
 #define DARK_CURRENT_H
 #include "poisson.h"

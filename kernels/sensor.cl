@@ -1,13 +1,15 @@
-// The sensor: everything that acts on one photosite alone. Read top to bottom, this is what happens to light.
+// The fused sensor kernel: all stages that act on each photosite independently, in physical order from light to code.
 //
 // input:      (frames, height, width) float32: electron radiance [e- s^-1 um^-2 sr^-1] in the colour of each photosite, from the
 //             lens, or mean photoelectrons [e-] without IRRADIANCE and EXPOSURE; for PART == READOUT the collected electrons [e-].
 // output:     (frames, height, width) uint16 codes [DN]; for PART == CHARGE float32 collected electrons [e-].
-// tiles:      (tiles, 5) uint32: column and row of each tile's upper left corner in the stack, whose frames lie one below the
-//             other; x and y of that corner on the sensor [px]: random numbers belong to photosites, not to frames; and the
-//             frame that it is a part of. One work-group per pair of rows of a tile.
+// tiles:      (tiles, 5) uint32: column and row of each tile's upper left corner in the stack, whose frames are stacked
+//             vertically; x and y of that corner on the sensor [px], since random numbers depend on the position on the sensor;
+//             and the index of its frame in `seeds` and `numbers`. One work-group per pair of rows of a tile.
 // seeds:      (frames, 2) uint32: frame seed and body seed.
-// numbers:    (frames, NUMBERS) float32; the host defines a macro STEM_FIELD for each number (see simulator/sensor/kernel/kernel_program.py).
+// numbers:    (frames, NUMBERS) float32, the parameters of the stages; the host defines a macro STEM_FIELD for each
+//             (simulator/sensor/kernel/kernel_program.py).
+// width:      of the frames [px].
 // The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. ROWS, PART: see random_numbers.h and below.
 #include "random_numbers.h"
 #include "irradiance.h"
@@ -32,9 +34,9 @@
 #include "adc.h"
 #include "digital_gain.h"
 
-#define WHOLE 0   // PART: all of the chain,
-#define CHARGE 1  // from light to electrons in the well,
-#define READOUT 2 // or from there to the code. Two parts when neighbours share charge in between.
+#define WHOLE 0   // values of PART: the whole chain,
+#define CHARGE 1  // from light to the electrons in the well,
+#define READOUT 2 // from those electrons to the code. The chain is split where crosstalk or binning lies between the two.
 #if PART == CHARGE
 typedef float result_type;
 #else

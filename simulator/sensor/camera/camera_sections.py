@@ -1,4 +1,4 @@
-"""Sections of a camera: a line of its ISO table, its conversion gain, the window that is read out, colour."""
+"""Sections of a camera: line of its ISO table, conversion gain, readout window, spectral response, colour matrix."""
 
 from dataclasses import dataclass
 
@@ -11,13 +11,13 @@ from simulator.units import DigitalNumbers, DigitalNumbersPerElectron
 
 @dataclass(frozen=True)
 class IsoSetting:
-    """What one ISO sets: a measured line of a camera's table, or one that follows from such lines.
+    """Parameters at one ISO: a measured line of a camera's table, or one interpolated between such lines.
 
     gain_dn_per_e: K of EMVA 1288 [DN/e-], > 0.
-    read_noise_dn: total temporal dark noise of one photosite in the raw file, row noise apart [DN], >= 0.
+    read_noise_dn: total temporal dark noise of one photosite in the raw file, without row noise [DN], >= 0.
     tukey_lambda: shape of the read noise's Tukey-lambda distribution, -0.3 to 0.25; normal when left out.
     row_noise_dn: standard deviation of the offset that a whole row shares [DN], >= 0.
-    color_bias_dn: mean offset of red, green beside red, green beside blue, blue [DN].
+    color_bias_dn: per-channel black offset of red, green beside red, green beside blue, blue [DN].
     black_level_dn: pedestal at this ISO [DN]; the camera's when left out.
     white_level_dn: code at which the camera saturates at this ISO [DN]; the camera's when left out.
     """
@@ -49,10 +49,10 @@ class IsoSetting:
 
 @dataclass(frozen=True)
 class ConversionGainSwitch:
-    """A second conversion gain [V/e-] of the photosites, which the ISO dial switches to (dual gain).
+    """A second conversion gain [V/e-] of the photosites, which the ISO setting selects (dual conversion gain).
 
     iso: first ISO of high conversion gain.
-    ratio: high over low conversion gain, above 1; for a read_noise_model only, since a table holds its effect.
+    ratio: high over low conversion gain, above 1; for a read_noise_model only, since a table includes its effect.
     """
 
     iso: int
@@ -84,7 +84,7 @@ class ColorMatrix:
 
 @dataclass(frozen=True)
 class Window:
-    """Part of the sensor that is read out: x, y of its upper left photosite, width and height [px]."""
+    """Rectangle of photosites of the sensor: x, y of its upper left photosite, width and height [px]."""
 
     x: int
     y: int

@@ -1,4 +1,4 @@
-"""Which photosites of the sensor are computed, read and given out when neighbours share light or charge."""
+"""The areas of the sensor that are computed, read and given out, given crosstalk, binning and optical black."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,12 @@ from simulator.sensor.camera.crosstalk import Crosstalk
 
 @dataclass(frozen=True)
 class ReadoutGeometry:
-    """Geometry of the passes.
+    """Areas of the sensor that the passes work on.
 
-    output: photosites that the camera gives out, before binning.
-    computed: those and the neighbours that share with them.
-    active: photosites of the sensor that light reaches.
-    filter_step: distance of photosites of one colour: 2 with a colour filter, else 1.
+    output: readout window that the camera gives out, before binning.
+    computed: that window and a margin of photosites that affect it by crosstalk.
+    active: active area of the sensor, which light reaches.
+    filter_step: distance of photosites of one colour [px]: 2 with a colour filter array, else 1.
     """
 
     output: Window
@@ -28,22 +28,22 @@ class ReadoutGeometry:
 
     @property
     def adds_charge(self) -> bool:
-        """Whether binned photosites are added up before they are read."""
+        """Whether the charge of binned photosites is summed before readout."""
         return self.binning is not None and self.binning.mode == "charge"
 
     @property
     def averages(self) -> bool:
-        """Whether codes of binned photosites are averaged."""
+        """Whether the codes of binned photosites are averaged."""
         return self.binning is not None and self.binning.mode == "average"
 
     @property
     def shares_charge(self) -> bool:
-        """Whether neighbours share charge, so that the fused kernel runs in two parts."""
+        """Whether photosites exchange or sum charge, so that the fused kernel runs in two parts."""
         return self.adds_charge or self.crosstalk.electrical_shares != (0.0, 0.0)
 
     @property
     def reaches_optical_black(self) -> bool:
-        """Whether some of the computed photosites see no light."""
+        """Whether some of the computed photosites lie outside the active area."""
         frame, active = self.computed, self.active
         begins = active.x <= frame.x and active.y <= frame.y
         ends = frame.x + frame.width <= active.x + active.width and frame.y + frame.height <= active.y + active.height
@@ -51,7 +51,7 @@ class ReadoutGeometry:
 
     @property
     def binned(self) -> Window:
-        """The computed photosites after binning."""
+        """The computed area after binning."""
         if self.binning is None:
             return self.computed
         factor = self.binning.factor
@@ -60,7 +60,7 @@ class ReadoutGeometry:
 
     @property
     def read(self) -> Window:
-        """What the readout part of the fused kernel computes."""
+        """Area that the readout part of the fused kernel computes."""
         return self.binned if self.adds_charge else self.computed
 
     @property
@@ -71,7 +71,7 @@ class ReadoutGeometry:
 
     @property
     def active_area(self) -> tuple[int, int, int, int] | None:
-        """Top, left, bottom and right of what light reaches in the frame that is given out; None: all of it."""
+        """Top, left, bottom and right of the active area in the output frame [px]; None: the whole frame is active."""
         output, active = self.output, self.active
         top, left = max(active.y - output.y, 0), max(active.x - output.x, 0)
         bottom = min(active.y + active.height - output.y, output.height)
@@ -92,7 +92,7 @@ class ReadoutGeometry:
 
 
 def plan_readout(camera: Camera) -> ReadoutGeometry:
-    """ReadoutGeometry of a camera's frame. Raises PhotositeError when a window cuts through blocks that are binned."""
+    """Return the ReadoutGeometry of a camera's frame. Raises PhotositeError for a window that cuts through binned blocks."""
     output, crosstalk, binning = camera.frame, camera.crosstalk or Crosstalk(), camera.binning
     step = 1 if camera.cfa == "MONO" else 2
     block = 1 if binning is None else binning.factor * step
@@ -112,7 +112,7 @@ def plan_readout(camera: Camera) -> ReadoutGeometry:
 
 
 def _check_active_area(camera: Camera) -> Window:
-    """Part of the sensor that light reaches. Raises PhotositeError for a window of which it is an odd or no part."""
+    """Return the active area. Raises PhotositeError for a window without it, or with an odd offset in the optical black."""
     output, active = camera.frame, camera.active
     sides = (("x", output.x, output.width, active.x, active.width), ("y", output.y, output.height, active.y, active.height))
     for key, first, size, active_first, active_size in sides:
