@@ -76,8 +76,8 @@ INLINE float draw_pair_of_block(const struct words block, const float before, co
 
 // Draw the normal numbers whose blocks serve both rows. Returns 0, on which later computations are made to depend (zero_after).
 // Row noise, the same along a row, does not depend on other numbers, so that it is computed once per row.
-INLINE uint draw_normals_of_pair(const uint x, const uint y, const struct words frame, const uint frame_seed, const uint body_seed,
-                           float *first, float *second) {
+INLINE uint draw_normals_of_pair(const uint x, const uint y, const struct words frame, const uint frame_seed,
+                                 const uint body_seed, float *first, float *second) {
     normal_two(frame.a, frame.d, &first[SHOT], &second[SHOT]);
     float last = second[SHOT];
     if (DARK_CURRENT) last = draw_pair_of_block(block_of(x, y, DARK_CURRENT_STREAM, frame_seed, 0u), last, DARK, first, second);
@@ -104,7 +104,8 @@ INLINE void draw_bits_of_pair(const uint x, const uint y, const uint frame_seed,
 }
 
 // Draw the normal numbers of one row.
-INLINE void draw_normals_of_row(const uint frame_word, const uint frame_angle, const uint body_word, const uint body_angle, float *normals) {
+INLINE void draw_normals_of_row(const uint frame_word, const uint frame_angle, const uint body_word, const uint body_angle,
+                                float *normals) {
     normal_two(frame_word, frame_angle, &normals[BEFORE], &normals[AFTER]);
     normal_two(body_word ^ zero_after(normals[AFTER]), body_angle, &normals[RESPONSE], &normals[OFFSET]);
 }

@@ -13,21 +13,21 @@ from simulator.sensor.sensor_plan import SensorPlan
 
 def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -> np.ndarray:
     """Return the codes (height, width) uint16 for a mosaic of electron radiance, binned and cropped to the output window."""
-    layout = sensor.readout
-    frame, binned = layout.computed, layout.binned
+    geometry = sensor.readout
+    frame, binned = geometry.computed, geometry.binned
     parts: list[tuple[KernelPart, Window, DTypeLike]] = [(KernelPart.WHOLE, frame, np.uint16)]
-    if layout.shares_charge:
-        parts = [(KernelPart.CHARGE, frame, np.float32), (KernelPart.READOUT, layout.read, np.uint16)]
+    if geometry.shares_charge:
+        parts = [(KernelPart.CHARGE, frame, np.float32), (KernelPart.READOUT, geometry.read, np.uint16)]
     signal = mosaic
     for part, window, dtype in parts:
         shape, source = (window.height, window.width), signal
         signal = device.empty(shape, dtype)
         launch_sensor(device, source, signal, shape, [FrameSetting(sensor.stages, seeds, window.x, window.y)], part)
         if part is KernelPart.CHARGE:
-            signal = share_charge(device, layout, signal)
-    if layout.averages:
-        signal = _bin(device, layout, "codes", signal, np.uint16)
-    return device.download(signal, (binned.height, binned.width), np.uint16)[layout.kept]
+            signal = share_charge(device, geometry, signal)
+    if geometry.averages:
+        signal = _bin(device, geometry, "codes", signal, np.uint16)
+    return device.download(signal, (binned.height, binned.width), np.uint16)[geometry.kept]
 
 
 def darken_optical_black(device: Device, mosaic: Buffer, window: Window, active: Window) -> None:
@@ -64,28 +64,28 @@ def share_with_neighbors(device: Device, source: Buffer, window: Window, shares:
     return result
 
 
-def share_charge(device: Device, layout: ReadoutGeometry, charge: Buffer) -> Buffer:
+def share_charge(device: Device, geometry: ReadoutGeometry, charge: Buffer) -> Buffer:
     """Return the charge [e-] that is read out: after electrical crosstalk, and summed over binned photosites."""
-    if any(layout.crosstalk.electrical_shares):
-        charge = share_with_neighbors(device, charge, layout.computed, layout.crosstalk.electrical_shares)
-    return _bin(device, layout, "electrons", charge, np.float32) if layout.adds_charge else charge
+    if any(geometry.crosstalk.electrical_shares):
+        charge = share_with_neighbors(device, charge, geometry.computed, geometry.crosstalk.electrical_shares)
+    return _bin(device, geometry, "electrons", charge, np.float32) if geometry.adds_charge else charge
 
 
-def download_averaged(device: Device, layout: ReadoutGeometry, signal: Buffer) -> np.ndarray:
+def download_averaged(device: Device, geometry: ReadoutGeometry, signal: Buffer) -> np.ndarray:
     """Download a float32 signal, averaged over binned photosites where the camera averages codes."""
-    frame = layout.binned
-    if layout.binning is None or not layout.averages:
+    frame = geometry.binned
+    if geometry.binning is None or not geometry.averages:
         return device.download(signal, (frame.height, frame.width), np.float32)
-    sums = _bin(device, layout, "electrons", signal, np.float32)
-    return device.download(sums, (frame.height, frame.width), np.float32) / np.float32(layout.binning.count)
+    sums = _bin(device, geometry, "electrons", signal, np.float32)
+    return device.download(sums, (frame.height, frame.width), np.float32) / np.float32(geometry.binning.count)
 
 
-def _bin(device: Device, layout: ReadoutGeometry, what: str, source: Buffer, dtype: DTypeLike) -> Buffer:
+def _bin(device: Device, geometry: ReadoutGeometry, what: str, source: Buffer, dtype: DTypeLike) -> Buffer:
     """Return the computed photosites binned. what: "electrons", which are summed, or "codes", which are averaged."""
-    frame, binning = layout.binned, layout.binning
+    frame, binning = geometry.binned, geometry.binning
     assert binning is not None  # called only for cameras that bin
     result = device.empty((frame.height, frame.width), dtype)
-    kernel = device.kernel(f"bin_{what}", {"FACTOR": binning.factor, "STEP": layout.filter_step}, file="binning.cl")
-    arguments = {what: source, f"binned_{what}": result, "width": layout.computed.width}
+    kernel = device.kernel(f"bin_{what}", {"FACTOR": binning.factor, "STEP": geometry.filter_step}, file="binning.cl")
+    arguments = {what: source, f"binned_{what}": result, "width": geometry.computed.width}
     device.run(kernel, (frame.width, frame.height), None, **arguments)
     return result
