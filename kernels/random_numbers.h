@@ -1,8 +1,7 @@
 // Random numbers of a photosite: normal numbers and random bits for the stages. The table lists which random words each stage
 // uses. Philox (philox.h) computes a block of four words a, b, c, d from the counter {first, second, 0, stream} and the key:
 // (frame_seed, 0) for temporal noise, (body_seed, 1) for fixed patterns of a camera body. x, y: photosite on the sensor.
-// STREAM_...: see below; STEM_STREAM: CRC-32 of the stage's stem (simulator/sensor/kernel/kernel_program.py). A block at y / 2
-// serves a pair of rows, the even and the odd one.
+// STREAM_...: see below; STEM_STREAM: CRC-32 of the stage's stem (kernel_program.py). A block at y / 2 serves a pair of rows.
 //
 //   stream                         key    first  second  words
 //   STREAM_FRAME                   frame  y / 2  x       a, d: shot noise, two normal numbers; b, d << 11: both read noises of
@@ -21,9 +20,8 @@
 //   RANDOM_TELEGRAPH_NOISE_STREAM  body   y      x       a: whether there is a trap; b: amplitude
 //   RANDOM_TELEGRAPH_NOISE_STREAM  frame  y      x       a: two lowest bits, the jump
 //
-// d << 11 and d << 22 are angles of the Box-Muller method. Only the upper eleven (ten) bits of an angle are independent; its
-// lower bits, finer than 1/1000 turn, are shared with the next angle or with low bits of a radius. The computation of each pair
-// of normal numbers depends on the pair before it (zero_after).
+// d << 11 and d << 22 are Box-Muller angles. Only their upper eleven (ten) bits are independent; the lower ones, finer than
+// 1/1000 turn, are shared with the next angle or a radius. Each pair of numbers depends on the one before it (zero_after).
 #ifndef RANDOM_NUMBERS_H
 #define RANDOM_NUMBERS_H
 #include "normal.h"
@@ -61,8 +59,7 @@
 INLINE uint angle_of_first(const struct words block) { return block.d << 11; }
 INLINE uint angle_of_second(const struct words block) { return (block.d << 22) | (block.c & 0x003FFFFFu); }
 
-// Random words of the pair of rows that contains photosite (x, y). y is the first word of the counter, because compilers then
-// compute once per row what does not depend on x.
+// Random words of the pair of rows of photosite (x, y). y comes first: what x does not change is then computed once per row.
 INLINE struct words block_of(const uint x, const uint y, const uint stream, const uint key0, const uint key1) {
     const struct words counter = {y >> 1, x, 0u, stream};
     return philox(counter, key0, key1);
