@@ -150,7 +150,7 @@ def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera
 def _with_spread(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
     """Return the plan with what makes a point's image wider than the ideal lens does."""
     exposure, irradiance = sensor.stage("exposure"), sensor.stage("irradiance")
-    factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.solid_angle_sr
+    factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
     contrast = contrast_sigma(planned.scene, factor * planned.weights, sensor.moments)
     if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
         contrast = math.inf  # nothing is skipped

@@ -49,7 +49,7 @@ def plan_veiling_glare(
         open_ = irradiance.relative_illumination(np.hypot(place, x - irradiance.centre_x_px))
         seen = np.bincount(column, wide * open_, width)  # of this row's pixels
         mean += share_of_sensor * (seen @ scene.planes[pixel])
-    return VeilingGlare(share, share * irradiance.solid_angle_sr * (mean @ weights))
+    return VeilingGlare(share, share * irradiance.effective_solid_angle_sr * (mean @ weights))
 
 
 def _strips(photosites: int, pixels: int, offset: float, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -86,5 +86,5 @@ def add_veiling_glare(
         window_x=window.x,
         window_y=window.y,
         image_share=1.0 - glare.share,
-        least_open=LEAST_OPEN * irradiance.solid_angle_sr,
+        least_open=LEAST_OPEN * irradiance.effective_solid_angle_sr,
     )

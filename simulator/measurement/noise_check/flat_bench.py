@@ -105,7 +105,7 @@ class FlatBench:
     @cached_property
     def illuminance_per_radiance(self) -> float:
         """Irradiance over radiance of the lens [sr]."""
-        return self.sensor.stage("irradiance").solid_angle_sr
+        return self.sensor.stage("irradiance").effective_solid_angle_sr
 
     @cached_property
     def electrons(self) -> np.ndarray:

@@ -13,7 +13,7 @@ def irradiance_behind(lens, pixel_pitch_um: float, width_px: int, height_px: int
     corner_px = 0.5 * float(np.hypot(width_px, height_px))
     vignetting = light_by_radius(lens.pupil, tangent_per_px * corner_px)
     return Irradiance(
-        solid_angle_sr=lens.irradiance_per_radiance_sr(),
+        effective_solid_angle_sr=lens.irradiance_per_radiance_sr(),
         tan2_per_px2=tangent_per_px**2 if lens.cos4 else 0.0,
         centre_x_px=0.5 * width_px,
         centre_y_px=0.5 * height_px,

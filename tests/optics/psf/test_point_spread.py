@@ -150,7 +150,7 @@ def test_what_is_skipped_agrees_with_what_would_have_been_done():
         for one in (dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, spread=spread)), planned)
     )
     electrons_each = planned.sensor.stage("exposure").time_s * planned.sensor.stage("exposure").collecting_area_um2
-    electrons_each *= planned.sensor.stage("irradiance").solid_angle_sr
+    electrons_each *= planned.sensor.stage("irradiance").effective_solid_angle_sr
     z = electrons_each * (found - skipped) / np.sqrt(planned.sensor.moments(electrons_each * skipped.mean()).variance)
     assert 0.0 < np.abs(z).max() < 0.01
 

@@ -57,7 +57,7 @@ def test_the_pupil_passes_the_rays_that_pass_all_rims(lens, field):
 def test_without_rims_nothing_is_lost_and_the_table_is_left_out():
     stage = irradiance_behind(ThinLens(50.0, 1.4), 5.0, 4000, 3000)
     assert stage.vignetting == () and set(stage.kernel_values()) == {
-        "solid_angle_sr",
+        "effective_solid_angle_sr",
         "tan2_per_px2",
         "centre_x_px",
         "centre_y_px",
