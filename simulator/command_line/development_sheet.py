@@ -1,7 +1,7 @@
 """`photosite develop --sheet`: truth, raw as seen, developed and difference side by side."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,12 +19,12 @@ OVERVIEW_PX = 900  # longer side of the pictures in the first row, about
 SHOWN_DIFFERENCE = 0.35  # of the range from black to white, for the 99.5th percentile of the difference
 
 
-def sheet_figure(path: Path, settings: dict[str, object]) -> "Figure":
+def draw_sheet(path: Path, settings: dict[str, Any]) -> "Figure":
     """Draw a frame beside its truth, whole and as a detail from its middle.
 
-    settings: arguments of `simulator.raw.development.develop`. Truth is the twin's noise-free codes, rounded and developed
-    alike,
-    so that the difference holds noise and fixed pattern and not what demosaicing does to both. White balance is the frame's.
+    settings: arguments of `simulator.raw.development.develop`, which checks them. The truth is the twin's noise-free codes,
+    rounded and developed with the same settings and the frame's white balance, so that the difference shows noise and fixed
+    pattern, and no demosaicing error that both share.
     Raises PhotositeError when the twin is missing or of another size, and without matplotlib.
     """
     twin = path.with_name(path.stem + ".truth.exr")

@@ -1,6 +1,7 @@
 """`photosite explain` and `photosite devices` as tables."""
 
 from pathlib import Path
+from typing import Literal
 
 from rich.console import Console
 from rich.markup import escape
@@ -16,6 +17,8 @@ from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import execute
 from simulator.pipeline.stopwatch import Stopwatch
 
+Kept = Literal["exposure", "brightness"]  # what stays the same over the ISO range
+
 
 def show_devices() -> None:
     """Print every OpenCL device. Raises PhotositeError when there is none."""
@@ -30,7 +33,7 @@ def show_devices() -> None:
     console().print(table)
 
 
-def show_plan(path: Path, settings: list[str], reflectance: float, keep: str, device: str | None, measured: bool) -> None:
+def show_plan(path: Path, settings: list[str], reflectance: float, keep: Kept, device: str | None, measured: bool) -> None:
     """Print plan, lens, white, and a grey patch of a shot with its noise over the ISO range.
 
     device: where the methods of tiles, which depend on the picture's depths, are measured; without any they are left open.
@@ -94,7 +97,7 @@ def _passes(planned: Plan, times_ms: dict[str, float]) -> Table:
     return table
 
 
-def _show_patch(out: Console, shot: Shot, planned: Plan, reflectance: float, keep: str) -> None:
+def _show_patch(out: Console, shot: Shot, planned: Plan, reflectance: float, keep: Kept) -> None:
     from simulator.command_line.patch_numbers import budget_table, channel_names, patch_facts, shown_isos
     from simulator.pipeline.explain.grey_patch import grey_patch
     from simulator.pipeline.explain.noise_budget import iso_budgets

@@ -61,7 +61,11 @@ def shown_isos(shot: Shot) -> list[int]:
     isos = list(shot.camera.isos)
     if len(isos) <= MOST_ISOS:
         return sorted({*isos, shot.exposure.iso})
-    stops = {min(isos, key=lambda iso, stop=stop: abs(iso - 100 * 2.0**stop)) for stop in range(-2, 16)}
+
+    def nearest_iso(wanted: float) -> int:
+        return min(isos, key=lambda iso: abs(iso - wanted))
+
+    stops = {nearest_iso(100 * 2.0**stop) for stop in range(-2, 16)}
     return sorted({*stops, shot.exposure.iso})
 
 

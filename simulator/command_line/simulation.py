@@ -1,8 +1,10 @@
 """`photosite simulate`: one shot or a sweep, with progress."""
 
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import typer
 from rich.markup import escape
@@ -41,9 +43,10 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     with shown(shot.name, prefix=f"{shot.name}: ", is_long=False) as progress:
         raw = simulate(shot, device=device, progress=progress)
         files = save(raw, out)
-    for note in raw.resolved["notes"]:
+    resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
+    for note in resolved["notes"]:
         log.print(f"note: {escape(note)}")
-    log.print(f"device: {escape(raw.resolved['device']['name'])} [dim]({escape(raw.resolved['device']['version'])})[/dim]")
+    log.print(f"device: {escape(resolved['device']['name'])} [dim]({escape(resolved['device']['version'])})[/dim]")
     for file in (files.dng, files.twin, files.sidecar):
         print(file)
 
@@ -64,7 +67,7 @@ def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> i
 
 
 @contextmanager
-def _folder(out: Path):
+def _folder(out: Path) -> Iterator[None]:
     """Find out before the work, not after it, that nothing can be written; a new folder that stays empty is removed."""
     is_new, probe = not out.exists(), out / ".photosite"
     try:

@@ -1,7 +1,7 @@
 """`photosite validate`: a camera measured back from its raw files, as a table, a picture and JSON."""
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -161,7 +161,7 @@ def _verdict(gates: Sequence[Gate]) -> None:
 
 
 @contextmanager
-def _frames(out: Path | None):
+def _frames(out: Path | None) -> Iterator[Path]:
     """Folder for the frames: `out`/frames, or one that goes away."""
     if out is not None:
         yield out / "frames"

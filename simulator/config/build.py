@@ -1,16 +1,19 @@
 """From validated sections to the simulator's frozen objects, with file and line in every complaint."""
 
 from pathlib import Path
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from simulator.config.document import Document, dotted
+from simulator.config.document import Document, Keys, dotted
 from simulator.config.messages import from_validation
 from simulator.config.section_types import Section
 from simulator.errors import PhotositeError
 
+Model = TypeVar("Model", bound=Section)
 
-def validate(model: type[Section], document: Document) -> Section:
+
+def validate(model: type[Model], document: Document) -> Model:
     """Check a document against a model and make its paths absolute.
 
     Raises PhotositeError with file and line.
@@ -22,7 +25,7 @@ def validate(model: type[Section], document: Document) -> Section:
     return locate(values, (), document)
 
 
-def locate(value: object, keys: tuple, document: Document) -> object:
+def locate(value: Any, keys: Keys, document: Document) -> Any:
     """Return the same value with every relative path joined to the folder of the file that names it."""
     if isinstance(value, Path):
         return (document.place(keys).folder / value.expanduser()).absolute()
@@ -38,7 +41,7 @@ def locate(value: object, keys: tuple, document: Document) -> object:
     return value
 
 
-def build(value: object, keys: tuple, document: Document) -> object:
+def build(value: Any, keys: Keys, document: Document) -> Any:
     """Return the simulator's object for a validated value.
 
     Raises PhotositeError with the line of the key that the object complains about, or of its section.
@@ -47,12 +50,12 @@ def build(value: object, keys: tuple, document: Document) -> object:
         return {key: build(inner, keys + (key,), document) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
         return type(value)(build(inner, keys + (index,), document) for index, inner in enumerate(value))
-    if not isinstance(value, Section) or type(value).assemble is None:
+    if not isinstance(value, Section) or (assemble := type(value).assemble) is None:
         return value
     fields = type(value).model_fields
     arguments = {name: build(getattr(value, name), keys + (field.alias or name,), document) for name, field in fields.items()}
     try:
-        return type(value).assemble(**arguments)
+        return assemble(**arguments)
     except PhotositeError as error:
         named = _named_keys(error)
         if named is None:
@@ -67,8 +70,8 @@ def placed(error: PhotositeError, document: Document) -> PhotositeError:
     return error if named is None or named not in document.places else document.placed(error, named)
 
 
-def _named_keys(error: PhotositeError) -> tuple | None:
+def _named_keys(error: PhotositeError) -> Keys | None:
     """Return the keys in the dotted key of an error about a value; None for one about a file, or whose key is words."""
-    if not error.names_a_value:
+    if error.key is None or not error.names_a_value:
         return None
     return tuple(int(word) if word.isdigit() else word for word in error.key.split("."))

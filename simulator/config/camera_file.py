@@ -1,9 +1,9 @@
 """A camera in YAML: a name, a path, or a mapping with `base:`; every section may state its `source:`."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag, create_model
 
@@ -15,7 +15,7 @@ from simulator.config.section_types import Section
 from simulator.config.sections_of_dataclasses import OWN_MODELS, section_with
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.stages.registry import STAGES
-from simulator.sensor.stages.stage import fields_from_shot
+from simulator.sensor.stages.stage import Stage, fields_from_shot
 
 SourceText = Annotated[
     Annotated[str, Tag("<text>")] | Annotated[dict[str, str], Tag("<by key>")],
@@ -24,29 +24,30 @@ SourceText = Annotated[
 Source = Annotated[SourceText | None, Field(description="where the numbers come from; text, or text by key")]
 
 
-def _camera(source=None, **values) -> Camera:
+def _camera(source: object = None, **values: Any) -> Camera:
     return Camera(**values)
 
 
-def _stages(source=None, **values) -> dict[str, object]:
+def _stages(source: object = None, **values: Stage | None) -> dict[str, Stage]:
     return {stem: stage for stem, stage in values.items() if stage is not None}
 
 
-def _without_source(cls: type):
+def _without_source(cls: type[Stage]) -> Callable[..., Stage]:
     return lambda source=None, **values: cls(**values)
 
 
 @cache
 def camera_section() -> type[Section]:
     """Return the model of a camera file. Its stages are the sensor stages that say so."""
-    source = {"source": (Source, None)}
-    stages = {}
-    for stem, cls in sorted(STAGES.items()):
+    source: dict[str, Any] = {"source": (Source, None)}
+    stages: dict[str, Any] = {}
+    classes: dict[str, Any] = dict(STAGES)  # Any: mypy takes the class of a dataclass for an instance, which has no hash
+    for stem, cls in sorted(classes.items()):
         if cls.in_camera_stages:
             leave_out = frozenset(fields_from_shot(cls))
             stages[stem] = (section_with(cls, _without_source(cls), extra=source, leave_out=leave_out), None)
     stage_model = create_model(
-        "Stages", __base__=Section, __doc__="Sensor stages; one that is absent is off.", **source, **stages
+        "Stages", __base__=Section, __doc__="Sensor stages; one that is absent is off.", **(source | stages)
     )
     stage_model.assemble = _stages
     curves = section_with(
@@ -67,8 +68,13 @@ def load_camera(name: str, overrides: Iterable[str] = ()) -> Camera:
     Raises PhotositeError with file and line.
     """
     document = camera_document(name, overrides)
-    model = create_model("CameraFile", __base__=Section, camera=(camera_section(), ...))
-    return build(validate(model, document).camera, ("camera",), document)
+    section: Any = validate(_camera_file_section(), document)  # its fields are made at run time
+    return build(section.camera, ("camera",), document)
+
+
+@cache
+def _camera_file_section() -> type[Section]:
+    return create_model("CameraFile", __base__=Section, camera=(camera_section(), ...))
 
 
 def camera_document(name: str, overrides: Iterable[str] = ()) -> Document:
@@ -85,7 +91,7 @@ def inline_camera(document: Document) -> Document:
     return _with_base(document, "camera", ())
 
 
-def _with_base(document: Document, key: str, seen: tuple) -> Document:
+def _with_base(document: Document, key: str, seen: tuple[Path, ...]) -> Document:
     if isinstance(document.data, str):
         document = Document({"base": document.data}, {(): document.place(()), ("base",): document.place(())})
         key_of_base = key

@@ -4,12 +4,14 @@ import functools
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import yaml
 
 from simulator.config.yaml_dialect import PlainLoader
 from simulator.errors import PhotositeError, place_text
 
+Keys = tuple[str | int, ...]  # from the top of a document to a value: keys of mappings and numbers of list items
 MAX_NODES = 1_000_000  # a file of nested aliases can otherwise expand without end
 
 
@@ -34,28 +36,32 @@ class Place:
 
 @dataclass
 class Document:
-    """Plain data and the place of every key, by its tuple of keys; () is the file itself."""
+    """The contents of a YAML file, and where each of its keys was written.
 
-    data: object
-    places: dict[tuple, Place] = field(default_factory=dict)
+    data: None, a bool, number or text, or lists and mappings of these. Whoever reads it checks which of them it is.
+    places: by the keys that lead to a value from the top of the document; () is the file itself.
+    """
 
-    def place(self, keys: tuple) -> Place:
+    data: Any
+    places: dict[Keys, Place] = field(default_factory=dict)
+
+    def place(self, keys: Keys) -> Place:
         """Place of a key, or of the nearest section around it."""
         while keys and keys not in self.places:
             keys = keys[:-1]
         return self.places[keys]
 
-    def problem(self, keys: tuple, rule: str, value: object = None, *, key: str | None = None) -> PhotositeError:
+    def problem(self, keys: Keys, rule: str, value: object = None, *, key: str | None = None) -> PhotositeError:
         """Return an error with file and line; `key` is how the message names it, by default the keys with points between."""
         return self.placed(PhotositeError(rule, key=dotted(keys) if key is None else key, value=value), keys)
 
-    def placed(self, error: PhotositeError, keys: tuple) -> PhotositeError:
+    def placed(self, error: PhotositeError, keys: Keys) -> PhotositeError:
         """Return an error with the file and line of a key."""
         place = self.place(keys)
         return error.with_file(place.file, place.line, place.via)
 
 
-def dotted(keys: tuple) -> str:
+def dotted(keys: Keys) -> str:
     """Return how messages name a key of a document: `scene.layers.0.image`."""
     return ".".join(map(str, keys))
 
@@ -110,19 +116,21 @@ class _Reading:
     """Turns composed nodes into plain data and notes the places."""
 
     def __init__(self, name: str, folder: Path):
-        self.name, self.folder, self.places, self.count = name, folder, {}, 0
+        self.name, self.folder, self.count = name, folder, 0
+        self.places: dict[Keys, Place] = {}
         self.open_nodes: set[int] = set()
 
-    def problem(self, node, rule: str, key: str | None = None, joint: str = ": ") -> PhotositeError:
+    def problem(self, node: yaml.Node, rule: str, key: str | None = None, joint: str = ": ") -> PhotositeError:
         return PhotositeError(rule, file=self.name, line=node.start_mark.line + 1, key=key, joint=joint)
 
-    def plain(self, node, keys: tuple):
+    def plain(self, node: yaml.Node, keys: Keys) -> Any:
         self.count += 1
         if self.count > MAX_NODES or id(node) in self.open_nodes:
             raise self.problem(node, "aliases (`*name`) repeat without end; write the values out")
         if isinstance(node, yaml.ScalarNode):
             return self.scalar(node)
         self.open_nodes.add(id(node))
+        value: dict[str | int, Any] | list[Any]
         if isinstance(node, yaml.MappingNode) and node.tag == "tag:yaml.org,2002:map":
             value = self.mapping(node, keys)
         elif isinstance(node, yaml.SequenceNode) and node.tag == "tag:yaml.org,2002:seq":
@@ -132,21 +140,23 @@ class _Reading:
         self.open_nodes.discard(id(node))
         return value
 
-    def scalar(self, node):
+    def scalar(self, node: yaml.ScalarNode) -> None | bool | int | float | str:
         text, tag = node.value, node.tag.rpartition(":")[2]
         if not node.tag.startswith("tag:yaml.org,2002:") or tag not in ("null", "bool", "int", "float", "str"):
             raise self.problem(node, f"the tag {node.tag} is not used here; write a plain value")
         try:
             if tag == "float":
                 return float(re.sub(r"\.(?=[inIN])", "", text))
-            return {"null": lambda: None, "bool": lambda: text.lower() == "true", "int": lambda: int(text)}.get(
-                tag, lambda: text
-            )()
+            if tag == "int":
+                return int(text)
         except ValueError:
             raise self.problem(node, f"`{text}` is no {tag}") from None
+        if tag == "bool":
+            return text.lower() == "true"
+        return None if tag == "null" else text
 
-    def mapping(self, node, keys: tuple) -> dict:
-        result = {}
+    def mapping(self, node: yaml.MappingNode, keys: Keys) -> dict[str | int, Any]:
+        result: dict[str | int, Any] = {}
         for key_node, value_node in node.value:
             key = self.plain(key_node, keys)
             if not isinstance(key, (str, int)) or isinstance(key, bool):

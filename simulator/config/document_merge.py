@@ -1,8 +1,9 @@
 """Putting documents together: a camera on its base, single values by dotted path, files that sections name."""
 
 from pathlib import Path
+from typing import Any
 
-from simulator.config.document import Document, Place, parse_document
+from simulator.config.document import Document, Keys, Place, parse_document
 from simulator.errors import PhotositeError
 
 CONFIGS = next(
@@ -23,7 +24,7 @@ def with_section(document: Document, key: str | int, section: Document) -> Docum
     places = {keys: place for keys, place in document.places.items() if keys[:1] != (key,)}
     places |= {(key,) + keys: place for keys, place in section.places.items()}
     if isinstance(document.data, list):
-        return Document([*document.data[:key], section.data, *document.data[key + 1 :]], places)
+        return Document([section.data if index == key else item for index, item in enumerate(document.data)], places)
     return Document(document.data | {key: section.data}, places)
 
 
@@ -43,19 +44,20 @@ def merged(base: Document, over: Document) -> Document:
     return result
 
 
-def same_key(mapping: dict, key: object) -> object:
+def same_key(mapping: dict[str | int, Any], key: str | int) -> str | int:
     """Return the key under which a mapping holds `key`; 100 and "100" are one key (JSON knows only text keys)."""
     if key in mapping:
         return key
     return next((known for known in mapping if str(known) == str(key)), key)
 
 
-def without(document: Document, keys: tuple) -> Document:
+def without(document: Document, keys: Keys) -> Document:
     """Return the document with one key taken away."""
-    if len(keys) > 1:
-        return with_section(document, keys[0], without(subdocument(document, keys[0]), keys[1:]))
+    first, *rest = keys
+    if rest:
+        return with_section(document, first, without(subdocument(document, first), tuple(rest)))
     places = {known: place for known, place in document.places.items() if known[:1] != keys}
-    return Document({key: value for key, value in document.data.items() if key != keys[0]}, places)
+    return Document({key: value for key, value in document.data.items() if key != first}, places)
 
 
 def with_value(document: Document, dotted: str, value: object, place: Place) -> Document:
@@ -71,7 +73,7 @@ def with_value(document: Document, dotted: str, value: object, place: Place) -> 
     return _set(document, keys, value, place, dotted)
 
 
-def _set(document: Document, keys: tuple, value: object, place: Place, dotted: str) -> Document:
+def _set(document: Document, keys: tuple[str, ...], value: object, place: Place, dotted: str) -> Document:
     rest = keys[1:]
     if isinstance(document.data, list):
         return _set_item(document, keys, value, place, dotted)
@@ -88,7 +90,7 @@ def _set(document: Document, keys: tuple, value: object, place: Place, dotted: s
     return with_section(document, key, Document(value, {(): place}))
 
 
-def _set_item(document: Document, keys: tuple, value: object, place: Place, dotted: str) -> Document:
+def _set_item(document: Document, keys: tuple[str, ...], value: object, place: Place, dotted: str) -> Document:
     """`_set` for a list."""
     count = len(document.data)
     if not keys[0].isdecimal() or int(keys[0]) >= count or (value is None and len(keys) == 1):

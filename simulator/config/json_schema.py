@@ -1,16 +1,19 @@
 """JSON Schema of the shot file, for editors that complete and check YAML."""
 
 import copy
+from typing import Any
 
 from simulator.config.shot_file import shot_section
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 
-def schema() -> dict[str, object]:
+def schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of a shot file, from the models that read it; units are in the descriptions."""
     model = shot_section()
-    result = {"$schema": DRAFT, "title": "Photosite shot"} | model.model_json_schema(by_alias=True, mode="validation")
+    result: dict[str, Any] = {"$schema": DRAFT, "title": "Photosite shot"} | model.model_json_schema(
+        by_alias=True, mode="validation"
+    )
     definitions = result["$defs"]
     definitions["Camera"] = _camera(definitions["Camera"])
     result["properties"]["name"]["description"] = "stem of the files written; the shot file's own when left out"
@@ -18,7 +21,7 @@ def schema() -> dict[str, object]:
     return result
 
 
-def _camera(full: dict) -> dict:
+def _camera(full: dict[str, Any]) -> dict[str, Any]:
     """List what `camera:` may be: a name or path, a mapping on a base, or a full camera."""
     text = {"type": "string", "description": "a name in configs/cameras or the path of a camera file"}
     partial = copy.deepcopy(full)

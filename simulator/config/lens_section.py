@@ -1,7 +1,8 @@
 """The `lens:` section: one of several kinds, told apart by the key that names it; without one it is a thin lens."""
 
-from functools import cache
-from typing import Annotated
+from functools import cache, reduce
+from operator import or_
+from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag, create_model
 
@@ -12,27 +13,26 @@ from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
 
 # Kinds with a key of their own, whose value holds their numbers.
-LENSES = {"pinhole": Pinhole, "bare_sensor": BareSensor}
+LENSES: dict[str, type] = {"pinhole": Pinhole, "bare_sensor": BareSensor}
 
 
 @cache
-def lens_member() -> tuple:
+def lens_member() -> tuple[Any, Any]:
     """Return the annotation and the Field of a shot's lens."""
     thin = section(ThinLens)
-    kinds = [Annotated[thin, Tag(f"<{thin.__name__}>")]]
+    kinds: list[Any] = [Annotated[thin, Tag(f"<{thin.__name__}>")]]
     for key in LENSES:
         model = _named(key)
         kinds.append(Annotated[model, Tag(f"<{model.__name__}>")])
-    union = kinds[0] | kinds[1] | kinds[2]
     text = "what forms the image: the numbers of a thin lens, or a pinhole, or bare_sensor"
-    return Annotated[union, Discriminator(_kind)], Field(description=text)
+    return Annotated[reduce(or_, kinds), Discriminator(_kind)], Field(description=text)
 
 
 @cache
 def _named(key: str) -> type[Section]:
     cls = LENSES[key]
-    member = (section(cls), Field(description=(cls.__doc__ or "").partition("\n")[0]))
-    model = create_model(f"Lens{cls.__name__}", __base__=Section, __doc__="A lens of this kind.", **{key: member})
+    members: dict[str, Any] = {key: (section(cls), Field(description=(cls.__doc__ or "").partition("\n")[0]))}
+    model = create_model(f"Lens{cls.__name__}", __base__=Section, __doc__="A lens of this kind.", **members)
     model.assemble = lambda **values: values[key]
     return model
 

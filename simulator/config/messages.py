@@ -5,8 +5,9 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
 
-from simulator.config.document import Document, dotted
+from simulator.config.document import Document, Keys, dotted
 from simulator.config.section_types import Quantity, Section
 from simulator.config.unit_words import example
 from simulator.errors import PhotositeError
@@ -35,17 +36,17 @@ def from_validation(error: ValidationError, document: Document, model: type[Sect
     # An unknown key is often a misspelt one that is then also missing: name the spelling first.
     finding = min(findings, key=lambda found: found["type"] != "extra_forbidden")
     keys = plain_keys(finding["loc"])
-    error = _error_of(finding, keys, model)
+    problem = _error_of(finding, keys, model)
     more = f" ({len(findings) - 1} more after this one)" if len(findings) > 1 else ""
-    return document.placed(error.replace(rule=error.rule + more), keys)
+    return document.placed(problem.replace(rule=problem.rule + more), keys)
 
 
-def plain_keys(location: tuple) -> tuple:
+def plain_keys(location: Keys) -> Keys:
     """Return a pydantic location without the names of union branches."""
     return tuple(key for key in location if not (isinstance(key, str) and key[:1] in "<["))
 
 
-def _error_of(finding: dict, keys: tuple, model: type[Section]) -> PhotositeError:
+def _error_of(finding: ErrorDetails, keys: Keys, model: type[Section]) -> PhotositeError:
     """Return `key = value: what to write` for one finding, without file and line."""
     key, kind, location = dotted(keys), finding["type"], finding["loc"]
     if kind == "extra_forbidden":
@@ -59,7 +60,7 @@ def _error_of(finding: dict, keys: tuple, model: type[Section]) -> PhotositeErro
     if kind == "literal_error":
         choices = [str(choice) for choice in _literal_values(field_at(model, location) or field_at(model, location[:-1]))]
         return PhotositeError(nearest(str(finding["input"]), choices), key=key, value=value)
-    if kind == "value_error":
+    if kind == "value_error" and "ctx" in finding:
         return PhotositeError(f"{finding['ctx']['error']}", key=key, value=value)
     return PhotositeError(WANTED.get(kind, finding["msg"]), key=key, value=value)
 
@@ -72,13 +73,13 @@ def nearest(word: str, choices: list[str]) -> str:
     return f"did you mean `{lowered[close[0]]}`? (known: {listed})" if close else f"use one of: {listed}"
 
 
-def known_keys(model: type[Section], location: tuple) -> list[str]:
+def known_keys(model: type[Section], location: Keys) -> list[str]:
     """Keys of the section at a location."""
     inner = model_at(model, location)
     return [field.alias or name for name, field in inner.model_fields.items()] if inner else []
 
 
-def model_at(model: type[Section], location: tuple) -> type[Section] | None:
+def model_at(model: type[Section], location: Keys) -> type[Section] | None:
     """Return the section's model at a pydantic location."""
     candidates: list[type[Section]] = [model]
     for key in location:
@@ -91,7 +92,7 @@ def model_at(model: type[Section], location: tuple) -> type[Section] | None:
     return candidates[0] if candidates else None
 
 
-def field_at(model: type[Section], location: tuple) -> FieldInfo | None:
+def field_at(model: type[Section], location: Keys) -> FieldInfo | None:
     """Return the field at a pydantic location."""
     while location and isinstance(location[-1], str) and location[-1][:1] in "<[":
         location = location[:-1]
@@ -111,8 +112,8 @@ def sections_in(annotation: Any) -> list[type[Section]]:
     return [inner for part in get_args(annotation) for inner in sections_in(part)]
 
 
-def _literal_values(field: FieldInfo | None) -> list:
-    def values(annotation: Any) -> list:
+def _literal_values(field: FieldInfo | None) -> list[str | int]:
+    def values(annotation: Any) -> list[Any]:
         parts = get_args(annotation)
         return [value for part in parts for value in values(part)] if parts else [annotation]
 

@@ -1,6 +1,7 @@
 """Cameras, responses and lengths as an option of a command names them, outside any shot file."""
 
 from pathlib import Path
+from typing import Any
 
 from simulator.config.camera_file import inline_camera
 from simulator.config.document import Document, Place
@@ -10,7 +11,7 @@ from simulator.errors import PhotositeError
 from simulator.units import Unit
 
 
-def camera_data(name: str, label: str) -> dict[str, object]:
+def camera_data(name: str, label: str) -> dict[str, Any]:
     """Return a camera file, `base:` joined in, as plain data.
 
     name: as `camera: name` takes it; a path is relative to the current folder. label: the option, for messages.

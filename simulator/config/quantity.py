@@ -3,9 +3,13 @@
 import functools
 import math
 import re
+from typing import TYPE_CHECKING
 
 from simulator.config.unit_words import SHORT, WORDS, example, noun, unit_registry
 from simulator.units import Unit
+
+if TYPE_CHECKING:
+    from pint import Unit as PintUnit
 
 NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 QUANTITY = re.compile(
@@ -21,10 +25,9 @@ def parse_quantity(value: object, unit: Unit) -> float:
     Raises ValueError, whose message says how to write it, for anything else; for NaN; and for infinity
     unless the unit is the metre, because only a distance can be infinite.
     """
-    bare = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if unit.symbol == "f_number" and bare and math.isfinite(value):
-        return float(value)
-    if bare and math.isfinite(value):
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value):
+        if unit.symbol == "f_number":
+            return float(value)
         raise ValueError(f"has no unit; write {noun(unit)} such as {format_quantity(value, unit)}")
     if not isinstance(value, str):
         raise ValueError(f"is not understood; write {noun(unit)} such as {example(unit)}")
@@ -88,7 +91,7 @@ def convert(number: float, unit_text: str, symbol: str, wanted: str) -> float:
     return result
 
 
-def _noun_of(given) -> str:
+def _noun_of(given: "PintUnit") -> str:
     for symbol, (name, _) in WORDS.items():
         if unit_registry().parse_units(symbol).dimensionality == given.dimensionality:
             return name

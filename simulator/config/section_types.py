@@ -2,10 +2,10 @@
 
 import dataclasses
 from collections.abc import Callable
-from typing import Annotated, ClassVar, Union
+from typing import Annotated, Any, ClassVar, Union
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Tag
-from pydantic_core import core_schema
+from pydantic import BaseModel, ConfigDict, Discriminator, GetCoreSchemaHandler, GetJsonSchemaHandler, Tag
+from pydantic_core import CoreSchema, core_schema
 
 from simulator.config.quantity import format_quantity, parse_quantity
 from simulator.config.unit_words import example, noun
@@ -28,14 +28,14 @@ class Quantity:
 
     unit: Unit
 
-    def __get_pydantic_core_schema__(self, _source, _handler):
+    def __get_pydantic_core_schema__(self, _source: Any, _handler: GetCoreSchemaHandler) -> CoreSchema:
         """Parse with the unit; serialise back to text."""
         return core_schema.no_info_plain_validator_function(
             lambda value: parse_quantity(value, self.unit),
             serialization=core_schema.plain_serializer_function_ser_schema(lambda value: format_quantity(value, self.unit)),
         )
 
-    def __get_pydantic_json_schema__(self, _schema, _handler):
+    def __get_pydantic_json_schema__(self, _schema: CoreSchema, _handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """Text, with the unit and an example."""
         text = {
             "type": "string",
@@ -47,7 +47,7 @@ class Quantity:
         return text | {"pattern": r"^\s*[-+]?\s*([0-9.]|[iI]nf|∞)"}
 
 
-def union(models: list, hints: tuple) -> object:
+def union(models: list[Any], hints: tuple[Any, ...]) -> Any:
     """Make a union whose branch is chosen by what was written: a mapping by its keys, anything else the plain branch."""
     if type(None) in hints and len(hints) == 2:
         return models[0] | models[1]
@@ -65,7 +65,7 @@ def union(models: list, hints: tuple) -> object:
     return Annotated[Union[tuple(tagged)], Discriminator(branch)]  # noqa: UP007
 
 
-def best_section(sections: dict[str, type[Section]], value: dict) -> str:
+def best_section(sections: dict[str, type[Section]], value: dict[str, Any]) -> str:
     """Name of the section whose keys suit a mapping best: fewest keys unknown or missing."""
 
     def misfits(model: type[Section]) -> int:

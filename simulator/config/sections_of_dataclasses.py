@@ -9,7 +9,7 @@ import dataclasses
 import functools
 import re
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -21,7 +21,8 @@ from simulator.units import key_of, unit_of
 
 def descriptions(cls: type) -> dict[str, str]:
     """`name: text` lines of a docstring, with their indented continuation lines."""
-    result, current = {}, None
+    result: dict[str, str] = {}
+    current = None
     for line in (cls.__doc__ or "").splitlines():
         stripped = line.strip()
         if match := re.match(r"(\w+): (.+)", stripped):
@@ -35,15 +36,17 @@ def descriptions(cls: type) -> dict[str, str]:
 
 
 OWN_MODELS: dict[type, Callable[[], type[Section]]] = {}  # classes whose section differs from their fields
+_made: dict[type, type[Section]] = {}  # by class, so that a class used in two places has one section
 
 
-@functools.cache
-def section(cls: type) -> type[Section]:
+def section(cls: type[Any]) -> type[Section]:
     """Return the model of a frozen dataclass.
 
     Raises TypeError for a field whose type has no form in YAML, such as an array.
     """
-    return OWN_MODELS[cls]() if cls in OWN_MODELS else section_with(cls)
+    if cls not in _made:
+        _made[cls] = OWN_MODELS[cls]() if cls in OWN_MODELS else section_with(cls)
+    return _made[cls]
 
 
 def given_later(cls: type, *names: str) -> None:
@@ -57,7 +60,7 @@ def section_with(
     cls: type,
     assemble: Callable[..., object] | None = None,
     replace: dict[str, type[Section]] | None = None,
-    extra: dict[str, tuple] | None = None,
+    extra: Mapping[str, Any] | None = None,
     leave_out: frozenset[str] = frozenset(),
 ) -> type[Section]:
     """Like `section`, where a few fields differ.
@@ -65,42 +68,44 @@ def section_with(
     assemble: called instead of the class. replace: field -> section. extra: key -> (annotation, Field).
     leave_out: fields that the configuration does not set.
     """
-    hints, texts, members = get_type_hints(cls, include_extras=True), descriptions(cls), {}
+    hints, texts = get_type_hints(cls, include_extras=True), descriptions(cls)
+    members: dict[str, Any] = {}
     for field in dataclasses.fields(cls):
         if not field.init or field.name in leave_out:
             continue
         hint = hints[field.name]
         other = (replace or {}).get(field.name)
         text = next((part for part in getattr(hint, "__metadata__", ()) if isinstance(part, str)), texts.get(field.name))
-        default = (
-            {"default_factory": lambda model=other: model.model_validate({})} if other and _default(field) else _default(field)
-        )
+        options: dict[str, Any] = _default(field)
+        if other and options:
+            options = {"default_factory": functools.partial(other.model_validate, {})}
         annotation = other or model_type(hint)
-        members[field.name] = (annotation, Field(alias=key_of(field.name, hint), description=text, **default))
-    model = create_model(
-        cls.__name__, __base__=Section, __doc__=(cls.__doc__ or "").partition("\n")[0], **members, **(extra or {})
-    )
+        options |= {"alias": key_of(field.name, hint), "description": text}
+        members[field.name] = (annotation, Field(**options))
+    members |= extra or {}
+    model = create_model(cls.__name__, __base__=Section, __doc__=(cls.__doc__ or "").partition("\n")[0], **members)
     model.assemble = assemble or cls
     return model
 
 
-def _default(field: dataclasses.Field) -> dict[str, object]:
+def _default(field: dataclasses.Field[Any]) -> dict[str, Any]:
     if field.default is not dataclasses.MISSING:
         return {"default_factory": functools.partial(model_value, field.default)}
-    if field.default_factory is not dataclasses.MISSING:
-        return {"default_factory": lambda: model_value(field.default_factory())}
+    if (make := field.default_factory) is not dataclasses.MISSING:
+        return {"default_factory": lambda: model_value(make())}
     return {}
 
 
-def model_value(value: object) -> object:
+def model_value(value: Any) -> Any:
     """Return the model of a dataclass instance that serves as a default; other values as they are."""
-    if not dataclasses.is_dataclass(value):
+    if isinstance(value, type) or not dataclasses.is_dataclass(value):
         return value
-    given = {field.name: model_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    return section(type(value)).model_construct(**given)
+    given: dict[str, Any] = {field.name: model_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    cls: type[Any] = type(value)
+    return section(cls).model_construct(**given)
 
 
-def model_type(hint: object) -> object:
+def model_type(hint: Any) -> Any:
     """Return a dataclass field's annotation as pydantic should see it."""
     if (unit := unit_of(hint)) and get_origin(hint) is Annotated:
         return Annotated[float, Quantity(unit)]
@@ -114,9 +119,9 @@ def model_type(hint: object) -> object:
     if origin in (Union, types.UnionType):
         return union([model_type(part) for part in parts], parts)
     if origin is dict:
-        key = Annotated[int, Strict(False)] if parts[0] is int else parts[0]
-        return dict[key, model_type(parts[1])]
+        key: Any = Annotated[int, Strict(False)] if parts[0] is int else parts[0]
+        return types.GenericAlias(dict, (key, model_type(parts[1])))
     if origin in (list, tuple):
         inner = tuple(part if part is Ellipsis else model_type(part) for part in parts)
-        return Annotated[origin[inner], Strict(False)]
+        return Annotated[types.GenericAlias(origin, inner), Strict(False)]
     raise TypeError(f"{hint} has no form in YAML")

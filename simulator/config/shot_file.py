@@ -4,10 +4,10 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, fields, is_dataclass, replace
-from functools import cache, reduce
+from functools import cache, partial, reduce
 from operator import or_
 from pathlib import Path
-from typing import Annotated, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 from pydantic import Discriminator, Field, Tag, create_model
 
@@ -29,7 +29,7 @@ from simulator.scene.layered import LayeredScene
 from simulator.scene.spectral_cube import SpectralCubeScene
 
 # The key that decides which scene it is.
-SCENES = {
+SCENES: dict[str, type] = {
     "image": ImageScene,
     "spectral_cube": SpectralCubeScene,
     "chart": ChartScene,
@@ -41,17 +41,21 @@ SCENES = {
 @cache
 def shot_section() -> type[Section]:
     """Return the model of a shot file: the fields of Shot, with the scene chosen by its key."""
-    scenes = tuple(Annotated[section(cls), Tag(f"<{cls.__name__}>")] for cls in SCENES.values())
+    scenes: tuple[Any, ...] = tuple(Annotated[section(cls), Tag(f"<{cls.__name__}>")] for cls in SCENES.values())
     scene = (
         Annotated[reduce(or_, scenes), Discriminator(_scene_of)],
         Field(description=f"what stands before the lens, told apart by its key: {', '.join(SCENES)}"),
     )
-    members = {"scene": scene, "lens": lens_member(), "camera": (camera_section(), Field(description="the camera body"))}
+    members: dict[str, Any] = {
+        "scene": scene,
+        "lens": lens_member(),
+        "camera": (camera_section(), Field(description="the camera body")),
+    }
     hints = get_type_hints(Shot, include_extras=True)
     for field in fields(Shot):
         if field.name in ("scene", "lens", "camera", "resolved"):
             continue
-        default = {} if field.default is MISSING else {"default_factory": lambda value=field.default: model_value(value)}
+        default: dict[str, Any] = {} if field.default is MISSING else {"default_factory": partial(model_value, field.default)}
         text = (hints[field.name].__doc__ or "").partition("\n")[0] if is_dataclass(hints[field.name]) else None
         members[field.name] = (model_type(hints[field.name]), Field(description=text, **default))
     members["sweep"] = (SweepSection | None, Field(default=None, description="what to vary from point to point"))
@@ -79,7 +83,7 @@ def load_shot(path: str | Path, overrides: Iterable[str] | Mapping[str, object] 
     return shot_from(load_document(path, overrides))
 
 
-def shot_of_data(data: dict, name: str, overrides: Mapping[str, object]) -> Shot:
+def shot_of_data(data: Mapping[str, object], name: str, overrides: Mapping[str, object]) -> Shot:
     """Return the shot of a resolved configuration that another file holds.
 
     name: that file, for messages. overrides: plain values by dotted path. Raises PhotositeError.
@@ -133,17 +137,17 @@ def shot_from(document: Document) -> Shot:
     if isinstance(document.data.get("camera"), dict):
         document = with_section(document, "camera", inline_response(subdocument(document, "camera")))
     _check_scene_keys(document)
-    values = validate(shot_section(), document)
+    values: Any = validate(shot_section(), document)  # its fields are made at run time
     _check_name(values.name, document)
     return replace(build(values, (), document), resolved=resolved(values))
 
 
-def resolved(values: Section) -> dict:
+def resolved(values: Section) -> dict[str, Any]:
     """Return the full configuration as plain data: defaults filled in, camera inlined, paths absolute; loads again."""
     return _plain(values.model_dump(by_alias=True, exclude_none=True, exclude={"sweep"}))
 
 
-def _plain(value: object) -> object:
+def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _plain(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):

@@ -1,8 +1,9 @@
 """The points of a sweep, made one at a time: a million of them take no memory."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from simulator.config.build import placed, validate
 from simulator.config.document import Document, Place
@@ -49,7 +50,7 @@ class Sweep:
         section = validate(SweepSection, section_document)
         self._place = section_document.place
         self._base = without(document, ("sweep",))
-        self.values = {}
+        self.values: dict[str, Sequence[Any]] = {}
         for key, values in section.vary.items():
             try:
                 self.values[key] = sequence(values)

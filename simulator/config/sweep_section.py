@@ -1,7 +1,7 @@
 """The `sweep:` section: which keys vary, over which values."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, overload
 
 from pydantic import Discriminator, Field, Tag
 
@@ -53,14 +53,14 @@ class SweepSection(Section):
     ] = False
 
 
-class EvenSteps(Sequence):
+class EvenSteps(Sequence[Number]):
     """The values of `Steps`, each computed when asked for.
 
     Raises ValueError when the ends do not go together.
     """
 
     def __init__(self, steps: Steps):
-        self.count, self.log, self.ends = steps.steps, steps.scale == "log2", (steps.first, steps.last)
+        self.steps, self.log, self.ends = steps.steps, steps.scale == "log2", (steps.first, steps.last)
         self.first, self.unit = _number(steps.first)
         self.last, unit = _number(steps.last)
         if bool(self.unit) != bool(unit):
@@ -74,14 +74,20 @@ class EvenSteps(Sequence):
         self.whole = isinstance(steps.first, int) and isinstance(steps.last, int)
 
     def __len__(self) -> int:
-        return self.count
+        return self.steps
 
-    def __getitem__(self, index: int) -> object:
-        if not 0 <= index < self.count:
+    @overload
+    def __getitem__(self, index: int) -> Number: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Number]: ...
+    def __getitem__(self, index: int | slice) -> Number | list[Number]:
+        if isinstance(index, slice):
+            return [self[place] for place in range(*index.indices(len(self)))]
+        if not 0 <= index < self.steps:
             raise IndexError(index)
-        if index in (0, self.count - 1):
+        if index in (0, self.steps - 1):
             return self.ends[index > 0]
-        share = index / (self.count - 1)
+        share = index / (self.steps - 1)
         if self.log:
             value = self.first * (self.last / self.first) ** share
         else:
@@ -96,7 +102,7 @@ def _number(end: Number) -> tuple[float, str]:
     return split_quantity(end) if isinstance(end, str) else (float(end), "")
 
 
-def sequence(values: list | Steps | WholeNumbers) -> Sequence:
+def sequence(values: list[Any] | Steps | WholeNumbers) -> Sequence[Any]:
     """Return the values of one varied key, without making them all. Raises ValueError when there are none."""
     if isinstance(values, Steps):
         return EvenSteps(values)

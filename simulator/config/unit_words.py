@@ -5,8 +5,12 @@ error message, `50 M` is no megametre, and an angle is not taken for a bare numb
 """
 
 import functools
+from typing import TYPE_CHECKING, Any
 
 from simulator.units import Unit
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
 
 DEFINITIONS = """
 nano- = 1e-9 = n-
@@ -64,11 +68,12 @@ SHORT = {
 
 
 @functools.cache
-def unit_registry():
+def unit_registry() -> "UnitRegistry[Any]":
     """Return the pint registry with DEFINITIONS, made once."""
     from pint import UnitRegistry
 
-    registry = UnitRegistry(None)
+    empty: Any = None  # pint reads this as "no definitions"; its annotation names only files of definitions
+    registry: UnitRegistry[Any] = UnitRegistry(empty)
     for line in DEFINITIONS.strip().splitlines():
         registry.define(line)
     return registry

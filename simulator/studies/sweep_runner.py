@@ -66,7 +66,7 @@ def run_sweep(
             report(row)
             steps.add(row.name)
             failures = 0 if row.error is None else failures + 1
-            if failures == FAILURES_IN_A_ROW:
+            if row.error is not None and failures == FAILURES_IN_A_ROW:
                 rule = f"{row.error.rule} ({failures} failures in a row: stopped)"
                 raise row.error.replace(rule=rule).inside(row.name)
     finally:
@@ -76,7 +76,7 @@ def run_sweep(
 
 def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], object], redo: bool = False) -> Row:
     """Run one point unless its files stand and were made from the same configuration and input files."""
-    start = time.perf_counter()
+    start, status, failure = time.perf_counter(), "", None
     files = {kind: f"{point.name}{end}" for kind, end in (("dng", ".dng"), ("truth", ".truth.exr"), ("sidecar", ".json"))}
     try:
         shot = point.shot()
@@ -91,7 +91,6 @@ def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], o
                 path.write_text(text, encoding="utf-8")
             take(shot, directory)
             status = "done"
-        failure = None
     except PhotositeError as error:
         failure = point.placed(error)
     except (OSError, MemoryError) as error:
