@@ -29,14 +29,14 @@ def develop_sheet(raw: Path, out: Path | None, settings: dict[str, Any], white_b
     Raises PhotositeError.
     """
     from simulator.command_line.development_sheet import draw_sheet
-    from simulator.command_line.screen import waiting
+    from simulator.command_line.screen import show_waiting
     from simulator.measurement.report.figures import write_figure
 
     target = out or raw.with_suffix(".sheet.png")
     if target.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise PhotositeError("a sheet is a .png, .svg or .pdf file", key="--out", value=target)
     choice = settings | {"white_balance": _parse_white_balance(white_balance)}
-    with waiting("sheet"):
+    with show_waiting("sheet"):
         write_figure(draw_sheet(raw, choice), target)
     return target
 

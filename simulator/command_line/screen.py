@@ -21,7 +21,7 @@ def console() -> Console:
 
 
 @contextmanager
-def shown(first: str, *, prefix: str = "", is_long: bool = True) -> Iterator[Progress]:
+def show_progress(first: str, *, prefix: str = "", is_long: bool = True) -> Iterator[Progress]:
     """Yield a function that shows on a bar on stderr what work tells of itself.
 
     first: shown until it tells something. prefix: stands before what it tells. is_long: shows the time that remains, not
@@ -30,18 +30,18 @@ def shown(first: str, *, prefix: str = "", is_long: bool = True) -> Iterator[Pro
     with _bars(TimeRemainingColumn() if is_long else TimeElapsedColumn()) as bars:
         task, last = bars.add_task(escape(first), total=1.0), 0.0
 
-        def tell(what: str, share: float) -> None:
+        def update(what: str, share: float) -> None:
             nonlocal last
             if share < last:
                 bars.reset(task)
             last = share
             bars.update(task, completed=share, description=escape(prefix + what))
 
-        yield tell
+        yield update
 
 
 @contextmanager
-def waiting(what: str) -> Iterator[None]:
+def show_waiting(what: str) -> Iterator[None]:
     """Show a bar for work that tells nothing of itself."""
     with _bars(TimeElapsedColumn()) as bars:
         bars.add_task(escape(what), total=None)

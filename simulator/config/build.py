@@ -5,8 +5,8 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from simulator.config.document import Document, Keys, dotted
-from simulator.config.messages import from_validation
+from simulator.config.document import Document, Keys, join_keys
+from simulator.config.messages import convert_validation_error
 from simulator.config.section_types import Section
 from simulator.errors import PhotositeError
 
@@ -21,11 +21,11 @@ def validate(model: type[Model], document: Document) -> Model:
     try:
         values = model.model_validate(document.data)
     except ValidationError as error:
-        raise from_validation(error, document, model) from None
-    return locate(values, (), document)
+        raise convert_validation_error(error, document, model) from None
+    return make_paths_absolute(values, (), document)
 
 
-def locate(value: Any, keys: Keys, document: Document) -> Any:
+def make_paths_absolute(value: Any, keys: Keys, document: Document) -> Any:
     """Return the same value with every relative path joined to the folder of the file that names it."""
     if isinstance(value, Path):
         return (document.place(keys).folder / value.expanduser()).absolute()
@@ -33,11 +33,11 @@ def locate(value: Any, keys: Keys, document: Document) -> Any:
         for name, field in type(value).model_fields.items():
             inner = getattr(value, name)
             if isinstance(inner, (Path, Section, dict, list, tuple)):
-                setattr(value, name, locate(inner, keys + (field.alias or name,), document))
+                setattr(value, name, make_paths_absolute(inner, keys + (field.alias or name,), document))
     elif isinstance(value, dict):
-        return {key: locate(inner, keys + (key,), document) for key, inner in value.items()}
+        return {key: make_paths_absolute(inner, keys + (key,), document) for key, inner in value.items()}
     elif isinstance(value, (list, tuple)):
-        return type(value)(locate(inner, keys + (index,), document) for index, inner in enumerate(value))
+        return type(value)(make_paths_absolute(inner, keys + (index,), document) for index, inner in enumerate(value))
     return value
 
 
@@ -59,15 +59,15 @@ def build(value: Any, keys: Keys, document: Document) -> Any:
     except PhotositeError as error:
         named = _named_keys(error)
         if named is None:
-            raise document.placed(error, keys) from None
+            raise document.locate_error(error, keys) from None
         where = named if named[: len(keys)] == keys else (*keys, named[-1])
-        raise document.placed(error.replace(key=dotted(where)), where) from None
+        raise document.locate_error(error.replace(key=join_keys(where)), where) from None
 
 
-def placed(error: PhotositeError, document: Document) -> PhotositeError:
+def locate_error(error: PhotositeError, document: Document) -> PhotositeError:
     """Return the error of a later step with file and line, when it is about the value of a key of the document."""
     named = _named_keys(error)
-    return error if named is None or named not in document.places else document.placed(error, named)
+    return error if named is None or named not in document.places else document.locate_error(error, named)
 
 
 def _named_keys(error: PhotositeError) -> Keys | None:

@@ -53,15 +53,15 @@ class Document:
 
     def problem(self, keys: Keys, rule: str, value: object = None, *, key: str | None = None) -> PhotositeError:
         """Return an error with file and line; `key` is how the message names it, by default the keys with points between."""
-        return self.placed(PhotositeError(rule, key=dotted(keys) if key is None else key, value=value), keys)
+        return self.locate_error(PhotositeError(rule, key=join_keys(keys) if key is None else key, value=value), keys)
 
-    def placed(self, error: PhotositeError, keys: Keys) -> PhotositeError:
+    def locate_error(self, error: PhotositeError, keys: Keys) -> PhotositeError:
         """Return an error with the file and line of a key."""
         place = self.place(keys)
         return error.with_file(place.file, place.line, place.via)
 
 
-def dotted(keys: Keys) -> str:
+def join_keys(keys: Keys) -> str:
     """Return how messages name a key of a document: `scene.layers.0.image`."""
     return ".".join(map(str, keys))
 
@@ -107,7 +107,7 @@ def parse_document(text: str, name: str, folder: Path, lines: bool = True) -> Do
         line = mark.line + 1 if mark and lines else None
         raise PhotositeError(f"broken YAML: {reason}; check indentation, colons and quotes", file=name, line=line) from None
     reading = _Reading(name, folder)
-    data = None if node is None else reading.plain(node, ())
+    data = None if node is None else reading.convert(node, ())
     reading.places[()] = Place(name, folder)
     return Document(data, reading.places)
 
@@ -123,24 +123,24 @@ class _Reading:
     def problem(self, node: yaml.Node, rule: str, key: str | None = None, joint: str = ": ") -> PhotositeError:
         return PhotositeError(rule, file=self.name, line=node.start_mark.line + 1, key=key, joint=joint)
 
-    def plain(self, node: yaml.Node, keys: Keys) -> Any:
+    def convert(self, node: yaml.Node, keys: Keys) -> Any:
         self.count += 1
         if self.count > MAX_NODES or id(node) in self.open_nodes:
             raise self.problem(node, "aliases (`*name`) repeat without end; write the values out")
         if isinstance(node, yaml.ScalarNode):
-            return self.scalar(node)
+            return self.convert_scalar(node)
         self.open_nodes.add(id(node))
         value: dict[str | int, Any] | list[Any]
         if isinstance(node, yaml.MappingNode) and node.tag == "tag:yaml.org,2002:map":
-            value = self.mapping(node, keys)
+            value = self.convert_mapping(node, keys)
         elif isinstance(node, yaml.SequenceNode) and node.tag == "tag:yaml.org,2002:seq":
-            value = [self.plain(item, keys + (index,)) for index, item in enumerate(node.value)]
+            value = [self.convert(item, keys + (index,)) for index, item in enumerate(node.value)]
         else:
             raise self.problem(node, f"the tag {node.tag} is not used here; write plain values")
         self.open_nodes.discard(id(node))
         return value
 
-    def scalar(self, node: yaml.ScalarNode) -> None | bool | int | float | str:
+    def convert_scalar(self, node: yaml.ScalarNode) -> None | bool | int | float | str:
         text, tag = node.value, node.tag.rpartition(":")[2]
         if not node.tag.startswith("tag:yaml.org,2002:") or tag not in ("null", "bool", "int", "float", "str"):
             raise self.problem(node, f"the tag {node.tag} is not used here; write a plain value")
@@ -155,15 +155,15 @@ class _Reading:
             return text.lower() == "true"
         return None if tag == "null" else text
 
-    def mapping(self, node: yaml.MappingNode, keys: Keys) -> dict[str | int, Any]:
+    def convert_mapping(self, node: yaml.MappingNode, keys: Keys) -> dict[str | int, Any]:
         result: dict[str | int, Any] = {}
         for key_node, value_node in node.value:
-            key = self.plain(key_node, keys)
+            key = self.convert(key_node, keys)
             if not isinstance(key, (str, int)) or isinstance(key, bool):
                 raise self.problem(key_node, f"`{key}` cannot be a key; quote it if it is meant as text")
             if key in result:
                 first = self.places[keys + (key,)].text
-                raise self.problem(key_node, f"is written twice (first at {first}); keep one", dotted((*keys, key)), " ")
+                raise self.problem(key_node, f"is written twice (first at {first}); keep one", join_keys((*keys, key)), " ")
             self.places[keys + (key,)] = Place(self.name, self.folder, key_node.start_mark.line + 1)
-            result[key] = self.plain(value_node, keys + (key,))
+            result[key] = self.convert(value_node, keys + (key,))
         return result

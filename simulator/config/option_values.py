@@ -22,7 +22,7 @@ def camera_data(name: str, label: str) -> dict[str, Any]:
     response = camera.data.get("response")
     if isinstance(response, dict) and "file" in response:
         path = find_config("responses", response["file"], camera.place(("response", "file")), "camera.response.file")
-        return camera.data | {"response": response | {"file": _name(path)}}
+        return camera.data | {"response": response | {"file": _name_response(path)}}
     return camera.data
 
 
@@ -31,7 +31,7 @@ def response_name(name: str, label: str) -> str:
 
     Raises PhotositeError with the nearest name for one that is not there.
     """
-    return _name(find_config("responses", name, Place(label, Path.cwd()), "response.file"))
+    return _name_response(find_config("responses", name, Place(label, Path.cwd()), "response.file"))
 
 
 def length_um(text: str, label: str) -> float:
@@ -42,5 +42,5 @@ def length_um(text: str, label: str) -> float:
         raise PhotositeError(f"{error}", key=label, value=text) from None
 
 
-def _name(response: Path) -> str:
+def _name_response(response: Path) -> str:
     return response.stem if response.parent == CONFIGS / "responses" else str(response)

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, GetCoreSchemaHandler,
 from pydantic_core import CoreSchema, core_schema
 
 from simulator.config.quantity import format_quantity, parse_quantity
-from simulator.config.unit_words import example, noun
+from simulator.config.unit_words import name_quantity, write_example
 from simulator.units import Unit
 
 
@@ -39,15 +39,15 @@ class Quantity:
         """Text, with the unit and an example."""
         text = {
             "type": "string",
-            "description": f"{noun(self.unit)}, such as {example(self.unit)}",
-            "examples": [example(self.unit)],
+            "description": f"{name_quantity(self.unit)}, such as {write_example(self.unit)}",
+            "examples": [write_example(self.unit)],
         }
         if self.unit.symbol == "f_number":
             return {"anyOf": [text, {"type": "number", "exclusiveMinimum": 0}]}
         return text | {"pattern": r"^\s*[-+]?\s*([0-9.]|[iI]nf|∞)"}
 
 
-def union(models: list[Any], hints: tuple[Any, ...]) -> Any:
+def make_union(models: list[Any], hints: tuple[Any, ...]) -> Any:
     """Make a union whose branch is chosen by what was written: a mapping by its keys, anything else the plain branch."""
     if type(None) in hints and len(hints) == 2:
         return models[0] | models[1]
@@ -57,7 +57,7 @@ def union(models: list[Any], hints: tuple[Any, ...]) -> Any:
     def branch(value: object) -> str:
         if isinstance(value, Section):
             return f"<{type(value).__name__}>"
-        return best_section(sections, value) if isinstance(value, dict) and sections else "<plain>"
+        return find_best_section(sections, value) if isinstance(value, dict) and sections else "<plain>"
 
     tagged = [Annotated[model, Tag(name)] for name, model in sections.items()]
     if plain:
@@ -65,7 +65,7 @@ def union(models: list[Any], hints: tuple[Any, ...]) -> Any:
     return Annotated[Union[tuple(tagged)], Discriminator(branch)]  # noqa: UP007
 
 
-def best_section(sections: dict[str, type[Section]], value: dict[str, Any]) -> str:
+def find_best_section(sections: dict[str, type[Section]], value: dict[str, Any]) -> str:
     """Name of the section whose keys suit a mapping best: fewest keys unknown or missing."""
 
     def misfits(model: type[Section]) -> int:

@@ -27,7 +27,7 @@ class WholeNumbers(Section):
     range: Annotated[list[int], Field(min_length=2, max_length=3, description="[first, stop] or [first, stop, step]")]
 
 
-def _form(value: object) -> str:
+def _find_form(value: object) -> str:
     if isinstance(value, (Steps, WholeNumbers)):
         return f"<{type(value).__name__}>"
     if isinstance(value, dict):
@@ -39,7 +39,7 @@ Values = Annotated[
     Annotated[list[Any], Field(min_length=1), Tag("<list>")]
     | Annotated[Steps, Tag("<Steps>")]
     | Annotated[WholeNumbers, Tag("<WholeNumbers>")],
-    Discriminator(_form),
+    Discriminator(_find_form),
 ]
 
 
@@ -61,8 +61,8 @@ class EvenSteps(Sequence[Number]):
 
     def __init__(self, steps: Steps):
         self.steps, self.log, self.ends = steps.steps, steps.scale == "log2", (steps.first, steps.last)
-        self.first, self.unit = _number(steps.first)
-        self.last, unit = _number(steps.last)
+        self.first, self.unit = _split_end(steps.first)
+        self.last, unit = _split_end(steps.last)
         if bool(self.unit) != bool(unit):
             raise ValueError("give both ends a unit, or neither")
         if unit != self.unit:
@@ -98,11 +98,11 @@ class EvenSteps(Sequence[Number]):
         return int(value) if self.whole and value == int(value) else value
 
 
-def _number(end: Number) -> tuple[float, str]:
+def _split_end(end: Number) -> tuple[float, str]:
     return split_quantity(end) if isinstance(end, str) else (float(end), "")
 
 
-def sequence(values: list[Any] | Steps | WholeNumbers) -> Sequence[Any]:
+def expand_values(values: list[Any] | Steps | WholeNumbers) -> Sequence[Any]:
     """Return the values of one varied key, without making them all. Raises ValueError when there are none."""
     if isinstance(values, Steps):
         return EvenSteps(values)

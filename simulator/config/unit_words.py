@@ -68,7 +68,7 @@ SHORT = {
 
 
 @functools.cache
-def unit_registry() -> "UnitRegistry[Any]":
+def get_unit_registry() -> "UnitRegistry[Any]":
     """Return the pint registry with DEFINITIONS, made once."""
     from pint import UnitRegistry
 
@@ -79,11 +79,11 @@ def unit_registry() -> "UnitRegistry[Any]":
     return registry
 
 
-def example(unit: Unit) -> str:
+def write_example(unit: Unit) -> str:
     """How a quantity in this unit is written, such as `50 mm`."""
     return WORDS.get(unit.symbol, ("", f"1 {unit.symbol}"))[1]
 
 
-def noun(unit: Unit) -> str:
+def name_quantity(unit: Unit) -> str:
     """Name the quantity, such as `a length`."""
     return WORDS.get(unit.symbol, (f"a quantity in {unit.symbol}", ""))[0]

@@ -82,7 +82,7 @@ def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], o
         shot = point.shot()
         settings, sidecar = directory / f"{point.name}.yaml", directory / files["sidecar"]
         text = dump_yaml(shot.resolved)
-        if not redo and _stands(text, settings, sidecar, shot):
+        if not redo and _is_up_to_date(text, settings, sidecar, shot):
             status = SKIPPED
         else:
             # The sidecar is written last and vouches for the rest, so an old one has to go first.
@@ -92,7 +92,7 @@ def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], o
             take(shot, directory)
             status = "done"
     except PhotositeError as error:
-        failure = point.placed(error)
+        failure = point.locate_error(error)
     except (OSError, MemoryError) as error:
         failure = PhotositeError(f"{error}")
     if failure is not None:
@@ -100,7 +100,7 @@ def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], o
     return Row(point.index, point.name, point.values, files, time.perf_counter() - start, status, failure)
 
 
-def _stands(text: str, settings: Path, sidecar: Path, shot: Shot) -> bool:
+def _is_up_to_date(text: str, settings: Path, sidecar: Path, shot: Shot) -> bool:
     """Whether a finished set of files from these settings is there, newer than every file it was made from."""
     try:
         made = sidecar.stat().st_mtime_ns

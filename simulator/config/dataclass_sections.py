@@ -15,11 +15,11 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 from pydantic import Field, Strict, create_model
 
-from simulator.config.section_types import Quantity, Section, union
+from simulator.config.section_types import Quantity, Section, make_union
 from simulator.units import key_of, unit_of
 
 
-def descriptions(cls: type) -> dict[str, str]:
+def read_descriptions(cls: type) -> dict[str, str]:
     """`name: text` lines of a docstring, with their indented continuation lines."""
     result: dict[str, str] = {}
     current = None
@@ -35,28 +35,28 @@ def descriptions(cls: type) -> dict[str, str]:
     return result
 
 
-OWN_MODELS: dict[type, Callable[[], type[Section]]] = {}  # classes whose section differs from their fields
+CUSTOM_SECTIONS: dict[type, Callable[[], type[Section]]] = {}  # classes whose section differs from their fields
 _made: dict[type, type[Section]] = {}  # by class, so that a class used in two places has one section
 
 
-def section(cls: type[Any]) -> type[Section]:
+def make_section(cls: type[Any]) -> type[Section]:
     """Return the model of a frozen dataclass.
 
     Raises TypeError for a field whose type has no form in YAML, such as an array.
     """
     if cls not in _made:
-        _made[cls] = OWN_MODELS[cls]() if cls in OWN_MODELS else section_with(cls)
+        _made[cls] = CUSTOM_SECTIONS[cls]() if cls in CUSTOM_SECTIONS else make_custom_section(cls)
     return _made[cls]
 
 
-def given_later(cls: type, *names: str) -> None:
+def defer_fields(cls: type, *names: str) -> None:
     """Leave fields of a dataclass out of the configuration: its sections become functions of these fields."""
-    OWN_MODELS[cls] = functools.cache(
-        lambda: section_with(cls, functools.partial(functools.partial, cls), leave_out=frozenset(names))
+    CUSTOM_SECTIONS[cls] = functools.cache(
+        lambda: make_custom_section(cls, functools.partial(functools.partial, cls), leave_out=frozenset(names))
     )
 
 
-def section_with(
+def make_custom_section(
     cls: type,
     assemble: Callable[..., object] | None = None,
     replace: dict[str, type[Section]] | None = None,
@@ -68,7 +68,7 @@ def section_with(
     assemble: called instead of the class. replace: field -> section. extra: key -> (annotation, Field).
     leave_out: fields that the configuration does not set.
     """
-    hints, texts = get_type_hints(cls, include_extras=True), descriptions(cls)
+    hints, texts = get_type_hints(cls, include_extras=True), read_descriptions(cls)
     members: dict[str, Any] = {}
     for field in dataclasses.fields(cls):
         if not field.init or field.name in leave_out:
@@ -79,7 +79,7 @@ def section_with(
         options: dict[str, Any] = _default(field)
         if other and options:
             options = {"default_factory": functools.partial(other.model_validate, {})}
-        annotation = other or model_type(hint)
+        annotation = other or to_annotation(hint)
         options |= {"alias": key_of(field.name, hint), "description": text}
         members[field.name] = (annotation, Field(**options))
     members |= extra or {}
@@ -90,38 +90,39 @@ def section_with(
 
 def _default(field: dataclasses.Field[Any]) -> dict[str, Any]:
     if field.default is not dataclasses.MISSING:
-        return {"default_factory": functools.partial(model_value, field.default)}
+        return {"default_factory": functools.partial(to_section, field.default)}
     if (make := field.default_factory) is not dataclasses.MISSING:
-        return {"default_factory": lambda: model_value(make())}
+        return {"default_factory": lambda: to_section(make())}
     return {}
 
 
-def model_value(value: Any) -> Any:
+def to_section(value: Any) -> Any:
     """Return the model of a dataclass instance that serves as a default; other values as they are."""
     if isinstance(value, type) or not dataclasses.is_dataclass(value):
         return value
-    given: dict[str, Any] = {field.name: model_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
     cls: type[Any] = type(value)
-    return section(cls).model_construct(**given)
+    given: dict[str, Any] = {field.name: to_section(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return make_section(cls).model_construct(**given)
 
 
-def model_type(hint: Any) -> Any:
+def to_annotation(hint: Any) -> Any:
     """Return a dataclass field's annotation as pydantic should see it."""
     if (unit := unit_of(hint)) and get_origin(hint) is Annotated:
         return Annotated[float, Quantity(unit)]
     origin, parts = get_origin(hint), get_args(hint)
     if origin is Annotated:
-        return model_type(parts[0])
-    if dataclasses.is_dataclass(hint):
-        return section(hint)
+        return to_annotation(parts[0])
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+        cls: type[Any] = hint
+        return make_section(cls)
     if hint is Path or hint in (str, int, float, bool, type(None), Any) or origin is Literal:
         return Annotated[Path, Field(strict=False)] if hint is Path else hint
     if origin in (Union, types.UnionType):
-        return union([model_type(part) for part in parts], parts)
+        return make_union([to_annotation(part) for part in parts], parts)
     if origin is dict:
         key: Any = Annotated[int, Strict(False)] if parts[0] is int else parts[0]
-        return types.GenericAlias(dict, (key, model_type(parts[1])))
+        return types.GenericAlias(dict, (key, to_annotation(parts[1])))
     if origin in (list, tuple):
-        inner = tuple(part if part is Ellipsis else model_type(part) for part in parts)
+        inner = tuple(part if part is Ellipsis else to_annotation(part) for part in parts)
         return Annotated[types.GenericAlias(origin, inner), Strict(False)]
     raise TypeError(f"{hint} has no form in YAML")
