@@ -1,4 +1,4 @@
-"""`photosite develop --sheet`: truth, raw as seen, developed and difference side by side."""
+"""`photosite develop --sheet`: truth, mosaic, development and their difference side by side."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,13 +66,13 @@ def _scale_to_one(picture: np.ndarray) -> np.ndarray:
 
 
 def _bright_level(picture: np.ndarray) -> float:
-    """A value that few of the pixels exceed; of a large picture every ninth row and column is asked."""
+    """Return the 99.5th percentile; of a large picture, that of every ninth row and column."""
     step = 9 if picture.shape[0] > 1000 else 1
     return float(np.percentile(picture[::step, ::step], 99.5))
 
 
 def _average_blocks(picture: np.ndarray) -> np.ndarray:
-    """Means of square blocks, so that no side has many more pixels than the sheet."""
+    """Return the means of square blocks, so that the longer side has about OVERVIEW_PX pixels."""
     block = max(1, max(picture.shape[:2]) // OVERVIEW_PX)
     height, width = (side // block for side in picture.shape[:2])
     return picture[: height * block, : width * block].reshape(height, block, width, block, 3).mean(axis=(1, 3))

@@ -1,4 +1,4 @@
-"""A grey patch in numbers with their formulas, and what its noise is made of, ISO by ISO."""
+"""Signal of a grey patch from luminance to code, with formulas, and the sources of its noise by ISO."""
 
 from collections.abc import Callable
 
@@ -13,7 +13,7 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.sensor_plan import SensorPlan
 
 MOST_ISOS = 12
-# What the stages are called among people; the others by their stem.
+# Names of noise sources in the tables; other stages are named by their stem.
 NAMES = {
     "photon_shot_noise": "photon shot",
     "dark_current": "dark shot",
@@ -28,7 +28,7 @@ NAMES = {
 
 
 def patch_facts(shot: Shot, sensor: SensorPlan, patch: GreyPatch) -> list[Fact]:
-    """From the patch's luminance to its code, one quantity a line."""
+    """Return the quantities from the patch's luminance to its code and signal-to-noise ratio."""
     camera = shot.camera
     solid_angle_sr = shot.lens.irradiance_per_radiance_sr()
     area = f"{camera.pixel_pitch_um:g}^2 um^2" + (f" * {camera.fill_factor:g}" if camera.fill_factor < 1 else "")

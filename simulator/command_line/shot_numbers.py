@@ -1,4 +1,4 @@
-"""What an exposure amounts to, in numbers with their formulas."""
+"""Signal of a white surface: luminous exposure, electrons and codes, with formulas."""
 
 import math
 from dataclasses import dataclass

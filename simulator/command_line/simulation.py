@@ -68,7 +68,7 @@ def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> i
 
 @contextmanager
 def _check_folder(out: Path) -> Iterator[None]:
-    """Find out before the work, not after it, that nothing can be written; a new folder that stays empty is removed."""
+    """Check before the work that the folder can be written to; remove it afterwards if it is new and empty."""
     is_new, probe = not out.exists(), out / ".photosite"
     try:
         with atomic_write(probe) as path:

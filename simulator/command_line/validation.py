@@ -1,4 +1,4 @@
-"""`photosite validate`: a camera measured back from its raw files, as a table, a picture and JSON."""
+"""`photosite validate`: measure a simulated camera from its raw files; results as tables, figures and JSON."""
 
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -78,7 +78,7 @@ def show_summary(report: "EmvaReport") -> None:
 
 
 def show_noise(report: "NoiseReport") -> None:
-    """Print a line per ISO, each number with its deviation from the camera file, and what the ISOs tell together."""
+    """Print a line per ISO, each number with its deviation from the camera file, and the checks of several ISOs together."""
     quantities = ("K", "read noise", "full scale", "dynamic range")
     table = Table(
         title=escape(f"{report.camera}: noise measured from {report.frames} raw files, and its deviation from the file")
@@ -114,7 +114,7 @@ def show_noise(report: "NoiseReport") -> None:
 
 
 def _list_reasons(gates: Sequence[Gate]) -> list[str]:
-    """Why numbers were not asked for, each reason once with the quantities and the ISOs it holds for."""
+    """Return why quantities were not checked: each reason once, with its quantities and ISOs."""
     lines = []
     for reason in dict.fromkeys(gate.ungated for gate in gates if gate.ungated):
         held = [gate for gate in gates if gate.ungated == reason]
@@ -141,7 +141,7 @@ def show_gates(title: str, gates: Sequence[Gate]) -> None:
 
 
 def _format_deviation(gate: Gate) -> str:
-    """Deviation with its verdict; nothing where no number can be given."""
+    """Return a deviation with its verdict; empty where the expected value is 0 and the tolerance relative."""
     if not gate.expected and gate.relative:
         return ""
     text = _format_amount(gate, gate.deviation, "+")
@@ -164,7 +164,7 @@ def _report_verdict(gates: Sequence[Gate]) -> None:
 
 @contextmanager
 def _open_frame_folder(out: Path | None) -> Iterator[Path]:
-    """Folder for the frames: `out`/frames, or one that goes away."""
+    """Yield the folder for the frames: `out`/frames, or a temporary one that is removed at the end."""
     if out is not None:
         yield out / "frames"
         return

@@ -14,10 +14,10 @@ from simulator.config.yaml_dialect import dump_yaml
 __all__ = [
     "Sweep",
     "SweepPoint",
+    "build_shot_from_data",
     "camera_data",
-    "read_camera_document",
-    "dump_yaml",
     "defer_fields",
+    "dump_yaml",
     "length_um",
     "load_camera",
     "load_file",
@@ -25,8 +25,8 @@ __all__ = [
     "load_sweep",
     "locate_errors",
     "named_file",
+    "read_camera_document",
     "response_name",
     "schema",
-    "build_shot_from_data",
     "shot_warnings",
 ]

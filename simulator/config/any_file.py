@@ -1,4 +1,4 @@
-"""A YAML file of another kind than a shot: any frozen dataclass, cameras inside it read in."""
+"""Read a YAML file that is no shot into any frozen dataclass; cameras named in it are replaced by their full sections."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -36,7 +36,7 @@ def load_file(cls: type[Root], path: str | Path, overrides: Iterable[str] = ()) 
 
 
 def _inline_cameras(document: Document) -> Document:
-    """Read in every camera of a document."""
+    """Replace every camera of a document, at any depth, by its full section."""
     if not isinstance(document.data, dict):
         return document
     for key, value in document.data.items():
@@ -53,7 +53,7 @@ def _inline_cameras(document: Document) -> Document:
 
 
 def _state_camera(choice: Document, name: object) -> Document:
-    """Return a section of `cameras` that says which camera it is."""
+    """Add the key `camera` with the section's own name to a section of `cameras` that lacks it."""
     if choice.data is None:
         choice = Document({}, {(): choice.place(())})
     if not isinstance(choice.data, dict) or "camera" in choice.data:

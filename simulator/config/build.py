@@ -1,4 +1,4 @@
-"""From validated sections to the simulator's frozen objects, with file and line in every complaint."""
+"""Turn validated sections into the simulator's frozen objects; every error names file and line."""
 
 from pathlib import Path
 from typing import Any, TypeVar
@@ -44,7 +44,7 @@ def make_paths_absolute(value: Any, keys: Keys, document: Document) -> Any:
 def build(value: Any, keys: Keys, document: Document) -> Any:
     """Return the simulator's object for a validated value.
 
-    Raises PhotositeError with the line of the key that the object complains about, or of its section.
+    Raises PhotositeError with the line of the key whose value the object refuses, or of its section.
     """
     if isinstance(value, dict):
         return {key: build(inner, keys + (key,), document) for key, inner in value.items()}
@@ -65,13 +65,13 @@ def build(value: Any, keys: Keys, document: Document) -> Any:
 
 
 def locate_error(error: PhotositeError, document: Document) -> PhotositeError:
-    """Return the error of a later step with file and line, when it is about the value of a key of the document."""
+    """Return an error with the file and line of its key; unchanged if it is not about the value of a key of the document."""
     named = _named_keys(error)
     return error if named is None or named not in document.places else document.locate_error(error, named)
 
 
 def _named_keys(error: PhotositeError) -> Keys | None:
-    """Return the keys in the dotted key of an error about a value; None for one about a file, or whose key is words."""
+    """Split the dotted key of an error about a value; None for an error about a file or the work, or whose key is prose."""
     if error.key is None or not error.names_a_value:
         return None
     return tuple(int(word) if word.isdigit() else word for word in error.key.split("."))

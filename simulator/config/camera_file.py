@@ -46,7 +46,7 @@ def _drop_source(cls: type[Stage]) -> Callable[..., Stage]:
 
 @cache
 def make_camera_section() -> type[Section]:
-    """Return the model of a camera file. Its stages are the sensor stages that say so."""
+    """Return the model of a camera file. Its stages are the sensor stages whose class sets `in_camera_stages`."""
     source: dict[str, Any] = {"source": (Source, None)}
     stages: dict[str, Any] = {}
     classes: dict[str, Any] = dict(STAGES)  # Any: mypy takes the class of a dataclass for an instance, which has no hash
@@ -86,7 +86,7 @@ def _make_camera_file_section() -> type[Section]:
 
 
 def read_camera_document(name: str, overrides: Iterable[str] = ()) -> Document:
-    """Return `{camera: ...}` as it is written, with its base and its response read in: numbers beside their sources."""
+    """Return `{camera: ...}` as written, base and response included, so that every number stands beside its `source:`."""
     place = Place(name, Path.cwd())
     document = replace_section(Document({}, {(): place}), "camera", inline_camera(Document(name, {(): place})))
     for text in overrides:
@@ -95,7 +95,7 @@ def read_camera_document(name: str, overrides: Iterable[str] = ()) -> Document:
 
 
 def inline_camera(document: Document) -> Document:
-    """Read in the base of a camera section: `camera: name` and `camera: {base: name, ...}` become full mappings."""
+    """Replace `camera: name` and `camera: {base: name, ...}` by a full mapping: the base, overlaid by the other keys."""
     return _inline_base(document, "camera", ())
 
 
@@ -117,7 +117,7 @@ def _inline_base(document: Document, key: str, seen: tuple[Path, ...]) -> Docume
 
 
 def inline_response(camera: Document) -> Document:
-    """Replace `response: {file: name}` by the curves in that file, overlaid by the other keys."""
+    """Replace `response: {file: name}` by the curves in that file, with the other keys laid over them."""
     if not isinstance(camera.data, dict):
         return camera
     if isinstance(camera.data.get("response"), str):

@@ -1,4 +1,4 @@
-"""One schema: pydantic models made from the frozen dataclasses of the simulator.
+"""Make the pydantic models of the configuration from the frozen dataclasses of the simulator.
 
 A dataclass is a section of the YAML file, a field is a key. A field annotated with a Unit loses its unit suffix
 (`focal_length_mm` becomes `focal_length`) and takes a quantity with a unit. Descriptions come from the
@@ -20,7 +20,7 @@ from simulator.units import key_of, unit_of
 
 
 def read_descriptions(cls: type) -> dict[str, str]:
-    """`name: text` lines of a docstring, with their indented continuation lines."""
+    """Return the `name: text` lines of a docstring, with their indented continuation lines, by name."""
     result: dict[str, str] = {}
     current = None
     for line in (cls.__doc__ or "").splitlines():
@@ -50,7 +50,7 @@ def make_section(cls: type[Any]) -> type[Section]:
 
 
 def defer_fields(cls: type, *names: str) -> None:
-    """Leave fields of a dataclass out of the configuration: its sections become functions of these fields."""
+    """Leave fields of a dataclass out of the configuration; a section then becomes a function that takes them as arguments."""
     CUSTOM_SECTIONS[cls] = functools.cache(
         lambda: make_custom_section(cls, functools.partial(functools.partial, cls), leave_out=frozenset(names))
     )
@@ -63,9 +63,10 @@ def make_custom_section(
     extra: Mapping[str, Any] | None = None,
     leave_out: frozenset[str] = frozenset(),
 ) -> type[Section]:
-    """Like `section`, where a few fields differ.
+    """Return the model of a frozen dataclass some of whose fields differ in the configuration.
 
-    assemble: called instead of the class. replace: field -> section. extra: key -> (annotation, Field).
+    assemble: called instead of the class to make the object. replace: sections of fields, by field name.
+    extra: keys that are no fields, each with (annotation, default or Field).
     leave_out: fields that the configuration does not set.
     """
     hints, texts = get_type_hints(cls, include_extras=True), read_descriptions(cls)
@@ -97,7 +98,7 @@ def _default(field: dataclasses.Field[Any]) -> dict[str, Any]:
 
 
 def to_section(value: Any) -> Any:
-    """Return the model of a dataclass instance that serves as a default; other values as they are."""
+    """Convert a dataclass instance that serves as a default into its section; return other values unchanged."""
     if isinstance(value, type) or not dataclasses.is_dataclass(value):
         return value
     cls: type[Any] = type(value)
@@ -106,7 +107,7 @@ def to_section(value: Any) -> Any:
 
 
 def to_annotation(hint: Any) -> Any:
-    """Return a dataclass field's annotation as pydantic should see it."""
+    """Translate the annotation of a dataclass field into the one that pydantic checks."""
     if (unit := unit_of(hint)) and get_origin(hint) is Annotated:
         return Annotated[float, Quantity(unit)]
     origin, parts = get_origin(hint), get_args(hint)

@@ -1,4 +1,4 @@
-"""YAML as plain data that remembers the file and line of every key."""
+"""Read YAML into plain data, with the file and line of every key."""
 
 import functools
 import re
@@ -12,15 +12,17 @@ from simulator.config.yaml_dialect import PlainLoader
 from simulator.errors import PhotositeError, place_text
 
 Keys = tuple[str | int, ...]  # from the top of a document to a value: keys of mappings and numbers of list items
-MAX_NODES = 1_000_000  # a file of nested aliases can otherwise expand without end
+MAX_NODES = 1_000_000  # limits nested aliases, which could otherwise expand exponentially
 
 
 @dataclass(frozen=True)
 class Place:
     """Where a value was written.
 
-    file: path of the file, or the setting as it was given, such as `--set lens.f_number=2`. folder: that relative paths of the
-    value start from. line: of the file, from 1. via: what takes the value from there to another key: `sweep`.
+    file: path of the file, or the setting as it was given, such as `--set lens.f_number=2`.
+    folder: folder that relative paths in the value start from.
+    line: line of the file, from 1.
+    via: section that sets another key to the value: `sweep`.
     """
 
     file: str
@@ -30,7 +32,7 @@ class Place:
 
     @property
     def text(self) -> str:
-        """How a message names it."""
+        """How a message names the place."""
         return place_text(self.file, self.line, self.via)
 
 
@@ -46,17 +48,17 @@ class Document:
     places: dict[Keys, Place] = field(default_factory=dict)
 
     def place(self, keys: Keys) -> Place:
-        """Place of a key, or of the nearest section around it."""
+        """Return the place of a key, or of the innermost section around it that has one."""
         while keys and keys not in self.places:
             keys = keys[:-1]
         return self.places[keys]
 
     def problem(self, keys: Keys, rule: str, value: object = None, *, key: str | None = None) -> PhotositeError:
-        """Return an error with file and line; `key` is how the message names it, by default the keys with points between."""
+        """Return an error with file and line. key: how the message names the key; by default the keys joined by points."""
         return self.locate_error(PhotositeError(rule, key=join_keys(keys) if key is None else key, value=value), keys)
 
     def locate_error(self, error: PhotositeError, keys: Keys) -> PhotositeError:
-        """Return an error with the file and line of a key."""
+        """Return the error with the file and line of a key added."""
         place = self.place(keys)
         return error.with_file(place.file, place.line, place.via)
 
@@ -83,7 +85,7 @@ def read_document(path: str | Path) -> Document:
 
 @functools.lru_cache(maxsize=64)
 def _read_cached(path: Path, _modified: int, _size: int) -> Document:
-    # Documents are never changed in place, so one reading may serve a million points of a sweep.
+    # Documents are never changed in place, so all points of a sweep can share one.
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -96,7 +98,7 @@ def _read_cached(path: Path, _modified: int, _size: int) -> Document:
 
 
 def parse_document(text: str, name: str, folder: Path, lines: bool = True) -> Document:
-    """Plain data of one YAML text; `name`, and the line unless `lines` is off, begin the messages."""
+    """Parse a YAML text. Messages begin with `name`, and with the line unless `lines` is off."""
     try:
         node = yaml.compose(text, PlainLoader)
     except RecursionError:
@@ -113,7 +115,7 @@ def parse_document(text: str, name: str, folder: Path, lines: bool = True) -> Do
 
 
 class _Reading:
-    """Turns composed nodes into plain data and notes the places."""
+    """Converts the nodes of PyYAML into plain data and records the place of each key."""
 
     def __init__(self, name: str, folder: Path):
         self.name, self.folder, self.count = name, folder, 0

@@ -1,4 +1,4 @@
-"""Putting documents together: a camera on its base, single values by dotted path, files that sections name."""
+"""Combine documents: lay a camera over its base, set values by dotted path, find the files that sections name."""
 
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ def select_section(document: Document, key: str | int) -> Document:
 
 
 def replace_section(document: Document, key: str | int, section: Document) -> Document:
-    """Return the document with another section `key`; neither is changed."""
+    """Return a copy of the document whose section `key` is `section`."""
     places = {keys: place for keys, place in document.places.items() if keys[:1] != (key,)}
     places |= {(key,) + keys: place for keys, place in section.places.items()}
     if isinstance(document.data, list):
@@ -29,7 +29,7 @@ def replace_section(document: Document, key: str | int, section: Document) -> Do
 
 
 def merge(base: Document, over: Document) -> Document:
-    """`over` laid on `base`: mappings join, other values replace, null removes what the base has."""
+    """Lay `over` on `base`: mappings are merged, other values replace those of the base, null removes a key of the base."""
     if not (isinstance(base.data, dict) and isinstance(over.data, dict)):
         return over
     result = base
@@ -52,7 +52,7 @@ def find_key(mapping: dict[str | int, Any], key: str | int) -> str | int:
 
 
 def remove_key(document: Document, keys: Keys) -> Document:
-    """Return the document with one key taken away."""
+    """Return a copy of the document without one key."""
     first, *rest = keys
     if rest:
         return replace_section(document, first, remove_key(select_section(document, first), tuple(rest)))
@@ -61,7 +61,7 @@ def remove_key(document: Document, keys: Keys) -> Document:
 
 
 def replace_value(document: Document, dotted: str, value: object, place: Place) -> Document:
-    """Return the document with the value at a dotted path set; null removes the key. Missing sections are made.
+    """Return a copy of the document with the value at a dotted path set. Null removes the key; missing sections are added.
 
     An item of a list is named by its number from 0, as in scene.layers.0.depth.
 
@@ -102,7 +102,7 @@ def _set_item(document: Document, keys: tuple[str, ...], value: object, place: P
 
 
 def parse_override(text: str) -> tuple[str, object, Place]:
-    """Dotted path, plain value and place of one `path=value`, as `--set` takes it; its files are relative to here.
+    """Split `path=value`, as `--set` takes it, into dotted path, plain value and place; its files are relative to this folder.
 
     Raises PhotositeError when there is no `=` or the value is broken YAML.
     """

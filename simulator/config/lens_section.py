@@ -1,4 +1,4 @@
-"""The `lens:` section: one of several kinds, told apart by the key that names it; without one it is a thin lens."""
+"""The `lens:` section: a key names its kind, such as `pinhole:`; without such a key it is a thin lens."""
 
 from functools import cache, reduce
 from operator import or_
@@ -12,7 +12,7 @@ from simulator.optics.lens.bare_sensor import BareSensor
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
 
-# Kinds with a key of their own, whose value holds their numbers.
+# Kinds of lens that a key names; its value holds their numbers.
 LENSES: dict[str, type] = {"pinhole": Pinhole, "bare_sensor": BareSensor}
 
 

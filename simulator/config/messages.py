@@ -1,4 +1,4 @@
-"""Pydantic's findings as one PhotositeError: file and line, the dotted key, the value, and what to write instead."""
+"""Convert pydantic's errors into one PhotositeError: file, line, dotted key, value, and what to write instead."""
 
 import difflib
 from typing import Any, get_args
@@ -31,9 +31,9 @@ WANTED = {
 
 
 def convert_validation_error(error: ValidationError, document: Document, model: type[Section]) -> PhotositeError:
-    """Return the first finding as an error a user can act on; the number of the others is added."""
+    """Return the first of pydantic's errors with what to write instead, and the number of the others."""
     findings = error.errors(include_url=False)
-    # An unknown key is often a misspelt one that is then also missing: name the spelling first.
+    # A misspelt key is both unknown and missing: the message names the unknown one, because it shows the spelling.
     finding = min(findings, key=lambda found: found["type"] != "extra_forbidden")
     keys = strip_branch_names(finding["loc"])
     problem = _describe_finding(finding, keys, model)
@@ -68,7 +68,7 @@ def _describe_finding(finding: ErrorDetails, keys: Keys, model: type[Section]) -
 
 
 def suggest_nearest(word: str, choices: list[str]) -> str:
-    """`did you mean ...?` with the nearest choice, or all of them when none is near."""
+    """Return `did you mean ...?` with the most similar choice, or all choices when none is similar."""
     lowered = {choice.lower(): choice for choice in choices}
     close = difflib.get_close_matches(word.lower(), lowered, n=1, cutoff=0.5)
     listed = ", ".join(sorted(choices)) or "none"
@@ -76,7 +76,7 @@ def suggest_nearest(word: str, choices: list[str]) -> str:
 
 
 def list_known_keys(model: type[Section], location: Keys) -> list[str]:
-    """Keys of the section at a location."""
+    """Return the keys that the section at a pydantic location may have."""
     inner = find_model(model, location)
     return [field.alias or name for name, field in inner.model_fields.items()] if inner else []
 
@@ -108,7 +108,7 @@ def find_field_by_key(model: type[Section], key: object) -> FieldInfo | None:
 
 
 def find_sections(annotation: Any) -> list[type[Section]]:
-    """All section models named in an annotation."""
+    """Return all section models in an annotation."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return [annotation]
     return [inner for part in get_args(annotation) for inner in find_sections(part)]

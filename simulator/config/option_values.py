@@ -1,4 +1,4 @@
-"""Cameras, responses and lengths as an option of a command names them, outside any shot file."""
+"""Read cameras, responses and lengths that an option of a command names, outside any shot file."""
 
 from pathlib import Path
 from typing import Any
@@ -12,10 +12,10 @@ from simulator.units import Unit
 
 
 def camera_data(name: str, label: str) -> dict[str, Any]:
-    """Return a camera file, `base:` joined in, as plain data.
+    """Return a camera file as plain data, merged with its `base:`.
 
     name: as `camera: name` takes it; a path is relative to the current folder. label: the option, for messages.
-    A response that is another file is named so that a camera file in any folder finds it.
+    Where the response is another file, its name is made absolute, unless it is one of configs/responses.
     Raises PhotositeError with the nearest name for one that is not there.
     """
     camera = inline_camera(Document(name, {(): Place(f"{label} {name}", Path.cwd())}))

@@ -1,4 +1,4 @@
-"""Quantities as a photographer writes them: `1/125 s`, `f/2.8`, `4.3 um`, `100 cd/m^2`, `165963 e-`, `inf m`."""
+"""Parse and format quantities as photographers write them: `1/125 s`, `f/2.8`, `4.3 um`, `100 cd/m^2`, `165963 e-`, `inf m`."""
 
 import functools
 import math
@@ -73,7 +73,7 @@ def split_quantity(text: str) -> tuple[float, str]:
 
 
 def convert(number: float, unit_text: str, symbol: str, wanted: str) -> float:
-    """Convert `number` of unit_text to the unit `symbol`; ValueError says `wanted` when that is impossible."""
+    """Convert a number of one unit to the unit `symbol`. Raises ValueError, which names `wanted`, where that is impossible."""
     registry = get_unit_registry()
     electrons = re.sub(r"(?<![A-Za-z])e[-−⁻](?![A-Za-z0-9])", "electron", unit_text.replace("°C", "degC"))
     try:

@@ -1,4 +1,4 @@
-"""What pydantic is taught about the configuration: sections, quantities, and unions told apart by what is written."""
+"""Types that extend pydantic for the configuration: sections, quantities, and unions whose branch follows from the keys."""
 
 import dataclasses
 from collections.abc import Callable
@@ -24,7 +24,7 @@ class Section(BaseModel):
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """Pydantic's view of a Unit: text is parsed on the way in and written on the way out."""
+    """Annotation with which pydantic parses text with a unit into a number, and writes the number as text."""
 
     unit: Unit
 
@@ -48,7 +48,7 @@ class Quantity:
 
 
 def make_union(models: list[Any], hints: tuple[Any, ...]) -> Any:
-    """Make a union whose branch is chosen by what was written: a mapping by its keys, anything else the plain branch."""
+    """Make a union that chooses a section by the keys of a mapping, and the plain type for any other value."""
     if type(None) in hints and len(hints) == 2:
         return models[0] | models[1]
     sections = {f"<{model.__name__}>": model for model in models if isinstance(model, type) and issubclass(model, Section)}
@@ -66,7 +66,7 @@ def make_union(models: list[Any], hints: tuple[Any, ...]) -> Any:
 
 
 def find_best_section(sections: dict[str, type[Section]], value: dict[str, Any]) -> str:
-    """Name of the section whose keys suit a mapping best: fewest keys unknown or missing."""
+    """Return the name of the section whose keys match a mapping best: the fewest keys are unknown or missing."""
 
     def misfits(model: type[Section]) -> int:
         known = {field.alias or name for name, field in model.model_fields.items()}

@@ -1,4 +1,4 @@
-"""A shot in YAML: scene, lens, exposure, camera, seeds."""
+"""Read a shot from YAML: scene, lens, exposure, camera, seeds."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -93,7 +93,7 @@ def build_shot_from_data(data: Mapping[str, object], name: str, overrides: Mappi
 
 @contextmanager
 def locate_errors(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Iterator[None]:
-    """Give errors of the block file and line, when they are about the value of a key of the shot file."""
+    """Add file and line to errors raised in the block that are about the value of a key of the shot file."""
     try:
         yield
     except PhotositeError as error:
@@ -115,7 +115,7 @@ def load_document(path: str | Path, overrides: Iterable[str] | Mapping[str, obje
 
 
 def apply_overrides(document: Document, overrides: Iterable[str] | Mapping[str, object]) -> Document:
-    """Return the document with a camera that is read in, and values set by dotted path."""
+    """Return the document with its camera replaced by the full section, and values set by dotted path."""
     if isinstance(overrides, Mapping):
         items = [(path, value, Place(f"--set {path}={value}", Path.cwd())) for path, value in overrides.items()]
     else:

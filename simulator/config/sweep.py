@@ -1,4 +1,4 @@
-"""The points of a sweep, made one at a time: a million of them take no memory."""
+"""The points of a sweep. Each is made when it is asked for, so memory does not grow with their number."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import named_files
 from simulator.pipeline.shot import Shot
 
-MAX_CHECKED = 2000  # of the computed values of one key; listed values are all checked
+MAX_CHECKED = 2000  # most values of one key that are checked when they are computed; listed values are all checked
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class SweepPoint:
         return build_shot(self.document)
 
     def locate_error(self, error: PhotositeError) -> PhotositeError:
-        """Return an error of taking the point with file and line, when it is about the value of a key of the document."""
+        """Return an error of taking the point, with file and line where it is about the value of a key of the document."""
         return locate_error(error, self.document)
 
 
@@ -106,7 +106,7 @@ class Sweep:
         return replace_value(document, "seeds.frame", frame + index, document.place(("seeds", "frame")))
 
     def check(self) -> None:
-        """Make the shots that hold every value once, so that a typo in the last point is found before the first runs.
+        """Build enough shots to check every value once, so that a mistake in the last point is found before the first runs.
 
         Raises PhotositeError with the line of the first value that is wrong.
         """
@@ -129,7 +129,7 @@ class Sweep:
 
 
 def _set_value(document: Document, key: str, value: object, place: Place) -> Document:
-    """Return a value of a point; another camera is read in."""
+    """Return the document with one value of a point set; a camera name is replaced by the full section."""
     if key in ("camera", "camera.base"):
         return apply_overrides(replace_value(document, "camera", value, place), ())
     return replace_value(document, key, value, place)

@@ -54,9 +54,9 @@ class SweepSection(Section):
 
 
 class EvenSteps(Sequence[Number]):
-    """The values of `Steps`, each computed when asked for.
+    """The values of `Steps`, each computed when it is asked for.
 
-    Raises ValueError when the ends do not go together.
+    Raises ValueError for ends of different dimension, infinite ends, and ends of a log2 scale that are not above 0.
     """
 
     def __init__(self, steps: Steps):
@@ -103,7 +103,7 @@ def _split_end(end: Number) -> tuple[float, str]:
 
 
 def expand_values(values: list[Any] | Steps | WholeNumbers) -> Sequence[Any]:
-    """Return the values of one varied key, without making them all. Raises ValueError when there are none."""
+    """Return the values of one varied key; computed ones are made when they are asked for. Raises ValueError for none."""
     if isinstance(values, Steps):
         return EvenSteps(values)
     if isinstance(values, WholeNumbers):

@@ -1,4 +1,4 @@
-"""A DNG taken again from what it says of itself."""
+"""Simulate the shot of a DNG again from the configuration in its XMP packet."""
 
 import os
 from pathlib import Path
@@ -37,7 +37,7 @@ def shot_of(path: str | os.PathLike[str]) -> Shot:
 
 
 def provenance_of(path: str | os.PathLike[str]) -> Provenance:
-    """Return what a DNG of ours says of its origin. Raises PhotositeError for any other file."""
+    """Return the provenance in the XMP packet of a Photosite DNG. Raises PhotositeError for any other file."""
     provenance = read_provenance(path)
     if provenance is None and _is_ours(path):
         rule = "holds no shot, because it was simulated from objects in Python and not from a shot file; run that program again"
@@ -50,7 +50,7 @@ def provenance_of(path: str | os.PathLike[str]) -> Provenance:
 
 
 def _is_ours(path: str | os.PathLike[str]) -> bool:
-    """Whether a TIFF's Software tag names Photosite."""
+    """Return whether the Software tag of a TIFF file names Photosite."""
     return (read_tag(path, SOFTWARE_TAG) or b"").startswith(OURS.encode())
 
 
@@ -65,7 +65,7 @@ def differing_codes(path: str | os.PathLike[str], raw: Raw) -> int:
 
 
 def _find_input(dng: str | os.PathLike[str], recorded: dict[str, str]) -> Path:
-    """Return where a file of the scene lies now, with the content it had."""
+    """Return the path of a scene file whose SHA-256 is the recorded one: where it was, or beside the DNG."""
     written = Path(recorded["path"])
     beside = Path(dng).absolute().parent / written.name
     there = [place for place in dict.fromkeys((written, beside)) if place.is_file()]

@@ -185,7 +185,7 @@ def test_explain_can_measure_every_pass_that_runs(capsys):
     assert code == 0 and "measured" in out
     rows = rows_of_passes(out)
     kept = [row for row in rows if row[5]]  # a pass that is skipped has no predicted time
-    assert {"scene planes", "projection", "defocus", "sensor", "truth"} <= {row[0] for row in kept}
+    assert {"scene planes", "radius statistics", "defocus", "sensor", "truth"} <= {row[0] for row in kept}
     assert all(float(row[6]) > 0 for row in kept)
     assert all(row[6] == "" for row in rows if not row[5])
 
