@@ -50,13 +50,13 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, 
     told = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
     steps.append(Step("binning", binning is not None, told))
     if optics.defocus is not None:
-        steps += [_hidden_step(optics), Step("blur accuracy", True, told_errors(optics.defocus.of_scene()))]
+        steps += [_occluded_background_step(optics), Step("blur accuracy", True, told_errors(optics.defocus.of_scene()))]
     return tuple(steps)
 
 
-def _hidden_step(optics: OpticsPlan) -> Step:
+def _occluded_background_step(optics: OpticsPlan) -> Step:
     """What a lens sees behind the edges of near things: the error that no method can remove from one picture with depth."""
-    scene, share = optics.scene, optics.hidden_share
+    scene, share = optics.scene, optics.disoccluded_share
     if share is None:
         return Step("hidden surfaces", bool(scene.behind), f"the scene has {len(scene.layers)} layers")
     told = "is not shown by the scene, and none is assumed" if scene.hidden == "none" else "is assumed to go on behind edges"

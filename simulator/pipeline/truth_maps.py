@@ -4,7 +4,7 @@ import numpy as np
 
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
-from simulator.scene.pinhole_view import surface_depth_m
+from simulator.scene.compositing import visible_depth_m
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.code_variance import code_variance
@@ -27,7 +27,7 @@ def depth_map(scene: Scene, projection: Projection, layout: ReadoutGeometry) -> 
     Nearest scene pixel: a mean over an edge would be a distance at which nothing stands. Of several surfaces the first at
     which more than half the pixel is covered.
     """
-    depth_m, frame = surface_depth_m(scene), layout.computed
+    depth_m, frame = visible_depth_m(scene), layout.computed
     shape = (layout.binned.height, layout.binned.width)
     if np.ndim(depth_m) == 0:
         return np.full(shape, depth_m, np.float32)[layout.kept]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from simulator.errors import require
 from simulator.scene.depth import unit_notes
-from simulator.scene.depth_holes import without_holes
+from simulator.scene.depth_holes import fill_holes
 from simulator.scene.image import ImageScene
 from simulator.scene.occluded_background import Hidden
 from simulator.scene.picture_light import Encoding, LuminanceOf, Negative
@@ -123,5 +123,5 @@ def _with_depth(scene: Scene, distance: float | np.ndarray) -> Scene:
         return replace(scene, depth_m=distance, notes=(*notes, *scene.notes))
     rule = f"the picture is {height} x {width}; give one distance, or one for each pixel"
     require(distance.shape == (height, width), "depth_m", f"array of shape {distance.shape}", rule)
-    depth_m, hole_notes = without_holes(distance, "error", "depth_m", ARRAY)
+    depth_m, hole_notes = fill_holes(distance, "error", "depth_m", ARRAY)
     return replace(scene, depth_m=depth_m, notes=(*notes, *scene.notes, *hole_notes, *unit_notes(depth_m, "m", ARRAY)))

@@ -13,7 +13,7 @@ from simulator.scene.color_channels import to_linear
 from simulator.scene.deep_file import DeepSamples, read_deep
 from simulator.scene.deep_layers import deep_layers
 from simulator.scene.depth import METRES_PER_UNIT, Along, LengthUnit, axis_per_ray, check_along, check_scale
-from simulator.scene.picture_light import Illuminant, LuminanceOf, Negative, Upsampling, lit_scene, without_negative
+from simulator.scene.picture_light import Illuminant, LuminanceOf, Negative, Upsampling, clip_negative, lit_scene
 from simulator.scene.pixel_file import PixelFile, memory_for
 from simulator.scene.scene import Scene
 from simulator.units import CandelasPerSquareMetre, Degrees
@@ -81,7 +81,7 @@ class DeepScene:
         fault = (planes < 0).any(axis=(1, 2))
         if fault.any():
             pixels = np.where(samples.where(fault), planes.min(), np.float32(0))[..., None]
-            notes += without_negative(pixels, self.negative, "scene.deep", self.deep)[1]
+            notes += clip_negative(pixels, self.negative, "scene.deep", self.deep)[1]
             np.maximum(planes, 0.0, out=planes)
         metres = self.depth.scale * METRES_PER_UNIT[self.depth.unit]
         if self.depth.along == "ray":

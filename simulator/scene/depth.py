@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from simulator.errors import PhotositeError, require
-from simulator.scene.depth_holes import Holes, nearest_pixels, without_holes
+from simulator.scene.depth_holes import Holes, fill_holes, nearest_pixels
 from simulator.scene.pixel_file import PixelFile, read_pixels
 from simulator.units import Metres
 
@@ -111,7 +111,7 @@ def load_depth(
     depth *= np.float32(depth_m.scale * METRES_PER_UNIT[depth_m.unit])
     if coverage is not None:
         depth[coverage == 0] = np.inf  # nothing stands there: no hole
-    depth, notes = without_holes(depth, depth_m.holes, f"{key}.depth", path)
+    depth, notes = fill_holes(depth, depth_m.holes, f"{key}.depth", path)
     if coverage is not None:
         depth = nearest_pixels(depth, coverage > 0)
     if depth_m.along == "ray":

@@ -13,7 +13,7 @@ Holes = Annotated[
 ]
 
 
-def without_holes(depth_m: np.ndarray, holes: Holes, key: str, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
+def fill_holes(depth_m: np.ndarray, holes: Holes, key: str, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
     """Depth (height, width) float32 [m] whose holes are filled, and a note that counts them.
 
     Raises PhotositeError, which names `key`, `path`, count and first pixel, for holes that are not to be filled.

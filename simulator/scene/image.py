@@ -18,8 +18,8 @@ from simulator.scene.picture_light import (
     LuminanceOf,
     Negative,
     Upsampling,
+    clip_negative,
     lit_scene,
-    without_negative,
 )
 from simulator.scene.pixel_file import PixelFile, check_finite, memory_for, read_pixels
 from simulator.scene.scene import Layer, Scene
@@ -80,7 +80,7 @@ class ImageScene:
         """
         planes, notes = to_linear(stored, self.encoding, file)
         check_finite(planes, key, self.image)
-        planes, clip_notes = without_negative(planes, self.negative, key, self.image)
+        planes, clip_notes = clip_negative(planes, self.negative, key, self.image)
         return replace(lit_scene(self, [Layer(planes)], self.image, (*notes, *clip_notes)), hidden=self.hidden)
 
 

@@ -19,8 +19,8 @@ from simulator.scene.picture_light import (
     LuminanceOf,
     Negative,
     Upsampling,
+    clip_negative,
     lit_scene,
-    without_negative,
 )
 from simulator.scene.pixel_file import check_finite, memory_for, read_pixels
 from simulator.scene.scene import Layer, Scene
@@ -50,7 +50,7 @@ class PictureLayer:
         stored = color_channels(file, self.layer, depth_channel, f"{key}.image")
         planes, notes = to_linear(stored, scene.encoding, file)
         check_finite(planes, f"{key}.image", self.image)
-        planes, clip_notes = without_negative(planes, scene.negative, f"{key}.image", self.image)
+        planes, clip_notes = clip_negative(planes, scene.negative, f"{key}.image", self.image)
         coverage, straight = load_coverage(file, self.alpha, self.alpha_image, self.layer, key)
         if coverage is not None and straight:
             planes *= coverage[..., None]

@@ -2,7 +2,7 @@
 
 A lens looks past an edge, so a blurred picture needs that background. It is assumed to go on behind the edge as it is seen
 beside it: the mean of colour and inverse depth over an area beside the edge, as wide as the pixel lies deep behind it.
-Nothing can be known there; `depends_on_hidden` counts the pixels whose picture depends on it.
+Nothing can be known there; `disoccluded_pixels` counts the pixels whose picture depends on it.
 """
 
 import math
@@ -60,23 +60,23 @@ def depth_edges(inverse: np.ndarray, step: float) -> DepthEdges:
     return DepthEdges(near, far, down, right)
 
 
-def with_hidden_surface(scene: Scene, px_per_dioptre: float) -> Scene:
+def extend_background(scene: Scene, px_per_dioptre: float) -> Scene:
     """Scene with its background continued behind the edges, when it asks for it (`hidden` "extend") and has one surface.
 
     px_per_dioptre: how much the signed blur radius [scene px] grows per 1/m of inverse depth.
     """
     if scene.hidden == "none" or scene.behind or np.ndim(scene.depth_m) == 0:
         return scene
-    inverse = _inverse(scene.depth_m)
+    inverse = _inverse_depth(scene.depth_m)
     reach_px = px_per_dioptre * float(inverse.max() - inverse.min()) + 1.0
-    layer = hidden_surface(scene.planes, scene.depth_m, reach_px, EDGE_PX / px_per_dioptre)
+    layer = occluded_background(scene.planes, scene.depth_m, reach_px, EDGE_PX / px_per_dioptre)
     return scene if layer is None else replace(scene, behind=(layer,))
 
 
-def hidden_share(
+def disoccluded_share(
     depth_m: np.ndarray, px_per_dioptre: float, focus_distance_m: float, most_pixels: int = MOST_ESTIMATED
 ) -> float:
-    """Share of the pixels that `depends_on_hidden` counts; of a large picture estimated from every kth row and column.
+    """Share of the pixels that `disoccluded_pixels` counts; of a large picture estimated from every kth row and column.
 
     A picture is large above `most_pixels`.
 
@@ -85,12 +85,12 @@ def hidden_share(
     every = math.ceil(math.sqrt(depth_m.size / most_pixels))
     thinned = depth_m[::every, ::every]
     per_dioptre = px_per_dioptre / every  # in pixels of the thinned picture
-    radius_px = np.float32(per_dioptre) * (np.float32(1.0 / focus_distance_m) - _inverse(thinned))
+    radius_px = np.float32(per_dioptre) * (np.float32(1.0 / focus_distance_m) - _inverse_depth(thinned))
     # k pixels apart a slope rises k times as much.
-    return float(depends_on_hidden(thinned, radius_px, EDGE_PX / per_dioptre).mean())
+    return float(disoccluded_pixels(thinned, radius_px, EDGE_PX / per_dioptre).mean())
 
 
-def hidden_surface(planes: np.ndarray, depth_m: float | np.ndarray, reach_px: float, step: float) -> Layer | None:
+def occluded_background(planes: np.ndarray, depth_m: float | np.ndarray, reach_px: float, step: float) -> Layer | None:
     """Second layer of a picture (height, width, bands) with depth (height, width) [m]; None without edges.
 
     It covers the pixels of the near side up to `reach_px` from an edge, and nothing else; there it has the colour and the
@@ -100,7 +100,7 @@ def hidden_surface(planes: np.ndarray, depth_m: float | np.ndarray, reach_px: fl
     """
     if np.ndim(depth_m) == 0 or reach_px <= 0:
         return None
-    inverse = _inverse(depth_m)
+    inverse = _inverse_depth(depth_m)
     edges = depth_edges(inverse, step)
     if not edges.near.any():
         return None
@@ -119,17 +119,17 @@ def hidden_surface(planes: np.ndarray, depth_m: float | np.ndarray, reach_px: fl
     return Layer(filled, depth, coverage)
 
 
-def depends_on_hidden(depth_m: float | np.ndarray, radius_px: np.ndarray, step: float) -> np.ndarray:
+def disoccluded_pixels(depth_m: float | np.ndarray, radius_px: np.ndarray, step: float) -> np.ndarray:
     """Pixels of the blurred picture that receive light of what is hidden, (height, width) bool.
 
     Beside an edge between blur radii s_near < s_far (signed, positive behind the focus) the lens sees past the edge from
     max(0, -s_near) on the near side to max(0, s_far) on the far side: where a point u of the pupil has x + s_near u outside
     the foreground and x + s_far u behind it. Each pixel's own radius stands for that of its side.
-    radius_px: (height, width) signed blur radius [scene px]. step: as in `hidden_surface`.
+    radius_px: (height, width) signed blur radius [scene px]. step: as in `occluded_background`.
     """
     if np.ndim(depth_m) == 0:
         return np.zeros(radius_px.shape, bool)
-    edges = depth_edges(_inverse(depth_m), step)
+    edges = depth_edges(_inverse_depth(depth_m), step)
     if not edges.near.any():
         return np.zeros(radius_px.shape, bool)
     rows, columns = _nearest_edge(edges)
@@ -137,7 +137,7 @@ def depends_on_hidden(depth_m: float | np.ndarray, radius_px: np.ndarray, step: 
     return away_px < np.where(edges.near[rows, columns], -radius_px, radius_px)
 
 
-def _inverse(depth_m: np.ndarray) -> np.ndarray:
+def _inverse_depth(depth_m: np.ndarray) -> np.ndarray:
     return np.float32(1.0) / depth_m.astype(np.float32, copy=False)
 
 

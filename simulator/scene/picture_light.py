@@ -8,7 +8,7 @@ import numpy as np
 
 from simulator.color.spectra import WAVELENGTHS_NM, illuminant, luminance_cd_m2, reflectance_basis
 from simulator.errors import PhotositeError, require
-from simulator.scene.pinhole_view import pinhole_planes
+from simulator.scene.compositing import composite_planes
 from simulator.scene.pixel_file import first_fault
 from simulator.scene.scene import Layer, Scene
 
@@ -19,7 +19,7 @@ Encoding = Annotated[Literal["auto", "linear", "srgb"], "auto: integer files are
 Negative = Annotated[Literal["error", "clip"], "what to do with negative radiance"]
 
 
-def without_negative(planes: np.ndarray, negative: Negative, key: str, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
+def clip_negative(planes: np.ndarray, negative: Negative, key: str, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
     """Planes (height, width, bands) with negative values set to 0 in place, and a note that counts them.
 
     Raises PhotositeError, which names `key` and `path`, unless `negative` is "clip".
@@ -74,7 +74,7 @@ def _spectra(source: LitSource, layers: tuple[Layer, ...], path: Path) -> tuple[
     basis = reflectance_basis(source.upsampling) if layers[0].planes.shape[2] == 3 else np.ones((1, relative.size))
     spectra, weights = relative * basis, np.ones(len(basis))
     if source.luminance_of == "mean":
-        weights = pinhole_planes(layers)[0].mean(axis=(0, 1), dtype=np.float64)
+        weights = composite_planes(layers)[0].mean(axis=(0, 1), dtype=np.float64)
     own = float(weights @ luminance_cd_m2(spectra))
     rule = f"{path} is black, so it has no mean to scale; write luminance_of: white"
     require(own > 0, "scene.luminance_of", "mean", rule)

@@ -40,7 +40,7 @@ class Scene:
     field_of_view_deg: full horizontal angle of the grid [deg]; None: the grid fills the sensor.
     interpolation: how the sensor's pixels read the grid.
     notes: what was assumed while reading, for the log.
-    hidden: whether the background is continued behind the edges of what stands before it, see `hidden_surface`.
+    hidden: whether the background is continued behind the edges of what stands before it, see `occluded_background`.
     """
 
     planes: np.ndarray

@@ -10,9 +10,9 @@ from helpers.deep_files import deep_data, deep_file
 
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
+from simulator.scene.compositing import composite_planes
 from simulator.scene.deep import DeepDepth, DeepScene
 from simulator.scene.image import ImageScene
-from simulator.scene.pinhole_view import pinhole_planes
 
 SHARED_EXR = Path(__file__).parents[3] / "shared" / "data" / "openexr-images"
 SURFACES, VOLUMES = ("R", "G", "B", "A", "Z"), ("R", "G", "B", "A", "Z", "ZBack")
@@ -32,7 +32,7 @@ def load(path, **settings):
 
 
 def composite(scene):
-    planes, coverage = pinhole_planes(scene.layers)
+    planes, coverage = composite_planes(scene.layers)
     return np.dstack([planes, np.ones(planes.shape[:2]) if coverage is None else coverage])
 
 
@@ -143,7 +143,7 @@ def test_the_display_window_is_the_picture(tmp_path):
 
 def test_a_grey_deep_file_without_alpha_is_opaque(tmp_path):
     scene = load(deep_file(tmp_path / "a.exr", 2, [[(0.25, 3.0), (1.0, 5.0)], [(0.5, 4.0)]], ("Y", "Z")))
-    assert pinhole_planes(scene.layers)[0].ravel().tolist() == [0.25, 0.5]
+    assert composite_planes(scene.layers)[0].ravel().tolist() == [0.25, 0.5]
 
 
 @pytest.mark.parametrize(

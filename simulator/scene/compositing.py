@@ -7,15 +7,15 @@ import numpy as np
 from simulator.scene.scene import Layer, Scene
 
 
-def pinhole_scene(scene: Scene) -> Scene:
-    """One surface with the light of all, at `surface_depth_m`. A scene of one surface is returned as it is."""
+def flatten_layers(scene: Scene) -> Scene:
+    """One surface with the light of all, at `visible_depth_m`. A scene of one surface is returned as it is."""
     if not scene.behind:
         return scene
-    planes, coverage = pinhole_planes(scene.layers)
-    return replace(scene, planes=planes, depth_m=surface_depth_m(scene), coverage=coverage, behind=())
+    planes, coverage = composite_planes(scene.layers)
+    return replace(scene, planes=planes, depth_m=visible_depth_m(scene), coverage=coverage, behind=())
 
 
-def pinhole_planes(layers: tuple[Layer, ...]) -> tuple[np.ndarray, np.ndarray | None]:
+def composite_planes(layers: tuple[Layer, ...]) -> tuple[np.ndarray, np.ndarray | None]:
     """Sum over layers, nearest first, of planes * product of (1 - coverage) of those before; and the coverage of all.
 
     The "over" of Porter and Duff 1984 for colours times coverage. (height, width, bands) and (height, width), float32;
@@ -32,7 +32,7 @@ def pinhole_planes(layers: tuple[Layer, ...]) -> tuple[np.ndarray, np.ndarray | 
     return planes, 1.0 - seen
 
 
-def surface_depth_m(scene: Scene) -> float | np.ndarray:
+def visible_depth_m(scene: Scene) -> float | np.ndarray:
     """Distance of what stands at each pixel [m], (height, width) float32, or a float when it is one.
 
     That of the first layer at which the layers so far cover more than half the pixel; infinity where they never do.
