@@ -2,7 +2,7 @@
 
 import os
 import re
-from typing import Self
+from typing import Any, Self
 
 
 class PhotositeError(Exception):
@@ -35,7 +35,7 @@ class PhotositeError(Exception):
         value: object = None,
         joint: str = ": ",
         within: tuple[str, ...] = (),
-    ):
+    ) -> None:
         super().__init__(rule)  # pickle and copy call the class with it, and then set the attributes
         self.rule, self.file, self.line, self.via, self.part = rule, file, line, via, part
         self.key, self.value, self.joint, self.within = key, value, joint, within
@@ -63,7 +63,7 @@ class PhotositeError(Exception):
         has_place = self.file is not None or self.part is not None or bool(self.within)
         return not has_place and self.value is not None and re.fullmatch(r"[\w.]+", self.key or "") is not None
 
-    def replace(self, **fields) -> Self:
+    def replace(self, **fields: Any) -> Self:
         """Return the same error with other fields."""
         return type(self)(**{name: getattr(self, name) for name in FIELDS} | fields)
 

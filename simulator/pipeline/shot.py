@@ -19,6 +19,7 @@ class SceneSource(Protocol):
 
     def load(self) -> Scene:
         """Read or make the scene."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Shot:
     tolerance: float = 0.1
     resolved: dict[str, object] = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if isinstance(self.scene, Scene):
             object.__setattr__(self, "resolved", {})  # another scene's, when the shot was loaded and its scene replaced
         require(

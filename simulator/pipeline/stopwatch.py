@@ -10,7 +10,7 @@ from simulator.device import Device
 class Stopwatch:
     """Milliseconds by pass. One that is not running costs nothing; one that is waits for the device after each pass."""
 
-    def __init__(self, running: bool = False):
+    def __init__(self, running: bool = False) -> None:
         self._running = running
         self.times_ms: dict[str, float] = {}
 

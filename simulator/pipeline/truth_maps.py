@@ -3,9 +3,10 @@
 import numpy as np
 
 from simulator.optics.geometry.projection import Projection
+from simulator.optics.lens.distortion import Warp
 from simulator.optics.lens.lens import Lens
 from simulator.scene.compositing import visible_depth_m
-from simulator.scene.scene import Scene
+from simulator.scene.scene import Scene, is_depth_map
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.code_variance import code_variance
 from simulator.sensor.sensor_plan import SensorPlan
@@ -17,7 +18,8 @@ def variance_map(sensor: SensorPlan, mean_electrons: np.ndarray) -> np.ndarray:
     mean_electrons: (height, width) mean photoelectrons of the pixels that are given out [e-], as in the twin.
     See `simulator.sensor.code_variance` for what it holds.
     """
-    count = sensor.readout.binning.count if sensor.readout.adds_charge else 1
+    binning = sensor.readout.binning
+    count = binning.count if binning is not None and sensor.readout.adds_charge else 1
     return code_variance(sensor.moment_steps(), mean_electrons, count)
 
 
@@ -29,11 +31,11 @@ def depth_map(scene: Scene, projection: Projection, layout: ReadoutGeometry) -> 
     """
     depth_m, frame = visible_depth_m(scene), layout.computed
     shape = (layout.binned.height, layout.binned.width)
-    if np.ndim(depth_m) == 0:
+    if not is_depth_map(depth_m):
         return np.full(shape, depth_m, np.float32)[layout.kept]
     factor = 1 if layout.binning is None else layout.binning.factor
     if projection.warp is not None:
-        return _warped_depth(depth_m, projection, layout, shape, factor)[layout.kept]
+        return _warped_depth(depth_m, projection, projection.warp, layout, shape, factor)[layout.kept]
     indices = []
     for first, offset, pixels, scene_pixels in (
         (frame.y, projection.offset_y, shape[0], depth_m.shape[0]),
@@ -45,12 +47,13 @@ def depth_map(scene: Scene, projection: Projection, layout: ReadoutGeometry) -> 
 
 
 def _warped_depth(
-    depth_m: np.ndarray, projection: Projection, layout: ReadoutGeometry, shape: tuple[int, int], factor: int
+    depth_m: np.ndarray, projection: Projection, warp: Warp, layout: ReadoutGeometry, shape: tuple[int, int], factor: int
 ) -> np.ndarray:
     """Depth of what each pixel's centre sees through a lens that distorts, (height, width) float32 [m]."""
     across, down = (_centres_px(count, factor, layout.filter_step) for count in shape[::-1])
-    channel = min(1, len(projection.warp.magnification) - 1)  # the green one, as in kernels/projection.cl
-    x, y = projection.warp.undistorted(*np.meshgrid(layout.computed.x + across, layout.computed.y + down), channel)
+    channel = min(1, len(warp.magnification) - 1)  # the green one, as in kernels/projection.cl
+    x_px, y_px = np.meshgrid(layout.computed.x + across, layout.computed.y + down)
+    x, y = warp.undistorted(x_px, y_px, channel)
     column = np.clip(np.floor(projection.offset_x + projection.scale * x), 0, depth_m.shape[1] - 1).astype(np.intp)
     row = np.clip(np.floor(projection.offset_y + projection.scale * y), 0, depth_m.shape[0] - 1).astype(np.intp)
     return depth_m[row, column].astype(np.float32)

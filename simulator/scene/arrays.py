@@ -119,7 +119,7 @@ def _distance(depth_m: npt.ArrayLike) -> float | np.ndarray:
 def _with_depth(scene: Scene, distance: float | np.ndarray) -> Scene:
     height, width, bands = scene.planes.shape
     notes: tuple[str, ...] = (f"the scene was an array of {height} x {width} pixels with {bands} bands, which no file holds",)
-    if isinstance(distance, float):
+    if not isinstance(distance, np.ndarray):
         return replace(scene, depth_m=distance, notes=(*notes, *scene.notes))
     rule = f"the picture is {height} x {width}; give one distance, or one for each pixel"
     require(distance.shape == (height, width), "depth_m", f"array of shape {distance.shape}", rule)

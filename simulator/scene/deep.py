@@ -27,7 +27,7 @@ class DeepDepth:
     scale: Annotated[float, "factor on the stored numbers"] = 1.0
     along: Along = "axis"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_scale(self.scale)
 
 
@@ -52,7 +52,7 @@ class DeepScene:
     most_layers: int = 4
     field_of_view_deg: Degrees | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_luminance(self.luminance_cd_m2)
         check_illuminant(self.illuminant, "scene.illuminant")
         check_field_of_view(self.field_of_view_deg)
@@ -78,13 +78,14 @@ class DeepScene:
         colour = samples.colour[:, None, :]
         as_file = PixelFile(self.deep, colour, ("R", "G", "B")[: colour.shape[2]], chromaticities=chromaticities)
         planes, notes = to_linear(colour, "linear", as_file)
-        fault = (planes < 0).any(axis=(1, 2))
+        fault: np.ndarray = np.any(planes < 0, axis=(1, 2))
         if fault.any():
             pixels = np.where(samples.where(fault), planes.min(), np.float32(0))[..., None]
             notes += clip_negative(pixels, self.negative, "scene.deep", self.deep)[1]
             np.maximum(planes, 0.0, out=planes)
         metres = self.depth.scale * METRES_PER_UNIT[self.depth.unit]
         if self.depth.along == "ray":
+            assert self.field_of_view_deg is not None  # `check_along`
             metres = metres * axis_per_ray(samples.size, self.field_of_view_deg).ravel()[samples.pixel].astype(np.float64)
         near, far = samples.near * metres, samples.far * metres
         return replace(samples, colour=planes[:, 0].astype(np.float64), near=near, far=far), notes

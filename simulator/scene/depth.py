@@ -36,7 +36,7 @@ class DepthImage:
     along: Along = "axis"
     holes: Holes = "error"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_scale(self.scale)
 
 
@@ -50,7 +50,7 @@ class DepthChannel:
     along: Along = "axis"
     holes: Holes = "error"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_scale(self.scale)
 
 
@@ -115,6 +115,7 @@ def load_depth(
     if coverage is not None:
         depth = nearest_pixels(depth, coverage > 0)
     if depth_m.along == "ray":
+        assert field_of_view_deg is not None  # `check_along`
         depth *= axis_per_ray(depth.shape, field_of_view_deg)
     return depth, (*notes, *unit_notes(depth, depth_m.unit, path))
 

@@ -44,5 +44,6 @@ def nearest_pixels(values: np.ndarray, known: np.ndarray) -> np.ndarray:
         return values
     from scipy.ndimage import distance_transform_edt
 
-    rows, columns = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    return values[rows, columns]
+    nearest = np.empty((2, *known.shape), np.int32)
+    distance_transform_edt(~known, return_distances=False, return_indices=True, indices=nearest)
+    return values[nearest[0], nearest[1]]

@@ -49,7 +49,7 @@ class ImageScene:
     field_of_view_deg: Degrees | None = None
     hidden: Hidden = "none"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_luminance(self.luminance_cd_m2)
         check_illuminant(self.illuminant, "scene.illuminant")
         check_depth(self.depth_m, self.field_of_view_deg)

@@ -40,7 +40,7 @@ class PictureLayer:
     alpha_image: Annotated[Path | None, "alpha in a picture of its own, 0 to 1 or integer codes; replaces the picture's"] = None
     layer: Annotated[str | None, "EXR layer that holds R, G, B and perhaps A"] = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_depth(self.depth_m, field_of_view_deg=90.0)  # whether one is given, the scene knows
 
     def load(self, key: str, scene: "LayeredScene") -> tuple[Layer, tuple[str, ...]]:
@@ -84,7 +84,7 @@ class LayeredScene:
     negative: Negative = "error"
     field_of_view_deg: Degrees | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(len(self.layers) > 0, "scene.layers", "[]", "give one layer or more, such as - {image: FILE, depth: 2 m}")
         check_luminance(self.luminance_cd_m2)
         check_illuminant(self.illuminant, "scene.illuminant")

@@ -11,7 +11,9 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from simulator.scene.scene import Layer, Scene
+from simulator.scene.scene import Layer, Scene, is_depth_map
+
+Places = tuple[np.ndarray, np.ndarray]  # rows and columns of pixels, (n,) each
 
 Hidden = Annotated[
     Literal["none", "extend"],
@@ -65,11 +67,12 @@ def extend_background(scene: Scene, px_per_dioptre: float) -> Scene:
 
     px_per_dioptre: how much the signed blur radius [scene px] grows per 1/m of inverse depth.
     """
-    if scene.hidden == "none" or scene.behind or np.ndim(scene.depth_m) == 0:
+    depth_m = scene.depth_m
+    if scene.hidden == "none" or scene.behind or not is_depth_map(depth_m):
         return scene
-    inverse = _inverse_depth(scene.depth_m)
+    inverse = _inverse_depth(depth_m)
     reach_px = px_per_dioptre * float(inverse.max() - inverse.min()) + 1.0
-    layer = occluded_background(scene.planes, scene.depth_m, reach_px, EDGE_PX / px_per_dioptre)
+    layer = occluded_background(scene.planes, depth_m, reach_px, EDGE_PX / px_per_dioptre)
     return scene if layer is None else replace(scene, behind=(layer,))
 
 
@@ -98,7 +101,7 @@ def occluded_background(planes: np.ndarray, depth_m: float | np.ndarray, reach_p
     reach_px: how far behind an edge a lens looks: the largest difference of the signed blur radii across an edge [px].
     step: difference of 1/depth between neighbours from which they are two surfaces [1/m].
     """
-    if np.ndim(depth_m) == 0 or reach_px <= 0:
+    if not is_depth_map(depth_m) or reach_px <= 0:
         return None
     inverse = _inverse_depth(depth_m)
     edges = depth_edges(inverse, step)
@@ -127,7 +130,7 @@ def disoccluded_pixels(depth_m: float | np.ndarray, radius_px: np.ndarray, step:
     the foreground and x + s_far u behind it. Each pixel's own radius stands for that of its side.
     radius_px: (height, width) signed blur radius [scene px]. step: as in `occluded_background`.
     """
-    if np.ndim(depth_m) == 0:
+    if not is_depth_map(depth_m):
         return np.zeros(radius_px.shape, bool)
     edges = depth_edges(_inverse_depth(depth_m), step)
     if not edges.near.any():
@@ -141,11 +144,13 @@ def _inverse_depth(depth_m: np.ndarray) -> np.ndarray:
     return np.float32(1.0) / depth_m.astype(np.float32, copy=False)
 
 
-def _nearest_edge(edges: DepthEdges) -> tuple[np.ndarray, np.ndarray]:
+def _nearest_edge(edges: DepthEdges) -> Places:
     """Row and column of the pixel at an edge that is nearest to each pixel, (height, width) int32 each."""
     from scipy.ndimage import distance_transform_edt
 
-    return tuple(distance_transform_edt(~(edges.near | edges.far), return_distances=False, return_indices=True))
+    nearest = np.empty((2, *edges.near.shape), np.int32)
+    distance_transform_edt(~(edges.near | edges.far), return_distances=False, return_indices=True, indices=nearest)
+    return nearest[0], nearest[1]
 
 
 def _squared_px(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -154,7 +159,9 @@ def _squared_px(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
     return (rows - np.arange(height, dtype=np.int32)[:, None]) ** 2 + (columns - np.arange(width, dtype=np.int32)) ** 2
 
 
-def _background(planes, inverse, own, edge, step_across, step) -> tuple[np.ndarray, np.ndarray]:
+def _background(
+    planes: np.ndarray, inverse: np.ndarray, own: Places, edge: Places, step_across: Places, step: np.float32
+) -> tuple[np.ndarray, np.ndarray]:
     """Colour (n, bands) and 1/depth (n,) of the background that goes on behind pixels of the near side.
 
     A mean over the background beside the edge, in an area as wide as the pixel lies deep behind it: of a texture its own

@@ -38,13 +38,32 @@ def clip_negative(planes: np.ndarray, negative: Negative, key: str, path: Path) 
 
 
 class LitSource(Protocol):
-    """What a scene in RGB says of its light and its size."""
+    """Settings that all scenes in RGB have: their light and their field of view. Read only: the scenes are frozen."""
 
-    illuminant: str
-    upsampling: Upsampling
-    luminance_cd_m2: float
-    luminance_of: LuminanceOf
-    field_of_view_deg: float | None
+    @property
+    def illuminant(self) -> str:
+        """Name of the light source."""
+        ...
+
+    @property
+    def upsampling(self) -> Upsampling:
+        """How RGB becomes a reflectance spectrum."""
+        ...
+
+    @property
+    def luminance_cd_m2(self) -> float:
+        """Luminance of white, or of the mean [cd m^-2]."""
+        ...
+
+    @property
+    def luminance_of(self) -> LuminanceOf:
+        """Which of the two has that luminance."""
+        ...
+
+    @property
+    def field_of_view_deg(self) -> float | None:
+        """Full horizontal angle [deg]; None: the scene fills the sensor."""
+        ...
 
 
 def lit_scene(source: LitSource, layers: Sequence[Layer], path: Path, notes: tuple[str, ...]) -> Scene:

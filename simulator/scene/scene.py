@@ -6,9 +6,14 @@ Nothing is expanded to full spectra per pixel: the camera's response multiplies 
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeGuard
 
 import numpy as np
+
+
+def is_depth_map(depth_m: float | np.ndarray) -> TypeGuard[np.ndarray]:
+    """Whether depth is given for each pixel, not one distance for all."""
+    return np.ndim(depth_m) > 0
 
 
 @dataclass(frozen=True)
