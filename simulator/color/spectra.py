@@ -1,4 +1,4 @@
-"""Spectra: light sources, the eye's luminous efficiency, and what a camera counts of a radiance.
+"""Spectra: light sources, the eye's luminous efficiency, reflectance bases, and quantum efficiency on a grid.
 
 All integrals over wavelength are sums over an evenly spaced grid times its step (CIE 15:2018, 7.2.1).
 Tabulated data come from colour-science, which names their origin; reading them costs about a second,

@@ -67,7 +67,7 @@ def assemble_raw(
 
 
 def neutral_of(scene: Scene, camera: Camera) -> tuple[float, ...]:
-    """Camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral)."""
+    """Return camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral)."""
     response = camera.response
     neutral = as_shot_neutral(scene.illuminant, response.wavelengths_nm, response.quantum_efficiency, scene.wavelengths_nm)
     return tuple(float(value) for value in neutral)

@@ -15,7 +15,7 @@ TruthPart = Literal["variance", "depth", "blur", "rgb"]
 
 
 class SceneSource(Protocol):
-    """Where a scene comes from; `load` reads it when the shot is taken, not before."""
+    """Source of a scene; `load` reads it when the shot is planned, not before."""
 
     def load(self) -> Scene:
         """Read or make the scene."""

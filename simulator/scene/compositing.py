@@ -1,4 +1,4 @@
-"""What a pinhole camera sees of a scene of several surfaces: they lie over one another, nearest first."""
+"""Compositing of a scene's layers: the picture, and the depth, that a pinhole camera sees of them."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from simulator.scene.scene import Layer, Scene
 
 
 def flatten_layers(scene: Scene) -> Scene:
-    """One surface with the light of all, at `visible_depth_m`. A scene of one surface is returned as it is."""
+    """Return the scene as one layer: the composite of all, at `visible_depth_m`. A scene of one layer is returned as it is."""
     if not scene.behind:
         return scene
     planes, coverage = composite_planes(scene.layers)
@@ -16,38 +16,39 @@ def flatten_layers(scene: Scene) -> Scene:
 
 
 def composite_planes(layers: tuple[Layer, ...]) -> tuple[np.ndarray, np.ndarray | None]:
-    """Sum over layers, nearest first, of planes * product of (1 - coverage) of those before; and the coverage of all.
+    """Composite layers, nearest first: the sum of planes * product of (1 - coverage) of all nearer layers; and its coverage.
 
-    The "over" of Porter and Duff 1984 for colours times coverage. (height, width, bands) and (height, width), float32;
-    of one layer they are the layer's own arrays.
+    The operator "over" of Porter and Duff 1984, for planes that are multiplied by coverage. Returns (height, width, bands) and
+    (height, width), float32; of one layer, the layer's own arrays.
     """
     first, *behind = layers
     if not behind:
         return first.planes, first.coverage
-    planes, seen = first.planes.copy(), _uncovered(first.coverage, first.planes.shape[:2])
+    planes, transmittance = first.planes.copy(), _uncovered(first.coverage, first.planes.shape[:2])
     for layer in behind:
-        for row, light in enumerate(layer.planes):  # row by row: nothing of the picture's size is made on the way
-            planes[row] += light * seen[row, :, None]
-        seen *= _uncovered(layer.coverage, seen.shape)
-    return planes, 1.0 - seen
+        for row, light in enumerate(layer.planes):  # row by row, so that no temporary array is as large as the picture
+            planes[row] += light * transmittance[row, :, None]
+        transmittance *= _uncovered(layer.coverage, transmittance.shape)
+    return planes, 1.0 - transmittance
 
 
 def visible_depth_m(scene: Scene) -> float | np.ndarray:
-    """Distance of what stands at each pixel [m], (height, width) float32, or a float when it is one.
+    """Return the distance of the visible surface at each pixel [m], (height, width) float32, or a float for one distance.
 
-    That of the first layer at which the layers so far cover more than half the pixel; infinity where they never do.
+    It is that of the first layer at which this layer and all nearer ones cover more than half the pixel; infinity where all
+    layers together cover no more than half.
     """
     if scene.coverage is None:
         return scene.depth_m
     shape = scene.planes.shape[:2]
-    depth, seen = np.full(shape, np.inf, np.float32), np.ones(shape, np.float32)
+    depth, transmittance = np.full(shape, np.inf, np.float32), np.ones(shape, np.float32)
     for layer in scene.layers:
-        open_before = seen >= 0.5
-        seen *= _uncovered(layer.coverage, shape)
-        np.copyto(depth, np.float32(layer.depth_m), where=open_before & (seen < 0.5))
+        was_open = transmittance >= 0.5
+        transmittance *= _uncovered(layer.coverage, shape)
+        np.copyto(depth, np.float32(layer.depth_m), where=was_open & (transmittance < 0.5))
     return depth
 
 
-def _uncovered(coverage: np.ndarray | None, shape: tuple[int, int]) -> np.ndarray:
-    """1 - coverage, (height, width) float32."""
+def _uncovered(coverage: np.ndarray | None, shape: tuple[int, ...]) -> np.ndarray:
+    """Return 1 - coverage, (height, width) float32; 0 for a layer that covers every pixel."""
     return np.zeros(shape, np.float32) if coverage is None else 1.0 - coverage

@@ -1,4 +1,4 @@
-"""Scenes from deep EXR files, whose pixels hold what stands behind one another."""
+"""Scenes from deep EXR files, whose pixels hold any number of samples at different depths."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from simulator.scene.color_channels import to_linear
 from simulator.scene.deep_file import DeepSamples, read_deep
 from simulator.scene.deep_layers import deep_layers
 from simulator.scene.depth import METRES_PER_UNIT, Along, LengthUnit, axis_per_ray, check_along, check_scale
-from simulator.scene.picture_light import Illuminant, LuminanceOf, Negative, Upsampling, clip_negative, lit_scene
+from simulator.scene.picture_light import Illuminant, LuminanceOf, Negative, Upsampling, clip_negative, light_scene
 from simulator.scene.pixel_file import PixelFile, memory_for
 from simulator.scene.scene import Scene
 from simulator.units import CandelasPerSquareMetre, Degrees
@@ -69,19 +69,20 @@ class DeepScene:
             require(len(samples.pixel) > 0, "scene.deep", self.deep, "holds no samples; render it again")
             samples, colour_notes = self._in_metres_and_light(samples, chromaticities)
             layers, joined = deep_layers(samples, self.most_layers)
-            told = f"{len(layers)} layers; in {100 * joined:.1f} % of its pixels one joins depths over 1 % apart"
-            return lit_scene(self, layers, self.deep, (*notes, *colour_notes, f"{self.deep.name}: {told}"))
+            summary = f"{len(layers)} layers; in {100 * joined:.1f} % of its pixels one joins depths over 1 % apart"
+            return light_scene(self, layers, self.deep, (*notes, *colour_notes, f"{self.deep.name}: {summary}"))
 
     def _in_metres_and_light(
         self, samples: DeepSamples, chromaticities: tuple[float, ...] | None
     ) -> tuple[DeepSamples, tuple[str, ...]]:
+        """Convert samples to linear sRGB >= 0 and to depth in metres along the axis; and notes for the log."""
         colour = samples.colour[:, None, :]
         as_file = PixelFile(self.deep, colour, ("R", "G", "B")[: colour.shape[2]], chromaticities=chromaticities)
         planes, notes = to_linear(colour, "linear", as_file)
         fault: np.ndarray = np.any(planes < 0, axis=(1, 2))
         if fault.any():
             pixels = np.where(samples.where(fault), planes.min(), np.float32(0))[..., None]
-            notes += clip_negative(pixels, self.negative, "scene.deep", self.deep)[1]
+            notes += clip_negative(pixels, self.negative, "scene.deep", self.deep)
             np.maximum(planes, 0.0, out=planes)
         metres = self.depth.scale * METRES_PER_UNIT[self.depth.unit]
         if self.depth.along == "ray":

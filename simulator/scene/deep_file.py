@@ -33,7 +33,7 @@ class DeepSamples:
     far: np.ndarray
 
     def where(self, chosen: np.ndarray) -> np.ndarray:
-        """Return the pixels that hold any of these samples, (height, width) bool."""
+        """Return the pixels that hold any of the chosen samples, (height, width) bool."""
         pixels = np.zeros(self.size, dtype=bool)
         pixels.ravel()[self.pixel[chosen]] = True
         return pixels

@@ -1,4 +1,4 @@
-"""What all scenes in RGB share: colours that are radiance, and the light that gives them their unit."""
+"""Common to all scenes in RGB: reflectance spectra of colours, and the light and luminance that make them radiance."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,13 +19,13 @@ Encoding = Annotated[Literal["auto", "linear", "srgb"], "auto: integer files are
 Negative = Annotated[Literal["error", "clip"], "what to do with negative radiance"]
 
 
-def clip_negative(planes: np.ndarray, negative: Negative, key: str, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Planes (height, width, bands) with negative values set to 0 in place, and a note that counts them.
+def clip_negative(planes: np.ndarray, negative: Negative, key: str, path: Path) -> tuple[str, ...]:
+    """Set negative values of planes (height, width, bands) to 0 in place, and return a note that counts them.
 
     Raises PhotositeError, which names `key` and `path`, unless `negative` is "clip".
     """
     if planes.min() >= 0:
-        return planes, ()
+        return ()
     fault = first_fault(planes < 0)
     if negative == "error":
         raise PhotositeError(
@@ -34,7 +34,8 @@ def clip_negative(planes: np.ndarray, negative: Negative, key: str, path: Path) 
             key=key,
             value=path,
         )
-    return np.maximum(planes, np.float32(0), out=planes), (f"{path.name}: negative radiance set to 0 in {fault}",)
+    np.maximum(planes, np.float32(0), out=planes)
+    return (f"{path.name}: negative radiance set to 0 in {fault}",)
 
 
 class LitSource(Protocol):
@@ -66,11 +67,11 @@ class LitSource(Protocol):
         ...
 
 
-def lit_scene(source: LitSource, layers: Sequence[Layer], path: Path, notes: tuple[str, ...]) -> Scene:
-    """Scene of layers, nearest first, whose planes are grey or RGB.
+def light_scene(source: LitSource, layers: Sequence[Layer], path: Path, notes: tuple[str, ...]) -> Scene:
+    """Return the scene of layers, nearest first, whose planes are grey or RGB.
 
-    L(lambda) = k * illuminant * (RGB . reflectance basis); k gives white, or the mean of what a pinhole camera sees, its
-    luminance. path: of the first picture, for the message when it is black.
+    L(lambda) = k * illuminant * (RGB . reflectance basis); k is such that white, or the mean of the composited picture, has
+    the source's luminance. path: of the first picture, for the message when it is black.
     """
     first, *behind = layers
     spectra, relative = _spectra(source, tuple(layers), path)
@@ -88,7 +89,7 @@ def lit_scene(source: LitSource, layers: Sequence[Layer], path: Path, notes: tup
 
 
 def _spectra(source: LitSource, layers: tuple[Layer, ...], path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Spectra of the planes, (bands, 81) [W m^-2 sr^-1 nm^-1], and the illuminant's relative power, (81,)."""
+    """Return the spectra of the planes, (bands, 81) [W m^-2 sr^-1 nm^-1], and the illuminant's relative power, (81,)."""
     relative = illuminant(source.illuminant)
     basis = reflectance_basis(source.upsampling) if layers[0].planes.shape[2] == 3 else np.ones((1, relative.size))
     spectra, weights = relative * basis, np.ones(len(basis))
