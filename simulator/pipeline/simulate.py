@@ -17,7 +17,7 @@ from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
 from simulator.pipeline.truth_maps import blur_map, depth_map, variance_map
-from simulator.progress import Progress
+from simulator.progress import Progress, silent
 from simulator.raw.raw_image import Raw
 from simulator.sensor.kernel.kernel_launch import FrameSetting
 from simulator.sensor.kernel.noise_free import mean_charge, noise_free
@@ -29,34 +29,34 @@ from simulator.sensor.stages.irradiance import Irradiance
 def simulate(
     shot: Shot, *, device: str | None = None, progress: Progress | None = None, stopwatch: Stopwatch | None = None
 ) -> Raw:
-    """Take a photograph.
+    """Simulate the raw frame of a shot, with its truth.
 
     device: part of an OpenCL device's label; default: $PHOTOSITE_DEVICE, else the newest PoCL.
-    progress: called with (what is done now, share done from 0 to 1). stopwatch: gets the time of each pass.
-    Raises PhotositeError for anything the user can put right.
+    progress: called with (current step, share done from 0 to 1). stopwatch: gets the time of each pass.
+    Raises PhotositeError for every fault that the user can correct.
     """
-    tell = progress or (lambda stage, share: None)
-    tell("scene", 0.0)
+    report = progress or silent
+    report("scene", 0.0)
     planned = plan(shot)
     opened = open_device(device)
     check_memory(planned, opened.info)
-    return execute(planned, shot, opened, tell, stopwatch or Stopwatch())
+    return execute(planned, shot, opened, report, stopwatch or Stopwatch())
 
 
-def execute(planned: Plan, shot: Shot, device: Device, tell: Progress, timed: Stopwatch) -> Raw:
-    """Run the passes of a shot's plan on a device. tell: as progress of `simulate`. timed: gets the time of each pass."""
-    tell("light", 0.1)
+def execute(planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch) -> Raw:
+    """Run the passes of a shot's plan on a device. report: as progress of `simulate`. timed: gets the time of each pass."""
+    report("light", 0.1)
     with timed("radius statistics", device):
         planned = measure(planned, device)
-    light = expose(planned, device, lambda share: tell("light", 0.1 + 0.7 * share), timed)
-    tell("sensor", 0.8)
+    light = expose(planned, device, lambda share: report("light", 0.1 + 0.7 * share), timed)
+    report("sensor", 0.8)
     with timed("sensor", device):
         dn = read_out(device, planned.sensor, light, shot.seeds)
-    tell("truth", 0.9)
+    report("truth", 0.9)
     with timed("truth", device):
         mean_electrons, noise_free_dn = noise_free_frame(device, planned.sensor, light)
     maps = compute_truth_maps(planned, shot.lens, device, mean_electrons, timed)
-    tell("done", 1.0)
+    report("done", 1.0)
     return assemble_raw(shot, planned, device.info, dn, mean_electrons, noise_free_dn, maps)
 
 

@@ -110,7 +110,7 @@ def test_pixels_that_see_past_an_edge_are_those_of_rays_through_the_pupil(radii)
     np.testing.assert_array_equal(found[20], sees)
 
 
-def test_nothing_depends_on_what_is_hidden_in_a_sharp_picture():
+def test_no_pixel_of_a_sharp_picture_depends_on_occluded_background():
     planes, depth = two_planes(SHAPES["disk"])
     assert not disoccluded_pixels(depth, np.zeros(depth.shape, np.float32), 0.1).any()
     assert not disoccluded_pixels(2.0, np.ones((4, 4), np.float32), 0.1).any()
@@ -140,7 +140,7 @@ def test_a_scene_gets_its_background_when_it_asks_for_it():
 
 
 @pytest.mark.parametrize(("hidden", "says"), [("none", "none is assumed"), ("extend", "assumed to go on")])
-def test_the_plan_tells_how_much_of_the_picture_sees_what_is_hidden(hidden, says):
+def test_the_plan_states_the_share_of_the_picture_that_sees_occluded_background(hidden, says):
     """The number against the rays: between the radii of both planes, the edge of the disk all around."""
     lens, camera = ThinLens(50.0, 2.0, 1.5, cos4=False), small_camera(WIDTH, HEIGHT)
     planned = plan(Shot(scene_with(hidden), lens, Exposure(0.01), camera))
@@ -148,8 +148,8 @@ def test_the_plan_tells_how_much_of_the_picture_sees_what_is_hidden(hidden, says
     near, far = (float(lens.blur_radius_um(z)) / camera.pixel_pitch_um for z in (1.0, 5.0))
     away, outside = distance_to_other_side(SHAPES["disk"]), distance_to_other_side(~SHAPES["disk"])
     share = ((away - 0.5 < -near) | (outside - 0.5 < far)).mean()
-    told = float(step.why.split()[1])
-    assert says in step.why and step.kept == (hidden == "extend") and told == pytest.approx(100 * share, rel=0.06)
+    percent = float(step.why.split()[1])
+    assert says in step.why and step.kept == (hidden == "extend") and percent == pytest.approx(100 * share, rel=0.06)
     in_focus = plan(Shot(FixedScene(scene_with(hidden).load()), ThinLens(5.0, 64.0, 1.5), Exposure(0.01), camera))
     assert "hidden surfaces" not in {step.stage for step in in_focus.steps}
 
