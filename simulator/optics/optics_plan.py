@@ -15,9 +15,9 @@ from simulator.optics.lens.lens import Lens
 from simulator.optics.psf.field_psf import Spread
 from simulator.optics.psf.psf_planning import contrast_sigma, plan_seen_spread
 from simulator.optics.veiling_glare import VeilingGlare, plan_veiling_glare
+from simulator.scene.compositing import flatten_layers
 from simulator.scene.electron_radiance import electron_radiance_weights
-from simulator.scene.occluded_background import hidden_share, with_hidden_surface
-from simulator.scene.pinhole_view import pinhole_scene
+from simulator.scene.occluded_background import disoccluded_share, extend_background
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
@@ -35,7 +35,7 @@ class OpticsPlan:
     window: photosites that are computed; it may reach beyond the sensor. sensor_px: width and height of the sensor.
     defocus: blur of the ideal lens; None: sharp everywhere.
     spread: diffraction, aberrations, filter and aperture beyond the thin lens; None: nothing to do.
-    hidden_share: share of the picture that sees background which the scene does not show; None: its layers show all.
+    disoccluded_share: share of the picture that sees background which the scene does not show; None: its layers show all.
     unseen: why a spread that the lens has is left out, with its predicted error; None: it is not.
     """
 
@@ -49,7 +49,7 @@ class OpticsPlan:
     defocus: Defocus | None = None
     veiling_glare: VeilingGlare | None = None
     spread: Spread | None = None
-    hidden_share: float | None = None
+    disoccluded_share: float | None = None
     unseen: str | None = None
 
     @property
@@ -87,7 +87,7 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
     """
     camera, window = sensor.camera, sensor.readout.computed
     forms_image = not isinstance(lens, BareSensor)
-    scene = pinhole_scene(loaded) if forms_image else gathered(loaded)
+    scene = flatten_layers(loaded) if forms_image else gathered(loaded)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
         rule = f"has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}"
@@ -139,12 +139,12 @@ def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera
         return planned
     per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
     if not loaded.behind and np.ndim(loaded.depth_m):
-        share = hidden_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
-    scene = with_hidden_surface(loaded, per_dioptre) if accuracy.tolerance else loaded
+        share = disoccluded_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
+    scene = extend_background(loaded, per_dioptre) if accuracy.tolerance else loaded
     if scene is not loaded:
         extended = plan_defocus(lens, pitch_um, scene, scale, accuracy, planned.sensor_px)
         defocus = replace(extended, guessed=defocus.guessed)
-    return replace(planned, scene=scene, defocus=defocus, hidden_share=share)
+    return replace(planned, scene=scene, defocus=defocus, disoccluded_share=share)
 
 
 def _with_spread(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
