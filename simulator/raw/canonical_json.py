@@ -3,13 +3,14 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from simulator.errors import PhotositeError
 
 
-def json_text(name: str, settings: object, **style) -> str:
+def json_text(name: str, settings: object, **style: Any) -> str:
     """Return settings as JSON with sorted keys; `name` is the shot, style goes to json.dumps.
 
     Raises PhotositeError for values JSON has no form for.

@@ -3,7 +3,7 @@
 import difflib
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -81,8 +81,8 @@ def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
         )
     if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
         raise PhotositeError("the picture holds NaN or infinite values; remove them", file=path)
-    options = {"compression": "jpeg:95", "jpeg:subsampling": "4:4:4"} if suffix in (".jpg", ".jpeg") else {}
-    write_picture(path, _converted(pixels, suffix), **options)
+    attributes = {"compression": "jpeg:95", "jpeg:subsampling": "4:4:4"} if suffix in (".jpg", ".jpeg") else {}
+    write_picture(path, _converted(pixels, suffix), (), **attributes)
 
 
 def srgb_encoded(linear: np.ndarray) -> np.ndarray:
@@ -107,10 +107,10 @@ def _developed(
     """Develop with LibRaw: (height, width, 3), uint16 linear; "metric": float32 signal, 0 at black and 1 at white."""
     import rawpy
 
-    in_memory = isinstance(raw, Raw)
-    label = raw.name if in_memory else os.fspath(raw)
-    with open_raw(dng_bytes(raw) if in_memory else label, label) as frame:
+    label = raw.name if isinstance(raw, Raw) else os.fspath(raw)
+    with open_raw(dng_bytes(raw) if isinstance(raw, Raw) else label, label) as frame:
         black_dn, white_dn = np.unique(frame.black_level_per_channel), frame.white_level
+        scaling: dict[str, Any]
         if output == "metric":
             scaling = {"no_auto_scale": True} | ({"user_black": 0} if len(black_dn) == 1 else {})
         else:

@@ -4,12 +4,16 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simulator.atomic_files import atomic_write, reserve
 from simulator.errors import PhotositeError
 from simulator.raw.software import software
+
+if TYPE_CHECKING:
+    import OpenImageIO
 
 # OpenImageIO takes an unknown name such as "float32" for its own default, which loses bits without a word.
 _FORMATS = {"uint8": "uint8", "uint16": "uint16", "float32": "float"}
@@ -33,7 +37,7 @@ class Part:
     tile_rows: int = 0
 
 
-def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes) -> None:
+def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes: object) -> None:
     """Write an array; the file appears complete or not at all, and its bytes depend on the arguments alone.
 
     path: its suffix chooses the format. pixels: (height, width, channel) uint8, uint16 or float32, stored as such.
@@ -44,7 +48,7 @@ def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[s
         put_picture(temporary, pixels, channels, **attributes)
 
 
-def put_picture(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes) -> None:
+def put_picture(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes: object) -> None:
     """Write an array as `write_picture` does, straight to a path that `atomic_write` gave.
 
     Raises OSError, without the path, when the file cannot be written.
@@ -77,7 +81,7 @@ def put_parts(path: Path, parts: Sequence[Part]) -> None:
         raise OSError(message.replace(str(path), "the file") or "OpenImageIO gives no reason")
 
 
-def _spec(part: Part):
+def _spec(part: Part) -> "OpenImageIO.ImageSpec":
     """OpenImageIO's description of a part."""
     import OpenImageIO
 

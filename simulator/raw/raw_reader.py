@@ -83,7 +83,8 @@ def read_raw_file(path: str | os.PathLike[str]) -> RawFile:
             white_level_dn=int(frame.white_level),
             iso=_told(other.iso_speed),
             exposure_time_s=_told(other.shutter_speed),
-            **({} if cfa == "MONO" else {"white_balance": _white_balance(frame), "color_matrix": _color_matrix(frame)}),
+            white_balance=None if cfa == "MONO" else _white_balance(frame),
+            color_matrix=None if cfa == "MONO" else _color_matrix(frame),
         )
 
 
@@ -111,7 +112,7 @@ def _pattern(frame: "rawpy.RawPy", label: str) -> tuple[str, np.ndarray]:
     index = frame.raw_pattern
     letters = frame.color_desc.decode("ascii", "replace")
     pattern = "" if index is None else "".join(letters[place] for place in index.ravel())
-    if pattern not in ("RGGB", "BGGR", "GRBG", "GBRG"):
+    if index is None or pattern not in ("RGGB", "BGGR", "GRBG", "GBRG"):
         shown = f"{index.shape[0]} x {index.shape[1]} filter pattern" if index is not None else f"{letters} without a pattern"
         raise PhotositeError(
             f"{shown}: only 2 x 2 Bayer patterns of R, G, G, B and monochrome files can be measured", file=label

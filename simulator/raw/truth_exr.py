@@ -54,10 +54,10 @@ def twin_parts(raw: Raw) -> list[Part]:
         if name in raw.truth:
             channels = ("Y",) if name == "rgb" and raw.cfa == "MONO" else channels
             parts.append(_part(raw, name, raw.truth[name], channels, unit, compression))
-    told = {"iso": raw.iso, "cfa": raw.cfa, "black_level_dn": float(raw.black_level_dn), "white_level_dn": raw.white_level_dn}
+    facts = {"iso": raw.iso, "cfa": raw.cfa, "black_level_dn": float(raw.black_level_dn), "white_level_dn": raw.white_level_dn}
     if gain_dn_per_e := _gain_dn_per_e(raw):
-        told["gain_dn_per_e"] = gain_dn_per_e
-    attributes = parts[0].attributes | {f"photosite:{name}": value for name, value in told.items()}
+        facts["gain_dn_per_e"] = gain_dn_per_e
+    attributes = parts[0].attributes | {f"photosite:{name}": value for name, value in facts.items()}
     return [replace(parts[0], attributes=attributes), *parts[1:]]
 
 
@@ -66,7 +66,7 @@ def read_twin(path: str | os.PathLike) -> dict[str, np.ndarray]:
 
     Raises PhotositeError when the file is missing, damaged, or lacks a channel.
     """
-    found = {}
+    found: dict[str, np.ndarray] = {}
     for part in read_parts(path):
         found |= {name: np.ascontiguousarray(part.pixels[..., index]) for index, name in enumerate(part.channels)}
     if missing := {MEAN_ELECTRONS, NOISE_FREE_DN} - set(found):
@@ -82,7 +82,7 @@ def _part(raw: Raw, name: str, plane: np.ndarray, channels: tuple[str, ...], uni
         raise PhotositeError(
             f"is {plane.shape} and the mosaic {raw.dn.shape}: they must agree", part=raw.name, key=shown, joint=" "
         )
-    attributes = {"compression": compression, "photosite:unit": unit}
+    attributes: dict[str, object] = {"compression": compression, "photosite:unit": unit}
     return Part(name, pixels.astype(np.float32, casting="same_kind", copy=False), channels, attributes, _TILE_ROWS)
 
 

@@ -1,5 +1,7 @@
 """What no raw file tells: pixel pitch, spectral response, the full well beyond the ADC."""
 
+from typing import Any
+
 from simulator.config import camera_data, length_um, response_name
 from simulator.measurement.calibration.camera_yaml import Assumed
 from simulator.measurement.calibration.frame_sorting import Frame
@@ -22,7 +24,8 @@ def assumed_numbers(
     Raises PhotositeError for a name that is not there and a quantity that is no length.
     """
     make, _, model = name.partition(" ")
-    known = camera_data(base, "--base") if base else {}
+    known: dict[str, Any] = camera_data(base, "--base") if base else {}
+    curves: dict[str, Any]
     if response:
         curves, of_curves = {"file": response_name(response, "--response")}, f"--response {response}"
     elif "response" in known:

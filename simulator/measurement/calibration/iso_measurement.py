@@ -133,7 +133,8 @@ def _prnu(frames: IsoFrames, places: dict, darks: list[np.ndarray]) -> Interval 
     if not good:
         return None
     sides = []
-    for half, frame in enumerate(max(good, key=lambda pair: pair[0].mean_dn)):
+    brightest = max(good, key=lambda pair: pair[0].mean_dn)
+    for half, frame in enumerate(brightest):
         signal = codes_of(frame) - np.mean(darks[half::2], axis=0)
         sides.append([plane_of(signal, name, places) for name in places])
     return light_pattern(*sides)

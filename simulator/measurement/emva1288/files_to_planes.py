@@ -1,6 +1,7 @@
 """EMVA 1288 from raw files: the planes of a camera, its dark current and its ISO 12232 speed."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -46,7 +47,8 @@ def measure_emva(files: EmvaFiles) -> EmvaCamera:
     names = list(first.planes())
     dark = {name: _dark(files, name, first, clipped) for name in names}
     dark_stacks = stacks(files.dark_stack, names)
-    planes, light_stacks = {}, {}
+    planes: dict[str, EmvaPlane] = {}
+    light_stacks: dict[str, Stack] = {}
     for color, of_color in files.colors.items():
         own = [name for name in names if COLOR_OF[name] == color]
         light_stacks |= stacks(of_color.stack, own)
@@ -65,7 +67,7 @@ def measure_emva(files: EmvaFiles) -> EmvaCamera:
     )
 
 
-def stacks(paths: tuple, names: list[str]) -> dict[str, Stack]:
+def stacks(paths: tuple[Path, ...], names: list[str]) -> dict[str, Stack]:
     """Stacks of these planes; the files are read once per plane, so that no more than one is in memory."""
     return {name: stack_of(read_raw_file(path).planes()[name] for path in paths) for name in names}
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from simulator.color.spectra import WAVELENGTHS_NM, efficiency_on
-from simulator.measurement.noise_check.flat_bench import FlatBench, bench_camera, narrow_light, white_light
+from simulator.measurement.noise_check.flat_bench import FlatBench, UniformLight, bench_camera, narrow_light, white_light
 from simulator.measurement.noise_check.frames import Pair
 from simulator.progress import Progress, Steps, silent
 from simulator.sensor.camera.camera import Camera
@@ -74,7 +74,7 @@ class EmvaBench:
         """Bench for dark frames of another exposure time."""
         return self._bench(white_light(), exposure_time_s)
 
-    def _bench(self, light, exposure_time_s: float = EXPOSURE_TIME_S) -> FlatBench:
+    def _bench(self, light: UniformLight, exposure_time_s: float = EXPOSURE_TIME_S) -> FlatBench:
         return FlatBench(bench_camera(self.camera, *WINDOW_PX), self.iso, exposure_time_s, light, self.folder, self.device)
 
     def wavelength_nm(self, color: str) -> float:

@@ -58,7 +58,7 @@ def _temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBench) ->
     hidden, bent, eta = read_noise_hidden(sensor), line_hidden(sensor), plane.quantum_efficiency.value
     k_tolerance, eta_tolerance = (max(least, LEAST_SIGMAS * k_error) for least in (GAIN_TOLERANCE, EFFICIENCY_TOLERANCE))
     k_hidden, eta_hidden = gain_hidden(sensor) or bent, efficiency_hidden(sensor) or bent
-    rows = [
+    rows: list[tuple[str, float, float, float, float, str, str]] = [
         ("K", plane.gain.value, gain_dn_per_e, k_tolerance, k_error, "DN/e-", k_hidden),
         ("quantum efficiency", eta, efficiency, eta_tolerance, k_error, "e-/photon", eta_hidden),
         ("sigma_d", plane.read_noise.value, sigma_d, read_tolerance, read_error, "e-", hidden or k_hidden),
@@ -66,7 +66,10 @@ def _temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBench) ->
         ("SNR_max", plane.snr_max, snr, SNR_TOLERANCE, k_error / 2.0, "", k_hidden),
         ("dynamic range", plane.dynamic_range, ratio, range_tolerance, read_error, "", hidden or k_hidden),
     ]
-    gates = [Gate(quantity, name, *numbers, ungated=reason) for quantity, *numbers, reason in rows]
+    gates = [
+        Gate(quantity, name, measured, expected, tolerance, error, unit, ungated=reason)
+        for quantity, measured, expected, tolerance, error, unit, reason in rows
+    ]
     for quantity, value in (("LE_min", line.least), ("LE_max", line.greatest)):
         gates.append(Gate(quantity, name, 100.0 * value, 0.0, bend, line_error, "%", relative=False, ungated=bent))
     return gates
@@ -75,7 +78,8 @@ def _temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBench) ->
 def _efficiency(name: str, found: EmvaCamera, bench: EmvaBench) -> float:
     """Electrons per photon on the whole area of a photosite, of the camera file at the plane's wavelength."""
     camera = bench.camera
-    curves = efficiency_on([found.wavelengths_nm[name]], camera.response.wavelengths_nm, camera.response.quantum_efficiency)
+    wavelength_nm, response = np.array([found.wavelengths_nm[name]]), camera.response
+    curves = efficiency_on(wavelength_nm, response.wavelengths_nm, response.quantum_efficiency)
     return float(curves[0, list(bench.colors).index(COLOR_OF[name])]) * camera.fill_factor
 
 

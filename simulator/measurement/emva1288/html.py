@@ -1,6 +1,8 @@
 """EMVA 1288 report as one HTML page that needs no other file."""
 
+import math
 import os
+from collections.abc import Sequence
 from html import escape
 
 from simulator.atomic_files import atomic_write
@@ -69,7 +71,7 @@ def _gates(gates: tuple[Gate, ...]) -> str:
     for gate in gates:
         plain = gate.as_dict()
         scale, unit = (100.0, " %") if gate.relative else (1.0, "")
-        deviation = "" if plain["deviation"] is None else f"{scale * plain['deviation']:+.3g}{unit}"
+        deviation = f"{scale * gate.deviation:+.3g}{unit}" if math.isfinite(gate.deviation) else ""
         allowed = "" if gate.ungated else f"{scale * gate.tolerance:.3g}{unit}"
         verdict = f"not gated: {gate.ungated}" if gate.ungated else str(plain["verdict"])
         numbers = [f"{gate.measured:.5g}", f"{gate.expected:.5g}", deviation, allowed, f"{scale * gate.error:.2g}{unit}"]
@@ -92,7 +94,13 @@ def _conditions(report: EmvaReport) -> str:
     return "<ul>" + "".join(f"<li>{escape(line)}</li>" for line in lines) + "</ul>"
 
 
-def _table(head, rows, first_number: int, last_number: int | None = None, styles: list[str] | None = None) -> str:
+def _table(
+    head: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    first_number: int,
+    last_number: int | None = None,
+    styles: Sequence[str] | None = None,
+) -> str:
     last = len(head) if last_number is None else last_number + 1
 
     def cell(index: int, text: str) -> str:

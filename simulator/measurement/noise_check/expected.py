@@ -5,6 +5,8 @@ from dataclasses import replace
 
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.sensor_plan import SensorPlan
+from simulator.sensor.stages.digital_gain import DigitalGain
+from simulator.sensor.stages.hot_pixels import HotPixels
 from simulator.sensor.stages.stage import Moments
 
 LEAST_READ_NOISE_DN = 0.5  # below, rounding hides it (EMVA 1288 sets its limit at a variance of 0.24 DN^2)
@@ -14,7 +16,7 @@ CLEAR_SIGMAS = 4.0  # pedestal above which the noise of the dark is not clipped 
 def expected_gain(camera: Camera, iso: int, sensor: SensorPlan) -> float:
     """K of the camera file at an ISO, times the digital gain if there is one [DN/e-]."""
     digital = sensor.stage("digital_gain")
-    return camera.iso_setting(iso).gain_dn_per_e * (digital.factor if digital is not None else 1.0)
+    return camera.iso_setting(iso).gain_dn_per_e * (digital.factor if isinstance(digital, DigitalGain) else 1.0)
 
 
 def read_noise_dn(sensor: SensorPlan) -> float:
@@ -47,7 +49,7 @@ def read_noise_hidden(sensor: SensorPlan) -> str:
     if not pedestal_holds(sensor):
         return f"the pedestal of {dark.mean:g} DN is below {CLEAR_SIGMAS:g} standard deviations: the file clips the dark"
     gain = sensor.moments(1.0).mean - dark.mean
-    if hot is not None and hot.share * hot.rate_e_per_s * hot.time_s * gain**2 > 0.005 * read_dn**2:
+    if isinstance(hot, HotPixels) and hot.share * hot.rate_e_per_s * hot.time_s * gain**2 > 0.005 * read_dn**2:
         return "hot pixels add shot noise of their own to it"
     return ""
 

@@ -1,6 +1,6 @@
 """Noise against ISO as a picture: measured points over the camera file's curve."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from simulator.measurement.noise_check.report import NoiseReport
 from simulator.measurement.noise_check.tolerance_check import Gate
@@ -38,9 +38,8 @@ def _over_iso(axes: "Axes", report: NoiseReport, quantity: str, per: dict[str, f
     expected = [gate.expected / per.get(gate.where, 1.0) for gate in gates]
     axes.plot(isos, expected, color=TRUTH, linewidth=1, label="camera file")
     for iso, gate in zip(isos, gates, strict=True):
-        style = {"color": _color(gate), "fillstyle": _fill(gate), "markersize": 5}
-        label = "measured from the files" if iso == isos[0] else None
-        axes.plot(iso, gate.measured / per.get(gate.where, 1.0), "o", label=label, **style)
+        label, measured = "measured from the files" if iso == isos[0] else None, gate.measured / per.get(gate.where, 1.0)
+        axes.plot(iso, measured, "o", label=label, color=_color(gate), fillstyle=_fill(gate), markersize=5)
     iso_axis(axes, isos)
 
 
@@ -52,8 +51,9 @@ def _deviations(axes: "Axes", report: NoiseReport, quantity: str) -> None:
     axes.axhline(0.0, color=TRUTH, linewidth=1)
     for iso, gate in zip(isos, gates, strict=True):
         if gate.expected > 0:
-            style = {"color": _color(gate), "fillstyle": _fill(gate), "markersize": 4, "elinewidth": 1}
-            axes.errorbar(iso, 100.0 * gate.deviation, 196.0 * gate.error, fmt="o", **style)
+            deviation, reach = 100.0 * gate.deviation, 196.0 * gate.error
+            style: dict[str, Any] = {"color": _color(gate), "fillstyle": _fill(gate), "markersize": 4, "elinewidth": 1}
+            axes.errorbar(iso, deviation, reach, fmt="o", **style)
     axes.set_ylabel(f"{quantity}: measured / file - 1 [%]")
     axes.set_title(f"shaded: allowed, +- {tolerance:g} %; bars: 95 % intervals", fontsize="medium")
     iso_axis(axes, isos)

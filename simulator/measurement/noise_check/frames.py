@@ -1,6 +1,7 @@
 """The frames of `photosite validate noise`: how many are needed, and taking them."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from simulator.measurement.noise_check.expected import pedestal_holds
 from simulator.measurement.noise_check.flat_bench import FlatBench, bench_camera, white_light
 from simulator.progress import Steps
 from simulator.sensor.camera.camera import Camera
+from simulator.sensor.stages.stage import Moments
 
 EXPOSURE_TIME_S = 0.01
 WINDOW_PX = 512
@@ -78,7 +80,7 @@ def _gain_error(bench: FlatBench, levels: tuple[float, ...]) -> float:
     return float(np.hypot(np.linalg.norm(leverage * variance) * math.sqrt(2.0 / count), of_dark)) / _slope(points)
 
 
-def _slope(points) -> float:
+def _slope(points: Sequence[Moments]) -> float:
     """Rise of variance with the mean, which is K."""
     return float(np.polyfit([point.mean for point in points], [point.variance for point in points], 1)[0])
 

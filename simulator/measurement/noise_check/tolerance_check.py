@@ -28,7 +28,7 @@ class Gate:
     relative: bool = True
     ungated: str = ""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         fits = not self.relative or self.expected > 0 or bool(self.ungated)
         require(fits, f"gate {self.quantity}", self.expected, "a relative deviation needs an expected value above 0")
 

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from simulator.measurement.statistics.single_frame_noise import LevelNoise, sing
 from simulator.raw.dng.xmp import SettingsChanged, read_provenance
 from simulator.raw.raw_reader import open_raw, plane_places
 from simulator.raw.software import OURS
+
+if TYPE_CHECKING:
+    import rawpy
 
 BINS = 64
 
@@ -106,7 +110,7 @@ def inspect_raw(path: str | os.PathLike[str]) -> Inspection:
         )
 
 
-def _places(frame, image: np.ndarray) -> tuple[str, list[tuple[str, list[np.ndarray], list[int]]]]:
+def _places(frame: "rawpy.RawPy", image: np.ndarray) -> tuple[str, list[tuple[str, list[np.ndarray], list[int]]]]:
     """Pattern, and of each colour its name, its planes (one for each place in the block), and LibRaw's colour indices."""
     letters = frame.color_desc.decode("ascii", "replace")
     if image.ndim == 3:
@@ -115,6 +119,7 @@ def _places(frame, image: np.ndarray) -> tuple[str, list[tuple[str, list[np.ndar
     if frame.num_colors == 1:  # rawpy gives a meaningless pattern then
         return "MONO", [("MONO", [image], [0])]
     index = frame.raw_pattern
+    assert index is not None  # a mosaic of several colours has a pattern
     tall, wide = index.shape
     rows = ["".join(letters[place] for place in row) for row in index]
     flat = "".join(rows)
@@ -131,7 +136,9 @@ def _places(frame, image: np.ndarray) -> tuple[str, list[tuple[str, list[np.ndar
 
 
 def _channel(name: str, planes: Sequence[np.ndarray], black_level_dn: float, white_level_dn: int) -> Channel:
-    counts = sum(np.bincount(plane.ravel(), minlength=2**16) for plane in planes)
+    counts = np.zeros(2**16, dtype=np.int64)
+    for plane in planes:
+        counts += np.bincount(plane.ravel(), minlength=2**16)
     codes, photosites = np.arange(counts.size), int(counts.sum())
     there = np.flatnonzero(counts)
     edges = np.linspace(0.0, white_level_dn + 1.0, BINS + 1)

@@ -72,7 +72,7 @@ def gain(points: Sequence[TransferPoint], dark: DarkNoise) -> Interval:
     """
     signal, variance, error = _columns(points)
     rise = variance - dark.variance_dn2
-    slope = float(signal @ rise / (signal @ signal))
+    slope, leverage = float(signal @ rise / (signal @ signal)), np.zeros_like(signal)
     for _ in range(3):
         weight = 1.0 / np.maximum(dark.variance_dn2 + slope * signal, 1e-12) ** 2
         leverage = weight * signal / float(weight @ signal**2)
@@ -96,6 +96,7 @@ def line_without_dark(points: Sequence[TransferPoint]) -> tuple[Interval, Interv
     if np.ptp(signal) == 0:
         raise PhotositeError("photon transfer of a camera without pedestal: needs flat pairs at two or more levels")
     slope, offset = np.polyfit(signal, variance, 1)
+    weight = leverage = np.zeros_like(signal)
     for _ in range(3):
         weight = 1.0 / np.maximum(offset + slope * signal, 1e-12) ** 2
         weight /= weight.sum()

@@ -3,6 +3,7 @@
 import math
 import os
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 
@@ -30,8 +31,14 @@ class EdgeTransfer:
     distance_px: np.ndarray
     edge_spread: np.ndarray
 
-    def at(self, frequency_per_px) -> np.ndarray:
-        """Transfer at other frequencies, straight between those measured."""
+    @overload
+    def at(self, frequency_per_px: float) -> float: ...
+
+    @overload
+    def at(self, frequency_per_px: np.ndarray) -> np.ndarray: ...
+
+    def at(self, frequency_per_px: float | np.ndarray) -> float | np.ndarray:
+        """Return the transfer at other frequencies [cycles/px], linear between those measured."""
         return np.interp(frequency_per_px, self.frequency_per_px, self.transfer)
 
     @property
@@ -118,19 +125,20 @@ def _edge_places(signal: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.n
         found.append((float(y), between, slope))
     total = sum(float(slope.sum()) for _, _, slope in found)
     width = signal.shape[1]
-    line = np.array([0.0, 0.5 * (width - 1)])
+    line, rows, edge = np.array([0.0, 0.5 * (width - 1)]), np.zeros(0), np.zeros(0)
     for half in (0.5 * width, 0.25 * width):
-        places = []
-        for y, between, slope in found:
-            window = np.clip(np.abs(between - np.polyval(line, y)) / half, 0.0, 1.0)
+        centroids = []
+        for row, between, slope in found:
+            window = np.clip(np.abs(between - np.polyval(line, row)) / half, 0.0, 1.0)
             weights = slope * (0.54 + 0.46 * np.cos(math.pi * window)) * (window < 1.0)
-            places.append(float(weights @ between / weights.sum()) if weights.sum() * total > 0 else math.nan)
-        good = np.isfinite(places) & (np.array(places) > 0) & (np.array(places) < width - 1)
+            centroids.append(float(weights @ between / weights.sum()) if weights.sum() * total > 0 else math.nan)
+        places = np.array(centroids)
+        good = np.isfinite(places) & (places > 0) & (places < width - 1)
         if good.sum() < 0.8 * len(found) or good.sum() < 8:
             raise PhotositeError("no single edge runs through the part; give a part that holds one edge and nothing else")
-        rows = np.array([y for y, _, _ in found])[good]
-        line = np.polyfit(rows, np.array(places)[good], 1)
-    return rows, np.array(places)[good]
+        rows, edge = np.array([row for row, _, _ in found])[good], places[good]
+        line = np.polyfit(rows, edge, 1)
+    return rows, edge
 
 
 def _binned(distance_px: np.ndarray, signal: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:

@@ -39,23 +39,23 @@ def stack_of(frames: Iterable[np.ndarray]) -> Stack:
 
     Raises PhotositeError for fewer than two frames or frames of different shapes.
     """
-    total = squares = first = None
+    total, squares, offset_dn = np.zeros(0), np.zeros(0), np.float64(0.0)
     count = 0
     for frame in frames:
-        if first is None:
-            # Codes close to the first frame's mean keep the sum of squares exact in float64.
-            first = np.rint(frame.mean(dtype=np.float64))
+        if count == 0:
+            # Sums of deviations from the first frame's mean keep the sum of squares exact in float64.
+            offset_dn = np.rint(frame.mean(dtype=np.float64))
             total, squares = np.zeros(frame.shape), np.zeros(frame.shape)
         if frame.shape != total.shape:
             raise PhotositeError(f"a stack of {total.shape} and {frame.shape}: all frames of a stack must have one size")
-        shifted = frame - first
-        total += shifted
-        squares += shifted**2
+        deviation = frame - offset_dn
+        total += deviation
+        squares += deviation**2
         count += 1
     if count < 2:
         raise PhotositeError(f"a stack of {count} frames: give two or more; EMVA 1288 asks for 16 at least")
     variance = float(np.mean(squares - total**2 / count)) / (count - 1)
-    return Stack(first + total / count, variance, count)
+    return Stack(offset_dn + total / count, variance, count)
 
 
 def spatial_variance(stack: Stack) -> SpatialVariance:

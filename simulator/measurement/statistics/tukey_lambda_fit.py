@@ -9,6 +9,7 @@ variables and two rounding errors, each uniform within one code.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -111,7 +112,7 @@ def _triangle(cell_dn: float) -> np.ndarray:
     return np.diff(0.5 + edges - np.sign(edges) * edges**2 / 2.0)
 
 
-def _standard_errors(loss, best: np.ndarray, step: float) -> np.ndarray:
+def _standard_errors(loss: Callable[[np.ndarray], float], best: np.ndarray, step: float) -> np.ndarray:
     """Standard errors of two parameters from the second differences of a negative log-likelihood."""
     hessian = np.empty((2, 2))
     steps = np.eye(2) * np.array([3.0 * step, step])  # about one standard error of each

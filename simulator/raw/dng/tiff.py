@@ -100,7 +100,12 @@ def nearest_fraction(value: float) -> tuple[int, int]:
     return fraction.numerator, fraction.denominator
 
 
-def assemble(directories: Mapping[str, Directory], data: Mapping[str, bytes | np.ndarray]) -> list[bytes | np.ndarray]:
+def view_bytes(buffer: bytes | np.ndarray) -> memoryview:
+    """Return a view of the bytes of a C-contiguous buffer, without a copy."""
+    return memoryview(buffer) if isinstance(buffer, bytes) else buffer.data
+
+
+def assemble(directories: Mapping[str, Directory], data: Mapping[str, bytes | np.ndarray]) -> list[bytes | memoryview]:
     """Lay a TIFF file out and return its pieces in file order, large arrays uncopied.
 
     directories: by name; the first is IFD 0. None is chained to a next one.
@@ -113,13 +118,14 @@ def assemble(directories: Mapping[str, Directory], data: Mapping[str, bytes | np
     for name, buffer in data.items():
         position += -position % _DATA_ALIGNMENT
         offsets[name] = position
-        position += memoryview(buffer).nbytes
-    pieces = [b"II*\0" + struct.pack("<I", _HEADER_BYTES)]
+        position += view_bytes(buffer).nbytes
+    pieces: list[bytes | memoryview] = [b"II*\0" + struct.pack("<I", _HEADER_BYTES)]
     pieces += [_packed(directory, offsets[name], offsets) for name, directory in directories.items()]
     written = sum(map(len, pieces))
     for name, buffer in data.items():
-        pieces += [bytes(offsets[name] - written), buffer]
-        written = offsets[name] + memoryview(buffer).nbytes
+        view = view_bytes(buffer)
+        pieces += [bytes(offsets[name] - written), view]
+        written = offsets[name] + view.nbytes
     return pieces
 
 
