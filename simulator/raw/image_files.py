@@ -23,7 +23,7 @@ _HARMLESS = "failed TIFFWriteCustomDirectory() of the Exif data"
 
 
 @dataclass(frozen=True)
-class Part:
+class PicturePart:
     """One picture of a file that holds several.
 
     name: of the part. pixels, channels, attributes: as `write_picture` takes them.
@@ -53,10 +53,10 @@ def put_picture(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), 
 
     Raises OSError, without the path, when the file cannot be written.
     """
-    put_parts(path, [Part("", pixels, channels, attributes)])
+    put_parts(path, [PicturePart("", pixels, channels, attributes)])
 
 
-def put_parts(path: Path, parts: Sequence[Part]) -> None:
+def put_parts(path: Path, parts: Sequence[PicturePart]) -> None:
     """Write pictures into one file, one after the other, straight to a path that `atomic_write` gave.
 
     More than one makes a multi-part file, which EXR and TIFF have.
@@ -69,7 +69,7 @@ def put_parts(path: Path, parts: Sequence[Part]) -> None:
     output = OpenImageIO.ImageOutput.create(str(path))
     if output is None:
         raise OSError(f"OpenImageIO cannot write {path.suffix or 'a file without suffix'}")
-    specs = [_spec(part) for part in parts]
+    specs = [_image_spec(part) for part in parts]
     done = output.open(str(path), specs[0]) if len(specs) == 1 else output.open(str(path), tuple(specs))
     for index, (spec, part) in enumerate(zip(specs, parts, strict=True)):
         done = done and (index == 0 or output.open(str(path), spec, "AppendSubimage"))
@@ -81,7 +81,7 @@ def put_parts(path: Path, parts: Sequence[Part]) -> None:
         raise OSError(message.replace(str(path), "the file") or "OpenImageIO gives no reason")
 
 
-def _spec(part: Part) -> "OpenImageIO.ImageSpec":
+def _image_spec(part: PicturePart) -> "OpenImageIO.ImageSpec":
     """OpenImageIO's description of a part."""
     import OpenImageIO
 
@@ -97,7 +97,7 @@ def _spec(part: Part) -> "OpenImageIO.ImageSpec":
     return spec
 
 
-def read_parts(path: str | os.PathLike) -> Iterator[Part]:
+def read_parts(path: str | os.PathLike) -> Iterator[PicturePart]:
     """Yield the parts of a picture file as float32 (height, width, channel), without attributes.
 
     Raises PhotositeError when the file is missing, is no picture, or ends early.
@@ -117,7 +117,7 @@ def read_parts(path: str | os.PathLike) -> Iterator[Part]:
             message = source.geterror().strip()
             if pixels is None or message:
                 raise PhotositeError(f"damaged or cut short: {message}; write or copy it again", file=path)
-            yield Part(spec.getattribute("oiio:subimagename") or "", pixels, tuple(spec.channelnames))
+            yield PicturePart(spec.getattribute("oiio:subimagename") or "", pixels, tuple(spec.channelnames))
             index += 1
     finally:
         source.close()

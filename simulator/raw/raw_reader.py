@@ -81,8 +81,8 @@ def read_raw_file(path: str | os.PathLike[str]) -> RawFile:
             cfa=cfa,
             black_level_dn=black,
             white_level_dn=int(frame.white_level),
-            iso=_told(other.iso_speed),
-            exposure_time_s=_told(other.shutter_speed),
+            iso=positive_or_none(other.iso_speed),
+            exposure_time_s=positive_or_none(other.shutter_speed),
             white_balance=None if cfa == "MONO" else _white_balance(frame),
             color_matrix=None if cfa == "MONO" else _color_matrix(frame),
         )
@@ -130,6 +130,6 @@ def _color_matrix(frame: "rawpy.RawPy") -> tuple[tuple[float, ...], ...] | None:
     return None if matrix is None else tuple(map(tuple, matrix.tolist()))
 
 
-def _told(value: float) -> float | None:
-    """Return a number of the file's metadata, or None for the zero that LibRaw gives where there is none."""
+def positive_or_none(value: float) -> float | None:
+    """Return a number of the file's metadata; None for the 0 that LibRaw gives where the file has none."""
     return float(value) if np.isfinite(value) and value > 0 else None

@@ -8,10 +8,10 @@ import numpy as np
 from simulator.measurement.calibration.dark_measurement import NORMAL_SHAPE
 from simulator.measurement.calibration.frame_checks import findings
 from simulator.measurement.calibration.frame_sorting import Frame, IsoFrames
-from simulator.measurement.calibration.iso_measurement import IsoMeasurement, codes_of, measure_iso
-from simulator.measurement.statistics.dark_current import slope_over_time
+from simulator.measurement.calibration.iso_measurement import IsoMeasurement, measure_iso, read_codes
+from simulator.measurement.statistics.dark_current import fit_slope_over_time
 from simulator.measurement.statistics.interval import Interval, quotient
-from simulator.measurement.statistics.read_noise_split import TwoSource, conversion_gain_switch, two_source
+from simulator.measurement.statistics.read_noise_split import TwoSource, find_conversion_gain_switch, fit_two_sources
 from simulator.measurement.statistics.temporal_noise import pair_noise
 from simulator.progress import Progress, Steps, silent
 
@@ -61,7 +61,7 @@ def measure_camera(groups: list[IsoFrames], progress: Progress = silent) -> Cali
         measured.append(measure_iso(group))
         steps.add(f"measuring ISO {group.iso}")
     sources, switch_iso = _sources(measured)
-    whole = [one for one in measured if not one.frames.cut_at_zero] or measured
+    whole = [one for one in measured if not one.frames.is_clipped_at_zero] or measured
     quiet = min(whole, key=lambda one: _width(one.dark.pattern.photosite_dn) / one.gain_dn_per_e.value)
     columns = min(whole, key=lambda one: _width(one.dark.pattern.column_dn))
     prnus = [one.prnu for one in measured if one.prnu is not None]
@@ -114,7 +114,7 @@ def _width(interval: Interval) -> float:
 def _sources(measured: list[IsoMeasurement]) -> tuple[list[TwoSource], int | None]:
     """Fit the two sources on each side of a conversion-gain switch."""
     isos = [one.iso for one in measured]
-    switch = conversion_gain_switch(isos, [one.read_noise_e.value for one in measured])
+    switch = find_conversion_gain_switch(isos, [one.read_noise_e.value for one in measured])
     sides = [
         [one for one in measured if switch is None or one.iso < switch],
         [one for one in measured if switch and one.iso >= switch],
@@ -122,7 +122,7 @@ def _sources(measured: list[IsoMeasurement]) -> tuple[list[TwoSource], int | Non
     fits = []
     for side in filter(None, sides):
         gains, sigmas = [one.gain_dn_per_e.value for one in side], [one.dark.read_noise_dn for one in side]
-        fits.append(two_source([one.iso for one in side], gains, sigmas))
+        fits.append(fit_two_sources([one.iso for one in side], gains, sigmas))
     return fits, switch
 
 
@@ -136,16 +136,16 @@ def _dark_current(measured: list[IsoMeasurement]) -> tuple[Interval | None, list
     frames = [frame for same in best.frames.darks.values() for frame in same]
     if len(best.frames.darks) < 2 or len(frames) < 3:
         return None, []
-    slope, _ = slope_over_time(np.array([f.time_s for f in frames]), np.array([f.mean_dn for f in frames]))
+    slope, _ = fit_slope_over_time(np.array([f.time_s for f in frames]), np.array([f.mean_dn for f in frames]))
     if slope.low > 0:
         return quotient(slope, best.gain_dn_per_e), []
     variances = [
-        (time, pair_noise(codes_of(first), codes_of(second)).pixel_variance_dn2)
+        (time, pair_noise(read_codes(first), read_codes(second)).pixel_variance_dn2)
         for time, same in best.frames.darks.items()
         for first, second in zip(same[0::2], same[1::2], strict=False)
     ]
     if len(variances) > 2 and len({time for time, _ in variances}) > 1:
-        growth, _ = slope_over_time(*np.array(variances).T)
+        growth, _ = fit_slope_over_time(*np.array(variances).T)
         if growth.low > 0:
             rule = "the camera takes the mean of the dark current off; its rate is told by the variance"
             return quotient(quotient(growth, best.gain_dn_per_e), best.gain_dn_per_e), [f"ISO {best.iso}: {rule}"]

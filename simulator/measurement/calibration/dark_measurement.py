@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.measurement.statistics.dsnu import DarkPattern, dark_pattern, levelled
+from simulator.measurement.statistics.dsnu import DsnuMeasurement, measure_dsnu, subtract_plane_means
 from simulator.measurement.statistics.interval import Interval, normal_interval
 from simulator.measurement.statistics.read_noise import read_noise, row_residuals
 from simulator.measurement.statistics.row_noise import row_noise
@@ -32,20 +32,22 @@ class DarkMeasurement:
     read_noise_dn: Interval
     shape: TukeyLambda | None
     row_noise_dn: Interval
-    pattern: DarkPattern
+    pattern: DsnuMeasurement
     residuals_dn: np.ndarray
 
 
 def measure_darks(darks: list[np.ndarray], places: dict[str, tuple[int, int]]) -> DarkMeasurement:
     """Measure two or more dark frames, mosaics (height, width) uint16. places: of the planes in the 2x2 block."""
-    levels = {name: float(np.mean([plane_of(dark, name, places).mean(dtype=np.float64) for dark in darks])) for name in places}
-    pairs = pairs_of(darks)
+    levels = {
+        name: float(np.mean([select_plane(dark, name, places).mean(dtype=np.float64) for dark in darks])) for name in places
+    }
+    pairs = measure_pairs(darks)
     residuals = np.concatenate([row_residuals(first, second) for first, second in zip(darks[0::2], darks[1::2], strict=False)])
     shape = fit_tukey_lambda(residuals)
     doubt_dn2 = rounding_doubt_dn2(shape.shape.value, shape.sigma_dn.value) if shape else rounding_doubt_dn2(NORMAL_SHAPE, 0.0)
     sigma, rows = read_noise(pairs, doubt_dn2), row_noise(pairs)
     pixel_dn2, row_dn2 = (float(np.mean([getattr(pair, name) for pair in pairs])) for name in _PARTS)
-    pattern = dark_pattern([levelled(dark, list(places.values())) for dark in darks], pixel_dn2, row_dn2)
+    pattern = measure_dsnu([subtract_plane_means(dark, list(places.values())) for dark in darks], pixel_dn2, row_dn2)
     black_dn = float(np.mean(list(levels.values())))
     error_dn = _error_of_a_plane(pattern, sigma.value, rows.value, darks, places)
     return DarkMeasurement(
@@ -63,7 +65,9 @@ def measure_darks(darks: list[np.ndarray], places: dict[str, tuple[int, int]]) -
 _PARTS = ("pixel_variance_dn2", "row_variance_dn2")
 
 
-def darks_cut_at_zero(black_dn: float, places: dict, read_noise_dn: Interval, row_noise_dn: Interval) -> DarkMeasurement:
+def dark_measurement_without_pedestal(
+    black_dn: float, places: dict, read_noise_dn: Interval, row_noise_dn: Interval
+) -> DarkMeasurement:
     """What is known of the dark of a camera without pedestal, from its flats: its own dark frames have lost half of the noise.
 
     black_dn: black level of the files [DN].
@@ -75,26 +79,26 @@ def darks_cut_at_zero(black_dn: float, places: dict, read_noise_dn: Interval, ro
         read_noise_dn=read_noise_dn,
         shape=None,
         row_noise_dn=row_noise_dn,
-        pattern=DarkPattern(_NOTHING, _NOTHING, _NOTHING, 0.0, 0.0),
+        pattern=DsnuMeasurement(_NOTHING, _NOTHING, _NOTHING, 0.0, 0.0),
         residuals_dn=np.zeros(0),
     )
 
 
-def plane_of(codes: np.ndarray, name: str, places: dict[str, tuple[int, int]]) -> np.ndarray:
+def select_plane(codes: np.ndarray, name: str, places: dict[str, tuple[int, int]]) -> np.ndarray:
     """View of one colour plane of a mosaic."""
     step = 1 if len(places) == 1 else 2
     row, column = places[name]
     return codes[row::step, column::step]
 
 
-def pairs_of(frames: list[np.ndarray]) -> list[PairNoise]:
+def measure_pairs(frames: list[np.ndarray]) -> list[PairNoise]:
     """Noise of the first and second frame, the third and fourth, and so on."""
     return [pair_noise(first, second) for first, second in zip(frames[0::2], frames[1::2], strict=False)]
 
 
-def _error_of_a_plane(pattern: DarkPattern, sigma_dn: float, row_dn: float, darks: list[np.ndarray], places: dict) -> float:
+def _error_of_a_plane(pattern: DsnuMeasurement, sigma_dn: float, row_dn: float, darks: list[np.ndarray], places: dict) -> float:
     """Standard error of a plane's mean: of noise and of patterns, over its photosites, rows and columns [DN]."""
-    height, width = plane_of(darks[0], next(iter(places)), places).shape
+    height, width = select_plane(darks[0], next(iter(places)), places).shape
     photosites = (sigma_dn**2 / len(darks) + pattern.photosite_dn.value**2) / (height * width)
     rows = (row_dn**2 / len(darks) + pattern.row_dn.value**2) / height
     return float(np.sqrt(photosites + rows + pattern.column_dn.value**2 / width))

@@ -34,7 +34,7 @@ def _missing(group: IsoFrames) -> list[str]:
         have = _names([frame for pair in group.flat_pairs for frame in pair] + group.lone_flats)
         rule = "give two flats of one exposure time whose mean lies below 70 % of white and that clip nowhere"
         found.append(f"{at} is left out: no usable pair of flats ({have or 'none there'}); {rule}")
-    elif group.cut_at_zero and len({pair[0].time_s for pair in group.usable_pairs}) < 2:
+    elif group.is_clipped_at_zero and len({pair[0].time_s for pair in group.usable_pairs}) < 2:
         rule = "a camera without pedestal needs flats of two or more exposure times"
         found.append(f"{at} is left out: the codes of {group.short_darks[0].path} end at 0; {rule}")
     return found
@@ -60,7 +60,7 @@ def _flat_notes(group: IsoFrames) -> list[str]:
 
 def _dark_notes(group: IsoFrames) -> list[str]:
     notes = []
-    if group.cut_at_zero:
+    if group.is_clipped_at_zero:
         rule = "no pedestal, so half of the noise is cut off; read noise is taken from the flats, black from the files"
         notes.append(f"ISO {group.iso}: codes of {_names(group.short_darks)} end at 0: {rule}; DSNU and shape are not told")
     for frame in _leaking(group):
@@ -87,7 +87,7 @@ def findings(measured: list[IsoMeasurement]) -> list[str]:
             planes = ", ".join(f"{name} {part.value:.5g}" for name, part in one.gain_by_plane.items())
             rule = "the camera scales them digitally, or a plane is not linear; K is their mean"
             notes.append(f"ISO {one.iso}: the colour planes have different gains ({planes} DN/e-): {rule}")
-        if one.frames.cut_at_zero:
+        if one.frames.is_clipped_at_zero:
             continue
         sigma_dn, black_dn = one.dark.read_noise_dn.value, one.dark.black_level_dn
         if one.dark.shape is None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.measurement.statistics.clipping import clipped_code
+from simulator.measurement.statistics.clipping import find_clipped_code
 from simulator.progress import Progress, Steps, silent
 from simulator.raw.raw_reader import RawFile, read_raw_file
 
@@ -72,7 +72,7 @@ class IsoFrames:
         return [pair for pair in self.flat_pairs if not any(frame.clips or _is_bright(frame) for frame in pair)]
 
     @property
-    def cut_at_zero(self) -> bool:
+    def is_clipped_at_zero(self) -> bool:
         """Whether the noise of the dark frames is cut off at code 0, as without a pedestal."""
         return any(frame.zero_share > ZERO_SHARE for frame in self.short_darks)
 
@@ -122,7 +122,7 @@ def frame_of(raw: RawFile) -> Frame:
     codes = middle(raw.mosaic)
     black_dn, mean_dn = float(raw.black_level_dn.mean()), float(codes.mean(dtype=np.float64))
     # A dark frame may lie at one code, too, and clips nothing.
-    clipped_dn = clipped_code(codes) if codes.max() > 0.5 * raw.white_level_dn else None
+    clipped_dn = find_clipped_code(codes) if codes.max() > 0.5 * raw.white_level_dn else None
     high_dn = min(0.98 * raw.white_level_dn, clipped_dn or raw.white_level_dn)
     by_level = "dark" if mean_dn - black_dn < DARK_SHARE * (raw.white_level_dn - black_dn) else "flat"
     return Frame(

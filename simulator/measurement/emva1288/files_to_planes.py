@@ -8,7 +8,7 @@ import numpy as np
 from simulator.measurement.emva1288.frames import EmvaFiles
 from simulator.measurement.emva1288.plane import EmvaPlane, LightStep, measure_plane
 from simulator.measurement.noise_check.frames import Pair
-from simulator.measurement.statistics.dark_current import slope_over_time
+from simulator.measurement.statistics.dark_current import fit_slope_over_time
 from simulator.measurement.statistics.interval import Interval
 from simulator.measurement.statistics.photon_transfer import DarkNoise, dark_noise
 from simulator.measurement.statistics.spatial_variance import Stack, stack_of
@@ -46,12 +46,12 @@ def measure_emva(files: EmvaFiles) -> EmvaCamera:
     clipped = float(np.mean(first.mosaic == 0)) > 1e-3
     names = list(first.planes())
     dark = {name: _dark(files, name, first, clipped) for name in names}
-    dark_stacks = stacks(files.dark_stack, names)
+    dark_stacks = read_stacks(files.dark_stack, names)
     planes: dict[str, EmvaPlane] = {}
     light_stacks: dict[str, Stack] = {}
     for color, of_color in files.colors.items():
         own = [name for name in names if COLOR_OF[name] == color]
-        light_stacks |= stacks(of_color.stack, own)
+        light_stacks |= read_stacks(of_color.stack, own)
         noises = [_plane_noise(pair, own) for pair in of_color.pairs]
         for name in own:
             steps = [LightStep(photons, noise[name]) for photons, noise in zip(of_color.photons, noises, strict=True)]
@@ -67,7 +67,7 @@ def measure_emva(files: EmvaFiles) -> EmvaCamera:
     )
 
 
-def stacks(paths: tuple[Path, ...], names: list[str]) -> dict[str, Stack]:
+def read_stacks(paths: tuple[Path, ...], names: list[str]) -> dict[str, Stack]:
     """Stacks of these planes; the files are read once per plane, so that no more than one is in memory."""
     return {name: stack_of(read_raw_file(path).planes()[name] for path in paths) for name in names}
 
@@ -93,7 +93,7 @@ def _dark_current(files: EmvaFiles, planes: dict[str, EmvaPlane]) -> dict[str, t
     for name, plane in planes.items():
         means = np.array([noise[name].mean_dn for noise in noises]) / plane.gain.value
         variances = np.array([noise[name].variance_dn2 for noise in noises]) / plane.gain.value**2
-        found[name] = slope_over_time(times, means)[0], slope_over_time(times, variances)[0]
+        found[name] = fit_slope_over_time(times, means)[0], fit_slope_over_time(times, variances)[0]
     return found
 
 

@@ -106,7 +106,7 @@ class EmvaBench:
 
 def take_emva_frames(bench: EmvaBench, first_seed: int, progress: Progress = silent) -> EmvaFiles:
     """Take and save all frames; their seeds count up from the first. progress: told of each. Raises PhotositeError."""
-    take = _Taker(iter(range(first_seed, first_seed + bench.frames())), Steps(progress, bench.frames()))
+    take = _FrameTaker(iter(range(first_seed, first_seed + bench.frames())), Steps(progress, bench.frames()))
     dark_stack = take.stack(bench.white, "dark", 0.0)
     colors = {}
     for name, one in bench.colors.items():
@@ -123,7 +123,7 @@ def take_emva_frames(bench: EmvaBench, first_seed: int, progress: Progress = sil
 
 
 @dataclass(frozen=True)
-class _Taker:
+class _FrameTaker:
     """Takes frames, each with the next seed."""
 
     seeds: Iterator[int]

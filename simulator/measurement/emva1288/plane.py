@@ -33,7 +33,7 @@ class LightStep:
 
 
 @dataclass(frozen=True)
-class Pattern:
+class Nonuniformity:
     """DSNU [e-] or PRNU (relative): standard deviations of the whole, of rows, of columns and of photosites.
 
     error: standard error of the photosites' part. A part whose estimated variance is negative is 0.
@@ -62,8 +62,8 @@ class EmvaPlane:
     read_noise: Interval
     saturation_photons: float
     saturation_e: float
-    dsnu: Pattern
-    prnu: Pattern
+    dsnu: Nonuniformity
+    prnu: Nonuniformity
     linearity: Linearity
     linearity_error: float
     photons: np.ndarray
@@ -146,7 +146,7 @@ def _read_noise(dark: DarkNoise, slope: Interval) -> Interval:
     return normal_interval(value, value * math.hypot(of_dark, slope.standard_error / slope.value))
 
 
-def fixed_pattern(dark: Stack, light: Stack, gain_dn_per_e: float) -> tuple[Pattern, Pattern]:
+def fixed_pattern(dark: Stack, light: Stack, gain_dn_per_e: float) -> tuple[Nonuniformity, Nonuniformity]:
     """DSNU and PRNU: the pattern of the dark in electrons, and what light adds to it relative to its signal.
 
     DSNU = s_y.dark / K, PRNU = sqrt(s_y.light^2 - s_y.dark^2) / (mu_y.light - mu_y.dark), each part for itself.
@@ -155,8 +155,8 @@ def fixed_pattern(dark: Stack, light: Stack, gain_dn_per_e: float) -> tuple[Patt
     signal_dn = float(light.mean_dn.mean() - dark.mean_dn.mean())
     added = [getattr(in_light, part) - getattr(in_dark, part) for part in _PARTS]
     dark_error, light_error = _error(in_dark, dark), _error(in_light, light)
-    dsnu = _pattern([getattr(in_dark, part) for part in _PARTS], dark_error, gain_dn_per_e)
-    return dsnu, _pattern(added, math.hypot(dark_error, light_error), signal_dn)
+    dsnu = _nonuniformity_of([getattr(in_dark, part) for part in _PARTS], dark_error, gain_dn_per_e)
+    return dsnu, _nonuniformity_of(added, math.hypot(dark_error, light_error), signal_dn)
 
 
 _PARTS = ("total_dn2", "row_dn2", "column_dn2", "pixel_dn2")
@@ -167,9 +167,9 @@ def _error(variance: SpatialVariance, stack: Stack) -> float:
     return math.sqrt(2.0 / stack.mean_dn.size) * (max(variance.pixel_dn2, 0.0) + stack.variance_dn2 / stack.frames)
 
 
-def _pattern(variances: list[float], error: float, unit: float) -> Pattern:
+def _nonuniformity_of(variances: list[float], error: float, unit: float) -> Nonuniformity:
     """Standard deviations of four variances in another unit."""
     total, row, column, pixel = (math.sqrt(max(value, 0.0)) / unit for value in variances)
     # From the error of a variance to that of its root, which at 0 is the root itself.
     of_root = error / (2.0 * max(pixel * unit, math.sqrt(error)) * unit) if error > 0 else 0.0
-    return Pattern(total, row, column, pixel, of_root)
+    return Nonuniformity(total, row, column, pixel, of_root)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simulator.measurement.noise_check.expected import pedestal_holds
+from simulator.measurement.noise_check.expected import is_pedestal_sufficient
 from simulator.measurement.noise_check.flat_bench import FlatBench, bench_camera, white_light
 from simulator.progress import Steps
 from simulator.sensor.camera.camera import Camera
@@ -15,7 +15,7 @@ from simulator.sensor.stages.stage import Moments
 
 EXPOSURE_TIME_S = 0.01
 WINDOW_PX = 512
-GAIN_ERROR = 0.0015  # wanted relative standard error of K, a quarter of its gate
+GAIN_ERROR = 0.0015  # wanted relative standard error of K, a quarter of its tolerance
 LEVELS = (0.25, 0.4, 0.55, 0.68)  # of saturation, in the most sensitive colour; EMVA 1288 fits up to 0.7
 LOW_LEVEL = 0.03  # instead of the first, where black clips the dark and the line needs two ends
 DARK_PAIRS = 4
@@ -48,15 +48,15 @@ class FramePlan:
         return 2 * (DARK_PAIRS + self.pairs * len(self.levels)) + 1
 
 
-def noise_bench(camera: Camera, iso: int, folder: Path, device: str | None = None) -> FlatBench:
+def make_noise_bench(camera: Camera, iso: int, folder: Path, device: str | None = None) -> FlatBench:
     """Return the bench at one ISO: daylight, 1/100 s, a window in the middle of the sensor."""
     return FlatBench(bench_camera(camera, WINDOW_PX, WINDOW_PX), iso, EXPOSURE_TIME_S, white_light(), folder, device)
 
 
-def frame_plan(bench: FlatBench) -> FramePlan:
+def plan_frames(bench: FlatBench) -> FramePlan:
     """Choose levels and number of pairs such that K gets its wanted precision, as far as MOST_PAIRS allow."""
     levels = LEVELS
-    if not pedestal_holds(bench.sensor):
+    if not is_pedestal_sufficient(bench.sensor):
         dark, weakest = bench.sensor.moments(0.0), float(bench.electrons.min() / bench.electrons.max())
         clear = 5.0 * math.sqrt(dark.variance + dark.fixed_variance) / (bench.sensor.white_level_dn() * weakest)
         levels = (max(LOW_LEVEL, clear), *LEVELS[1:])
@@ -72,7 +72,7 @@ def _gain_error(bench: FlatBench, levels: tuple[float, ...]) -> float:
     points = [bench.sensor.moments(bench.factor_of(level) * e) for level in levels for e in bench.electrons[places]]
     signal = np.array([point.mean for point in points]) - dark.mean
     variance, count = np.array([point.variance for point in points]), frame.width * frame.height / len(places)
-    if not pedestal_holds(bench.sensor):
+    if not is_pedestal_sufficient(bench.sensor):
         signal = signal - np.average(signal, weights=variance**-2.0)  # a free intercept
         return float(np.sqrt(2.0 / count / (signal**2 / variance**2).sum())) / _slope(points)
     leverage = signal / variance**2 / (signal**2 / variance**2).sum()

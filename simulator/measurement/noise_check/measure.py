@@ -59,7 +59,7 @@ class IsoNoise:
         return math.log2(dynamic_range(self.full_scale_e, self.dark, self.gain.value))
 
 
-def measure_iso(files: NoiseFiles) -> IsoNoise:
+def measure_iso_noise(files: NoiseFiles) -> IsoNoise:
     """Measure one ISO from its DNG files; all four colour planes share one gain. Raises PhotositeError."""
     dark_pairs = [_plane_noise(pair) for pair in files.dark]
     saturated = read_raw_file(files.saturated)

@@ -7,7 +7,7 @@ STANDS_OUT = 2.0  # against every code below: the noise of a bright frame spread
 MOST_ABOVE = 0.05  # of the pile; a peak of noise has as many codes above as below
 
 
-def clipped_code(codes: np.ndarray) -> int | None:
+def find_clipped_code(codes: np.ndarray) -> int | None:
     """Code at which photosites pile up at the top of a bright frame's histogram [DN], or None where nothing clips.
 
     codes: uint16 of any shape. It is the most frequent code near the top rather than the highest, since a few photosites of

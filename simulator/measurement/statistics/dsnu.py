@@ -11,7 +11,7 @@ HOT_SIGMAS = 6.0  # two photosites in a billion of a normal pattern lie further 
 
 
 @dataclass(frozen=True)
-class DarkPattern:
+class DsnuMeasurement:
     """What stays from frame to frame in the dark, apart from the colour planes' own black levels.
 
     photosite_dn, column_dn, row_dn: standard deviations [DN]; photosite_dn is DSNU without hot photosites.
@@ -25,10 +25,10 @@ class DarkPattern:
     hot_excess_dn: float
 
 
-def dark_pattern(frames: list[np.ndarray], pixel_variance_dn2: float, row_variance_dn2: float) -> DarkPattern:
+def measure_dsnu(frames: list[np.ndarray], pixel_variance_dn2: float, row_variance_dn2: float) -> DsnuMeasurement:
     """Split the mean of dark frames.
 
-    frames: two or more mosaics (height, width) whose colour planes were brought to one level (`levelled`).
+    frames: two or more mosaics (height, width) whose colour planes were brought to one level (`subtract_plane_means`).
     pixel_variance_dn2, row_variance_dn2: temporal noise of one frame, from pairs; 1/L of it is left in a mean of L frames and
     taken off rows and columns. DSNU is the covariance of the means of two halves, which have no temporal noise in common; EMVA
     1288 R4.0 Linear takes 1/L of the temporal variance off instead, which comes to the same. The intervals of rows and columns
@@ -42,7 +42,7 @@ def dark_pattern(frames: list[np.ndarray], pixel_variance_dn2: float, row_varian
     of_columns = variance_interval(still.column_dn2 + rest / rows, columns - 1)
     of_rows = variance_interval(still.row_dn2 + rest / columns, rows - 1)
     halves = [_own_part(np.mean(frames[half::2], axis=0), hot) for half in (0, 1)]
-    return DarkPattern(
+    return DsnuMeasurement(
         photosite_dn=root(covariance(*halves)),
         column_dn=root(shifted(of_columns, -rest / rows)),
         row_dn=root(shifted(of_rows, -rest / columns - row_variance_dn2 / stack.frames)),
@@ -51,7 +51,7 @@ def dark_pattern(frames: list[np.ndarray], pixel_variance_dn2: float, row_varian
     )
 
 
-def levelled(frame: np.ndarray, places: list[tuple[int, int]]) -> np.ndarray:
+def subtract_plane_means(frame: np.ndarray, places: list[tuple[int, int]]) -> np.ndarray:
     """Take the mean of each colour plane off a mosaic (height, width): float64 about 0 [DN]."""
     level = frame.astype(np.float64)
     step = 1 if len(places) == 1 else 2

@@ -10,7 +10,7 @@ import numpy as np
 from simulator.errors import PhotositeError
 from simulator.measurement.statistics.single_frame_noise import LevelNoise, single_frame_noise
 from simulator.raw.dng.xmp import SettingsChanged, read_provenance
-from simulator.raw.raw_reader import open_raw, plane_places
+from simulator.raw.raw_reader import open_raw, plane_places, positive_or_none
 from simulator.raw.software import OURS
 
 if TYPE_CHECKING:
@@ -98,10 +98,10 @@ def inspect_raw(path: str | os.PathLike[str]) -> Inspection:
             model=named.get("Model"),
             lens=lens.model or None,
             taken=None if taken is None else taken.isoformat(sep=" "),
-            iso=_told(other.iso_speed),
-            exposure_time_s=_told(other.shutter_speed),
-            f_number=_told(other.aperture),
-            focal_length_mm=_told(other.focal_length),
+            iso=positive_or_none(other.iso_speed),
+            exposure_time_s=positive_or_none(other.shutter_speed),
+            f_number=positive_or_none(other.aperture),
+            focal_length_mm=positive_or_none(other.focal_length),
             width_px=image.shape[1],
             height_px=image.shape[0],
             pattern=pattern,
@@ -180,8 +180,3 @@ def _origin(path: str) -> tuple[str | None, bool]:
     except PhotositeError:  # a raw file that is not built like TIFF
         return None, False
     return None if found is None else found.config_sha256, False
-
-
-def _told(value: float) -> float | None:
-    """Return a number of the file's metadata, or None for the 0 that LibRaw gives where there is none."""
-    return float(value) if np.isfinite(value) and value > 0 else None

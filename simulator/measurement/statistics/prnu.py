@@ -8,7 +8,7 @@ from simulator.measurement.statistics.interval import Interval, covariance, root
 WINDOW_PX = 15  # of one colour plane: shading and dust are smooth over it, PRNU is not
 
 
-def light_pattern(first: list[np.ndarray], second: list[np.ndarray]) -> Interval:
+def measure_prnu(first: list[np.ndarray], second: list[np.ndarray]) -> Interval:
     """Relative standard deviation of the photosites' responses (PRNU), over all planes given.
 
     first, second: lists of planes (height, width) float64, the dark's mean taken off [DN]; the two are of different

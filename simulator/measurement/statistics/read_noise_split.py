@@ -34,7 +34,7 @@ class TwoSource:
         return math.hypot(gain_dn_per_e * self.before_e.value, self.after_dn.value)
 
 
-def two_source(isos: list[int], gains_dn_per_e: list[float], sigmas_dn: list[Interval]) -> TwoSource:
+def fit_two_sources(isos: list[int], gains_dn_per_e: list[float], sigmas_dn: list[Interval]) -> TwoSource:
     """Fit both sources to the read noise at two or more ISO settings, neither below 0.
 
     Least squares of the relative error; a point counts by its interval, but no closer than MODEL_ERROR. One ISO alone
@@ -51,7 +51,7 @@ def two_source(isos: list[int], gains_dn_per_e: list[float], sigmas_dn: list[Int
     return TwoSource(tuple(isos), roots[0], roots[1], float(np.abs(fitted / sigma - 1.0).max()))
 
 
-def conversion_gain_switch(isos: list[int], sigmas_e: list[float]) -> int | None:
+def find_conversion_gain_switch(isos: list[int], sigmas_e: list[float]) -> int | None:
     """First ISO behind a switch of the conversion gain, or None where the read noise shows none.
 
     In one chain of two sources sigma_e falls ever slower with ISO: in log-log its slope rises from -1 to 0. A step that is

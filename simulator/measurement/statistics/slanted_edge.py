@@ -97,7 +97,7 @@ def edge_transfer(signal: np.ndarray, seen: np.ndarray | None = None) -> EdgeTra
         raise PhotositeError(f"{signal.shape}: give a part of at least 16 x 16 photosites")
     if _gradient(signal, seen) < _gradient(signal.T, seen.T):
         signal, seen = signal.T, seen.T
-    rows, places = _edge_places(signal, seen)
+    rows, places = _locate_edge(signal, seen)
     slope, start = np.polyfit(rows, places, 1)
     angle = math.atan(slope)
     if abs(math.degrees(angle)) < LEAST_ANGLE_DEG or abs(slope) * len(signal) < 2.0:
@@ -106,8 +106,8 @@ def edge_transfer(signal: np.ndarray, seen: np.ndarray | None = None) -> EdgeTra
     y, x = np.nonzero(seen)
     distance_px = (x - start - slope * y) * math.cos(angle)
     reach = int(0.9 * min(-distance_px.min(), distance_px.max()) / BIN_PX)  # the part's corners hold too few photosites
-    spread, offsets_px = _binned(distance_px, signal[seen], reach)
-    return _transformed(spread, offsets_px, math.degrees(angle))
+    spread, offsets_px = _bin_profile(distance_px, signal[seen], reach)
+    return _transform_profile(spread, offsets_px, math.degrees(angle))
 
 
 def _gradient(signal: np.ndarray, seen: np.ndarray) -> float:
@@ -116,7 +116,7 @@ def _gradient(signal: np.ndarray, seen: np.ndarray) -> float:
     return abs(float(signal[:, half:][seen[:, half:]].mean() - signal[:, :half][seen[:, :half]].mean()))
 
 
-def _edge_places(signal: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _locate_edge(signal: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows and the edge's column in each of them: centroids of the derivative, in two rounds with a closer window."""
     found = []
     for y in np.nonzero(seen.sum(axis=1) >= 8)[0]:
@@ -141,7 +141,7 @@ def _edge_places(signal: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.n
     return rows, edge
 
 
-def _binned(distance_px: np.ndarray, signal: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
+def _bin_profile(distance_px: np.ndarray, signal: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
     """Mean signal in each bin from -reach to reach, an empty one between its neighbours; and how far off its bin's middle
     each photosite lies, from the mean of the bin [px].
     """
@@ -161,7 +161,7 @@ def _binned(distance_px: np.ndarray, signal: np.ndarray, reach: int) -> tuple[np
     return spread, distance_px - places_px[index]
 
 
-def _transformed(spread: np.ndarray, offsets_px: np.ndarray, angle_deg: float) -> EdgeTransfer:
+def _transform_profile(spread: np.ndarray, offsets_px: np.ndarray, angle_deg: float) -> EdgeTransfer:
     """Transform the profile; the responses of the bins, from where photosites lie in them, and of the difference come off."""
     reach = len(spread) // 2
     quarter = max(2, reach // 4)

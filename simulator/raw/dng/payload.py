@@ -52,11 +52,11 @@ def mosaic_data(raw: Raw) -> MosaicData:
     require(largest < 2**bits, "code", f"{largest} DN", rule, part=raw.name)
     if raw.format.payload == "lossless_jpeg":
         return MosaicData(_jpeg(raw.dn, bits), bits, Compression.JPEG)
-    codes = np.ascontiguousarray(raw.dn, dtype="<u2") if bits == 16 else packed(raw.dn, bits)
+    codes = np.ascontiguousarray(raw.dn, dtype="<u2") if bits == 16 else pack_codes(raw.dn, bits)
     return MosaicData(codes, bits, Compression.NONE)
 
 
-def packed(dn: np.ndarray, bits: int) -> np.ndarray:
+def pack_codes(dn: np.ndarray, bits: int) -> np.ndarray:
     """Codes (height, width) without gaps, the most significant bit first, each row of whole bytes (TIFF 6.0).
 
     bits: 8 to 14, even, and width x bits a multiple of 8. Returns (height, bytes per row) uint8.

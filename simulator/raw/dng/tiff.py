@@ -120,7 +120,7 @@ def assemble(directories: Mapping[str, Directory], data: Mapping[str, bytes | np
         offsets[name] = position
         position += view_bytes(buffer).nbytes
     pieces: list[bytes | memoryview] = [b"II*\0" + struct.pack("<I", _HEADER_BYTES)]
-    pieces += [_packed(directory, offsets[name], offsets) for name, directory in directories.items()]
+    pieces += [_pack_directory(directory, offsets[name], offsets) for name, directory in directories.items()]
     written = sum(map(len, pieces))
     for name, buffer in data.items():
         view = view_bytes(buffer)
@@ -140,7 +140,7 @@ def _outside_bytes(field: Field | Pointer) -> int:
     return size + size % 2 if size > 4 else 0
 
 
-def _packed(directory: Directory, offset: int, offsets: Mapping[str, int]) -> bytes:
+def _pack_directory(directory: Directory, offset: int, offsets: Mapping[str, int]) -> bytes:
     """Bytes of one directory that starts at `offset`: entries in ascending order, then the long values."""
     entries, values = struct.pack("<H", len(directory)), b""
     values_offset = offset + 6 + 12 * len(directory)
