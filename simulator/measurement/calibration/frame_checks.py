@@ -1,4 +1,4 @@
-"""What is missing or wrong in a set of frames, each message with the files it is about and what to do."""
+"""Checks of a set of calibration frames: each message names the files it is about and what to do."""
 
 from simulator.errors import PhotositeError
 from simulator.measurement.calibration.frame_sorting import Frame, IsoFrames
@@ -8,7 +8,7 @@ FLICKER = 0.02  # relative difference of the means of a pair of flats
 
 
 def problems(groups: list[IsoFrames]) -> tuple[list[IsoFrames], list[str]]:
-    """Return the ISO settings that can be measured, and what to tell the user about all of them.
+    """Return the ISO settings that can be measured, and messages to the user about all ISO settings.
 
     Raises PhotositeError, with the same messages, when none can be measured.
     """
@@ -25,7 +25,7 @@ def problems(groups: list[IsoFrames]) -> tuple[list[IsoFrames], list[str]]:
 
 
 def _missing(group: IsoFrames) -> list[str]:
-    """What keeps an ISO from being measured at all."""
+    """Return the reasons why an ISO cannot be measured; an empty list where it can."""
     found, at = [], f"ISO {group.iso}"
     if len(group.short_darks) < 2:
         have = _names(group.short_darks)
@@ -70,7 +70,7 @@ def _dark_notes(group: IsoFrames) -> list[str]:
 
 
 def _leaking(group: IsoFrames) -> list[Frame]:
-    """Dark frames of one exposure time that lie far above the lowest one, against the range of the codes."""
+    """Return dark frames whose mean lies far above the darkest of the same exposure time, which suggests a light leak."""
     found = []
     for frames in group.darks.values():
         lowest = min(frame.mean_dn for frame in frames)
@@ -80,7 +80,7 @@ def _leaking(group: IsoFrames) -> list[Frame]:
 
 
 def findings(measured: list[IsoMeasurement]) -> list[str]:
-    """What the measured numbers themselves give reason to say."""
+    """Return messages about measured numbers that look wrong or could not be determined."""
     notes = []
     for one in measured:
         if one.gain_p < 1e-4:

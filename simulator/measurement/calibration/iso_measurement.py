@@ -1,4 +1,4 @@
-"""Everything the frames of one ISO tell."""
+"""Measurement of one ISO setting: K, read noise, row noise, DSNU, PRNU and white level."""
 
 from dataclasses import dataclass
 
@@ -30,10 +30,10 @@ from simulator.raw.raw_reader import plane_places, read_raw_file
 
 @dataclass(frozen=True)
 class IsoMeasurement:
-    """Results of one ISO; None where the frames do not tell.
+    """Results of one ISO; None where its frames do not allow the measurement.
 
     gain_dn_per_e: K of all planes together; gain_by_plane, and gain_p, the p-value that the planes share one K.
-    dark: levels, noise and pattern without light. prnu: relative. clipped_dn: code at which flats clip.
+    dark: levels, noise and fixed pattern of dark frames. prnu: relative. clipped_dn: code at which flats clip.
     points: photon transfer by plane, each from pairs_used pairs of flats.
     """
 
@@ -55,14 +55,14 @@ class IsoMeasurement:
 
 
 def read_codes(frame: Frame) -> np.ndarray:
-    """Read the part of a frame that is measured: (height, width) uint16."""
+    """Read the central crop of a frame, which is measured: (height, width) uint16."""
     return middle(read_raw_file(frame.path).mosaic)
 
 
 def measure_iso(frames: IsoFrames) -> IsoMeasurement:
-    """Measure one ISO from two or more dark frames and one or more usable pairs of flats; without pedestal, from two.
+    """Measure one ISO from two or more dark frames and one or more usable pairs of flats, two or more without pedestal.
 
-    Reads the files. Raises PhotositeError for frames that cannot be measured.
+    Reads the raw files. Raises PhotositeError for frames that cannot be measured.
     """
     darks = [read_codes(frame) for frame in frames.short_darks]
     places = plane_places(frames.short_darks[0].cfa)
@@ -94,11 +94,13 @@ def measure_iso(frames: IsoFrames) -> IsoMeasurement:
     )
 
 
-def _measure_flat_pairs(frames: IsoFrames, places: dict, levels_dn: dict[str, float]) -> dict[str, list[PairNoise]]:
-    """Noise of the usable pairs of flats by plane, above the level of the dark, in ascending order of light.
+def _measure_flat_pairs(
+    frames: IsoFrames, places: dict[str, tuple[int, int]], levels_dn: dict[str, float]
+) -> dict[str, list[PairNoise]]:
+    """Temporal noise of the usable pairs of flats by plane, dark level subtracted, in ascending order of light.
 
-    Both frames are brought to their common mean first: light that flickers would otherwise leave the shading of the field
-    in their difference.
+    Both frames of a pair are first scaled to their common mean: with flickering light, the shading of the field would
+    otherwise remain in their difference.
     """
     noise: dict[str, list[PairNoise]] = {name: [] for name in places}
     for pair in sorted(frames.usable_pairs, key=lambda pair: pair[0].mean_dn):
@@ -116,10 +118,12 @@ def _transfer_points(pairs: dict[str, list[PairNoise]]) -> dict[str, list[Transf
     return {name: [transfer_point(pair, 0.0, row_noise=False) for pair in of_plane] for name, of_plane in pairs.items()}
 
 
-def _estimate_dark_from_flats(pairs: dict[str, list[PairNoise]], places: dict, levels_dn: dict[str, float]) -> DarkMeasurement:
-    """Read noise of a camera without pedestal: the variance that photon transfer has left at no light.
+def _estimate_dark_from_flats(
+    pairs: dict[str, list[PairNoise]], places: dict[str, tuple[int, int]], levels_dn: dict[str, float]
+) -> DarkMeasurement:
+    """Dark noise of a camera without pedestal: the read noise is the intercept of the photon transfer line.
 
-    Row noise is that of the darkest pair, in red and blue, which share no row.
+    Row noise is that of the darkest pair, in the red and the blue plane, which have no row in common.
     """
     _, offset = line_without_dark([point for of_plane in _transfer_points(pairs).values() for point in of_plane])
     rows = row_noise([of_plane[0] for name, of_plane in pairs.items() if name in ("R", "B", "MONO")])
@@ -127,8 +131,8 @@ def _estimate_dark_from_flats(pairs: dict[str, list[PairNoise]], places: dict, l
     return dark_measurement_without_pedestal(next(iter(levels_dn.values())), places, sigma, rows)
 
 
-def _prnu(frames: IsoFrames, places: dict, darks: list[np.ndarray]) -> Interval | None:
-    """PRNU from the brightest pair that does not clip, each frame less the mean of its own half of the darks."""
+def _prnu(frames: IsoFrames, places: dict[str, tuple[int, int]], darks: list[np.ndarray]) -> Interval | None:
+    """PRNU from the brightest pair that does not clip; one half of the dark frames is subtracted from each of its frames."""
     good = [pair for pair in frames.flat_pairs if not any(frame.clips for frame in pair)]
     if not good:
         return None

@@ -1,4 +1,4 @@
-"""The fits of a calibration as one picture: photon transfer, gain, read noise over ISO, shape of the read noise."""
+"""Figure of a calibration: photon transfer, gain and read noise over ISO, distribution of the read noise, with their fits."""
 
 from typing import TYPE_CHECKING
 
@@ -86,7 +86,7 @@ def _histogram(axes: "Axes", one: IsoMeasurement, factor: float, color: str) -> 
         return
     sigma_dn = fit.sigma_dn.value
     unit_dn = sigma_dn * np.sqrt(2.0)
-    width_dn = max(1.0, round(unit_dn / 8.0))  # whole codes, or some bins would hold one more code than others
+    width_dn = max(1.0, round(unit_dn / 8.0))  # a whole number of codes, so that every bin holds equally many codes
     edges = np.arange(-(12.0 * unit_dn // width_dn) - 0.5, 12.0 * unit_dn // width_dn + 1.0) * width_dn
     counts, _ = np.histogram(one.dark.residuals_dn, edges)
     seen = counts > 0

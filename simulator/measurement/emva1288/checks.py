@@ -61,7 +61,10 @@ def _check_temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBen
         plane.quantum_efficiency.value,
     )
     k_tolerance, eta_tolerance = (max(least, LEAST_SIGMAS * k_error) for least in (GAIN_TOLERANCE, EFFICIENCY_TOLERANCE))
-    k_reason, eta_reason = reason_gain_is_unmeasurable(sensor) or line_reason, reason_efficiency_is_unmeasurable(sensor) or line_reason
+    k_reason, eta_reason = (
+        reason_gain_is_unmeasurable(sensor) or line_reason,
+        reason_efficiency_is_unmeasurable(sensor) or line_reason,
+    )
     rows: list[tuple[str, float, float, float, float, str, str]] = [
         ("K", plane.gain.value, gain_dn_per_e, k_tolerance, k_error, "DN/e-", k_reason),
         ("quantum efficiency", eta, efficiency, eta_tolerance, k_error, "e-/photon", eta_reason),
@@ -76,7 +79,9 @@ def _check_temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBen
     ]
     for quantity, value in (("LE_min", line.least), ("LE_max", line.greatest)):
         checks.append(
-            ToleranceCheck(quantity, name, 100.0 * value, 0.0, bend, line_error, "%", relative=False, reason_unchecked=line_reason)
+            ToleranceCheck(
+                quantity, name, 100.0 * value, 0.0, bend, line_error, "%", relative=False, reason_unchecked=line_reason
+            )
         )
     return checks
 

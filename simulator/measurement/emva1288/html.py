@@ -1,4 +1,4 @@
-"""EMVA 1288 report as one HTML page that needs no other file."""
+"""EMVA 1288 report as one self-contained HTML page."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""`photosite validate emva` without its printing: take the frames, measure them, compare, write HTML and JSON."""
+"""EMVA 1288 validation of a simulated camera: simulate the frames, measure them, check them, write JSON."""
 
 import json
 import math
@@ -18,7 +18,7 @@ from simulator.sensor.camera.camera import Camera
 
 @dataclass(frozen=True)
 class EmvaReport:
-    """What was measured of a camera at one ISO, from this many frames of this many photosites."""
+    """Results of one camera at one ISO. frames: number simulated. window: width and height [px]."""
 
     camera: str
     iso: int
@@ -33,7 +33,7 @@ class EmvaReport:
         return all(check.passed for check in self.checks)
 
     def summary(self) -> list[tuple[str, str, dict[str, float]]]:
-        """Lines of EMVA 1288's summary: quantity, unit, and the number of each plane."""
+        """Rows of EMVA 1288's summary: quantity, unit, and the number of each plane."""
         planes = self.found.planes
         lines = {
             ("wavelength", "nm"): self.found.wavelengths_nm,
@@ -65,9 +65,9 @@ class EmvaReport:
 def validate_emva(
     camera: Camera, iso: int, folder: Path, *, device: str | None = None, seed: int = 1, progress: Progress = silent
 ) -> EmvaReport:
-    """Take EMVA 1288's frames as DNG files in `folder`, and measure the camera from them alone.
+    """Simulate EMVA 1288's frames as DNG files in `folder`, and measure the camera from these files alone.
 
-    seed: of the first frame; they count up. progress: told of each frame.
+    seed: of the first frame; the next ones count up from it. progress: counts frames.
     Raises PhotositeError for an ISO the camera does not have.
     """
     bench = EmvaBench(camera, iso, folder, device)

@@ -54,7 +54,14 @@ def check_iso(found: IsoNoise, bench: FlatBench, wanted: FramePlan) -> list[Tole
             "read noise", where, found.read_noise_dn, read_dn, READ_NOISE_TOLERANCE, read_error, "DN", reason_unchecked=reason
         ),
         ToleranceCheck(
-            "full scale", where, found.full_scale_e, full_scale_e, FULL_SCALE_TOLERANCE, error, "e-", reason_unchecked=gain_reason
+            "full scale",
+            where,
+            found.full_scale_e,
+            full_scale_e,
+            FULL_SCALE_TOLERANCE,
+            error,
+            "e-",
+            reason_unchecked=gain_reason,
         ),
         ToleranceCheck(
             "dynamic range",

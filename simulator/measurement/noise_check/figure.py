@@ -1,4 +1,4 @@
-"""Noise against ISO as a picture: measured points over the camera file's curve."""
+"""Figure of a noise report: measured points against ISO over the camera file's curve."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def noise_figure(report: NoiseReport) -> "Figure":
-    """Read noise and dynamic range against ISO, and how far K and read noise lie from the camera file.
+    """Draw read noise and dynamic range against ISO, and the deviations of K and read noise from the camera file.
 
     Raises PhotositeError when matplotlib is missing.
     """
@@ -33,7 +33,7 @@ def noise_figure(report: NoiseReport) -> "Figure":
 
 
 def _draw_over_iso(axes: "Axes", report: NoiseReport, quantity: str, per: dict[str, float]) -> None:
-    """Expected line and measured points, divided by `per` of the same ISO; hollow where nothing is asked of them."""
+    """Draw the expected line and the measured points, divided by `per` of the same ISO; unchecked points are hollow."""
     isos, checks = [point.iso for point in report.points], report.of(quantity)
     expected = [check.expected / per.get(check.where, 1.0) for check in checks]
     axes.plot(isos, expected, color=TRUTH, linewidth=1, label="camera file")
@@ -44,7 +44,7 @@ def _draw_over_iso(axes: "Axes", report: NoiseReport, quantity: str, per: dict[s
 
 
 def _draw_deviations(axes: "Axes", report: NoiseReport, quantity: str) -> None:
-    """Relative deviations with 95 % intervals, over the band that is allowed."""
+    """Draw relative deviations with their 95 % intervals over the band of the tolerance."""
     isos, checks = [point.iso for point in report.points], report.of(quantity)
     tolerance = 100.0 * checks[0].tolerance
     axes.axhspan(-tolerance, tolerance, color=ALLOWED, zorder=0)

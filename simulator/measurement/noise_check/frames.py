@@ -1,4 +1,4 @@
-"""The frames of `photosite validate noise`: how many are needed, and taking them."""
+"""Planning and simulation of the frames that a noise validation needs (`photosite validate noise`)."""
 
 import math
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ EXPOSURE_TIME_S = 0.01
 WINDOW_PX = 512
 GAIN_ERROR = 0.0015  # wanted relative standard error of K, a quarter of its tolerance
 LEVELS = (0.25, 0.4, 0.55, 0.68)  # of saturation, in the most sensitive colour; EMVA 1288 fits up to 0.7
-LOW_LEVEL = 0.03  # instead of the first, where black clips the dark and the line needs two ends
+LOW_LEVEL = 0.03  # replaces the first where dark frames clip: a line with a free intercept needs a wide range of signals
 DARK_PAIRS = 4
 MOST_PAIRS = 16  # per level
 
@@ -36,7 +36,7 @@ class NoiseFiles:
 
 @dataclass(frozen=True)
 class FramePlan:
-    """What is taken at one ISO: pairs of flats per level, and the relative standard error of K expected of them."""
+    """Frames of one ISO: levels of light, pairs of flats per level, and the relative standard error of K they allow."""
 
     levels: tuple[float, ...]
     pairs: int
@@ -44,7 +44,7 @@ class FramePlan:
 
     @property
     def frames(self) -> int:
-        """Frames in all."""
+        """Number of frames of this ISO."""
         return 2 * (DARK_PAIRS + self.pairs * len(self.levels)) + 1
 
 
@@ -54,7 +54,7 @@ def make_noise_bench(camera: Camera, iso: int, folder: Path, device: str | None 
 
 
 def plan_frames(bench: FlatBench) -> FramePlan:
-    """Choose levels and number of pairs such that K gets its wanted precision, as far as MOST_PAIRS allow."""
+    """Choose levels and number of pairs so that K has the standard error GAIN_ERROR, with MOST_PAIRS per level at most."""
     levels = LEVELS
     if not is_pedestal_sufficient(bench.sensor):
         dark, weakest = bench.sensor.moments(0.0), float(bench.electrons.min() / bench.electrons.max())
@@ -66,7 +66,7 @@ def plan_frames(bench: FlatBench) -> FramePlan:
 
 
 def _gain_error(bench: FlatBench, levels: tuple[float, ...]) -> float:
-    """Relative standard error of K from one pair per level, by the variance model; a sample variance has 2 V^2 / N."""
+    """Predict the relative standard error of K from one pair per level; the sample variance has the variance 2 V^2 / N."""
     frame, dark = bench.camera.frame, bench.sensor.moments(0.0)
     places = [0] if bench.camera.channels == 1 else [0, 1, 1, 2]
     points = [bench.sensor.moments(bench.factor_of(level) * e) for level in levels for e in bench.electrons[places]]
@@ -81,12 +81,12 @@ def _gain_error(bench: FlatBench, levels: tuple[float, ...]) -> float:
 
 
 def _slope(points: Sequence[Moments]) -> float:
-    """Rise of variance with the mean, which is K."""
+    """Slope of the variance over the mean, which is K."""
     return float(np.polyfit([point.mean for point in points], [point.variance for point in points], 1)[0])
 
 
 def take_frames(bench: FlatBench, wanted: FramePlan, first_seed: int, steps: Steps | None = None) -> NoiseFiles:
-    """Take and save the dark pairs, the flat pairs and one frame in which every colour is saturated.
+    """Simulate and save the dark pairs, the flat pairs and one frame in which every colour is saturated.
 
     first_seed: of the frames, which count up from it. steps: counts the frames. Raises PhotositeError.
     """

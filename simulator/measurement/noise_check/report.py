@@ -1,4 +1,4 @@
-"""`photosite validate noise` without its printing: take the frames, measure them, compare, write the results."""
+"""Noise validation of a simulated camera: simulate the frames, measure them, check them, write JSON."""
 
 import json
 import os
@@ -18,7 +18,7 @@ from simulator.sensor.camera.camera import Camera
 
 @dataclass(frozen=True)
 class NoiseReport:
-    """All that was measured of a camera's noise. frames: taken in all."""
+    """Noise of a camera at several ISO settings, and its tolerance checks."""
 
     camera: str
     points: tuple[IsoNoise, ...]
@@ -27,7 +27,7 @@ class NoiseReport:
 
     @property
     def frames(self) -> int:
-        """Frames taken in all."""
+        """Number of frames simulated."""
         return sum(plan.frames for plan in self.plans)
 
     @property
@@ -50,10 +50,10 @@ def validate_noise(
     seed: int = 1,
     progress: Progress = silent,
 ) -> NoiseReport:
-    """Take dark frames and flat pairs at each ISO as DNG files in `folder`, and measure the camera from them alone.
+    """Simulate dark frames and flat pairs at each ISO as DNG files in `folder`, and measure the camera from them alone.
 
-    keep: whether the files stay; else those of one ISO go before the next. seed: of the first frame; they count up.
-    progress: told of each frame. Raises PhotositeError for an ISO the camera does not have.
+    keep: whether the files stay; else those of one ISO are removed before the next. seed: of the first frame; the next ones
+    count up from it. progress: counts frames. Raises PhotositeError for an ISO the camera does not have.
     """
     benches = [make_noise_bench(camera, iso, folder, device) for iso in sorted(set(isos))]
     plans = [plan_frames(bench) for bench in benches]

@@ -1,4 +1,4 @@
-"""What one raw file of any camera says and holds: levels, pattern, exposure, histogram and noise of each colour."""
+"""Inspection of one raw file of any camera: metadata, levels, filter pattern, histogram and noise of each colour."""
 
 import os
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from simulator.raw.raw_reader import open_raw, plane_places, positive_or_none
 from simulator.raw.software import OURS
 
 if TYPE_CHECKING:
-    import rawpy
+    from simulator.raw.raw_reader import OpenRaw
 
 BINS = 64
 
@@ -25,7 +25,7 @@ class Channel:
 
     at_black: how many photosites lie at or below the black level; at_white: at the white level or above.
     histogram: counts in BINS equal bins from 0 to the white level; the last holds what lies above, too.
-    noise: at several levels, () where all is cut off.
+    noise: at several levels; () where every block is clipped.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class Inspection:
-    """A raw file at a glance. What the file does not say is None.
+    """Contents of a raw file; None for what its metadata do not say.
 
     ours: whether Photosite wrote it: its XMP packet holds a shot of ours, or, from Python without settings, its Software tag
         says so.
@@ -110,8 +110,8 @@ def inspect_raw(path: str | os.PathLike[str]) -> Inspection:
         )
 
 
-def _places(frame: "rawpy.RawPy", image: np.ndarray) -> tuple[str, list[tuple[str, list[np.ndarray], list[int]]]]:
-    """Pattern, and of each colour its name, its planes (one for each place in the block), and LibRaw's colour indices."""
+def _places(frame: "OpenRaw", image: np.ndarray) -> tuple[str, list[tuple[str, list[np.ndarray], list[int]]]]:
+    """Return the filter pattern, and for each colour its name, its planes (one per place), and LibRaw's colour indices."""
     letters = frame.color_desc.decode("ascii", "replace")
     if image.ndim == 3:
         count = min(frame.num_colors, image.shape[2])
@@ -172,7 +172,7 @@ def _names(path: str) -> dict[str, str]:
 
 
 def _origin(path: str) -> tuple[str | None, bool]:
-    """SHA-256 of the shot in the file's XMP packet, where it is whole, and whether one is there that was changed."""
+    """Return the SHA-256 of the shot in the file's XMP packet, None without an intact one, and whether one was changed."""
     try:
         found = read_provenance(path)
     except SettingsChanged:
