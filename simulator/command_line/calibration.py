@@ -112,7 +112,7 @@ def _describe_body(found: Calibration) -> list[str]:
         lines.append(f"two sources, {isos}: {formula}; met within {100 * part.worst:.1f} %")
     if found.switch_iso is not None:
         lines.append(f"conversion gain: switches at ISO {found.switch_iso}")
-    if all(one.frames.cut_at_zero for one in found.isos):
+    if all(one.frames.is_clipped_at_zero for one in found.isos):
         lines.append("DSNU, columns, hot photosites: not measured, since the dark frames end at code 0")
     else:
         lines.append(f"DSNU: {_format_interval(found.dsnu_e)} e-; columns: {_format_interval(found.column_dn)} DN")

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from simulator.command_line.screen import console, log, show_progress
 from simulator.config import load_camera
-from simulator.measurement.noise_check.tolerance_check import Gate
+from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
 
 if TYPE_CHECKING:
     from simulator.measurement.emva1288.report import EmvaReport
@@ -38,7 +38,7 @@ def run_noise_validation(camera: str, settings: list[str], isos: list[int], out:
         noise_report.write_noise_json(report, out / "noise.json")
         write_figure(noise_figure(report), out / "noise.png")
         log.print(escape(f"frames in {folder}, report in {out / 'noise.json'} and {out / 'noise.png'}"))
-    _report_verdict(report.gates)
+    _report_verdict(report.checks)
 
 
 def run_emva_validation(camera: str, settings: list[str], iso: int | None, out: Path | None, device: str | None) -> None:
@@ -55,13 +55,13 @@ def run_emva_validation(camera: str, settings: list[str], iso: int | None, out: 
     with _open_frame_folder(out) as folder, show_progress("frames") as progress:
         report = emva_report.validate_emva(body, iso or body.isos[0], folder, device=device, progress=progress)
     show_summary(report)
-    show_gates("Against the camera file", report.gates)
+    show_gates("Against the camera file", report.checks)
     if out is not None:
         emva_report.write_emva_json(report, out / "emva.json")
         html.write_emva_html(report, out / "emva.html")
         write_figure(emva_overview(report.found, f"EMVA 1288 of {report.camera} at ISO {report.iso}"), out / "emva.png")
         log.print(escape(f"frames in {folder}, report in {out / 'emva.html'} and {out / 'emva.json'}"))
-    _report_verdict(report.gates)
+    _report_verdict(report.checks)
 
 
 def show_summary(report: "EmvaReport") -> None:
@@ -99,25 +99,25 @@ def show_noise(report: "NoiseReport") -> None:
     for head in heads:
         table.add_column(escape(head), justify="right")
     for point in report.points:
-        gates = {gate.quantity: gate for gate in report.gates if gate.where == f"ISO {point.iso}"}
+        gates = {gate.quantity: gate for gate in report.checks if gate.where == f"ISO {point.iso}"}
         cells = [cell for name in quantities for cell in (f"{gates[name].measured:.5g}", _format_deviation(gates[name]))]
         table.add_row(str(point.iso), *cells[:4], f"{point.read_noise_e:.4g}", *cells[4:], f"{point.row_noise_dn:.3g}")
     console().print(table)
-    for gate in report.gates:
+    for gate in report.checks:
         if not gate.where.startswith("ISO") or " to " in gate.where:
             console().print(
                 escape(f"{gate.quantity}, {gate.where}: {gate.measured:.5g}, expected {gate.expected:.5g}"),
                 _format_deviation(gate),
             )
-    for line in _list_reasons(report.gates):
+    for line in _list_reasons(report.checks):
         console().print(escape(line))
 
 
-def _list_reasons(gates: Sequence[Gate]) -> list[str]:
+def _list_reasons(gates: Sequence[ToleranceCheck]) -> list[str]:
     """Return why quantities were not checked: each reason once, with its quantities and ISOs."""
     lines = []
-    for reason in dict.fromkeys(gate.ungated for gate in gates if gate.ungated):
-        held = [gate for gate in gates if gate.ungated == reason]
+    for reason in dict.fromkeys(gate.reason_unchecked for gate in gates if gate.reason_unchecked):
+        held = [gate for gate in gates if gate.reason_unchecked == reason]
         quantities, places = (
             ", ".join(dict.fromkeys(names)) for names in zip(*((g.quantity, g.where) for g in held), strict=True)
         )
@@ -125,35 +125,35 @@ def _list_reasons(gates: Sequence[Gate]) -> list[str]:
     return lines
 
 
-def show_gates(title: str, gates: Sequence[Gate]) -> None:
+def show_gates(title: str, gates: Sequence[ToleranceCheck]) -> None:
     """Print a line per gate: what was measured, what it should be, and the verdict."""
     table = Table(title=escape(title))
     for column in ("quantity", "where", "measured", "expected", "unit", "deviation", "allowed", "standard error", "verdict"):
         table.add_column(column, justify="left" if column in ("quantity", "where", "unit", "verdict") else "right")
     for gate in gates:
         numbers = (f"{gate.measured:.5g}", f"{gate.expected:.5g}", gate.unit)
-        allowed = "" if gate.ungated else _format_amount(gate, gate.tolerance)
-        verdict = f"not gated: {gate.ungated}" if gate.ungated else "pass" if gate.passed else "FAIL"
+        allowed = "" if gate.reason_unchecked else _format_amount(gate, gate.tolerance)
+        verdict = f"not gated: {gate.reason_unchecked}" if gate.reason_unchecked else "pass" if gate.passed else "FAIL"
         deviations = (_format_deviation(gate), allowed, _format_amount(gate, gate.error))
-        style = "dim" if gate.ungated else None if gate.passed else "red"
+        style = "dim" if gate.reason_unchecked else None if gate.passed else "red"
         table.add_row(gate.quantity, gate.where, *numbers, *deviations, escape(verdict), style=style)
     console().print(table)
 
 
-def _format_deviation(gate: Gate) -> str:
+def _format_deviation(gate: ToleranceCheck) -> str:
     """Return a deviation with its verdict; empty where the expected value is 0 and the tolerance relative."""
     if not gate.expected and gate.relative:
         return ""
     text = _format_amount(gate, gate.deviation, "+")
-    return f"[dim]({text})[/dim]" if gate.ungated else text if gate.passed else f"[red]{text} FAIL[/red]"
+    return f"[dim]({text})[/dim]" if gate.reason_unchecked else text if gate.passed else f"[red]{text} FAIL[/red]"
 
 
-def _format_amount(gate: Gate, value: float, sign: str = "") -> str:
+def _format_amount(gate: ToleranceCheck, value: float, sign: str = "") -> str:
     return f"{100.0 * value:{sign}.3f} %" if gate.relative else f"{value:{sign}.4f}"
 
 
-def _report_verdict(gates: Sequence[Gate]) -> None:
-    asked, failed = [gate for gate in gates if not gate.ungated], [gate for gate in gates if not gate.passed]
+def _report_verdict(gates: Sequence[ToleranceCheck]) -> None:
+    asked, failed = [gate for gate in gates if not gate.reason_unchecked], [gate for gate in gates if not gate.passed]
     if failed:
         names = ", ".join(f"{gate.quantity} at {gate.where}" for gate in failed[:3])
         more = f" and {len(failed) - 3} more" if len(failed) > 3 else ""
