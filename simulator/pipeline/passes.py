@@ -102,7 +102,7 @@ def _scene_planes(optics: OpticsPlan) -> Pass:
 
 
 def _projection(optics: OpticsPlan) -> Pass:
-    if optics.defocus is not None or optics.spread is not None:
+    if optics.defocus is not None or optics.psf is not None:
         return Pass("projection", False, "part of the blur, which needs the scene around each photosite")
     points, pixels = optics.projection.samples**2, _pixels(optics)
     method = "nearest pixel" if optics.projection.nearest else "bilinear"
@@ -126,7 +126,7 @@ def _defocus(optics: OpticsPlan, tiles: TilePlan | None) -> Pass:
     defocus, pixels = optics.defocus, _pixels(optics)
     if defocus is None:
         return Pass("defocus", False, f"no blur circle has a radius above {optics.accuracy.sharp_px:.2g} photosites")
-    if optics.spread is not None and optics.spread.by_distance:
+    if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")
     memory = pixels * (4 + 4 * defocus.maps)
     if optics.accuracy.tolerance == 0.0:
@@ -156,16 +156,17 @@ def _estimated_shares(scene: Scene, defocus: Defocus) -> dict[Method, float]:
 
 
 def _psf(optics: OpticsPlan) -> Pass:
-    spread, pixels = optics.spread, _pixels(optics)
-    if spread is None:
-        return Pass("point spread function", False, optics.unseen or "the lens is ideal and photosites are sensitive all over")
-    places = "one kernel" if spread.nodes == (1, 1) else f"kernels at {spread.nodes[0]} x {spread.nodes[1]} places"
-    slabs = f", {len(spread.radii_px)} slabs of blur radius" if len(spread.radii_px) > 1 else ""
-    method = f"{places}, {2 * spread.reach_px + 1} photosites wide{slabs}"
-    bytes_each = 4 + 8 * optics.channels * (not spread.by_distance) + 4 * (optics.defocus is None or spread.by_distance)
-    if optics.defocus is not None and spread.by_distance:
+    psf, pixels = optics.psf, _pixels(optics)
+    if psf is None:
+        why = optics.psf_skip_reason or "the lens is ideal and photosites are sensitive all over"
+        return Pass("point spread function", False, why)
+    places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"
+    slabs = f", {len(psf.radii_px)} slabs of blur radius" if len(psf.radii_px) > 1 else ""
+    method = f"{places}, {2 * psf.reach_px + 1} photosites wide{slabs}"
+    bytes_each = 4 + 8 * optics.channels * (not psf.by_distance) + 4 * (optics.defocus is None or psf.by_distance)
+    if optics.defocus is not None and psf.by_distance:
         bytes_each += 4 * optics.defocus.maps
-    cost = _ms(pixels * optics.channels * len(spread.radii_px), COST_NS["psf"])
+    cost = _ms(pixels * optics.channels * len(psf.radii_px), COST_NS["psf"])
     return Pass("point spread function", True, method, pixels, bytes_each * pixels, cost_ms=cost)
 
 

@@ -4,7 +4,6 @@ import math
 
 from simulator.optics.defocus.predicted_error import told as told_errors
 from simulator.optics.geometry.projection import Projection
-from simulator.optics.lens.bare_sensor import BareSensor
 from simulator.optics.lens.distortion import Warp
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
@@ -29,7 +28,7 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, 
         Step("projection", True, f"{optics.projection.scale:.3f} scene pixels per photosite, {_samples(optics.projection)}"),
         _distortion_step(optics.projection.warp, camera),
         _defocus_step(optics, lens),
-        *psf_steps(lens, camera, optics.defocus, optics.spread, optics.unseen),
+        *psf_steps(lens, camera, optics.defocus, optics.psf, optics.psf_skip_reason),
         _glare_step(optics.veiling_glare),
     ]
     dark = camera.optical_black
@@ -97,7 +96,7 @@ def _glare_step(glare: VeilingGlare | None) -> Step:
 def _defocus_step(optics: OpticsPlan, lens: Lens) -> Step:
     """Geometric blur of the lens: surfaces and the range of their signed blur radii."""
     defocus = optics.defocus
-    if isinstance(lens, BareSensor):
+    if not lens.forms_image:
         return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
     if defocus is None:
         return Step("defocus", False, f"no blur circle has a radius above {optics.accuracy.sharp_px:.2g} photosites")

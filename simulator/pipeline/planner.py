@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from simulator.device import Device
-from simulator.optics.lens.relative_illumination import irradiance_behind
+from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_plan import TilePlan, plan_tiles
 from simulator.pipeline.passes import Pass, passes_of
@@ -63,5 +63,5 @@ def measure(planned: Plan, device: Device) -> Plan:
 def light_stages(shot: Shot) -> tuple[Stage, Stage]:
     """Return the stages of the fused kernel from the radiance behind the lens to the photoelectrons."""
     camera = shot.camera
-    irradiance = irradiance_behind(shot.lens, camera.pixel_pitch_um, camera.width_px, camera.height_px)
+    irradiance = plan_irradiance(shot.lens, camera.pixel_pitch_um, camera.width_px, camera.height_px)
     return irradiance, Integration(shot.exposure.time_s, camera.pixel_pitch_um**2 * camera.fill_factor)

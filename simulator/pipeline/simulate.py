@@ -83,11 +83,11 @@ def expose(
     optics, layout, tiles, timed = planned.optics, planned.sensor.readout, planned.tiles, timed or Stopwatch()
     with timed("scene planes", device):
         planes = [camera_planes(device, layer, optics.weights, optics.has_coverage) for layer in optics.scene.layers]
-    if optics.spread is not None:
-        from simulator.optics.passes.psf_mosaic import spread_mosaic  # brings SciPy's transforms
+    if optics.psf is not None:
+        from simulator.optics.passes.psf_mosaic import psf_mosaic  # brings SciPy's transforms
 
         with timed("point spread function", device):
-            mosaic = spread_mosaic(optics, tiles, device, planes, progress)
+            mosaic = psf_mosaic(optics, tiles, device, planes, progress)
     elif tiles is not None:
         with timed("defocus", device):
             mosaic = defocused_mosaic(tiles, optics.cfa, device, planes, progress)

@@ -141,5 +141,5 @@ def test_what_cannot_be_seen_is_skipped(tmp_path):
     for bright, why in ((0.5, "the scene is the same everywhere"), (0.5 + 1e-6, "changes nothing by more than")):
         path = write_shot(tmp_path, f"{THIN}, diffraction: true", "low_pass: 2 um, ", bright=bright)
         reason, planned = reasons(path), plan(load_shot(path))
-        assert planned.optics.spread is None and not reason["diffraction"][0] and not reason["low-pass filter"][0]
+        assert planned.optics.psf is None and not reason["diffraction"][0] and not reason["low-pass filter"][0]
         assert why in reason["diffraction"][1] and why in reason["low-pass filter"][1]

@@ -18,7 +18,6 @@ from simulator.optics.defocus.error_laws import Accuracy
 from simulator.optics.defocus.field_pupil import CatsEyes, plan_cats_eyes
 from simulator.optics.defocus.patch_reach import far_reaching
 from simulator.optics.lens.lens import Lens
-from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.scene import Scene
 
@@ -148,10 +147,7 @@ def _check_size(signed_px: np.ndarray, depth_m: float | np.ndarray, lens: Lens) 
     worst = np.argmax(np.abs(signed_px))
     radius_px, depth = abs(float(np.ravel(signed_px)[worst])), float(np.ravel(depth_m)[worst])
     over = 1.005 * radius_px / LARGEST_PX  # what is advised has three digits, and is enough
-    if isinstance(lens, Pinhole):
-        key, value, fix = "lens.pinhole.diameter", f"{lens.diameter_mm:g} mm", f"{lens.diameter_mm / over:.3g} mm or less"
-    else:
-        key, value, fix = "lens.f_number", f"f/{lens.f_number:g}", f"f/{lens.f_number * over:.3g} or more, focus nearer to it"
+    key, value, fix = lens.smaller_aperture(over)
     told = f"blurs what stands at {depth:.3g} m to a radius of {radius_px:.4g} photosites, at most {LARGEST_PX} are computed"
     require(radius_px <= LARGEST_PX, key, value, f"{told}; give {fix}, or correct its depth")
 

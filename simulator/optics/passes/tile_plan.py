@@ -47,8 +47,8 @@ class TilePlan:
 
 def plan_tiles(optics: OpticsPlan, device: Device) -> TilePlan | None:
     """Measure the blur radii of a frame on a device and choose the methods; None where no method is chosen by tile."""
-    spread = optics.spread
-    if optics.defocus is None or optics.accuracy.tolerance == 0.0 or (spread is not None and spread.by_distance):
+    psf = optics.psf
+    if optics.defocus is None or optics.accuracy.tolerance == 0.0 or (psf is not None and psf.by_distance):
         return None
     optics = replace(optics, window=optics.blur_window())
     area = BlurFrame(optics.window, optics.defocus.reach_px)
