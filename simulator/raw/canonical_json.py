@@ -11,9 +11,9 @@ from simulator.errors import PhotositeError
 
 
 def json_text(name: str, settings: object, **style: Any) -> str:
-    """Return settings as JSON with sorted keys; `name` is the shot, style goes to json.dumps.
+    """Return settings as JSON with sorted keys. name: of the shot, for messages. style: arguments of json.dumps.
 
-    Raises PhotositeError for values JSON has no form for.
+    Raises PhotositeError for values that JSON cannot represent.
     """
     try:
         plain = _to_plain_data(settings)
@@ -23,7 +23,7 @@ def json_text(name: str, settings: object, **style: Any) -> str:
 
 
 def _to_plain_data(value: object) -> object:
-    """Turn numpy types into Python's; inf and nan, which JSON lacks, into the words."""
+    """Convert numpy types to Python's, and inf and nan, which JSON lacks, to strings."""
     if isinstance(value, dict):
         return {str(key): _to_plain_data(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):

@@ -1,4 +1,4 @@
-"""Development: raw file to picture with rawpy (LibRaw), every default that depends on the picture switched off."""
+"""Development of raw files to pictures with rawpy (LibRaw), without LibRaw's picture-dependent defaults."""
 
 import difflib
 import os
@@ -17,8 +17,8 @@ from simulator.raw.white_balance import WhiteBalance, check_white_balance, white
 if TYPE_CHECKING:
     import rawpy
 
-OUTPUTS = {"srgb": "sRGB", "linear_srgb": "sRGB", "xyz": "XYZ", "camera": "raw", "metric": "raw"}  # ours -> rawpy.ColorSpace
-DEMOSAICS = ("linear", "vng", "ppg", "ahd", "dcb", "dht", "aahd")  # what LibRaw offers without its GPL packs
+OUTPUTS = {"srgb": "sRGB", "linear_srgb": "sRGB", "xyz": "XYZ", "camera": "raw", "metric": "raw"}  # name in rawpy.ColorSpace
+DEMOSAICS = ("linear", "vng", "ppg", "ahd", "dcb", "dht", "aahd")  # methods of LibRaw without its GPL packs
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 _WHITE = 65535
 
@@ -94,7 +94,7 @@ _AS_IT_IS = [(output, 0.0, 16) for output in OUTPUTS if output not in ("srgb", "
 
 
 def _check_choice(key: str, value: str, choices: tuple[str, ...] | dict[str, str]) -> None:
-    """Refuse an unknown name, offering the nearest known one."""
+    """Raise PhotositeError for an unknown name, with the nearest known one."""
     if value not in choices:
         near = difflib.get_close_matches(str(value).lower(), choices, 1, 0.4)
         hint = f"did you mean {near[0]}? " if near else ""
@@ -121,7 +121,7 @@ def _develop_linear(
             output_color=rawpy.ColorSpace[OUTPUTS[output]],
             demosaic_algorithm=rawpy.DemosaicAlgorithm[options["demosaic"].upper()],
             half_size=options["half_size"],
-            adjust_maximum_thr=0.0,  # else white is the brightest pixel of this very picture
+            adjust_maximum_thr=0.0,  # otherwise LibRaw takes the brightest pixel of the picture as white
             no_auto_bright=True,
             gamma=(1, 1),
             output_bps=16,
@@ -131,12 +131,12 @@ def _develop_linear(
     picture = picture if picture.shape[2] == 3 else _grey_planes(picture[..., 0], output, options["half_size"])
     if output != "metric":
         return picture
-    left_dn = np.float32(black_dn[0] if len(black_dn) == 1 else 0.0)  # LibRaw takes differing black levels off itself
+    left_dn = np.float32(black_dn[0] if len(black_dn) == 1 else 0.0)  # LibRaw subtracts differing black levels itself
     return (picture - left_dn) / np.float32(white_dn - black_dn.mean())
 
 
 def _replace_codes(frame: "rawpy.RawPy", codes: np.ndarray, label: str) -> None:
-    """Put other codes into an opened file."""
+    """Replace the codes of an opened file."""
     mosaic = frame.raw_image_visible
     if codes.shape != mosaic.shape or codes.dtype != np.uint16:
         raise PhotositeError(
@@ -146,7 +146,7 @@ def _replace_codes(frame: "rawpy.RawPy", codes: np.ndarray, label: str) -> None:
 
 
 def _grey_planes(plane: np.ndarray, output: str, half_size: bool) -> np.ndarray:
-    """Three equal planes of a MONO frame; LibRaw does not halve it, so 2x2 means are taken here."""
+    """Return three equal planes of a MONO frame; for half size, 2x2 means are computed here, since LibRaw does not."""
     if output == "xyz":
         raise PhotositeError(
             "a MONO sensor measures no colour; use srgb, linear_srgb or camera", key="develop.output", value="'xyz'"
@@ -159,14 +159,14 @@ def _grey_planes(plane: np.ndarray, output: str, half_size: bool) -> np.ndarray:
 
 
 def _tone_table(encode: bool, exposure_ev: float, bits: int) -> np.ndarray:
-    """Output code for each of the 65536 linear codes."""
+    """Return the output code for each of the 65536 linear codes."""
     linear = np.minimum(np.arange(_WHITE + 1) / _WHITE * 2.0**exposure_ev, 1.0)
     scale = 2**bits - 1
     return np.rint(scale * (srgb_encoded(linear) if encode else linear)).astype(np.uint8 if bits == 8 else np.uint16)
 
 
 def _convert_pixels(pixels: np.ndarray, suffix: str) -> np.ndarray:
-    """Bring an array to a type that the format holds without loss beyond its bit depth."""
+    """Convert an array to a type that the format can store, with no loss but that of its bit depth."""
     if suffix == ".exr" or (pixels.dtype.kind == "f" and suffix in (".tif", ".tiff")):
         return (pixels / np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else pixels).astype(np.float32)
     wanted = np.uint8 if suffix in (".jpg", ".jpeg") else np.uint16 if pixels.dtype.kind == "f" else pixels.dtype

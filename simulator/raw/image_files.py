@@ -1,4 +1,4 @@
-"""Arrays to and from picture files through OpenImageIO, with every failure told."""
+"""Writing and reading of picture files with OpenImageIO; every failure raises an error."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -15,19 +15,19 @@ from simulator.raw.software import software
 if TYPE_CHECKING:
     import OpenImageIO
 
-# OpenImageIO takes an unknown name such as "float32" for its own default, which loses bits without a word.
+# OpenImageIO replaces an unknown name such as "float32" by its own default, which loses bits silently.
 _FORMATS = {"uint8": "uint8", "uint16": "uint16", "float32": "float"}
 
-# OpenImageIO 3.2.2 says this behind every TIFF that carries no Exif data, well written or not.
+# OpenImageIO 3.2.2 reports this after every TIFF without Exif data, whether the file is complete or not.
 _HARMLESS = "failed TIFFWriteCustomDirectory() of the Exif data"
 
 
 @dataclass(frozen=True)
 class PicturePart:
-    """One picture of a file that holds several.
+    """One picture of a multi-part file.
 
     name: of the part. pixels, channels, attributes: as `write_picture` takes them.
-    tile_rows: height of tiles that are as wide as the picture, in formats that have tiles; 0: rows, stored one by one.
+    tile_rows: height of tiles that are as wide as the picture, in formats that have tiles; 0: single rows.
     """
 
     name: str
@@ -49,7 +49,7 @@ def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[s
 
 
 def put_picture(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes: object) -> None:
-    """Write an array as `write_picture` does, straight to a path that `atomic_write` gave.
+    """Write an array as `write_picture` does, directly to a path from `atomic_write`.
 
     Raises OSError, without the path, when the file cannot be written.
     """
@@ -57,9 +57,9 @@ def put_picture(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), 
 
 
 def put_parts(path: Path, parts: Sequence[PicturePart]) -> None:
-    """Write pictures into one file, one after the other, straight to a path that `atomic_write` gave.
+    """Write pictures into one file, directly to a path from `atomic_write`.
 
-    More than one makes a multi-part file, which EXR and TIFF have.
+    Several pictures make a multi-part file, which EXR and TIFF support.
     Raises OSError, without the path, when the file cannot be written.
     """
     import OpenImageIO
@@ -82,7 +82,7 @@ def put_parts(path: Path, parts: Sequence[PicturePart]) -> None:
 
 
 def _image_spec(part: PicturePart) -> "OpenImageIO.ImageSpec":
-    """OpenImageIO's description of a part."""
+    """Make OpenImageIO's description of a part."""
     import OpenImageIO
 
     height, width, count = part.pixels.shape
@@ -100,7 +100,7 @@ def _image_spec(part: PicturePart) -> "OpenImageIO.ImageSpec":
 def read_parts(path: str | os.PathLike) -> Iterator[PicturePart]:
     """Yield the parts of a picture file as float32 (height, width, channel), without attributes.
 
-    Raises PhotositeError when the file is missing, is no picture, or ends early.
+    Raises PhotositeError when the file is missing, is not a picture, or ends early.
     """
     import OpenImageIO
 

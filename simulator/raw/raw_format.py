@@ -1,4 +1,4 @@
-"""How a raw file holds a frame; what the picture is does not depend on it."""
+"""Storage options of a raw file, which do not change the frame's codes."""
 
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -12,18 +12,18 @@ Payload = Literal["uncompressed", "packed", "lossless_jpeg"]
 
 @dataclass(frozen=True)
 class RawFormat:
-    """How the DNG holds the frame.
+    """Storage of a frame in a DNG.
 
     payload: uncompressed: 16 bits per code. packed: 8, 10, 12, 14 or 16 bits per code, the fewest that hold the camera's
-        and with which a row fills whole bytes.
-        lossless_jpeg: compressed without loss (ITU-T T.81, process 14), needs imagecodecs.
-    orientation: how the camera was held, 1 to 8 (Exif 2.3, Orientation): 1 upright, 3 upside down; for an upright view
-        6 is to be turned clockwise, 8 anticlockwise; 2, 4, 5 and 7 are mirrored. The codes stay as the sensor has them.
-    black_per_place: tell the sensor's color_bias as four black levels, one for each place of the 2x2 block; else the DNG
-        tells the camera's one level, and the bias is an error to be found.
-    opcodes: tell converters how to undo the lens's distortion (DNG 1.4, WarpRectilinear in OpcodeList3).
-    Raises PhotositeError for an unknown payload or orientation, and for a payload whose library is not installed: before
-    the work, not after it.
+        codes and with which a row fills whole bytes. lossless_jpeg: lossless compression (ITU-T T.81, process 14), which
+        requires imagecodecs.
+    orientation: of the camera, 1 to 8 (Exif 2.3, Orientation): 1 upright, 3 upside down; a viewer rotates 6 clockwise and 8
+        anticlockwise; 2, 4, 5 and 7 are mirrored. The codes are stored in sensor orientation in any case.
+    black_per_place: write the sensor's per-channel black offset (color_bias) as four black levels, one for each place of the
+        2x2 block; else the DNG has the camera's one black level, and the offset is left for calibration to find.
+    opcodes: write the correction of the lens's distortion (DNG 1.4, WarpRectilinear in OpcodeList3).
+    Raises PhotositeError for an unknown payload or orientation, and for a payload whose library is not installed, so that
+    the error comes before the simulation.
     """
 
     payload: Payload = "uncompressed"

@@ -1,4 +1,4 @@
-"""What a camera hands over: the raw frame, its truth, and all a converter needs to know."""
+"""Result of a simulated shot: the raw frame, its ground truth, and the metadata that a raw converter needs."""
 
 from dataclasses import dataclass, field
 
@@ -10,13 +10,13 @@ from simulator.sensor.camera.cfa import CfaName
 
 @dataclass(frozen=True)
 class Raw:
-    """A raw frame, its truth, and all a converter needs to know.
+    """A raw frame, its ground truth, and the metadata that a raw converter needs.
 
     dn: (height, width) uint16 codes [DN].
     mean_electrons: (height, width) float32, mean photoelectrons per photosite, before any noise [e-].
     noise_free_dn: (height, width) float32, the code without noise and rounding, clipped as the sensor clips [DN].
     cfa: colours of the 2x2 block at the frame's upper left corner, row by row; "MONO" has no filter.
-    black_level_dn: pedestal [DN]. black_offsets_dn: what the black level lies above it at the four places of that block [DN].
+    black_level_dn: pedestal [DN]. black_offsets_dn: black level less pedestal at the four places of that block [DN].
     white_level_dn: largest code the frame can reach [DN].
     noise_profile: (S, O) per colour plane (R, G, B, or one): variance of the signal x that runs from 0 at
         black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
@@ -26,15 +26,15 @@ class Raw:
         not known.
     as_shot_neutral: camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral).
     format: how a raw file holds the codes.
-    baseline_exposure_ev: what a converter must add for middle grey to come out as 18 % (DNG BaselineExposure); None when
+    baseline_exposure_ev: exposure correction with which middle grey is developed to 18 % (DNG BaselineExposure); None when
         not known.
-    date_time: when it was taken, such as 2026-05-01 12:30:00; None when the shot does not say.
-    active_area: top, left, bottom, right of what light reaches [px]; the rest is optical black. None: all.
-    warp_rectilinear: for the place to look at in the distorted picture (DNG 1.4, WarpRectilinear): kr0..kr3, kt0, kt1 of each
-        colour plane, and the optical centre (x, y) as shares of the active area's sides; None without distortion.
-    truth: what the shot asks the truth twin to hold besides: "variance" [DN^2], "depth" [m], "blur" [pixels], each
-        (height, width) float32, and "rgb" (height, width, 3, or 1 for MONO), 0 at black and 1 at white. docs/raw_files.md.
-    resolved: the shot, seeds, versions and device, plain data for the JSON beside the file.
+    date_time: time of the exposure, such as 2026-05-01 12:30:00; None when the shot does not give one.
+    active_area: top, left, bottom, right of the light-sensitive area [px]; the rest is optical black. None: whole frame.
+    warp_rectilinear: mapping from the corrected to the distorted picture (DNG 1.4, WarpRectilinear): kr0..kr3, kt0, kt1 of
+        each colour plane, and the optical centre (x, y) as shares of the active area's sides; None without distortion.
+    truth: further channels of the truth EXR: "variance" [DN^2], "depth" [m], "blur" [pixels], each (height, width)
+        float32, and "rgb" (height, width, 3, or 1 for MONO), 0 at black and 1 at white. docs/raw_files.md.
+    resolved: the shot, seeds, versions and device, plain data for the JSON sidecar.
     """
 
     dn: np.ndarray
@@ -71,11 +71,11 @@ class Raw:
 
     @property
     def edges(self) -> tuple[int, int, int, int]:
-        """Top, left, bottom and right of what light reaches [px]."""
+        """Top, left, bottom and right of the active area [px]."""
         return self.active_area or (0, 0, *self.dn.shape)
 
     @property
     def active(self) -> tuple[slice, slice]:
-        """Rows and columns that light reaches."""
+        """Rows and columns of the active area."""
         top, left, bottom, right = self.edges
         return slice(top, bottom), slice(left, right)

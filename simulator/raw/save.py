@@ -1,4 +1,4 @@
-"""One shot on disk: raw frame, truth twin, settings."""
+"""Saving of one shot: raw frame (DNG), ground truth (EXR), settings (JSON)."""
 
 import os
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from simulator.raw.truth_exr import truth_parts
 
 @dataclass(frozen=True)
 class SavedFiles:
-    """Paths of one set. The sidecar is written last, so where it exists the set is complete."""
+    """Paths of a shot's three files. The sidecar is written last: where it exists, the set is complete."""
 
     dng: Path
     twin: Path
@@ -23,7 +23,7 @@ class SavedFiles:
 
 
 def files_of(name: str, directory: str | os.PathLike[str]) -> SavedFiles:
-    """Name the three files of a shot. Raises PhotositeError for a name that is no plain file name."""
+    """Return the paths of a shot's three files. Raises PhotositeError for a name that is not a plain file name."""
     if name in ("", ".", "..") or any(letter in name for letter in "/\\\0"):
         raise PhotositeError(
             "names the files, so it must be a plain file name; leave out slashes", key="shot.name", value=f"{name!r}"
@@ -35,8 +35,8 @@ def files_of(name: str, directory: str | os.PathLike[str]) -> SavedFiles:
 def save(raw: Raw, directory: str | os.PathLike[str]) -> SavedFiles:
     """Write `<name>.dng`, `<name>.truth.exr`, then `<name>.json` with the resolved settings.
 
-    All three are written beside and then renamed, the sidecar last: a failure leaves nothing of the new set and all of
-    an older one. An older sidecar goes before the first rename, so that a set which breaks off there does not look complete.
+    All three are written to temporary files and then renamed, the sidecar last: a failure leaves nothing of the new set and
+    all of an older one. An older sidecar is removed before the first rename, so that an interrupted set is not complete.
     Raises PhotositeError when the frame does not fit a DNG, the settings are not plain data, or a path cannot be written.
     """
     files = files_of(raw.name, directory)

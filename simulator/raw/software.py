@@ -1,4 +1,4 @@
-"""Files that leave the simulator: the raw frame (DNG), its truth twin (EXR), the settings (JSON)."""
+"""Name and version of the software, as written into DNG, EXR and JSON files."""
 
 from importlib.metadata import PackageNotFoundError, version
 
@@ -8,7 +8,7 @@ OURS = "Photosite "  # what the Software tag of our files begins with
 
 
 def software() -> str:
-    """Name and version written into every file, for example "Photosite 1.0.0"."""
+    """Return the name and version written into every file, for example "Photosite 1.0.0"."""
     try:
         return f"Photosite {version('photosite')}"
     except PackageNotFoundError:  # run from a source tree that was never installed

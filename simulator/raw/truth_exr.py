@@ -1,8 +1,8 @@
-"""The truth twin: what the raw frame would be without noise, in one multi-part EXR beside it.
+"""Truth EXR: the noise-free frame and other ground truth of a raw frame, in one multi-part EXR beside it.
 
-Each quantity is a part of its own, so that a reader loads only what it wants. float32, not compressed: on 12 Mpixel of
-fine texture zip takes five times as long and saves 1 % (piz 8 times, 8 %). Depth and blur circle are smooth and take zip.
-In tiles, since OpenEXR handles rows one by one: 64 rows at once take a quarter less time.
+Each quantity is a separate part, so that a reader loads only what it needs. float32, not compressed: on 12 Mpixel of fine
+texture, zip takes five times as long and saves 1 % (piz: 8 times, 8 %). Depth and circle of confusion are smooth and use
+zip. Parts are tiled, since OpenEXR processes single rows otherwise: tiles of 64 rows take a quarter less time.
 """
 
 import os
@@ -18,7 +18,7 @@ from simulator.raw.raw_image import Raw
 MEAN_ELECTRONS = "electrons.mean"  # mean photoelectrons per photosite, before any noise [e-]
 NOISE_FREE_DN = "dn.noise_free"  # code without noise and rounding, pedestal included, clipped as the sensor clips [DN]
 _TILE_ROWS = 64
-# Parts of Raw.truth: channels, unit, compression. docs/raw_files.md says what each is.
+# Parts of Raw.truth: channels, unit, compression. docs/raw_files.md defines them.
 PARTS = {
     "variance": (("dn.variance",), "DN^2", "none"),
     "depth": (("Z",), "m", "zips"),
@@ -28,7 +28,7 @@ PARTS = {
 
 
 def write_twin(raw: Raw, path: str | os.PathLike) -> None:
-    """Write the twin of a raw frame; the file appears complete or not at all.
+    """Write the truth EXR of a raw frame; the file appears complete or not at all.
 
     Raises PhotositeError when an array has another shape than the mosaic or the path cannot be written.
     """
@@ -38,12 +38,12 @@ def write_twin(raw: Raw, path: str | os.PathLike) -> None:
 
 
 def truth_parts(raw: Raw) -> list[PicturePart]:
-    """Return the parts of a twin, each (height, width, channels) float32, as large as the mosaic.
+    """Return the parts of a truth EXR, each (height, width, channels) float32, as large as the mosaic.
 
-    Always: part "electrons", channel electrons.mean [e-]; part "noise_free", channel dn.noise_free [DN]; then what
-    `Raw.truth` holds, by PARTS. A MONO frame's clean signal is the one channel Y instead of R, G, B.
+    Always: part "electrons", channel electrons.mean [e-]; part "noise_free", channel dn.noise_free [DN]; then those of
+    `Raw.truth`, as PARTS lists them. The clean signal of a MONO frame has the one channel Y instead of R, G, B.
     Attributes of each: Software, photosite:unit; of the first also photosite:iso, :cfa, :black_level_dn, :white_level_dn
-    and :gain_dn_per_e (K of EMVA 1288; left out of a frame without photon shot noise).
+    and :gain_dn_per_e (K of EMVA 1288; absent without photon shot noise).
     Raises PhotositeError when an array has another shape than the mosaic.
     """
     parts = [
@@ -62,7 +62,7 @@ def truth_parts(raw: Raw) -> list[PicturePart]:
 
 
 def read_twin(path: str | os.PathLike) -> dict[str, np.ndarray]:
-    """Read a twin: channel name -> (height, width) float32, for the channels of all parts.
+    """Read a truth EXR: channel name -> (height, width) float32, for the channels of all parts.
 
     Raises PhotositeError when the file is missing, damaged, or lacks a channel.
     """
@@ -75,7 +75,7 @@ def read_twin(path: str | os.PathLike) -> dict[str, np.ndarray]:
 
 
 def _part(raw: Raw, name: str, plane: np.ndarray, channels: tuple[str, ...], unit: str, compression: str) -> PicturePart:
-    """Check one array against the mosaic and name it."""
+    """Make a part of one array. Raises PhotositeError when its size is not that of the mosaic."""
     pixels = plane[..., np.newaxis] if plane.ndim == 2 else plane
     if pixels.shape != (*raw.dn.shape, len(channels)):
         shown = channels[0] if len(channels) == 1 else name
@@ -87,5 +87,5 @@ def _part(raw: Raw, name: str, plane: np.ndarray, channels: tuple[str, ...], uni
 
 
 def _gain_dn_per_e(raw: Raw) -> float:
-    """K from the noise profile, S = K / (white - black) (DNG 1.4, NoiseProfile); 0 where no shot noise tells it."""
+    """K from the noise profile, S = K / (white - black) (DNG 1.4, NoiseProfile); 0 without photon shot noise [DN/e-]."""
     return float(raw.noise_profile[0][0]) * (raw.white_level_dn - raw.black_level_dn)

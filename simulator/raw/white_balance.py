@@ -1,4 +1,4 @@
-"""White balance of a development: multipliers for red, green and blue from a choice that a photographer makes."""
+"""White balance of a development: multipliers of red, green and blue from the user's choice."""
 
 import difflib
 import math
@@ -19,7 +19,7 @@ _KEY = "develop.white_balance"
 
 
 def check_white_balance(choice: WhiteBalance) -> None:
-    """Raise PhotositeError for what is no white balance; reads no file and no tables."""
+    """Raise PhotositeError for a choice that is not a white balance; reads no file and no tables."""
     if isinstance(choice, str):
         if choice in ("camera", "daylight"):
             return
@@ -40,8 +40,8 @@ def check_white_balance(choice: WhiteBalance) -> None:
 def white_balance_options(frame: "rawpy.RawPy", choice: WhiteBalance, label: str) -> dict[str, object]:
     """Parameters of `rawpy.postprocess` for a choice of white balance.
 
-    frame: an opened file that was not developed yet: developing changes what rawpy says of black and pattern.
-    Raises PhotositeError when the file cannot give it.
+    frame: an opened file that was not developed yet: developing changes rawpy's black level and pattern.
+    Raises PhotositeError when the choice cannot be computed from the file.
     """
     check_white_balance(choice)
     if choice in ("camera", "daylight"):
@@ -56,7 +56,7 @@ def white_balance_options(frame: "rawpy.RawPy", choice: WhiteBalance, label: str
 
 
 def _multipliers_for_illuminant(frame: "rawpy.RawPy", name: str, label: str) -> np.ndarray:
-    """Multipliers that make a white surface in this light grey: one over (colour matrix * XYZ of the light).
+    """Multipliers that render a white surface in this light neutral: 1 / (colour matrix * XYZ of the light).
 
     DNG 1.4, chapter 6.
     """
@@ -74,9 +74,9 @@ def _multipliers_for_illuminant(frame: "rawpy.RawPy", name: str, label: str) -> 
 
 
 def xyz_to_camera(frame: "rawpy.RawPy") -> np.ndarray | None:
-    """Colour matrix of a file under D65, (3, 3) as DNG's ColorMatrix has it; None where it holds none.
+    """Return the colour matrix of a file under D65, (3, 3) like DNG's ColorMatrix; None where the file has none.
 
-    LibRaw hands it out in two: daylight multipliers, and white-balanced camera to linear sRGB.
+    LibRaw gives it as two factors: daylight multipliers, and white-balanced camera to linear sRGB.
     frame: an opened file that was not developed yet.
     """
     to_srgb = np.asarray(frame.color_matrix, dtype=np.float64)[:3, :3]
@@ -87,7 +87,7 @@ def xyz_to_camera(frame: "rawpy.RawPy") -> np.ndarray | None:
 
 
 def _multipliers_for_patch(frame: "rawpy.RawPy", box: tuple[int, int, int, int], label: str) -> np.ndarray:
-    """Multipliers that make the mean of a patch grey: one over its mean signal above black in each colour."""
+    """Multipliers that render the mean of a patch neutral: 1 / mean signal above black in each colour."""
     x, y, width, height = map(int, box)
     rows, columns = frame.raw_image_visible.shape
     inside = x + width <= columns and y + height <= rows

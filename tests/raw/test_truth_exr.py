@@ -18,7 +18,7 @@ from simulator.raw.save import files_of, save, sidecar_text
 from simulator.raw.truth_exr import read_twin, write_twin
 
 
-def test_a_twin_gives_back_every_bit_of_both_planes(tmp_path):
+def test_a_truth_exr_gives_back_every_bit_of_both_planes(tmp_path):
     raw = random_frame(97, 131)
     # Values whose last bits half floats or 16-bit codes would lose.
     raw = dataclasses.replace(raw, mean_electrons=(raw.mean_electrons * np.float32(math.pi)) + np.float32(1e-3))
@@ -30,7 +30,7 @@ def test_a_twin_gives_back_every_bit_of_both_planes(tmp_path):
         np.testing.assert_array_equal(twin[name], plane)
 
 
-def test_a_twin_tells_iso_levels_and_gain(tmp_path):
+def test_a_truth_exr_has_iso_levels_and_gain(tmp_path):
     write_twin(random_frame(), tmp_path / "a.exr")
     spec = OpenImageIO.ImageInput.open(str(tmp_path / "a.exr")).spec()
     assert spec.getattribute("Software").startswith("Photosite ")
@@ -81,7 +81,7 @@ def test_tiles_are_as_wide_as_the_frame_and_no_higher(tmp_path, height):
     np.testing.assert_array_equal(read_twin(tmp_path / "a.exr")["dn.noise_free"], raw.noise_free_dn)
 
 
-def test_a_twin_without_shot_noise_claims_no_gain(tmp_path):
+def test_a_truth_exr_without_shot_noise_claims_no_gain(tmp_path):
     write_twin(random_frame(noise_profile=((0.0, 1e-9),) * 3), tmp_path / "a.exr")
     assert OpenImageIO.ImageInput.open(str(tmp_path / "a.exr")).spec().getattribute("photosite:gain_dn_per_e") is None
 
@@ -95,14 +95,14 @@ def test_two_runs_of_one_shot_give_the_same_bytes(tmp_path, monkeypatch):
         assert one.read_bytes() == other.read_bytes()
 
 
-def test_a_twin_of_another_shape_than_the_mosaic_is_refused(tmp_path):
+def test_a_truth_exr_of_another_shape_than_the_mosaic_is_refused(tmp_path):
     raw = random_frame(mean_electrons=np.zeros((5, 5), np.float32))
     with pytest.raises(PhotositeError, match="electrons.mean is .5, 5. and the mosaic .96, 128."):
         write_twin(raw, tmp_path / "a.exr")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_reading_what_is_no_twin_is_one_clear_error(tmp_path):
+def test_reading_what_is_no_truth_exr_is_one_clear_error(tmp_path):
     with pytest.raises(PhotositeError, match=r"none\.exr: no such file"):
         read_twin(tmp_path / "none.exr")
     (tmp_path / "text.exr").write_text("not a picture")
@@ -113,7 +113,7 @@ def test_reading_what_is_no_twin_is_one_clear_error(tmp_path):
         read_twin(tmp_path / "rgb.exr")
 
 
-def test_a_twin_cut_short_is_one_clear_error(tmp_path):
+def test_a_truncated_truth_exr_is_one_clear_error(tmp_path):
     write_twin(random_frame(), tmp_path / "a.exr")
     content = (tmp_path / "a.exr").read_bytes()
     for length in (len(content) - 1, len(content) // 2, 1000, 200, 10, 0):
@@ -122,7 +122,7 @@ def test_a_twin_cut_short_is_one_clear_error(tmp_path):
             read_twin(tmp_path / "cut.exr")
 
 
-def test_a_set_is_a_raw_file_its_twin_and_its_settings(tmp_path):
+def test_a_set_is_a_raw_file_its_truth_exr_and_its_settings(tmp_path):
     raw = random_frame(name="iso400_01", resolved={"b": 1, "a": {"iso": np.int64(400)}})
     files = save(raw, tmp_path / "out")
     assert [path.name for path in dataclasses.astuple(files)] == ["iso400_01.dng", "iso400_01.truth.exr", "iso400_01.json"]

@@ -1,18 +1,18 @@
-"""What of a raw frame is picture: crop, active area and optical black as a DNG tells them."""
+"""DNG tags of default crop, active area and optical black of a raw frame."""
 
 from simulator.errors import require
 from simulator.raw.dng import tiff
 from simulator.raw.dng.tags import Tag
 from simulator.raw.raw_image import Raw
 
-_GAP_PX = 2  # charge of lit neighbours reaches one photosite into the covered edge; two keep the colour pattern
+_GAP_PX = 2  # charge from the active area reaches one photosite into the optical black; two keep the colour pattern
 
 
 def areas(raw: Raw) -> dict[Tag, tiff.Field]:
-    """DefaultCrop; ActiveArea and MaskedAreas (top, left, bottom, right) of a frame with a covered edge.
+    """Return DefaultCrop, and ActiveArea and MaskedAreas (top, left, bottom, right) of a frame with optical black.
 
-    Converters take black from MaskedAreas instead of BlackLevel, so only photosites that are dark for certain stand there.
-    Raises PhotositeError for an active area outside the frame, or one that begins at an odd place: LibRaw moves it.
+    Converters take black from MaskedAreas instead of BlackLevel, so it has only photosites that no charge reaches.
+    Raises PhotositeError for an active area outside the frame, or one that begins at an odd row or column: LibRaw moves it.
     """
     top, left, bottom, right = raw.edges
     height, width = raw.dn.shape
@@ -31,7 +31,7 @@ def areas(raw: Raw) -> dict[Tag, tiff.Field]:
 
 
 def masked_areas(raw: Raw) -> list[tuple[int, int, int, int]]:
-    """Rectangles (top, left, bottom, right) of the covered edge: above and below over the whole width, then beside."""
+    """Return rectangles (top, left, bottom, right) of optical black: above and below over the whole width, then beside."""
     top, left, bottom, right = raw.edges
     height, width = raw.dn.shape
     bands = [

@@ -1,7 +1,7 @@
 """Colour tags of a DNG (DNG 1.4, "Mapping Camera Color Space to CIE XYZ Space").
 
-Illuminant A stands first and D65 second, as camera makers' files have it: dcraw 9.28 takes the second matrix whatever
-its illuminant, LibRaw and rawspeed the one of D65, Adobe's reader both.
+Illuminant A is first and D65 second, as in camera makers' files: dcraw 9.28 uses the second matrix whatever its
+illuminant, LibRaw and rawspeed that of D65, Adobe's reader both.
 """
 
 import math
@@ -19,9 +19,9 @@ _ILLUMINANT = Tag.CALIBRATION_ILLUMINANT_1, Tag.CALIBRATION_ILLUMINANT_2
 
 
 def color_tags(raw: Raw) -> dict[Tag, tiff.Field]:
-    """Tags of IFD 0 by number; none for MONO.
+    """Return the colour tags of IFD 0; none for MONO.
 
-    Raises PhotositeError for colour that would make converters divide by zero or guess.
+    Raises PhotositeError for colour data with which converters would divide by zero or guess.
     """
     if raw.cfa == "MONO":
         return {}
@@ -40,7 +40,7 @@ def color_tags(raw: Raw) -> dict[Tag, tiff.Field]:
 
 
 def _matrix(raw: Raw, name: str, values: object) -> tiff.Field:
-    """Row by row."""
+    """Encode a 3 x 3 matrix row by row."""
     matrix = np.asarray(values if values is not None else np.nan, dtype=np.float64)
     if matrix.shape != (3, 3) or not np.abs(matrix).max() < 2000:  # numerators are 32 bits wide
         shown = f"{np.asarray(values).tolist()}"

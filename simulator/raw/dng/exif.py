@@ -1,4 +1,4 @@
-"""Exif IFD of a raw file: how the picture was taken (Exif 2.3, CIPA DC-008-2012)."""
+"""Exif IFD of a raw file: exposure, lens and time (Exif 2.3, CIPA DC-008-2012)."""
 
 from simulator.raw.dng import tiff
 from simulator.raw.dng.tags import SensitivityType, Tag
@@ -8,7 +8,7 @@ _LARGEST_SHORT = 65535
 
 
 def exif_directory(raw: Raw) -> dict[Tag, tiff.Field]:
-    """Tags by number. What is not known, or no number above 0 that the file can hold, is left out."""
+    """Return the Exif tags. Values that are unknown, not above 0, or too large for the file are left out."""
     tags = {
         Tag.EXIF_VERSION: tiff.undefined(b"0230"),
         Tag.PHOTOGRAPHIC_SENSITIVITY: tiff.short(min(raw.iso, _LARGEST_SHORT)),

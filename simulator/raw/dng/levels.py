@@ -1,4 +1,4 @@
-"""Black and white level of a raw frame as a DNG tells them."""
+"""DNG tags of black and white level of a raw frame."""
 
 from simulator.errors import PhotositeError, require
 from simulator.raw.dng import tiff
@@ -7,9 +7,9 @@ from simulator.raw.raw_image import Raw
 
 
 def levels(raw: Raw, bits_per_sample: int) -> dict[Tag, tiff.Field]:
-    """BlackLevelRepeatDim, BlackLevel and WhiteLevel.
+    """Return BlackLevelRepeatDim, BlackLevel and WhiteLevel.
 
-    A frame without filter and bias has one black level, any other four; LibRaw reads a lone one beside a 2x2 block as 0.
+    A MONO frame without offsets has one black level, any other four; LibRaw reads a single one of a 2x2 pattern as 0.
     Raises PhotositeError for levels that are not 0 <= black < white < 2^bits: Adobe's reader refuses them.
     """
     black_dn = [raw.black_level_dn + offset for offset in raw.black_offsets_dn]
@@ -32,6 +32,6 @@ def levels(raw: Raw, bits_per_sample: int) -> dict[Tag, tiff.Field]:
 
 
 def _black_level(levels_dn: list[float]) -> tiff.Field:
-    """SHORT where they are whole, since some readers cut fractions off."""
+    """Encode black levels as SHORT where they are integers, since some readers truncate fractions."""
     whole = all(float(level).is_integer() for level in levels_dn)
     return tiff.short(*map(int, levels_dn)) if whole else tiff.rational(*levels_dn)

@@ -1,4 +1,4 @@
-"""What a DNG asks a converter to do to the demosaiced picture: OpcodeList3 (DNG 1.4, chapter 7)."""
+"""OpcodeList3 of a DNG: operations of the converter on the demosaiced picture (DNG 1.4, chapter 7)."""
 
 import struct
 
@@ -10,7 +10,7 @@ _SINCE_DNG = (1, 3, 0, 0)
 
 
 def opcodes(raw: Raw) -> dict[Tag, tiff.Field]:
-    """OpcodeList3 with the warp that undoes the lens's distortion; {} where there is none or the shot wants none."""
+    """Return OpcodeList3 with the correction of the lens's distortion; {} without distortion or where it is turned off."""
     if raw.warp_rectilinear is None or not raw.format.opcodes:
         return {}
     planes, centre = raw.warp_rectilinear

@@ -1,7 +1,7 @@
-"""The mosaic as a DNG stores it: 16 bits per code, packed, or lossless JPEG; always in one strip.
+"""Encoding of the mosaic in a DNG: 16 bits per code, packed, or lossless JPEG; always in one strip.
 
-One strip, since LibRaw and dcraw decode only the first of several strips of lossless JPEG, and read uncompressed tiles
-wrongly before LibRaw 0.21. Deflate and LZW of whole numbers are outside DNG 1.4.
+One strip, since LibRaw and dcraw decode only the first of several strips of lossless JPEG, and LibRaw before 0.21 reads
+uncompressed tiles wrongly. DNG 1.4 does not allow Deflate and LZW for integers.
 """
 
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from simulator.raw.dng.tags import Compression
 from simulator.raw.dng.tiff import view_bytes
 from simulator.raw.raw_image import Raw
 
-_PACKED_BITS = (8, 10, 12, 14, 16)  # what every reader unpacks
+_PACKED_BITS = (8, 10, 12, 14, 16)  # depths that every reader unpacks
 
 
 @dataclass(frozen=True)
 class MosaicData:
-    """Content of the strip, and the tags that tell how to read it: BitsPerSample and Compression."""
+    """Content of the strip, and the tags that describe it: BitsPerSample and Compression."""
 
     buffer: bytes | np.ndarray
     bits_per_sample: int
@@ -31,9 +31,9 @@ class MosaicData:
 
 
 def bits_per_sample(raw: Raw) -> int:
-    """Bits that the frame's format keeps of each code.
+    """Return the bits per code in the frame's storage format.
 
-    Packed rows fill whole bytes, since darktable refuses others; at 16 bits they always do.
+    Packed rows fill whole bytes, since darktable rejects others; at 16 bits they always do.
     """
     if raw.format.payload == "uncompressed":
         return 16
@@ -42,10 +42,7 @@ def bits_per_sample(raw: Raw) -> int:
 
 
 def mosaic_data(raw: Raw) -> MosaicData:
-    """Store the codes of a frame.
-
-    Raises PhotositeError for a code that the bits do not hold, rather than losing its upper bits.
-    """
+    """Encode the codes of a frame. Raises PhotositeError for a code that does not fit into the bits."""
     bits = bits_per_sample(raw)
     largest = int(raw.dn.max()) if bits < 16 else 0
     rule = f"more than {bits} bits hold; take raw.payload: uncompressed"
@@ -57,14 +54,14 @@ def mosaic_data(raw: Raw) -> MosaicData:
 
 
 def pack_codes(dn: np.ndarray, bits: int) -> np.ndarray:
-    """Codes (height, width) without gaps, the most significant bit first, each row of whole bytes (TIFF 6.0).
+    """Pack codes (height, width) without gaps, the most significant bit first, each row of whole bytes (TIFF 6.0).
 
     bits: 8 to 14, even, and width x bits a multiple of 8. Returns (height, bytes per row) uint8.
     """
     height, width = dn.shape
     codes = np.zeros((height, -(-width // 4) * 4), dtype=np.uint64)
     codes[:, :width] = dn
-    # Four codes fill whole bytes: they are put together at the top of a 64-bit word whose first bytes are then taken.
+    # Four codes fill whole bytes: they are joined in the upper bits of a 64-bit word, whose first bytes are kept.
     words = codes[:, 0::4] << np.uint64(64 - bits)
     for place in (1, 2, 3):
         words |= codes[:, place::4] << np.uint64(64 - bits * (place + 1))
@@ -73,7 +70,7 @@ def pack_codes(dn: np.ndarray, bits: int) -> np.ndarray:
 
 
 def _jpeg(dn: np.ndarray, bits: int) -> bytes:
-    """Lossless JPEG of predictor 1 (the left neighbour), the only one that darktable decodes."""
+    """Encode as lossless JPEG with predictor 1 (the left neighbour), the only one that darktable decodes."""
     from imagecodecs import jpeg_encode
 
     codes = np.ascontiguousarray(dn, dtype=np.uint8 if bits == 8 else np.uint16)

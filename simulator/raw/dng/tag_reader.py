@@ -1,4 +1,4 @@
-"""One value out of a TIFF or DNG that anyone may have written (TIFF 6.0, section 2)."""
+"""Reading of a single tag from any TIFF or DNG file (TIFF 6.0, section 2)."""
 
 import os
 import struct
@@ -25,9 +25,9 @@ _TYPE_BYTES = {
 
 
 def read_tag(path: str | os.PathLike[str], code: int) -> bytes | None:
-    """Bytes of a tag's value in IFD 0, in the file's byte order; None when the tag is not there.
+    """Return the bytes of a tag's value in IFD 0, in the file's byte order; None when the tag is missing.
 
-    Raises PhotositeError for a file that cannot be read, is no TIFF or DNG, or ends too soon.
+    Raises PhotositeError for a file that cannot be read, is not a TIFF or DNG, or is truncated.
     """
     try:
         with open(path, "rb") as file:
@@ -40,7 +40,7 @@ def read_tag(path: str | os.PathLike[str], code: int) -> bytes | None:
 
 
 def _value(file: BinaryIO, code: int) -> bytes | None:
-    """Raise struct.error where the file has fewer bytes than it says."""
+    """Read a tag's value from an open file. Raises struct.error for a truncated file."""
     order = {b"II*\0": "<", b"MM\0*": ">"}.get(file.read(4))
     if order is None:
         raise struct.error
@@ -54,7 +54,7 @@ def _value(file: BinaryIO, code: int) -> bytes | None:
                 return field[:size]
             (offset,) = struct.unpack(f"{order}I", field)
             if offset + size > os.fstat(file.fileno()).st_size:
-                raise struct.error  # asking for more than there is would take memory for all of it
+                raise struct.error  # reading would first allocate memory of that size
             file.seek(offset)
             return file.read(size)
     return None

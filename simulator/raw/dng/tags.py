@@ -147,12 +147,12 @@ class SensitivityType(IntEnum):
 
 
 class Opcode(IntEnum):
-    """What a converter does to the picture (DNG 1.4, chapter 7)."""
+    """Number of an operation in an opcode list (DNG 1.4, chapter 7)."""
 
     WARP_RECTILINEAR = 1
 
 
 class OpcodeFlag(IntEnum):
-    """How a converter may treat an opcode (DNG 1.4, chapter 7)."""
+    """Flag of an opcode (DNG 1.4, chapter 7)."""
 
-    OPTIONAL = 1  # a reader that does not know it may go on
+    OPTIONAL = 1  # a reader that does not know the opcode may ignore it

@@ -1,4 +1,4 @@
-"""The small picture inside a DNG that file browsers show."""
+"""Thumbnail of a DNG, which file browsers show."""
 
 import numpy as np
 
@@ -10,8 +10,8 @@ LONG_SIDE_PX = 256
 def thumbnail(raw: Raw) -> np.ndarray:
     """Bin the mosaic to at most 256 px a side: (height, width, 3) uint8.
 
-    Blocks of the mosaic are averaged per colour, white-balanced by AsShotNeutral and put through
-    a power of 1/2.2. No colour matrix: this is for finding a file, not for judging colour.
+    Blocks of the mosaic are averaged per colour, white-balanced by AsShotNeutral and encoded with
+    gamma 1/2.2, without a colour matrix, so its colours are approximate.
     """
     colours = "W" * 4 if raw.cfa == "MONO" else raw.cfa
     signal = (_cell_means(raw.dn[raw.active]) - raw.black_level_dn) / max(raw.white_level_dn - raw.black_level_dn, 1)
@@ -25,11 +25,11 @@ def thumbnail(raw: Raw) -> np.ndarray:
 
 
 def _cell_means(dn: np.ndarray) -> np.ndarray:
-    """Mean code per block and place in the 2x2 cell: (rows, 2, columns, 2)."""
+    """Mean code per block and place in the 2x2 colour pattern: (rows, 2, columns, 2)."""
     height, width = dn.shape
     step = 2 * -(-max(height, width) // (2 * LONG_SIDE_PX))
     step_y, step_x = min(step, height // 2 * 2), min(step, width // 2 * 2)
     rows, columns = height // step_y, width // step_x
-    # Rows first: the sum then runs over contiguous memory, which is several times faster.
+    # Rows are summed first: the sum then runs over contiguous memory, which is several times faster.
     cells = dn[: rows * step_y, : columns * step_x].reshape(rows, step_y // 2, 2, columns * step_x).sum(axis=1, dtype=np.uint32)
     return cells.reshape(rows, 2, columns, step_x // 2, 2).sum(axis=3) / (step_y * step_x / 4)

@@ -1,4 +1,4 @@
-"""The part of TIFF 6.0 a DNG needs: directories of typed fields, then data, little-endian."""
+"""Writer for the subset of TIFF 6.0 that a DNG needs: directories of typed fields, then data, little-endian."""
 
 import struct
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ _SIGNED_DENOMINATOR = 1_000_000
 
 @dataclass(frozen=True)
 class Field:
-    """Value of a tag: type and count of its values, their bytes."""
+    """Content of a tag: type, count and bytes of its values."""
 
     type: FieldType
     count: int
@@ -29,7 +29,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Pointer:
-    """LONG field holding the offset of a directory or of data, known once the file is laid out."""
+    """LONG field with the offset of a directory or of data, which is known once the file is laid out."""
 
     part: str
 
@@ -43,7 +43,7 @@ def byte(*values: int) -> Field:
 
 
 def packet(payload: bytes) -> Field:
-    """BYTE, of a text in its own encoding, such as XMP."""
+    """BYTE: encoded text, such as XMP."""
     return Field(FieldType.BYTE, len(payload), payload)
 
 
@@ -69,7 +69,7 @@ def long(*values: int) -> Field:
 
 
 def rational(*values: float | tuple[int, int]) -> Field:
-    """RATIONAL: numbers >= 0, or (numerator, denominator) as they stand."""
+    """RATIONAL: numbers >= 0, or (numerator, denominator), which are not reduced."""
     pairs = [value if isinstance(value, tuple) else nearest_fraction(value) for value in values]
     return Field(FieldType.RATIONAL, len(pairs), b"".join(struct.pack("<2I", *pair) for pair in pairs))
 
@@ -91,7 +91,7 @@ def double(*values: float) -> Field:
 
 
 def nearest_fraction(value: float) -> tuple[int, int]:
-    """Simplest fraction within about 1e-6 of value >= 0, both parts below 2^32: 0.008 gives (1, 125)."""
+    """Return the simplest fraction within about 1e-6 of value >= 0, both parts below 2^32: 0.008 gives (1, 125)."""
     value = float(value)
     if 0 < value < 1:
         denominator, numerator = nearest_fraction(1.0 / value)
@@ -106,9 +106,9 @@ def view_bytes(buffer: bytes | np.ndarray) -> memoryview:
 
 
 def assemble(directories: Mapping[str, Directory], data: Mapping[str, bytes | np.ndarray]) -> list[bytes | memoryview]:
-    """Lay a TIFF file out and return its pieces in file order, large arrays uncopied.
+    """Lay out a TIFF file and return its pieces in file order, data without a copy.
 
-    directories: by name; the first is IFD 0. None is chained to a next one.
+    directories: by name; the first is IFD 0. No directory has a link to a next one.
     data: by name, C-contiguous, little-endian.
     """
     offsets, position = {}, _HEADER_BYTES
@@ -130,18 +130,18 @@ def assemble(directories: Mapping[str, Directory], data: Mapping[str, bytes | np
 
 
 def _directory_bytes(directory: Directory) -> int:
-    """Size of a directory with the values that do not fit into its entries."""
+    """Size of a directory, including the values that do not fit into its entries."""
     return 6 + 12 * len(directory) + sum(_outside_bytes(field) for field in directory.values())
 
 
 def _outside_bytes(field: Field | Pointer) -> int:
-    """Room a value needs behind the directory: none up to 4 bytes, else an even number."""
+    """Bytes of a value after the directory: 0 for values of up to 4 bytes, else an even number."""
     size = 0 if isinstance(field, Pointer) else len(field.payload)
     return size + size % 2 if size > 4 else 0
 
 
 def _pack_directory(directory: Directory, offset: int, offsets: Mapping[str, int]) -> bytes:
-    """Bytes of one directory that starts at `offset`: entries in ascending order, then the long values."""
+    """Encode one directory that starts at `offset`: entries in ascending order of the tags, then the long values."""
     entries, values = struct.pack("<H", len(directory)), b""
     values_offset = offset + 6 + 12 * len(directory)
     for code, field in sorted(directory.items()):

@@ -1,8 +1,8 @@
 """Raw frame to DNG 1.4: thumbnail in IFD 0, mosaic in a SubIFD, exposure in the Exif IFD.
 
-An own writer: no library at hand writes such a file to the letter. libtiff-based writers lose CFA tags
-in a SubIFD, tifffile writes no Exif IFD, PiDNG puts all in IFD 0. `simulator/raw/dng/payload.py` stores the
-mosaic in the layouts that dcraw, LibRaw, darktable, RawTherapee and Adobe's reader all take.
+No available library writes such a file in full conformance: libtiff-based writers lose CFA tags in a SubIFD,
+tifffile writes no Exif IFD, PiDNG puts all tags into IFD 0. `simulator/raw/dng/payload.py` encodes the mosaic in the
+layouts that dcraw, LibRaw, darktable, RawTherapee and Adobe's reader all read.
 Tag meanings: Adobe DNG 1.4 (2012), TIFF/EP (ISO 12234-2), Exif 2.3.
 """
 
@@ -33,7 +33,7 @@ CFA_COLOURS = {"RGGB": (0, 1, 1, 2), "BGGR": (2, 1, 1, 0), "GRBG": (1, 0, 2, 1),
 def write_dng(raw: Raw, path: str | os.PathLike) -> None:
     """Write a raw frame as DNG; the file appears complete or not at all.
 
-    Raises PhotositeError for a frame a DNG cannot hold and for a path that cannot be written.
+    Raises PhotositeError for a frame that a DNG cannot store and for a path that cannot be written.
     """
     pieces = dng_pieces(raw)
     with atomic_write(path) as temporary:
@@ -62,7 +62,7 @@ def dng_pieces(raw: Raw) -> list[bytes | memoryview]:
 
 
 def _check(raw: Raw) -> None:
-    """Refuse what a DNG or its readers cannot hold."""
+    """Raise PhotositeError for a frame that a DNG cannot store or its readers cannot read."""
     if raw.dn.dtype != np.uint16 or raw.dn.ndim != 2:
         raise PhotositeError(
             f"is {raw.dn.dtype} {raw.dn.shape}: a raw frame is uint16 (height, width)", part=raw.name, key="raw.dn", joint=" "
@@ -73,11 +73,11 @@ def _check(raw: Raw) -> None:
     if raw.dn.nbytes + 2**20 > tiff.LARGEST_FILE_BYTES:  # thumbnail and tags stay well below 1 MiB
         size = f"{raw.dn.shape[1]} x {raw.dn.shape[0]} px"
         raise PhotositeError(f"frame of {size}: a DNG ends at 4 GiB; use a smaller window of the sensor", part=raw.name)
-    color_tags(raw)  # refuses what the thumbnail would divide by
+    color_tags(raw)  # raises for neutral values of 0, by which the thumbnail would divide
 
 
 def _main_directory(raw: Raw, picture: np.ndarray) -> dict[Tag, tiff.Field | tiff.Pointer]:
-    """IFD 0: thumbnail, camera, colour."""
+    """Tags of IFD 0: thumbnail, camera, colour."""
     tags: dict[Tag, tiff.Field | tiff.Pointer] = {
         Tag.NEW_SUBFILE_TYPE: tiff.long(SubfileType.REDUCED_RESOLUTION),
         Tag.BITS_PER_SAMPLE: tiff.short(8, 8, 8),
@@ -103,12 +103,12 @@ def _main_directory(raw: Raw, picture: np.ndarray) -> dict[Tag, tiff.Field | tif
 
 
 def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[Tag, tiff.Field | tiff.Pointer]:
-    """SubIFD: the mosaic, its levels and its noise."""
+    """Tags of the SubIFD: mosaic, levels and noise profile."""
     height, width = raw.dn.shape
     mono = raw.cfa == "MONO"
     tags: dict[Tag, tiff.Field | tiff.Pointer] = {
         Tag.NEW_SUBFILE_TYPE: tiff.long(SubfileType.FULL_RESOLUTION),
-        Tag.BITS_PER_SAMPLE: tiff.short(mosaic.bits_per_sample),  # of the storage; WhiteLevel tells the range
+        Tag.BITS_PER_SAMPLE: tiff.short(mosaic.bits_per_sample),  # of the storage; WhiteLevel gives the range of codes
         Tag.COMPRESSION: tiff.short(mosaic.compression),
         Tag.PHOTOMETRIC_INTERPRETATION: tiff.short(Photometric.LINEAR_RAW if mono else Photometric.CFA),
         Tag.STRIP_OFFSETS: tiff.Pointer("mosaic"),
@@ -125,7 +125,7 @@ def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[Tag, tiff.Field | tiff.
 
 
 def _strip(height: int, width: int, size_bytes: int) -> dict[Tag, tiff.Field]:
-    """Tags that any picture in one strip has."""
+    """Tags of a picture that is stored in one strip."""
     return {
         Tag.IMAGE_WIDTH: tiff.long(width),
         Tag.IMAGE_LENGTH: tiff.long(height),

@@ -1,7 +1,7 @@
 """XMP packet of a DNG (tag 700): the resolved shot, so that the file alone can be simulated again.
 
-XMP Specification Part 1 (ISO 16684-1:2012): RDF in XML between two processing instructions. The shot is JSON in
-ASCII letters, one property of a namespace of our own. It holds nothing of the machine or the time of day.
+XMP Specification Part 1 (ISO 16684-1:2012): RDF in XML between two processing instructions. The shot is ASCII JSON in one
+property of Photosite's namespace. The packet depends on neither computer nor clock.
 """
 
 import hashlib
@@ -24,16 +24,16 @@ _COMPACT = {"separators": (",", ":"), "ensure_ascii": True}
 
 
 class SettingsChanged(PhotositeError):
-    """The settings in a file do not have the hash that was written beside them."""
+    """The hash of the settings in a file differs from the hash stored with them."""
 
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a raw frame was simulated from.
+    """Inputs from which a raw frame was simulated.
 
     shot: the resolved configuration, plain data. config_sha256: SHA-256 of it as compact JSON in ASCII letters with sorted
         keys, 64 hexadecimal digits.
-    inputs: of each file the scene was read from its key, path and sha256. version: of Photosite.
+    inputs: key, path and sha256 of each file of the scene. version: of Photosite.
     """
 
     shot: dict[str, object]
@@ -43,7 +43,7 @@ class Provenance:
 
 
 def xmp_packet(raw: Raw) -> bytes | None:
-    """Return the packet, or None for a frame whose shot came from no configuration.
+    """Return the XMP packet, or None for a frame that was not simulated from a configuration.
 
     Raises PhotositeError for settings that are not plain data.
     """
@@ -68,10 +68,10 @@ def xmp_packet(raw: Raw) -> bytes | None:
 
 
 def read_provenance(path: str | os.PathLike) -> Provenance | None:
-    """Return what a DNG of ours was simulated from; None for any other TIFF or DNG.
+    """Return the inputs from which a DNG of Photosite was simulated; None for any other TIFF or DNG.
 
-    Raises PhotositeError for a file that is missing, no TIFF or DNG, or cut short; SettingsChanged, which is one, for
-    settings that do not have the hash written beside them.
+    Raises PhotositeError for a file that is missing, truncated, or not a TIFF or DNG; its subclass SettingsChanged for
+    settings whose hash differs from the one stored with them.
     """
     packet = read_tag(path, Tag.XMP)
     found = {} if packet is None else _properties(packet)
@@ -88,7 +88,7 @@ def read_provenance(path: str | os.PathLike) -> Provenance | None:
 
 
 def _properties(packet: bytes) -> dict[str, str]:
-    """Our properties of a packet by name, written as attributes or, by other software, as elements."""
+    """Return Photosite's properties of a packet by name, stored as attributes or, by other software, as elements."""
     from xml.etree import ElementTree
 
     try:

@@ -52,7 +52,7 @@ BODY = ["camera.stages.prnu.sigma=0.01", "camera.stages.dsnu.sigma=3 e-", "camer
 
 @pytest.mark.parametrize(("iso", "settings"), [(800, BODY), (3200, [])])
 def test_the_reference_implementation_agrees_on_the_same_frames(tmp_path, monkeypatch, iso, settings):
-    """Within the gates of `photosite validate emva`, of ours and of the camera file alike."""
+    """Within the tolerances of `photosite validate emva`, of ours and of the camera file alike."""
     camera = load_camera("sony_a7s2", settings)
     bench = EmvaBench(camera, iso, tmp_path)
     files = take_emva_frames(bench, 1)

@@ -60,7 +60,7 @@ def test_sony_a7s2_over_its_iso_range_with_the_step_of_its_dual_gain(sony, tmp_p
     assert not any(check.reason_unchecked for check in report.checks if check.quantity in ("K", "read noise", "full scale"))
     chi2 = {name: float(np.sum(z_values(report, name) ** 2)) for name in ("K", "read noise")}
     accept({name: float(stats.chi2.sf(value, 6)) for name, value in chi2.items()})
-    assert max(check.error for check in report.of("K")) < 0.0016  # the gate is four of these
+    assert max(check.error for check in report.of("K")) < 0.0016  # the tolerance is four of these
 
 
 def test_the_files_alone_are_measured(sony, tmp_path):
@@ -124,7 +124,7 @@ def test_steps_are_drops_no_single_gain_can_make():
     assert log_slope([100, 400], [1.0, 4.0**0.9]) == pytest.approx(0.9)
 
 
-def test_a_gate_is_passed_within_its_tolerance_and_never_by_nan():
+def test_a_check_passes_within_its_tolerance_and_never_by_nan():
     check = ToleranceCheck("K", "ISO 100", 1.006, 1.0, 0.0061, 0.001)
     assert check.passed and check.deviation == pytest.approx(0.006)
     assert not dataclasses.replace(check, measured=0.993).passed
@@ -156,7 +156,7 @@ def test_the_command_writes_table_picture_and_json(tmp_path, capsys):
     assert len(list((tmp_path / "frames").glob("*.dng"))) == 34
 
 
-def test_a_failed_gate_is_an_exit_status(tmp_path, capsys, monkeypatch):
+def test_a_failed_check_is_an_exit_status(tmp_path, capsys, monkeypatch):
     """A simulator whose gain is 2 % too high."""
 
     def wrong(shot, **settings):
