@@ -131,9 +131,9 @@ def test_the_command_makes_estimates_and_verifies(tmp_path, capsys):
 
 @pytest.mark.parametrize("count, told", [(999.0, "999 B"), (1.58e9, "1.58 GB"), (2e15, "2 PB")])
 def test_sizes_are_told_in_words(count, told):
-    assert dataset_command.size(count) == told
+    assert dataset_command.format_bytes(count) == told
 
 
 @pytest.mark.parametrize("seconds, told", [(3.0, "3.0 s"), (600.0, "10.0 min"), (86400 * 12, "12.0 days")])
 def test_times_are_told_in_words(seconds, told):
-    assert dataset_command.duration(seconds) == told
+    assert dataset_command.format_duration(seconds) == told
