@@ -26,7 +26,7 @@ def _inverse(matrix: list[list[float]]) -> np.ndarray:
     """Return the inverse of a (3, 3) matrix by Cramer's rule."""
     rows = [_cross_product(matrix[(place + 1) % 3], matrix[(place + 2) % 3]) for place in range(3)]  # the adjugate's columns
     determinant = sum(value * cofactor for value, cofactor in zip(matrix[0], rows[0], strict=True))
-    return np.array(rows).T / determinant
+    return np.ascontiguousarray(np.transpose(rows)) / determinant  # row by row: an .npy file says the order in its header
 
 
 def _cross_product(one: list[float], other: list[float]) -> list[float]:

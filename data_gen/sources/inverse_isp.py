@@ -75,7 +75,7 @@ def to_balanced_camera_in(camera: Camera, light: str) -> np.ndarray:
 
 
 def remove_gains(balanced: np.ndarray, gains: np.ndarray) -> np.ndarray:
-    """Divide white balance and brightness out of (..., 3) linear colours, except where they are saturated.
+    """Apply the inverse gains of white balance and brightness to (..., 3) linear colours, except where they are saturated.
 
     gains: (3,) factors of the colours, usually below 1. a = ((mean - 0.9) / 0.1)^2 above a mean of 0.9, else 0;
     the factor is max(a + (1 - a) gain, gain): 1 for white (equation 5 of the paper, over the mean of the channels as in

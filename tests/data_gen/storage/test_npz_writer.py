@@ -65,3 +65,4 @@ def test_the_colour_matrix_is_the_one_of_libraw(tmp_path):
         np.testing.assert_allclose(camera_to_srgb(COLOR_MATRIX), frame.color_matrix[:, :3], rtol=0, atol=1e-4)
     np.testing.assert_allclose(camera_to_srgb(COLOR_MATRIX) @ np.ones(3), 1.0, rtol=1e-12)
     np.testing.assert_array_equal(camera_to_srgb(None), np.eye(3))
+    assert camera_to_srgb(COLOR_MATRIX).flags.c_contiguous  # the order is written into the file
