@@ -26,13 +26,13 @@ ABOUT = About("Toy ramps", "Ramps with noise.", "CC0-1.0", ("ramps of the tests"
 def test_counts_are_those_of_the_samples(tmp_path):
     write_toy_folder(tmp_path)
     write_card(tmp_path, ABOUT)
-    told = json.loads((tmp_path / "card.json").read_text())
+    card = json.loads((tmp_path / "card.json").read_text())
     samples = [toy_sample(index) for index in range(7)]
-    assert told["iso"] == {"100": 3, "400": 2, "1600": 2} and list(told["iso"]) == ["100", "400", "1600"]
-    assert told["camera"] == {"nikon_d850": 3, "sony_a7s2": 4}
+    assert card["iso"] == {"100": 3, "400": 2, "1600": 2} and list(card["iso"]) == ["100", "400", "1600"]
+    assert card["camera"] == {"nikon_d850": 3, "sony_a7s2": 4}
     stops = Counter(str(int(np.floor(np.log2(sample.exposure_ratios[0])))) for sample in samples)
-    assert told["ratio_stops"] == stops and told["shape"] == {"1 x 24 x 32": 7}
-    assert (told["samples"], told["pictures"], told["problem_count"], told["licence"]) == (7, 7, 2, "CC0-1.0")
+    assert card["ratio_stops"] == stops and card["shape"] == {"1 x 24 x 32": 7}
+    assert (card["samples"], card["pictures"], card["problem_count"], card["licence"]) == (7, 7, 2, "CC0-1.0")
     text = (tmp_path / "card.md").read_text()
     for word in (
         "# Toy ramps",

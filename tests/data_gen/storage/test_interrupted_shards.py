@@ -67,9 +67,11 @@ def small_disk(tmp_path):
 @pytest.mark.parametrize("name", sorted(FORMATS))
 def test_a_full_disk_is_one_message_and_leaves_what_was_finished(small_disk, name):
     size = {"height": 192, "width": 256}  # a shard takes 600 to 1000 kB
-    with pytest.raises(PhotositeError, match=r"shard-0000\d-of-00004.*cannot be written.*(space|choose another disk)") as told:
+    with pytest.raises(
+        PhotositeError, match=r"shard-0000\d-of-00004.*cannot be written.*(space|choose another disk)"
+    ) as caught:
         run(small_disk, name, **size)
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(caught.value)
     there = finished_shards(small_disk, verify=True)
     assert len(there) <= 2 and "manifest.json" not in visible(small_disk)
     assert visible(small_disk) == {record.name for record in there.values()} | {

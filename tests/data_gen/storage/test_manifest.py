@@ -17,12 +17,13 @@ from simulator.errors import PhotositeError
 def test_a_manifest_tells_shards_counts_and_problems_and_no_time(tmp_path):
     write_toy_folder(tmp_path / "a")
     write_toy_folder(tmp_path / "b")
-    told = json.loads((tmp_path / "a" / "manifest.json").read_text())
+    manifest = json.loads((tmp_path / "a" / "manifest.json").read_text())
     assert (tmp_path / "a" / "manifest.json").read_bytes() == (tmp_path / "b" / "manifest.json").read_bytes()
-    assert (told["samples"], told["format"], told["channels"], told["dataset"]) == (7, "webdataset", "mosaic", "abc")
-    assert [(shard["first"], shard["count"]) for shard in told["shards"]] == [(0, 3), (3, 3), (6, 1)]
-    assert told["bytes"] == sum((tmp_path / "a" / shard["name"]).stat().st_size for shard in told["shards"])
-    assert (told["problem_count"], told["problems"]) == (2, ["a.png: cannot be read", "b.png: is grey"])
+    about = (manifest["samples"], manifest["format"], manifest["channels"], manifest["dataset"])
+    assert about == (7, "webdataset", "mosaic", "abc")
+    assert [(shard["first"], shard["count"]) for shard in manifest["shards"]] == [(0, 3), (3, 3), (6, 1)]
+    assert manifest["bytes"] == sum((tmp_path / "a" / shard["name"]).stat().st_size for shard in manifest["shards"])
+    assert (manifest["problem_count"], manifest["problems"]) == (2, ["a.png: cannot be read", "b.png: is grey"])
     assert read_manifest(tmp_path / "a")["shards"] == list(finished_shards(tmp_path / "a").values())
 
 

@@ -50,8 +50,8 @@ def test_a_fingerprint_is_what_sha256sum_says(tmp_path):
     write_shard(tmp_path, SHARD, NPZ, samples())
     command = r"find . -type f -printf '%P\n' | LC_ALL=C sort | xargs sha256sum | sha256sum"
     folder = tmp_path / "shard-00001-of-00003-npz"
-    told = subprocess.run(command, shell=True, cwd=folder, capture_output=True, text=True, check=True).stdout
-    assert sha256_of(folder) == told.split()[0]
+    printed = subprocess.run(command, shell=True, cwd=folder, capture_output=True, text=True, check=True).stdout
+    assert sha256_of(folder) == printed.split()[0]
 
 
 def test_a_shard_that_changed_is_not_finished(tmp_path):

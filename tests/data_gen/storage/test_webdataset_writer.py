@@ -36,8 +36,8 @@ def test_members_of_a_sample_stand_together_under_one_key(tmp_path):
 def test_headers_tell_no_time_and_no_owner(tmp_path):
     WRITER.write(tmp_path / "a.tar", [toy_sample(0)], WriterOptions())
     with tarfile.open(tmp_path / "a.tar") as archive:
-        told = {(m.mtime, m.uid, m.gid, m.uname, m.gname, m.mode, m.type) for m in archive}
-    assert told == {(0, 0, 0, "", "", 0o644, tarfile.REGTYPE)}
+        headers = {(m.mtime, m.uid, m.gid, m.uname, m.gname, m.mode, m.type) for m in archive}
+    assert headers == {(0, 0, 0, "", "", 0o644, tarfile.REGTYPE)}
 
 
 def test_a_file_that_changed_is_read_anew(tmp_path):

@@ -48,8 +48,8 @@ def test_the_bytes_are_the_same_in_a_new_process(tmp_path, name):
     environment = {"PATH": "/usr/bin:/bin", "PYTHONHASHSEED": "77", "TZ": "Asia/Tokyo", "PYTHONPATH": str(ROOT)}
     environment |= {"OPENBLAS_CORETYPE": "Prescott"}
     command = [sys.executable, "-c", IN_A_NEW_PROCESS, str(tmp_path / "there"), name]
-    told = subprocess.run(command, cwd=ROOT, env=environment, umask=0o077, capture_output=True, text=True, check=True)
-    assert told.stdout.split()[-1] == write_toy_shard(tmp_path / "here", name).sha256
+    finished = subprocess.run(command, cwd=ROOT, env=environment, umask=0o077, capture_output=True, text=True, check=True)
+    assert finished.stdout.split()[-1] == write_toy_shard(tmp_path / "here", name).sha256
 
 
 @pytest.mark.parametrize("name", sorted(FORMATS))
