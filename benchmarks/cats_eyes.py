@@ -51,7 +51,7 @@ def zone_error(radius_px: float, zone_px: int) -> list[dict]:
     steps = np.arange(0, zone_px, max(zone_px // 16, 1))
     x, y = (part.ravel() for part in np.meshgrid(steps, [0, zone_px // 2]))
 
-    def weights(places):
+    def weights(places: np.ndarray) -> np.ndarray:
         return shape_weights(LENS.pupil, eyes.fields(*(first[:, None] + places)), np.full(places.shape[1], radius_px))
 
     own = weights(np.stack([x, y]) + 0.5)

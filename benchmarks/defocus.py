@@ -14,6 +14,7 @@ loading left out.
 import argparse
 import json
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,13 +26,14 @@ from peers.slab_fft import slab_blur
 from rich.console import Console
 
 from simulator import load_shot
-from simulator.device import open_device
+from simulator.device import Buffer, Device, open_device
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.error_laws import BRIGHT
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import expose
 from simulator.scene.scene import Layer, Scene
 from simulator.sensor.camera.camera import Window
@@ -49,7 +51,7 @@ MARGIN = 20  # around it
 MITSUBA_RAYS = (16, 64, 256, 1024)  # per photosite
 
 
-def timed(run, rounds: int, warm: bool = False) -> dict[str, float]:
+def timed(run: Callable[[], object], rounds: int, warm: bool = False) -> dict[str, float]:
     """Least wall and processor time [s]; a first run is not counted, unless all is warm."""
     if not warm:
         run()
@@ -65,7 +67,7 @@ def timed(run, rounds: int, warm: bool = False) -> dict[str, float]:
 class FixedScene:
     """A scene in memory."""
 
-    def __init__(self, scene: Scene):
+    def __init__(self, scene: Scene) -> None:
         self.scene = scene
 
     def load(self) -> Scene:
@@ -73,20 +75,21 @@ class FixedScene:
         return self.scene
 
 
-def one_radius(device, rounds: int) -> list[dict]:
+def one_radius(device: Device, rounds: int) -> list[dict]:
     """Time of the blur of one distance over the time of the sensor kernel, in turns."""
     shot = load_shot(SHOT, {"camera": "sony_a7s2"})
     sharp = plan(shot)
     mosaic = expose(measure(sharp, device), device)
     rows = []
     for radius in RADII_PX:
-        blurred = replace(sharp, defocus=Defocus((radius,), True, sharp.optics.projection.scale))
+        defocus = Defocus((radius,), True, sharp.optics.projection.scale)
+        blurred = replace(sharp, optics=replace(sharp.optics, defocus=defocus))
 
-        def blur(blurred=blurred):
+        def blur(blurred: Plan = blurred) -> None:
             expose(measure(blurred, device), device)
             device.finish()
 
-        sensor, found = timed(lambda: read_out(sharp, device, mosaic, shot.seeds), rounds), timed(blur, rounds)
+        sensor, found = timed(lambda: read_out(device, sharp.sensor, mosaic, shot.seeds), rounds), timed(blur, rounds)
         rows.append({"radius_px": radius, **found, "sensor_s": sensor["best_s"], "sensor_cpu_s": sensor["cpu_s"]})
     return rows
 
@@ -116,7 +119,7 @@ def depth_of(radius_px: np.ndarray, pitch_um: float) -> float | np.ndarray:
     return float(depth.flat[0]) if np.ptp(depth) == 0.0 else depth
 
 
-def scene_plans(camera_shot) -> tuple[dict, tuple[np.ndarray, ...]]:
+def scene_plans(camera_shot: Shot) -> tuple[dict[str, Plan], tuple[np.ndarray, ...]]:
     """Plans of the scene as layers and as one picture with depth, and what it is made of."""
     camera = camera_shot.camera
     colours, coverage, radius = wall_with_disks(camera.width_px, camera.height_px)
@@ -149,7 +152,7 @@ def scene_plans(camera_shot) -> tuple[dict, tuple[np.ndarray, ...]]:
     return {name: planned(*what, time_s) for name, what in shots.items()}, (colours, coverage, radius)
 
 
-def window_surfaces(planned, scene: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
+def window_surfaces(planned: Plan, scene: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
     """Light in the camera's colours (2, rows, columns, 3), coverage, radius (2, rows, columns) of the window and its margin."""
     rows, columns = (
         slice(WINDOW.y - MARGIN, WINDOW.y + WINDOW.height + MARGIN),
@@ -159,7 +162,7 @@ def window_surfaces(planned, scene: tuple[np.ndarray, ...]) -> tuple[np.ndarray,
     return (colours * coverage[..., None]) @ planned.optics.weights.astype(np.float32), coverage, radius
 
 
-def rays(device, planned, scene: tuple[np.ndarray, ...]) -> np.ndarray:
+def rays(device: Device, planned: Plan, scene: tuple[np.ndarray, ...]) -> np.ndarray:
     """Mean over the lens of the scene's own surfaces in the window, (height, width) in each photosite's colour."""
     light, coverage, radius = window_surfaces(planned, scene)
     surfaces = upload_surfaces(device, light.transpose(0, 3, 1, 2), coverage, radius, MARGIN)
@@ -177,7 +180,7 @@ def error(found: np.ndarray, truth: np.ndarray) -> dict[str, float]:
     return {"rms": float(np.sqrt((z**2).mean())), "p99": float(np.quantile(z, 0.99)), "above_1": float((z > 1).mean())}
 
 
-def time_and_error(device, rounds: int) -> list[dict]:
+def time_and_error(device: Device, rounds: int) -> list[dict]:
     """Run time for 12 megapixels and error in the window, of every method."""
     shot = load_shot(SHOT, {"camera": "sony_a7s2"})
     plans, scene = scene_plans(shot)
@@ -186,9 +189,9 @@ def time_and_error(device, rounds: int) -> list[dict]:
     here = slice(WINDOW.y, WINDOW.y + WINDOW.height), slice(WINDOW.x, WINDOW.x + WINDOW.width)
     rows = []
     for name, planned in plans.items():
-        mosaic = []
+        mosaic: list[Buffer] = []
 
-        def blur(planned=planned, mosaic=mosaic):
+        def blur(planned: Plan = planned, mosaic: list[Buffer] = mosaic) -> None:
             mosaic[:] = [expose(measure(planned, device), device)]
             device.finish()
 
@@ -212,7 +215,7 @@ def time_and_error(device, rounds: int) -> list[dict]:
     return rows + by_mitsuba(first, scene, truth)
 
 
-def by_mitsuba(planned, scene: tuple[np.ndarray, ...], truth: np.ndarray) -> list[dict]:
+def by_mitsuba(planned: Plan, scene: tuple[np.ndarray, ...], truth: np.ndarray) -> list[dict]:
     """Time, scaled to the frame, and error of Mitsuba's renders of the window; none where Mitsuba is missing."""
     light, coverage, radius = window_surfaces(planned, scene)
     camera, frame = planned.sensor.camera, planned.optics.window
@@ -227,7 +230,7 @@ def by_mitsuba(planned, scene: tuple[np.ndarray, ...], truth: np.ndarray) -> lis
     scale, rows = frame.width * frame.height / (WINDOW.width * WINDOW.height), []
     render(1)
     for number in MITSUBA_RAYS:
-        found = []
+        found: list[np.ndarray] = []
         took = timed(lambda number=number, found=found: found.append(render(number)), 1, warm=True)
         took = {name: scale * seconds for name, seconds in took.items()}
         rows.append({"name": f"Mitsuba, {number} rays", **took, **error(np.take_along_axis(found[-1], own, 2)[..., 0], truth)})

@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.progress import Progress
@@ -25,6 +26,9 @@ from data_gen.recipe.dataset_config import DataSet
 from data_gen.run import run
 from simulator.atomic_files import atomic_write
 from simulator.config import load_file
+
+if TYPE_CHECKING:
+    from data_gen.torch import Pairs
 
 BATCH, PICTURES, WARM_UP, CHANNELS = 8, 48, 4, 16
 DRAWN = """\
@@ -93,7 +97,7 @@ def training() -> Callable[[dict], None]:
     return train
 
 
-def endless(pairs, workers: int) -> Iterator:
+def endless(pairs: "Pairs", workers: int) -> Iterator[dict[str, Any]]:
     """Batches of one epoch after the other."""
     from data_gen.torch import loader
 
@@ -107,7 +111,7 @@ def sources(folder: Path) -> dict[str, object]:
     """Pairs by the name of where they come from; clean patches and stored pairs are made in a folder."""
     from data_gen.torch import LivePairs, StoredPairs
 
-    def config(name: str, **values) -> DataSet:
+    def config(name: str, **values: Any) -> DataSet:
         path = folder / name
         path.write_text(DRAWN.format(**values), encoding="utf-8")
         return load_file(DataSet, path)

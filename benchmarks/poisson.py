@@ -17,7 +17,7 @@ from measuring.samplers import SHORTCUTS, Probe, Sampler, errors, from_normals, 
 from rich.console import Console
 from rich.progress import track
 
-from simulator.device import Device, open_device
+from simulator.device import Buffer, Device, open_device
 from simulator.sensor.stages.poisson_variants import POISSON_SWITCH_E, PoissonVariant
 
 MEANS = np.concatenate([[0.0], np.geomspace(1e-2, 1e6, 29)]).astype(np.float32)
@@ -46,7 +46,7 @@ def timed(device: Device, rounds: int) -> dict[str, float]:
         level = 0.99 * sampler.high if sampler.high < np.inf else max(100.0, sampler.low)
         means = device.upload(np.full(SIZE, level, np.float32))
 
-        def run(probe=probe, means=means) -> None:
+        def run(probe: Probe = probe, means: Buffer = means) -> None:
             probe.enqueue(means, counts, SIZE)
             device.finish()
 

@@ -50,7 +50,7 @@ ALWAYS = {"photon_shot_noise", "analog_gain", "adc"}
 class Run:
     """One run over all contests."""
 
-    def __init__(self, megapixels: float, rounds: int, progress: Progress):
+    def __init__(self, megapixels: float, rounds: int, progress: Progress) -> None:
         self.rounds, self.progress = rounds, progress
         self.pictures = {name: ramp(megapixels, *limits) for name, limits in LIGHT.items()}
         height, width = self.pictures["dusk"].shape

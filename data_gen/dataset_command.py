@@ -49,8 +49,9 @@ def show_plan(path: Path, settings: list[str], out: Path, device: str | None, wo
         "samples": f"{config.count} of {' x '.join(map(str, shape))}, mode {config.mode}",
         "shards": f"{found.shards} of {stored.samples_per_shard} samples, {stored.format}, {stored.channels}",
         "pictures": ", ".join(f"{name}: {count}" for name, count in found.pictures.items()) or "none",
-        "disk": f"{size(needed)} of {size(free)} free, {size(found.bytes_per_sample)} per sample",
-        "time": f"{duration(seconds)} on {workers} worker(s): {milliseconds} ms per sample, {processor} ms of processor time",
+        "disk": f"{format_bytes(needed)} of {format_bytes(free)} free, {format_bytes(found.bytes_per_sample)} per sample",
+        "time": f"{format_duration(seconds)} on {workers} worker(s): {milliseconds} ms per sample, "
+        f"{processor} ms of processor time",
         "exposure ratio": f"{found.ratios[0]:g} to {found.ratios[1]:g}",
     }
     rows |= {f"noise: {name}": f"ISO {isos}" if isos[0].isdigit() else isos for name, isos in config.noise.table()}
@@ -63,8 +64,8 @@ def show_plan(path: Path, settings: list[str], out: Path, device: str | None, wo
         log.print(f"warning: {out}: the disk has too little space; choose another --out or a smaller count")
 
 
-def size(count: float) -> str:
-    """Bytes in words, 1 kB = 1000 bytes."""
+def format_bytes(count: float) -> str:
+    """Write a number of bytes with a decimal unit (1 kB = 1000 bytes)."""
     for unit in ("B", "kB", "MB", "GB", "TB"):
         if count < 1000:
             return f"{count:.3g} {unit}"
@@ -72,8 +73,8 @@ def size(count: float) -> str:
     return f"{count:.3g} PB"
 
 
-def duration(seconds: float) -> str:
-    """Time in words."""
+def format_duration(seconds: float) -> str:
+    """Write a time [s] with the largest unit of which it has at least two."""
     for unit, length in (("days", 86400), ("h", 3600), ("min", 60)):
         if seconds >= 2 * length:
             return f"{seconds / length:.1f} {unit}"
@@ -81,6 +82,7 @@ def duration(seconds: float) -> str:
 
 
 def _show_problems(problems: dict[str, int]) -> None:
+    """Print the first problems of pictures, and how many there are."""
     for message, count in list(problems.items())[:SHOWN_PROBLEMS]:
         log.print(escape(f"skipped: {message} (drawn for {count} samples)"))
     if problems:

@@ -6,95 +6,105 @@ from itertools import islice
 import numpy as np
 
 from data_gen.recipe.dataset_config import DataSet
-from data_gen.recipe.recipe import Recipe, picture_name, recipe
+from data_gen.recipe.random_streams import RandomStream
+from data_gen.recipe.recipe import Recipe, choose_picture, draw_recipe
 from data_gen.samples.sample import Sample
 from data_gen.sources.collections import open_collection
-from data_gen.sources.patches import Crop, choose_crop, cut_patch, mosaic_of
-from data_gen.sources.source import CleanImage, Source
+from data_gen.sources.patches import Crop, apply_cfa, choose_crop, cut_patch
+from data_gen.sources.source import CleanImage, PictureSource
 from simulator.device import Device
 from simulator.errors import PhotositeError
 from simulator.sensor.frame_stack import FrameSetting, expose_frame_stack, frame_stack_moments
 from simulator.sensor.seeds import Seeds
 
 MOST_ATTEMPTS = 100  # pictures drawn for one sample before the collection counts as unusable
-SPLINE_PX = 8  # beyond which a cubic spline's memory of the border is below 10^-4 (its pole is -0.27)
-BATCH_PIXELS = 2**22  # of one launch, 16 mosaics of 512 x 512: more at once take longer, for want of cache and memory pages
+SPLINE_PX = 8  # distance at which the border changes a cubic spline by less than 10^-4 (the prefilter's pole is -0.27)
+BATCH_PIXELS = 2**22  # of one kernel launch, 16 mosaics of 512 x 512; larger batches miss the cache and are slower per pixel
 
 
 class Generator:
     """Makes samples of a data set.
 
-    problems: what was wrong with pictures that could not be used: message -> numbers of the samples that drew them.
+    problems: for each message about a picture that could not be used, the indices of the samples that had drawn it.
     """
 
-    def __init__(self, config: DataSet, device: Device, sources: dict[tuple[str, int], Source] | None = None):
-        """sources: collections that are open already, by name and number of the camera; others are added."""
+    def __init__(self, config: DataSet, device: Device, sources: dict[tuple[str, int], PictureSource] | None = None) -> None:
+        """sources: collections that are already open, by name and index of the camera; those opened later are added."""
         self.config, self.device = config, device
         self.problems: dict[str, list[int]] = {}
         self._sources = {} if sources is None else sources
-        self._last: tuple[object, CleanImage] | None = None
+        self._last: tuple[tuple[tuple[str, int], RandomStream], CleanImage] | None = None
 
     def samples(self, indices: Iterable[int]) -> Iterator[Sample]:
-        """Make samples, in the order asked for. Each is the same whatever the others are.
+        """Make the samples of these indices, in this order. A sample does not depend on which others are made.
 
         Raises PhotositeError when a picture cannot be used and the configuration refuses, or none can.
         """
         height, width = self.config.crop_px
         size = max(1, BATCH_PIXELS // (height * width * self.config.frames))
         remaining = iter(indices)
-        while some := tuple(islice(remaining, size)):
-            yield from self._batch(some)
+        while batch := tuple(islice(remaining, size)):
+            yield from self._make_batch(batch)
 
-    def _batch(self, indices: Iterable[int]) -> Iterator[Sample]:
-        drawn = [self._clean(index) for index in indices]
-        electrons, settings = np.empty((len(drawn), self.config.frames, *self.config.crop_px), np.float32), []
+    def _make_batch(self, indices: Iterable[int]) -> Iterator[Sample]:
+        """Make samples whose noise is drawn in one kernel launch."""
+        drawn = [self._draw_clean(index) for index in indices]
+        stacked = np.empty((len(drawn), self.config.frames, *self.config.crop_px), np.float32)
+        settings: list[FrameSetting] = []
         for place, (one, _, signal, _) in enumerate(drawn):
             ratios = np.array(one.exposure_ratios)[:, np.newaxis, np.newaxis]
-            # In double precision, rounded once, without arrays in between.
-            np.multiply(signal, one.setting.reference_electrons / ratios, out=electrons[place], casting="same_kind")
+            # Computed in double precision and rounded once, without a temporary array.
+            np.multiply(signal, one.setting.reference_electrons / ratios, out=stacked[place], casting="same_kind")
             x, y = one.window
             settings += [FrameSetting(one.setting.stages, Seeds(one.body_seed, frame), x, y) for frame in one.frame_seeds]
-        electrons = electrons.reshape(-1, *self.config.crop_px)
+        electrons = stacked.reshape(-1, *self.config.crop_px)
         noisy = expose_frame_stack(self.device, electrons, settings)
-        spread = frame_stack_moments(self.device, electrons, settings)[1] if self.config.variance else None
+        variance_dn2 = frame_stack_moments(self.device, electrons, settings)[1] if self.config.variance else None
         first = 0
         for one, picture, signal, crop in drawn:
             frames = slice(first, first + self.config.frames)
             first += self.config.frames
-            yield self._sample(one, picture, signal, crop, noisy[frames], None if spread is None else spread[frames])
+            variance = None if variance_dn2 is None else variance_dn2[frames]
+            yield self._assemble(one, picture, signal, crop, noisy[frames], variance)
 
-    def _clean(self, index: int) -> tuple[Recipe, tuple[str, CleanImage] | None, np.ndarray, Crop | None]:
-        """Recipe, picture by name, signal (frames, height, width) and crop of a sample; without a picture a flat signal."""
+    def _draw_clean(self, index: int) -> tuple[Recipe, tuple[str, CleanImage] | None, np.ndarray, Crop | None]:
+        """Draw the clean signal of a sample: recipe, picture with its name, signal (frames, height, width) and crop.
+
+        Modes without pictures get a flat signal and no crop. A picture that cannot be used is noted in `problems`, and another
+        is drawn in its place.
+        """
+        reason: PhotositeError | None = None
         for attempt in range(MOST_ATTEMPTS):
-            one = recipe(self.config, index, attempt)
+            one = draw_recipe(self.config, index, attempt)
             if not self.config.needs_pictures:
                 return one, None, np.full((1, *self.config.crop_px), one.level, np.float32), None
             try:
-                name, picture = self._picture(one)
-                return one, (name, picture), *self._patch(one, picture, name)
+                name, picture = self._read_picture(one)
+                return one, (name, picture), *self._cut_frames(one, picture, name)
             except PhotositeError as error:
                 if self.config.on_problem == "refuse":
                     raise
                 drew = self.problems.setdefault(str(error), [])
                 if drew[-1:] != [index]:
                     drew.append(index)
-                told = error
+                reason = error
         raise PhotositeError(
-            f"none of {MOST_ATTEMPTS} pictures drawn for it can be used; the last one: {told}", part=f"sample {index}"
+            f"none of {MOST_ATTEMPTS} pictures drawn for it can be used; the last one: {reason}", part=f"sample {index}"
         )
 
-    def _picture(self, one: Recipe) -> tuple[str, CleanImage]:
-        """Name within its collection and content of the picture that the recipe draws."""
+    def _read_picture(self, one: Recipe) -> tuple[str, CleanImage]:
+        """Read the picture that the recipe draws; return its name within its collection and its content."""
         camera = one.setting.camera
-        seen = (one.collection, next(place for place, known in enumerate(self.config.noise.seen_by()) if known is camera))
-        if seen not in self._sources:
-            self._sources[seen] = open_collection(self.config.pictures, one.collection, camera)
-        name = picture_name(self._sources[seen].names(), one.group)
-        if self._last is None or self._last[0] != (seen, one.group):
-            self._last = (seen, one.group), self._sources[seen].read(name, one.group.generator("source"))
+        key = (one.collection, next(place for place, known in enumerate(self.config.noise.list_cameras()) if known is camera))
+        if key not in self._sources:
+            self._sources[key] = open_collection(self.config.pictures, one.collection, camera)
+        name = choose_picture(self._sources[key].names(), one.group)
+        if self._last is None or self._last[0] != (key, one.group):
+            self._last = (key, one.group), self._sources[key].read(name, one.group.generator("source"))
         return f"{one.collection}/{name}", self._last[1]
 
-    def _patch(self, one: Recipe, picture: CleanImage, name: str) -> tuple[np.ndarray, Crop]:
+    def _cut_frames(self, one: Recipe, picture: CleanImage, name: str) -> tuple[np.ndarray, Crop]:
+        """Cut the mosaics (frames, height, width) of a sample from its picture; return them and the crop."""
         cfa, size = one.setting.camera.cfa, self.config.crop_px
         if self.config.mode != "burst":
             crop = choose_crop(picture, size, cfa, one.place, one.augmentation, name)
@@ -104,14 +114,23 @@ class Generator:
                 "is a mosaic, which cannot be moved by parts of a pixel; give pictures with R, G, B", part=name
             )
         reach = margin_px(self.config)
-        around = tuple(side + 2 * reach for side in size)
+        around = (size[0] + 2 * reach, size[1] + 2 * reach)
         crop = choose_crop(picture, around, cfa, one.place, one.augmentation, name)
         planes = crop.of(picture.signal)
-        frames = np.stack([mosaic_of(moved(planes, offset, reach), cfa) for offset in one.offsets_px])
+        frames = np.stack([apply_cfa(shift_planes(planes, offset, reach), cfa) for offset in one.offsets_px])
         inner = Crop(crop.top + reach, crop.left + reach, crop.height - 2 * reach, crop.width - 2 * reach, one.augmentation)
         return frames, inner
 
-    def _sample(self, one: Recipe, picture, signal: np.ndarray, crop: Crop | None, noisy, spread) -> Sample:
+    def _assemble(
+        self,
+        one: Recipe,
+        picture: tuple[str, CleanImage] | None,
+        signal: np.ndarray,
+        crop: Crop | None,
+        noisy_dn: np.ndarray,
+        variance_dn2: np.ndarray | None,
+    ) -> Sample:
+        """Put a sample together from its recipe, its clean signal and its noisy codes."""
         setting, black_dn = one.setting, one.setting.black_level_dn
         white_dn, known = setting.white_level_dn, picture[1] if picture else None
         clean_dn = np.float32(black_dn) + np.minimum(signal, np.float32(1.0)) * np.float32(white_dn - black_dn)
@@ -119,9 +138,9 @@ class Generator:
         return Sample(
             index=one.index,
             mode=self.config.mode,
-            noisy_dn=noisy,
-            clean_dn=np.broadcast_to(clean_dn, noisy.shape),
-            variance_dn2=spread,
+            noisy_dn=noisy_dn,
+            clean_dn=np.broadcast_to(clean_dn, noisy_dn.shape),
+            variance_dn2=variance_dn2,
             cfa=setting.camera.cfa,
             bit_depth=setting.bit_depth,
             black_level_dn=black_dn,
@@ -129,7 +148,7 @@ class Generator:
             gain_dn_per_e=setting.gain_dn_per_e,
             read_noise_dn=setting.read_noise_dn,
             white_balance=known.white_balance if known else (1.0, 1.0, 1.0),
-            color_matrix=known.color_matrix if known else published and published.xyz_to_camera,
+            color_matrix=known.color_matrix if known else None if published is None else published.xyz_to_camera,
             camera=setting.label,
             iso=setting.iso,
             exposure_ratios=one.exposure_ratios,
@@ -143,14 +162,14 @@ class Generator:
 
 
 def margin_px(config: DataSet) -> int:
-    """Pixels of the picture that are needed around a crop: what a burst's shifts and their splines reach."""
+    """Width of the border [px] that a burst needs around its crop for shifts and spline interpolation; else 0."""
     return config.burst.reach_px + SPLINE_PX if config.mode == "burst" else 0
 
 
-def moved(planes: np.ndarray, offset_px: tuple[float, float], reach: int) -> np.ndarray:
-    """Planes (height, width, channels) moved by parts of a pixel, without the `reach` pixels around: cubic splines, >= 0.
+def shift_planes(planes: np.ndarray, offset_px: tuple[float, float], reach: int) -> np.ndarray:
+    """Shift planes (height, width, 3) by fractions of a pixel with cubic splines, >= 0; cut `reach` pixels off each side.
 
-    offset_px: what stands at (y, x) comes to (y + offset, x + offset).
+    offset_px: y and x; the content of pixel (y, x) moves to (y + offset_px[0], x + offset_px[1]).
     """
     inside = (slice(reach, planes.shape[0] - reach), slice(reach, planes.shape[1] - reach))
     if not any(offset_px):

@@ -10,26 +10,33 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from data_gen.generate import Generator, margin_px
 from data_gen.recipe.dataset_config import DataSet
 from data_gen.report.card import About, write_card
+from data_gen.samples.sample import Sample
 from data_gen.sources.check import check_sources
 from data_gen.sources.collections import open_collection
 from data_gen.sources.patches import AUGMENTATIONS
 from data_gen.sources.procedural import Procedural
+from data_gen.sources.source import PictureSource
 from data_gen.storage.manifest import write_manifest
-from data_gen.storage.shards import Shard, finished, plan_shards, write_shard
-from data_gen.storage.writers.writer import writer
+from data_gen.storage.shards import Shard, finished_shards, plan_shards, write_shard
+from data_gen.storage.writers.writer import find_writer
 from simulator import __version__
 from simulator.atomic_files import atomic_write
 from simulator.config import dump_yaml
 from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.progress import Progress, Steps, silent
+from simulator.sensor.camera.cfa import CfaName
+
+if TYPE_CHECKING:
+    from dask.distributed import Client, Future
 
 CONFIGURATION = "dataset.yaml"
-SAMPLES = "samples"  # what progress is told of
+SAMPLES = "samples"  # unit of the progress
 IN_FLIGHT = 4  # shards handed to the cluster per worker: enough to keep it busy, few enough for a data set of any size
 
 
@@ -65,7 +72,7 @@ def fingerprint(config: DataSet) -> str:
     """Hash of all that the samples follow from, 32 hexadecimal digits: configuration, names of the pictures, version."""
     digest = hashlib.sha256(f"{__version__}\n{json.dumps(config.resolved, sort_keys=True)}\n".encode())
     for collection in config.pictures:
-        names = open_collection(config.pictures, collection, config.noise.seen_by()[0]).names()
+        names = open_collection(config.pictures, collection, config.noise.list_cameras()[0]).names()
         digest.update("\n".join((collection, *names, "")).encode())
     return digest.hexdigest()[:32]
 
@@ -82,14 +89,14 @@ def run(
     """Make what is missing of a data set, then its manifest. Killed at any time, the next run ends with the same bytes.
 
     workers: processes of this machine. scheduler: address of a running dask.distributed cluster instead.
-    progress: told of each picture that is looked at before the work, when the configuration refuses what cannot be used; then
-        of the samples that are done, those found done first.
+    progress: called for each picture that is checked before the work, when the configuration refuses unusable ones; then for
+        the samples that are done, beginning with those of finished shards.
     Raises PhotositeError for a folder that holds another data set, for a full disk, and for what pictures or cluster lack.
     """
     task = Task(config, folder.absolute(), device, fingerprint(config))
-    writer(config.writer.format)  # says so now when its library is missing
+    find_writer(config.writer.format)  # raises here, before any work, when its library is missing
     plan = plan_shards(config.count, config.writer.samples_per_shard)
-    found = finished(folder, task.fingerprint)
+    found = finished_shards(folder, task.fingerprint)
     with atomic_write(folder / CONFIGURATION) as path:
         path.write_text(dump_yaml(config.resolved), encoding="utf-8")
     missing = [shard for shard in plan if shard.index not in found]
@@ -99,24 +106,25 @@ def run(
     steps.add(SAMPLES, sum(record.count for record in found.values()))
     if missing and (workers > 1 or scheduler):
         with cluster(workers, scheduler) as client:
-            _on_cluster(client, task, missing, steps)
+            _make_on_cluster(client, task, missing, steps)
     else:
         for shard in missing:
             make_shard(task, shard, steps)
     problems = _all_problems(folder, plan)
     lines = [f"{message} (drawn for {count} samples)" for message, count in problems.items()]
     manifest = write_manifest(folder, plan, task.fingerprint, config.writer.options, lines)
-    write_card(folder, _about(config))
+    write_card(folder, _describe(config))
     return Outcome(manifest, len(missing), len(found), problems)
 
 
 def check_pictures(config: DataSet, progress: Progress = silent) -> None:
     """Read all pictures that lie in files once. Raises PhotositeError that lists those which cannot be used."""
-    cfas = sorted({camera.cfa for camera in config.noise.seen_by()})
+    cfas: list[CfaName] = sorted({camera.cfa for camera in config.noise.list_cameras()})
     for collection in config.pictures:
-        source = open_collection(config.pictures, collection, config.noise.seen_by()[0])
+        source = open_collection(config.pictures, collection, config.noise.list_cameras()[0])
         if not isinstance(source, Procedural):
-            around = tuple(side + 2 * margin_px(config) for side in config.crop_px)
+            (height, width), margin = config.crop_px, margin_px(config)
+            around = height + 2 * margin, width + 2 * margin
             symmetries = AUGMENTATIONS if config.augment else AUGMENTATIONS[:1]
             check_sources([source], around, cfas, symmetries, progress).refuse()
 
@@ -126,21 +134,21 @@ def make_shard(task: Task, shard: Shard, steps: Steps | None = None) -> int:
     generator = Generator(task.config, open_device(task.device), _sources(task))
     path = task.folder / _problems_name(shard)
 
-    def samples() -> Iterator:
+    def samples() -> Iterator[Sample]:
         for sample in generator.samples(shard.indices):
             yield sample
             if steps is not None:
                 steps.add(SAMPLES)
-        # The last sample is written behind this, and the record after it: a shard with a record has its problems listed.
+        # The writer ends, and the record is written, after this: a shard with a record has its problems listed.
         _write_problems(path, generator.problems)
 
     choice = task.config.writer
-    write_shard(task.folder, shard, writer(choice.format), samples(), choice.options, task.fingerprint)
+    write_shard(task.folder, shard, find_writer(choice.format), samples(), choice.options, task.fingerprint)
     return shard.count
 
 
-def _made(task: Task, shard: Shard) -> int | PhotositeError:
-    """Return what make_shard returns or raises: an error that is raised on a worker comes with dask's traceback."""
+def _make_shard_or_error(task: Task, shard: Shard) -> int | PhotositeError:
+    """Make a shard; return an error instead of raising it, because dask would print a traceback of the worker."""
     try:
         return make_shard(task, shard)
     except PhotositeError as error:
@@ -148,17 +156,18 @@ def _made(task: Task, shard: Shard) -> int | PhotositeError:
 
 
 @lru_cache(maxsize=4)
-def _sources_of(_fingerprint: str) -> dict:
+def _sources_of(_fingerprint: str) -> dict[tuple[str, int], PictureSource]:
+    """Return the dictionary of open collections of a configuration, empty at first."""
     return {}
 
 
-def _sources(task: Task) -> dict:
-    """Opened collections, kept by a process from shard to shard: listing a folder of a million pictures takes its time."""
+def _sources(task: Task) -> dict[tuple[str, int], PictureSource]:
+    """Return the open collections, which a process keeps between shards: listing a folder of a million pictures is slow."""
     return _sources_of(task.fingerprint)
 
 
 @contextmanager
-def cluster(workers: int, scheduler: str | None) -> Iterator:
+def cluster(workers: int, scheduler: str | None) -> Iterator["Client"]:
     """Yield a client of the cluster at an address, or of one of so many processes on this machine.
 
     Raises PhotositeError when dask.distributed is not installed or nobody answers.
@@ -168,9 +177,10 @@ def cluster(workers: int, scheduler: str | None) -> Iterator:
     except ImportError:
         raise PhotositeError("several workers need dask.distributed: pip install 'photosite[cluster]'") from None
     if scheduler is None:
-        # What goes wrong comes back as a result; dask's own log of workers that close is no news.
+        # Errors come back as results, so dask's log of workers that close is not shown.
+        without_dashboard: dict[str, Any] = {"dashboard_address": None}  # allowed, but dask annotates it as str
         quiet = logging.CRITICAL
-        with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=quiet) as local:
+        with LocalCluster(n_workers=workers, threads_per_worker=1, silence_logs=quiet, **without_dashboard) as local:
             with Client(local) as client:
                 yield client
         return
@@ -188,7 +198,7 @@ def cluster(workers: int, scheduler: str | None) -> Iterator:
         yield client
 
 
-def _on_cluster(client, task: Task, shards: Iterable[Shard], steps: Steps) -> None:
+def _make_on_cluster(client: "Client", task: Task, shards: Iterable[Shard], steps: Steps) -> None:
     """Make shards on a cluster. One whose worker dies is made by another; a shard is there whole or not at all.
 
     Raises PhotositeError when a shard's workers die again and again, and what making it raises.
@@ -197,10 +207,10 @@ def _on_cluster(client, task: Task, shards: Iterable[Shard], steps: Steps) -> No
 
     waiting = iter(shards)
 
-    def handed(count: int) -> list:
-        return [client.submit(_made, task, shard, pure=False) for shard in islice(waiting, count)]
+    def submit(count: int) -> list["Future"]:
+        return [client.submit(_make_shard_or_error, task, shard, pure=False) for shard in islice(waiting, count)]
 
-    done = as_completed(handed(IN_FLIGHT * max(1, len(client.scheduler_info()["workers"]))))
+    done = as_completed(submit(IN_FLIGHT * max(1, len(client.scheduler_info()["workers"]))))
     for future in done:
         try:
             made = future.result()
@@ -209,11 +219,11 @@ def _on_cluster(client, task: Task, shards: Iterable[Shard], steps: Steps) -> No
         if isinstance(made, PhotositeError):
             raise made
         steps.add(SAMPLES, made)
-        for following in handed(1):
+        for following in submit(1):
             done.add(following)
 
 
-def _about(config: DataSet) -> About:
+def _describe(config: DataSet) -> About:
     """Return what the data card says of author and pictures."""
     known = config.resolved.get("pictures", {})
     kinds = {name: next(iter(section)) for name, section in known.items()}
@@ -224,11 +234,13 @@ def _about(config: DataSet) -> About:
 
 
 def _problems_name(shard: Shard) -> str:
+    """Return the name of the file that lists the problems of a shard."""
     digits = max(5, len(str(shard.shards)))
     return f"problems-{shard.index:0{digits}d}.json"
 
 
 def _write_problems(path: Path, problems: dict[str, list[int]]) -> None:
+    """Write the problems of a shard; remove an older list when there are none."""
     if not problems:
         path.unlink(missing_ok=True)
         return
@@ -237,8 +249,8 @@ def _write_problems(path: Path, problems: dict[str, list[int]]) -> None:
 
 
 def _all_problems(folder: Path, plan: Iterable[Shard]) -> dict[str, int]:
-    """Problems of all shards -> number of samples that met them."""
-    found = Counter()
+    """Read the problems of all shards; return how many samples met each."""
+    found: Counter[str] = Counter()
     for path in (folder / _problems_name(shard) for shard in plan):
         if path.is_file():
             for message, drew in json.loads(path.read_text(encoding="utf-8")).items():

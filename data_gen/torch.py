@@ -12,10 +12,11 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
 from pathlib import Path
+from typing import Any
 
 from data_gen.generate import Generator
 from data_gen.recipe.dataset_config import DataSet, load_data_set
-from data_gen.recipe.random_streams import Chance
+from data_gen.recipe.random_streams import RandomStream
 from data_gen.samples.packing import Channels
 from data_gen.samples.sample import Sample
 from data_gen.samples.tensors import TensorForm
@@ -38,7 +39,7 @@ class Pairs(Dataset):
     A sample is a dictionary of tensors and words, see `TensorForm.of`. PyTorch's own collation makes batches of them.
     """
 
-    def __init__(self, count: int, form: TensorForm):
+    def __init__(self, count: int, form: TensorForm) -> None:
         self.form, self._count = form, count
         # In shared memory, so that workers that live from epoch to epoch see the change.
         self._epoch = torch.zeros((), dtype=torch.int64).share_memory_()
@@ -84,7 +85,7 @@ class StoredPairs(Pairs):
     Raises PhotositeError when the folder holds no data set.
     """
 
-    def __init__(self, folder: str | Path, channels: Channels = "rggb", amplify: bool = True):
+    def __init__(self, folder: str | Path, channels: Channels = "rggb", amplify: bool = True) -> None:
         self._folder = SampleFolder(folder)
         self._starts = list(accumulate((record.count for record in self._folder.records), initial=0))
         super().__init__(len(self._folder), TensorForm(channels, amplify))
@@ -116,11 +117,13 @@ class LivePairs(Pairs):
         self, config: DataSet | str | Path, channels: Channels = "rggb", amplify: bool = True, device: str | None = None
     ):
         self.config = config if isinstance(config, DataSet) else load_data_set(config)
-        self._device, self._generator, self._told = device, None, set()
+        self._device = device
+        self._generator: Generator | None = None
+        self._warned: set[str] = set()  # messages of pictures that a warning was given for
         super().__init__(self.config.count, TensorForm(channels, amplify))
 
-    def __getstate__(self) -> dict:
-        return vars(self) | {"_generator": None, "_told": set()}  # a device does not travel
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"_generator": None, "_warned": set()}  # an OpenCL device cannot be pickled
 
     def samples(self, places: Sequence[int]) -> list[Sample]:
         """Draw a batch; the noise of its frames is one launch for each kind of tile, up to `BATCH_PIXELS`."""
@@ -128,27 +131,27 @@ class LivePairs(Pairs):
             self._generator = Generator(self.config, open_device(self._device))
         first = self.epoch * len(self)
         found = list(self._generator.samples(first + place for place in places))
-        for message in self._generator.problems.keys() - self._told:
+        for message in self._generator.problems.keys() - self._warned:
             warnings.warn(f"another picture is taken in place of one that cannot be used: {message}", stacklevel=2)
-            self._told.add(message)
+            self._warned.add(message)
         return found
 
 
 class EpochOrder(Sampler):
     """Indices in random order, which is a function of the seed and the data set's epoch alone."""
 
-    def __init__(self, pairs: Pairs, seed: int = 0):
+    def __init__(self, pairs: Pairs, seed: int = 0) -> None:
         self.pairs, self.seed = pairs, seed
 
     def __len__(self) -> int:
         return len(self.pairs)
 
     def __iter__(self) -> Iterator[int]:
-        yield from Chance(self.seed, self.pairs.epoch).generator("order").permutation(len(self.pairs)).tolist()
+        yield from RandomStream(self.seed, self.pairs.epoch).generator("order").permutation(len(self.pairs)).tolist()
 
 
 def loader(
-    pairs: Pairs, batch_size: int, *, num_workers: int = 0, shuffle: bool = True, seed: int = 0, **options
+    pairs: Pairs, batch_size: int, *, num_workers: int = 0, shuffle: bool = True, seed: int = 0, **options: Any
 ) -> DataLoader:
     """`DataLoader` whose batches are the same for any number of workers, in a random order that is new in every epoch.
 

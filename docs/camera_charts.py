@@ -1,10 +1,13 @@
 """The chart of one camera: read noise in electrons and in DN, dynamic range, and quantum efficiency."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import matplotlib
 import numpy as np
 from make_cameras import dynamic_range_stops
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from PIL import Image
 
 from simulator.atomic_files import atomic_write
@@ -37,7 +40,7 @@ def write_chart(camera: Camera, path: Path) -> None:
     _save(figure, path)
 
 
-def _against_iso(axis, camera: Camera, quantity, logarithmic: bool = False) -> None:
+def _against_iso(axis: Axes, camera: Camera, quantity: Callable[[int], float], logarithmic: bool = False) -> None:
     isos = np.array(camera.isos)
     switch = camera.conversion_gain.iso if camera.conversion_gain is not None else np.inf
     for side, end in ((isos[isos < switch], switch), (isos[isos >= switch], np.inf)):
@@ -62,7 +65,7 @@ def _against_iso(axis, camera: Camera, quantity, logarithmic: bool = False) -> N
     axis.set_xlabel("ISO")
 
 
-def _save(figure, path: Path) -> None:
+def _save(figure: Figure, path: Path) -> None:
     """Write with a palette of 64 colours: half the size, and no difference to be seen."""
     figure.canvas.draw()
     picture = Image.fromarray(np.asarray(figure.canvas.buffer_rgba())).convert("RGB").quantize(64)

@@ -7,6 +7,7 @@ from tempfile import TemporaryDirectory
 
 import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.ndimage import map_coordinates
 from scipy.signal import fftconvolve
 
@@ -161,7 +162,7 @@ def _edge_seen(sampling: Sampling) -> np.ndarray:
     return seen[fine // 2 :: fine, fine // 2 :: fine][16:-16, 16:-16]
 
 
-def _save(figure, path: Path) -> None:
+def _save(figure: Figure, path: Path) -> None:
     with atomic_write(path) as temporary:
         figure.savefig(temporary)
     plt.close(figure)

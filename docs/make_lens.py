@@ -10,6 +10,8 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from PIL import Image
 
 from simulator.atomic_files import atomic_write
@@ -36,27 +38,29 @@ STOPS = (1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0)
 def main() -> None:
     """Write the picture."""
     figure, axes = plt.subplots(1, 3, figsize=(12, 3.6), layout="constrained", dpi=90)
-    _depth_of_field(axes[0])
-    _cats_eyes(axes[1])
-    _fall_off(axes[2])
+    _draw_depth_of_field(axes[0])
+    _draw_cats_eyes(axes[1])
+    _draw_relative_illumination(axes[2])
     for axis in axes:
         axis.spines[["top", "right"]].set_visible(False)
     _write(figure, "lens.png")
     figure, axes = plt.subplots(1, 3, figsize=(12, 3.4), layout="constrained", dpi=90)
     wide = ThinLens(50.0, 1.4, 0.5, vignetting=RIMS)
-    _lights(axes[0], wide, 4.0, "f/1.4, lights behind the plane in focus")
-    _lights(axes[1], wide, 0.3, "f/1.4, lights before it")
-    _lights(axes[2], replace(wide, f_number=1.8, aperture=Aperture(6, 10.0)), 4.0, "f/1.8 with six blades, lights behind")
+    _draw_highlights(axes[0], wide, 4.0, "f/1.4, lights behind the plane in focus")
+    _draw_highlights(axes[1], wide, 0.3, "f/1.4, lights before it")
+    _draw_highlights(
+        axes[2], replace(wide, f_number=1.8, aperture=Aperture(6, 10.0)), 4.0, "f/1.8 with six blades, lights behind"
+    )
     _write(figure, "cats_eyes.png")
 
 
-def _write(figure, name: str) -> None:
+def _write(figure: Figure, name: str) -> None:
     figure.canvas.draw()
     with atomic_write(IMAGES / name) as part:
         Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3]).save(part, "PNG", optimize=True)
 
 
-def _lights(axis, lens: ThinLens, depth_m: float, title: str) -> None:
+def _draw_highlights(axis: Axes, lens: ThinLens, depth_m: float, title: str) -> None:
     """Mean electrons of a sensor of 36 mm x 24 mm in front of which hangs a lattice of small lights."""
     width, height, wavelengths = 720, 480, np.arange(400.0, 701.0, 10.0)
     planes = np.full((height, width, 1), 0.02, np.float32)
@@ -84,7 +88,7 @@ class InMemory:
         return self.scene
 
 
-def _depth_of_field(axis) -> None:
+def _draw_depth_of_field(axis: Axes) -> None:
     circle_um = ThinLens(50.0, 8.0).circle_um(math.hypot(*FULL_FRAME_MM))
     for distance_m, color in ((2.0, SECOND), (5.0, INK)):
         numbers = np.geomspace(STOPS[0], STOPS[-1], 400)
@@ -102,7 +106,7 @@ def _depth_of_field(axis) -> None:
     axis.set_title(f"depth of field, 50 mm, C = {circle_um:.0f} µm", fontsize=10)
 
 
-def _cats_eyes(axis) -> None:
+def _draw_cats_eyes(axis: Axes) -> None:
     """Spots of far lights at even places of the picture, drawn 1.5 mm large."""
     wide = ThinLens(50.0, 1.4, vignetting=RIMS)
     stopped = replace(wide, f_number=2.8, aperture=Aperture(7, 10.0))
@@ -116,7 +120,7 @@ def _cats_eyes(axis) -> None:
     axis.set_title("spots of far lights, f/1.4 and f/2.8", fontsize=10)
 
 
-def _fall_off(axis) -> None:
+def _draw_relative_illumination(axis: Axes) -> None:
     heights_mm = np.linspace(0.0, 0.5 * math.hypot(*FULL_FRAME_MM), 200)
     wide = ThinLens(50.0, 1.4, vignetting=RIMS)
     lenses = {"cos⁴ alone": replace(wide, vignetting=None), "f/2.8": replace(wide, f_number=2.8), "f/1.4": wide}

@@ -14,11 +14,12 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from data_gen.sources.motorcycle import motorcycle_scene
 from simulator import PhotositeError, develop, load_shot, save, simulate
 from simulator.raw.development import write_image
+from simulator.raw.raw_image import Raw
 
 matplotlib.use("Agg")
 
@@ -51,11 +52,11 @@ def take_pictures(out: Path) -> list:
     return taken
 
 
-def _tell(bar: Progress, task, name: str, start: float, stage: str, share: float) -> None:
+def _tell(bar: Progress, task: TaskID, name: str, start: float, stage: str, share: float) -> None:
     bar.update(task, completed=start + share, description=f"{name}: {stage}")
 
 
-def caption(raw) -> str:
+def caption(raw: Raw) -> str:
     """What a photographer writes under a picture."""
     return f"{raw.focal_length_mm:g} mm  f/{raw.f_number:g}  1/{1 / raw.exposure_time_s:.0f} s  ISO {raw.iso}"
 

@@ -10,7 +10,7 @@ from published_noise import SONY_A7S2
 
 from data_gen.generate import Generator
 from data_gen.recipe.dataset_config import DataSet
-from data_gen.samples.packing import packed
+from data_gen.samples.packing import pack
 from data_gen.samples.sample import Sample
 from simulator.config import load_file
 from simulator.device import Device
@@ -114,4 +114,4 @@ def _exposures(sample: Sample, draw: np.random.Generator) -> dict[str, np.ndarra
 
 def _planes(sample: Sample, codes: np.ndarray, ratio: float = 1.0) -> np.ndarray:
     scale = ratio / (sample.white_level_dn - sample.black_level_dn)
-    return packed((codes.astype(np.float32) - sample.black_level_dn) * np.float32(scale), sample.cfa, "rggb")
+    return pack((codes.astype(np.float32) - sample.black_level_dn) * np.float32(scale), sample.cfa, "rggb")

@@ -10,6 +10,7 @@ import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from noise_comparison import classified, findings, gaussian_divergence, smallest_p
 from noise_statistics import Finding
@@ -22,6 +23,9 @@ from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.measurement.report.figures import iso_axis, new_figure
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 DIVERGENCES = ("divergence, dark", "divergence, lit")
 PANELS = {
     "row power": "power of the rows' means",
@@ -30,7 +34,7 @@ PANELS = {
 }
 
 
-def figure_of(by_iso: dict[int, dict[str, Finding]], told: dict[str, Finding]):
+def draw_figure(by_iso: dict[int, dict[str, Finding]], classifier: dict[str, Finding]) -> "Figure":
     """Draw everything over ISO: divergences, and deviations in standard errors."""
     isos = list(by_iso)
     figure, panels = new_figure(2, 2, 11.0, 7.5)
@@ -49,20 +53,20 @@ def figure_of(by_iso: dict[int, dict[str, Finding]], told: dict[str, Finding]):
         axes.set(title=title, xlabel="ISO", ylabel="deviation [standard errors]", ylim=(-4.5, 4.5))
     for axes in panels:
         iso_axis(axes, isos)
-    right = ", ".join(f"{name} {100 * one.value:.1f} %" for name, one in told.items())
+    right = ", ".join(f"{name} {100 * one.value:.1f} %" for name, one in classifier.items())
     figure.suptitle(f"Told from the published model by a classifier: {right}")
     return figure
 
 
-def write(folder: Path, by_iso: dict[int, dict[str, Finding]], told: dict[str, Finding]) -> None:
+def write(folder: Path, by_iso: dict[int, dict[str, Finding]], classifier: dict[str, Finding]) -> None:
     """Write noise_check.json and noise_check.png into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     numbers = {str(iso): {name: asdict(one) for name, one in found.items()} for iso, found in by_iso.items()}
-    numbers["classifier"] = {name: asdict(one) for name, one in told.items()}
+    numbers["classifier"] = {name: asdict(one) for name, one in classifier.items()}
     with atomic_write(folder / "noise_check.json") as beside:
         beside.write_text(json.dumps(numbers, indent=1) + "\n", encoding="utf-8")
     with atomic_write(folder / "noise_check.png") as beside:
-        figure_of(by_iso, told).savefig(beside, format="png")
+        draw_figure(by_iso, classifier).savefig(beside, format="png")
 
 
 def main() -> int:
@@ -77,17 +81,17 @@ def main() -> int:
         with Progress(console=Console(stderr=True)) as progress:
             for iso in progress.track(SONY_A7S2, description="ISO"):
                 by_iso[iso] = findings(iso, device, options.frames)
-            told = classified(device, options.patches)
-        write(options.out, by_iso, told)
+            classifier = classified(device, options.patches)
+        write(options.out, by_iso, classifier)
     except PhotositeError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
     chance, tests = smallest_p(by_iso)
     print(f"{tests} tests at {len(by_iso)} ISOs: the smallest p-value has a chance of {chance:.2g}")
-    for name, finding in told.items():
+    for name, finding in classifier.items():
         print(f"{name} told from the NumPy model: {finding.value:.3f}, by chance {finding.expected} +- {finding.error:.3f}")
     print(f"look at {options.out / 'noise_check.png'}")
-    return 0 if chance > 1e-3 and told["Photosite"].p_value > 1e-3 else 1
+    return 0 if chance > 1e-3 and classifier["Photosite"].p_value > 1e-3 else 1
 
 
 if __name__ == "__main__":

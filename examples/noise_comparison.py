@@ -1,5 +1,7 @@
 """Noise that data_gen makes for the Sony A7S II, and what it must agree with by the published calibration."""
 
+from typing import Any
+
 import numpy as np
 from noise_classifier import told_apart
 from noise_statistics import (
@@ -26,7 +28,7 @@ COLUMN = (2048, 2)  # a frame of which one column is looked at: one photosite a 
 FIELD, PATCH = (256, 256), (32, 32)
 
 
-def data_set(iso: int | None, crop_px: tuple[int, int], count: int, **settings) -> DataSet:
+def data_set(iso: int | None, crop_px: tuple[int, int], count: int, **settings: Any) -> DataSet:
     """Flat or dark frames of the camera; all measured ISOs for None."""
     choice = CameraChoice(load_camera(CAMERA)) if iso is None else CameraChoice(load_camera(CAMERA), iso)
     return DataSet(count, crop_px, CameraNoise({CAMERA: choice}), **settings)

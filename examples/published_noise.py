@@ -39,7 +39,7 @@ class Published:
         """Return the same shape with the standard deviation of the Gaussian fit, which is up to 1.1 % smaller."""
         return replace(self, tukey_scale_dn=self.gaussian_dn / float(stats.tukeylambda.std(self.tukey_lambda)))
 
-    def variance_dn2(self, mean_e):
+    def variance_dn2(self, mean_e: float | np.ndarray) -> float | np.ndarray:
         """Variance of a code about its mean with everything in it [DN^2], shape of mean_e [e-]."""
         return self.gain_dn_per_e**2 * mean_e + self.read_noise_dn**2 + self.row_noise_dn**2 + 1.0 / 12.0
 

@@ -16,7 +16,7 @@ class SmallUnet(nn.Module):
     width: channels of the finest of three levels. 8 gives 29,564 weights.
     """
 
-    def __init__(self, width: int = 8):
+    def __init__(self, width: int = 8) -> None:
         super().__init__()
         self.down = nn.ModuleList([_block(4, width), _block(width, 2 * width), _block(2 * width, 4 * width)])
         self.rise = nn.ModuleList(nn.ConvTranspose2d(2 * side, side, 2, 2) for side in (2 * width, width))

@@ -5,8 +5,13 @@ import os
 import platform
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from rich.console import Console
 
 OURS, PEER = ("#7fb7c9", "#3d8ba6", "#1a5468"), ("#dccdb0", "#c8b08a", "#a08558")  # by light, brightest first
 
@@ -23,7 +28,7 @@ class Section:
     rows: list[dict]
     compared: bool = False
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         first = self.rows[0]
         for row in self.rows:
             row["ratio"] = row["best_s"] / first["best_s"]
@@ -51,7 +56,7 @@ class Report:
             "notes": self.notes,
         }
 
-    def show(self, console) -> None:
+    def show(self, console: "Console") -> None:
         """Tables on the console."""
         from rich.table import Table
 
@@ -132,7 +137,7 @@ def _chart(report: Report, path: Path) -> Path:
     return path
 
 
-def _bars(axis, title: str, sections: list[Section]) -> None:
+def _bars(axis: "Axes", title: str, sections: list[Section]) -> None:
     """One panel."""
     thick = 0.8 / len(sections)
     for place, section in enumerate(sections):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special, stats
 
-from simulator.device import Device, expanded
+from simulator.device import Buffer, Device, expanded
 from simulator.sensor.stages.poisson_variants import (
     MACROS,
     POISSON_BRIGHT_E,
@@ -78,7 +78,7 @@ def photosite(variant: PoissonVariant) -> Sampler:
 class Probe:
     """Runs a statement that sets `count` over arrays."""
 
-    def __init__(self, device: Device, statement: str, argument: str = ""):
+    def __init__(self, device: Device, statement: str, argument: str = "") -> None:
         self.device, self.argument = device, argument
         kind = {"w": "float", "word": "uint"}.get(argument)
         buffer = f"global const {kind} *{argument}_, " if kind else ""
@@ -90,7 +90,7 @@ class Probe:
         )
         self.kernel = device.build(expanded(source), "probe", MACROS)
 
-    def enqueue(self, means, counts, size: int, seed: int = 1, **more) -> None:
+    def enqueue(self, means: Buffer, counts: Buffer, size: int, seed: int = 1, **more: Buffer) -> None:
         """Run on device buffers of `size` numbers."""
         local = (min(self.device.row_px, size),) if size % self.device.row_px == 0 else None
         self.device.run(self.kernel, (size,), local, mean_=means, count_=counts, seed=seed, **more)

@@ -20,10 +20,12 @@ class MitsubaLens:
     pupil_radius_m, focus_distance_m: of the lens. image_distance_px: lens to sensor in photosites.
     """
 
-    def __init__(self, pupil_radius_m: float, focus_distance_m: float, image_distance_px: float):
+    def __init__(self, pupil_radius_m: float, focus_distance_m: float, image_distance_px: float) -> None:
         self.pupil_radius_m, self.focus_distance_m, self.image_distance_px = pupil_radius_m, focus_distance_m, image_distance_px
 
-    def renderer(self, colours, coverage, radius_px, margin: int) -> Callable[[int], np.ndarray]:
+    def renderer(
+        self, colours: np.ndarray, coverage: np.ndarray, radius_px: np.ndarray, margin: int
+    ) -> Callable[[int], np.ndarray]:
         """Return what renders a number of rays per photosite as (rows, columns, 3) of the window without its margin.
 
         colours: (near, far) radiance (rows, columns, 3). coverage: (rows, columns) of the near surface, 0 or 1.
@@ -74,7 +76,9 @@ class MitsubaLens:
             "sampler": {"type": "multijitter"},
         }
 
-    def _rectangle(self, texels, place: tuple[int, int, int, int], shape, depths: tuple[float, float]) -> dict:
+    def _rectangle(
+        self, texels: np.ndarray, place: tuple[int, int, int, int], shape: tuple[int, ...], depths: tuple[float, float]
+    ) -> dict[str, object]:
         """Emitting rectangle at (top, bottom, left, right) texels, with the depths of its left and right edge [m]."""
         import mitsuba
 

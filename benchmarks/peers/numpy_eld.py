@@ -1,5 +1,7 @@
 """The ELD model in NumPy: with scipy.stats.tukeylambda.rvs, and with its quantile function written by hand in float32."""
 
+from collections.abc import Callable
+
 import numpy as np
 import scipy
 from measuring.contest import Contestant
@@ -8,14 +10,15 @@ from scipy import stats
 
 SCIPY = f"SciPy {scipy.__version__} tukeylambda.rvs"
 QUANTILE = f"NumPy {np.__version__} quantile by hand"
+Noise = Callable[[Sensor, tuple[int, ...], np.random.Generator], np.ndarray]
 
 
-def by_scipy(sensor: Sensor, shape, rng: np.random.Generator) -> np.ndarray:
+def by_scipy(sensor: Sensor, shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
     """Tukey-lambda noise as SciPy's users write it."""
     return stats.tukeylambda.rvs(sensor.tukey_lambda, scale=sensor.tukey_scale_dn, size=shape, random_state=rng)
 
 
-def by_quantile(sensor: Sensor, shape, rng: np.random.Generator) -> np.ndarray:
+def by_quantile(sensor: Sensor, shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
     """Q(u) = scale (u^lambda - (1 - u)^lambda) / lambda (Joiner and Rosenblatt 1971), u kept off 0 and 1."""
     u = rng.random(shape, dtype=np.float32)
     np.clip(u, np.float32(2**-25), np.float32(1 - 2**-24), out=u)
@@ -26,7 +29,7 @@ def by_quantile(sensor: Sensor, shape, rng: np.random.Generator) -> np.ndarray:
     return noise
 
 
-def frame(mean_e: np.ndarray, sensor: Sensor, rng: np.random.Generator, tukey_lambda) -> np.ndarray:
+def frame(mean_e: np.ndarray, sensor: Sensor, rng: np.random.Generator, tukey_lambda: Noise) -> np.ndarray:
     """Codes (height, width) uint16."""
     signal = rng.poisson(mean_e).astype(np.float32)
     signal *= np.float32(sensor.gain_dn_per_e)
@@ -40,7 +43,7 @@ def frame(mean_e: np.ndarray, sensor: Sensor, rng: np.random.Generator, tukey_la
     return signal.astype(np.uint16)
 
 
-def _contestant(name: str, tukey_lambda, mean_e: np.ndarray, sensor: Sensor) -> Contestant:
+def _contestant(name: str, tukey_lambda: Noise, mean_e: np.ndarray, sensor: Sensor) -> Contestant:
     rng, last = np.random.default_rng(1), {}
     return Contestant(name, lambda: last.update(codes=frame(mean_e, sensor, rng, tukey_lambda)), lambda: last["codes"])
 

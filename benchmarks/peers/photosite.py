@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from measuring.contest import Contestant
@@ -46,7 +47,7 @@ def stages_of(sensor: Sensor) -> list[Stage]:
     return [make(stem, **values) for stem, values in numbers.items()]
 
 
-def make(stem: str, **values) -> Stage:
+def make(stem: str, **values: Any) -> Stage:
     """A stage by name. Raises Missing."""
     stage = STAGES.get(stem)
     if stage is None or not {field.name for field in dataclasses.fields(stage)} >= set(values):
@@ -57,13 +58,13 @@ def make(stem: str, **values) -> Stage:
 class DeletedStages:
     """A device that builds the sensor page with the lines of absent stages deleted by hand, in place of `#if`."""
 
-    def __init__(self, device: Device, delete: Callable[[dict[str, object]], str]):
+    def __init__(self, device: Device, delete: Callable[[dict[str, object]], str]) -> None:
         self._device, self._delete, self._built = device, delete, {}
 
-    def __getattr__(self, name: str):
+    def __getattr__(self, name: str) -> Any:
         return getattr(self._device, name)
 
-    def kernel(self, name: str, defines: dict[str, object], file: str | None = None):
+    def kernel(self, name: str, defines: dict[str, object], file: str | None = None) -> Any:
         """As Device.kernel."""
         if name != "sensor":
             return self._device.kernel(name, defines, file)

@@ -29,7 +29,7 @@ def slab_blur(
         middle = int(np.ceil(abs(slab * step_px) - 0.5)) if abs(slab * step_px) > 0.5 else 0
         window = slice(middle, middle + height), slice(middle, middle + width)
 
-        def blurred(plane, spectrum=spectrum, window=window):
+        def blurred(plane: np.ndarray, spectrum: np.ndarray = spectrum, window: tuple[slice, slice] = window) -> np.ndarray:
             return irfft2(rfft2(plane, size, workers=workers) * spectrum, size, workers=workers)[window]
 
         covered = blurred(held)

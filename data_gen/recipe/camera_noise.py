@@ -7,18 +7,18 @@ from typing import ClassVar
 
 from data_gen.recipe.distributions import (
     Choice,
+    Distribution,
     LogUniform,
     Normal,
-    Sampler,
     Table,
     Uniform,
     check_weights,
     draw,
-    ends,
-    weighted,
+    support_of,
+    weighted_index,
 )
 from data_gen.recipe.noise_setting import NoiseSetting
-from data_gen.recipe.random_streams import Chance
+from data_gen.recipe.random_streams import RandomStream
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.kernel.kernel_program import in_order
@@ -34,19 +34,21 @@ class MeasuredIsos:
 
     measured: tuple[int, int] = (1, 10**9)
 
-    def of(self, camera: Camera) -> tuple[int, ...]:
+    def within_range(self, camera: Camera) -> tuple[int, ...]:
         """Return the measured ISOs within the range, ascending. Raises PhotositeError when there is none."""
         low, high = self.measured
         isos = tuple(iso for iso in camera.isos if low <= iso <= high)
-        told = ", ".join(map(str, camera.isos))
-        rule = f"the {camera.make} {camera.model} was not measured between them, but at {told}; give a range with one of them"
+        measured = ", ".join(map(str, camera.isos))
+        rule = (
+            f"the {camera.make} {camera.model} was not measured between them, but at {measured}; give a range with one of them"
+        )
         require(bool(isos), "measured", list(self.measured), rule)
         return isos
 
-    def at(self, camera: Camera, share: float) -> int:
-        """ISO nearest to a log-uniform draw between the lowest and the highest."""
-        isos = self.of(camera)
-        drawn = math.log(isos[0]) + share * math.log(isos[-1] / isos[0])
+    def draw_iso(self, camera: Camera, probability: float) -> int:
+        """Return the measured ISO nearest to a log-uniform draw between the lowest and the highest."""
+        isos = self.within_range(camera)
+        drawn = math.log(isos[0]) + probability * math.log(isos[-1] / isos[0])
         return min(isos, key=lambda iso: abs(math.log(iso) - drawn))
 
 
@@ -64,7 +66,7 @@ class CameraChoice:
     iso: MeasuredIsos | int | Uniform | LogUniform | Normal | Choice | Table = MeasuredIsos()
     weight: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_weights("weight", (self.weight or 1.0,))
         camera, name = self.camera, f"{self.camera.make} {self.camera.model}"
         require(camera.cfa != "MONO", "camera.cfa", "MONO", f"data sets need a 2x2 colour filter, which the {name} has not")
@@ -77,21 +79,23 @@ class CameraChoice:
     def range(self) -> tuple[int, ...]:
         """ISOs that are drawn, or the two ends of their range."""
         if isinstance(self.iso, MeasuredIsos):
-            return self.iso.of(self.camera)
-        listed = self.iso.choice if isinstance(self.iso, Choice) else ends(self.iso)
+            return self.iso.within_range(self.camera)
+        listed = self.iso.choice if isinstance(self.iso, Choice) else support_of(self.iso)
         return tuple(sorted({round(iso) for iso in listed}))
 
     def _between(self) -> tuple[int, ...]:
         """ISOs between measured ones, one for each gap that a continuous distribution draws from."""
         if isinstance(self.iso, MeasuredIsos | int | Choice):
             return ()
-        low, high = ends(self.iso)
+        low, high = support_of(self.iso)
         middles = (round(math.sqrt(below * above)) for below, above in pairwise(self.camera.isos))
         return tuple(iso for iso in middles if low <= iso <= high)
 
-    def iso_at(self, share: float) -> int:
-        """ISO at a share from 0 to 1."""
-        return self.iso.at(self.camera, share) if isinstance(self.iso, MeasuredIsos) else round(draw(self.iso, share))
+    def draw_iso(self, probability: float) -> int:
+        """Return the ISO at a probability from 0 to 1 of its distribution."""
+        if isinstance(self.iso, MeasuredIsos):
+            return self.iso.draw_iso(self.camera, probability)
+        return round(draw(self.iso, probability))
 
 
 @dataclass(frozen=True)
@@ -102,33 +106,34 @@ class CameraNoise:
     exposure_time_s: exposure of the noisy frame, which the dark current of a camera that has one follows [s].
     """
 
-    exposure_ratio: ClassVar[Sampler] = 1.0
+    exposure_ratio: ClassVar[Distribution] = 1.0
 
     cameras: dict[str, CameraChoice]
     exposure_time_s: Seconds = 1.0 / 30.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(bool(self.cameras), "noise.cameras", "{}", "name at least one camera, such as `sony_a7s2: {}`")
         check_weights("noise.cameras", self._weights())
         require(0 < self.exposure_time_s < math.inf, "noise.exposure_time", self.exposure_time_s, "give a time such as 1/30 s")
 
-    def drawn(self, group: Chance, sample: Chance) -> NoiseSetting:
-        """Setting of one sample. group: gives the camera; sample: gives the ISO."""
-        name = tuple(self.cameras)[weighted(self._weights(), group.share("camera"))]
-        return self.setting(name, self.cameras[name].iso_at(sample.share("iso")))
+    def draw_setting(self, group: RandomStream, sample: RandomStream) -> NoiseSetting:
+        """Draw the setting of one sample: the camera from the random stream `group`, the ISO from the stream `sample`."""
+        name = tuple(self.cameras)[weighted_index(self._weights(), group.uniform("camera"))]
+        return self.setting(name, self.cameras[name].draw_iso(sample.uniform("iso")))
 
     def setting(self, name: str, iso: int) -> NoiseSetting:
         """Return a camera of the section at an ISO. Raises PhotositeError outside its range."""
         camera = self.cameras[name].camera
         return NoiseSetting(name, iso, camera, in_order(camera.sensor_stages(iso, self.exposure_time_s).values()))
 
-    def seen_by(self) -> tuple[Camera, ...]:
-        """Cameras that clean pictures are made for."""
+    def list_cameras(self) -> tuple[Camera, ...]:
+        """Return the cameras that clean pictures are made for."""
         return tuple(choice.camera for choice in self.cameras.values())
 
     def table(self) -> list[tuple[str, str]]:
-        """Cameras and their ISOs in words, for people."""
+        """Return each camera with its ISOs, as text for a table on the screen."""
         return [(name, ", ".join(map(str, choice.range()))) for name, choice in self.cameras.items()]
 
     def _weights(self) -> tuple[float, ...]:
+        """Return how often each camera is drawn against the others."""
         return tuple(choice.weight for choice in self.cameras.values())

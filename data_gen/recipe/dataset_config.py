@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from data_gen.recipe.camera_noise import CameraNoise
-from data_gen.recipe.distributions import Choice, LogUniform, Normal, Sampler, Table, Uniform, check_weights, ends
+from data_gen.recipe.distributions import Distribution, LogUniform, Normal, check_weights, support_of
 from data_gen.recipe.published_priors import PriorNoise
 from data_gen.recipe.random_streams import LARGEST_SEED
 from data_gen.samples.sample import Mode
@@ -17,7 +17,6 @@ from simulator.config import load_file, named_file
 from simulator.errors import require
 
 LARGEST_COUNT = 2**48
-Drawn = float | Uniform | LogUniform | Normal | Choice | Table
 
 
 @dataclass(frozen=True)
@@ -29,9 +28,9 @@ class Burst:
     """
 
     frames: int = 8
-    shift_px: Drawn = Normal((0.0, 1.0))
+    shift_px: Distribution = Normal((0.0, 1.0))
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(2 <= self.frames <= 64, "burst.frames", self.frames, "give 2 to 64")
         reach = self.reach_px
         require(reach <= 64, "burst.shift", f"up to {reach} px", "shifts beyond 64 pixels are no burst; narrow the range")
@@ -42,7 +41,7 @@ class Burst:
         if isinstance(self.shift_px, Normal) and self.shift_px.within is None:
             mean, deviation = self.shift_px.normal
             return math.ceil(abs(mean) + 6.0 * deviation)
-        return math.ceil(max(map(abs, ends(self.shift_px))))
+        return math.ceil(max(map(abs, support_of(self.shift_px))))
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class MultiExposure:
 
     ratios: tuple[float, ...] = (1.0, 4.0, 16.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         good = 2 <= len(self.ratios) <= 64 and all(0 < ratio < math.inf for ratio in self.ratios)
         require(good, "multi_exposure.ratios", list(self.ratios), "give 2 to 64 ratios above 0")
 
@@ -66,10 +65,10 @@ class NoiseOnly:
     level: signal of the reference exposure, 0 dark, 1 saturated.
     """
 
-    level: Drawn = LogUniform((1e-3, 1.0))
+    level: Distribution = LogUniform((1e-3, 1.0))
 
-    def __post_init__(self):
-        low, high = ends(self.level)
+    def __post_init__(self) -> None:
+        low, high = support_of(self.level)
         require(0 <= low and high <= 1, "noise_only.level", f"{low:g} to {high:g}", "give 0 (dark) to 1 (saturated)")
 
 
@@ -86,13 +85,13 @@ class WriterChoice:
     channels: Literal["mosaic", "rggb", "rgbg"] = "mosaic"
     samples_per_shard: int = 1000
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(self.format in FORMATS, "writer.format", self.format, f"give one of {', '.join(FORMATS)}")
         require(1 <= self.samples_per_shard <= 1e9, "writer.samples_per_shard", self.samples_per_shard, "give 1 or more")
 
     @property
     def options(self) -> WriterOptions:
-        """As the writers take it."""
+        """The part of this choice that the writers take."""
         return WriterOptions(self.channels)
 
 
@@ -122,7 +121,7 @@ class DataSet:
     pictures: dict[str, Pictures] = field(default_factory=dict)
     picture_weights: dict[str, float] = field(default_factory=dict)
     seed: int = 0
-    exposure_ratio: Drawn | None = None
+    exposure_ratio: Distribution | None = None
     mode: Mode = "single"
     variance: bool = False
     augment: bool = True
@@ -136,29 +135,29 @@ class DataSet:
     burst: Burst = Burst()
     multi_exposure: MultiExposure = MultiExposure()
     noise_only: NoiseOnly = NoiseOnly()
-    resolved: dict = field(default_factory=dict)
+    resolved: dict[str, Any] = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(1 <= self.count <= LARGEST_COUNT, "count", self.count, "give 1 to 2^48 samples")
         require(0 <= self.seed <= LARGEST_SEED, "seed", self.seed, "give a whole number from 0 to 2^64 - 1")
         good = all(2 <= side <= 16384 and side % 2 == 0 for side in self.crop_px)
         require(good, "crop", list(self.crop_px), "give height and width, even numbers from 2 to 16384, such as [512, 512]")
         require(self.crops_per_picture >= 1, "crops_per_picture", self.crops_per_picture, "give 1 or more")
         require(self.bodies is None or self.bodies >= 1, "bodies", self.bodies, "give 1 or more, or leave it out")
-        ratio = self.ratio_sampler
-        require(ends(ratio)[0] > 0, "exposure_ratio", f"from {ends(ratio)[0]:g}", "a ratio of light is above 0")
+        ratio = self.ratio_distribution
+        require(support_of(ratio)[0] > 0, "exposure_ratio", f"from {support_of(ratio)[0]:g}", "a ratio of light is above 0")
         need = "this mode cuts samples from pictures; name a collection, such as `leaves: {procedural: [dead_leaves]}`"
         require(bool(self.pictures) or not self.needs_pictures, "pictures", "{}", need)
         for name in self.picture_weights:
             require(name in self.pictures, "picture_weights", name, f"no such collection; there is {', '.join(self.pictures)}")
         check_weights("picture_weights", self.weights or (1.0,))
         for name in self.pictures:
-            for camera in self.noise.seen_by():
+            for camera in self.noise.list_cameras():
                 open_collection(self.pictures, name, camera)
 
     @property
     def weights(self) -> tuple[float, ...]:
-        """Of the collections, in their order."""
+        """How often each collection is drawn against the others, in the order of the collections."""
         return tuple(self.picture_weights.get(name, 1.0) for name in self.pictures)
 
     @property
@@ -167,8 +166,8 @@ class DataSet:
         return self.mode not in ("dark", "noise_only")
 
     @property
-    def ratio_sampler(self) -> Sampler:
-        """What the exposure ratio is drawn from."""
+    def ratio_distribution(self) -> Distribution:
+        """Distribution of the exposure ratio."""
         return self.noise.exposure_ratio if self.exposure_ratio is None else self.exposure_ratio
 
     @property

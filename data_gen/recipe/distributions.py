@@ -1,7 +1,7 @@
 """Distributions that a data set's configuration draws numbers from, each as its quantile function.
 
-A quantile function turns one evenly distributed share into one number, so a draw is a pure function of that share: no
-generator's internal method decides how many random words it takes, and any version of NumPy gives the same numbers.
+A draw is the quantile at one uniform random number (inverse transform sampling), so it is a pure function of that number: it
+takes one random word whatever the distribution, and any version of NumPy gives the same result.
 """
 
 import math
@@ -22,13 +22,13 @@ class Uniform:
 
     uniform: tuple[float, float]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _check_range("uniform", self.uniform)
 
-    def at(self, share: float) -> float:
-        """Quantile at a share from 0 to 1."""
+    def quantile(self, probability: float) -> float:
+        """Return the quantile at a probability from 0 to 1."""
         low, high = self.uniform
-        return low + (high - low) * share
+        return low + (high - low) * probability
 
 
 @dataclass(frozen=True)
@@ -40,14 +40,14 @@ class LogUniform:
 
     log_uniform: tuple[float, float]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _check_range("log_uniform", self.log_uniform)
         require(self.log_uniform[0] > 0, "log_uniform", list(self.log_uniform), "only numbers above 0 have a logarithm")
 
-    def at(self, share: float) -> float:
-        """Quantile at a share from 0 to 1."""
+    def quantile(self, probability: float) -> float:
+        """Return the quantile at a probability from 0 to 1."""
         low, high = self.log_uniform
-        return low * math.exp(math.log(high / low) * share)
+        return low * math.exp(math.log(high / low) * probability)
 
 
 @dataclass(frozen=True)
@@ -61,24 +61,26 @@ class Normal:
     normal: tuple[float, float]
     within: tuple[float, float] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(self.normal[1] > 0, "normal", list(self.normal), "give mean and a standard deviation above 0")
         if self.within is not None:
             _check_range("within", self.within)
-            low, high = self._shares()
+            low, high = self._probabilities()
             rule = "lies so far from the mean that nothing of the distribution is left; widen it"
             require(high - low > 1e-9, "within", list(self.within), rule)
 
-    def at(self, share: float) -> float:
-        """Quantile at a share between 0 and 1, both excluded."""
-        low, high = self._shares()
-        value = NormalDist(*self.normal).inv_cdf(min(max(low + (high - low) * share, 1e-300), 1.0 - 2.0**-53))
+    def quantile(self, probability: float) -> float:
+        """Return the quantile at a probability between 0 and 1, both excluded."""
+        low, high = self._probabilities()
+        value = NormalDist(*self.normal).inv_cdf(min(max(low + (high - low) * probability, 1e-300), 1.0 - 2.0**-53))
         return value if self.within is None else min(max(value, self.within[0]), self.within[1])
 
-    def _shares(self) -> tuple[float, float]:
+    def _probabilities(self) -> tuple[float, float]:
+        """Return the cumulative probabilities of the whole distribution at both ends of `within`."""
         if self.within is None:
             return 0.0, 1.0
-        return tuple(NormalDist(*self.normal).cdf(end) for end in self.within)
+        whole = NormalDist(*self.normal)
+        return whole.cdf(self.within[0]), whole.cdf(self.within[1])
 
 
 @dataclass(frozen=True)
@@ -92,15 +94,15 @@ class Choice:
     choice: tuple[float, ...]
     weights: tuple[float, ...] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(bool(self.choice), "choice", "[]", "give at least one number")
         rule = f"give one weight for each of the {len(self.choice)} numbers"
         require(self.weights is None or len(self.weights) == len(self.choice), "weights", self.weights, rule)
         check_weights("weights", self.weights or (1.0,))
 
-    def at(self, share: float) -> float:
-        """Quantile, over the numbers as they are listed, at a share from 0 to 1."""
-        return self.choice[weighted(self.weights or (1.0,) * len(self.choice), share)]
+    def quantile(self, probability: float) -> float:
+        """Return the quantile at a probability from 0 to 1, of the numbers in the order listed."""
+        return self.choice[weighted_index(self.weights or (1.0,) * len(self.choice), probability)]
 
 
 @dataclass(frozen=True)
@@ -112,36 +114,37 @@ class Table:
 
     table: tuple[tuple[float, float], ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         rule = "give at least two points [number, share below], numbers and shares ascending, shares from 0 to 1"
         rises = all(a[0] < b[0] and a[1] <= b[1] for a, b in pairwise(self.table))
         good = len(self.table) > 1 and rises and self.table[0][1] == 0.0 and self.table[-1][1] == 1.0
         require(good, "table", [list(point) for point in self.table], rule)
 
-    def at(self, share: float) -> float:
-        """Quantile at a share from 0 to 1."""
+    def quantile(self, probability: float) -> float:
+        """Return the quantile at a probability from 0 to 1."""
         last = len(self.table) - 2
-        place = min(max(bisect_right(self.table, share, key=lambda point: point[1]) - 1, 0), last)
+        place = min(max(bisect_right(self.table, probability, key=lambda point: point[1]) - 1, 0), last)
         (low, below), (high, above) = self.table[place : place + 2]
-        return high if above == below else low + (high - low) * min((share - below) / (above - below), 1.0)
+        return high if above == below else low + (high - low) * min((probability - below) / (above - below), 1.0)
 
 
-Sampler = float | Uniform | LogUniform | Normal | Choice | Table
+Distribution = float | Uniform | LogUniform | Normal | Choice | Table
 
 
-def draw(sampler: Sampler, share: float) -> float:
-    """Return the number at a share from 0 to 1, to nine significant digits; a plain number is itself.
+def draw(distribution: Distribution, probability: float) -> float:
+    """Return the quantile at a probability from 0 to 1, to nine significant digits; a plain number is its own quantile.
 
-    Nine digits are more than single precision holds, and few enough to hide how a machine rounds a logarithm.
+    Nine digits are more than single precision holds, and few enough to hide the last-bit differences between logarithms of
+    different machines.
     """
-    value = sampler.at(share) if hasattr(sampler, "at") else sampler
+    value = distribution if isinstance(distribution, float | int) else distribution.quantile(probability)
     return float(f"{value:.9g}")
 
 
-def weighted(weights: tuple[float, ...], share: float) -> int:
-    """Return the place that a share from 0 to 1 falls on, where each place is as wide as its weight."""
+def weighted_index(weights: tuple[float, ...], probability: float) -> int:
+    """Return the index at which the running sum of the weights, over their total, passes a probability from 0 to 1."""
     ends = list(accumulate(weights))
-    return min(bisect_right(ends, share * ends[-1]), max(place for place, weight in enumerate(weights) if weight > 0))
+    return min(bisect_right(ends, probability * ends[-1]), max(place for place, weight in enumerate(weights) if weight > 0))
 
 
 def check_weights(key: str, weights: tuple[float, ...]) -> None:
@@ -149,11 +152,11 @@ def check_weights(key: str, weights: tuple[float, ...]) -> None:
     require(all(weight >= 0 for weight in weights) and sum(weights) > 0, key, list(weights), "give weights of 0 or above")
 
 
-def ends(sampler: Sampler) -> tuple[float, float]:
+def support_of(distribution: Distribution) -> tuple[float, float]:
     """Return the least and the greatest number that can be drawn."""
-    if isinstance(sampler, Choice):
-        return min(sampler.choice), max(sampler.choice)
-    return draw(sampler, 0.0), draw(sampler, 1.0)
+    if isinstance(distribution, Choice):
+        return min(distribution.choice), max(distribution.choice)
+    return draw(distribution, 0.0), draw(distribution, 1.0)
 
 
 def _check_range(key: str, ends: tuple[float, float]) -> None:

@@ -1,4 +1,4 @@
-"""What makes the noise of one sample: sensor stages with their numbers, and the levels that follow from them."""
+"""The noise model of one sample: sensor stages with their parameters, and the levels that follow from them."""
 
 import math
 from dataclasses import dataclass
@@ -6,6 +6,7 @@ from functools import cached_property
 
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.kernel.kernel_program import signal_steps, stage_moments, white_level_dn
+from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.stage import Stage
 
 
@@ -22,19 +23,20 @@ class NoiseSetting:
     camera: Camera
     stages: tuple[Stage, ...]
 
-    def stage(self, stem: str) -> Stage:
-        """The stage of this stem. Raises KeyError when it is absent."""
-        return {stage.stem: stage for stage in self.stages}[stem]
+    @property
+    def _adc(self) -> Adc:
+        """The converter, which every sensor has."""
+        return next(stage for stage in self.stages if isinstance(stage, Adc))
 
     @property
     def bit_depth(self) -> int:
-        """Of the codes."""
-        return self.stage("adc").bit_depth
+        """Bits of a code."""
+        return self._adc.bit_depth
 
     @property
     def black_level_dn(self) -> float:
         """Pedestal [DN]."""
-        return self.stage("adc").black_level_dn
+        return self._adc.black_level_dn
 
     @cached_property
     def white_level_dn(self) -> int:

@@ -17,10 +17,10 @@ import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from data_gen.recipe.distributions import Normal, Sampler, Uniform, draw
+from data_gen.recipe.distributions import Distribution, Normal, Uniform, draw
 from data_gen.recipe.noise_setting import NoiseSetting
 from data_gen.recipe.prior_cameras import ELD, LED, PMN, LineCamera
-from data_gen.recipe.random_streams import Chance
+from data_gen.recipe.random_streams import RandomStream
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.published_noise_model import noise_model_stages
@@ -44,14 +44,14 @@ class ShotReadPrior:
     deviation: float
     bit_depth: int = 16
     black_level_dn: float = 16384.0
-    exposure_ratio: Sampler = 1.0
+    exposure_ratio: Distribution = 1.0
 
-    def stages(self, chance: Chance) -> tuple[str, tuple[Stage, ...]]:
-        """Name of the camera, "" for none, and stages with drawn numbers."""
-        log_shot = draw(Uniform(self.log_shot), chance.share("gain"))
-        log_read = draw(Normal((self.slope * log_shot + self.intercept, self.deviation)), chance.share("read noise"))
+    def stages(self, stream: RandomStream) -> tuple[str, tuple[Stage, ...]]:
+        """Draw K and read noise; return the camera's name ("": the prior names none) and the sensor stages."""
+        log_shot = draw(Uniform(self.log_shot), stream.uniform("gain"))
+        log_read = draw(Normal((self.slope * log_shot + self.intercept, self.deviation)), stream.uniform("read noise"))
         span_dn = 2**self.bit_depth - 1 - self.black_level_dn
-        gain_dn_per_e, read_dn = _kept(span_dn * self.base**log_shot), _kept(span_dn * self.base ** (0.5 * log_read))
+        gain_dn_per_e, read_dn = _round(span_dn * self.base**log_shot), _round(span_dn * self.base ** (0.5 * log_read))
         return "", noise_model_stages(gain_dn_per_e, read_dn, bit_depth=self.bit_depth, black_level_dn=self.black_level_dn)
 
 
@@ -64,24 +64,24 @@ class LinePrior:
 
     cameras: tuple[LineCamera, ...]
     black_level_dn: float
-    exposure_ratio: Sampler
+    exposure_ratio: Distribution
     bit_depth: int = 14
 
-    def stages(self, chance: Chance) -> tuple[str, tuple[Stage, ...]]:
-        """Name of the camera and stages with drawn numbers."""
-        camera = self.cameras[chance.whole("prior camera", len(self.cameras))]
-        ln_gain = draw(Uniform(camera.ln_gain), chance.share("gain"))
-        shape = camera.lambdas[chance.whole("lambda", len(camera.lambdas))]
-        scale_dn = _on_line(camera.read_scale, ln_gain, chance.share("read noise"))
-        row_dn = _on_line(camera.row, ln_gain, chance.share("row noise"))
+    def stages(self, stream: RandomStream) -> tuple[str, tuple[Stage, ...]]:
+        """Draw a camera, K, read noise, row noise and colour bias; return the camera's name and the sensor stages."""
+        camera = self.cameras[stream.integer("prior camera", len(self.cameras))]
+        ln_gain = draw(Uniform(camera.ln_gain), stream.uniform("gain"))
+        shape = camera.lambdas[stream.integer("lambda", len(camera.lambdas))]
+        scale_dn = _draw_on_line(camera.read_scale, ln_gain, stream.uniform("read noise"))
+        row_dn = _draw_on_line(camera.row, ln_gain, stream.uniform("row noise"))
         return camera.name, noise_model_stages(
-            _kept(math.exp(ln_gain)),
-            _kept(scale_dn * unit_deviation(shape)),
+            _round(math.exp(ln_gain)),
+            _round(scale_dn * unit_deviation(shape)),
             bit_depth=self.bit_depth,
             black_level_dn=self.black_level_dn,
             tukey_lambda=shape,
-            row_sigma_dn=_kept(row_dn),
-            color_bias_dn=_color_bias(camera, chance),
+            row_sigma_dn=_round(row_dn),
+            color_bias_dn=_color_bias(camera, stream),
         )
 
 
@@ -108,28 +108,28 @@ class PriorNoise:
     prior: PriorName
     camera: Camera
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(self.prior in PRIORS, "noise.prior", self.prior, f"give one of {', '.join(get_args(PriorName))}")
         require(
             self.camera.cfa != "MONO", "noise.camera.cfa", "MONO", "data sets need a 2x2 colour filter; name another camera"
         )
 
     @property
-    def exposure_ratio(self) -> Sampler:
+    def exposure_ratio(self) -> Distribution:
         """Ratio of light that the prior is published with; 1 where it has none."""
         return PRIORS[self.prior].exposure_ratio
 
-    def drawn(self, group: Chance, sample: Chance) -> NoiseSetting:
-        """Setting of one sample. group: not used, all numbers belong to the sample."""
+    def draw_setting(self, group: RandomStream, sample: RandomStream) -> NoiseSetting:
+        """Draw the setting of one sample from the random stream `sample`; `group` is not used."""
         name, stages = PRIORS[self.prior].stages(sample)
         return NoiseSetting(f"{self.prior}: {name}" if name else self.prior, 0, self.camera, in_order(stages))
 
-    def seen_by(self) -> tuple[Camera, ...]:
-        """Cameras that clean pictures are made for."""
+    def list_cameras(self) -> tuple[Camera, ...]:
+        """Return the cameras that clean pictures are made for."""
         return (self.camera,)
 
     def table(self) -> list[tuple[str, str]]:
-        """Cameras and their ISOs in words, for people."""
+        """Return the prior's name and what it has in place of ISOs, as text for a table on the screen."""
         return [(self.prior, "no ISO: K and noise are drawn")]
 
 
@@ -140,25 +140,29 @@ def unit_deviation(shape: float) -> float:
     return float(tukeylambda.std(shape))
 
 
-def _on_line(line: tuple[float, float, float], ln_gain: float, share: float) -> float:
-    """Scale [DN] whose logarithm is normal about slope * ln K + intercept. line: slope, intercept, deviation."""
+def _draw_on_line(line: tuple[float, float, float], ln_gain: float, probability: float) -> float:
+    """Draw a scale [DN] whose logarithm is normal about slope * ln K + intercept. line: slope, intercept, deviation."""
     slope, intercept, deviation = line
-    return math.exp(draw(Normal((slope * ln_gain + intercept, deviation)), share))
+    return math.exp(draw(Normal((slope * ln_gain + intercept, deviation)), probability))
 
 
-def _color_bias(camera: LineCamera, chance: Chance) -> tuple[float, float, float, float]:
-    """Offsets of the four places [DN]: one level for all, and a normal number each, of a deviation drawn for the sample.
+def _color_bias(camera: LineCamera, stream: RandomStream) -> tuple[float, float, float, float]:
+    """Draw the offsets of the four photosites of a 2x2 block [DN]; 0 for a camera without colour bias.
 
-    0 for a camera without colour bias.
+    They share one uniform level; each adds a normal number whose standard deviation is drawn once for the sample.
     """
     if camera.color_bias is None:
         return 0.0, 0.0, 0.0, 0.0
-    level, deviation, *each = chance.shares("color bias", 6)
+    level, deviation, first, second, third, fourth = stream.uniforms("color bias", 6)
     deviation_dn = draw(Uniform(camera.color_bias_deviation), deviation)
     level_dn = draw(Uniform(camera.color_bias), level)
-    return tuple(_kept(level_dn + deviation_dn * draw(Normal((0.0, 1.0)), share)) for share in each)
+
+    def offset_dn(probability: float) -> float:
+        return _round(level_dn + deviation_dn * draw(Normal((0.0, 1.0)), probability))
+
+    return offset_dn(first), offset_dn(second), offset_dn(third), offset_dn(fourth)
 
 
-def _kept(value: float) -> float:
-    """Nine digits of a number; see samplers.draw."""
+def _round(value: float) -> float:
+    """Round to nine significant digits; see distributions.draw."""
     return draw(value, 0.0)

@@ -9,10 +9,10 @@ LARGEST_SEED = 2**64 - 1
 
 
 @dataclass(frozen=True)
-class Chance:
-    """Random numbers of one sample (Philox4x64-10, Salmon et al. 2011: key = seed, counter = number, attempt, purpose).
+class RandomStream:
+    """Random numbers of one sample (Philox4x64-10, Salmon et al. 2011: key = seed, counter = index, attempt, purpose).
 
-    Each purpose has numbers of its own, so that drawing more for one changes no other.
+    Each purpose has its own counter range, so drawing more numbers for one purpose changes no other.
 
     seed: of the data set, 0 to 2^64 - 1. index: number of the sample.
     attempt: 0, or how many pictures drawn before for this sample could not be used.
@@ -23,20 +23,20 @@ class Chance:
     attempt: int = 0
 
     def generator(self, purpose: str) -> np.random.Generator:
-        """Generator of its own for a purpose."""
+        """Return NumPy's generator for a purpose."""
         counter = [0, zlib.crc32(purpose.encode()), self.attempt, self.index]
         return np.random.Generator(np.random.Philox(key=self.seed, counter=counter))
 
-    def shares(self, purpose: str, count: int) -> list[float]:
-        """Numbers evenly distributed between 0 and 1, both excluded."""
+    def uniforms(self, purpose: str, count: int) -> list[float]:
+        """Return uniform numbers between 0 and 1, both excluded."""
         counter = [0, zlib.crc32(purpose.encode()), self.attempt, self.index]
         words = np.random.Philox(key=self.seed, counter=counter).random_raw(count)
         return [(int(word >> np.uint64(11)) + 0.5) * 2.0**-53 for word in words]
 
-    def share(self, purpose: str) -> float:
-        """Return the first of `shares`."""
-        return self.shares(purpose, 1)[0]
+    def uniform(self, purpose: str) -> float:
+        """Return the first number of `uniforms`."""
+        return self.uniforms(purpose, 1)[0]
 
-    def whole(self, purpose: str, count: int) -> int:
-        """Whole number from 0 to count - 1, all equally likely."""
-        return min(int(self.share(purpose) * count), count - 1)
+    def integer(self, purpose: str, count: int) -> int:
+        """Return a uniform integer from 0 to count - 1."""
+        return min(int(self.uniform(purpose) * count), count - 1)

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from data_gen.recipe.dataset_config import DataSet
-from data_gen.recipe.distributions import Normal, draw, weighted
+from data_gen.recipe.distributions import Normal, draw, weighted_index
 from data_gen.recipe.noise_setting import NoiseSetting
-from data_gen.recipe.random_streams import Chance
+from data_gen.recipe.random_streams import RandomStream
 from data_gen.sources.patches import AUGMENTATIONS, Augmentation
 from simulator.errors import require
 
@@ -16,7 +16,7 @@ SEEDS = 2**32
 class Recipe:
     """All that is drawn for a sample, before any picture is read.
 
-    group: random numbers that the samples of one picture share; they draw the picture and what its source leaves to chance.
+    group: random stream that the samples of one picture share; it draws the picture and the random choices of its source.
     collection: section of the configuration's pictures; "" without a picture.
     place: two numbers in [0, 1): how far down and right the crop lies, over all places that fit.
     level: signal of a flat frame, 0 dark, 1 saturated; for a sample without a picture.
@@ -24,7 +24,7 @@ class Recipe:
     """
 
     index: int
-    group: Chance
+    group: RandomStream
     collection: str
     place: tuple[float, float]
     augmentation: Augmentation
@@ -37,77 +37,87 @@ class Recipe:
     window: tuple[int, int]
 
 
-def recipe(config: DataSet, index: int, attempt: int = 0) -> Recipe:
+def draw_recipe(config: DataSet, index: int, attempt: int = 0) -> Recipe:
     """Draw a sample.
 
     attempt: 0, or how many pictures drawn before for this sample could not be used. It changes this sample alone.
     Raises PhotositeError when the camera's sensor is smaller than the crop.
     """
-    group = Chance(config.seed, index // config.crops_per_picture, attempt)
-    chance = Chance(config.seed, index, attempt)
-    setting = config.noise.drawn(group, chance)
+    group = RandomStream(config.seed, index // config.crops_per_picture, attempt)
+    stream = RandomStream(config.seed, index, attempt)
+    setting = config.noise.draw_setting(group, stream)
+    down, right = stream.uniforms("place", 2)
     return Recipe(
         index=index,
         group=group,
         collection=_collection(config, group),
-        place=tuple(chance.shares("place", 2)),
-        augmentation=AUGMENTATIONS[chance.whole("augmentation", len(AUGMENTATIONS)) if config.augment else 0],
-        level=draw(config.noise_only.level, chance.share("level")) if config.mode == "noise_only" else 0.0,
+        place=(down, right),
+        augmentation=AUGMENTATIONS[stream.integer("augmentation", len(AUGMENTATIONS)) if config.augment else 0],
+        level=draw(config.noise_only.level, stream.uniform("level")) if config.mode == "noise_only" else 0.0,
         setting=setting,
-        exposure_ratios=_exposure_ratios(config, chance),
-        offsets_px=_offsets(config, chance),
+        exposure_ratios=_exposure_ratios(config, stream),
+        offsets_px=_offsets(config, stream),
         frame_seeds=_frame_seeds(config, index),
-        body_seed=_body_seed(config, setting, index, chance),
-        window=_window(config, setting, chance),
+        body_seed=_body_seed(config, setting, index, stream),
+        window=_window(config, setting, stream),
     )
 
 
-def picture_name(names: tuple[str, ...], group: Chance) -> str:
+def choose_picture(names: tuple[str, ...], group: RandomStream) -> str:
     """Return the picture of a group among those of its collection."""
-    return names[group.whole("picture", len(names))]
+    return names[group.integer("picture", len(names))]
 
 
-def _collection(config: DataSet, group: Chance) -> str:
+def _collection(config: DataSet, group: RandomStream) -> str:
+    """Draw a collection by its weight; "" for modes without pictures."""
     if not config.needs_pictures:
         return ""
-    return tuple(config.pictures)[weighted(config.weights, group.share("collection"))]
+    return tuple(config.pictures)[weighted_index(config.weights, group.uniform("collection"))]
 
 
-def _exposure_ratios(config: DataSet, chance: Chance) -> tuple[float, ...]:
-    ratio = draw(config.ratio_sampler, chance.share("exposure ratio"))
+def _exposure_ratios(config: DataSet, stream: RandomStream) -> tuple[float, ...]:
+    """Draw each frame's exposure ratio."""
+    ratio = draw(config.ratio_distribution, stream.uniform("exposure ratio"))
     if config.mode == "multi_exposure":
         return tuple(ratio * factor for factor in config.multi_exposure.ratios)
     return (ratio,) * config.frames
 
 
-def _offsets(config: DataSet, chance: Chance) -> tuple[tuple[float, float], ...]:
-    """Shifts (y, x) against the first frame; a normal draw stops at the reach, which fewer than one in 10^8 pass."""
+def _offsets(config: DataSet, stream: RandomStream) -> tuple[tuple[float, float], ...]:
+    """Draw each frame's shift (y, x) against the first [px].
+
+    An unbounded normal distribution is cut at the reach, six standard deviations; fewer than one draw in 10^8 lies beyond.
+    """
     if config.mode != "burst":
         return ((0.0, 0.0),) * config.frames
-    sampler, reach = config.burst.shift_px, config.burst.reach_px
-    if isinstance(sampler, Normal) and sampler.within is None:
-        sampler = Normal(sampler.normal, (-reach, reach))
-    drawn = [draw(sampler, share) for share in chance.shares("shift", 2 * config.frames)]
+    distribution, reach = config.burst.shift_px, config.burst.reach_px
+    if isinstance(distribution, Normal) and distribution.within is None:
+        distribution = Normal(distribution.normal, (-reach, reach))
+    drawn = [draw(distribution, probability) for probability in stream.uniforms("shift", 2 * config.frames)]
     return ((0.0, 0.0), *zip(drawn[2::2], drawn[3::2], strict=True))
 
 
 def _frame_seeds(config: DataSet, index: int) -> tuple[int, ...]:
-    """One after the other from a number that the data set draws, so that no two frames of 2^32 have the same noise."""
-    first = Chance(config.seed, 0).whole("first frame seed", SEEDS) + index * config.frames
+    """Number the frames of the whole data set from a seed drawn once, so that no two of 2^32 frames have the same noise."""
+    first = RandomStream(config.seed, 0).integer("first frame seed", SEEDS) + index * config.frames
     return tuple((first + frame) % SEEDS for frame in range(config.frames))
 
 
-def _body_seed(config: DataSet, setting: NoiseSetting, index: int, chance: Chance) -> int:
-    body = index if config.bodies is None else chance.whole("body", config.bodies)
-    return Chance(config.seed, body).whole(f"seed of a {setting.label}", SEEDS)
+def _body_seed(config: DataSet, setting: NoiseSetting, index: int, stream: RandomStream) -> int:
+    """Draw the seed of the camera body's fixed patterns."""
+    body = index if config.bodies is None else stream.integer("body", config.bodies)
+    return RandomStream(config.seed, body).integer(f"seed of a {setting.label}", SEEDS)
 
 
-def _window(config: DataSet, setting: NoiseSetting, chance: Chance) -> tuple[int, int]:
+def _window(config: DataSet, setting: NoiseSetting, stream: RandomStream) -> tuple[int, int]:
+    """Draw x and y of the crop's corner on the active area, both even [px]."""
     active, (height, width) = setting.camera.active, config.crop_px
-    sides, corner = ((active.x, active.width, width), (active.y, active.height, height)), []
-    for (first, extent, side), share in zip(sides, chance.shares("window", 2), strict=True):
+    rule = f"the sensor of the {setting.label} is only {active.width} x {active.height} photosites; ask for smaller samples"
+
+    def even_place(first: int, extent: int, side: int, probability: float) -> int:
         first, last = first + first % 2, first + extent - side
-        rule = f"the sensor of the {setting.label} is only {active.width} x {active.height} photosites; ask for smaller samples"
         require(last >= first, "crop", [height, width], rule)
-        corner.append(first + 2 * int(share * ((last - first) // 2 + 1)))
-    return tuple(corner)
+        return first + 2 * int(probability * ((last - first) // 2 + 1))
+
+    along_x, along_y = stream.uniforms("window", 2)
+    return even_place(active.x, active.width, width, along_x), even_place(active.y, active.height, height, along_y)

@@ -15,7 +15,7 @@ from data_gen.report.snippets import snippet
 from data_gen.storage.manifest import read_manifest
 from data_gen.storage.reading import SampleFolder
 from data_gen.storage.shards import read_summary
-from data_gen.storage.summary import merged
+from data_gen.storage.summary import merge_counts
 from simulator.atomic_files import atomic_write
 from simulator.measurement.report.figures import write_figure
 
@@ -50,7 +50,7 @@ def write_card(folder: Path, about: About, shown_samples: int = SHOWN_SAMPLES) -
     Returns the path of card.md. Raises PhotositeError when the data set is not complete.
     """
     manifest = read_manifest(folder)
-    counts = merged(read_summary(folder, record) for record in manifest["shards"])
+    counts = merge_counts(read_summary(folder, record) for record in manifest["shards"])
     pictures = find_spec("matplotlib") is not None
     if pictures:
         samples = SampleFolder(folder)

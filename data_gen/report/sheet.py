@@ -1,12 +1,12 @@
 """Pictures of a data card: samples side by side, and histograms of what the data set holds."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from data_gen.samples.camera_color import camera_to_srgb
-from data_gen.samples.packing import packed
+from data_gen.samples.packing import pack
 from data_gen.samples.sample import Sample
 from simulator.measurement.report.figures import MEASURED, new_figure
 from simulator.raw.development import srgb_encoded
@@ -32,8 +32,8 @@ def sample_figure(samples: Sequence[Sample]) -> "Figure":
         difference = noisy - clean
         enlarged = SHOWN_DIFFERENCE / max(float(np.percentile(np.abs(difference), 99.5)), 1e-6)
         panels = {
-            f"noisy: {sample.camera}, ISO {sample.iso}, ratio {sample.exposure_ratios[0]:.3g}": _shown(lighter * noisy),
-            f"clean, x {lighter:.3g}: sample {sample.index}": _shown(lighter * clean),
+            f"noisy: {sample.camera}, ISO {sample.iso}, ratio {sample.exposure_ratios[0]:.3g}": _encode_srgb(lighter * noisy),
+            f"clean, x {lighter:.3g}: sample {sample.index}": _encode_srgb(lighter * clean),
             f"noisy - clean, x {enlarged:.3g}": np.clip(0.5 + enlarged * difference, 0.0, 1.0),
         }
         for column, (title, picture) in enumerate(panels.items()):
@@ -49,7 +49,7 @@ def linear_picture(sample: Sample, mosaic_dn: np.ndarray) -> np.ndarray:
     if sample.cfa == "MONO":
         grey = signal.reshape(height // 2, 2, width // 2, 2).mean(axis=(1, 3))
         return np.repeat(grey[..., np.newaxis], 3, axis=2)
-    red, green_red, green_blue, blue = packed(signal, sample.cfa, "rggb")
+    red, green_red, green_blue, blue = pack(signal, sample.cfa, "rggb")
     camera = np.stack([red, 0.5 * (green_red + green_blue), blue], axis=-1) * np.array(sample.white_balance)
     return camera @ camera_to_srgb(sample.color_matrix).T
 
@@ -67,25 +67,26 @@ def histogram_figure(counts: Mapping[str, Mapping[str, int]]) -> "Figure":
         "light_stops": ("Mean clean signal [stops, 0 is saturation, rounded down]", "samples"),
     }
     for one, (kind, (title, unit)) in zip(axes, titles.items(), strict=True):
-        shown = _without_gaps(counts[kind]) if kind.endswith("stops") else counts[kind]
+        shown = _fill_gaps(counts[kind]) if kind.endswith("stops") else counts[kind]
         one.bar(range(len(shown)), list(shown.values()), color=MEASURED)
         step = -(-len(shown) // 12)  # a dozen labels fit
         ticks = range(0, len(shown), step)
         labels = [list(shown)[place] for place in ticks]
-        turned = {"rotation": 30, "ha": "right"} if max(map(len, labels)) > 5 else {}
-        one.set_xticks(ticks, labels, fontsize=8, **turned)
+        rotated: dict[str, Any] = {"rotation": 30, "ha": "right"} if max(map(len, labels)) > 5 else {}
+        one.set_xticks(ticks, labels, fontsize=8, **rotated)
         one.set_title(title, fontsize=10)
         one.set_ylabel(unit)
     return figure
 
 
-def _without_gaps(counts: Mapping[str, int]) -> dict[str, int]:
-    """Fill in the stops between the first and the last."""
+def _fill_gaps(counts: Mapping[str, int]) -> dict[str, int]:
+    """Add the missing stops between the first and the last, with count 0."""
     stops = [int(value) for value in counts]
     return {str(stop): counts.get(str(stop), 0) for stop in range(min(stops), max(stops) + 1)}
 
 
-def _shown(linear: np.ndarray) -> np.ndarray:
+def _encode_srgb(linear: np.ndarray) -> np.ndarray:
+    """Clip a linear picture to 0 ... 1 and apply the sRGB curve."""
     return srgb_encoded(np.clip(linear, 0.0, 1.0))
 
 

@@ -29,8 +29,8 @@ def places(cfa: CfaName, channels: Channels) -> tuple[tuple[int, int], ...]:
     return tuple(found[name] for name in _ORDERS[channels])
 
 
-def packed(mosaic: np.ndarray, cfa: CfaName, channels: Channels) -> np.ndarray:
-    """Mosaics (..., height, width) as planes (..., 4, height / 2, width / 2) of the same type; with "mosaic" as they are.
+def pack(mosaic: np.ndarray, cfa: CfaName, channels: Channels) -> np.ndarray:
+    """Split mosaics (..., height, width) into planes (..., 4, height / 2, width / 2) of the same type; "mosaic" leaves them.
 
     Raises PhotositeError for an odd height or width: a photosite would be lost.
     """
@@ -41,8 +41,8 @@ def packed(mosaic: np.ndarray, cfa: CfaName, channels: Channels) -> np.ndarray:
     return np.stack([mosaic[..., row::2, column::2] for row, column in places(cfa, channels)], axis=-3)
 
 
-def unpacked(planes: np.ndarray, cfa: CfaName, channels: Channels) -> np.ndarray:
-    """Invert `packed`: planes (..., 4, h, w) to mosaics (..., 2 h, 2 w)."""
+def unpack(planes: np.ndarray, cfa: CfaName, channels: Channels) -> np.ndarray:
+    """Invert `pack`: planes (..., 4, h, w) to mosaics (..., 2 h, 2 w)."""
     if channels == "mosaic":
         return planes
     *lead, _, height, width = planes.shape

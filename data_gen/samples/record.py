@@ -1,17 +1,18 @@
-"""A sample as every format holds it: a few arrays of fixed type, and facts that JSON can hold."""
+"""A sample as every file format stores it: a few arrays of fixed type, and all other fields as JSON."""
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
 
-from data_gen.samples.packing import Channels, packed, unpacked
+from data_gen.samples.packing import Channels, pack, unpack
 from data_gen.samples.sample import Sample
 from simulator.errors import PhotositeError
 
 ARRAYS = {"noisy": "noisy_dn", "clean": "clean_dn", "variance": "variance_dn2"}  # name in a file -> field of Sample
-TYPES = {"noisy": np.dtype("<u2"), "clean": np.dtype("<f4"), "variance": np.dtype("<f4")}
+TYPES: dict[str, np.dtype[Any]] = {"noisy": np.dtype("<u2"), "clean": np.dtype("<f4"), "variance": np.dtype("<f4")}
 UNITS = {"noisy": "DN", "clean": "DN", "variance": "DN^2"}
 _FACTS = [one.name for one in fields(Sample) if one.name not in ARRAYS.values()]
 
@@ -22,9 +23,9 @@ def sample_arrays(sample: Sample, channels: Channels) -> dict[str, np.ndarray]:
     Each is (frames, height, width), packed (frames, 4, height / 2, width / 2); "noisy" uint16 codes with their pedestal,
     "clean" float32 [DN], "variance" float32 [DN^2]. Raises PhotositeError for what cannot be packed.
     """
-    found = {name: getattr(sample, field) for name, field in ARRAYS.items()}
+    found: dict[str, np.ndarray | None] = {name: getattr(sample, field) for name, field in ARRAYS.items()}
     return {
-        name: np.ascontiguousarray(packed(array, sample.cfa, channels), TYPES[name])
+        name: np.ascontiguousarray(pack(array, sample.cfa, channels), TYPES[name])
         for name, array in found.items()
         if array is not None
     }
@@ -39,12 +40,12 @@ def sample_facts(sample: Sample, channels: Channels) -> str:
     return json.dumps(facts, sort_keys=True, allow_nan=False, default=lambda value: value.tolist())
 
 
-def alike(samples: Iterable[Sample], channels: Channels, facts: list[str]) -> Iterator[dict[str, np.ndarray]]:
-    """Pass on the arrays of samples that can be stacked, and append their facts.
+def stackable_arrays(samples: Iterable[Sample], channels: Channels, facts: list[str]) -> Iterator[dict[str, np.ndarray]]:
+    """Yield the arrays of each sample, which must have the first sample's names and shapes, and append its JSON to `facts`.
 
-    Raises PhotositeError for one whose shape or arrays differ from the first's.
+    Raises PhotositeError for a sample whose arrays differ, because it could not be stacked with the others.
     """
-    first = None
+    first: dict[str, tuple[int, ...]] | None = None
     for sample in samples:
         arrays = sample_arrays(sample, channels)
         layout = {name: array.shape for name, array in arrays.items()}
@@ -59,17 +60,18 @@ def alike(samples: Iterable[Sample], channels: Channels, facts: list[str]) -> It
 
 
 def sample_from(arrays: Mapping[str, np.ndarray], facts: str | bytes) -> Sample:
-    """Put a sample together again, as mosaics, from what `sample_arrays` and `sample_facts` gave."""
-    known = json.loads(facts)
+    """Rebuild a sample, as mosaics, from the results of `sample_arrays` and `sample_facts`."""
+    known: dict[str, Any] = json.loads(facts)
     channels = known.pop("channels")
     del known["shape"]
-    known = {name: _tuples(value) for name, value in known.items()}
-    mosaics = {
-        field: unpacked(np.asarray(arrays[name]), known["cfa"], channels) if name in arrays else None
+    known = {name: _to_tuples(value) for name, value in known.items()}
+    mosaics: dict[str, Any] = {
+        field: unpack(np.asarray(arrays[name]), known["cfa"], channels) if name in arrays else None
         for name, field in ARRAYS.items()
     }
     return Sample(**mosaics, **known)
 
 
-def _tuples(value: object) -> object:
-    return tuple(_tuples(one) for one in value) if isinstance(value, list) else value
+def _to_tuples(value: Any) -> Any:
+    """Turn JSON's lists into tuples, as the fields of Sample have them."""
+    return tuple(_to_tuples(one) for one in value) if isinstance(value, list) else value

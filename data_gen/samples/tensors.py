@@ -5,7 +5,7 @@ from typing import get_args
 
 import numpy as np
 
-from data_gen.samples.packing import Channels, packed
+from data_gen.samples.packing import Channels, pack
 from data_gen.samples.sample import Sample
 from simulator.errors import require
 
@@ -24,7 +24,7 @@ class TensorForm:
     channels: Channels = "rggb"
     amplify: bool = True
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         known = get_args(Channels)
         require(self.channels in known, "channels", self.channels, f"give one of {', '.join(known)}")
 
@@ -48,7 +48,7 @@ class TensorForm:
         black_dn, clean_unit_dn = np.float32(sample.black_level_dn), np.float32(sample.white_level_dn - sample.black_level_dn)
         ratio = np.array(sample.exposure_ratios, np.float32)
         unit_dn = clean_unit_dn / ratio if self.amplify else np.full_like(ratio, clean_unit_dn)
-        found = {
+        found: dict[str, np.ndarray] = {
             "noisy": self._planes(sample, sample.noisy_dn, black_dn, unit_dn),
             "clean": self._planes(sample, sample.clean_dn, black_dn, np.full_like(unit_dn, clean_unit_dn)),
             "gain": np.float32(sample.gain_dn_per_e) / unit_dn,
@@ -63,15 +63,20 @@ class TensorForm:
         elif sample.mode == "burst":
             found["offsets_px"] = np.array(sample.offsets_px, np.float32)
         matrix = np.full((3, 3), np.nan) if sample.color_matrix is None else sample.color_matrix
-        found |= {"clean_unit_dn": clean_unit_dn, "black_level_dn": black_dn}
-        found |= {"white_balance": np.array(sample.white_balance, np.float32), "color_matrix": np.array(matrix, np.float32)}
-        found |= {"index": np.int64(sample.index), "iso": np.int64(sample.iso)}
-        numbers = {name: np.asarray(value) for name, value in found.items()}
+        constants = {
+            "clean_unit_dn": clean_unit_dn,
+            "black_level_dn": black_dn,
+            "white_balance": np.array(sample.white_balance, np.float32),
+            "color_matrix": np.array(matrix, np.float32),
+            "index": np.int64(sample.index),
+            "iso": np.int64(sample.iso),
+        }
+        numbers = {name: np.asarray(value) for name, value in (found | constants).items()}
         return numbers | {"camera": sample.camera, "cfa": sample.cfa, "source": sample.source}
 
-    def _planes(self, sample: Sample, mosaics: np.ndarray, zero, units: np.ndarray) -> np.ndarray:
+    def _planes(self, sample: Sample, mosaics: np.ndarray, zero: np.float32, units: np.ndarray) -> np.ndarray:
         """(mosaics - zero) / units as (frames, planes, height, width) float32. mosaics: (frames, height, width)."""
-        planes = packed(mosaics, sample.cfa, self.channels) if self.channels != "mosaic" else mosaics[:, np.newaxis]
+        planes = pack(mosaics, sample.cfa, self.channels) if self.channels != "mosaic" else mosaics[:, np.newaxis]
         result = np.subtract(planes, zero, dtype=np.float32)
         result /= units[:, np.newaxis, np.newaxis, np.newaxis]
         return result

@@ -1,4 +1,4 @@
-"""What a camera sees in a light: its white, and from it white balance and clean pictures."""
+"""The response of a camera to white in a light: from it follow white balance and clean pictures."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -30,8 +30,10 @@ class CameraView:
     @property
     def white_balance(self) -> tuple[float, float, float]:
         """Gains of R, G, B that make white neutral, green = 1; all 1 for MONO."""
-        white = self.white if self.white.size == 3 else np.ones(3)
-        return tuple(float(white[1] / value) for value in white)
+        if self.white.size != 3:
+            return 1.0, 1.0, 1.0
+        red, green, blue = map(float, self.white)
+        return green / red, 1.0, green / blue
 
     def picture(self, planes: np.ndarray) -> CleanImage:
         """Clean picture of planes (height, width, channels); a monochrome camera's one plane is its mosaic."""
@@ -61,13 +63,13 @@ def efficiency_of(camera: Camera) -> np.ndarray:
 
 
 def check_illuminants(names: Iterable[str], key: str) -> None:
-    """Raise PhotositeError unless there is at least one name of a light and all are known."""
+    """Raise PhotositeError unless there is at least one illuminant and all are known."""
     names = tuple(names)
     require(len(names) > 0, key, "nothing", "name one light or more, such as D65")
     for name in names:
         check_illuminant(name, key)
 
 
-def drawn(names: tuple[str, ...], draw: np.random.Generator) -> str:
-    """One of the names, all equally likely; a single one takes no random number."""
-    return names[0] if len(names) == 1 else names[int(draw.integers(len(names)))]
+def draw_name(names: tuple[str, ...], rng: np.random.Generator) -> str:
+    """Draw one of the names, all equally likely; a single name uses no random number."""
+    return names[0] if len(names) == 1 else names[int(rng.integers(len(names)))]

@@ -1,15 +1,16 @@
-"""All pictures of a data set looked at once, so that what is wrong with any of them is known before the work begins."""
+"""Check every picture of a data set before the run, so that all problems are known before the work begins."""
 
 import unicodedata
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import product
 from typing import Literal
 
 import numpy as np
 
 from data_gen.sources.patches import AUGMENTATIONS, Augmentation, choose_crop
-from data_gen.sources.source import Source
+from data_gen.sources.source import PictureSource
 from simulator.errors import PhotositeError
 from simulator.progress import Progress, Steps, silent
 from simulator.sensor.camera.cfa import CfaName
@@ -44,14 +45,14 @@ class SourceReport:
     def refuse(self) -> None:
         """Raise PhotositeError with the count and the first problems, if there is any problem."""
         if self.problems:
-            told = ", ".join(f"{count} {kind}" for kind, count in self.counts().items())
+            kinds = ", ".join(f"{count} {kind}" for kind, count in self.counts().items())
             shown = "\n  ".join(problem.message for problem in self.problems[:10])
             more = f"\n  and {len(self.problems) - 10} more" if len(self.problems) > 10 else ""
-            raise PhotositeError(f"{self.pictures} pictures, of which cannot be used: {told}\n  {shown}{more}")
+            raise PhotositeError(f"{self.pictures} pictures, of which cannot be used: {kinds}\n  {shown}{more}")
 
 
 def check_sources(
-    sources: Iterable[Source],
+    sources: Iterable[PictureSource],
     size: tuple[int, int] = (1, 1),
     cfas: Iterable[CfaName] = (),
     augmentations: Iterable[Augmentation] = AUGMENTATIONS,
@@ -60,15 +61,17 @@ def check_sources(
     """Read every picture of all sources and note what is wrong, without stopping.
 
     size: height and width of the patches; a picture must hold one that begins with each of `cfas` after each augmentation.
-    progress: told of each picture.
+    progress: called after each picture.
     """
-    listed, problems = [], []
+    listed: list[tuple[int, PictureSource, str]] = []
+    problems: list[Problem] = []
     for number, source in enumerate(sources):
         try:
             listed += [(number, source, name) for name in source.names()]
         except PhotositeError as error:
             problems.append(Problem(number, "", "not listed", str(error)))
-    wanted, composed = [(cfa, augmentation) for cfa in cfas for augmentation in augmentations], {}
+    wanted = list(product(cfas, augmentations))
+    composed: dict[str, int] = {}  # first source of each name, in Unicode's composed form
     steps = Steps(progress, len(listed))
     for number, source, name in listed:
         first = composed.setdefault(unicodedata.normalize("NFC", name), number)
@@ -82,8 +85,9 @@ def check_sources(
 
 
 def _problem(
-    source: Source, name: str, size: tuple[int, int], wanted: list[tuple[CfaName, Augmentation]]
+    source: PictureSource, name: str, size: tuple[int, int], wanted: list[tuple[CfaName, Augmentation]]
 ) -> tuple[ProblemKind, str] | None:
+    """Read a picture and choose each wanted crop; return the kind of problem and its message, None without one."""
     try:
         picture = source.read(name, np.random.default_rng(0))
     except PhotositeError as error:

@@ -1,8 +1,8 @@
 """Collections of clean pictures, as the configuration names them: the key of a section says which kind it is."""
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import fields
-from typing import get_args
+from typing import Protocol, get_args
 
 from data_gen.sources.data_set import DataSetSamples
 from data_gen.sources.linear_images import LinearImages
@@ -10,7 +10,7 @@ from data_gen.sources.photographs import Photographs
 from data_gen.sources.procedural import Procedural
 from data_gen.sources.raw_files import RawFiles
 from data_gen.sources.shots import Shots
-from data_gen.sources.source import Source
+from data_gen.sources.source import PictureSource
 from data_gen.sources.spectral_cubes import SpectralCubes
 from simulator.config import defer_fields
 from simulator.errors import PhotositeError
@@ -25,15 +25,25 @@ for _kind in KINDS:
         defer_fields(_kind, "camera")
 
 
-def open_collection(pictures: dict[str, Source | Callable[..., Source]], collection: str, camera: Camera) -> Source:
+class UnfinishedPictures(Protocol):
+    """A section whose camera is not known yet."""
+
+    def __call__(self, *, camera: Camera) -> PictureSource:
+        """Return the collection as this camera sees it."""
+        ...
+
+
+def open_collection(
+    pictures: Mapping[str, PictureSource | UnfinishedPictures], collection: str, camera: Camera
+) -> PictureSource:
     """Return a collection as a camera sees it.
 
-    pictures: sections as the configuration builds them, sources or functions of the camera.
+    pictures: sections as the configuration builds them: sources, or functions that take the camera and return a source.
     Raises PhotositeError with the key in the configuration.
     """
     try:
         made = pictures[collection]
-        return made if hasattr(made, "read") else made(camera=camera)
+        return made if isinstance(made, PictureSource) else made(camera=camera)
     except PhotositeError as error:
         section = f"pictures.{collection}"
         raise (error.replace(key=f"{section}.{error.key}") if error.names_a_value else error.inside(section)) from None

@@ -40,7 +40,7 @@ class DataSetSamples:
             rule = f"{error.rule}; give the folder that `photosite dataset --out` made"
             raise error.replace(file=None, key=KEY, value=error.file, rule=rule) from None
 
-    def read(self, name: str, draw: np.random.Generator) -> CleanImage:
+    def read(self, name: str, rng: np.random.Generator) -> CleanImage:
         """Read one sample; nothing is drawn. Raises PhotositeError for one that is not there or damaged."""
         require(name.isdecimal(), KEY, name, f"{self.data_set} has samples by number, such as {self._names[0]}")
         sample = self._samples[int(name)]

@@ -1,6 +1,6 @@
-"""Drawings: scenes made of numbers alone, each a function (draw, paint, height, width) -> (height, width, channels).
+"""Drawings: scenes made of numbers alone, each a function (rng, paint, height, width) -> (height, width, channels).
 
-`draw` is a random generator, `paint` gives colours of surfaces and lamps, see `data_gen.sources.paint`. Values are camera
+`rng` is a random generator, `paint` gives colours of surfaces and lamps, see `data_gen.sources.paint`. Values are camera
 signal, 1 for a perfect white surface in the channel that sees it brightest; lamps are brighter.
 """
 
@@ -13,54 +13,54 @@ LEAF_LAYERS = 5.0  # mean number of leaves over a pixel; exp(-5) = 0.7 % of the 
 _STAMPED_PX = 12.0  # leaves below this radius are drawn many at a time
 
 
-def leaf_radii(draw: np.random.Generator, count: int) -> np.ndarray:
+def leaf_radii(rng: np.random.Generator, count: int) -> np.ndarray:
     """Radii [px] with density r^-3 between LEAF_RADII_PX: the law of scale invariance (Lee, Mumford, Huang 2001, section 3)."""
     least, largest = (radius**-2.0 for radius in LEAF_RADII_PX)
-    return (least - draw.random(count) * (least - largest)) ** -0.5
+    return (least - rng.random(count) * (least - largest)) ** -0.5
 
 
-def leaf_numbers(draw: np.random.Generator, height: int, width: int) -> np.ndarray:
+def leaf_numbers(rng: np.random.Generator, height: int, width: int) -> np.ndarray:
     """Number of the leaf on top of each pixel, from 1 in the order they fall, (height, width) int32; 0 is bare ground."""
     least, largest = LEAF_RADII_PX
     sides = np.array([height + 2 * largest, width + 2 * largest])  # leaves whose centre lies outside reach in
     mean_area = 2.0 * np.pi * np.log(largest / least) / (least**-2.0 - largest**-2.0)
     count = int(LEAF_LAYERS * sides.prod() / mean_area)
-    radius = leaf_radii(draw, count)
-    y, x = (draw.random((count, 2)) * sides - largest).T
+    radius = leaf_radii(rng, count)
+    y, x = (rng.random((count, 2)) * sides - largest).T
     return _uppermost(y, x, radius, height, width)
 
 
-def dead_leaves(draw: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
+def dead_leaves(rng: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
     """Disks that fall on one another (A. B. Lee, D. Mumford, J. Huang, "Occlusion models for natural images", IJCV 41, 2001).
 
     The light over them is up to one stop brighter or darker towards the corners.
     """
-    leaves = leaf_numbers(draw, height, width)
-    colours = paint.surfaces(draw, 509)[leaves % 509]  # enough to look endless, few enough to mix quickly
-    tilt_y, tilt_x = draw.uniform(-0.5, 0.5, 2)
+    leaves = leaf_numbers(rng, height, width)
+    colours = paint.surfaces(rng, 509)[leaves % 509]  # enough to look endless, few enough to mix quickly
+    tilt_y, tilt_x = rng.uniform(-0.5, 0.5, 2)
     light_y, light_x = (2.0 ** (tilt * np.linspace(-1, 1, side)) for tilt, side in ((tilt_y, height), (tilt_x, width)))
     return colours * (light_y[:, None] * light_x).astype(np.float32)[..., None]
 
 
-def gradients(draw: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
+def gradients(rng: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
     """Colours that pass smoothly into one another: a grid of 2 to 6 colours a side, linear between them."""
-    rows, columns = draw.integers(2, 7, 2)
-    colours = paint.surfaces(draw, rows * columns).reshape(rows, columns, -1)
+    rows, columns = rng.integers(2, 7, 2)
+    colours = paint.surfaces(rng, rows * columns).reshape(rows, columns, -1)
     weights_y, weights_x = _linear_weights(height, rows), _linear_weights(width, columns)
     lines = np.tensordot(weights_y, colours, (1, 0))  # (height, columns, channels)
     return np.stack([lines[..., channel] @ weights_x.T for channel in range(colours.shape[2])], axis=-1)
 
 
-def slanted_edges(draw: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
+def slanted_edges(rng: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
     """Tiles of 64 to 128 px, each with an edge that leans 2 to 43 degrees from the rows or columns (ISO 12233 uses 5).
 
     A pixel on the edge has the share of it that lies on either side, to first order.
     """
-    side = int(draw.integers(64, 129))
+    side = int(rng.integers(64, 129))
     rows, columns = -(-height // side), -(-width // side)
-    angle = np.radians(draw.uniform(2.0, 43.0, (rows, columns)) + 90.0 * draw.integers(0, 4, (rows, columns)))
-    offset = draw.uniform(-0.2 * side, 0.2 * side, (rows, columns))
-    one, other = paint.surfaces(draw, 2 * rows * columns).reshape(2, rows, columns, -1)
+    angle = np.radians(rng.uniform(2.0, 43.0, (rows, columns)) + 90.0 * rng.integers(0, 4, (rows, columns)))
+    offset = rng.uniform(-0.2 * side, 0.2 * side, (rows, columns))
+    one, other = paint.surfaces(rng, 2 * rows * columns).reshape(2, rows, columns, -1)
     (tile_y, in_y), (tile_x, in_x) = (np.divmod(np.arange(length), side) for length in (height, width))
     tile = np.ix_(tile_y, tile_x)
     from_centre = in_y[:, None] - 0.5 * (side - 1), in_x - 0.5 * (side - 1)
@@ -69,49 +69,49 @@ def slanted_edges(draw: np.random.Generator, paint: Paint, height: int, width: i
     return share * one[tile] + (1.0 - share) * other[tile]
 
 
-def color_patches(draw: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
+def color_patches(rng: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
     """Rectangles of even colours, 8 to 20 a side, like a chart with unequal fields."""
-    rows, columns = draw.integers(8, 21, 2)
-    colours = paint.surfaces(draw, rows * columns).reshape(rows, columns, -1)
+    rows, columns = rng.integers(8, 21, 2)
+    colours = paint.surfaces(rng, rows * columns).reshape(rows, columns, -1)
     field_y, field_x = (
-        np.searchsorted(np.sort(draw.integers(1, side, fields - 1)), np.arange(side), side="right")
+        np.searchsorted(np.sort(rng.integers(1, side, fields - 1)), np.arange(side), side="right")
         for side, fields in ((height, rows), (width, columns))
     )
     return colours[np.ix_(field_y, field_x)]
 
 
-def text(draw: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
+def text(rng: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
     """Lines of characters of 5 x 7 random dots, in paragraphs of their own ink, paper and size: 1 to 4 px per dot."""
     planes = np.empty((height, width, paint.measured.shape[1]), np.float32)
     top = 0
     while top < height:
-        scale = int(draw.integers(1, 5))
-        lines, letters = int(draw.integers(2, 6)), -(-width // (6 * scale))
+        scale = int(rng.integers(1, 5))
+        lines, letters = int(rng.integers(2, 6)), -(-width // (6 * scale))
         dots = np.zeros((lines, 10, letters, 6), bool)  # a line of 7 dots and 3 of space; a letter of 5 and 1
-        dots[:, 1:8, :, :5] = draw.random((lines, 7, letters, 5)) < 0.45
-        dots &= (draw.random((lines, letters)) < 0.85)[:, None, :, None]  # blanks between words
+        dots[:, 1:8, :, :5] = rng.random((lines, 7, letters, 5)) < 0.45
+        dots &= (rng.random((lines, letters)) < 0.85)[:, None, :, None]  # blanks between words
         ink = dots.reshape(10 * lines, 6 * letters).repeat(scale, axis=0).repeat(scale, axis=1)[: height - top, :width]
-        planes[top : top + len(ink)] = paint.surfaces(draw, 2)[ink.astype(np.intp)]
+        planes[top : top + len(ink)] = paint.surfaces(rng, 2)[ink.astype(np.intp)]
         top += len(ink)
     return planes
 
 
-def point_lights(draw: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
+def point_lights(rng: np.random.Generator, paint: Paint, height: int, width: int) -> np.ndarray:
     """Lamps before a dim ground, 1 to 1000 times as bright as white at their centres, with a halo.
 
     The profile (1 + (r / a)^2)^-2 has tails that fall with r^-4 (Moffat 1969, A&A 3, 455), a between 0.7 and 3 px.
     """
-    planes = 0.05 * gradients(draw, paint, height, width)
-    for _ in range(int(draw.integers(5, 25))):
-        y, x = draw.random(2) * (height, width)
-        width_px, peak = draw.uniform(0.7, 3.0), 10.0 ** draw.uniform(0.0, 3.0)
+    planes = 0.05 * gradients(rng, paint, height, width)
+    for _ in range(int(rng.integers(5, 25))):
+        y, x = rng.random(2) * (height, width)
+        width_px, peak = rng.uniform(0.7, 3.0), 10.0 ** rng.uniform(0.0, 3.0)
         reach = width_px * (peak / 1e-4) ** 0.25  # where the halo has fallen to 1e-4 of white
         rows, columns = (slice(max(0, int(centre - reach)), int(centre + reach) + 1) for centre in (y, x))
         part = planes[rows, columns]
         dy = (np.arange(part.shape[0]) + rows.start + 0.5 - y) / width_px
         dx = (np.arange(part.shape[1]) + columns.start + 0.5 - x) / width_px
         glow = peak / np.square(1.0 + np.square(dy)[:, None] + np.square(dx))
-        part += glow[..., None].astype(np.float32) * paint.lamp(draw)
+        part += glow[..., None].astype(np.float32) * paint.lamp(rng)
     return planes
 
 

@@ -14,7 +14,7 @@ from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 
 
-def exposed(scene: Scene, camera: Camera, light: str, percentile: float, signal: float, path: Path) -> CleanImage:
+def expose_scene(scene: Scene, camera: Camera, light: str, percentile: float, signal: float, path: Path) -> CleanImage:
     """Return the clean picture of a scene, pixel by pixel.
 
     light: name of what the scene's illuminant is. percentile, signal: this percentile, over the pixels, of the brightest
@@ -40,8 +40,11 @@ def check_exposure(percentile: float, signal: float) -> None:
 
 
 @contextmanager
-def told_as(key: str, *scene_keys: str) -> Iterator[None]:
-    """Name the key of the data set's file in errors of the block that are about the value of a key of the shot file."""
+def renamed_key(key: str, *scene_keys: str) -> Iterator[None]:
+    """In errors about a key of the shot file that the block raises, name the key of the data set's file instead.
+
+    key: of the data set's file. scene_keys: of the shot file.
+    """
     try:
         yield
     except PhotositeError as error:

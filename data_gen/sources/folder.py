@@ -2,7 +2,7 @@
 
 import os
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
@@ -62,6 +62,7 @@ def check_extensions(extensions: tuple[str, ...]) -> None:
 
 
 def _check_distinct(names: list[str], folder: Path, key: str) -> None:
+    """Raise PhotositeError for two names that are equal in Unicode's composed form (NFC)."""
     composed: dict[str, str] = {}
     for name in names:
         other = composed.setdefault(unicodedata.normalize("NFC", name), name)
@@ -76,7 +77,9 @@ def _is_utf8(name: str) -> bool:
     return True
 
 
-def _refuse_unreadable(key: str):
+def _refuse_unreadable(key: str) -> Callable[[OSError], None]:
+    """Return the handler of `os.walk` that raises PhotositeError for a folder that cannot be read."""
+
     def refuse(error: OSError) -> None:
         raise PhotositeError(f"{error.strerror}; make the folder readable", key=key, value=error.filename) from error
 

@@ -25,7 +25,7 @@ SRGB_TO_XYZ = np.array(
     [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
 )
 GAMMA = 2.2
-RED_GAIN, BLUE_GAIN = (1.9, 2.4), (1.5, 1.9)  # even between these
+RED_GAIN, BLUE_GAIN = (1.9, 2.4), (1.5, 1.9)  # uniform between these
 BRIGHTNESS = (0.8, 0.1)  # mean and standard deviation of a normal number: signal over that of the finished picture
 INFLECTION = 0.9  # mean of R, G, B above which the gains fade, so that white stays white
 
@@ -35,25 +35,25 @@ def inverse_smoothstep(picture: np.ndarray) -> np.ndarray:
     return 0.5 - np.sin(np.arcsin(1.0 - 2.0 * np.clip(picture, 0.0, 1.0)) / 3.0)
 
 
-def gamma_expanded(picture: np.ndarray) -> np.ndarray:
+def expand_gamma(picture: np.ndarray) -> np.ndarray:
     """Undo the gamma of the paper: max(y, 1e-8)^2.2."""
     return np.maximum(picture, 1e-8) ** GAMMA
 
 
-def mixed_matrix(draw: np.random.Generator) -> np.ndarray:
-    """XYZ to camera, (3, 3): a convex mixture of the four, weights even between 0 and 1 and then divided by their sum."""
-    weights = draw.random(len(XYZ_TO_CAMERA))
+def mix_matrix(rng: np.random.Generator) -> np.ndarray:
+    """Draw a matrix XYZ to camera, (3, 3): a convex mixture of the four, with uniform weights divided by their sum."""
+    weights = rng.random(len(XYZ_TO_CAMERA))
     return np.tensordot(weights / weights.sum(), XYZ_TO_CAMERA, 1)
 
 
-def drawn_white(draw: np.random.Generator) -> np.ndarray:
-    """Camera signal of white, (3,): one over the gains of red and blue, green = 1."""
-    return np.array([1.0 / draw.uniform(*RED_GAIN), 1.0, 1.0 / draw.uniform(*BLUE_GAIN)])
+def draw_white(rng: np.random.Generator) -> np.ndarray:
+    """Draw the camera signal of white, (3,): one over the gains of red and blue, green = 1."""
+    return np.array([1.0 / rng.uniform(*RED_GAIN), 1.0, 1.0 / rng.uniform(*BLUE_GAIN)])
 
 
-def drawn_brightness(draw: np.random.Generator) -> float:
-    """Draw how bright the camera signal is against the finished picture."""
-    return float(np.clip(draw.normal(*BRIGHTNESS), 0.3, 1.3))  # five deviations: no picture becomes black or negative
+def draw_brightness(rng: np.random.Generator) -> float:
+    """Draw the brightness of the camera signal relative to the finished picture."""
+    return float(np.clip(rng.normal(*BRIGHTNESS), 0.3, 1.3))  # five deviations: no picture becomes black or negative
 
 
 def to_balanced_camera(xyz_to_camera: np.ndarray) -> np.ndarray:
@@ -74,10 +74,10 @@ def to_balanced_camera_in(camera: Camera, light: str) -> np.ndarray:
     return np.linalg.solve(to_xyz_d50, adapt @ SRGB_TO_XYZ)
 
 
-def without_gains(balanced: np.ndarray, gains: np.ndarray) -> np.ndarray:
-    """Take white balance and brightness off (..., 3) linear colours, but not off what is saturated.
+def remove_gains(balanced: np.ndarray, gains: np.ndarray) -> np.ndarray:
+    """Apply the inverse gains of white balance and brightness to (..., 3) linear colours, except where they are saturated.
 
-    gains: (3,) what a colour is multiplied by, below 1 as a rule. a = ((mean - 0.9) / 0.1)^2 above a mean of 0.9, else 0;
+    gains: (3,) factors of the colours, usually below 1. a = ((mean - 0.9) / 0.1)^2 above a mean of 0.9, else 0;
     the factor is max(a + (1 - a) gain, gain): 1 for white (equation 5 of the paper, over the mean of the channels as in
     its release).
     """

@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from data_gen.sources.camera_view import check_illuminants, drawn
-from data_gen.sources.exposed_scene import check_exposure, exposed, told_as
+from data_gen.sources.camera_view import check_illuminants, draw_name
+from data_gen.sources.exposed_scene import check_exposure, expose_scene, renamed_key
 from data_gen.sources.folder import FolderSource, check_extensions
 from data_gen.sources.source import CleanImage
 from simulator.scene.image import ImageScene
@@ -43,18 +43,18 @@ class LinearImages(FolderSource):
     layer: str | None = None
     extensions: tuple[str, ...] = (".exr", ".hdr", ".tif", ".tiff", ".npy")
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_illuminants(self.illuminants, "illuminants")
         check_exposure(self.exposed_percentile, self.exposed_signal)
         check_extensions(self.extensions)
 
-    def read(self, name: str, draw: np.random.Generator) -> CleanImage:
-        """Read one picture; `draw` gives the light.
+    def read(self, name: str, rng: np.random.Generator) -> CleanImage:
+        """Read one picture; `rng` gives the light.
 
         Raises PhotositeError for what `ImageScene.load` refuses, and for a picture without light.
         """
-        light, path = drawn(self.illuminants, draw), self.linear_images / name
-        with told_as(KEY, "scene.image"):
+        light, path = draw_name(self.illuminants, rng), self.linear_images / name
+        with renamed_key(KEY, "scene.image"):
             scene = ImageScene(
                 image=path,
                 luminance_cd_m2=1.0,  # any: exposure follows from the percentile
@@ -63,4 +63,4 @@ class LinearImages(FolderSource):
                 layer=self.layer,
                 negative=self.negative,
             ).load()
-        return exposed(scene, self.camera, light, self.exposed_percentile, self.exposed_signal, path)
+        return expose_scene(scene, self.camera, light, self.exposed_percentile, self.exposed_signal, path)

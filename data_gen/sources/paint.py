@@ -25,19 +25,19 @@ class Paint:
     measured: np.ndarray
     lamps: np.ndarray
 
-    def surfaces(self, draw: np.random.Generator, count: int) -> np.ndarray:
+    def surfaces(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """Signals of surfaces, (count, channels) float32.
 
         A surface is a mixture of measured ones, darkened evenly on a logarithmic scale. Mixtures of reflectances are
         reflectances, and what a camera sees of them is the same mixture.
         """
-        shares = draw.standard_gamma(_MIXTURE, (count, len(self.measured)))
-        shares *= (_DARKEST ** draw.random(count) / np.maximum(shares.sum(axis=1), 1e-300))[:, None]
+        shares = rng.standard_gamma(_MIXTURE, (count, len(self.measured)))
+        shares *= (_DARKEST ** rng.random(count) / np.maximum(shares.sum(axis=1), 1e-300))[:, None]
         return (shares @ self.measured).astype(np.float32)
 
-    def lamp(self, draw: np.random.Generator) -> np.ndarray:
+    def lamp(self, rng: np.random.Generator) -> np.ndarray:
         """Signal of one lamp, (channels,) float32."""
-        return self.lamps[draw.integers(len(self.lamps))].astype(np.float32)
+        return self.lamps[rng.integers(len(self.lamps))].astype(np.float32)
 
 
 def paint_for(camera: Camera, light: str) -> Paint:

@@ -2,7 +2,7 @@
 
 A flipped or transposed Bayer mosaic begins with another colour. Moving the crop by one photosite puts the wanted colour back
 in the corner without touching a value (Liu et al., "Learning Raw Image Denoising with Bayer Pattern Unification and Bayer
-Preserving Augmentation", CVPR Workshops 2019). Nothing here draws: every patch follows from numbers in [0, 1).
+Preserving Augmentation", CVPR Workshops 2019). Nothing here is random: every patch is a function of numbers in [0, 1).
 """
 
 from dataclasses import dataclass
@@ -89,11 +89,11 @@ def choose_crop(
 def cut_patch(picture: CleanImage, crop: Crop, cfa: CfaName) -> np.ndarray:
     """Return the mosaic (height, width) float32 of a crop that `choose_crop` gave for the same picture and `cfa`."""
     patch = crop.of(picture.signal)
-    return mosaic_of(patch, cfa) if patch.ndim == 3 else np.ascontiguousarray(patch)
+    return apply_cfa(patch, cfa) if patch.ndim == 3 else np.ascontiguousarray(patch)
 
 
-def mosaic_of(planes: np.ndarray, cfa: CfaName) -> np.ndarray:
-    """Keep at each pixel the colour of its filter: (height, width, 3) R, G, B to (height, width), same type."""
+def apply_cfa(planes: np.ndarray, cfa: CfaName) -> np.ndarray:
+    """Sample R, G, B planes (height, width, 3) through a colour filter array: mosaic (height, width) of the same type."""
     mosaic = np.empty(planes.shape[:2], planes.dtype)
     for place, letter in enumerate(cfa):
         row, column = divmod(place, 2)
@@ -101,8 +101,10 @@ def mosaic_of(planes: np.ndarray, cfa: CfaName) -> np.ndarray:
     return mosaic
 
 
-def _first_place(picture: CleanImage, size: tuple[int, int], cfa: CfaName, augmentation: Augmentation, name: str):
-    """Row and column of the first place with the right phase, and the step to the next ones."""
+def _first_place(
+    picture: CleanImage, size: tuple[int, int], cfa: CfaName, augmentation: Augmentation, name: str
+) -> tuple[int, int, int]:
+    """Return row and column of the first crop whose mosaic begins with `cfa`, and the step to the next one [px]."""
     own = picture.cfa
     if (own == "MONO") != (cfa == "MONO"):
         held = f"a {own} mosaic" if own else "R, G, B planes"

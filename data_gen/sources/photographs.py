@@ -1,23 +1,24 @@
 """Clean pictures from finished photographs: sRGB back to camera signal."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from data_gen.sources.camera_view import camera_view, check_illuminants, drawn
+from data_gen.sources.camera_view import camera_view, check_illuminants, draw_name
 from data_gen.sources.folder import FolderSource, check_extensions
 from data_gen.sources.inverse_isp import (
     SRGB_TO_XYZ,
-    drawn_brightness,
-    drawn_white,
-    gamma_expanded,
+    draw_brightness,
+    draw_white,
+    expand_gamma,
     inverse_smoothstep,
-    mixed_matrix,
+    mix_matrix,
+    remove_gains,
     to_balanced_camera,
     to_balanced_camera_in,
-    without_gains,
 )
 from data_gen.sources.source import CleanImage
 from simulator.errors import PhotositeError, require
@@ -50,7 +51,7 @@ class Photographs(FolderSource):
     downscale: Annotated[int, "1 keeps every pixel"] = 1
     extensions: tuple[str, ...] = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         colour = self.camera.channels == 3 or self.inverse_isp == "brooks2019"
         rule = "an inverse ISP ends in R, G, B; take another camera, or linear_images for a monochrome one"
         require(colour, "camera.cfa", self.camera.cfa, rule)
@@ -60,30 +61,35 @@ class Photographs(FolderSource):
         check_illuminants(self.illuminants, "illuminants")
         check_extensions(self.extensions)
 
-    def read(self, name: str, draw: np.random.Generator) -> CleanImage:
-        """Read one picture; `draw` gives light, matrix, gains and brightness.
+    def read(self, name: str, rng: np.random.Generator) -> CleanImage:
+        """Read one picture; `rng` gives light, matrix, gains and brightness.
 
         Raises PhotositeError for a file that is missing, damaged, grey, of floats, or larger than memory.
         """
         path = self.photographs / name
         with memory_for(path, KEY):
             codes = _rgb_codes(path)
-            matrix, white, picture = self._colours(draw)
-            balanced = _decoded(codes, self.inverse_isp) @ matrix.T.astype(np.float32)
-            signal = np.maximum(without_gains(balanced, white * drawn_brightness(draw)), np.float32(0))
+            matrix, white, picture = self._draw_colours(rng)
+            balanced = _decode(codes, self.inverse_isp) @ matrix.T.astype(np.float32)
+            signal = np.maximum(remove_gains(balanced, white * draw_brightness(rng)), np.float32(0))
             if self.inverse_isp == "brooks2019":
                 signal = np.minimum(signal, np.float32(1))
-            return picture(_reduced(signal, self.downscale, path))
+            return picture(_downscale(signal, self.downscale, path))
 
-    def _colours(self, draw: np.random.Generator):
-        """Linear sRGB to white-balanced camera (3, 3), signal of white (3,), and what makes a CleanImage of planes."""
+    def _draw_colours(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, Callable[[np.ndarray], CleanImage]]:
+        """Draw the colours of one reading.
+
+        Returns the matrix (3, 3) from linear sRGB to white-balanced camera, the signal of white (3,), and the function that
+        makes a CleanImage of planes.
+        """
         if self.inverse_isp == "camera":
-            view = camera_view(self.camera, drawn(self.illuminants, draw))
+            view = camera_view(self.camera, draw_name(self.illuminants, rng))
             return to_balanced_camera_in(self.camera, view.light), view.white, view.picture
-        matrix, white = to_balanced_camera(mixed_matrix(draw)), drawn_white(draw)
-        # Rows were divided by their sums: this is the matrix under D65 of a camera whose white is the drawn one.
+        matrix, white = to_balanced_camera(mix_matrix(rng)), draw_white(rng)
+        # The rows of `matrix` sum to 1, so this is the D65 matrix of a camera whose response to white is the drawn one.
         xyz_to_camera = tuple(map(tuple, (white[:, None] * matrix @ np.linalg.inv(SRGB_TO_XYZ)).tolist()))
-        balance = tuple(float(1.0 / value) for value in white)
+        red, green, blue = (float(1.0 / value) for value in white)
+        balance = red, green, blue
         return matrix, white, lambda planes: CleanImage(planes, None, balance, xyz_to_camera)
 
 
@@ -100,15 +106,15 @@ def _rgb_codes(path: Path) -> np.ndarray:
     return file.pixels[..., [file.channels.index(name) for name in "RGB"]]
 
 
-def _decoded(codes: np.ndarray, inverse_isp: str) -> np.ndarray:
-    """Linear colours float32, 0 to 1: tone curve and gamma undone, through a table of all codes."""
+def _decode(codes: np.ndarray, inverse_isp: str) -> np.ndarray:
+    """Undo tone curve and gamma with a lookup table of all codes: linear colours float32, 0 to 1."""
     largest = np.iinfo(codes.dtype).max
-    curve = gamma_expanded if inverse_isp == "brooks2019" else srgb_to_linear
+    curve = expand_gamma if inverse_isp == "brooks2019" else srgb_to_linear
     return curve(inverse_smoothstep(np.arange(largest + 1) / largest)).astype(np.float32)[codes]
 
 
-def _reduced(planes: np.ndarray, side: int, path: Path) -> np.ndarray:
-    """Means over squares of pixels; what is left over at the right and lower border is dropped."""
+def _downscale(planes: np.ndarray, side: int, path: Path) -> np.ndarray:
+    """Average squares of `side` pixels; incomplete squares at the right and lower border are dropped."""
     if side == 1:
         return planes
     height, width = planes.shape[0] // side, planes.shape[1] // side

@@ -8,11 +8,11 @@ from typing import Annotated, Literal, get_args
 
 import numpy as np
 
-from data_gen.sources.camera_view import CameraView, camera_view, check_illuminants, drawn
+from data_gen.sources.camera_view import CameraView, camera_view, check_illuminants, draw_name
 from data_gen.sources.drawings import DRAWINGS
 from data_gen.sources.paint import Paint, paint_for
 from data_gen.sources.source import CleanImage
-from simulator.errors import require
+from simulator.errors import PhotositeError, require
 from simulator.sensor.camera.camera import Camera
 
 Kind = Literal["dead_leaves", "gradients", "slanted_edges", "color_patches", "text", "point_lights"]
@@ -41,7 +41,7 @@ class Procedural:
     white_signal: Annotated[float, "signal of a perfect white, 1 = saturation"] = 0.9
     _seen: dict[str, tuple[CameraView, Paint]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         known = get_args(Kind)
         some = bool(self.procedural) and set(self.procedural) <= set(known)
         require(some, "procedural", self.procedural, f"give one or more of {', '.join(known)}")
@@ -61,32 +61,34 @@ class Procedural:
         kinds = self.procedural
         return tuple(f"{kinds[index % len(kinds)]}/{index // len(kinds):06d}" for index in range(self.count))
 
-    def read(self, name: str, draw: np.random.Generator) -> CleanImage:
-        """Draw a picture. `draw` chooses the light; everything else follows from the name.
+    def read(self, name: str, rng: np.random.Generator) -> CleanImage:
+        """Draw a picture. `rng` chooses the light; everything else follows from the name.
 
         Raises PhotositeError for a name that no drawing has.
         """
         match = re.fullmatch(r"(\w+)/(\d{6}|[1-9]\d{6,17})", name)
         known = self.procedural
         rule = f"no such drawing; give one of {', '.join(known)}, a stroke and a number, such as {known[0]}/000000"
-        require(match is not None and match[1] in known, "procedural", name, rule)
-        view, paint = self._view(drawn(self.illuminants, draw))
+        if match is None or match[1] not in known:
+            raise PhotositeError(rule, key="procedural", value=name)
+        view, paint = self._view(draw_name(self.illuminants, rng))
         planes = DRAWINGS[match[1]](_generator(name, self.seed), paint, self.height_px, self.width_px)
-        return view.picture(_softened(planes.astype(np.float32, copy=False)) * np.float32(self.white_signal))
+        return view.picture(_blur(planes.astype(np.float32, copy=False)) * np.float32(self.white_signal))
 
     def _view(self, light: str) -> tuple[CameraView, Paint]:
+        """Return the camera's response and the paint in a light, computed once."""
         if light not in self._seen:
             self._seen[light] = camera_view(self.camera, light), paint_for(self.camera, light)
         return self._seen[light]
 
 
 def _generator(name: str, seed: int) -> np.random.Generator:
-    """Random numbers of their own for every name: Philox with a key that is the hash of both."""
+    """Return the generator of a picture: Philox keyed with the hash of seed and name."""
     digest = hashlib.sha256(f"{seed}/{name}".encode()).digest()
     return np.random.Generator(np.random.Philox(key=int.from_bytes(digest[:16], "little")))
 
 
-def _softened(planes: np.ndarray) -> np.ndarray:
+def _blur(planes: np.ndarray) -> np.ndarray:
     """Blur with the binomial 1-2-1 / 4 in both directions; the border repeats. A flat field stays flat."""
     for axis in (0, 1):
         padded = np.concatenate([planes.take([0], axis), planes, planes.take([-1], axis)], axis)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, get_args
 
 import numpy as np
 
@@ -10,9 +10,11 @@ from data_gen.sources.folder import FolderSource, check_extensions
 from data_gen.sources.source import CleanImage
 from simulator.errors import require
 from simulator.raw.raw_reader import RawFile, read_raw_file
+from simulator.sensor.camera.cfa import CfaName
 
 KEY = "raw_files"
 EXTENSIONS = (".dng", ".arw", ".cr2", ".cr3", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2")
+_CFAS: dict[str, CfaName] = {name: name for name in get_args(CfaName)}  # raw files have no others
 
 
 @dataclass(frozen=True)
@@ -28,10 +30,10 @@ class RawFiles(FolderSource):
     raw_files: Annotated[Path, "folder of raw files"]
     extensions: tuple[str, ...] = EXTENSIONS
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_extensions(self.extensions)
 
-    def read(self, name: str, draw: np.random.Generator) -> CleanImage:
+    def read(self, name: str, rng: np.random.Generator) -> CleanImage:
         """Read one file; nothing is drawn.
 
         Raises PhotositeError for a file that is missing or damaged, with another pattern than 2 x 2 of R, G, G, B or none
@@ -45,11 +47,11 @@ class RawFiles(FolderSource):
         for row, column in ((0, 0), (0, 1), (1, 0), (1, 1)):
             above_dn = raw.mosaic[row::2, column::2] - np.float32(raw.black_level_dn[row, column])
             signal[row::2, column::2] = above_dn / np.float32(span_dn[row, column])
-        return CleanImage(np.maximum(signal, np.float32(0)), raw.cfa, _white_balance(raw), raw.color_matrix)
+        return CleanImage(np.maximum(signal, np.float32(0)), _CFAS[raw.cfa], _white_balance(raw), raw.color_matrix)
 
 
 def _white_balance(raw: RawFile) -> tuple[float, float, float]:
-    """Gains that the camera chose; else those of daylight, by the matrix; all 1 for MONO."""
+    """Return the gains as shot; else those that the colour matrix gives for daylight; all 1 for MONO."""
     if raw.cfa == "MONO":
         return 1.0, 1.0, 1.0
     if raw.white_balance is not None:
@@ -57,4 +59,5 @@ def _white_balance(raw: RawFile) -> tuple[float, float, float]:
     rule = f"{raw.path}: tells neither white balance nor colour matrix; take it out of the folder"
     require(raw.color_matrix is not None, "white balance", "none", rule)
     white = np.array(raw.color_matrix) @ (0.95047, 1.0, 1.08883)  # D65, ASTM E308
-    return tuple((white[1] / white).tolist())
+    red, green, blue = (white[1] / white).tolist()
+    return red, green, blue

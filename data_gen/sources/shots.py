@@ -44,7 +44,7 @@ class Shots:
     def _sweep(self) -> Sweep | None:
         return load_sweep(self.shot)
 
-    def read(self, name: str, draw: np.random.Generator) -> CleanImage:
+    def read(self, name: str, rng: np.random.Generator) -> CleanImage:
         """Expose one shot; nothing is drawn.
 
         Raises PhotositeError for a name that is not of this file and for all that a shot may be refused for.
@@ -69,15 +69,14 @@ def clean_picture(shot: Shot, device: Device) -> CleanImage:
     planned = plan(replace(shot, truth=()))
     check_memory(planned, device.info)
     planned, sensor = measure(planned, device), planned.sensor
-    matrix, neutral = matrix_under_d65(shot.camera), neutral_of(planned.optics.scene, shot.camera)
-    balance = tuple(neutral[1] / value for value in neutral) if len(neutral) == 3 else (1.0, 1.0, 1.0)
-    matrix = None if matrix is None else tuple(tuple(map(float, row)) for row in matrix)
-    scale, lit = np.float32(1.0 / saturating_electrons(sensor)), _lit(sensor)
+    d65, balance = matrix_under_d65(shot.camera), _white_balance(neutral_of(planned.optics.scene, shot.camera))
+    matrix = None if d65 is None else tuple(tuple(map(float, row)) for row in d65)
+    scale, active = np.float32(1.0 / saturating_electrons(sensor)), _active_slices(sensor)
     crosstalk, binning = sensor.readout.crosstalk, sensor.readout.binning
     if shot.camera.channels == 3 and binning is None and not any(crosstalk.optical_shares + crosstalk.electrical_shares):
-        planes = [_electrons(planned.in_one_color(channel), device)[lit] for channel in range(3)]
+        planes = [_electrons(planned.in_one_color(channel), device)[active] for channel in range(3)]
         return CleanImage(np.stack(planes, axis=-1) * scale, None, balance, matrix)
-    return CleanImage(_electrons(planned, device)[lit] * scale, shot.camera.frame_cfa(), balance, matrix)
+    return CleanImage(_electrons(planned, device)[active] * scale, shot.camera.frame_cfa(), balance, matrix)
 
 
 def saturating_electrons(sensor: SensorPlan) -> float:
@@ -87,6 +86,14 @@ def saturating_electrons(sensor: SensorPlan) -> float:
     return read_together * sensor.electrons_at_white()
 
 
+def _white_balance(neutral: tuple[float, ...]) -> tuple[float, float, float]:
+    """Return the gains that make the camera's response to white neutral, green = 1; all 1 for MONO."""
+    if len(neutral) != 3:
+        return 1.0, 1.0, 1.0
+    red, green, blue = neutral
+    return green / red, green / green, green / blue
+
+
 def _electrons(planned: Plan, device: Device) -> np.ndarray:
     """Mean photoelectrons of every pixel that is given out, (height, width) float32 [e-]."""
     light = expose(planned, device)
@@ -94,7 +101,7 @@ def _electrons(planned: Plan, device: Device) -> np.ndarray:
     return mean_electrons
 
 
-def _lit(sensor: SensorPlan) -> tuple[slice, slice]:
-    """Rows and columns of the frame that light reaches."""
+def _active_slices(sensor: SensorPlan) -> tuple[slice, slice]:
+    """Return rows and columns of the active area within the frame."""
     area = sensor.readout.active_area
     return (slice(None), slice(None)) if area is None else (slice(area[0], area[2]), slice(area[1], area[3]))

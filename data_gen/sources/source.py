@@ -1,7 +1,7 @@
 """Where clean pictures come from. A source lists names cheaply and in a fixed order, and reads one of them at a time."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -25,14 +25,17 @@ class CleanImage:
     color_matrix: tuple[tuple[float, ...], ...] | None = None
 
 
-class Source(Protocol):
+@runtime_checkable
+class PictureSource(Protocol):
     """A collection of clean pictures."""
 
     def names(self) -> tuple[str, ...]:
         """Names of all pictures, unique, in an order that does not depend on the machine."""
+        ...
 
-    def read(self, name: str, draw: np.random.Generator) -> CleanImage:
-        """Read one picture. `draw` gives what the source leaves to chance, such as the colour matrix of an inverse ISP.
+    def read(self, name: str, rng: np.random.Generator) -> CleanImage:
+        """Read one picture. `rng` makes the source's random choices, such as the colour matrix of an inverse ISP.
 
         Raises PhotositeError that names the file and what is wrong with it.
         """
+        ...

@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from data_gen.sources.camera_view import check_illuminants, drawn
-from data_gen.sources.exposed_scene import check_exposure, exposed, told_as
+from data_gen.sources.camera_view import check_illuminants, draw_name
+from data_gen.sources.exposed_scene import check_exposure, expose_scene, renamed_key
 from data_gen.sources.folder import FolderSource, check_extensions
 from data_gen.sources.source import CleanImage
 from simulator.scene.spectral_cube import SpectralCubeScene
@@ -41,7 +41,7 @@ class SpectralCubes(FolderSource):
     exposed_signal: float = 0.9
     extensions: tuple[str, ...] = (".exr", ".npy")
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_illuminants(self.illuminants, "illuminants")
         check_exposure(self.exposed_percentile, self.exposed_signal)
         check_extensions(self.extensions)
@@ -51,13 +51,13 @@ class SpectralCubes(FolderSource):
         own = None if self.wavelengths is None else Path(self.wavelengths).resolve()
         return tuple(name for name in super()._listed() if (self.spectral_cubes / name).resolve() != own)
 
-    def read(self, name: str, draw: np.random.Generator) -> CleanImage:
-        """Read one cube; `draw` gives the light.
+    def read(self, name: str, rng: np.random.Generator) -> CleanImage:
+        """Read one cube; `rng` gives the light.
 
         Raises PhotositeError for what `SpectralCubeScene.load` refuses, and for a cube without light.
         """
-        light, path = drawn(self.illuminants, draw), self.spectral_cubes / name
-        with told_as(KEY, "scene.spectral_cube"), told_as(f"wavelengths of {path}", "scene.wavelengths"):
+        light, path = draw_name(self.illuminants, rng), self.spectral_cubes / name
+        with renamed_key(KEY, "scene.spectral_cube"), renamed_key(f"wavelengths of {path}", "scene.wavelengths"):
             scene = SpectralCubeScene(
                 spectral_cube=path,
                 wavelengths=self.wavelengths,
@@ -65,4 +65,4 @@ class SpectralCubes(FolderSource):
                 luminance_cd_m2=1.0 if self.quantity == "reflectance" else None,  # any: exposure follows from the percentile
                 illuminant=light,
             ).load()
-        return exposed(scene, self.camera, light, self.exposed_percentile, self.exposed_signal, path)
+        return expose_scene(scene, self.camera, light, self.exposed_percentile, self.exposed_signal, path)

@@ -1,15 +1,16 @@
 """The list of a complete data set: what it was made from, its shards with their SHA-256, and what went wrong on the way.
 
-It is written last, so a folder that has it is complete. It holds no clock and nothing of the machine, and is sorted, so that
-equal data sets have equal manifests.
+It is written last, so a folder that has it is complete. It is sorted and contains no time and nothing about the machine,
+so equal data sets have equal manifests.
 """
 
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
-from data_gen.storage.shards import RECORD, Shard, ShardRecord, finished, problem_of, record_path, remove_leftovers
+from data_gen.storage.shards import RECORD, Shard, ShardRecord, find_problem, finished_shards, record_path, remove_leftovers
 from data_gen.storage.writers.writer import WriterOptions
 from simulator.atomic_files import atomic_write
 from simulator.errors import PhotositeError
@@ -27,11 +28,11 @@ def write_manifest(
     dataset: hash of the configuration. problems: one line for each picture that was left out or file that was refused.
     Call it when no other process writes into the folder. Raises PhotositeError when a shard is missing.
     """
-    records = finished(folder, dataset)
+    records = finished_shards(folder, dataset)
     missing = [shard.index for shard in plan if shard.index not in records]
     if missing:
-        told = f"{len(missing)} of {len(plan)} shards are not there, the first is {missing[0]}"
-        raise PhotositeError(f"{told}; run the same command again", file=folder)
+        state = f"{len(missing)} of {len(plan)} shards are not there, the first is {missing[0]}"
+        raise PhotositeError(f"{state}; run the same command again", file=folder)
     shards = [records[shard.index] for shard in plan]
     listed = sorted(problems)
     content = {
@@ -52,7 +53,7 @@ def write_manifest(
     return path
 
 
-def read_manifest(folder: Path) -> dict:
+def read_manifest(folder: Path) -> dict[str, Any]:
     """Return the content of `manifest.json`, `shards` as ShardRecord. Raises PhotositeError when it is missing or damaged."""
     path = folder / MANIFEST
     try:
@@ -68,16 +69,17 @@ def read_manifest(folder: Path) -> dict:
 def verify(folder: Path, progress: Progress = silent) -> list[str]:
     """Compare every byte of a data set with its manifest; return what is wrong, one line each, and [] when all is well.
 
-    progress: told of each shard.
+    progress: called after each shard.
     A shard found wrong loses its record, so that the next run makes it anew.
     """
     try:
         manifest = read_manifest(folder)
     except PhotositeError as error:
         return [str(error)]
-    found, steps = [], Steps(progress, len(manifest["shards"]))
+    found: list[str] = []
+    steps = Steps(progress, len(manifest["shards"]))
     for record in manifest["shards"]:
-        problem = problem_of(folder, record, verify=True)
+        problem = find_problem(folder, record, verify=True)
         steps.add("shards")
         if problem is not None:
             record_path(folder / record.name).unlink(missing_ok=True)

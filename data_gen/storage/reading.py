@@ -7,8 +7,8 @@ from pathlib import Path
 
 from data_gen.samples.sample import Sample
 from data_gen.storage.manifest import MANIFEST, read_manifest
-from data_gen.storage.shards import ShardRecord, finished
-from data_gen.storage.writers.writer import writer
+from data_gen.storage.shards import ShardRecord, finished_shards
+from data_gen.storage.writers.writer import find_writer
 from simulator.errors import PhotositeError
 
 
@@ -19,10 +19,10 @@ class SampleFolder:
     Raises PhotositeError when the folder holds no data set.
     """
 
-    def __init__(self, folder: str | Path):
+    def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
         there = (self.folder / MANIFEST).is_file()
-        records = read_manifest(self.folder)["shards"] if there else list(finished(self.folder).values())
+        records = read_manifest(self.folder)["shards"] if there else list(finished_shards(self.folder).values())
         if not records:
             raise PhotositeError(f"holds no data set: neither {MANIFEST} nor a finished shard", file=self.folder)
         self.records: list[ShardRecord] = sorted(records, key=lambda record: record.first)
@@ -46,7 +46,7 @@ class SampleFolder:
         Raises PhotositeError for an index that is not there and for a shard that cannot be read.
         """
         for record, group in groupby(self.indices if indices is None else indices, self._shard):
-            source, path = writer(record.format), self.folder / record.name
+            source, path = find_writer(record.format), self.folder / record.name
             try:
                 yield from source.read(path, [index - record.first for index in group])
             except PhotositeError:

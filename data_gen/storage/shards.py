@@ -40,7 +40,7 @@ class Shard:
 class ShardRecord:
     """What is known of a finished shard; the record beside it holds this as JSON, and a summary of the samples.
 
-    bytes: of all its files. sha256: hexadecimal, as `fingerprint` computes it. format: the writer's.
+    bytes: of all its files. sha256: hexadecimal, as `sha256_of` computes it. format: the writer's.
     dataset: hash of the configuration it was made from; "" when none was given.
     """
 
@@ -83,28 +83,28 @@ def write_shard(
     cannot be written to; then neither shard nor record is there.
     """
     path = folder / shard_name(shard.index, shard.shards, writer.suffix)
-    # The record of another configuration goes first; one of this configuration tells of the same bytes.
+    # A record of another configuration is removed first; one of this configuration describes the same bytes and may stay.
     if (old := _read_record(record_path(path))) is None or old.dataset != dataset:
         with suppress(FileNotFoundError, NotADirectoryError):
             record_path(path).unlink()
     summary = Summary()
     with (atomic_folder if writer.folder else atomic_write)(path) as temporary:
-        writer.write(temporary, _expected(shard, samples, path, summary), options)
-        size_bytes, sha256 = _size(temporary), fingerprint(temporary)
+        writer.write(temporary, _check_indices(shard, samples, path, summary), options)
+        size_bytes, sha256 = _size(temporary), sha256_of(temporary)
     record = ShardRecord(path.name, shard.index, shard.first, shard.count, size_bytes, sha256, writer.format, dataset)
     with atomic_write(record_path(path)) as temporary:
-        told = asdict(record) | {"summary": summary.counts()}
-        temporary.write_text(json.dumps(told, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+        content = asdict(record) | {"summary": summary.counts()}
+        temporary.write_text(json.dumps(content, indent=1, sort_keys=True) + "\n", encoding="utf-8")
     return record
 
 
-def finished(folder: Path, dataset: str | None = None, verify: bool = False) -> dict[int, ShardRecord]:
+def finished_shards(folder: Path, dataset: str | None = None, verify: bool = False) -> dict[int, ShardRecord]:
     """Return the records of shards that are complete, by index: shard and record are there and the sizes agree.
 
     dataset: hash of the configuration; other shards are refused. verify: compare the SHA-256 of every byte, too.
     Raises PhotositeError when a shard was made from another configuration, for it would be mixed up with the others.
     """
-    found = {}
+    found: dict[int, ShardRecord] = {}
     for path in sorted(folder.glob(f"*{RECORD}")):
         record = _read_record(path)
         if record is None:
@@ -115,25 +115,25 @@ def finished(folder: Path, dataset: str | None = None, verify: bool = False) -> 
                 f"now {dataset}); choose an empty folder, or delete this one",
                 file=folder / record.name,
             )
-        if problem_of(folder, record, verify) is None:
+        if find_problem(folder, record, verify) is None:
             found[record.index] = record
     return found
 
 
-def problem_of(folder: Path, record: ShardRecord, verify: bool) -> str | None:
-    """What is wrong with a shard, in words; None when all is well."""
+def find_problem(folder: Path, record: ShardRecord, verify: bool) -> str | None:
+    """Return a message about what is wrong with a shard; None when it is complete."""
     path = folder / record.name
     if not path.exists():
         return f"{path}: is missing"
     size_bytes = _size(path)
     if size_bytes != record.bytes:
         return f"{path}: has {size_bytes} bytes instead of {record.bytes}"
-    if verify and fingerprint(path) != record.sha256:
+    if verify and sha256_of(path) != record.sha256:
         return f"{path}: its SHA-256 is not that of the record: bytes have changed"
     return None
 
 
-def fingerprint(path: Path) -> str:
+def sha256_of(path: Path) -> str:
     """SHA-256 of a file, or of a folder.
 
     Of a folder it is that of the lines `SHA-256  relative/path` of its files, sorted by path, which
@@ -142,7 +142,7 @@ def fingerprint(path: Path) -> str:
     if path.is_file():
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
-    lines = (f"{fingerprint(one)}  {one.relative_to(path).as_posix()}\n" for one in _files(path))
+    lines = (f"{sha256_of(one)}  {one.relative_to(path).as_posix()}\n" for one in _files(path))
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
@@ -160,8 +160,8 @@ def read_summary(folder: Path, record: ShardRecord) -> dict[str, dict[str, int]]
     return json.loads(record_path(folder / record.name).read_text(encoding="utf-8"))["summary"]
 
 
-def _expected(shard: Shard, samples: Iterable[Sample], path: Path, summary: Summary) -> Iterator[Sample]:
-    """Count and pass samples on while they are those of the shard."""
+def _check_indices(shard: Shard, samples: Iterable[Sample], path: Path, summary: Summary) -> Iterator[Sample]:
+    """Pass the samples on and add them to the summary. Raises PhotositeError unless they are those of the shard, in order."""
     wanted = iter(shard.indices)
     for sample in samples:
         if sample.index != (index := next(wanted, None)):
@@ -173,10 +173,12 @@ def _expected(shard: Shard, samples: Iterable[Sample], path: Path, summary: Summ
 
 
 def _files(path: Path) -> list[Path]:
+    """List the files of a folder, sorted by the bytes of their relative paths."""
     return sorted((one for one in path.rglob("*") if one.is_file()), key=lambda one: one.relative_to(path).as_posix().encode())
 
 
 def _size(path: Path) -> int:
+    """Return the bytes of a file, or of all files of a folder."""
     return path.stat().st_size if path.is_file() else sum(one.stat().st_size for one in _files(path))
 
 
@@ -186,10 +188,10 @@ def record_path(path: Path) -> Path:
 
 
 def _read_record(path: Path) -> ShardRecord | None:
-    """Record in a file; None when it is not one of ours, so that its shard is made anew."""
+    """Read a record; None for a file that is no valid record, so that its shard is made again."""
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-        del told["summary"]
-        return ShardRecord(**told)
+        content = json.loads(path.read_text(encoding="utf-8"))
+        del content["summary"]
+        return ShardRecord(**content)
     except (OSError, ValueError, TypeError, KeyError):
         return None

@@ -1,4 +1,4 @@
-"""What a shard holds, in counts that add up: cameras, ISO, exposure ratios, light, sources."""
+"""Histograms of the samples of a shard, which can be added: cameras, ISO, exposure ratios, light, sources."""
 
 import math
 from collections import Counter
@@ -16,12 +16,12 @@ DARKEST_STOP = -16
 class Summary:
     """Counts of the samples seen so far, frame by frame for the exposure ratio, else sample by sample."""
 
-    def __init__(self):
-        self._counts: dict[str, Counter] = {kind: Counter() for kind in KINDS}
+    def __init__(self) -> None:
+        self._counts: dict[str, Counter[str]] = {kind: Counter() for kind in KINDS}
 
     def add(self, sample: Sample) -> None:
         """Count one sample."""
-        told = {
+        values = {
             "camera": sample.camera,
             "iso": sample.iso,
             "mode": sample.mode,
@@ -30,7 +30,7 @@ class Summary:
             "light_stops": light_stops(sample),
             "source": sample.source,
         }
-        for kind, value in told.items():
+        for kind, value in values.items():
             self._counts[kind][str(value)] += 1
         for ratio in sample.exposure_ratios:
             self._counts["ratio_stops"][str(math.floor(math.log2(ratio)))] += 1
@@ -41,15 +41,15 @@ class Summary:
 
 
 def light_stops(sample: Sample) -> int:
-    """Mean of the clean signal in stops below saturation, rounded down: -1 for 1/2 up to 1; DARKEST_STOP and below are one."""
+    """Return log2 of the mean clean signal (1 = saturation), rounded down and at least DARKEST_STOP."""
     span_dn = sample.white_level_dn - sample.black_level_dn
     signal = (float(np.mean(sample.clean_dn, dtype=np.float64)) - sample.black_level_dn) / span_dn
     return math.floor(math.log2(max(signal, 2.0**DARKEST_STOP)))
 
 
-def merged(parts: Iterable[Mapping[str, Mapping[str, int]]]) -> dict[str, dict[str, int]]:
-    """Sum of the counts of several shards; numbers sort as numbers, words as words."""
-    total = {kind: Counter() for kind in KINDS}
+def merge_counts(parts: Iterable[Mapping[str, Mapping[str, int]]]) -> dict[str, dict[str, int]]:
+    """Add the counts of several shards; numeric values are sorted as numbers, then words."""
+    total: dict[str, Counter[str]] = {kind: Counter() for kind in KINDS}
     for part in parts:
         for kind, counts in part.items():
             total[kind].update(counts)
@@ -57,6 +57,7 @@ def merged(parts: Iterable[Mapping[str, Mapping[str, int]]]) -> dict[str, dict[s
 
 
 def _order(value: str) -> tuple[int, float, str]:
+    """Sort key of a value: numbers by size, before words."""
     try:
         return 0, float(value), value
     except ValueError:

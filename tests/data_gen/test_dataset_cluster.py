@@ -23,9 +23,9 @@ def whole(tmp_path_factory):
 @pytest.mark.slow
 def test_two_workers_write_the_bytes_of_one(whole, tmp_path):
     config, folder = whole
-    told = []
-    run(config, tmp_path, workers=2, progress=lambda what, share: told.append(share))
-    assert content(tmp_path) == content(folder) and told == sorted(told) and told[-1] == 1.0
+    shares = []
+    run(config, tmp_path, workers=2, progress=lambda what, share: shares.append(share))
+    assert content(tmp_path) == content(folder) and shares == sorted(shares) and shares[-1] == 1.0
 
 
 @pytest.mark.slow

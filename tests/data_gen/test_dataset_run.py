@@ -32,9 +32,9 @@ def test_a_run_makes_all_samples_and_a_second_one_nothing(whole):
     samples = list(read_samples(folder))
     assert [sample.index for sample in samples] == list(range(22))
     assert {sample.camera for sample in samples} == {"sony_a7s2", "imx385"}
-    before, told = content(folder), []
-    outcome = run(config, folder, progress=lambda what, share: told.append((what, share)))
-    assert (outcome.made, outcome.kept, told) == (0, 8, [("samples, 22 of 22", 1.0)])
+    before, calls = content(folder), []
+    outcome = run(config, folder, progress=lambda what, share: calls.append((what, share)))
+    assert (outcome.made, outcome.kept, calls) == (0, 8, [("samples, 22 of 22", 1.0)])
     assert content(folder) == before
 
 
@@ -90,9 +90,9 @@ def test_bad_pictures_are_counted_and_change_no_other_sample(tmp_path):
 
 def test_bad_pictures_are_refused_all_at_once(tmp_path):
     config = small_config(photographs(tmp_path, True), PHOTOS, "on_problem=refuse")
-    with pytest.raises(PhotositeError, match="4 pictures, of which cannot be used: 1 unreadable, 1 too small") as told:
+    with pytest.raises(PhotositeError, match="4 pictures, of which cannot be used: 1 unreadable, 1 too small") as caught:
         run(config, tmp_path / "out")
-    assert "1.png" in str(told.value) and "2.png" in str(told.value)
+    assert "1.png" in str(caught.value) and "2.png" in str(caught.value)
     assert not list((tmp_path / "out").glob("shard-*"))
 
 
@@ -129,11 +129,11 @@ def test_the_command_makes_estimates_and_verifies(tmp_path, capsys):
     assert "none.yaml" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("count, told", [(999.0, "999 B"), (1.58e9, "1.58 GB"), (2e15, "2 PB")])
-def test_sizes_are_told_in_words(count, told):
-    assert dataset_command.size(count) == told
+@pytest.mark.parametrize("count, text", [(999.0, "999 B"), (1.58e9, "1.58 GB"), (2e15, "2 PB")])
+def test_sizes_are_told_in_words(count, text):
+    assert dataset_command.format_bytes(count) == text
 
 
-@pytest.mark.parametrize("seconds, told", [(3.0, "3.0 s"), (600.0, "10.0 min"), (86400 * 12, "12.0 days")])
-def test_times_are_told_in_words(seconds, told):
-    assert dataset_command.duration(seconds) == told
+@pytest.mark.parametrize("seconds, text", [(3.0, "3.0 s"), (600.0, "10.0 min"), (86400 * 12, "12.0 days")])
+def test_times_are_told_in_words(seconds, text):
+    assert dataset_command.format_duration(seconds) == text

@@ -1,8 +1,11 @@
 """Cameras small enough for a test, and one of each stage that a camera file can switch on."""
 
+from typing import Any
+
 import numpy as np
 
 from simulator.sensor.camera.camera import Camera, IsoSetting, SpectralResponse
+from simulator.sensor.camera.cfa import CfaName
 from simulator.sensor.stages.registry import STAGES
 from simulator.sensor.stages.stage import Stage
 
@@ -23,7 +26,7 @@ STAGE_NUMBERS = {  # of every stage that a camera file can switch on, all with a
 }
 
 
-def small_camera(width=64, height=48, cfa="MONO", **settings) -> Camera:
+def small_camera(width: int = 64, height: int = 48, cfa: CfaName = "MONO", **settings: Any) -> Camera:
     """A small camera whose colours see separate thirds of the spectrum, with unit quantum efficiency."""
     wavelengths = np.arange(400.0, 701.0, 10.0)
     thirds = np.stack([wavelengths >= 601, (wavelengths >= 501) & (wavelengths < 601), wavelengths < 501], axis=-1)
@@ -44,7 +47,7 @@ def small_camera(width=64, height=48, cfa="MONO", **settings) -> Camera:
     return Camera(**{**defaults, **settings})
 
 
-def green_camera(width=64, height=48, **settings):
+def green_camera(width: int = 64, height: int = 48, **settings: Any) -> Camera:
     """A camera without colour filter that sees 550 nm alone."""
     wavelengths = np.arange(400.0, 701.0, 10.0)
     return small_camera(

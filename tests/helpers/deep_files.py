@@ -1,11 +1,15 @@
 """Deep picture files."""
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import OpenImageIO as oiio
 
 SURFACES, VOLUMES = ("R", "G", "B", "A", "Z"), ("R", "G", "B", "A", "Z", "ZBack")
+Pixels = Sequence[Sequence[tuple[float, ...]]]  # for each pixel its samples, values in the order of the names
 
 
-def deep_data(pixels, names):
+def deep_data(pixels: Pixels, names: Sequence[str]) -> oiio.DeepData:
     """Float samples; pixels: for each, a list of tuples in the order of the names."""
     data = oiio.DeepData()
     data.init(len(pixels), len(names), [oiio.TypeFloat] * len(names), list(names))
@@ -18,7 +22,13 @@ def deep_data(pixels, names):
     return data
 
 
-def deep_file(path, width, pixels, names=SURFACES, window=None):
+def deep_file(
+    path: Path,
+    width: int,
+    pixels: Pixels,
+    names: Sequence[str] = SURFACES,
+    window: tuple[int, int, int, int] | None = None,
+) -> Path:
     """Write pixels in rows of `width`; window: (x, y, full width, full height)."""
     spec = oiio.ImageSpec(width, len(pixels) // width, len(names), oiio.FLOAT)
     spec.channelnames, spec.deep = names, True

@@ -1,6 +1,8 @@
 """DNG files as other programs write them: tags of a file of ours changed, added or taken out."""
 
 import struct
+from collections.abc import Iterable
+from typing import Any
 
 from simulator.raw.dng import tiff
 
@@ -9,7 +11,7 @@ ENTRY_BYTES = 12
 STRIPES = {33422: tiff.byte(0, 1, 2, 1)}  # CFAPattern: R G above B G, no Bayer pattern
 
 
-def with_tags(content: bytes, changes: dict, without=(), *, raw_directory=True) -> bytes:
+def with_tags(content: bytes, changes: dict[Any, Any], without: Iterable[Any] = (), *, raw_directory: bool = True) -> bytes:
     """A little-endian DNG with a new directory at its end: of the mosaic, or IFD 0.
 
     changes: tag -> `simulator.raw.dng.tiff.Field`. without: tags to leave out. The old directory stays, unreferenced.

@@ -1,6 +1,7 @@
 """Every variant of a raw file that we write, for the tests of other programs: payloads, levels, edges and orientations."""
 
 import itertools
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,7 @@ def code_frames() -> dict[str, Raw]:
     """Frames of random codes by name, no two alike."""
     seeds, found = itertools.count(), {}
 
-    def add(name: str, *arguments, **changes) -> None:
+    def add(name: str, *arguments: Any, **changes: Any) -> None:
         found[name] = random_frame(*arguments, seed=next(seeds), **changes)
 
     for cfa, size, depth in itertools.product(CFAS, SIZES, DEPTHS):

@@ -1,6 +1,7 @@
 """Frames of flat patches whose colour every converter must find: what they show, and the codes that say so."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,9 @@ PATCHES = np.array(
 )
 
 
-def patch_frame(height: int, width: int, cfa: str, bit_depth: int, light=1.0, **changes) -> tuple[Raw, np.ndarray]:
+def patch_frame(
+    height: int, width: int, cfa: str, bit_depth: int, light: float = 1.0, **changes: Any
+) -> tuple[Raw, np.ndarray]:
     """A frame without noise, and the linear sRGB (8, 3) that its codes stand for, their rounding included.
 
     The light is D65, for which ColorMatrix1 holds, so that no two ways of adapting to a white can differ.

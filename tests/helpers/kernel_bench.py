@@ -1,8 +1,10 @@
 """A bench that runs single kernel headers, and chains of stages."""
 
 import copy
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, DTypeLike
 
 from simulator.device import Device, expanded
 from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor
@@ -12,7 +14,7 @@ from simulator.sensor.stages.analog_gain import AnalogGain
 from simulator.sensor.stages.stage import Stage
 
 
-def device_like(device: Device, **settings) -> Device:
+def device_like(device: Device, **settings: object) -> Device:
     """A device of the same context and queue, some of whose settings differ."""
     other = copy.copy(device)
     for name, value in settings.items():
@@ -24,15 +26,21 @@ def device_like(device: Device, **settings) -> Device:
 class Bench:
     """Runs parts of the chain on one device."""
 
-    def __init__(self, device: Device):
+    def __init__(self, device: Device) -> None:
         self.device = device
 
-    def like(self, **settings) -> "Bench":
+    def like(self, **settings: object) -> "Bench":
         """The same on a device whose settings, such as row_px, differ."""
         return Bench(device_like(self.device, **settings))
 
     def header(
-        self, include: str, expression: str, arrays: dict[str, np.ndarray], defines=None, dtype=np.float32, function=""
+        self,
+        include: str,
+        expression: str,
+        arrays: dict[str, np.ndarray],
+        defines: dict[str, object] | None = None,
+        dtype: DTypeLike = np.float32,
+        function: str = "",
     ) -> np.ndarray:
         """`expression` of a kernel header (and a function), evaluated at every element of 1-D arrays named as in it."""
         kinds = {"float32": "float", "uint32": "uint"}
@@ -50,11 +58,21 @@ class Bench:
         return self.device.download(result, (count,), dtype)
 
     def sensor(
-        self, mean_electrons, *stages: Stage, frame_seed=1, body_seed=2, x=0, y=0, gain=1.0, bits=16, black=0.0, **tunables
+        self,
+        mean_electrons: ArrayLike,
+        *stages: Stage,
+        frame_seed: int = 1,
+        body_seed: int = 2,
+        x: int = 0,
+        y: int = 0,
+        gain: float = 1.0,
+        bits: int = 16,
+        black: float = 0.0,
+        **tunables: Any,
     ) -> np.ndarray:
         """Codes of the fused kernel for these mean electrons (height, width), with only the stages given.
 
-        tunables: of `sense`.
+        tunables: of `launch_sensor`.
         """
         chain = {stage.stem: stage for stage in (AnalogGain(gain), Adc(bits, black), *stages)}
         setting = FrameSetting(tuple(chain.values()), Seeds(body_seed, frame_seed), x, y)

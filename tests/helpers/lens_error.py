@@ -22,14 +22,14 @@ class ErrorStatistics:
     count: int
 
 
-def z_scores(found, truth, electrons: float, read_noise_e: float = READ_NOISE_E) -> np.ndarray:
+def z_scores(found: np.ndarray, truth: np.ndarray, electrons: float, read_noise_e: float = READ_NOISE_E) -> np.ndarray:
     """Deviation from the truth in standard deviations of a frame; found, truth: radiance; electrons: at radiance 1."""
     found, truth = np.asarray(found, dtype=np.float64), np.asarray(truth, dtype=np.float64)
     assert found.shape == truth.shape
     return electrons * (found - truth) / np.sqrt(electrons * truth + read_noise_e**2)
 
 
-def statistics(z, mask=None) -> ErrorStatistics:
+def statistics(z: np.ndarray, mask: np.ndarray | None = None) -> ErrorStatistics:
     """Statistics of z where the mask is true, everywhere without one."""
     z = np.asarray(z, dtype=np.float64)
     z = z.ravel() if mask is None else z[mask]

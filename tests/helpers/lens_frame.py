@@ -1,6 +1,7 @@
 """The frame that the pipeline makes of a `lens_truths.Case`."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
 PX_PER_DIOPTRE = float(LENS.blur_radius_um(np.inf) - LENS.blur_radius_um(1.0)) / 5.0  # of small_camera's photosites
 
 
-def depth_of(radius_px) -> float | np.ndarray:
+def depth_of(radius_px: float | np.ndarray) -> float | np.ndarray:
     """Distance at which LENS blurs by this signed radius [m]; a float when it is one everywhere."""
     depth = 1.0 / np.maximum(0.5 - np.asarray(radius_px, np.float64) / PX_PER_DIOPTRE, 1e-9)
     return float(depth.flat[0]) if np.ptp(depth) == 0.0 else depth
@@ -50,7 +51,7 @@ def case_plan(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> 
     return plan(Shot(FixedScene(scene), LENS, Exposure(time_s), camera, tolerance=tolerance))
 
 
-def with_accuracy(planned: Plan, kind: type[Accuracy], **settings) -> Plan:
+def with_accuracy(planned: Plan, kind: type[Accuracy], **settings: Any) -> Plan:
     """The plan with an accuracy of another kind, or of other settings, in the place of its own."""
     accuracy = kind(**(vars(planned.optics.defocus.accuracy) | settings))
     defocus = dataclasses.replace(planned.optics.defocus, accuracy=accuracy)

@@ -6,12 +6,14 @@ Nothing here is read from pixels: the truths come from closed forms, or from qua
 """
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import j1
 
 ROWS, COLUMNS = 24, 48
+Surface = tuple[np.ndarray | float, np.ndarray | float, np.ndarray | float]  # radiance * coverage, coverage, radius [px]
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ def sinusoid(radius: float, period_px: float, oversampling: int = 1) -> Case:
     angle = 2.0 * math.pi * abs(radius) / period_px
     amplitude = 0.45 * 2.0 * float(j1(angle)) / angle * np.sinc(qx) * np.sinc(qy)
 
-    def wave(y, x):
+    def wave(y: np.ndarray, x: np.ndarray) -> np.ndarray:
         return np.cos(2.0 * math.pi * (qy * y + qx * x) + 0.7)
 
     margin = math.ceil(abs(radius)) + 2
@@ -96,10 +98,10 @@ def penumbra(radius: float, slope: float, oversampling: int = 1, front: float = 
     normal = np.array([slope, 1.0]) / math.hypot(slope, 1.0)
     offset = normal @ (ROWS / 2, COLUMNS / 2)
 
-    def back(x):
+    def back(x: np.ndarray) -> np.ndarray:
         return 0.8 + 0.2 * np.sin(2.0 * math.pi * x / 24.0)
 
-    def picture(y, x):
+    def picture(y: np.ndarray, x: np.ndarray) -> np.ndarray:
         t = np.clip((offset - normal[0] * y - normal[1] * x) / abs(radius), -1.0, 1.0)
         covered = 0.5 + (t * np.sqrt(1.0 - t**2) + np.arcsin(t)) / math.pi
         return front * covered + back(x) * (1.0 - covered)
@@ -120,7 +122,7 @@ def uniform_layers(near: float, far: float, oversampling: int = 1) -> Case:
 def stripes(near: float, far: float, period_px: float, oversampling: int = 1) -> Case:
     """A near half-plane before stripes, both out of focus: over the lens, edge and stripes covary."""
 
-    def back(x):
+    def back(x: np.ndarray) -> np.ndarray:
         return 0.6 + 0.35 * np.cos(2.0 * math.pi * x / period_px + 0.4)
 
     name = f"stripes_{near:g}_{far:g}_{period_px:g}"
@@ -131,13 +133,13 @@ def slanted_plane(slope: tuple[float, float], oversampling: int = 1) -> Case:
     """A plane through the focus: s is affine in the image, so x' = x + s(x') u is x + u s(x) / (1 - slope u)."""
     gy, gx = slope
 
-    def radius(y, x):
+    def radius(y: np.ndarray, x: np.ndarray) -> np.ndarray:
         return 0.5 + gy * (y - ROWS / 2) + gx * (x - COLUMNS / 2)
 
-    def texture(y, x):
+    def texture(y: np.ndarray, x: np.ndarray) -> np.ndarray:
         return 0.5 + 0.2 * np.cos(2.0 * math.pi * (0.06 * x + 0.02 * y)) + 0.2 * np.sin(2.0 * math.pi * (0.03 * x - 0.07 * y))
 
-    def picture(y, x):
+    def picture(y: np.ndarray, x: np.ndarray) -> np.ndarray:
         total, s = 0.0, radius(y, x)
         for uy, ux, weight in _lens_nodes(12, 40):
             reach = s / (1.0 - gy * uy - gx * ux)
@@ -151,14 +153,22 @@ def slanted_plane(slope: tuple[float, float], oversampling: int = 1) -> Case:
     return _case(f"slanted_plane_{gy:g}_{gx:g}", layers, _photosite_mean(picture, 4), margin, oversampling, False)
 
 
-def _edge_and_wall(name, near, far, back, sample_contrast, oversampling, front=0.2) -> Case:
+def _edge_and_wall(
+    name: str,
+    near: float,
+    far: float,
+    back: Callable[[np.ndarray], np.ndarray],
+    sample_contrast: float,
+    oversampling: int,
+    front: float = 0.2,
+) -> Case:
     """Quadrature over the lens, split where the edge x = COLUMNS/2 of the near half-plane is crossed.
 
     sample_contrast: contrast of the wall's mean over a sample against the wall itself.
     """
     edge = COLUMNS / 2
 
-    def picture(_, x):
+    def picture(_: np.ndarray, x: np.ndarray) -> np.ndarray:
         crossing = np.clip((edge - x) / near, -1.0, 1.0)  # near * u < edge - x is covered
         inner, outer = _strip(crossing, -1.0, lambda u: back(x + far * u)), _strip(1.0, crossing, lambda u: back(x + far * u))
         covered = _strip(crossing, -1.0, np.ones_like) if near > 0 else _strip(1.0, crossing, np.ones_like)
@@ -172,7 +182,7 @@ def _edge_and_wall(name, near, far, back, sample_contrast, oversampling, front=0
     return _case(name, layers, _photosite_mean(picture, 1, 16), margin, oversampling, True)
 
 
-def _strip(high, low, value):
+def _strip(high: np.ndarray | float, low: np.ndarray | float, value: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Integral of value(u) 2/pi sqrt(1 - u^2) du between two numbers of [-1, 1], with u = sin(angle): smooth to its ends."""
     high, low = np.arcsin(high), np.arcsin(low)
     nodes, weights = _gauss(48, 0.0, 1.0)
@@ -181,7 +191,8 @@ def _strip(high, low, value):
     return 2.0 / math.pi * (high - low) * sum(parts)
 
 
-def _case(name, layers, truth, margin, oversampling, means) -> Case:
+def _case(name: str, layers: list[Surface], truth: np.ndarray, margin: int, oversampling: int, means: bool) -> Case:
+    """Put a case together of surfaces and the picture that they give."""
     shape = ((ROWS + 2 * margin) * oversampling, (COLUMNS + 2 * margin) * oversampling)
     colour, coverage, radius = (
         np.stack([np.broadcast_to(layer[i], shape) for layer in layers]).astype(float) for i in range(3)
@@ -197,11 +208,12 @@ def _centres(margin: int, oversampling: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _gauss(count: int, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights of Gauss-Legendre quadrature from low to high."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return 0.5 * (low + high) + 0.5 * (high - low) * nodes, 0.5 * (high - low) * weights
 
 
-def _lens_nodes(rings: int, spokes: int):
+def _lens_nodes(rings: int, spokes: int) -> Iterator[tuple[float, float, float]]:
     """Points and weights (y, x, weight) of a quadrature over the unit disk, of mean 1: Gauss in r^2, equal angles."""
     for area, weight in zip(*_gauss(rings, 0.0, 1.0), strict=True):
         for spoke in range(spokes):
@@ -209,7 +221,7 @@ def _lens_nodes(rings: int, spokes: int):
             yield math.sqrt(area) * math.sin(angle), math.sqrt(area) * math.cos(angle), weight / spokes
 
 
-def _photosite_mean(picture, rows: int = 12, columns: int = 12) -> np.ndarray:
+def _photosite_mean(picture: Callable[[np.ndarray, np.ndarray], np.ndarray], rows: int = 12, columns: int = 12) -> np.ndarray:
     """Mean of picture(y, x) over each photosite by Gauss-Legendre quadrature."""
     y, x = _centres(0, 1)
     (dy, wy), (dx, wx) = _gauss(rows, -0.5, 0.5), _gauss(columns, -0.5, 0.5)
@@ -225,7 +237,7 @@ def _half_plane_means(distance: np.ndarray, widths: np.ndarray) -> np.ndarray:
     return sum(sign * 0.5 * np.maximum(distance + shift, 0.0) ** 2 for sign, shift in corners) / (4.0 * high * low)
 
 
-def _one_bright_cell(radius, oversampling, light):
+def _one_bright_cell(radius: float, oversampling: int, light: float) -> tuple[np.ndarray, int, tuple[float, float]]:
     """Samples of a grey wall with one bright sample, and the position of that sample's centre."""
     margin = math.ceil(abs(radius)) + 2
     y, x = _centres(margin, oversampling)
@@ -245,7 +257,7 @@ def _spread(row: float, column: float, radius: float) -> np.ndarray:
     return np.diff(np.diff(corner, axis=0), axis=1) / math.pi
 
 
-def _disk_quadrant(x, y) -> np.ndarray:
+def _disk_quadrant(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Area of the unit disk left of x and above y."""
     x, y = np.clip(x, -1.0, 1.0), np.clip(y, -1.0, 1.0)
     chord = np.sqrt(1.0 - y**2)
@@ -255,6 +267,6 @@ def _disk_quadrant(x, y) -> np.ndarray:
     return area + np.where(y > 0.0, 2.0 * outside, 0.0)
 
 
-def _half_disk(t):
+def _half_disk(t: np.ndarray) -> np.ndarray:
     """Integral of sqrt(1 - t^2) from -1."""
     return 0.5 * (t * np.sqrt(np.maximum(1.0 - t**2, 0.0)) + np.arcsin(t)) + 0.25 * math.pi

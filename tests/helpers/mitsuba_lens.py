@@ -19,7 +19,14 @@ class PlaneScene:
 
     FOCUS, FOCAL_PX, APERTURE = 2.0, 600.0, 0.05
 
-    def __init__(self, colours, near_part, radii_px, margin: int, oversampling: int):
+    def __init__(
+        self,
+        colours: tuple[np.ndarray, np.ndarray],
+        near_part: tuple[slice, slice],
+        radii_px: tuple[float, float],
+        margin: int,
+        oversampling: int,
+    ) -> None:
         self.colours, self.near_part, self.radii_px = colours, near_part, radii_px
         self.margin, self.oversampling = margin, oversampling
 
@@ -53,7 +60,7 @@ class PlaneScene:
         scene = mitsuba.load_dict({"type": "scene", "integrator": {"type": "path", "max_depth": 1}, "sensor": sensor, **planes})
         return np.array(mitsuba.render(scene, spp=rays, seed=seed))[..., 0]
 
-    def _plane(self, layer: int, part) -> dict:
+    def _plane(self, layer: int, part: tuple[slice, slice]) -> dict[str, object]:
         """Emitting rectangle with one texel per sample."""
         import mitsuba
 

@@ -38,7 +38,7 @@ class NumpyBody:
     colors: tuple = (0.6, 1.0, 1.0, 0.7)
     pattern: dict = field(init=False, default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         generator = np.random.default_rng([self.seed, 99])
         dsnu = generator.normal(0.0, self.dsnu, self.shape)
         prnu = 1.0 + generator.normal(0.0, self.prnu, self.shape)

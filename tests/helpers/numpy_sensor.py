@@ -24,15 +24,16 @@ class NumpySensor:
     seed: int = 1
     random: np.random.Generator = field(init=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self.random = np.random.default_rng(self.seed)
         self.dark_pattern_e = self._pattern(self.dsnu_e)
         self.light_pattern = 1.0 + self._pattern(self.prnu)
 
-    def _pattern(self, parts):
+    def _pattern(self, parts: tuple[float, float, float]) -> np.ndarray:
         rows, columns = self.shape
         sizes = ((rows, 1), (1, columns), self.shape)
-        return sum(self.random.normal(0.0, sd, size) for sd, size in zip(parts, sizes, strict=True))
+        row, column, pixel = (self.random.normal(0.0, sd, size) for sd, size in zip(parts, sizes, strict=True))
+        return row + column + pixel
 
     def frame(self, mean_e: float) -> np.ndarray:
         electrons = np.minimum(self.random.poisson(mean_e * self.light_pattern), self.full_well_e) + self.dark_pattern_e

@@ -1,6 +1,8 @@
 """Picture files for the tests of sources, written with OpenImageIO or NumPy."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
@@ -8,7 +10,7 @@ import OpenImageIO as oiio
 from simulator.raw.image_files import write_picture
 
 
-def put(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes) -> Path:
+def put(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes: Any) -> Path:
     """Write (height, width[, channels]) in its own type, making folders; .npy through NumPy. attributes: of OpenImageIO."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix == ".npy":
@@ -18,12 +20,14 @@ def put(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attrib
     return path
 
 
-def random_codes(height=24, width=31, dtype=np.uint8, seed=1, channels=3) -> np.ndarray:
+def random_codes(
+    height: int = 24, width: int = 31, dtype: type[np.unsignedinteger[Any]] = np.uint8, seed: int = 1, channels: int = 3
+) -> np.ndarray:
     """Codes of an integer type, even over its range."""
     return np.random.default_rng(seed).integers(0, np.iinfo(dtype).max, (height, width, channels), dtype, endpoint=True)
 
 
-def write(path, pixels, names=None, **attributes) -> Path:
+def write(path: Path, pixels: np.ndarray, names: Sequence[str] | None = None, **attributes: Any) -> Path:
     """Write (height, width, channels) with OpenImageIO alone, in its own type, which may be float16; attributes of any type."""
     pixels = np.asarray(pixels)
     kinds = {"uint8": oiio.UINT8, "uint16": oiio.UINT16, "float16": oiio.HALF, "float32": oiio.FLOAT}

@@ -1,18 +1,19 @@
 """Tests of randomness: every check gives a p-value, and `accept` corrects for how many there are (Sidak)."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import stats
 
 SIGNIFICANCE = 0.001  # chance that a right program fails one test function; seeds are fixed, so it fails never or always
 
 
-def mean_p(sample, mean: float, variance: float) -> float:
+def mean_p(sample: ArrayLike, mean: float, variance: float) -> float:
     """Two-sided z-test of a sample's mean."""
     z = (np.mean(sample, dtype=np.float64) - mean) / np.sqrt(variance / np.size(sample))
     return float(2.0 * stats.norm.sf(abs(z)))
 
 
-def variance_p(sample, variance: float, excess_kurtosis: float = 0.0) -> float:
+def variance_p(sample: ArrayLike, variance: float, excess_kurtosis: float = 0.0) -> float:
     """Two-sided test of a sample's variance: chi-square for a normal one, its normal limit with excess kurtosis."""
     count = np.size(sample)
     ratio = np.var(np.asarray(sample, dtype=np.float64), ddof=1) / variance
@@ -22,7 +23,7 @@ def variance_p(sample, variance: float, excess_kurtosis: float = 0.0) -> float:
     return float(2.0 * stats.norm.sf(abs(ratio - 1.0) / np.sqrt((2.0 + excess_kurtosis) / count)))
 
 
-def counts_p(sample, mean: float) -> float:
+def counts_p(sample: ArrayLike, mean: float) -> float:
     """Chi-square test of a sample of counts against the Poisson distribution, bins of at least 20 expected."""
     sample = np.asarray(sample, dtype=np.int64).ravel()
     support = np.arange(int(stats.poisson.ppf(1e-12, mean)), int(stats.poisson.ppf(1 - 1e-12, mean)) + 2)
@@ -37,7 +38,7 @@ def counts_p(sample, mean: float) -> float:
     return float(stats.chisquare(observed, shares * sample.size).pvalue)
 
 
-def correlation_p(first, second) -> float:
+def correlation_p(first: ArrayLike, second: ArrayLike) -> float:
     """Test that two samples are uncorrelated."""
     first, second = np.ravel(first).astype(np.float64), np.ravel(second).astype(np.float64)
     return float(2.0 * stats.norm.sf(abs(np.corrcoef(first, second)[0, 1]) * np.sqrt(first.size)))

@@ -1,15 +1,20 @@
 """A raw frame made by hand for the tests of files and development."""
 
+from typing import Any
+
 import numpy as np
 
 from simulator.raw.raw_image import Raw
+from simulator.sensor.camera.cfa import CfaName
 
 # Nikon D850 under D65 as Adobe's converter publishes it, in 1/10000 (LibRaw colordata.cpp).
 COLOR_MATRIX = np.array([[1.0405, -0.3755, -0.1270], [-0.5461, 1.3787, 0.1793], [-0.1040, 0.2015, 0.6785]])
 NEUTRAL = (0.5, 1.0, 0.625)
 
 
-def random_frame(height=96, width=128, cfa="RGGB", bit_depth=14, seed=1, **changes) -> Raw:
+def random_frame(
+    height: int = 96, width: int = 128, cfa: CfaName = "RGGB", bit_depth: int = 14, seed: int = 1, **changes: Any
+) -> Raw:
     """Codes drawn evenly from 0 to the white level; every field set, `changes` over them."""
     white = 2**bit_depth - 1
     dn = np.random.default_rng(seed).integers(0, white, (height, width), dtype=np.uint16, endpoint=True)

@@ -14,8 +14,10 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.shot import Shot
 from simulator.sensor.camera.camera import IsoSetting
+from simulator.sensor.camera.cfa import CfaName
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.registry import STAGES
+from simulator.sensor.stages.stage import Stage
 
 WIDTH, HEIGHT = 40, 30
 LENS = ThinLens(50.0, 8.0, cos4=False)
@@ -27,12 +29,12 @@ QUICK = settings(max_examples=120, deadline=None, derandomize=True, database=Non
 LONG = settings(max_examples=3000, deadline=None, derandomize=True, database=None)
 
 
-def powers(low: float, high: float):
+def powers(low: float, high: float) -> st.SearchStrategy[float]:
     """Numbers from 10^low to 10^high, evenly drawn in the exponent."""
     return st.floats(low, high).map(lambda power: 10.0**power)
 
 
-def or_none(strategy):
+def or_none(strategy: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
     """Sometimes absent: 0."""
     return st.one_of(st.just(0.0), strategy)
 
@@ -54,7 +56,7 @@ class Case:
     dark_e_per_s: float
     noisy: bool
 
-    def shot(self, cfa="MONO", seed=1) -> Shot:
+    def shot(self, cfa: CfaName = "MONO", seed: int = 1) -> Shot:
         """The shot of this case; absent stages are those with a number of 0."""
         read_dn = math.hypot(self.before_e * self.gain, self.after_dn)
         stages = {"full_well": (self.well_e,)} if self.well_e else {}
@@ -83,7 +85,8 @@ class Case:
 
 
 @st.composite
-def cases(draw, noisy=True):
+def cases(draw: st.DrawFn, noisy: bool = True) -> Case:
+    """Draw a case."""
     bits = draw(st.integers(8, 16))
     black = draw(st.one_of(st.just(0.0), st.floats(0.0, min(4096.0, 2.0**bits - 2.0), width=32)))
     exponent = draw(st.floats(-12.0, 12.0))
@@ -106,7 +109,7 @@ def cases(draw, noisy=True):
     )
 
 
-def count_range(mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def count_range(mean: np.ndarray | np.float64) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest count of a Poisson number of this mean, but for less than TAIL (Bernstein's inequality)."""
     nats = math.log(1.0 / TAIL)
     return mean - np.sqrt(2.0 * nats * mean), mean + nats / 3.0 + np.sqrt(nats**2 / 9.0 + 2.0 * nats * mean)
@@ -144,7 +147,7 @@ class Body:
     errors_dn: tuple[float, ...]
     digital: float
 
-    def stages(self, case: Case):
+    def stages(self, case: Case) -> tuple[Stage, ...]:
         """All stages in no order, those of the case among them."""
         make = STAGES
         return (
@@ -186,7 +189,8 @@ class Body:
         return ends[0], ends[1]
 
 
-def bodies():
+def bodies() -> st.SearchStrategy[Body]:
+    """Draw the numbers of the other stages."""
     dn = or_none(powers(-2.0, 2.0))
     return st.builds(
         Body,

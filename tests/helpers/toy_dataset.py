@@ -1,6 +1,8 @@
 """A small data set without files: toy pictures, one calibrated camera."""
 
+from collections.abc import Iterable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -8,17 +10,19 @@ from data_gen.generate import Generator
 from data_gen.recipe.camera_noise import CameraChoice, CameraNoise
 from data_gen.recipe.dataset_config import DataSet
 from data_gen.recipe.distributions import LogUniform
-from data_gen.sources.source import CleanImage
+from data_gen.samples.sample import Sample
+from data_gen.sources.source import CleanImage, PictureSource
 from helpers.camera_builders import small_camera
+from simulator.device import Device
 from simulator.errors import PhotositeError
-from simulator.sensor.camera.camera import IsoSetting
+from simulator.sensor.camera.camera import Camera, IsoSetting
 from simulator.sensor.stages.full_well import FullWell
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 
 GAIN, READ_DN, BLACK_DN, WHITE_DN = 0.5, 3.0, 64.0, 1023
 
 
-def toy_camera(**settings):
+def toy_camera(**settings: Any) -> Camera:
     """10 bits, K = 0.5 DN/e- at ISO 100 and 1.0 at ISO 200, read noise 3 DN; the ADC saturates before the well."""
     table = {100: IsoSetting(GAIN, READ_DN), 200: IsoSetting(2 * GAIN, READ_DN)}
     stages = {"photon_shot_noise": PhotonShotNoise(), "full_well": FullWell(5000.0)}
@@ -29,13 +33,14 @@ def toy_camera(**settings):
 class ToyPictures:
     """Ramps of 64 x 64 pixels, each colour at another level. Names in `bad` cannot be read."""
 
-    def __init__(self, count: int = 8, bad: tuple[str, ...] = ()):
-        self.count, self.bad, self.read_names = count, bad, []
+    def __init__(self, count: int = 8, bad: tuple[str, ...] = ()) -> None:
+        self.count, self.bad = count, bad
+        self.read_names: list[str] = []
 
-    def names(self):
+    def names(self) -> tuple[str, ...]:
         return tuple(f"{number:03d}" for number in range(self.count))
 
-    def read(self, name, draw):
+    def read(self, name: str, rng: np.random.Generator) -> CleanImage:
         self.read_names.append(name)
         if name in self.bad:
             raise PhotositeError(f"{name}: is broken")
@@ -44,14 +49,16 @@ class ToyPictures:
         return CleanImage(planes, None, (2.0, 1.0, 1.5), tuple(map(tuple, np.eye(3))))
 
 
-def toy_config(camera=None, **settings) -> DataSet:
+def toy_config(camera: Camera | None = None, **settings: Any) -> DataSet:
     """Samples of 16 x 24 from toy pictures at ISO 100 and 200, ratio 1 to 16."""
     noise = CameraNoise({"toy": CameraChoice(camera or toy_camera())})
     known = {"noise": noise, "pictures": {"ramps": lambda camera: ToyPictures()}, "exposure_ratio": LogUniform((1.0, 16.0))}
     return DataSet(**({"count": 20, "crop_px": (16, 24)} | known | settings))
 
 
-def toy_samples(device, config, indices=None, source=None):
+def toy_samples(
+    device: Device, config: DataSet, indices: Iterable[int] | None = None, source: PictureSource | None = None
+) -> tuple[list[Sample], Generator]:
     """Samples of a configuration, and the generator that made them."""
     if source is not None:
         config = replace(config, pictures={"ramps": lambda camera: source})

@@ -1,16 +1,26 @@
 """Samples for the tests of data sets: every field set, each a function of its index alone, no device needed."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
 from data_gen.samples.sample import Sample
+from simulator.sensor.camera.cfa import CfaName
 
 COLOR_MATRIX = ((1.0405, -0.3755, -0.1270), (-0.5461, 1.3787, 0.1793), (-0.1040, 0.2015, 0.6785))  # Nikon D850, LibRaw
 ISOS = (100, 400, 1600)
 
 
-def toy_sample(index: int, height=24, width=32, frames=1, cfa="RGGB", variance=True, **changes) -> Sample:
+def toy_sample(
+    index: int,
+    height: int = 24,
+    width: int = 32,
+    frames: int = 1,
+    cfa: CfaName = "RGGB",
+    variance: bool = True,
+    **changes: Any,
+) -> Sample:
     """A ramp with noise; codes below black and at white occur."""
     draw = np.random.Generator(np.random.Philox(key=11, counter=index))
     clean = np.linspace(500.0, 9000.0, height * width, dtype=np.float32).reshape(height, width)

@@ -10,7 +10,7 @@ from helpers.green_frames import GREEN_UM
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(120)
 
 
-def pupil_transfer(frequency_per_um, f_number) -> float:
+def pupil_transfer(frequency_per_um: float, f_number: float) -> float:
     """Transfer of a round pupil without aberrations (Goodman, Introduction to Fourier Optics, 6.3)."""
     u = min(frequency_per_um * GREEN_UM * f_number, 1.0)
     return 2.0 / math.pi * (math.acos(u) - u * math.sqrt(1.0 - u * u))

@@ -13,7 +13,7 @@ from data_gen.generate import Generator
 from data_gen.recipe.dataset_config import DataSet
 from data_gen.sources.collections import open_collection
 from data_gen.sources.data_set import DataSetSamples
-from data_gen.sources.exposed_scene import told_as
+from data_gen.sources.exposed_scene import renamed_key
 from data_gen.sources.shots import Shots
 from simulator.command_line.simulation import simulate_file
 from simulator.config import load_camera, load_file, load_shot, load_sweep, locate_errors
@@ -261,7 +261,7 @@ def test_a_shot_of_a_data_set_carries_its_file_and_name(shot_file):
 
 def test_a_key_of_the_shot_file_becomes_that_of_the_data_set():
     def told(**fields):
-        with told_as("spectral_cubes", "scene.spectral_cube"):
+        with renamed_key("spectral_cubes", "scene.spectral_cube"):
             raise PhotositeError("give more", **fields)
 
     assert str(caught(lambda: told(key="scene.spectral_cube", value="a.exr"))) == "spectral_cubes = a.exr: give more"

@@ -9,18 +9,22 @@ ELD rounds down; this rounds to the nearest, which does not darken the frame.
 
 import json
 import pickle
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from data_gen.samples.camera_color import camera_to_srgb
-from data_gen.samples.packing import packed
+from data_gen.samples.packing import pack
 from data_gen.samples.record import sample_facts, sample_from
 from data_gen.samples.sample import Sample
 from data_gen.storage.writers.lmdb_file import new_lmdb, page_bytes, read_lmdb
 from data_gen.storage.writers.writer import WriterOptions
 from simulator.errors import PhotositeError
+
+if TYPE_CHECKING:
+    import lmdb
 
 _FULL = 65535
 
@@ -41,7 +45,7 @@ class EldWriter:
         with new_lmdb(path / "noisy") as put_noisy, new_lmdb(path / "clean") as put_clean:
             with open(path / "facts.jsonl", "w", encoding="ascii") as facts:
                 for place, sample in enumerate(samples):
-                    noisy, clean = _signals(sample)
+                    noisy, clean = _to_signals(sample)
                     if meta.setdefault("shape", noisy.shape) != noisy.shape:
                         raise PhotositeError(
                             f"{noisy.shape} after {meta['shape']}: ELD wants one size", part=f"sample {sample.index}"
@@ -55,12 +59,12 @@ class EldWriter:
             (path / name / "meta_info.pkl").write_bytes(pickle.dumps(meta, protocol=4))
 
     def read(self, path: Path, places: Iterable[int]) -> Iterator[Sample]:
-        """Read what the layout has kept, as codes; see `Writer`."""
+        """Read the samples, in codes; what lay below black or above white is lost; see `Writer`."""
         facts = (path / "facts.jsonl").read_text(encoding="ascii").splitlines()
         with read_lmdb(path / "noisy") as noisy, read_lmdb(path / "clean") as clean:
             for place in places:
                 key = b"%08d" % place
-                yield _codes(facts[place], noisy.get(key), clean.get(key))
+                yield _to_sample(facts[place], _stored(noisy, key), _stored(clean, key))
 
     def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
         """Pages of both databases and the facts; see `Writer`."""
@@ -74,27 +78,35 @@ WRITER = EldWriter()
 class _Array:
     """Pickled as a call of numpy.array, which every version of NumPy reads; an array itself names modules that moved."""
 
-    def __init__(self, values: object):
+    def __init__(self, values: object) -> None:
         self.values = values
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Callable[..., np.ndarray], tuple[object]]:
         return np.array, (self.values,)
 
 
-def _signals(sample: Sample) -> tuple[np.ndarray, np.ndarray]:
-    """Noisy and clean frame as ELD stores them, (4, h, w) uint16."""
+def _to_signals(sample: Sample) -> tuple[np.ndarray, np.ndarray]:
+    """Scale the noisy and the clean frame as ELD stores them, (4, h, w) uint16."""
     if len(sample.noisy_dn) != 1:
         raise PhotositeError(f"{len(sample.noisy_dn)} frames: ELD's layout holds one; use lmdb", part=f"sample {sample.index}")
     span_dn = sample.white_level_dn - sample.black_level_dn
     stored = []
     for frame, ratio in ((sample.noisy_dn[0], sample.exposure_ratios[0]), (sample.clean_dn[0], 1.0)):
-        signal = (packed(frame, sample.cfa, "rgbg").astype(np.float64) - sample.black_level_dn) / span_dn * ratio
+        signal = (pack(frame, sample.cfa, "rgbg").astype(np.float64) - sample.black_level_dn) / span_dn * ratio
         stored.append(np.rint(np.clip(signal, 0.0, 1.0) * _FULL).astype("<u2"))
     return stored[0], stored[1]
 
 
-def _codes(facts: str, noisy: bytes, clean: bytes) -> Sample:
-    """Sample of what was stored."""
+def _stored(transaction: "lmdb.Transaction[bytes]", key: bytes) -> bytes:
+    """Read one value. Raises KeyError when it is missing."""
+    value = transaction.get(key)
+    if value is None:
+        raise KeyError(f"{transaction.env.path()} has no {key.decode()}")
+    return value
+
+
+def _to_sample(facts: str, noisy: bytes, clean: bytes) -> Sample:
+    """Rebuild a sample, in codes, from its stored signals."""
     known = json.loads(facts)
     black_dn, ratio = known["black_level_dn"], known["exposure_ratios"][0]
     span_dn = known["white_level_dn"] - black_dn

@@ -10,17 +10,18 @@ import json
 from collections.abc import Iterable, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from data_gen.samples.record import UNITS, alike, sample_arrays, sample_facts, sample_from
+from data_gen.samples.record import UNITS, sample_arrays, sample_facts, sample_from, stackable_arrays
 from data_gen.samples.sample import Sample
 from data_gen.storage.writers.writer import WriterOptions
 from simulator.raw.software import software
 
 if TYPE_CHECKING:
     import h5py
+    from typing_extensions import Buffer
 
 
 class Hdf5Writer:
@@ -35,26 +36,28 @@ class Hdf5Writer:
         import h5py
 
         facts: list[str] = []
-        with _PatientFile(path) as target:
+        datasets: dict[str, h5py.Dataset] = {}
+        with _DeferredErrorFile(path) as target:
             with h5py.File(target, "w", libver=("v110", "v110"), track_times=False) as file:
                 file.attrs["software"], file.attrs["channels"] = software(), options.channels
-                for place, arrays in enumerate(alike(samples, options.channels, facts)):
+                for place, arrays in enumerate(stackable_arrays(samples, options.channels, facts)):
                     for name, array in arrays.items():
-                        stored = file.get(name) or _dataset(file, name, array)
-                        stored.resize(place + 1, axis=0)
-                        stored[place] = array
-                    target.complain()
-                _columns(file, facts)
-            target.complain()
+                        if name not in datasets:
+                            datasets[name] = _create_dataset(file, name, array)
+                        datasets[name].resize(place + 1, axis=0)
+                        datasets[name][place] = array
+                    target.raise_error()
+                _write_columns(file, facts)
+            target.raise_error()
 
     def read(self, path: Path, places: Iterable[int]) -> Iterator[Sample]:
         """Read samples by their places; see `Writer`."""
         import h5py
 
         with h5py.File(path, "r") as file:
-            names = [name for name in UNITS if name in file]
+            arrays, facts = {name: _dataset(file, name) for name in UNITS if name in file}, _dataset(file, "facts")
             for place in places:
-                yield sample_from({name: file[name][place] for name in names}, file["facts"][place])
+                yield sample_from({name: array[place] for name, array in arrays.items()}, facts[place])
 
     def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
         """Arrays, columns and the index of the chunks; see `Writer`."""
@@ -66,17 +69,17 @@ class Hdf5Writer:
 WRITER = Hdf5Writer()
 
 
-class _PatientFile(io.FileIO):
-    """A new file that keeps its first error to itself until it is asked.
+class _DeferredErrorFile(io.FileIO):
+    """A new file that stores its first write error until `raise_error` is called, and ignores what is written after it.
 
-    HDF5 cannot let go of a file that it failed to write to: it tries again when the process ends, loudly.
+    HDF5 cannot close a file after a failed write: it would try again, and print errors, when the process ends.
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path) -> None:
         super().__init__(path, "w+")
         self.error: OSError | None = None
 
-    def write(self, data: memoryview) -> int:
+    def write(self, data: "Buffer", /) -> int:
         """Write all of it, or nothing once an error has occurred."""
         rest = memoryview(data).cast("B")
         try:
@@ -86,14 +89,14 @@ class _PatientFile(io.FileIO):
             self.error = error
         return memoryview(data).nbytes
 
-    def complain(self) -> None:
+    def raise_error(self) -> None:
         """Raise the error that occurred, if any."""
         if self.error is not None:
             raise self.error
 
 
-def _dataset(file: "h5py.File", name: str, array: np.ndarray) -> "h5py.Dataset":
-    """Dataset that grows sample by sample."""
+def _create_dataset(file: "h5py.File", name: str, array: np.ndarray) -> "h5py.Dataset":
+    """Create an empty dataset that can grow along its first axis, one sample per chunk."""
     made = file.create_dataset(
         name,
         shape=(0, *array.shape),
@@ -107,13 +110,24 @@ def _dataset(file: "h5py.File", name: str, array: np.ndarray) -> "h5py.Dataset":
     return made
 
 
-def _columns(file: "h5py.File", facts: list[str]) -> None:
+def _dataset(file: "h5py.File", name: str) -> "h5py.Dataset":
+    """Return a dataset of a file. Raises KeyError for anything else of that name."""
+    import h5py
+
+    found = file[name]
+    if not isinstance(found, h5py.Dataset):
+        raise KeyError(f"{name} is no dataset")
+    return found
+
+
+def _write_columns(file: "h5py.File", facts: list[str]) -> None:
+    """Write the JSON of all samples, and a dataset for each numeric field."""
     file.create_dataset("facts", data=np.array([line.encode("ascii") for line in facts]), track_times=False)
     for name, column in _numbers([json.loads(line) for line in facts]).items():
         file.create_dataset(name, data=column, track_times=False)
 
 
-def _numbers(facts: list[dict]) -> dict[str, np.ndarray]:
+def _numbers(facts: list[dict[str, Any]]) -> dict[str, np.ndarray]:
     """Columns of the facts that are numbers, or equally long lists of them, in every sample."""
     found = {}
     for name in facts[0]:

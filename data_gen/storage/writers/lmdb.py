@@ -5,7 +5,7 @@ from pathlib import Path
 
 from data_gen.samples.sample import Sample
 from data_gen.storage.writers.lmdb_file import new_lmdb, page_bytes, read_lmdb
-from data_gen.storage.writers.members import from_members, members, size
+from data_gen.storage.writers.members import byte_count, from_members, members
 from data_gen.storage.writers.writer import WriterOptions
 
 
@@ -32,7 +32,7 @@ class LmdbWriter:
                 for place in places:
                     start = b"%09d." % (first + place)
                     cursor.set_range(start)
-                    contents = {}
+                    contents: dict[str, bytes] = {}
                     for key, value in cursor:
                         if not key.startswith(start):
                             break
@@ -41,7 +41,7 @@ class LmdbWriter:
 
     def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
         """Pages of one sample's values; see `Writer`."""
-        return page_bytes({key: size(pieces) for key, pieces in members(sample, options.channels).items()})
+        return page_bytes({key: byte_count(pieces) for key, pieces in members(sample, options.channels).items()})
 
 
 WRITER = LmdbWriter()

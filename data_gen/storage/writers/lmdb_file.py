@@ -19,10 +19,10 @@ _BATCH_BYTES = 2**26  # of values that one transaction holds in memory
 
 @contextmanager
 def new_lmdb(folder: Path) -> Iterator[Callable[[str, bytes], None]]:
-    """Make an empty folder with `data.mdb` in it; yield what puts a key and its value there. Keys come sorted.
+    """Make an empty folder with `data.mdb` in it; yield the function that stores a value under a key. Keys must come sorted.
 
-    The map grows with the values and ends near the size of the file, so that readers of many shards do not reserve more
-    addresses than there are. Raises OSError, also for LMDB's own errors.
+    The map grows with the values and ends near the size of the file, so that a reader of many shards does not
+    exhaust the address space. Raises OSError, also for LMDB's own errors.
     """
     import lmdb
 
@@ -39,7 +39,7 @@ def new_lmdb(folder: Path) -> Iterator[Callable[[str, bytes], None]]:
 
             yield put
             _commit(database, batch)
-            database.copy(str(folder), compact=True)  # leaves out the pages that became free on the way
+            database.copy(str(folder), compact=True)  # leaves out pages that were freed while writing
     except lmdb.Error as error:
         full = "No space left" in str(error)
         raise OSError(errno.ENOSPC if full else errno.EIO, f"LMDB: {error}") from error
@@ -48,7 +48,7 @@ def new_lmdb(folder: Path) -> Iterator[Callable[[str, bytes], None]]:
 
 
 @contextmanager
-def read_lmdb(folder: Path) -> Iterator["lmdb.Transaction"]:
+def read_lmdb(folder: Path) -> Iterator["lmdb.Transaction[bytes]"]:
     """Open a database that nobody writes to, for reading."""
     import lmdb
 

@@ -15,25 +15,28 @@ Pieces = list[bytes | memoryview]  # buffers that make one member, in order; arr
 
 
 def members(sample: Sample, channels: Channels) -> dict[str, Pieces]:
-    """Contents by name, sorted: `INDEX.clean.npy`, `INDEX.json`, `INDEX.noisy.npy` and, where known, `INDEX.variance.npy`."""
+    """Encode a sample as members by name, sorted: `INDEX.clean.npy`, `INDEX.json`, `INDEX.noisy.npy`, `INDEX.variance.npy`.
+
+    The variance is left out where it is not known.
+    """
     found = {f"{name}.npy": _npy(array) for name, array in sample_arrays(sample, channels).items()}
     found[FACTS] = [sample_facts(sample, channels).encode("ascii")]
     return {f"{sample.index:09d}.{name}": found[name] for name in sorted(found)}
 
 
-def size(pieces: Pieces) -> int:
+def byte_count(pieces: Pieces) -> int:
     """Bytes of one member."""
     return sum(len(piece) for piece in pieces)
 
 
 def from_members(contents: Mapping[str, bytes]) -> Sample:
-    """Sample of contents by name, without the index: `clean.npy`, `json`, ..."""
+    """Rebuild a sample from its members by name, without the index: `clean.npy`, `json`, ..."""
     arrays = {name: np.load(io.BytesIO(contents[f"{name}.npy"])) for name in ARRAYS if f"{name}.npy" in contents}
     return sample_from(arrays, contents[FACTS])
 
 
 def _npy(array: np.ndarray) -> Pieces:
-    """File in NumPy's format 1.0."""
+    """Encode an array in NumPy's file format 1.0: header and data."""
     header = io.BytesIO()
     npy_format.write_array_header_1_0(header, npy_format.header_data_from_array_1_0(array))
-    return [header.getvalue(), memoryview(array).cast("B")]
+    return [header.getvalue(), memoryview(array.data).cast("B")]

@@ -8,6 +8,7 @@ its `data_pair_list`, with the shard's folder as `dataroot` and `npz` as `postfi
 import io
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -75,14 +76,17 @@ def _frames(sample: Sample, options: WriterOptions) -> Iterator[tuple[tuple[str,
 
 
 def _archive(arrays: dict[str, np.ndarray]) -> bytes:
+    """Encode arrays as an uncompressed npz archive."""
     buffer = io.BytesIO()
-    np.savez(buffer, **arrays)
+    named: dict[str, Any] = arrays  # checkers take ** for the keyword allow_pickle, too
+    np.savez(buffer, **named)
     return buffer.getvalue()
 
 
 def _sample(path: Path, pairs: list[list[str]]) -> Sample:
-    """Frames of one sample, put together."""
+    """Read the files of one sample's frames and rebuild the sample."""
     found: dict[str, list[np.ndarray]] = {}
+    facts = b""
     for noisy, clean in pairs:
         with np.load(path / f"{noisy}.npz") as archive:
             facts = archive["facts"].item()

@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from data_gen.samples.sample import Sample
-from data_gen.storage.writers.members import from_members, members, size
+from data_gen.storage.writers.members import byte_count, from_members, members
 from data_gen.storage.writers.writer import WriterOptions
 
 _BLOCK_BYTES = tarfile.BLOCKSIZE
@@ -29,7 +29,7 @@ class WebDatasetWriter:
             for sample in samples:
                 for name, pieces in members(sample, options.channels).items():
                     header = tarfile.TarInfo(name)  # time, user and group are 0, the mode is rw-r--r--
-                    header.size = size(pieces)
+                    header.size = byte_count(pieces)
                     file.write(header.tobuf(tarfile.USTAR_FORMAT))
                     for piece in pieces:
                         file.write(piece)
@@ -51,7 +51,7 @@ class WebDatasetWriter:
 
     def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
         """Each member has a header of one block and is filled up to blocks; see `Writer`."""
-        sizes = [size(pieces) for pieces in members(sample, options.channels).values()]
+        sizes = [byte_count(pieces) for pieces in members(sample, options.channels).values()]
         return sum(_BLOCK_BYTES + one + -one % _BLOCK_BYTES for one in sizes)
 
 

@@ -21,7 +21,7 @@ class WriterOptions:
 
     channels: Channels = "mosaic"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         known = get_args(Channels)
         require(self.channels in known, "writer.channels", self.channels, f"give one of {', '.join(known)}")
 
@@ -44,19 +44,22 @@ class Writer(Protocol):
 
         Raises PhotositeError for samples that the format cannot hold, OSError when the disk is full.
         """
+        ...
 
     def read(self, path: Path, places: Iterable[int]) -> Iterable[Sample]:
         """Read samples back by their places in the shard, 0 for its first, as mosaics."""
+        ...
 
     def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
         """Bytes on disk that one sample such as this takes, within a few percent."""
+        ...
 
 
 # Name in a configuration -> package of the extra `dataset` that it needs.
 FORMATS = {"webdataset": None, "npz": None, "dng": None, "hdf5": "h5py", "zarr": "zarr", "lmdb": "lmdb", "eld": "lmdb"}
 
 
-def writer(name: str) -> Writer:
+def find_writer(name: str) -> Writer:
     """Return a writer by its name in a configuration.
 
     Raises PhotositeError for an unknown name and when the format's library is not installed.

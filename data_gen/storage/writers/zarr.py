@@ -9,11 +9,11 @@ import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from data_gen.samples.record import UNITS, alike, sample_arrays, sample_facts, sample_from
+from data_gen.samples.record import UNITS, sample_arrays, sample_facts, sample_from, stackable_arrays
 from data_gen.samples.sample import Sample
 from data_gen.storage.writers.writer import WriterOptions
 from simulator.raw.software import software
@@ -29,7 +29,7 @@ _INDEX_BYTES = 16  # of each chunk in the index of its file
 class ZarrWriter:
     """A folder per shard, without compression: noise has nothing to compress.
 
-    most_per_file: chunks; a file that holds fewer has a place for each all the same.
+    most_per_file: greatest number of chunks in a file; the index of a file has an entry for each, also for missing ones.
     """
 
     most_per_file: int = 256
@@ -45,23 +45,24 @@ class ZarrWriter:
         group = zarr.open_group(str(path), mode="w", zarr_format=3)
         facts: list[str] = []
         waiting: list[dict[str, np.ndarray]] = []
-        for arrays in alike(samples, options.channels, facts):
+        for arrays in stackable_arrays(samples, options.channels, facts):
             waiting.append(arrays)
             if len(waiting) == self._samples_per_file(arrays):
                 self._append(group, waiting)
         if waiting:
             self._append(group, waiting)
-        told = {"software": software(), "channels": options.channels, "units": UNITS}
-        group.attrs.update(told | {"samples": [json.loads(line) for line in facts]})
+        about = {"software": software(), "channels": options.channels, "units": UNITS}
+        group.attrs.update(about | {"samples": [json.loads(line) for line in facts]})
 
     def read(self, path: Path, places: Iterable[int]) -> Iterator[Sample]:
         """Read samples by their places; see `Writer`."""
         import zarr
 
         group = zarr.open_group(str(path), mode="r")
-        facts, names = group.attrs["samples"], [name for name in UNITS if name in group]
+        metadata: dict[str, Any] = group.attrs.asdict()
+        facts, arrays = metadata["samples"], {name: _array(group, name) for name in UNITS if name in group}
         for place in places:
-            yield sample_from({name: group[name][place] for name in names}, json.dumps(facts[place]))
+            yield sample_from({name: np.asarray(array[place]) for name, array in arrays.items()}, json.dumps(facts[place]))
 
     def bytes_per_sample(self, sample: Sample, options: WriterOptions) -> int:
         """Chunks, their places in the index, and the facts with their indentation; see `Writer`."""
@@ -71,6 +72,7 @@ class ZarrWriter:
         return sum(array.nbytes + _INDEX_BYTES for array in arrays) + len(facts) + deeper
 
     def _samples_per_file(self, arrays: dict[str, np.ndarray]) -> int:
+        """Return how many samples of these arrays share a file."""
         return min(max(1, _FILE_BYTES // max(array.nbytes for array in arrays.values())), self.most_per_file)
 
     def _append(self, group: "zarr.Group", waiting: list[dict[str, np.ndarray]]) -> None:
@@ -89,8 +91,18 @@ class ZarrWriter:
                     attributes={"unit": UNITS[name]},
                     config={"write_empty_chunks": True},
                 )
-            group[name].append(np.stack([arrays[name] for arrays in waiting]))
+            _array(group, name).append(np.stack([arrays[name] for arrays in waiting]))
         waiting.clear()
+
+
+def _array(group: "zarr.Group", name: str) -> "zarr.Array[Any]":
+    """Return an array of the group. Raises KeyError for a group of that name."""
+    import zarr
+
+    found = group[name]
+    if not isinstance(found, zarr.Array):
+        raise KeyError(f"{name} is no array")
+    return found
 
 
 WRITER = ZarrWriter()

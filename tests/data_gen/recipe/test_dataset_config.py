@@ -74,8 +74,8 @@ def test_single_values_are_set_after_another_camera_is_chosen(tmp_path):
 
 def test_a_prior_brings_its_ratio_of_light(tmp_path):
     text = "count: 1\ncrop: [64, 64]\nmode: dark\nnoise: {prior: eld, camera: sony_a7s2}\n"
-    assert loaded(tmp_path, text).ratio_sampler.uniform == (100.0, 300.0)
-    assert loaded(tmp_path, text + "exposure_ratio: 2\n").ratio_sampler == 2.0
+    assert loaded(tmp_path, text).ratio_distribution.uniform == (100.0, 300.0)
+    assert loaded(tmp_path, text + "exposure_ratio: 2\n").ratio_distribution == 2.0
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
@@ -133,7 +133,7 @@ def test_what_is_wrong_is_named_with_file_line_and_fix(tmp_path, old, new, messa
 )
 def test_the_key_of_a_collection_says_its_kind(tmp_path, section, kind):
     config = loaded(tmp_path, f"count: 1\ncrop: [64, 64]\npictures: {{c: {section}}}\nnoise: {{cameras: {{imx385: {{}}}}}}\n")
-    assert isinstance(open_collection(config.pictures, "c", config.noise.seen_by()[0]), kind)
+    assert isinstance(open_collection(config.pictures, "c", config.noise.list_cameras()[0]), kind)
     assert loaded(tmp_path, dump_yaml(config.resolved)).resolved == config.resolved
 
 

@@ -13,8 +13,8 @@ from data_gen.recipe.dataset_config import NoiseOnly
 from data_gen.recipe.distributions import Uniform
 from data_gen.recipe.prior_cameras import LED
 from data_gen.recipe.published_priors import PRIORS, PriorNoise, unit_deviation
-from data_gen.recipe.random_streams import Chance
-from data_gen.recipe.recipe import recipe
+from data_gen.recipe.random_streams import RandomStream
+from data_gen.recipe.recipe import draw_recipe
 from simulator.errors import PhotositeError
 from simulator.sensor.stages.stage import Stage
 
@@ -24,7 +24,7 @@ COUNT = 2500
 def drawn(name: str, count: int = COUNT) -> list[dict[str, Stage]]:
     """Stages by stem of many samples."""
     noise = PriorNoise(name, toy_camera())
-    settings = [noise.drawn(Chance(3, index), Chance(3, index)) for index in range(count)]
+    settings = [noise.draw_setting(RandomStream(3, index), RandomStream(3, index)) for index in range(count)]
     return [{stage.stem: stage for stage in setting.stages} | {"label": setting.label} for setting in settings]
 
 
@@ -137,7 +137,7 @@ def test_a_noisy_frame_has_the_moments_that_the_prior_drew(device, name):
         code = sample.noisy_dn[0].astype(np.float64)
         variance = sample.gain_dn_per_e * light + sample.read_noise_dn**2
         assert sample.variance_dn2[0] == pytest.approx(variance, rel=1e-3) and sample.iso == 0
-        stages = {stage.stem: stage for stage in recipe(config, sample.index).setting.stages}
+        stages = {stage.stem: stage for stage in draw_recipe(config, sample.index).setting.stages}
         row_dn = stages["row_noise"].sigma_dn if "row_noise" in stages else 0.0
         bias_dn = np.mean(stages["color_bias"].offsets_dn) if "color_bias" in stages else 0.0
         shape, read_dn = stages["read_noise_after_gain"].tukey_lambda, stages["read_noise_after_gain"].sigma_dn

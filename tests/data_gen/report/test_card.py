@@ -14,9 +14,9 @@ from helpers.toy_shards import write_toy_folder
 from data_gen.report.card import About, write_card
 from data_gen.report.sheet import linear_picture
 from data_gen.report.snippets import SNIPPETS, snippet
-from data_gen.samples.packing import packed
+from data_gen.samples.packing import pack
 from data_gen.storage.manifest import read_manifest
-from data_gen.storage.summary import Summary, light_stops, merged
+from data_gen.storage.summary import Summary, light_stops, merge_counts
 from data_gen.storage.writers.writer import FORMATS
 from simulator.errors import PhotositeError
 
@@ -26,13 +26,13 @@ ABOUT = About("Toy ramps", "Ramps with noise.", "CC0-1.0", ("ramps of the tests"
 def test_counts_are_those_of_the_samples(tmp_path):
     write_toy_folder(tmp_path)
     write_card(tmp_path, ABOUT)
-    told = json.loads((tmp_path / "card.json").read_text())
+    card = json.loads((tmp_path / "card.json").read_text())
     samples = [toy_sample(index) for index in range(7)]
-    assert told["iso"] == {"100": 3, "400": 2, "1600": 2} and list(told["iso"]) == ["100", "400", "1600"]
-    assert told["camera"] == {"nikon_d850": 3, "sony_a7s2": 4}
+    assert card["iso"] == {"100": 3, "400": 2, "1600": 2} and list(card["iso"]) == ["100", "400", "1600"]
+    assert card["camera"] == {"nikon_d850": 3, "sony_a7s2": 4}
     stops = Counter(str(int(np.floor(np.log2(sample.exposure_ratios[0])))) for sample in samples)
-    assert told["ratio_stops"] == stops and told["shape"] == {"1 x 24 x 32": 7}
-    assert (told["samples"], told["pictures"], told["problem_count"], told["licence"]) == (7, 7, 2, "CC0-1.0")
+    assert card["ratio_stops"] == stops and card["shape"] == {"1 x 24 x 32": 7}
+    assert (card["samples"], card["pictures"], card["problem_count"], card["licence"]) == (7, 7, 2, "CC0-1.0")
     text = (tmp_path / "card.md").read_text()
     for word in (
         "# Toy ramps",
@@ -75,7 +75,7 @@ def test_the_code_of_the_card_reads_the_first_sample(tmp_path, name, monkeypatch
     sample = toy_sample(0)
     wanted = sample.noisy_dn.mean()
     if name == "eld":
-        signal = (packed(sample.noisy_dn[0], "RGGB", "rgbg") - 512.0) / 15871 * sample.exposure_ratios[0]
+        signal = (pack(sample.noisy_dn[0], "RGGB", "rgbg") - 512.0) / 15871 * sample.exposure_ratios[0]
         wanted = 65535 * np.clip(signal, 0, 1).mean()
     assert (camera, int(iso)) == ("sony_a7s2", 100) and float(mean) == pytest.approx(wanted, rel=1e-4)
     assert os.getcwd() == str(tmp_path)
@@ -91,7 +91,7 @@ def test_counts_of_shards_add_up_and_numbers_sort_as_numbers():
     halves = [Summary(), Summary()]
     for index in range(9):
         halves[index % 2].add(toy_sample(index, frames=2))
-    total = merged(half.counts() for half in halves)
+    total = merge_counts(half.counts() for half in halves)
     assert total["iso"] == {"100": 3, "400": 3, "1600": 3} and list(total["iso"]) == ["100", "400", "1600"]
     assert sum(total["ratio_stops"].values()) == 18 and sum(total["source"].values()) == 9
 

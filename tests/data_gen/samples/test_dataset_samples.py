@@ -8,10 +8,10 @@ from helpers.randomness import accept, counts_p, mean_p
 from helpers.toy_dataset import BLACK_DN, GAIN, READ_DN, WHITE_DN, ToyPictures, at_iso, toy_camera, toy_config, toy_samples
 from scipy import ndimage, stats
 
-from data_gen.generate import moved
+from data_gen.generate import shift_planes
 from data_gen.recipe.dataset_config import Burst, MultiExposure, NoiseOnly
 from data_gen.recipe.distributions import Uniform
-from data_gen.recipe.recipe import recipe
+from data_gen.recipe.recipe import draw_recipe
 from simulator.errors import PhotositeError
 from simulator.sensor.stages.full_well import FullWell
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
@@ -105,12 +105,12 @@ def test_a_collection_of_bad_pictures_ends(device):
 
 def test_every_frame_has_noise_of_its_own():
     config = toy_config(mode="burst", burst=Burst(4))
-    seeds = [seed for index in range(500) for seed in recipe(config, index).frame_seeds]
+    seeds = [seed for index in range(500) for seed in draw_recipe(config, index).frame_seeds]
     assert len(set(seeds)) == 2000
 
 
 def test_draws_are_even_over_samples():
-    recipes = [recipe(toy_config(), index) for index in range(4000)]
+    recipes = [draw_recipe(toy_config(), index) for index in range(4000)]
     isos = np.array([one.setting.iso for one in recipes])
     ratios = np.log(np.array([one.exposure_ratios[0] for one in recipes])) / np.log(16.0)
     kinds = np.unique([one.augmentation.name for one in recipes], return_counts=True)[1]
@@ -128,8 +128,8 @@ def test_draws_are_even_over_samples():
 
 
 def test_bodies_are_as_many_as_asked_for():
-    assert len({recipe(toy_config(bodies=5), index).body_seed for index in range(200)}) == 5
-    assert len({recipe(toy_config(), index).body_seed for index in range(200)}) == 200
+    assert len({draw_recipe(toy_config(bodies=5), index).body_seed for index in range(200)}) == 5
+    assert len({draw_recipe(toy_config(), index).body_seed for index in range(200)}) == 200
 
 
 def test_samples_of_one_picture_are_read_once(device):
@@ -161,7 +161,7 @@ def test_a_burst_moves_the_scene_by_the_offsets_it_states(device):
 def test_moved_planes_are_scipys_cubic_splines():
     planes = np.random.default_rng(5).random((20, 22, 3)).astype(np.float32)
     expected = np.maximum(ndimage.shift(planes.astype(np.float64), (0.4, -1.3, 0), order=3, mode="nearest"), 0)[3:-3, 3:-3]
-    assert np.abs(moved(planes, (0.4, -1.3), 3) - expected).max() < 1e-5
+    assert np.abs(shift_planes(planes, (0.4, -1.3), 3) - expected).max() < 1e-5
 
 
 def test_exposures_have_the_light_their_ratios_say(device):
@@ -190,4 +190,4 @@ def test_dark_frames_and_flat_frames_need_no_pictures(device):
 
 def test_a_crop_larger_than_the_sensor_is_refused():
     with pytest.raises(PhotositeError, match="96 x 80 photosites"):
-        recipe(toy_config(crop_px=(82, 24)), 0)
+        draw_recipe(toy_config(crop_px=(82, 24)), 0)

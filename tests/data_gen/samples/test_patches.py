@@ -7,7 +7,7 @@ import pytest
 from helpers.randomness import accept
 from scipy import stats
 
-from data_gen.sources.patches import AUGMENTATIONS, Augmentation, choose_crop, cut_patch, mosaic_of
+from data_gen.sources.patches import AUGMENTATIONS, Augmentation, apply_cfa, choose_crop, cut_patch
 from data_gen.sources.source import CleanImage
 from simulator.errors import PhotositeError
 
@@ -39,14 +39,14 @@ def photosites(planes: np.ndarray, cfa: str) -> np.ndarray:
 
 @pytest.mark.parametrize("cfa", CFAS)
 def test_a_mosaic_holds_each_photosite_s_own_colour(cfa):
-    np.testing.assert_array_equal(mosaic_of(numbered(7, 5), cfa), photosites(numbered(7, 5), cfa))
+    np.testing.assert_array_equal(apply_cfa(numbered(7, 5), cfa), photosites(numbered(7, 5), cfa))
 
 
 @pytest.mark.parametrize("augmentation", AUGMENTATIONS, ids=lambda each: each.name)
 def test_an_augmented_mosaic_is_the_mosaic_of_the_augmented_planes(augmentation):
     planes = numbered()
     for own, wanted, size, place in itertools.product(CFAS, CFAS, SIZES, ((0.0, 0.0), (0.4, 0.7), (0.999, 0.999))):
-        mosaic = CleanImage(mosaic_of(planes, own), own, NEUTRAL)
+        mosaic = CleanImage(apply_cfa(planes, own), own, NEUTRAL)
         crop = choose_crop(mosaic, size, wanted, place, augmentation)
         patch = cut_patch(mosaic, crop, wanted)
         window = planes[crop.top : crop.top + crop.height, crop.left : crop.left + crop.width]
@@ -79,7 +79,7 @@ def test_a_monochrome_mosaic_may_begin_anywhere():
 @pytest.mark.parametrize("cfa", [None, "GRBG"])
 def test_even_draws_give_every_place_equally_often(cfa):
     planes = numbered(17, 16)
-    picture = CleanImage(planes if cfa is None else mosaic_of(planes, cfa), cfa, NEUTRAL)
+    picture = CleanImage(planes if cfa is None else apply_cfa(planes, cfa), cfa, NEUTRAL)
     step = 1 if cfa is None else 2
     draws = np.random.default_rng(3).random((4000, 2))
     crops = [choose_crop(picture, (6, 7), "RGGB", tuple(draw), AUGMENTATIONS[3]) for draw in draws]
@@ -97,7 +97,7 @@ def test_the_last_place_lies_inside_for_a_share_just_below_one():
 
 
 def test_a_picture_too_small_or_of_another_kind_is_refused_by_name():
-    small = CleanImage(mosaic_of(numbered(8, 8), "RGGB"), "RGGB", NEUTRAL)
+    small = CleanImage(apply_cfa(numbered(8, 8), "RGGB"), "RGGB", NEUTRAL)
     assert choose_crop(small, (8, 8), "RGGB", name="a.dng").top == 0
     with pytest.raises(PhotositeError, match=r"a\.dng: 8 x 8 pixels are too few .* begins with BGGR"):
         choose_crop(small, (8, 8), "BGGR", name="a.dng")

@@ -57,13 +57,13 @@ def test_the_tone_curve_is_undone():
 
 def test_the_gamma_is_undone():
     y = np.linspace(0, 1, 101)
-    np.testing.assert_allclose(np.maximum(inverse_isp.gamma_expanded(y), 0) ** (1 / 2.2), np.maximum(y, 1e-8), rtol=1e-12)
+    np.testing.assert_allclose(np.maximum(inverse_isp.expand_gamma(y), 0) ** (1 / 2.2), np.maximum(y, 1e-8), rtol=1e-12)
 
 
 def test_the_matrix_is_a_convex_mixture_and_keeps_white():
     draw = np.random.default_rng(3)
     for _ in range(20):
-        mixed = inverse_isp.mixed_matrix(draw)
+        mixed = inverse_isp.mix_matrix(draw)
         shares, residual = optimize.nnls(inverse_isp.XYZ_TO_CAMERA.reshape(4, 9).T, mixed.ravel())
         assert residual < 1e-12 and shares.sum() == pytest.approx(1)
         np.testing.assert_allclose(inverse_isp.to_balanced_camera(mixed) @ np.ones(3), 1, rtol=1e-12)
@@ -71,8 +71,8 @@ def test_the_matrix_is_a_convex_mixture_and_keeps_white():
 
 def test_gains_and_brightness_have_their_distributions():
     draw = np.random.default_rng(4)
-    white = np.array([inverse_isp.drawn_white(draw) for _ in range(3000)])
-    brightness = np.array([inverse_isp.drawn_brightness(draw) for _ in range(3000)])
+    white = np.array([inverse_isp.draw_white(draw) for _ in range(3000)])
+    brightness = np.array([inverse_isp.draw_brightness(draw) for _ in range(3000)])
     accept(
         {
             "red": stats.kstest(1 / white[:, 0], stats.uniform(1.9, 0.5).cdf).pvalue,
@@ -89,9 +89,9 @@ def test_gains_spare_what_is_saturated():
     colours = np.array([[1, 1, 1], [0.95, 0.95, 0.95], [0.9, 0.9, 0.9], [1.0, 0.9, 0.2]])
     # By hand: a = 1; a = (0.05 / 0.1)^2 = 0.25; a = 0; a = 0.
     factors = np.array([[1, 1, 1], 0.25 + 0.75 * gains, gains, gains])
-    np.testing.assert_allclose(inverse_isp.without_gains(colours, gains), colours * factors, rtol=1e-9)
-    np.testing.assert_allclose(inverse_isp.without_gains(colours, np.array([1.2, 1.2, 1.2])), 1.2 * colours)  # never darker
-    grey = inverse_isp.without_gains(np.linspace(0, 1, 500)[:, None] * np.ones(3), gains)
+    np.testing.assert_allclose(inverse_isp.remove_gains(colours, gains), colours * factors, rtol=1e-9)
+    np.testing.assert_allclose(inverse_isp.remove_gains(colours, np.array([1.2, 1.2, 1.2])), 1.2 * colours)  # never darker
+    grey = inverse_isp.remove_gains(np.linspace(0, 1, 500)[:, None] * np.ones(3), gains)
     assert (np.diff(grey, axis=0) > 0).all()
 
 
@@ -139,9 +139,9 @@ def test_developing_the_signal_gives_the_photograph_back(tmp_path, camera, isp, 
         to_balanced, encode = inverse_isp.to_balanced_camera_in(camera, "A"), colour.models.eotf_inverse_sRGB
         assert picture.color_matrix == camera_view(camera, "A").color_matrix
     else:
-        to_balanced, encode = inverse_isp.to_balanced_camera(inverse_isp.mixed_matrix(draw)), lambda x: x ** (1 / 2.2)
-        inverse_isp.drawn_white(draw)
-    brightness = inverse_isp.drawn_brightness(draw)
+        to_balanced, encode = inverse_isp.to_balanced_camera(inverse_isp.mix_matrix(draw)), lambda x: x ** (1 / 2.2)
+        inverse_isp.draw_white(draw)
+    brightness = inverse_isp.draw_brightness(draw)
     balanced = picture.signal.astype(np.float64) * picture.white_balance
     if isp == "camera":
         balanced /= camera_view(camera, "A").white[1]

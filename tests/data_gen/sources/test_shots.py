@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from data_gen.sources.patches import mosaic_of
+from data_gen.sources.patches import apply_cfa
 from data_gen.sources.shots import Shots, saturating_electrons
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
@@ -36,7 +36,7 @@ def test_planes_are_the_mean_electrons_of_the_shot(tmp_path, iso):
     gain = {100: 0.09563, 1600: 1.53008}[iso]  # configs/cameras/sony_a7s2.yaml; black 512, white 16383 DN
     expected = raw.mean_electrons.astype(np.float64) * gain / (16383 - 512)
     assert Shots(path).names() == ("chart",) and picture.cfa is None and raw.cfa == "GRBG"
-    np.testing.assert_allclose(mosaic_of(picture.signal, raw.cfa), expected, rtol=1e-4)
+    np.testing.assert_allclose(apply_cfa(picture.signal, raw.cfa), expected, rtol=1e-4)
     assert picture.signal.shape == (61, 90, 3) and picture.signal.dtype == np.float32
     neutral = np.array(raw.as_shot_neutral)
     np.testing.assert_allclose(picture.white_balance, neutral[1] / neutral, rtol=1e-9)
@@ -47,7 +47,7 @@ def test_one_is_where_the_code_reaches_white(tmp_path):
     """At ISO 12800 some patches are too bright for the sensor: codes saturate where the signal does."""
     path = write_shot(tmp_path, 12800)
     picture, raw = read(path), simulate(load_shot(path))
-    own = mosaic_of(picture.signal, raw.cfa)
+    own = apply_cfa(picture.signal, raw.cfa)
     at_white = raw.noise_free_dn >= raw.white_level_dn - 0.5
     assert at_white.any() and (own[at_white] > 0.9999).all()
     assert (own[~at_white] < 1.0001).all() and not at_white.all()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from helpers.toy_samples import toy_sample
 
-from data_gen.samples.packing import packed
+from data_gen.samples.packing import pack
 from data_gen.storage.writers.eld import WRITER
 from data_gen.storage.writers.writer import WriterOptions
 from simulator.errors import PhotositeError
@@ -31,9 +31,9 @@ def test_eld_reads_amplified_clipped_frames_in_its_order(tmp_path):
     clean, _ = read_as_eld(tmp_path / "shard" / "clean")
     assert len(noisy) == len(clean) == 2 and meta["shape"] == (4, 12, 16)
     for place, sample in enumerate(wanted):
-        signal = (packed(sample.noisy_dn[0], "BGGR", "rgbg").astype(np.float64) - 512) / (16383 - 512)
+        signal = (pack(sample.noisy_dn[0], "BGGR", "rgbg").astype(np.float64) - 512) / (16383 - 512)
         np.testing.assert_allclose(noisy[place], np.clip(signal * sample.exposure_ratios[0], 0, 1), rtol=0, atol=0.51 / 65535)
-        signal = (packed(sample.clean_dn[0], "BGGR", "rgbg").astype(np.float64) - 512) / (16383 - 512)
+        signal = (pack(sample.clean_dn[0], "BGGR", "rgbg").astype(np.float64) - 512) / (16383 - 512)
         np.testing.assert_allclose(clean[place], np.clip(signal, 0, 1), rtol=0, atol=0.51 / 65535)
         white_balance, matrix = meta[place]
         np.testing.assert_array_equal(white_balance, [2.1, 1.0, 1.57, 1.0])

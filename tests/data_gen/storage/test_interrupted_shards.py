@@ -14,8 +14,8 @@ from helpers.shard_run import PLAN, make_samples, run
 from helpers.toy_shards import mosaic_options
 
 from data_gen.storage.manifest import verify
-from data_gen.storage.shards import fingerprint, finished, write_shard
-from data_gen.storage.writers.writer import FORMATS, writer
+from data_gen.storage.shards import finished_shards, sha256_of, write_shard
+from data_gen.storage.writers.writer import FORMATS, find_writer
 from simulator.atomic_files import LEFTOVER, atomic_folder
 from simulator.errors import PhotositeError
 
@@ -33,9 +33,9 @@ def test_killed_in_the_middle_of_a_shard_a_rerun_ends_with_the_same_bytes(tmp_pa
     process = subprocess.Popen(
         [sys.executable, shard_run.__file__, folder, name], env=os.environ | {"PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}
     )
-    second = f"shard-00001-of-00004{writer(name).suffix}"
+    second = f"shard-00001-of-00004{find_writer(name).suffix}"
     # Kill it when the first shard is there and the second is being written.
-    first = folder / f"shard-00000-of-00004{writer(name).suffix}.record.json"
+    first = folder / f"shard-00000-of-00004{find_writer(name).suffix}.record.json"
     for _ in range(20_000):
         if first.exists() and list(folder.glob(f"{LEFTOVER}*")):
             break
@@ -45,11 +45,11 @@ def test_killed_in_the_middle_of_a_shard_a_rerun_ends_with_the_same_bytes(tmp_pa
         pytest.fail("the run did not come to its second shard")
     process.send_signal(signal.SIGKILL)
     process.wait()
-    there = set(finished(folder, verify=True))
+    there = set(finished_shards(folder, verify=True))
     assert 0 in there and len(there) < 4 and "manifest.json" not in visible(folder)
-    assert second not in visible(folder) or 1 in there or fingerprint(folder / second) == fingerprint(whole / second)
+    assert second not in visible(folder) or 1 in there or sha256_of(folder / second) == sha256_of(whole / second)
     assert run(folder, name) == [index for index in range(4) if index not in there]
-    assert verify(folder) == [] and fingerprint(folder) == fingerprint(whole)
+    assert verify(folder) == [] and sha256_of(folder) == sha256_of(whole)
 
 
 @pytest.fixture
@@ -67,10 +67,12 @@ def small_disk(tmp_path):
 @pytest.mark.parametrize("name", sorted(FORMATS))
 def test_a_full_disk_is_one_message_and_leaves_what_was_finished(small_disk, name):
     size = {"height": 192, "width": 256}  # a shard takes 600 to 1000 kB
-    with pytest.raises(PhotositeError, match=r"shard-0000\d-of-00004.*cannot be written.*(space|choose another disk)") as told:
+    with pytest.raises(
+        PhotositeError, match=r"shard-0000\d-of-00004.*cannot be written.*(space|choose another disk)"
+    ) as caught:
         run(small_disk, name, **size)
-    assert "\n" not in str(told.value)
-    there = finished(small_disk, verify=True)
+    assert "\n" not in str(caught.value)
+    there = finished_shards(small_disk, verify=True)
     assert len(there) <= 2 and "manifest.json" not in visible(small_disk)
     assert visible(small_disk) == {record.name for record in there.values()} | {
         f"{record.name}.record.json" for record in there.values()
@@ -97,12 +99,14 @@ def test_workers_that_make_the_same_shard_do_not_harm_each_other(tmp_path, name)
     """A scheduler that loses sight of a worker gives its shard to another, and both may finish."""
 
     def make(_):
-        return write_shard(tmp_path, PLAN[0], writer(name), make_samples(PLAN[0].indices, 0.0, {}), mosaic_options(name), "abc")
+        return write_shard(
+            tmp_path, PLAN[0], find_writer(name), make_samples(PLAN[0].indices, 0.0, {}), mosaic_options(name), "abc"
+        )
 
     first = make(0)
     with ThreadPoolExecutor(4) as pool:
         assert set(pool.map(make, range(40))) == {first}
-    assert finished(tmp_path, "abc", verify=True) == {0: first} and len(os.listdir(tmp_path)) == 2
+    assert finished_shards(tmp_path, "abc", verify=True) == {0: first} and len(os.listdir(tmp_path)) == 2
 
 
 def test_a_folder_appears_whole_or_not_at_all(tmp_path):

@@ -9,7 +9,7 @@ from helpers.toy_shards import write_toy_folder
 
 from data_gen.storage.manifest import read_manifest, verify, write_manifest
 from data_gen.storage.reading import SampleFolder, read_samples
-from data_gen.storage.shards import finished
+from data_gen.storage.shards import finished_shards
 from data_gen.storage.writers.writer import FORMATS, WriterOptions
 from simulator.errors import PhotositeError
 
@@ -17,13 +17,14 @@ from simulator.errors import PhotositeError
 def test_a_manifest_tells_shards_counts_and_problems_and_no_time(tmp_path):
     write_toy_folder(tmp_path / "a")
     write_toy_folder(tmp_path / "b")
-    told = json.loads((tmp_path / "a" / "manifest.json").read_text())
+    manifest = json.loads((tmp_path / "a" / "manifest.json").read_text())
     assert (tmp_path / "a" / "manifest.json").read_bytes() == (tmp_path / "b" / "manifest.json").read_bytes()
-    assert (told["samples"], told["format"], told["channels"], told["dataset"]) == (7, "webdataset", "mosaic", "abc")
-    assert [(shard["first"], shard["count"]) for shard in told["shards"]] == [(0, 3), (3, 3), (6, 1)]
-    assert told["bytes"] == sum((tmp_path / "a" / shard["name"]).stat().st_size for shard in told["shards"])
-    assert (told["problem_count"], told["problems"]) == (2, ["a.png: cannot be read", "b.png: is grey"])
-    assert read_manifest(tmp_path / "a")["shards"] == list(finished(tmp_path / "a").values())
+    about = (manifest["samples"], manifest["format"], manifest["channels"], manifest["dataset"])
+    assert about == (7, "webdataset", "mosaic", "abc")
+    assert [(shard["first"], shard["count"]) for shard in manifest["shards"]] == [(0, 3), (3, 3), (6, 1)]
+    assert manifest["bytes"] == sum((tmp_path / "a" / shard["name"]).stat().st_size for shard in manifest["shards"])
+    assert (manifest["problem_count"], manifest["problems"]) == (2, ["a.png: cannot be read", "b.png: is grey"])
+    assert read_manifest(tmp_path / "a")["shards"] == list(finished_shards(tmp_path / "a").values())
 
 
 def test_a_manifest_waits_for_the_last_shard(tmp_path):
@@ -58,7 +59,7 @@ def test_verify_finds_what_changed_and_lets_the_next_run_mend_it(tmp_path):
             "is no part of this dat",
         ]
     )
-    assert f"{second}: has " in problems[1] and finished(tmp_path) == {}
+    assert f"{second}: has " in problems[1] and finished_shards(tmp_path) == {}
     (tmp_path / "shard-00009-of-00010.tar").unlink()
     write_toy_folder(tmp_path)
     assert verify(tmp_path) == [] and len(plan) == 3

@@ -9,7 +9,7 @@ from helpers.raw_frame import random_frame
 from helpers.toy_samples import COLOR_MATRIX, same, toy_sample
 
 from data_gen.samples.camera_color import camera_to_srgb
-from data_gen.samples.packing import packed
+from data_gen.samples.packing import pack
 from data_gen.storage.writers.npz import WRITER
 from data_gen.storage.writers.writer import WriterOptions
 from simulator.raw.dng.writer import write_dng
@@ -34,10 +34,10 @@ def test_led_reads_the_pair(tmp_path):
     lines = (tmp_path / "shard" / "pairs.txt").read_text().splitlines(keepends=True)
     ratio, noisy, clean = led_pair(tmp_path / "shard", lines[1])
     assert ratio == sample.exposure_ratios[0]
-    wanted = (packed(sample.noisy_dn[0], "GBRG", "rgbg").astype(np.float64) - 512) / (16383 - 512)
+    wanted = (pack(sample.noisy_dn[0], "GBRG", "rgbg").astype(np.float64) - 512) / (16383 - 512)
     np.testing.assert_allclose(noisy, wanted, rtol=0, atol=1e-7)
     assert noisy.min() < 0  # the pedestal keeps what lies below black
-    np.testing.assert_allclose(clean, (packed(sample.clean_dn[0], "GBRG", "rgbg") - 512.0) / 15871, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(clean, (pack(sample.clean_dn[0], "GBRG", "rgbg") - 512.0) / 15871, rtol=0, atol=1e-6)
     with np.load(tmp_path / "shard" / f"{lines[1].split()[0]}.npz") as archive:
         np.testing.assert_array_equal(archive["wb"], np.array([2.1, 1.0, 1.57, 1.0], np.float32))
         assert archive["im"].dtype == np.uint16
@@ -65,3 +65,4 @@ def test_the_colour_matrix_is_the_one_of_libraw(tmp_path):
         np.testing.assert_allclose(camera_to_srgb(COLOR_MATRIX), frame.color_matrix[:, :3], rtol=0, atol=1e-4)
     np.testing.assert_allclose(camera_to_srgb(COLOR_MATRIX) @ np.ones(3), 1.0, rtol=1e-12)
     np.testing.assert_array_equal(camera_to_srgb(None), np.eye(3))
+    assert camera_to_srgb(COLOR_MATRIX).flags.c_contiguous  # the order is written into the file

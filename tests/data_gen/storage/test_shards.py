@@ -6,11 +6,11 @@ import subprocess
 import pytest
 from helpers.toy_samples import same, toy_sample
 
-from data_gen.storage.shards import Shard, fingerprint, finished, plan_shards, remove_leftovers, shard_name, write_shard
-from data_gen.storage.writers.writer import writer
+from data_gen.storage.shards import Shard, finished_shards, plan_shards, remove_leftovers, sha256_of, shard_name, write_shard
+from data_gen.storage.writers.writer import find_writer
 from simulator.errors import PhotositeError
 
-NPZ = writer("npz")
+NPZ = find_writer("npz")
 SHARD = Shard(1, 3, 2, 2)
 
 
@@ -37,7 +37,7 @@ def test_names_sort_by_index():
 def test_a_written_shard_is_finished_and_reads_back(tmp_path):
     record = write_shard(tmp_path, SHARD, NPZ, samples(), dataset="abc")
     assert record.name == "shard-00001-of-00003-npz" and (record.first, record.count) == (2, 2)
-    assert finished(tmp_path, "abc", verify=True) == {1: record}
+    assert finished_shards(tmp_path, "abc", verify=True) == {1: record}
     assert record.bytes == sum(path.stat().st_size for path in (tmp_path / record.name).iterdir())
     back = list(NPZ.read(tmp_path / record.name, [1, 0]))
     assert same(back[0], toy_sample(3)) and same(back[1], toy_sample(2))
@@ -46,12 +46,12 @@ def test_a_written_shard_is_finished_and_reads_back(tmp_path):
 
 def test_a_fingerprint_is_what_sha256sum_says(tmp_path):
     (tmp_path / "a").write_bytes(b"abc")
-    assert fingerprint(tmp_path / "a") == hashlib.sha256(b"abc").hexdigest()
+    assert sha256_of(tmp_path / "a") == hashlib.sha256(b"abc").hexdigest()
     write_shard(tmp_path, SHARD, NPZ, samples())
     command = r"find . -type f -printf '%P\n' | LC_ALL=C sort | xargs sha256sum | sha256sum"
     folder = tmp_path / "shard-00001-of-00003-npz"
-    told = subprocess.run(command, shell=True, cwd=folder, capture_output=True, text=True, check=True).stdout
-    assert fingerprint(folder) == told.split()[0]
+    printed = subprocess.run(command, shell=True, cwd=folder, capture_output=True, text=True, check=True).stdout
+    assert sha256_of(folder) == printed.split()[0]
 
 
 def test_a_shard_that_changed_is_not_finished(tmp_path):
@@ -60,18 +60,18 @@ def test_a_shard_that_changed_is_not_finished(tmp_path):
     content = bytearray(file.read_bytes())
     content[-1] ^= 1
     file.write_bytes(content)
-    assert set(finished(tmp_path)) == {1} and finished(tmp_path, verify=True) == {}
+    assert set(finished_shards(tmp_path)) == {1} and finished_shards(tmp_path, verify=True) == {}
     file.write_bytes(content[:-1])
-    assert finished(tmp_path) == {}
+    assert finished_shards(tmp_path) == {}
     assert write_shard(tmp_path, SHARD, NPZ, samples()) == record
     (tmp_path / f"{record.name}.record.json").write_text("{")
-    assert finished(tmp_path) == {}
+    assert finished_shards(tmp_path) == {}
 
 
 def test_a_shard_of_another_configuration_is_refused(tmp_path):
     write_shard(tmp_path, SHARD, NPZ, samples(), dataset="abc")
     with pytest.raises(PhotositeError, match="shard-00001.*another configuration.*empty folder"):
-        finished(tmp_path, "xyz")
+        finished_shards(tmp_path, "xyz")
 
 
 @pytest.mark.parametrize(

@@ -7,16 +7,16 @@ import numpy as np
 import zarr
 from helpers.toy_samples import toy_sample
 
-from data_gen.samples.packing import packed
-from data_gen.storage.writers.writer import WriterOptions, writer
+from data_gen.samples.packing import pack
+from data_gen.storage.writers.writer import WriterOptions, find_writer
 from data_gen.storage.writers.zarr import ZarrWriter
 
 SAMPLES = [toy_sample(index, frame_seeds=(2**63 + index,)) for index in range(5)]
-NOISY = np.stack([packed(sample.noisy_dn, "RGGB", "rgbg") for sample in SAMPLES])
+NOISY = np.stack([pack(sample.noisy_dn, "RGGB", "rgbg") for sample in SAMPLES])
 
 
 def test_hdf5_has_a_dataset_for_each_array_and_number(tmp_path):
-    writer("hdf5").write(tmp_path / "a.h5", SAMPLES, WriterOptions("rgbg"))
+    find_writer("hdf5").write(tmp_path / "a.h5", SAMPLES, WriterOptions("rgbg"))
     with h5py.File(tmp_path / "a.h5") as file:
         np.testing.assert_array_equal(file["noisy"], NOISY)
         assert file["noisy"].chunks == (1, *NOISY.shape[1:]) and file["noisy"].attrs["unit"] == "DN"
@@ -29,7 +29,7 @@ def test_hdf5_has_a_dataset_for_each_array_and_number(tmp_path):
 
 
 def test_zarr_keeps_each_sample_a_chunk_and_few_files(tmp_path):
-    writer("zarr").write(tmp_path / "a.zarr", SAMPLES, WriterOptions("rgbg"))
+    find_writer("zarr").write(tmp_path / "a.zarr", SAMPLES, WriterOptions("rgbg"))
     group = zarr.open_group(str(tmp_path / "a.zarr"), mode="r")
     assert group.metadata.zarr_format == 3
     np.testing.assert_array_equal(group["noisy"][:], NOISY)

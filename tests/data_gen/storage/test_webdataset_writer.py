@@ -8,7 +8,7 @@ from itertools import groupby
 import numpy as np
 from helpers.toy_samples import toy_sample
 
-from data_gen.samples.packing import packed
+from data_gen.samples.packing import pack
 from data_gen.storage.writers.webdataset import WRITER
 from data_gen.storage.writers.writer import WriterOptions
 
@@ -27,7 +27,7 @@ def test_members_of_a_sample_stand_together_under_one_key(tmp_path):
     for found, sample in zip(samples, wanted, strict=True):
         noisy = np.load(io.BytesIO(found["noisy.npy"]))
         assert noisy.dtype == np.uint16
-        np.testing.assert_array_equal(noisy, packed(sample.noisy_dn, "RGGB", "rggb"))
+        np.testing.assert_array_equal(noisy, pack(sample.noisy_dn, "RGGB", "rggb"))
         facts = json.loads(found["json"])
         assert facts["iso"] == sample.iso and facts["cfa"] == "RGGB" and facts["channels"] == "rggb"
         assert facts["gain_dn_per_e"] == sample.gain_dn_per_e and facts["exposure_ratios"] == list(sample.exposure_ratios)
@@ -36,8 +36,8 @@ def test_members_of_a_sample_stand_together_under_one_key(tmp_path):
 def test_headers_tell_no_time_and_no_owner(tmp_path):
     WRITER.write(tmp_path / "a.tar", [toy_sample(0)], WriterOptions())
     with tarfile.open(tmp_path / "a.tar") as archive:
-        told = {(m.mtime, m.uid, m.gid, m.uname, m.gname, m.mode, m.type) for m in archive}
-    assert told == {(0, 0, 0, "", "", 0o644, tarfile.REGTYPE)}
+        headers = {(m.mtime, m.uid, m.gid, m.uname, m.gname, m.mode, m.type) for m in archive}
+    assert headers == {(0, 0, 0, "", "", 0o644, tarfile.REGTYPE)}
 
 
 def test_a_file_that_changed_is_read_anew(tmp_path):

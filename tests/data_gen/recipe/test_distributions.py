@@ -1,11 +1,11 @@
-"""Samplers draw what their names say: against SciPy's distributions, by Kolmogorov-Smirnov and chi-square."""
+"""Distributions draw what their names say: against SciPy's distributions, by Kolmogorov-Smirnov and chi-square."""
 
 import numpy as np
 import pytest
 from helpers.randomness import accept
 from scipy import stats
 
-from data_gen.recipe.distributions import Choice, LogUniform, Normal, Table, Uniform, draw, ends, weighted
+from data_gen.recipe.distributions import Choice, LogUniform, Normal, Table, Uniform, draw, support_of, weighted_index
 from simulator.errors import PhotositeError
 
 SHARES = np.random.default_rng(20).random(20_000)
@@ -19,18 +19,18 @@ CONTINUOUS = {
 }
 
 
-def test_continuous_samplers_follow_their_distribution():
+def test_continuous_draws_follow_their_distribution():
     p_values = {}
-    for name, (sampler, distribution) in CONTINUOUS.items():
-        drawn = [draw(sampler, share) for share in SHARES]
-        known = distribution.cdf if distribution else lambda x: np.interp(x, [0.0, 1.0, 5.0], [0.0, 0.25, 1.0])
+    for name, (distribution, reference) in CONTINUOUS.items():
+        drawn = [draw(distribution, share) for share in SHARES]
+        known = reference.cdf if reference else lambda x: np.interp(x, [0.0, 1.0, 5.0], [0.0, 0.25, 1.0])
         p_values[name] = stats.kstest(drawn, known).pvalue
     accept(p_values)
 
 
 def test_a_choice_is_made_by_its_weights():
-    sampler = Choice((100.0, 200.0, 400.0, 800.0), (1.0, 0.0, 5.0, 2.0))
-    drawn = np.array([draw(sampler, share) for share in SHARES])
+    distribution = Choice((100.0, 200.0, 400.0, 800.0), (1.0, 0.0, 5.0, 2.0))
+    drawn = np.array([draw(distribution, share) for share in SHARES])
     counts = np.array([(drawn == iso).sum() for iso in (100.0, 400.0, 800.0)])
     assert counts.sum() == SHARES.size
     accept({"chi-square": stats.chisquare(counts, np.array([1.0, 5.0, 2.0]) / 8.0 * SHARES.size).pvalue})
@@ -44,14 +44,14 @@ def test_draws_hide_the_last_digits_of_a_logarithm():
     assert draw(1.0 / 3.0, 0.5) == 0.333333333
 
 
-@pytest.mark.parametrize("sampler, least, greatest", [(7.0, 7.0, 7.0), (LogUniform((1.0, 300.0)), 1.0, 300.0)])
-def test_ends_are_the_least_and_greatest_draw(sampler, least, greatest):
-    assert ends(sampler) == (least, greatest)
+@pytest.mark.parametrize("distribution, least, greatest", [(7.0, 7.0, 7.0), (LogUniform((1.0, 300.0)), 1.0, 300.0)])
+def test_ends_are_the_least_and_greatest_draw(distribution, least, greatest):
+    assert support_of(distribution) == (least, greatest)
 
 
 def test_the_last_place_of_weight_takes_the_end():
-    assert weighted((1.0, 1.0, 0.0), 1.0) == 1
-    assert weighted((0.0, 1.0), 0.0) == 1
+    assert weighted_index((1.0, 1.0, 0.0), 1.0) == 1
+    assert weighted_index((0.0, 1.0), 0.0) == 1
 
 
 @pytest.mark.parametrize(
