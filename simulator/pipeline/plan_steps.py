@@ -2,7 +2,7 @@
 
 import math
 
-from simulator.optics.defocus.predicted_error import told as told_errors
+from simulator.optics.defocus.predicted_error import describe_errors
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.bare_sensor import BareSensor
 from simulator.optics.lens.distortion import Warp
@@ -50,7 +50,7 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, 
     told = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
     steps.append(Step("binning", binning is not None, told))
     if optics.defocus is not None:
-        steps += [_hidden_step(optics), Step("blur accuracy", True, told_errors(optics.defocus.of_scene()))]
+        steps += [_hidden_step(optics), Step("blur accuracy", True, describe_errors(optics.defocus.of_scene()))]
     return tuple(steps)
 
 

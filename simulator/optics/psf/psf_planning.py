@@ -8,8 +8,8 @@ import numpy as np
 
 from simulator.color.spectra import efficiency_on
 from simulator.errors import require
+from simulator.optics.defocus.accuracy import SHARP_PX
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.error_laws import SHARP_PX
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
