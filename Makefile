@@ -14,13 +14,13 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 .PHONY: help demo docs test test-all test-clients converters benchmark lint format clean
 
 help: ## print this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
 	@echo "PYTHON=python3.12 picks another Python (after make clean)."
 
 demo: $(VENV)/demo.stamp ## take the demonstration pictures
 	@$(BIN)/python examples/demo.py
 
-docs: $(VENV)/demo.stamp ## write docs/cameras.md and its charts from configs/cameras, and the chart of docs/lens.md
+docs: $(VENV)/demo.stamp ## write docs/cameras.md, the figures of other pages and the tables of docs/raw_files.md
 	@$(BIN)/python docs/make_cameras.py
 	@$(BIN)/python docs/make_lens.py
 	@$(BIN)/python docs/make_drawings.py
@@ -32,7 +32,7 @@ test: $(VENV)/test.stamp ## run the tests that take seconds
 test-all: $(VENV)/test.stamp $(VENV)/peers.stamp ## run every test, the minutes-long ones too
 	@$(BIN)/python -m pytest $(TWICE) -m "slow or not slow"
 
-test-clients: $(VENV)/test.stamp $(VENV)/clients.stamp converters ## open the raw files with other converters, installed for it
+test-clients: $(VENV)/test.stamp $(VENV)/clients.stamp converters ## open the raw files with other converters; installs those that are missing
 	@$(BIN)/python -m pytest -m clients
 
 benchmark: $(VENV)/bench.stamp ## measure run times beside other packages

@@ -1,0 +1,132 @@
+"""The pages name files, modules, commands and targets of make that exist, and their Python compiles."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+import typer
+
+import data_gen.command_line  # adds `dataset` to the commands
+
+ROOT = Path(__file__).parents[2]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
+FOLDERS = [path.name for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith(".")]
+HOUSES = ("simulator", "data_gen", "photosite")
+FENCED = re.compile(r"^ *```.*?^ *```$", re.MULTILINE | re.DOTALL)  # a block of code
+MADE_UP = {"stray_light", "NAME"}  # by CONTRIBUTING, which shows how to add them
+
+pages = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+
+
+def text_of(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
+def spans_of(page: Path) -> list[str]:
+    """Return what stands between backticks in the text of a page, blocks left out."""
+    return re.findall(r"`([^`]+)`", re.sub(FENCED, "", text_of(page)))
+
+
+def commands_on(page: Path, program: str) -> list[list[str]]:
+    """Return the words behind the name of a program, of each command in the text and the blocks of a page."""
+    lines = [line for block in re.findall(FENCED, text_of(page)) for line in block.splitlines()]
+    written = [line.partition("#")[0].split() for line in [*lines, *spans_of(page)]]
+    return [words[1:] for words in written if len(words) > 1 and words[0] == program]
+
+
+def is_made_up(name: str) -> bool:
+    return any(word in name for word in MADE_UP)
+
+
+def python_blocks(page: Path) -> list[str]:
+    """Return the blocks of Python of a page, without those of CONTRIBUTING's list, which a test of its own carries out."""
+    return re.findall(r"^```python\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
+
+
+def names_of(file: Path) -> set[str]:
+    """Return the names that a module defines or imports, and those of the stub beside it."""
+    found = set()
+    for source in filter(Path.is_file, (file, file.with_suffix(".pyi"))):
+        for node in ast.parse(source.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.FunctionDef | ast.ClassDef):
+                found.add(node.name)
+            elif isinstance(node, ast.Import | ast.ImportFrom):
+                found |= {alias.asname or alias.name for alias in node.names}
+            elif isinstance(node, ast.Assign | ast.AnnAssign):
+                targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+                found |= {target.id for target in targets if isinstance(target, ast.Name)}
+    return found
+
+
+def has_name(dotted: str) -> bool:
+    """Whether a dotted name is that of a folder, of a module, or of something in one, whose own attributes do not count."""
+    place = ROOT
+    for word in dotted.split("."):
+        if (place / word).is_dir():
+            place /= word
+        elif (place / f"{word}.py").is_file():
+            place = place / f"{word}.py"
+        else:
+            return word in names_of(place if place.is_file() else place / "__init__.py")
+    return True
+
+
+@pages
+def test_paths_on_a_page_exist(page):
+    words = [word for span in spans_of(page) for word in span.split()]
+    paths = [word for word in words if re.fullmatch(r"[\w./*-]+", word) and word.split("/")[0] in FOLDERS and "/" in word]
+    files = [word for word in words if re.fullmatch(r"\w+\.(py|cl|h)", word)]
+    assert [path for path in paths if not is_made_up(path) and not list(ROOT.glob(path.rstrip("/")))] == []
+    known = {path.name for folder in FOLDERS for suffix in ("py", "cl", "h") for path in (ROOT / folder).rglob(f"*.{suffix}")}
+    assert [file for file in files if file not in known and not is_made_up(file)] == []
+
+
+def anchors_of(page: Path) -> set[str]:
+    """Return the anchors of a page: those that GitHub gives to headings, and those written as HTML."""
+    headings = re.findall(r"^#+ (.*)$", text_of(page), re.MULTILINE)
+    written = re.findall(r'<a (?:id|name)="([^"]+)"', text_of(page))
+    return {*written, *(re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings)}
+
+
+@pages
+def test_links_on_a_page_lead_somewhere(page):
+    for link in re.findall(r"\]\(([^)\s]+)\)", text_of(page)):
+        if not link.startswith("http"):
+            path, _, anchor = link.partition("#")
+            target = page.parent / path if path else page
+            assert target.exists(), link
+            assert not anchor or anchor in anchors_of(target), link
+
+
+@pages
+def test_dotted_names_on_a_page_exist(page):
+    text = " ".join([*spans_of(page), *python_blocks(page)])
+    names = re.findall(rf"(?<![\w./])(?:{'|'.join(HOUSES)})(?:\.[A-Za-z_]\w*)+", text)
+    assert [name for name in names if not is_made_up(name) and not has_name(name)] == []
+
+
+@pages
+def test_python_on_a_page_compiles_and_imports_what_exists(page):
+    for block in python_blocks(page):
+        for node in ast.walk(ast.parse(block)):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in HOUSES:
+                assert [alias.name for alias in node.names if not has_name(f"{node.module}.{alias.name}")] == []
+
+
+@pages
+def test_commands_on_a_page_exist_with_their_options(page):
+    for words in commands_on(page, "photosite"):
+        command = typer.main.get_command(data_gen.command_line.app)
+        names = iter(words)
+        while hasattr(command, "commands") and (name := next(names, None)) is not None:
+            assert name in command.commands, words
+            command = command.commands[name]
+        known = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
+        assert [word for word in words if word.startswith("--") and word not in known] == [], words
+
+
+@pages
+def test_targets_of_make_on_a_page_exist(page):
+    targets = re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert [words[0] for words in commands_on(page, "make") if words[0] not in targets] == []
