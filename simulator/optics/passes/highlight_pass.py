@@ -1,27 +1,43 @@
 """Removes highlights from a row band's sampled planes, and adds their blur spots to the blocks that they reach."""
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
-from simulator.device import Buffer
-from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS
+from simulator.device import Buffer, Device
+from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Defocus
 from simulator.optics.defocus.highlights import BRIGHT, SMALLEST_PX, Highlights, find_reaching, select_brightest, spot_weights
-from simulator.optics.geometry.interleaved_columns import column_of
+from simulator.optics.geometry.interleaved_columns import InterleavedColumns, column_of
+from simulator.optics.passes.radius_statistics import RadiusMaps
+from simulator.optics.passes.tile_grid import TileGrid
 from simulator.optics.pupil.pupil import Pupil
 
-if TYPE_CHECKING:
-    from simulator.optics.passes.row_band import RowBand
+
+class Band(Protocol):
+    """What the pass reads of a row band, `simulator.optics.passes.row_band.RowBand`."""
+
+    device: Device
+    defocus: Defocus
+    area: TileGrid
+    maps: RadiusMaps
+    planes: list[Buffer]
+    layout: InterleavedColumns
+    samples_per_axis: int
+    channels: int
+    layer_planes: int
+    sampled: Buffer
+    radius: Buffer
+    defines: dict[str, object]
 
 
 class HighlightPass:
-    """Highlights of a row band (`simulator.optics.passes.row_band.RowBand`) and the blocks that they reach.
+    """Highlights of a row band and the blocks that they reach.
 
     band_start: first row of the band in the area. places: (blocks, 4) uint32 as in kernels/highlights.cl.
     limit: (channels,) electron radiance above which a sample is a highlight [e- s^-1 um^-2 sr^-1].
     """
 
-    def __init__(self, band: "RowBand", band_start: int, places: np.ndarray, limit: np.ndarray) -> None:
+    def __init__(self, band: Band, band_start: int, places: np.ndarray, limit: np.ndarray) -> None:
         self.band, self.places = band, places
         self.origin_px = band.area.x, band.area.y + band_start
         shape = band.layout.shape(len(band.planes) * band.layer_planes)
