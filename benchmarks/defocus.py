@@ -30,7 +30,7 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import BRIGHT
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.lens.thin_lens import ThinLens
-from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.simulate import expose
 from simulator.scene.scene import Layer, Scene
@@ -163,7 +163,7 @@ def rays(device, planned, scene: tuple[np.ndarray, ...]) -> np.ndarray:
     """Mean over the lens of the scene's own surfaces in the window, (height, width) in each photosite's colour."""
     light, coverage, radius = window_surfaces(planned, scene)
     surfaces = upload_surfaces(device, light.transpose(0, 3, 1, 2), coverage, radius, MARGIN)
-    points = lens_points(RAYS)
+    points = ray_samples(RAYS)
     points[..., :2] = 0.5  # the surfaces hold one value per photosite, and so do all contestants
     block = planned.optics.cfa.planes
     found = sample_lens(device, surfaces, points, Window(0, 0, WINDOW.width, WINDOW.height), cfa=block, cells=False)

@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from simulator.device import DeviceInfo, devices, open_device
-from simulator.sensor.frame_stack import FrameSetting, capture
+from simulator.sensor.frame_stack import FrameSetting, expose_frame_stack
 from simulator.sensor.seeds import Seeds
 
 SIDE_PX, ACROSS = 512, 8  # of a patch; patches along a picture's ramp
@@ -43,7 +43,7 @@ def ours(mean_e: np.ndarray, sensor: Sensor, info: DeviceInfo, at_once: int) -> 
     parts = [slice(first, first + at_once) for first in range(0, len(mean_e), at_once)]
 
     def run() -> None:
-        last["codes"] = [capture(device, mean_e[part], settings[part]) for part in parts]
+        last["codes"] = [expose_frame_stack(device, mean_e[part], settings[part]) for part in parts]
 
     return Contestant(f"{photosite.named(info)}, {at_once} at once", run, lambda: np.concatenate(last["codes"]))
 

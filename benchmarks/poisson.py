@@ -18,17 +18,17 @@ from rich.console import Console
 from rich.progress import track
 
 from simulator.device import Device, open_device
-from simulator.sensor.stages.poisson_variants import POISSON_SWITCH_E, PoissonMeans
+from simulator.sensor.stages.poisson_variants import POISSON_SWITCH_E, PoissonVariant
 
 MEANS = np.concatenate([[0.0], np.geomspace(1e-2, 1e6, 29)]).astype(np.float32)
 SIZE = 2**21
 ASKED_DISTANCE, ASKED_VARIANCE = 2e-4, 5e-4
 
 
-def variant_of(mean: float) -> PoissonMeans:
+def variant_of(mean: float) -> PoissonVariant:
     """The cheapest variant that a tile of this mean gets."""
-    fitting = [variant for variant in PoissonMeans if photosite(variant).low <= mean < photosite(variant).high]
-    return max(fitting, key=lambda variant: (variant != PoissonMeans.ALL, int(variant)))
+    fitting = [variant for variant in PoissonVariant if photosite(variant).low <= mean < photosite(variant).high]
+    return max(fitting, key=lambda variant: (variant != PoissonVariant.ALL, int(variant)))
 
 
 def error_of(device: Device, sampler: Sampler, mean: float) -> tuple[float, float]:
@@ -41,7 +41,7 @@ def error_of(device: Device, sampler: Sampler, mean: float) -> tuple[float, floa
 def timed(device: Device, rounds: int) -> dict[str, float]:
     """CPU time per count [ns] of every sampler on the device, by name, measured in turns; best of several."""
     counts, contestants = device.empty((SIZE,), np.float32), []
-    for sampler in [*(photosite(variant) for variant in PoissonMeans), *SHORTCUTS]:
+    for sampler in [*(photosite(variant) for variant in PoissonVariant), *SHORTCUTS]:
         probe = Probe(device, sampler.draw)
         level = 0.99 * sampler.high if sampler.high < np.inf else max(100.0, sampler.low)
         means = device.upload(np.full(SIZE, level, np.float32))
@@ -78,7 +78,7 @@ def rows_of(device: Device, rounds: int) -> list[dict]:
     """One row per sampler and mean."""
     nanoseconds, rows = timed(device, rounds), []
     for mean in track(MEANS.tolist(), "distributions", console=Console(stderr=True)):
-        chosen, mixed = photosite(variant_of(mean)), photosite(PoissonMeans.ALL)
+        chosen, mixed = photosite(variant_of(mean)), photosite(PoissonVariant.ALL)
         for sampler in (chosen, *SHORTCUTS):
             if sampler.low <= mean < sampler.high:
                 rows.append(_row(sampler, mean, *error_of(device, sampler, mean), nanoseconds))

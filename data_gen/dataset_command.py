@@ -11,7 +11,7 @@ from data_gen.recipe.dataset_config import load_data_set
 from data_gen.report.estimate import estimate
 from data_gen.run import run
 from data_gen.storage.manifest import verify
-from simulator.command_line.screen import console, log, shown
+from simulator.command_line.screen import console, log, show_progress
 
 SHOWN_PROBLEMS = 20
 
@@ -19,7 +19,7 @@ SHOWN_PROBLEMS = 20
 def make(path: Path, settings: list[str], out: Path, device: str | None, workers: int, scheduler: str | None) -> None:
     """Make a data set; the manifest's path goes to stdout, problems of pictures to stderr."""
     config = load_data_set(path, settings)
-    with shown("samples") as progress:
+    with show_progress("samples") as progress:
         outcome = run(config, out, device=device, workers=workers, scheduler=scheduler, progress=progress)
     _show_problems(outcome.problems)
     log.print(f"{outcome.made} shards made, {outcome.kept} were there")
@@ -28,7 +28,7 @@ def make(path: Path, settings: list[str], out: Path, device: str | None, workers
 
 def verify_folder(out: Path) -> None:
     """Compare a data set with its manifest. Raises typer.Exit(1) when something differs."""
-    with shown("shards") as progress:
+    with show_progress("shards") as progress:
         found = verify(out, progress)
     for line in found:
         print(line)

@@ -13,7 +13,7 @@ from data_gen.sources.patches import Crop, choose_crop, cut_patch, mosaic_of
 from data_gen.sources.source import CleanImage, Source
 from simulator.device import Device
 from simulator.errors import PhotositeError
-from simulator.sensor.frame_stack import FrameSetting, capture, moments
+from simulator.sensor.frame_stack import FrameSetting, expose_frame_stack, frame_stack_moments
 from simulator.sensor.seeds import Seeds
 
 MOST_ATTEMPTS = 100  # pictures drawn for one sample before the collection counts as unusable
@@ -55,8 +55,8 @@ class Generator:
             x, y = one.window
             settings += [FrameSetting(one.setting.stages, Seeds(one.body_seed, frame), x, y) for frame in one.frame_seeds]
         electrons = electrons.reshape(-1, *self.config.crop_px)
-        noisy = capture(self.device, electrons, settings)
-        spread = moments(self.device, electrons, settings)[1] if self.config.variance else None
+        noisy = expose_frame_stack(self.device, electrons, settings)
+        spread = frame_stack_moments(self.device, electrons, settings)[1] if self.config.variance else None
         first = 0
         for one, picture, signal, crop in drawn:
             frames = slice(first, first + self.config.frames)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from camera_colors import matrix_errors
 
-from simulator.config import camera_document, load_camera
+from simulator.config import load_camera, read_camera_document
 from simulator.config.document_merge import CONFIGS
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import IsoSetting
@@ -85,7 +85,7 @@ def _overview(name: str, camera: Camera) -> str:
 
 
 def _section(name: str, camera: Camera) -> str:
-    document = camera_document(name).data["camera"]
+    document = read_camera_document(name).data["camera"]
     lines = (CONFIGS / "cameras" / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
     remark = " ".join(line.removeprefix("# ") for line in takewhile(lambda line: line.startswith("#"), lines))
     parts = [

@@ -14,7 +14,7 @@ from PIL import Image
 
 from simulator.atomic_files import atomic_write
 from simulator.exposure.settings import Exposure
-from simulator.optics.lens.relative_illumination import irradiance_behind
+from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.pupil import Aperture
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
@@ -121,7 +121,7 @@ def _fall_off(axis) -> None:
     wide = ThinLens(50.0, 1.4, vignetting=RIMS)
     lenses = {"cos⁴ alone": replace(wide, vignetting=None), "f/2.8": replace(wide, f_number=2.8), "f/1.4": wide}
     for (name, lens), color in zip(lenses.items(), ("#888888", SECOND, INK), strict=True):
-        stage = irradiance_behind(lens, 10.0, 3600, 2400)
+        stage = plan_irradiance(lens, 10.0, 3600, 2400)
         axis.plot(
             heights_mm, [100 * stage.relative_illumination(100.0 * height) for height in heights_mm], color=color, label=name
         )

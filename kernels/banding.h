@@ -1,5 +1,5 @@
 // Banding: signal [DN] -> signal + amplitude * sin(2 pi (y / period + phase)) [DN], the phase new in each frame; y: row.
-// Random words: see the table in chance.h.
+// Random words: see the table in random_numbers.h.
 #ifndef BANDING_H
 #define BANDING_H
 #include "normal.h"

@@ -1,11 +1,12 @@
-// Binning: FACTOR x FACTOR photosites of one colour become one. The host defines FACTOR and STEP: 2 with a colour filter, whose
-// 2x2 blocks then become larger blocks of the same pattern; 1 without.
+// Binning: FACTOR x FACTOR photosites of one colour are combined into one. The host defines FACTOR, and STEP, the distance of
+// photosites of one colour: 2 with a colour filter array, whose pattern is preserved; 1 without.
 //
 // electrons: (height, width) float32 [e-], binned_electrons: (height / FACTOR, width / FACTOR) float32, their sums.
 // codes: (height, width) uint16 [DN], binned_codes: (height / FACTOR, width / FACTOR) uint16, their rounded means.
 // width: of the unbinned frame [px]. One work-item per binned photosite.
 #include "plain_math.h"
 
+// First row (or column) of the unbinned frame that contributes to this row (or column) of the binned one.
 INLINE size_t first_of(const size_t position) { return (position / STEP) * (FACTOR * STEP) + position % STEP; }
 
 kernel void bin_electrons(global const float *restrict electrons, global float *restrict binned_electrons, const uint width) {

@@ -1,4 +1,4 @@
-// Colour bias: signal [DN] -> signal + the black level error of its place in the 2x2 block [DN]; x, y: photosite on the sensor.
+// Colour bias: signal [DN] -> signal + per-channel black offset of the 2x2 block [DN]; x, y: photosite on the sensor.
 #ifndef COLOR_BIAS_H
 #define COLOR_BIAS_H
 #include "conventions.h"

@@ -1,19 +1,19 @@
-// What every kernel file keeps to.
+// Conventions of all kernel files.
 #ifndef CONVENTIONS_H
 #define CONVENTIONS_H
 
-// An a*b+c that one device fuses and another does not would break "same bits everywhere".
+// Results must have the same bits on every device, so no device may fuse a * b + c into one operation.
 #pragma OPENCL FP_CONTRACT OFF
 
-// A function that stays a call is not vectorised across photosites, and compilers stop inlining at the second use.
+// Functions must be inlined to be vectorised across photosites; without this attribute compilers do not inline those used twice.
 #define INLINE static inline __attribute__((always_inline))
 
-// x, for x below 3e38. What is added to a signal and looks like it (two products, two sums) is otherwise the seed from which
-// some compilers pair up both histories; see zero_after.
+// Returns x, for x below 3e38. It keeps some compilers from combining two computations of the same form (two products, two sums)
+// into one vector where their results are added; see zero_after.
 INLINE float apart(const float x) { return x < 3.0e38f ? x : 3.0e38f; }
 
-// 0, but no compiler can know: what uses it comes after `value`. Two alike computations that could run side by
-// side are paired by some compilers, which then fail to vectorise across photosites.
+// Returns 0, which no compiler can know, so that what uses it is computed after `value`. Some compilers combine two similar
+// computations that could run side by side into one vector, and then cannot vectorise across photosites.
 INLINE uint zero_after(const float value) { return value > 3.0e38f ? 1u : 0u; }
 
 #endif

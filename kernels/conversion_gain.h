@@ -1,4 +1,4 @@
-// Conversion gain: electrons [e-] -> what the pixel's amplifier sees, in electrons of the low conversion gain.
+// Conversion gain: electrons [e-] -> signal of the pixel's amplifier, as electrons at low conversion gain [e-].
 #ifndef CONVERSION_GAIN_H
 #define CONVERSION_GAIN_H
 #include "conventions.h"

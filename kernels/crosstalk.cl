@@ -1,8 +1,8 @@
-// Crosstalk: each photosite passes a share of what it has to its neighbours. Optical: light, before it is counted. Electrical:
-// the collected charge as its neighbours' amplifiers see it. Beyond the sensor's edge the nearest photosite stands in.
+// Crosstalk: a share of the signal of each photosite goes to its eight neighbours. Optical crosstalk acts on the light, before
+// shot noise; electrical crosstalk on the collected charge. Beyond the frame's edge the nearest photosite is repeated.
 //
 // input, mixed: (height, width) float32, electron radiance or electrons.
-// side, corner: share that goes to each of the four neighbours beside and of the four at the corners.
+// side, corner: share that goes to each of the four direct and of the four diagonal neighbours.
 // One work-item per photosite.
 #include "conventions.h"
 

@@ -1,5 +1,5 @@
-// Dead pixels: electrons [e-] -> 0 in the share of photosites that do not answer to light; x, y: photosite on the sensor.
-// Random words: see the table in chance.h.
+// Dead pixels: electrons [e-] -> 0 in the share of photosites that do not respond to light; x, y: photosite on the sensor.
+// Random words: see the table in random_numbers.h.
 #ifndef DEAD_PIXELS_H
 #define DEAD_PIXELS_H
 #include "philox.h"

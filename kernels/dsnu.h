@@ -1,4 +1,4 @@
-// Dark signal nonuniformity: electrons [e-] -> electrons + sigma * normal [e-], an offset that belongs to the photosite.
+// Dark signal nonuniformity: electrons [e-] -> electrons + sigma * normal [e-], a fixed offset of the photosite.
 #ifndef DSNU_H
 #define DSNU_H
 #include "conventions.h"

@@ -1,6 +1,7 @@
 // Lens: electron radiance [e- s^-1 um^-2 sr^-1] -> electron irradiance on the sensor [e- s^-1 um^-2].
-// cos^4 of the field angle = 1 / (1 + tan^2)^2, tan^2 = r^2 (pitch / image distance)^2; times the open share of the pupil,
-// read between evenly spaced nodes from the axis to the sensor's corner.
+// cos^4 of the field angle = 1 / (1 + tan^2)^2, tan^2 = r^2 (pitch / image distance)^2; times the unobstructed share of the
+// pupil (vignetting), interpolated between evenly spaced nodes from the axis to the sensor's corner.
+// EFFECTIVE_SOLID_ANGLE_SR: projected solid angle of the exit pupil on the axis times the transmittance of the lens.
 #ifndef IRRADIANCE_H
 #define IRRADIANCE_H
 #include "plain_math.h"
@@ -14,10 +15,10 @@ INLINE float open_share(const float radius2, constant float *parameters) {
 
 INLINE float irradiance(const float radiance, const uint x, const uint y, constant float *parameters) {
     const float dx = ((float)x + 0.5f) - IRRADIANCE_CENTRE_X_PX;
-    const float dy = IRRADIANCE_CENTRE_Y_PX - ((float)y + 0.5f); // in another shape than dx: alike, some compilers pair them
+    const float dy = IRRADIANCE_CENTRE_Y_PX - ((float)y + 0.5f); // not in the form of dx, see zero_after
     const float radius2 = dx * dx + dy * dy;
     const float cos2 = reciprocal(1.0f + radius2 * IRRADIANCE_TAN2_PER_PX2);
-    const float light = radiance * IRRADIANCE_SOLID_ANGLE_SR * (cos2 * cos2);
+    const float light = radiance * IRRADIANCE_EFFECTIVE_SOLID_ANGLE_SR * (cos2 * cos2);
     if (IRRADIANCE_VIGNETTING_COUNT == 0) return light;
     return light * open_share(as_float(as_uint(radius2) ^ zero_after(light)), parameters); // see zero_after
 }

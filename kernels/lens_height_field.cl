@@ -5,7 +5,7 @@
 //
 // colour: (channels, grid) float32, radiance.
 // radius: (rows, columns) float32, signed blur radius s [photosites], > 0 behind the plane in focus.
-// points: (patterns, samples, 4) float32: y, x from the photosite's upper left corner [photosites]; y, x on the pupil [pupil radii].
+// points: (patterns, samples, 4) float32: x, y from the photosite's upper left corner [photosites]; x, y on the pupil [pupil radii].
 // stops:  (STOPS, 2) float32, rims that hide parts of the pupil (lens_rays.h); the mean is that of the rays that pass.
 // light:  (planes, height, width) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
 // first, last: steps of t, from before the least radius to beyond the greatest [1 / (2 OVERSAMPLING) photosites]. All frames of a
@@ -64,12 +64,12 @@ kernel void lens_height_field(global const float *restrict colour, global const 
     float sum = 0.0f, lost = 0.0f; // Kahan's compensated sum
     for (uint i = 0; i < rays.samples; i++, point += 4) {
 #if STOPS
-        const float field_y = rays.tangent_per_px * (off_axis_y + point[0]), field_x = rays.tangent_per_px * (off_axis_x + point[1]);
-        if (!passes(stops, point[2], point[3], field_y, field_x)) continue;
+        const float field_y = rays.tangent_per_px * (off_axis_y + point[1]), field_x = rays.tangent_per_px * (off_axis_x + point[0]);
+        if (!passes(stops, point[3], point[2], field_y, field_x)) continue;
 #endif
         taken++;
-        const size_t end = seen(radius, row, column, point[0] * OVERSAMPLING, point[1] * OVERSAMPLING, point[2] * OVERSAMPLING,
-                                point[3] * OVERSAMPLING, first, last, grid);
+        const size_t end = seen(radius, row, column, point[1] * OVERSAMPLING, point[0] * OVERSAMPLING, point[3] * OVERSAMPLING,
+                                point[2] * OVERSAMPLING, first, last, grid);
         const float added = plane[end] - lost, next = sum + added;
         lost = (next - sum) - added;
         sum = next;

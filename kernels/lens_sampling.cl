@@ -9,7 +9,7 @@
 // colour:   (layers, channels, grid) float32, radiance times coverage, nearest layer first.
 // coverage: (layers, grid) float32, 0 to 1.
 // radius:   (layers, grid) float32, signed blur radius s [photosites], > 0 behind the plane in focus.
-// points:   (patterns, samples, 4) float32: y, x from the photosite's upper left corner [photosites]; y, x on the pupil [pupil radii].
+// points:   (patterns, samples, 4) float32: x, y from the photosite's upper left corner [photosites]; x, y on the pupil [pupil radii].
 // stops:    (STOPS, 2) float32, rims that hide parts of the pupil (lens_rays.h); the mean is that of the rays that pass.
 // light:    (planes, height, width) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
 // iterations: fixed-point steps; 0 where every layer has one radius. OVERSAMPLING: samples per photosite and axis.
@@ -43,12 +43,12 @@ kernel void lens_sampling(global const float *restrict colour, global const floa
     float sum = 0.0f, lost = 0.0f; // Kahan's compensated sum: a flat field stays flat with any number of samples
     for (uint i = 0; i < rays.samples; i++, point += 4) {
 #if STOPS
-        const float field_y = rays.tangent_per_px * (off_axis_y + point[0]), field_x = rays.tangent_per_px * (off_axis_x + point[1]);
-        if (!passes(stops, point[2], point[3], field_y, field_x)) continue;
+        const float field_y = rays.tangent_per_px * (off_axis_y + point[1]), field_x = rays.tangent_per_px * (off_axis_x + point[0]);
+        if (!passes(stops, point[3], point[2], field_y, field_x)) continue;
 #endif
         taken++;
-        const float y = point[0] * OVERSAMPLING, x = point[1] * OVERSAMPLING;
-        const float step_y = point[2] * OVERSAMPLING, step_x = point[3] * OVERSAMPLING;
+        const float y = point[1] * OVERSAMPLING, x = point[0] * OVERSAMPLING;
+        const float step_y = point[3] * OVERSAMPLING, step_x = point[2] * OVERSAMPLING;
         float seen = 0.0f, through = 1.0f;
         for (uint layer = 0; layer < layers && through > 0.0f; layer++) {
             global const float *map = radius + layer * area;

@@ -1,4 +1,4 @@
-// Nonlinearity: signal [DN] -> signal + its error [DN], read between evenly spaced nodes from 0 to FULL_SCALE_DN.
+// Nonlinearity: signal [DN] -> signal + its error [DN], interpolated between evenly spaced nodes from 0 to FULL_SCALE_DN.
 #ifndef NONLINEARITY_H
 #define NONLINEARITY_H
 #include "plain_math.h"

@@ -15,16 +15,16 @@ INLINE float normal_radius(const uint word) {
     return square * reciprocal_square_root(square);
 }
 
-// Two words -> one N(0, 1). v in [-1/2, 1/2) turns; cos 2 pi v = sin 2 pi (1/4 - |v|).
+// Return one N(0, 1) from two words. v in [-1/2, 1/2) turns; cos 2 pi v = sin 2 pi (1/4 - |v|).
 INLINE float normal_one(const uint word0, const uint word1) {
     const float v = (float)(int)word1 * 2.3283064365386963e-10f;
     return normal_radius(word0) * sine_of_turn(0.25f - (v < 0.0f ? -v : v));
 }
 
-// Two words -> two independent N(0, 1). The angle lies in the half turn t * pi/2, t in [-1, 1), where the cosine is positive; the
+// Draw two independent N(0, 1) from two words. The angle lies in the half turn t * pi/2, t in [-1, 1), where the cosine is positive; the
 // word's highest bit is its sign. Errors below 8e-6 and 2e-6.
-// Cosine and sine are different polynomials on purpose: two alike are paired up by some compilers before they vectorise
-// across photosites, which then fails. For the same reason no struct of two floats is returned.
+// Cosine and sine are polynomials of different form on purpose: some compilers combine two similar ones into one vector, and then
+// cannot vectorise across photosites. For the same reason the numbers are not returned as a struct of two floats.
 INLINE void normal_two(const uint word0, const uint word1, float *first, float *second) {
     const float radius = normal_radius(word0);
     const float t = (float)(int)(word1 << 1) * 4.656612873077393e-10f;

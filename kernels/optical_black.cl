@@ -1,9 +1,9 @@
-// Optical black: photosites under the metal at the sensor's edge get no light; all that follows, dark current and read noise
-// too, happens to them as to any other.
+// Optical black: photosites covered by metal at the sensor's edge get no light. All later stages, such as dark current and read
+// noise, act on them as on any other.
 //
-// mosaic: (height, width) float32, electron radiance; covered places become 0.
-// window_x, window_y: the mosaic's upper left photosite on the sensor. left, top: first column and row that see light,
-// right, bottom: the first behind them that do not. One work-item per photosite.
+// mosaic: (height, width) float32, electron radiance; covered photosites are set to 0.
+// window_x, window_y: the mosaic's upper left photosite on the sensor. left, top: first column and row of the active area;
+// right, bottom: first column and row after it. One work-item per photosite.
 #include "conventions.h"
 
 kernel void optical_black(global float *restrict mosaic, const uint window_x, const uint window_y, const uint left,

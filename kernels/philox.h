@@ -1,13 +1,13 @@
 // Philox4x32-10, a counter-based generator (Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3").
-// The same counter and key give the same four words on every device, in any order of work. Who draws which of them: chance.h.
+// The same counter and key give the same four words on every device, in any order of work. Which stage uses which words: random_numbers.h.
 #ifndef PHILOX_H
 #define PHILOX_H
 #include "conventions.h"
 
 struct words { uint a, b, c, d; };
 
-// counter: 128 bits, key: 64 bits -> 128 random bits. Held in 64-bit lanes of which the low halves count: the multiplier of
-// vector units takes just those, and widening in every round would cost more than the product.
+// counter: 128 bits, key: 64 bits -> 128 random bits. The words are held in the low halves of 64-bit lanes, which is what the
+// multipliers of vector units read; widening them in every round would cost more than the product.
 INLINE struct words philox(const struct words counter, const uint key0, const uint key1) {
     ulong a = counter.a, b = counter.b, c = counter.c, d = counter.d;
 #define LOW(v) ((v) & 0xFFFFFFFFul)

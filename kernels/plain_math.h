@@ -1,5 +1,5 @@
-// Elementary functions from plain operators only. Built-in ones are opaque scalar calls on some PoCL builds and differ
-// by device; these vectorise everywhere and, with contraction off, give the same bits on every IEEE device.
+// Elementary functions from arithmetic operators only. The built-in ones are scalar calls on some PoCL builds and differ between
+// devices; these vectorise everywhere and, with contraction off, give the same bits on every IEEE device.
 // Polynomials: near-minimax fits made for this file (Lawson-weighted least squares in float64).
 #ifndef PLAIN_MATH_H
 #define PLAIN_MATH_H
@@ -28,7 +28,7 @@ INLINE float reciprocal_square_root(const float x) {
 }
 
 // ln x for normal x > 0: exponent plus polynomial on [sqrt(1/2), sqrt(2)); relative error below 1e-5 on (0, 1], far below
-// what a random number's deviation can show.
+// what is visible in the distribution of random numbers.
 INLINE float natural_log(const float x) {
     const uint shifted = as_uint(x) - 0x3F3504F3u;
     const int exponent = (int)shifted >> 23;

@@ -1,18 +1,18 @@
-// Poisson numbers at every mean.
+// Poisson numbers of any mean.
 // From POISSON_SWITCH e- up: floor of an expansion of the inverse distribution function in a normal number. Orders up to
 // 1/mean are Giles' Q3 (2016, ACM TOMS 42:1, algorithm 955); the next two were fitted here to the exact quantiles for means of
 // 5 to 60. From POISSON_BRIGHT e- up his Q2 does. Total variation distance to the exact distribution stays below 7e-5, the
 // variance within 7e-5.
 // Below POISSON_SWITCH: inversion with a fixed trip count, exact to 1e-6 of probability at the upper end.
-// The host defines POISSON_SWITCH and POISSON_BRIGHT. The code for small means or large ones alone is faster, so each caller says which it needs;
-// a photosite's number is the same in each.
+// The host defines POISSON_SWITCH and POISSON_BRIGHT. Code for small or for large means alone is faster, so each caller names the
+// range of means that it needs. The number that is drawn does not depend on this choice.
 #ifndef POISSON_H
 #define POISSON_H
 #include "normal.h"
 #include "plain_math.h"
 #include "uniform.h"
 
-// `means`, a constant.
+// Values of `means`, a compile-time constant: the range of means.
 #define LARGE_MEANS 0    // all at least POISSON_SWITCH
 #define ALL_MEANS 1
 #define SMALL_MEANS 2    // all below POISSON_SWITCH
@@ -37,7 +37,7 @@ INLINE float poisson_expansion(const float mean, const float r, const float w, c
 }
 
 // Smallest k with P(X <= k) >= u, written out to be vectorised across photosites. u stays 1e-6 below 1: sums of float32
-// probabilities end up to 8e-7 below it. Behind the last step P(X > k) is below 1e-7: 7 at a mean of 0.5, 14 at 2, 21 at 5.
+// probabilities end up to 8e-7 below it. After the last step P(X > k) is below 1e-7: 7 at a mean of 0.5, 14 at 2, 21 at 5.
 INLINE float poisson_inversion(const float mean, const float u, const int means) {
     float probability = exponential(-mean), below = probability, count = 0.0f;
 #define STEP(k) count += u > below ? 1.0f : 0.0f; probability = probability * (mean * (1.0f / (k))); below = below + probability;

@@ -1,6 +1,6 @@
-// Random telegraph noise: electrons [e-] -> electrons - A, + 0 or + A [e-] with chances 1/4, 1/2, 1/4 in a share of the photosites:
-// one trap, taken or free, seen at both samples whose difference is read. A is drawn once for the body, exponentially distributed.
-// Random words: see the table in chance.h.
+// Random telegraph noise: electrons [e-] -> electrons - A, + 0 or + A [e-] with probabilities 1/4, 1/2, 1/4 in a share of the
+// photosites: the state of one trap at the two samples whose difference is read. A is exponentially distributed over the body.
+// Random words: see the table in random_numbers.h.
 #ifndef RANDOM_TELEGRAPH_NOISE_H
 #define RANDOM_TELEGRAPH_NOISE_H
 #include "philox.h"

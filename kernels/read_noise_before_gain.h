@@ -1,6 +1,6 @@
 // Read noise before the analog gain: electrons [e-] -> electrons + N(0, sigma) [e-].
 // With a spread, sigma belongs to the photosite (x, y): log-normal, its mean square as without.
-// Random words: see the table in chance.h.
+// Random words: see the table in random_numbers.h.
 #ifndef READ_NOISE_BEFORE_GAIN_H
 #define READ_NOISE_BEFORE_GAIN_H
 #include "normal.h"

@@ -1,15 +1,17 @@
-// The sensor: everything that acts on one photosite alone. Read top to bottom, this is what happens to light.
+// The fused sensor kernel: all stages that act on each photosite independently, in physical order from light to code.
 //
 // input:      (frames, height, width) float32: electron radiance [e- s^-1 um^-2 sr^-1] in the colour of each photosite, from the
 //             lens, or mean photoelectrons [e-] without IRRADIANCE and EXPOSURE; for PART == READOUT the collected electrons [e-].
 // output:     (frames, height, width) uint16 codes [DN]; for PART == CHARGE float32 collected electrons [e-].
-// tiles:      (tiles, 5) uint32: column and row of each tile's upper left corner in the stack, whose frames lie one below the
-//             other; x and y of that corner on the sensor [px]: random numbers belong to photosites, not to frames; and the
-//             frame that it is a part of. One work-group per pair of rows of a tile.
+// tiles:      (tiles, 5) uint32: column and row of each tile's upper left corner in the stack, whose frames are stacked
+//             vertically; x and y of that corner on the sensor [px], since random numbers depend on the position on the sensor;
+//             and the index of its frame in `seeds` and `numbers`. One work-group per pair of rows of a tile.
 // seeds:      (frames, 2) uint32: frame seed and body seed.
-// numbers:    (frames, NUMBERS) float32; the host defines a macro STEM_FIELD for each number (see simulator/sensor/kernel/kernel_program.py).
-// The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. ROWS, PART: see chance.h and below.
-#include "chance.h"
+// numbers:    (frames, NUMBERS) float32, the parameters of the stages; the host defines a macro STEM_FIELD for each
+//             (simulator/sensor/kernel/kernel_program.py).
+// width:      of the frames [px].
+// The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. ROWS, PART: see random_numbers.h and below.
+#include "random_numbers.h"
 #include "irradiance.h"
 #include "exposure.h"
 #include "prnu.h"
@@ -32,39 +34,39 @@
 #include "adc.h"
 #include "digital_gain.h"
 
-#define WHOLE 0   // PART: all of the chain,
-#define CHARGE 1  // from light to electrons in the well,
-#define READOUT 2 // or from there to the code. Two parts when neighbours share charge in between.
+#define WHOLE 0   // values of PART: the whole chain,
+#define CHARGE 1  // from light to the electrons in the well,
+#define READOUT 2 // from those electrons to the code. The chain is split where crosstalk or binning lies between the two.
 #if PART == CHARGE
 typedef float result_type;
 #else
 typedef ushort result_type;
 #endif
 
-INLINE float charge(float signal, const uint x, const uint y, const float *chance, const uint *bits, const uint frame_seed,
+INLINE float charge(float signal, const uint x, const uint y, const float *normals, const uint *bits, const uint frame_seed,
                     const uint body_seed, constant float *parameters) {
     if (IRRADIANCE) signal = irradiance(signal, x, y, parameters);
     if (EXPOSURE) signal = exposure(signal, parameters);
-    if (PRNU) signal = prnu(signal, chance[RESPONSE], parameters);
-    if (PHOTON_SHOT_NOISE) signal = photon_shot_noise(signal, chance[SHOT], bits[SHOT_COUNT]);
+    if (PRNU) signal = prnu(signal, normals[RESPONSE], parameters);
+    if (PHOTON_SHOT_NOISE) signal = photon_shot_noise(signal, normals[SHOT], bits[SHOT_COUNT]);
     if (DEAD_PIXELS) signal = dead_pixels(signal, x, y, body_seed, parameters);
-    if (DARK_CURRENT) signal = dark_current(signal, chance[DARK], bits[DARK_COUNT], parameters);
-    if (HOT_PIXELS) signal = hot_pixels(signal, chance[HOT], bits, parameters);
+    if (DARK_CURRENT) signal = dark_current(signal, normals[DARK], bits[DARK_COUNT], parameters);
+    if (HOT_PIXELS) signal = hot_pixels(signal, normals[HOT], bits, parameters);
     if (FULL_WELL) signal = full_well(signal, parameters);
     return signal;
 }
 
-INLINE float readout(float signal, const uint x, const uint y, const float *chance, const uint frame_seed,
+INLINE float readout(float signal, const uint x, const uint y, const float *normals, const uint frame_seed,
                      const uint body_seed, constant float *parameters) {
-    if (DSNU) signal = dsnu(signal, chance[OFFSET], parameters);
+    if (DSNU) signal = dsnu(signal, normals[OFFSET], parameters);
     if (CONVERSION_GAIN) signal = conversion_gain(signal, parameters);
-    if (READ_NOISE_BEFORE_GAIN) signal = read_noise_before_gain(signal, chance[BEFORE], x, y, body_seed, parameters);
+    if (READ_NOISE_BEFORE_GAIN) signal = read_noise_before_gain(signal, normals[BEFORE], x, y, body_seed, parameters);
     if (RANDOM_TELEGRAPH_NOISE) signal = random_telegraph_noise(signal, x, y, frame_seed, body_seed, parameters);
     if (ANALOG_GAIN) signal = analog_gain(signal, parameters);
-    if (COLUMN_OFFSET) signal = column_offset(signal, chance[COLUMN], parameters);
-    if (ROW_NOISE) signal = row_noise(signal, chance[ROW], parameters);
+    if (COLUMN_OFFSET) signal = column_offset(signal, normals[COLUMN], parameters);
+    if (ROW_NOISE) signal = row_noise(signal, normals[ROW], parameters);
     if (BANDING) signal = banding(signal, y, frame_seed, parameters);
-    if (READ_NOISE_AFTER_GAIN) signal = read_noise_after_gain(signal, chance[AFTER], parameters);
+    if (READ_NOISE_AFTER_GAIN) signal = read_noise_after_gain(signal, normals[AFTER], parameters);
     if (COLOR_BIAS) signal = color_bias(signal, x, y, parameters);
     if (NONLINEARITY) signal = nonlinearity(signal, parameters);
     if (ADC) signal = adc(signal, parameters);
@@ -72,10 +74,10 @@ INLINE float readout(float signal, const uint x, const uint y, const float *chan
     return signal;
 }
 
-INLINE float photosite(float signal, const uint x, const uint y, const float *chance, const uint *bits, const uint frame_seed,
+INLINE float photosite(float signal, const uint x, const uint y, const float *normals, const uint *bits, const uint frame_seed,
                        const uint body_seed, constant float *parameters) {
-    if (PART != READOUT) signal = charge(signal, x, y, chance, bits, frame_seed, body_seed, parameters);
-    if (PART != CHARGE) signal = readout(signal, x, y, chance, frame_seed, body_seed, parameters);
+    if (PART != READOUT) signal = charge(signal, x, y, normals, bits, frame_seed, body_seed, parameters);
+    if (PART != CHARGE) signal = readout(signal, x, y, normals, frame_seed, body_seed, parameters);
     return signal;
 }
 
@@ -89,20 +91,20 @@ kernel void sensor(global const float *restrict input, global result_type *restr
     size_t index = (size_t)(tiles[tile + 1] + 2 * get_group_id(1)) * width + (tiles[tile] + get_local_id(0));
     const struct words frame = block_of(x, y, STREAM_FRAME, frame_seed, 0u);
     const struct words body = block_of(x, y, STREAM_BODY, body_seed, 1u);
-    float first_chance[CHANCES], second_chance[CHANCES];
+    float first_normals[NORMALS], second_normals[NORMALS];
     uint first_bits[BITS], second_bits[BITS];
-    bits_of_pair(x, y, frame_seed, body_seed, first_bits, second_bits);
-    uint zero = chance_of_pair(x, y, frame, frame_seed, body_seed, first_chance, second_chance);
+    draw_bits_of_pair(x, y, frame_seed, body_seed, first_bits, second_bits);
+    uint zero = draw_normals_of_pair(x, y, frame, frame_seed, body_seed, first_normals, second_normals);
 #if ROWS & FIRST_ROW
-    chance_of_row(frame.b ^ zero, angle_of_first(frame), body.b, angle_of_first(body), first_chance);
-    const float first = photosite(input[index], x, y & ~1u, first_chance, first_bits, frame_seed, body_seed, parameters);
+    draw_normals_of_row(frame.b ^ zero, angle_of_first(frame), body.b, angle_of_first(body), first_normals);
+    const float first = photosite(input[index], x, y & ~1u, first_normals, first_bits, frame_seed, body_seed, parameters);
     output[index] = (result_type)first;
     index = index + width;
     zero = zero_after(first);
 #endif
 #if ROWS & SECOND_ROW
-    chance_of_row(frame.c ^ zero, angle_of_second(frame), body.c, angle_of_second(body), second_chance);
+    draw_normals_of_row(frame.c ^ zero, angle_of_second(frame), body.c, angle_of_second(body), second_normals);
     const float second = as_float(as_uint(input[index]) ^ zero);
-    output[index] = (result_type)photosite(second, x, y | 1u, second_chance, second_bits, frame_seed, body_seed, parameters);
+    output[index] = (result_type)photosite(second, x, y | 1u, second_normals, second_bits, frame_seed, body_seed, parameters);
 #endif
 }

@@ -1,9 +1,9 @@
-// Least and greatest value of each column of each row of tiles, so that code for rare cases runs only where it is needed.
+// Least and greatest value in each column of each tile row, from which the host chooses the Poisson code of each tile.
 //
 // image: (height, width) float32. edges: (tile_rows + 1,) uint32, first row of each tile row and, last, the height; at most
 // TILE_HEIGHT rows each. range: (2, tile_rows, width) float32, least and greatest.
-// One work-item per column (dimension 0) and tile row (dimension 1). The trip count is fixed so that it can be unrolled:
-// past the last row of a tile that row is read again.
+// One work-item per column (dimension 0) and tile row (dimension 1). The trip count is constant so that the loop can be
+// unrolled: shorter tile rows read their last row again.
 #include "plain_math.h"
 
 kernel void tile_range(global const float *restrict image, global float *restrict range, global const uint *restrict edges) {

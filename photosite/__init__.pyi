@@ -63,8 +63,8 @@ from simulator.sensor.camera.camera_sections import Window as Window
 from simulator.sensor.camera.crosstalk import Crosstalk as Crosstalk
 from simulator.sensor.camera.optical_black import OpticalBlack as OpticalBlack
 from simulator.sensor.camera.read_noise_model import ReadNoiseModel as ReadNoiseModel
-from simulator.sensor.frame_stack import capture as capture
-from simulator.sensor.frame_stack import moments as moments
+from simulator.sensor.frame_stack import expose_frame_stack as expose_frame_stack
+from simulator.sensor.frame_stack import frame_stack_moments as frame_stack_moments
 from simulator.sensor.kernel.kernel_launch import FrameSetting as FrameSetting
 from simulator.studies.resimulation import resimulate as resimulate
 

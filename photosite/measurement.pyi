@@ -4,7 +4,7 @@ from simulator.measurement.emva1288.report import EmvaReport as EmvaReport
 from simulator.measurement.emva1288.report import validate_emva as validate_emva
 from simulator.measurement.noise_check.report import NoiseReport as NoiseReport
 from simulator.measurement.noise_check.report import validate_noise as validate_noise
-from simulator.measurement.noise_check.tolerance_check import Gate as Gate
+from simulator.measurement.noise_check.tolerance_check import ToleranceCheck as ToleranceCheck
 from simulator.measurement.statistics.interval import Interval as Interval
 from simulator.measurement.statistics.photon_transfer import DarkNoise as DarkNoise
 from simulator.measurement.statistics.photon_transfer import TransferPoint as TransferPoint

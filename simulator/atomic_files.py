@@ -44,7 +44,7 @@ def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
         _to_disk(temporary)
         os.replace(temporary, target)
     except OSError as error:
-        raise _refused(path, error) from error
+        raise _write_error(path, error) from error
     finally:
         with suppress(OSError):
             temporary.unlink()
@@ -70,7 +70,7 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
                 _to_disk(file)
         _put_in_place(temporary, target, old)
     except OSError as error:
-        raise _refused(path, error) from error
+        raise _write_error(path, error) from error
     finally:
         for folder in (temporary, old):
             shutil.rmtree(folder, ignore_errors=True)
@@ -100,8 +100,8 @@ def _put_in_place(folder: Path, target: Path, old: Path) -> None:
         shutil.rmtree(old, ignore_errors=True)
 
 
-def _refused(path: str | os.PathLike, error: OSError) -> PhotositeError:
-    fix = _FIX.get(error.errno, "check the path and the disk")
+def _write_error(path: str | os.PathLike, error: OSError) -> PhotositeError:
+    fix = _FIX.get(error.errno or 0, "check the path and the disk")
     return PhotositeError(f"cannot be written: {error.strerror or error}; {fix}", file=path)
 
 

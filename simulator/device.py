@@ -1,8 +1,7 @@
 """The OpenCL device: the only module that imports pyopencl.
 
-Kernels live in kernels/*.cl. `#include "x.h"` is expanded here, because PoCL refuses an -I path that holds a space.
-Arguments are bound by name, and so are the fields of structs: a missing or misspelt one is an error, not a wrong number in the
-wrong place.
+Kernels are the files kernels/*.cl. `#include "x.h"` is expanded here, because PoCL refuses an -I path that contains a space.
+Arguments and fields of structs are bound by name, so that a missing or misspelt one raises an error.
 """
 
 import functools
@@ -12,24 +11,26 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyopencl as cl
+from numpy.typing import DTypeLike
 
 from simulator.errors import PhotositeError
 
-Buffer = cl.Buffer  # memory on a device; kernels' comments and docstrings say shape and type
+Buffer = cl.Buffer  # memory on a device; docstrings and the comments of kernels state shape and element type of its content
 
 _HERE = Path(__file__).resolve().parent
 KERNELS = next(folder for folder in (_HERE / "kernels", _HERE.parent / "kernels") if folder.is_dir())
 _INCLUDE = re.compile(r'^#include "([^"]+)"$', re.MULTILINE)
 _SCALARS = {"float": np.float32, "uint": np.uint32, "int": np.int32, "ulong": np.uint64}
-_FIELDS = ("float", "uint", "int")  # of structs: all of 4 bytes, so that no compiler pads
+_FIELDS = ("float", "uint", "int")  # types of struct fields: all of 4 bytes, so that no compiler adds padding
 INSTALL_HINT = "install one: `pip install pyopencl[pocl]`, or Debian's `apt install pocl-opencl-icd`"
 
 
 def expanded(text: str, seen: set[str] | None = None) -> str:
-    """OpenCL C text with the headers of kernels/ put in, each once."""
+    """Return OpenCL C text with each #include replaced by the header of kernels/, once each. seen: headers already included."""
     seen = set() if seen is None else seen
 
     def header(match: re.Match) -> str:
@@ -42,13 +43,13 @@ def expanded(text: str, seen: set[str] | None = None) -> str:
 
 
 def kernel_source(file: str) -> str:
-    """Text of kernels/<file> with its headers put in."""
+    """Return the text of kernels/<file> with its headers included."""
     return expanded((KERNELS / file).read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True)
 class DeviceInfo:
-    """One OpenCL device as a user sees it."""
+    """Name and size of an OpenCL device."""
 
     name: str
     platform: str
@@ -58,32 +59,34 @@ class DeviceInfo:
 
     @property
     def label(self) -> str:
-        """Name that `--device` matches."""
+        """Text that `--device` is searched in."""
         return f"{self.name} [{self.version}]"
 
 
 def _info(device: cl.Device) -> DeviceInfo:
+    """Return name and size of a device."""
     version = device.platform.version.removeprefix("OpenCL ").split("  ")[0]
     return DeviceInfo(device.name.strip(), device.platform.name, version, device.max_compute_units, _memory_bytes(device))
 
 
 def _memory_bytes(device: cl.Device) -> int:
-    """Memory of a device; a CPU has the machine's, of which some drivers report a part."""
+    """Return the memory of a device; for a CPU that of the machine, of which some drivers report only a part."""
     if device.type & cl.device_type.CPU and "SC_PHYS_PAGES" in os.sysconf_names:
         return max(device.global_mem_size, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     return device.global_mem_size
 
 
 def _pocl_version(device: cl.Device) -> tuple[int, ...]:
+    """Return major and minor version of a PoCL device; (-1,) for other drivers."""
     found = re.search(r"PoCL (\d+)\.(\d+)", device.platform.version)
     return tuple(int(number) for number in found.groups()) if found else (-1,)
 
 
-_drivers_of: int | None = None  # process that loaded the OpenCL drivers
+_drivers_of: int | None = None  # id of the process that loaded the OpenCL drivers
 
 
 def _require_living_drivers() -> None:
-    """Refuse a process that was forked after the drivers were loaded: their threads stay behind, and it would wait forever."""
+    """Raise PhotositeError in a process forked after the drivers were loaded: it has none of their threads and would hang."""
     if _drivers_of not in (None, os.getpid()):
         raise PhotositeError(
             f"OpenCL in process {os.getpid()}: it was forked from one that had used OpenCL, and drivers do not survive that; "
@@ -93,7 +96,7 @@ def _require_living_drivers() -> None:
 
 
 def _all_devices() -> list[cl.Device]:
-    """Every device, the default first: the newest PoCL, then the others as the loader lists them."""
+    """Return all devices, the default first: PoCL, newest version first, then the others in the loader's order."""
     global _drivers_of
     _require_living_drivers()
     _drivers_of = os.getpid()
@@ -107,12 +110,12 @@ def _all_devices() -> list[cl.Device]:
 
 
 def devices() -> list[DeviceInfo]:
-    """All OpenCL devices, the default one first. Raises PhotositeError when there is none."""
+    """Return all OpenCL devices, the default one first. Raises PhotositeError when there is none."""
     return [_info(device) for device in _all_devices()]
 
 
 def has_devices() -> bool:
-    """Whether there is any OpenCL device."""
+    """Return whether there is any OpenCL device."""
     try:
         return bool(_all_devices())
     except PhotositeError:
@@ -121,14 +124,17 @@ def has_devices() -> bool:
 
 @dataclass(frozen=True)
 class Kernel:
-    """A built kernel; arguments: type by name, in order: "*" of a buffer, a scalar's name, or the dtype of a struct."""
+    """A compiled kernel.
+
+    arguments: type of each argument, by name, in order: "*" for a buffer, the name of a scalar type, or the dtype of a struct.
+    """
 
     name: str
     function: cl.Kernel
     arguments: dict[str, str | np.dtype]
 
-    def bind(self, name: str, value: object) -> object:
-        """What the driver takes for an argument. Raises TypeError when a struct's fields are not exactly those declared."""
+    def bind(self, name: str, value: Any) -> Any:
+        """Convert a value to the declared type. Raises TypeError when the fields of a struct are not exactly those declared."""
         kind = self.arguments[name]
         if isinstance(kind, np.dtype):
             return packed_struct(kind, value, f"{name} of {self.name}")
@@ -136,8 +142,10 @@ class Kernel:
 
 
 def declared_arguments(source: str, name: str) -> dict[str, str | np.dtype]:
-    """Types by name of a kernel's arguments, read from its text: drivers forget them in builds that come from a disk cache."""
+    """Return the types of a kernel's arguments by name, read from its source: drivers lose them in cached builds."""
     found = re.search(rf"kernel void {name}\(([^)]*)\)", re.sub(r"//.*", "", source))
+    if not found:
+        raise ValueError(f"kernel {name} is not declared")
     parts = [re.findall(r"\w+|\*", argument) for argument in found[1].split(",")]
     return {
         part[-1]: "*" if "*" in part else declared_struct(source, part[-2]) if "struct" in part else part[-2] for part in parts
@@ -145,9 +153,9 @@ def declared_arguments(source: str, name: str) -> dict[str, str | np.dtype]:
 
 
 def declared_struct(source: str, name: str) -> np.dtype:
-    """The dtype of `struct name`, read from the text of a kernel or header: float, uint and int, or arrays of them.
+    """Return the dtype of `struct name`, read from OpenCL C source; fields are float, uint and int, or arrays of them.
 
-    Raises ValueError for other types, which a compiler might pad.
+    Raises ValueError for other types, for which a compiler might add padding, and for an undeclared struct.
     """
     found = re.search(rf"\bstruct {name} \{{([^}}]*)\}};", re.sub(r"//.*", "", source))
     if not found:
@@ -162,32 +170,34 @@ def declared_struct(source: str, name: str) -> np.dtype:
     return np.dtype(fields)
 
 
-def packed_struct(dtype: np.dtype, value: object, what: str) -> np.void:
-    """Structured scalar of a mapping from field to value, or of a structured scalar with the same fields.
+def packed_struct(dtype: np.dtype, value: Mapping[str, Any] | np.void, what: str) -> np.void:
+    """Convert a mapping from field to value, or a structured scalar with the same fields, to a structured scalar of this dtype.
 
-    what: names the struct in the TypeError that is raised for a missing or superfluous field.
+    what: description of the struct in the TypeError that is raised for a missing or superfluous field.
     """
+    declared = dtype.names or ()
     names = value.keys() if isinstance(value, Mapping) else getattr(getattr(value, "dtype", None), "names", None)
-    if names is None or set(names) != set(dtype.names):
-        raise TypeError(f"{what} has the fields {sorted(dtype.names)}, not {sorted(names) if names else value!r}")
-    return np.array(tuple(value[name] for name in dtype.names), dtype)[()]
+    if names is None or set(names) != set(declared):
+        raise TypeError(f"{what} has the fields {sorted(declared)}, not {sorted(names) if names else value!r}")
+    return np.void(tuple(value[name] for name in declared), dtype)
 
 
-CPU_ROW_PX = 1024  # a CPU starts work-groups one after another, which costs more than 500 photosites do
-CPU_SPAN = 64  # photosites of a work-item in kernels whose innermost loop runs over them; a GPU has work-items enough
-GPU_ROW_PX = 256  # what every GPU can run at once
-CONSTANT_BYTES = 2**16  # that every OpenCL device has for the numbers of a launch (OpenCL 1.2, table 4.3)
-SHORTEST_ROW_PX = 32  # shorter groups waste lanes of a GPU and cost a CPU more to start than to run
+CPU_ROW_PX = 1024  # work-items; starting a work-group on a CPU costs more time than computing 500 photosites
+CPU_SPAN = 64  # photosites per work-item in kernels whose innermost loop runs over them; on a GPU it is 1
+GPU_ROW_PX = 256  # work-items; a group size that every GPU supports
+CONSTANT_BYTES = 2**16  # constant memory that every OpenCL device has (OpenCL 1.2, table 4.3)
+SHORTEST_ROW_PX = 32  # work-items; shorter groups waste lanes of a GPU, and on a CPU take longer to start than to run
 
 
 class Device:
-    """A context, a queue and the kernels built on them.
+    """An OpenCL device with its context, its queue and the kernels built for it.
 
-    row_px: work-items of a group that runs along a row. constant_bytes: of the numbers of a launch.
-    shares_memory: whether kernels work on the host's own arrays.
+    row_px: largest number of work-items of a group that runs along a row. span: photosites per work-item in kernels whose
+    innermost loop runs over them. constant_bytes: constant memory for the parameters of a launch. shares_memory: whether
+    kernels can work on the host's arrays without a copy.
     """
 
-    def __init__(self, device: cl.Device):
+    def __init__(self, device: cl.Device) -> None:
         self.info = _info(device)
         wanted = CPU_ROW_PX if device.type & cl.device_type.CPU else GPU_ROW_PX
         self.row_px = min(wanted, device.max_work_group_size)
@@ -209,13 +219,13 @@ class Device:
         return self._own_queue
 
     def upload(self, array: np.ndarray) -> cl.Buffer:
-        """Copy of an array on the device."""
+        """Return a buffer with a copy of an array."""
         return self._buffer(cl.mem_flags.READ_WRITE | cl.mem_flags.COPY_HOST_PTR, hostbuf=np.ascontiguousarray(array))
 
     def share(self, array: np.ndarray) -> cl.Buffer:
-        """Buffer over a contiguous array's own memory on a CPU, elsewhere a copy; the array must outlive the buffer's use.
+        """Return a buffer that uses the memory of a contiguous array on a CPU, or a copy of it on other devices.
 
-        What kernels write there is in the array after `collect`.
+        The array must exist as long as the buffer is used. After `collect` it contains what kernels wrote to the buffer.
         """
         if not self.shares_memory:
             return self.upload(array)
@@ -223,7 +233,7 @@ class Device:
         return self._buffer(flags, hostbuf=array)
 
     def collect(self, buffer: cl.Buffer, array: np.ndarray) -> None:
-        """Wait for all work and bring a buffer of `share` into its array."""
+        """Wait for all work and copy a buffer made by `share` to its array, where the two do not share memory."""
         if not self.shares_memory:
             cl.enqueue_copy(self._queue, array, buffer)
             return
@@ -231,11 +241,12 @@ class Device:
         mapped.base.release(self._queue)
         self._queue.finish()
 
-    def empty(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
-        """Uninitialised buffer for an array of this shape. Raises PhotositeError when it does not fit."""
+    def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> cl.Buffer:
+        """Return an uninitialised buffer for an array of this shape. Raises PhotositeError when it does not fit."""
         return self._buffer(cl.mem_flags.READ_WRITE, int(np.prod(shape)) * np.dtype(dtype).itemsize)
 
     def _buffer(self, flags: int, size: int = 0, hostbuf: np.ndarray | None = None) -> cl.Buffer:
+        """Return a buffer of `size` bytes, or over `hostbuf`. Raises PhotositeError when it does not fit."""
         try:
             return cl.Buffer(self._context, flags, size, hostbuf)
         except (cl.Error, MemoryError) as error:
@@ -246,28 +257,29 @@ class Device:
             ) from None
 
     def write(self, buffer: cl.Buffer, array: np.ndarray, offset: int) -> None:
-        """Copy an array into a buffer, from this byte on."""
+        """Copy an array into a buffer, starting at byte `offset`."""
         cl.enqueue_copy(self._queue, buffer, np.ascontiguousarray(array), dst_offset=offset)
 
-    def zeros(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
-        """Buffer of zeros for an array of this shape."""
-        return self._filled(shape, np.dtype(dtype).type(0))
+    def zeros(self, shape: tuple[int, ...], dtype: DTypeLike) -> cl.Buffer:
+        """Return a buffer of zeros for an array of this shape."""
+        return self._filled(shape, np.zeros((), dtype))
 
-    def ones(self, shape: tuple[int, ...], dtype) -> cl.Buffer:
-        """Buffer of ones for an array of this shape."""
-        return self._filled(shape, np.dtype(dtype).type(1))
+    def ones(self, shape: tuple[int, ...], dtype: DTypeLike) -> cl.Buffer:
+        """Return a buffer of ones for an array of this shape."""
+        return self._filled(shape, np.ones((), dtype))
 
-    def fill(self, buffer: cl.Buffer, value: np.number, offset: int) -> None:
-        """Fill a buffer from this byte on."""
-        cl.enqueue_fill_buffer(self._queue, buffer, value, offset, buffer.size - offset)
+    def fill(self, buffer: cl.Buffer, value: np.ndarray | np.number, offset: int) -> None:
+        """Fill a buffer with copies of a value, from byte `offset` to its end."""
+        cl.enqueue_fill_buffer(self._queue, buffer, np.asarray(value), offset, buffer.size - offset)
 
-    def _filled(self, shape: tuple[int, ...], value: np.number) -> cl.Buffer:
+    def _filled(self, shape: tuple[int, ...], value: np.ndarray) -> cl.Buffer:
+        """Return a buffer for an array of this shape, filled with a value given as an array of shape ()."""
         buffer = self.empty(shape, value.dtype)
         self.fill(buffer, value, 0)
         return buffer
 
-    def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype) -> np.ndarray:
-        """Array of a buffer's content, after all work before it."""
+    def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
+        """Wait for all work enqueued before, and return the content of a buffer as an array."""
         array = np.empty(shape, dtype)
         cl.enqueue_copy(self._queue, array, buffer)
         return array
@@ -277,27 +289,31 @@ class Device:
         self._queue.finish()
 
     def kernel(self, name: str, defines: dict[str, object], file: str | None = None) -> Kernel:
-        """Kernel `name` of kernels/<file> (default <name>.cl), built once for these macros."""
+        """Return the kernel `name` of kernels/<file> (default <name>.cl), built once for these macros."""
         key = (file or f"{name}.cl", name, tuple(defines.items()))
         if key not in self._kernels:
             self._kernels[key] = self.build(kernel_source(key[0]), name, defines)
         return self._kernels[key]
 
     def build(self, source: str, name: str, defines: dict[str, object]) -> Kernel:
-        """Kernel `name` of expanded source text, with these macros in front (pyopencl keeps builds on disk)."""
+        """Build the kernel `name` from expanded source text, with these macros (pyopencl caches builds on disk).
+
+        Raises PhotositeError when the driver cannot build it.
+        """
         macros = "".join(f"#define {macro} {value}\n" for macro, value in defines.items())
         try:
-            with warnings.catch_warnings(action="ignore", category=cl.CompilerWarning):  # remarks of some drivers
+            with warnings.catch_warnings(action="ignore", category=cl.CompilerWarning):  # some drivers warn without a cause
                 program = cl.Program(self._context, macros + source).build()
         except cl.Error as error:
             raise PhotositeError(f"{self.info.label} cannot build the kernel {name}: {error}") from None
         return Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
 
-    def run(self, kernel: Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments) -> None:
+    def run(self, kernel: Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments: Any) -> None:
         """Enqueue a kernel; scalars are cast to the declared type, structs are given as mappings from field to value.
 
-        local_size: of a work-group; None: as long a part of a row as divides it.
-        Raises TypeError when the names are not exactly those of the kernel, or of a struct's fields.
+        local_size: size of a work-group; None: the longest part of a row that divides the row evenly.
+        Raises TypeError when the names are not exactly those of the kernel, or of a struct's fields, and PhotositeError when
+        the driver refuses the launch.
         """
         if set(kernel.arguments) != set(arguments):
             raise TypeError(f"{kernel.name} takes {sorted(kernel.arguments)}, not {sorted(arguments)}")
@@ -309,17 +325,17 @@ class Device:
             raise PhotositeError(f"{self.info.label} cannot run {kernel.name}: {error}") from None
 
     def _group(self, global_size: tuple[int, ...]) -> tuple[int, ...] | None:
-        """Work-group that is a part of a row; left to the driver, which may choose badly, where a row has no good divisor."""
+        """Return a work-group size that divides a row evenly, or None, the driver's choice, where a row has no good divisor."""
         width = next(size for size in range(min(self.row_px, global_size[0]), 0, -1) if global_size[0] % size == 0)
         return (width, *(1 for _ in global_size[1:])) if width >= SHORTEST_ROW_PX or width == global_size[0] else None
 
 
 @functools.cache
 def open_device(name: str | None = None) -> Device:
-    """Device whose label holds `name` (upper and lower case alike); default: $PHOTOSITE_DEVICE, else the newest PoCL.
+    """Return the device whose label contains `name` (case-insensitive); default: $PHOTOSITE_DEVICE, else the newest PoCL.
 
-    A forked process opens its own, unless the process it comes from has used OpenCL.
-    Raises PhotositeError when nothing matches, listing what there is, and in a process forked too late.
+    A forked process opens a device of its own, which works unless its parent process has used OpenCL.
+    Raises PhotositeError when nothing matches, listing all devices, and in a process forked after its parent used OpenCL.
     """
     wanted = name or os.environ.get("PHOTOSITE_DEVICE", "")
     found = _all_devices()

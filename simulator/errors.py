@@ -1,12 +1,12 @@
-"""The one exception a user may meet: what is wrong as data, and its message, which is complete and needs no traceback."""
+"""The exception for faults that a user can correct: its fields as data, and a message that needs no traceback."""
 
 import os
 import re
-from typing import Self
+from typing import Any, Self
 
 
 class PhotositeError(Exception):
-    """Something the user can put right.
+    """A fault that the user can correct.
 
     Its fields are data, for programs that show an error beside what it is about. `str(error)` makes the message, in the order
     of the list below, leaving out what is None: `file:line: key = value: rule`, `file: rule`, `key = value: rule`, `--option
@@ -35,7 +35,7 @@ class PhotositeError(Exception):
         value: object = None,
         joint: str = ": ",
         within: tuple[str, ...] = (),
-    ):
+    ) -> None:
         super().__init__(rule)  # pickle and copy call the class with it, and then set the attributes
         self.rule, self.file, self.line, self.via, self.part = rule, file, line, via, part
         self.key, self.value, self.joint, self.within = key, value, joint, within
@@ -59,11 +59,11 @@ class PhotositeError(Exception):
 
     @property
     def names_a_value(self) -> bool:
-        """Whether it is about the value of a dotted key and does not know where that was written: `key = value: rule`."""
+        """Whether it names the value of a dotted key but no file or part where it was written: `key = value: rule`."""
         has_place = self.file is not None or self.part is not None or bool(self.within)
         return not has_place and self.value is not None and re.fullmatch(r"[\w.]+", self.key or "") is not None
 
-    def replace(self, **fields) -> Self:
+    def replace(self, **fields: Any) -> Self:
         """Return the same error with other fields."""
         return type(self)(**{name: getattr(self, name) for name in FIELDS} | fields)
 

@@ -1,25 +1,25 @@
-"""How long work tells what it is doing: one signature for all of it."""
+"""Progress of long work: the signature of the callback, and a counter of steps."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-# Called with what is done now and the share of the work that is done, from 0 to 1. A share that falls begins another work.
+# Called with the name of the current step and the share of the work that is done, 0 to 1. A lower share starts another task.
 Progress = Callable[[str, float], None]
 
 
 def silent(what: str, share: float) -> None:
-    """Tell nobody."""
+    """Ignore the progress."""
 
 
 @dataclass
 class Steps:
-    """Work of so many steps. progress: is told of each. total: steps in all. done: steps until now."""
+    """Counter of steps. progress: is called after each. total: number of steps. done: steps that are done."""
 
     progress: Progress
     total: int
     done: int = 0
 
     def add(self, what: str, count: int = 1) -> None:
-        """Tell that `count` steps more are done: `what, 3 of 40` and 3 / 40."""
+        """Count steps as done and report them: `what, 3 of 40` and 3 / 40."""
         self.done += count
         self.progress(f"{what}, {self.done} of {self.total}", self.done / self.total if self.total else 1.0)

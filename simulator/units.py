@@ -2,13 +2,13 @@
 
 `exposure_time_s: Seconds` holds seconds. The configuration reads the annotation: it drops the
 suffix from the key (`exposure_time`) and demands a quantity with a unit (`1/125 s`) there.
-Nothing else looks at these objects, so computing code pays nothing for them.
+No other code reads these objects, so they cost nothing in computations.
 """
 
 from dataclasses import dataclass
 from typing import Annotated, get_args
 
-COUNT_SUFFIX = "_px"  # a count of pixels is a bare number and its key needs no suffix
+COUNT_SUFFIX = "_px"  # a count of pixels has no unit, and its key no suffix
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ FNumber = Annotated[float, Unit("f_number", "")]
 
 
 def unit_of(annotation: object) -> Unit | None:
-    """Return the Unit in an annotation, also inside `X | None`."""
+    """Return the Unit of an annotation, also inside `X | None`; None without one."""
     for part in getattr(annotation, "__metadata__", ()):
         if isinstance(part, Unit):
             return part
@@ -48,6 +48,6 @@ def unit_of(annotation: object) -> Unit | None:
 
 
 def key_of(name: str, annotation: object) -> str:
-    """Key in the YAML file of a dataclass field."""
+    """Return the YAML key of a dataclass field: its name without the unit's suffix."""
     unit = unit_of(annotation)
     return name.removesuffix(unit.suffix if unit else COUNT_SUFFIX) or name

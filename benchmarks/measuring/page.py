@@ -8,7 +8,7 @@ BODY_BLOCK = "block_of(x, y, STREAM_BODY, body_seed, 1u);"
 
 
 def without_absent_stages(defines: dict[str, object]) -> str:
-    """Text of kernels/sensor.cl and its headers without the lines of stages that are 0, nor the body's chance when unused.
+    """Text of kernels/sensor.cl and its headers without the lines of stages that are 0, nor the body's numbers when unused.
 
     Raises ValueError when a line is not where it is looked for: the page has changed.
     """

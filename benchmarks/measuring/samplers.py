@@ -17,7 +17,7 @@ from simulator.sensor.stages.poisson_variants import (
     POISSON_SWITCH_E,
     SMALL_MEANS_E,
     SMALL_VARIANTS,
-    PoissonMeans,
+    PoissonVariant,
 )
 
 SQUARE_ROOT = "const float r = reciprocal_square_root(mean), root = mean * r;"
@@ -61,10 +61,10 @@ _NORMAL = (  # as in the sensor, light comes after a number
 )
 
 
-def photosite(variant: PoissonMeans) -> Sampler:
+def photosite(variant: PoissonVariant) -> Sampler:
     """The sampler of kernels/poisson.h in one of its variants."""
     small = dict(zip(SMALL_VARIANTS, SMALL_MEANS_E, strict=True))
-    large = {PoissonMeans.LARGE: POISSON_SWITCH_E, PoissonMeans.BRIGHT: POISSON_BRIGHT_E}
+    large = {PoissonVariant.LARGE: POISSON_SWITCH_E, PoissonVariant.BRIGHT: POISSON_BRIGHT_E}
     return Sampler(
         f"Photosite, {variant.name.lower()} means",
         f"{_WORD if variant in SMALL_VARIANTS else _NORMAL} const float count = poisson(light, w, random.c, {int(variant)});",

@@ -8,7 +8,7 @@ from measuring.contest import Contestant
 from measuring.work import Sensor
 
 from simulator.device import Device, DeviceInfo, open_device
-from simulator.sensor.kernel.kernel_launch import FrameSetting, Part, launch_sensor
+from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.registry import STAGES
 from simulator.sensor.stages.stage import Stage
@@ -79,7 +79,7 @@ def contestant(mean_e: np.ndarray, stages: list[Stage], device: Device, name: st
     mosaic, codes = device.upload(mean_e), device.empty(mean_e.shape, np.uint16)
 
     def run() -> None:
-        launch_sensor(device, mosaic, codes, mean_e.shape, settings, Part.WHOLE)
+        launch_sensor(device, mosaic, codes, mean_e.shape, settings, KernelPart.WHOLE)
         device.finish()
 
     return Contestant(name, run, lambda: device.download(codes, mean_e.shape, np.uint16))

@@ -12,7 +12,7 @@ from data_gen.sources.raw_files import RawFiles
 from data_gen.sources.shots import Shots
 from data_gen.sources.source import Source
 from data_gen.sources.spectral_cubes import SpectralCubes
-from simulator.config import given_later
+from simulator.config import defer_fields
 from simulator.errors import PhotositeError
 from simulator.sensor.camera.camera import Camera
 
@@ -22,7 +22,7 @@ KINDS = get_args(Pictures)
 # A collection is seen by any camera of the data set, so its section leaves the camera open; raw files and shots have their own.
 for _kind in KINDS:
     if "camera" in {field.name for field in fields(_kind)}:
-        given_later(_kind, "camera")
+        defer_fields(_kind, "camera")
 
 
 def open_collection(pictures: dict[str, Source | Callable[..., Source]], collection: str, camera: Camera) -> Source:

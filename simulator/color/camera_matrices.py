@@ -1,4 +1,4 @@
-"""Colour of a camera: what a raw converter needs of it (DNG ColorMatrix, ForwardMatrix, AsShotNeutral)."""
+"""Colour of a camera as a raw converter needs it (DNG ColorMatrix, ForwardMatrix, AsShotNeutral)."""
 
 import numpy as np
 
@@ -64,6 +64,7 @@ def forward_matrix(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray, l
 
 
 def _three_channels(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> np.ndarray:
+    """Return the quantum efficiency on WAVELENGTHS_NM, (81, 3). Raises PhotositeError unless it has three channels."""
     quantum_efficiency = np.asarray(quantum_efficiency, dtype=np.float64)
     shape = f"shape {quantum_efficiency.shape}"
     require(quantum_efficiency.shape[1:] == (3,), "response", shape, "a colour matrix needs 3 channels")

@@ -1,4 +1,4 @@
-"""colour-science, imported once and late: it takes a second, and it warns when matplotlib is missing, which we do not need."""
+"""Late import of colour-science, which takes a second and warns when matplotlib, which is not needed, is missing."""
 
 import warnings
 from functools import cache

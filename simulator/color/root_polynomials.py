@@ -1,8 +1,8 @@
-"""Colour correction for one light: camera colours to XYZ with root polynomials, nearer to the eye than a matrix comes.
+"""Colour correction for one light: camera colours to XYZ by root polynomials, with less error than a matrix.
 
-Three numbers times a matrix cannot undo that a camera's curves are no sums of the eye's. Root polynomials of second degree add
-sqrt(rg), sqrt(gb), sqrt(rb): they scale with the exposure as a matrix does (Finlayson, Mackiewicz and Hurlbert 2015, "Color
-Correction Using Root-Polynomial Regression", IEEE Transactions on Image Processing 24).
+A matrix leaves an error where the camera's curves are no linear combination of the eye's. Root polynomials of second degree add
+the terms sqrt(rg), sqrt(gb), sqrt(rb), which scale with the exposure as the linear terms do (Finlayson, Mackiewicz and Hurlbert
+2015, "Color Correction Using Root-Polynomial Regression", IEEE Transactions on Image Processing 24).
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Spectra: light sources, the eye's luminous efficiency, and what a camera counts of a radiance.
+"""Spectra: light sources, the eye's luminous efficiency, reflectance bases, and quantum efficiency on a grid.
 
 All integrals over wavelength are sums over an evenly spaced grid times its step (CIE 15:2018, 7.2.1).
 Tabulated data come from colour-science, which names their origin; reading them costs about a second,
@@ -115,7 +115,8 @@ def illuminant(name: str, wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.nda
     return power / np.interp(560.0, table.wavelengths, table.values)
 
 
-def _planck(wavelengths_nm: np.ndarray, temperature_k: float) -> np.ndarray:
+def _planck(wavelengths_nm: np.ndarray | np.float64, temperature_k: float) -> np.ndarray:
+    """Return a number in proportion to the spectral radiance of a blackbody (Planck's law), per wavelength [nm]."""
     exponent = PLANCK_J_S * LIGHT_SPEED_M_S / (wavelengths_nm * 1e-9 * BOLTZMANN_J_K * temperature_k)
     return wavelengths_nm**-5.0 / np.expm1(exponent)
 

@@ -29,7 +29,7 @@ Settings = Annotated[
 ]
 
 
-def _version(wanted: bool) -> None:
+def _show_version(wanted: bool) -> None:
     if wanted:
         from simulator import __version__
 
@@ -39,7 +39,9 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def options(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version.")
+    ] = False,
     debug: Annotated[bool, typer.Option("--debug", hidden=True)] = False,
 ) -> None:
     """Read the options that stand before the command."""
@@ -154,9 +156,9 @@ def noise(
 
     Simulates them as DNG files, measures the files alone, and compares with the camera file. Exit status 1 when a gate fails.
     """
-    from simulator.command_line.validation import validate_noise
+    from simulator.command_line.validation import run_noise_validation
 
-    validate_noise(camera, settings or [], iso or [], out, device)
+    run_noise_validation(camera, settings or [], iso or [], out, device)
 
 
 @validate.command(epilog="Example: photosite validate emva sony_a7s2 --iso 1600 --out emva")
@@ -172,9 +174,9 @@ def emva(
     Simulates the frames as DNG files, measures the files alone, and compares with the camera file.
     Exit status 1 when a gate fails.
     """
-    from simulator.command_line.validation import validate_emva
+    from simulator.command_line.validation import run_emva_validation
 
-    validate_emva(camera, settings or [], iso, out, device)
+    run_emva_validation(camera, settings or [], iso, out, device)
 
 
 @app.command(epilog="Example: photosite explain color_checker --set lens.f_number=f/1.4 --patch 0.05")

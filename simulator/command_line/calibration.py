@@ -6,7 +6,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from simulator.atomic_files import atomic_write
-from simulator.command_line.screen import console, log, shown
+from simulator.command_line.screen import console, log, show_progress
 from simulator.config import dump_yaml
 from simulator.errors import PhotositeError
 from simulator.measurement.calibration.assumed_numbers import assumed_numbers
@@ -26,7 +26,7 @@ def calibrate_files(
     Raises PhotositeError.
     """
     paths = raw_files(files)
-    with shown("reading") as progress:
+    with show_progress("reading") as progress:
         frames = read_frames(paths, progress)
         groups, notes = problems(by_iso(frames))
         assumed = assumed_numbers(name, frames[0], base, pixel_pitch, response)  # before the work, not after it
@@ -69,26 +69,26 @@ def _show(found: Calibration) -> None:
     for head in heads:
         table.add_column(escape(head), justify="right")
     for one in found.isos:
-        table.add_row(*_row(one, found.white_levels_dn[one.iso]))
+        table.add_row(*_format_row(one, found.white_levels_dn[one.iso]))
     out.print(table)
-    out.print(_planes(found))
-    for line in _body(found):
+    out.print(_make_plane_table(found))
+    for line in _describe_body(found):
         out.print(line)
 
 
-def _row(one: IsoMeasurement, white_dn: float) -> list[str]:
-    shape = _span(one.dark.shape.shape, 3) if one.dark.shape else "not told"
+def _format_row(one: IsoMeasurement, white_dn: float) -> list[str]:
+    shape = _format_interval(one.dark.shape.shape, 3) if one.dark.shape else "not measured"
     numbers = [
-        _span(one.gain_dn_per_e),
-        _span(one.dark.read_noise_dn),
-        _span(one.read_noise_e),
+        _format_interval(one.gain_dn_per_e),
+        _format_interval(one.dark.read_noise_dn),
+        _format_interval(one.read_noise_e),
         shape,
-        _span(one.dark.row_noise_dn),
+        _format_interval(one.dark.row_noise_dn),
     ]
     return [f"{one.iso}", *numbers, f"{one.dark.black_level_dn:.2f}", f"{dynamic_range_stops(one, white_dn):.2f}"]
 
 
-def _planes(found: Calibration) -> Table:
+def _make_plane_table(found: Calibration) -> Table:
     """Gain and colour bias (black level above the mean of all planes) by plane."""
     table = Table(title=escape("By colour plane: K [DN/e-] and colour bias [DN]"))
     table.add_column("ISO", justify="right")
@@ -98,33 +98,33 @@ def _planes(found: Calibration) -> Table:
     table.add_column("same K, p", justify="right")
     for one in found.isos:
         pairs = [(one.gain_by_plane[name], one.dark.color_bias_dn[name]) for name in one.gain_by_plane]
-        cells = [text for gain, bias in pairs for text in (f"{gain.value:.5g}", _span(bias, 3))]
+        cells = [text for gain, bias in pairs for text in (f"{gain.value:.5g}", _format_interval(bias, 3))]
         table.add_row(f"{one.iso}", *cells, f"{one.gain_p:.2g}")
     return table
 
 
-def _body(found: Calibration) -> list[str]:
+def _describe_body(found: Calibration) -> list[str]:
     whites = ", ".join(str(level) for level in sorted(set(found.white_levels_dn.values())))
     lines = [f"white level: {whites} DN, {'where flats clip' if found.white_is_measured else 'as the files say'}"]
     for part in found.sources:
         isos = f"ISO {part.isos[0]} to {part.isos[-1]}"
-        formula = f"sigma_pre = {_span(part.before_e)} e-, sigma_post = {_span(part.after_dn)} DN"
+        formula = f"sigma_pre = {_format_interval(part.before_e)} e-, sigma_post = {_format_interval(part.after_dn)} DN"
         lines.append(f"two sources, {isos}: {formula}; met within {100 * part.worst:.1f} %")
     if found.switch_iso is not None:
         lines.append(f"conversion gain: switches at ISO {found.switch_iso}")
-    if all(one.frames.cut_at_zero for one in found.isos):
-        lines.append("DSNU, columns, hot photosites: not told, since the dark frames end at code 0")
+    if all(one.frames.is_clipped_at_zero for one in found.isos):
+        lines.append("DSNU, columns, hot photosites: not measured, since the dark frames end at code 0")
     else:
-        lines.append(f"DSNU: {_span(found.dsnu_e)} e-; columns: {_span(found.column_dn)} DN")
+        lines.append(f"DSNU: {_format_interval(found.dsnu_e)} e-; columns: {_format_interval(found.column_dn)} DN")
         hot = f"hot photosites: {1e6 * found.hot_share:.3g} per million"
         excess = f", on average {found.hot_excess_e:.3g} e- above the others in {found.dark_time_s:g} s"
         lines.append(hot + excess * (found.hot_share > 0))
-    lines.append(f"PRNU: {_span(found.prnu.scaled(100.0))} %" if found.prnu else "PRNU: no flat below clipping")
+    lines.append(f"PRNU: {_format_interval(found.prnu.scaled(100.0))} %" if found.prnu else "PRNU: no flat below clipping")
     if found.dark_current_e_per_s is not None:
-        lines.append(f"dark current: {_span(found.dark_current_e_per_s)} e-/s")
+        lines.append(f"dark current: {_format_interval(found.dark_current_e_per_s)} e-/s")
     return lines
 
 
-def _span(interval: Interval, decimals: int | None = None) -> str:
+def _format_interval(interval: Interval, decimals: int | None = None) -> str:
     style = ".4g" if decimals is None else f".{decimals}f"
     return f"{interval.value:{style}} ({interval.low:{style}} to {interval.high:{style}})"

@@ -1,15 +1,16 @@
 """`photosite develop`."""
 
 from pathlib import Path
+from typing import Any
 
 from simulator.errors import PhotositeError
 from simulator.raw.development import develop, write_image
 
 
-def develop_file(raw: Path, out: Path | None, settings: dict[str, object], white_balance: str, bits: int | None) -> Path:
+def develop_file(raw: Path, out: Path | None, settings: dict[str, Any], white_balance: str, bits: int | None) -> Path:
     """Develop `raw` into the picture `out` (default: beside it, as PNG; EXR for metric output) and return its path.
 
-    settings: other arguments of `simulator.raw.development.develop`. Raises PhotositeError.
+    settings: other arguments of `simulator.raw.development.develop`, which checks them. Raises PhotositeError.
     """
     metric = settings.get("output") == "metric"
     target = out or raw.with_suffix(".exr" if metric else ".png")
@@ -17,31 +18,33 @@ def develop_file(raw: Path, out: Path | None, settings: dict[str, object], white
         raise PhotositeError("metric output goes below 0 and above 1; give an .exr or .tif file", key="--out", value=target)
     if bits is None:
         bits = 8 if target.suffix.lower() in (".png", ".jpg", ".jpeg") else 16
-    write_image(target, develop(raw, white_balance=_white_balance(white_balance), bits=bits, **settings))
+    choice = settings | {"white_balance": _parse_white_balance(white_balance), "bits": bits}
+    write_image(target, develop(raw, **choice))
     return target
 
 
-def develop_sheet(raw: Path, out: Path | None, settings: dict[str, object], white_balance: str) -> Path:
+def develop_sheet(raw: Path, out: Path | None, settings: dict[str, Any], white_balance: str) -> Path:
     """Write truth, raw, development and their difference side by side (default: RAW.sheet.png) and return the path.
 
     Raises PhotositeError.
     """
-    from simulator.command_line.development_sheet import sheet_figure
-    from simulator.command_line.screen import waiting
+    from simulator.command_line.development_sheet import draw_sheet
+    from simulator.command_line.screen import show_waiting
     from simulator.measurement.report.figures import write_figure
 
     target = out or raw.with_suffix(".sheet.png")
     if target.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise PhotositeError("a sheet is a .png, .svg or .pdf file", key="--out", value=target)
-    choice = settings | {"white_balance": _white_balance(white_balance)}
-    with waiting("sheet"):
-        write_figure(sheet_figure(raw, choice), target)
+    choice = settings | {"white_balance": _parse_white_balance(white_balance)}
+    with show_waiting("sheet"):
+        write_figure(draw_sheet(raw, choice), target)
     return target
 
 
-def _white_balance(text: str) -> str | tuple[float, ...]:
+def _parse_white_balance(text: str) -> str | tuple[float, ...]:
     if "," not in text:
         return text
+    numbers: tuple[float, ...]
     try:
         numbers = tuple(float(part) for part in text.split(","))
     except ValueError:

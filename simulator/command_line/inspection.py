@@ -22,11 +22,11 @@ def inspect_file(path: Path, as_json: bool) -> None:
         return
     out = console()
     facts = Table(title=escape(found.path), show_header=False)
-    for name, value in _facts(found):
+    for name, value in _list_facts(found):
         facts.add_row(name, escape(value))
     out.print(facts)
-    out.print(_levels(found))
-    out.print(_noise(found))
+    out.print(_make_level_table(found))
+    out.print(_make_noise_table(found))
     out.print("Histogram from 0 to white, heights in log counts")
     for channel in found.channels:
         out.print(f"{channel.name:>4} |{sparkline(channel.histogram)}|")
@@ -38,17 +38,17 @@ def sparkline(counts: tuple[int, ...]) -> str:
     return "".join(_BARS[math.ceil((len(_BARS) - 1) * math.log1p(count) / top) if count else 0] for count in counts)
 
 
-def _facts(found: Inspection) -> list[tuple[str, str]]:
+def _list_facts(found: Inspection) -> list[tuple[str, str]]:
     camera = " ".join(text for text in (found.make, found.model) if text)
     said = [
         ("written by Photosite", "yes" if found.ours else "no"),
-        ("settings", "changed after they were written" if found.config_changed else _settings(found)),
+        ("settings", "changed after they were written" if found.config_changed else _describe_settings(found)),
         ("software", found.software),
         ("camera", camera),
         ("lens", found.lens),
         ("taken", found.taken),
         ("ISO", found.iso and f"{found.iso:g}"),
-        ("exposure time", found.exposure_time_s and _time(found.exposure_time_s)),
+        ("exposure time", found.exposure_time_s and _format_time(found.exposure_time_s)),
         ("aperture", found.f_number and f"f/{found.f_number:.3g}"),
         ("focal length", found.focal_length_mm and f"{found.focal_length_mm:g} mm"),
         ("photosites", f"{found.width_px} x {found.height_px}"),
@@ -59,11 +59,11 @@ def _facts(found: Inspection) -> list[tuple[str, str]]:
     return [(name, value or "not said") for name, value in said]
 
 
-def _settings(found: Inspection) -> str | None:
+def _describe_settings(found: Inspection) -> str | None:
     return found.config_sha256 and f"SHA-256 {found.config_sha256}; photosite resimulate takes the shot again"
 
 
-def _levels(found: Inspection) -> Table:
+def _make_level_table(found: Inspection) -> Table:
     table = Table(title="Codes [DN]")
     for column in ("channel", "photosites", "black", "least", "median", "mean", "largest", "at black or below", "at white"):
         table.add_column(column, justify="left" if column == "channel" else "right")
@@ -79,20 +79,20 @@ def _levels(found: Inspection) -> Table:
     return table
 
 
-def _noise(found: Inspection) -> Table:
+def _make_noise_table(found: Inspection) -> Table:
     table = Table(title="Noise between photosites: sigma [DN] at a level above black [DN]")
     table.add_column("channel")
     for index in range(max((len(one.noise) for one in found.channels), default=0)):
         table.add_column(f"level {index + 1}", justify="right")
     for one in found.channels:
-        table.add_row(one.name, *_noise_cells(one))
+        table.add_row(one.name, *_format_noise(one))
     return table
 
 
-def _noise_cells(channel: Channel) -> list[str]:
+def _format_noise(channel: Channel) -> list[str]:
     cells = [f"{part.sigma_dn:.2f} at {part.level_dn - channel.black_level_dn:.1f}" for part in channel.noise]
     return cells or ["all cut off at 0 or white"]
 
 
-def _time(seconds: float) -> str:
+def _format_time(seconds: float) -> str:
     return f"1/{1 / seconds:.4g} s" if seconds < 0.3 else f"{seconds:.4g} s"

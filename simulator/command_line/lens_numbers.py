@@ -1,12 +1,14 @@
 """What a lens amounts to, in numbers with their formulas."""
 
 import math
+from functools import singledispatch
 
 import numpy as np
 
 from simulator.command_line.shot_numbers import Fact
 from simulator.optics.lens.bare_sensor import BareSensor
-from simulator.optics.lens.perspective import GREEN_NM, Perspective, crop_factor
+from simulator.optics.lens.lens import Lens
+from simulator.optics.lens.perspective import GREEN_NM, crop_factor
 from simulator.optics.lens.pinhole import RAYLEIGH, SHARPEST, Pinhole
 from simulator.optics.lens.thin_lens import CIRCLES_PER_DIAGONAL, ThinLens
 from simulator.optics.optics_plan import OpticsPlan
@@ -20,16 +22,24 @@ BLOCK_PX = 2.0  # a blur circle within one 2x2 block of the filter mosaic cannot
 
 def lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
     """Geometry, depth of field, blur and light gathering of the shot's lens."""
-    if isinstance(shot.lens, Pinhole):
-        return _pinhole_facts(shot, planned)
-    if isinstance(shot.lens, BareSensor):
-        told = "pi, of a hemisphere of one radiance; the notes say how much of it the scene fills"
-        return [Fact("irradiance per radiance", f"{shot.lens.irradiance_per_radiance_sr():.5f} sr", told)]
-    return _thin_lens_facts(shot, planned)
+    return _facts(shot.lens, shot, planned)
 
 
-def _pinhole_facts(shot: Shot, planned: Plan) -> list[Fact]:
-    lens, pitch_um = shot.lens, shot.camera.pixel_pitch_um
+@singledispatch
+def _facts(lens: Lens, shot: Shot, planned: Plan) -> list[Fact]:
+    """Facts of one kind of lens; each kind is registered below."""
+    raise NotImplementedError(type(lens).__name__)
+
+
+@_facts.register
+def _bare_sensor_facts(lens: BareSensor, shot: Shot, planned: Plan) -> list[Fact]:
+    formula = "pi, of a hemisphere of one radiance; the notes say how much of it the scene fills"
+    return [Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.5f} sr", formula)]
+
+
+@_facts.register
+def _pinhole_facts(lens: Pinhole, shot: Shot, planned: Plan) -> list[Fact]:
+    pitch_um = shot.camera.pixel_pitch_um
     at = f"at {GREEN_NM:g} nm"
     advised = f"half of the light in the smallest circle: {SHARPEST:.3f} sqrt(lambda v) {at}"
     return [
@@ -45,8 +55,9 @@ def _pinhole_facts(shot: Shot, planned: Plan) -> list[Fact]:
     ]
 
 
-def _thin_lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
-    lens, pitch_um = shot.lens, shot.camera.pixel_pitch_um
+@_facts.register
+def _thin_lens_facts(lens: ThinLens, shot: Shot, planned: Plan) -> list[Fact]:
+    pitch_um = shot.camera.pixel_pitch_um
     diagonal_mm = math.hypot(*shot.camera.sensor_mm)
     return [
         Fact("focal length", f"{lens.focal_length_mm:g} mm", "f"),
@@ -58,13 +69,13 @@ def _thin_lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
         *_blur_facts(lens, planned.optics, pitch_um, "C = A z_i |1/z_focus - 1/z|"),
         Fact("Airy disk", size(lens.airy_diameter_um(), pitch_um), f"2.44 lambda N_w at {GREEN_NM:g} nm"),
         Fact("working f-number", f"f/{lens.working_f_number:.4g}", "N_w = N (1 + m)"),
-        Fact("T-stop", f"T/{lens.t_number:.4g}", f"T = N / sqrt(tau), tau = {lens.light_share:.4g}"),
+        Fact("T-stop", f"T/{lens.t_number:.4g}", f"T = N / sqrt(tau), tau = {lens.effective_transmittance:.4g}"),
         Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.5f} sr", _irradiance_formula(lens.irradiance)),
         _corner_fact(shot.camera, planned.sensor.stage("irradiance")),
     ]
 
 
-def perspective_facts(lens: Perspective, sensor_mm: tuple[float, float]) -> list[Fact]:
+def perspective_facts(lens: ThinLens | Pinhole, sensor_mm: tuple[float, float]) -> list[Fact]:
     """Field of view, and what sees and gathers the same on 36 mm x 24 mm."""
     diagonal_mm = math.hypot(*sensor_mm)
     across, down, diagonal = (lens.field_of_view_deg(extent) for extent in (*sensor_mm, diagonal_mm))
@@ -77,9 +88,9 @@ def perspective_facts(lens: Perspective, sensor_mm: tuple[float, float]) -> list
 
 def _depth_facts(lens: ThinLens, diagonal_mm: float, pitch_um: float) -> list[Fact]:
     circle_um, block_um = lens.circle_um(diagonal_mm), BLOCK_PX * pitch_um
-    default, told = lens.circle_of_confusion_um is None, f"diagonal / {CIRCLES_PER_DIAGONAL:g} (Lyon 2006)"
+    default, formula = lens.circle_of_confusion_um is None, f"diagonal / {CIRCLES_PER_DIAGONAL:g} (Lyon 2006)"
     return [
-        Fact("circle of confusion", size(circle_um, pitch_um), told if default else "as stated"),
+        Fact("circle of confusion", size(circle_um, pitch_um), formula if default else "as stated"),
         Fact("depth of field", _range(lens.depth_of_field_m(circle_um)), "1/z = 1/z_focus +- C / (A z_i)"),
         Fact("depth of field, raw", _range(lens.depth_of_field_m(block_um)), f"the same, C = {BLOCK_PX:g} photosites"),
         Fact("hyperfocal distance", metres(lens.hyperfocal_m(circle_um)), "f^2 / (N C) + f"),
@@ -90,10 +101,10 @@ def _blur_facts(lens: ThinLens | Pinhole, optics: OpticsPlan, pitch_um: float, f
     """Blur circle at infinity and at the scene's nearest and farthest place."""
     depths_m = [layer.depth_m for layer in optics.scene.layers]
     near_m, far_m = min(float(np.min(depth_m)) for depth_m in depths_m), max(float(np.max(depth_m)) for depth_m in depths_m)
-    told = {f"at {metres(distance)}": distance for distance in (near_m, far_m, math.inf)}
+    distances = {f"at {metres(distance)}": distance for distance in (near_m, far_m, math.inf)}
     return [
         Fact(f"blur circle {where}", size(2.0 * abs(float(lens.blur_radius_um(distance))), pitch_um), formula)
-        for where, distance in told.items()
+        for where, distance in distances.items()
     ]
 
 

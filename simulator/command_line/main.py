@@ -32,4 +32,4 @@ def _one_message(error: BaseException) -> str:
         return str(error)
     if isinstance(error, MemoryError):
         return f"out of memory ({error}); use a smaller camera.window".replace(" ()", "")
-    return f"{error.filename}: {error.strerror}" if getattr(error, "filename", None) else str(error)
+    return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else str(error)

@@ -1,4 +1,6 @@
-"""A grey patch in numbers with their formulas, and what its noise is made of, ISO by ISO."""
+"""Signal of a grey patch from luminance to code, with formulas, and the sources of its noise by ISO."""
+
+from collections.abc import Callable
 
 from rich.markup import escape
 from rich.table import Table
@@ -11,7 +13,7 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.sensor_plan import SensorPlan
 
 MOST_ISOS = 12
-# What the stages are called among people; the others by their stem.
+# Names of noise sources in the tables; other stages are named by their stem.
 NAMES = {
     "photon_shot_noise": "photon shot",
     "dark_current": "dark shot",
@@ -26,7 +28,7 @@ NAMES = {
 
 
 def patch_facts(shot: Shot, sensor: SensorPlan, patch: GreyPatch) -> list[Fact]:
-    """From the patch's luminance to its code, one quantity a line."""
+    """Return the quantities from the patch's luminance to its code and signal-to-noise ratio."""
     camera = shot.camera
     solid_angle_sr = shot.lens.irradiance_per_radiance_sr()
     area = f"{camera.pixel_pitch_um:g}^2 um^2" + (f" * {camera.fill_factor:g}" if camera.fill_factor < 1 else "")
@@ -44,10 +46,10 @@ def patch_facts(shot: Shot, sensor: SensorPlan, patch: GreyPatch) -> list[Fact]:
         if budget.is_clipped:
             facts.append(Fact(f"code, {color}", f"{sensor.white_level_dn()} DN", "clipped"))
             continue
-        told = f"{budget.gain_dn_per_e:.5g} DN/e- * electrons + {sensor.moments(0.0).mean:g} DN at ISO {shot.exposure.iso}"
-        facts.append(Fact(f"code, {color}", f"{budget.signal_dn + sensor.moments(0.0).mean:.1f} DN", told))
-        told = f"sigma = {budget.sigma_dn:.4g} DN = {budget.sigma_e:.4g} e-"
-        facts.append(Fact(f"signal to noise, {color}", f"{budget.snr:.2f}", told))
+        formula = f"{budget.gain_dn_per_e:.5g} DN/e- * electrons + {sensor.moments(0.0).mean:g} DN at ISO {shot.exposure.iso}"
+        facts.append(Fact(f"code, {color}", f"{budget.signal_dn + sensor.moments(0.0).mean:.1f} DN", formula))
+        formula = f"sigma = {budget.sigma_dn:.4g} DN = {budget.sigma_e:.4g} e-"
+        facts.append(Fact(f"signal to noise, {color}", f"{budget.snr:.2f}", formula))
     return facts
 
 
@@ -61,21 +63,59 @@ def shown_isos(shot: Shot) -> list[int]:
     isos = list(shot.camera.isos)
     if len(isos) <= MOST_ISOS:
         return sorted({*isos, shot.exposure.iso})
-    stops = {min(isos, key=lambda iso, stop=stop: abs(iso - 100 * 2.0**stop)) for stop in range(-2, 16)}
+
+    def nearest_iso(wanted: float) -> int:
+        return min(isos, key=lambda iso: abs(iso - wanted))
+
+    stops = {nearest_iso(100 * 2.0**stop) for stop in range(-2, 16)}
     return sorted({*stops, shot.exposure.iso})
+
+
+Column = tuple[str, list[str]]  # head, and a cell for each ISO
 
 
 def budget_table(title: str, budgets: list[NoiseBudget]) -> Table:
     """Shares of the temporal variance in percent, by ISO, and what they amount to."""
-    table = Table(title=escape(title))
+    iso, exposure, shares, totals = _budget_columns(budgets)
+    return _make_table(title, [iso, *exposure, *shares, *totals])
+
+
+def narrow_budget_tables(title: str, budgets: list[NoiseBudget]) -> tuple[Table, Table]:
+    """`budget_table` as two tables, shares and totals, for a terminal on which the one does not fit."""
+    iso, exposure, shares, totals = _budget_columns(budgets)
+    return _make_table(title, [iso, *shares]), _make_table("Total noise of the patch", [iso, *exposure, *totals])
+
+
+def _budget_columns(budgets: list[NoiseBudget]) -> tuple[Column, list[Column], list[Column], list[Column]]:
+    """Return the ISO, the exposure, the shares of the sources in the temporal variance, and the totals."""
     sources = list(dict.fromkeys(name for budget in budgets for name in budget.shares))
     names = NAMES if "read_noise_before_gain" in sources else NAMES | {"read_noise_after_gain": "read"}  # measured as one
-    heads = ["ISO", "time [s]", "signal [e-]", *(f"{names.get(name, name.replace('_', ' '))} %" for name in sources)]
-    for head in (*heads, "sigma [DN]", "sigma [e-]", "SNR", "range [stops]", "fixed [DN]"):
+
+    def column(head: str, text: Callable[[NoiseBudget], str], if_clipped: str | None = None) -> Column:
+        return head, [text(one) if if_clipped is None or not one.is_clipped else if_clipped for one in budgets]
+
+    def share(source: str) -> Column:
+        head = f"{names.get(source, source.replace('_', ' '))} %"
+        return column(head, lambda one: f"{100 * one.shares.get(source, 0.0):.2f}", "clipped")
+
+    exposure = [
+        column("time [s]", lambda one: f"{one.time_s:.4g}"),
+        column("signal [e-]", lambda one: f"{one.mean_electrons:.1f}"),
+    ]
+    totals = [
+        column("sigma [DN]", lambda one: f"{one.sigma_dn:.4g}", "-"),
+        column("sigma [e-]", lambda one: f"{one.sigma_e:.4g}", "-"),
+        column("SNR", lambda one: f"{one.snr:.2f}", "-"),
+        column("range [stops]", lambda one: f"{one.dynamic_range_stops:.2f}"),
+        column("fixed [DN]", lambda one: f"{one.fixed_sigma_dn:.4g}", "-"),
+    ]
+    return column("ISO", lambda one: f"{one.iso}"), exposure, [share(source) for source in sources], totals
+
+
+def _make_table(title: str, columns: list[Column]) -> Table:
+    table = Table(title=escape(title))
+    for head, _ in columns:
         table.add_column(escape(head), justify="right")
-    for one in budgets:
-        shares = ["clipped" if one.is_clipped else f"{100 * one.shares.get(name, 0.0):.2f}" for name in sources]
-        sums = [f"{one.sigma_dn:.4g}", f"{one.sigma_e:.4g}", f"{one.snr:.2f}"] if not one.is_clipped else ["-"] * 3
-        last = [f"{one.dynamic_range_stops:.2f}", "-" if one.is_clipped else f"{one.fixed_sigma_dn:.4g}"]
-        table.add_row(f"{one.iso}", f"{one.time_s:.4g}", f"{one.mean_electrons:.1f}", *shares, *sums, *last)
+    for row in zip(*(cells for _, cells in columns), strict=True):
+        table.add_row(*row)
     return table

@@ -6,7 +6,7 @@ import typer
 from rich.markup import escape
 
 from simulator import __version__
-from simulator.command_line.screen import log, shown
+from simulator.command_line.screen import log, show_progress
 from simulator.raw.save import save
 from simulator.studies.resimulation import differing_codes, provenance_of, resimulate
 
@@ -16,10 +16,10 @@ def resimulate_file(path: Path, out: Path | None, device: str | None) -> None:
 
     Raises PhotositeError; typer.Exit(1) when a code differs.
     """
-    told = provenance_of(path)
-    if told.version != __version__:
-        log.print(escape(f"note: {path} was made by Photosite {told.version}; this is {__version__}"))
-    with shown(path.name, prefix=f"{path.name}: ", is_long=False) as progress:
+    provenance = provenance_of(path)
+    if provenance.version != __version__:
+        log.print(escape(f"note: {path} was made by Photosite {provenance.version}; this is {__version__}"))
+    with show_progress(path.name, prefix=f"{path.name}: ", is_long=False) as progress:
         raw = resimulate(path, device=device, progress=progress)
         # Compared first: --out may be the folder of the file itself.
         different = differing_codes(path, raw)
@@ -29,4 +29,4 @@ def resimulate_file(path: Path, out: Path | None, device: str | None) -> None:
     if different:
         log.print(escape(f"error: {path}: {different} of {raw.dn.size} codes differ from the file's"))
         raise typer.Exit(1)
-    print(f"{path}: the same {raw.dn.size} codes again, shot {told.config_sha256[:12]}")
+    print(f"{path}: the same {raw.dn.size} codes again, shot {provenance.config_sha256[:12]}")

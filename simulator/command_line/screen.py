@@ -1,4 +1,4 @@
-"""Where the command line writes: results to stdout, progress and notes to stderr."""
+"""Consoles of the command line: results go to stdout, progress and notes to stderr."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,34 +21,34 @@ def console() -> Console:
 
 
 @contextmanager
-def shown(first: str, *, prefix: str = "", is_long: bool = True) -> Iterator[Progress]:
-    """Yield a function that shows on a bar on stderr what work tells of itself.
+def show_progress(first: str, *, prefix: str = "", is_long: bool = True) -> Iterator[Progress]:
+    """Show a progress bar on stderr; yields the function that updates it.
 
-    first: shown until it tells something. prefix: stands before what it tells. is_long: shows the time that remains, not
-    the time that has passed.
+    first: text until the first update. prefix: text before that of each update. is_long: show the time that remains, not the
+    time that has passed.
     """
     with _bars(TimeRemainingColumn() if is_long else TimeElapsedColumn()) as bars:
         task, last = bars.add_task(escape(first), total=1.0), 0.0
 
-        def tell(what: str, share: float) -> None:
+        def update(what: str, share: float) -> None:
             nonlocal last
             if share < last:
                 bars.reset(task)
             last = share
             bars.update(task, completed=share, description=escape(prefix + what))
 
-        yield tell
+        yield update
 
 
 @contextmanager
-def waiting(what: str) -> Iterator[None]:
-    """Show a bar for work that tells nothing of itself."""
+def show_waiting(what: str) -> Iterator[None]:
+    """Show a bar without a share done, for work that reports no progress."""
     with _bars(TimeElapsedColumn()) as bars:
         bars.add_task(escape(what), total=None)
         yield
 
 
 def _bars(time: ProgressColumn) -> Bars:
-    """Bars on stderr that go away when done; silent where stderr is no terminal."""
+    """Return bars on stderr that vanish at the end; nothing is shown where stderr is no terminal."""
     columns = TextColumn("{task.description}"), BarColumn(), time
     return Bars(*columns, console=log, transient=True, disable=not log.is_terminal)

@@ -1,4 +1,4 @@
-"""What an exposure amounts to, in numbers with their formulas."""
+"""Signal of a white surface: luminous exposure, electrons and codes, with formulas."""
 
 import math
 from dataclasses import dataclass
@@ -31,12 +31,12 @@ def white_facts(shot: Shot, planned: Plan) -> list[Fact]:
         Fact("luminous exposure", f"{white.exposure_lx_s:.4g} lx s", "H = E t"),
     ]
     for color, mean in zip(("red", "green", "blue") if len(white.electrons) == 3 else ("mono",), white.electrons, strict=True):
-        facts.append(Fact(f"electrons, {color}", f"{mean:.1f} e-", _headroom(sensor, float(mean), full_e)))
+        facts.append(Fact(f"electrons, {color}", f"{mean:.1f} e-", _describe_headroom(sensor, float(mean), full_e)))
     facts.append(Fact("clipping", f"{full_e:.0f} e-", f"gain {sensor.gain_dn_per_e():.5g} DN/e- at ISO {shot.exposure.iso}"))
     return facts
 
 
-def _headroom(sensor: SensorPlan, mean_e: float, full_e: float) -> str:
+def _describe_headroom(sensor: SensorPlan, mean_e: float, full_e: float) -> str:
     """Stops to the clipping point and, below it, the signal-to-noise ratio."""
     stops = math.log2(full_e / mean_e) if mean_e > 0 else math.inf
     if stops <= 0:

@@ -1,15 +1,17 @@
 """`photosite simulate`: one shot or a sweep, with progress."""
 
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import typer
 from rich.markup import escape
 
 from simulator.atomic_files import atomic_write
-from simulator.command_line.screen import log, shown
-from simulator.config import Sweep, load_shot, load_sweep, located, shot_warnings
+from simulator.command_line.screen import log, show_progress
+from simulator.config import Sweep, load_shot, load_sweep, locate_errors, shot_warnings
 from simulator.errors import PhotositeError
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
@@ -26,9 +28,9 @@ def simulate_file(path: Path, settings: list[str], out: Path, device: str | None
     shot = load_shot(path, settings) if sweep is None else sweep[0].shot()
     for warning in shot_warnings(shot):
         log.print(f"warning: {escape(warning)}")
-    with _folder(out):
+    with _check_folder(out):
         if sweep is None:
-            with located(path, settings):
+            with locate_errors(path, settings):
                 return simulate_shot(shot, out, device)
         failed = simulate_sweep(sweep, out, device, redo)
     if failed:
@@ -38,12 +40,13 @@ def simulate_file(path: Path, settings: list[str], out: Path, device: str | None
 
 def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     """Take and save one shot."""
-    with shown(shot.name, prefix=f"{shot.name}: ", is_long=False) as progress:
+    with show_progress(shot.name, prefix=f"{shot.name}: ", is_long=False) as progress:
         raw = simulate(shot, device=device, progress=progress)
         files = save(raw, out)
-    for note in raw.resolved["notes"]:
+    resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
+    for note in resolved["notes"]:
         log.print(f"note: {escape(note)}")
-    log.print(f"device: {escape(raw.resolved['device']['name'])} [dim]({escape(raw.resolved['device']['version'])})[/dim]")
+    log.print(f"device: {escape(resolved['device']['name'])} [dim]({escape(resolved['device']['version'])})[/dim]")
     for file in (files.dng, files.twin, files.sidecar):
         print(file)
 
@@ -55,7 +58,7 @@ def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> i
         if row.error is not None:
             log.print(escape(f"{row.name}: {row.status}"))
 
-    with shown("sweep") as progress:
+    with show_progress("sweep") as progress:
         rows = run_sweep(sweep, out, take=partial(take, device=device), redo=redo, report=report, progress=progress)
     if skipped := sum(row.status == SKIPPED for row in rows):
         log.print(f"note: {skipped} of {len(rows)} points were there already; --redo takes them again")
@@ -64,8 +67,8 @@ def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> i
 
 
 @contextmanager
-def _folder(out: Path):
-    """Find out before the work, not after it, that nothing can be written; a new folder that stays empty is removed."""
+def _check_folder(out: Path) -> Iterator[None]:
+    """Check before the work that the folder can be written to; remove it afterwards if it is new and empty."""
     is_new, probe = not out.exists(), out / ".photosite"
     try:
         with atomic_write(probe) as path:

@@ -1,7 +1,7 @@
-"""`photosite validate`: a camera measured back from its raw files, as a table, a picture and JSON."""
+"""`photosite validate`: measure a simulated camera from its raw files; results as tables, figures and JSON."""
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,16 +10,16 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from simulator.command_line.screen import console, log, shown
+from simulator.command_line.screen import console, log, show_progress
 from simulator.config import load_camera
-from simulator.measurement.noise_check.tolerance_check import Gate
+from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
 
 if TYPE_CHECKING:
     from simulator.measurement.emva1288.report import EmvaReport
     from simulator.measurement.noise_check.report import NoiseReport
 
 
-def validate_noise(camera: str, settings: list[str], isos: list[int], out: Path | None, device: str | None) -> None:
+def run_noise_validation(camera: str, settings: list[str], isos: list[int], out: Path | None, device: str | None) -> None:
     """Print the table; with `out`, keep the frames there and write noise.json and noise.png.
 
     Raises PhotositeError; typer.Exit(1) when a gate failed.
@@ -29,7 +29,7 @@ def validate_noise(camera: str, settings: list[str], isos: list[int], out: Path 
     from simulator.measurement.report.figures import write_figure
 
     body = load_camera(camera, settings)
-    with _frames(out) as folder, shown("frames") as progress:
+    with _open_frame_folder(out) as folder, show_progress("frames") as progress:
         report = noise_report.validate_noise(
             body, isos or body.isos, folder, keep=out is not None, device=device, progress=progress
         )
@@ -38,10 +38,10 @@ def validate_noise(camera: str, settings: list[str], isos: list[int], out: Path 
         noise_report.write_noise_json(report, out / "noise.json")
         write_figure(noise_figure(report), out / "noise.png")
         log.print(escape(f"frames in {folder}, report in {out / 'noise.json'} and {out / 'noise.png'}"))
-    _verdict(report.gates)
+    _report_verdict(report.checks)
 
 
-def validate_emva(camera: str, settings: list[str], iso: int | None, out: Path | None, device: str | None) -> None:
+def run_emva_validation(camera: str, settings: list[str], iso: int | None, out: Path | None, device: str | None) -> None:
     """Print summary and gates; with `out`, keep the frames there and write emva.html, emva.json and emva.png.
 
     iso: the lowest that was measured when None. Raises PhotositeError; typer.Exit(1) when a gate failed.
@@ -52,16 +52,16 @@ def validate_emva(camera: str, settings: list[str], iso: int | None, out: Path |
     from simulator.measurement.report.figures import write_figure
 
     body = load_camera(camera, settings)
-    with _frames(out) as folder, shown("frames") as progress:
+    with _open_frame_folder(out) as folder, show_progress("frames") as progress:
         report = emva_report.validate_emva(body, iso or body.isos[0], folder, device=device, progress=progress)
     show_summary(report)
-    show_gates("Against the camera file", report.gates)
+    show_gates("Against the camera file", report.checks)
     if out is not None:
         emva_report.write_emva_json(report, out / "emva.json")
         html.write_emva_html(report, out / "emva.html")
         write_figure(emva_overview(report.found, f"EMVA 1288 of {report.camera} at ISO {report.iso}"), out / "emva.png")
         log.print(escape(f"frames in {folder}, report in {out / 'emva.html'} and {out / 'emva.json'}"))
-    _verdict(report.gates)
+    _report_verdict(report.checks)
 
 
 def show_summary(report: "EmvaReport") -> None:
@@ -78,7 +78,7 @@ def show_summary(report: "EmvaReport") -> None:
 
 
 def show_noise(report: "NoiseReport") -> None:
-    """Print a line per ISO, each number with its deviation from the camera file, and what the ISOs tell together."""
+    """Print a line per ISO, each number with its deviation from the camera file, and the checks of several ISOs together."""
     quantities = ("K", "read noise", "full scale", "dynamic range")
     table = Table(
         title=escape(f"{report.camera}: noise measured from {report.frames} raw files, and its deviation from the file")
@@ -99,24 +99,25 @@ def show_noise(report: "NoiseReport") -> None:
     for head in heads:
         table.add_column(escape(head), justify="right")
     for point in report.points:
-        gates = {gate.quantity: gate for gate in report.gates if gate.where == f"ISO {point.iso}"}
-        cells = [cell for name in quantities for cell in (f"{gates[name].measured:.5g}", _deviation(gates[name]))]
+        gates = {gate.quantity: gate for gate in report.checks if gate.where == f"ISO {point.iso}"}
+        cells = [cell for name in quantities for cell in (f"{gates[name].measured:.5g}", _format_deviation(gates[name]))]
         table.add_row(str(point.iso), *cells[:4], f"{point.read_noise_e:.4g}", *cells[4:], f"{point.row_noise_dn:.3g}")
     console().print(table)
-    for gate in report.gates:
+    for gate in report.checks:
         if not gate.where.startswith("ISO") or " to " in gate.where:
             console().print(
-                escape(f"{gate.quantity}, {gate.where}: {gate.measured:.5g}, expected {gate.expected:.5g}"), _deviation(gate)
+                escape(f"{gate.quantity}, {gate.where}: {gate.measured:.5g}, expected {gate.expected:.5g}"),
+                _format_deviation(gate),
             )
-    for line in _reasons(report.gates):
+    for line in _list_reasons(report.checks):
         console().print(escape(line))
 
 
-def _reasons(gates: Sequence[Gate]) -> list[str]:
-    """Why numbers were not asked for, each reason once with the quantities and the ISOs it holds for."""
+def _list_reasons(gates: Sequence[ToleranceCheck]) -> list[str]:
+    """Return why quantities were not checked: each reason once, with its quantities and ISOs."""
     lines = []
-    for reason in dict.fromkeys(gate.ungated for gate in gates if gate.ungated):
-        held = [gate for gate in gates if gate.ungated == reason]
+    for reason in dict.fromkeys(gate.reason_unchecked for gate in gates if gate.reason_unchecked):
+        held = [gate for gate in gates if gate.reason_unchecked == reason]
         quantities, places = (
             ", ".join(dict.fromkeys(names)) for names in zip(*((g.quantity, g.where) for g in held), strict=True)
         )
@@ -124,34 +125,35 @@ def _reasons(gates: Sequence[Gate]) -> list[str]:
     return lines
 
 
-def show_gates(title: str, gates: Sequence[Gate]) -> None:
+def show_gates(title: str, gates: Sequence[ToleranceCheck]) -> None:
     """Print a line per gate: what was measured, what it should be, and the verdict."""
     table = Table(title=escape(title))
     for column in ("quantity", "where", "measured", "expected", "unit", "deviation", "allowed", "standard error", "verdict"):
         table.add_column(column, justify="left" if column in ("quantity", "where", "unit", "verdict") else "right")
     for gate in gates:
         numbers = (f"{gate.measured:.5g}", f"{gate.expected:.5g}", gate.unit)
-        allowed = "" if gate.ungated else _spread(gate, gate.tolerance)
-        verdict = f"not gated: {gate.ungated}" if gate.ungated else "pass" if gate.passed else "FAIL"
-        row = (gate.quantity, gate.where, *numbers, _deviation(gate), allowed, _spread(gate, gate.error), escape(verdict))
-        table.add_row(*row, style="dim" if gate.ungated else None if gate.passed else "red")
+        allowed = "" if gate.reason_unchecked else _format_amount(gate, gate.tolerance)
+        verdict = f"not gated: {gate.reason_unchecked}" if gate.reason_unchecked else "pass" if gate.passed else "FAIL"
+        deviations = (_format_deviation(gate), allowed, _format_amount(gate, gate.error))
+        style = "dim" if gate.reason_unchecked else None if gate.passed else "red"
+        table.add_row(gate.quantity, gate.where, *numbers, *deviations, escape(verdict), style=style)
     console().print(table)
 
 
-def _deviation(gate: Gate) -> str:
-    """Deviation with its verdict; nothing where no number can be given."""
+def _format_deviation(gate: ToleranceCheck) -> str:
+    """Return a deviation with its verdict; empty where the expected value is 0 and the tolerance relative."""
     if not gate.expected and gate.relative:
         return ""
-    text = _spread(gate, gate.deviation, "+")
-    return f"[dim]({text})[/dim]" if gate.ungated else text if gate.passed else f"[red]{text} FAIL[/red]"
+    text = _format_amount(gate, gate.deviation, "+")
+    return f"[dim]({text})[/dim]" if gate.reason_unchecked else text if gate.passed else f"[red]{text} FAIL[/red]"
 
 
-def _spread(gate: Gate, value: float, sign: str = "") -> str:
+def _format_amount(gate: ToleranceCheck, value: float, sign: str = "") -> str:
     return f"{100.0 * value:{sign}.3f} %" if gate.relative else f"{value:{sign}.4f}"
 
 
-def _verdict(gates: Sequence[Gate]) -> None:
-    asked, failed = [gate for gate in gates if not gate.ungated], [gate for gate in gates if not gate.passed]
+def _report_verdict(gates: Sequence[ToleranceCheck]) -> None:
+    asked, failed = [gate for gate in gates if not gate.reason_unchecked], [gate for gate in gates if not gate.passed]
     if failed:
         names = ", ".join(f"{gate.quantity} at {gate.where}" for gate in failed[:3])
         more = f" and {len(failed) - 3} more" if len(failed) > 3 else ""
@@ -161,8 +163,8 @@ def _verdict(gates: Sequence[Gate]) -> None:
 
 
 @contextmanager
-def _frames(out: Path | None):
-    """Folder for the frames: `out`/frames, or one that goes away."""
+def _open_frame_folder(out: Path | None) -> Iterator[Path]:
+    """Yield the folder for the frames: `out`/frames, or a temporary one that is removed at the end."""
     if out is not None:
         yield out / "frames"
         return

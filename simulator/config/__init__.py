@@ -1,12 +1,12 @@
 """Configuration: YAML and dotted overrides to shots and sweeps. The only package that knows YAML."""
 
 from simulator.config.any_file import load_file
-from simulator.config.camera_file import camera_document, load_camera
+from simulator.config.camera_file import load_camera, read_camera_document
+from simulator.config.dataclass_sections import defer_fields
 from simulator.config.document_merge import named_file
 from simulator.config.json_schema import schema
 from simulator.config.option_values import camera_data, length_um, response_name
-from simulator.config.sections_of_dataclasses import given_later
-from simulator.config.shot_file import load_shot, located, shot_of_data
+from simulator.config.shot_file import build_shot_from_data, load_shot, locate_errors
 from simulator.config.sweep import Sweep, SweepPoint, load_sweep
 from simulator.config.warnings import shot_warnings
 from simulator.config.yaml_dialect import dump_yaml
@@ -14,19 +14,19 @@ from simulator.config.yaml_dialect import dump_yaml
 __all__ = [
     "Sweep",
     "SweepPoint",
+    "build_shot_from_data",
     "camera_data",
-    "camera_document",
+    "defer_fields",
     "dump_yaml",
-    "given_later",
     "length_um",
     "load_camera",
     "load_file",
     "load_shot",
     "load_sweep",
-    "located",
+    "locate_errors",
     "named_file",
+    "read_camera_document",
     "response_name",
     "schema",
-    "shot_of_data",
     "shot_warnings",
 ]

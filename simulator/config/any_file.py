@@ -1,4 +1,4 @@
-"""A YAML file of another kind than a shot: any frozen dataclass, cameras inside it read in."""
+"""Read a YAML file that is no shot into any frozen dataclass; cameras named in it are replaced by their full sections."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -7,10 +7,10 @@ from typing import TypeVar
 
 from simulator.config.build import build, validate
 from simulator.config.camera_file import inline_camera, inline_response
+from simulator.config.dataclass_sections import make_custom_section
 from simulator.config.document import Document, read_document
-from simulator.config.document_merge import parse_override, subdocument, with_section, with_value
-from simulator.config.sections_of_dataclasses import section_with
-from simulator.config.shot_file import resolved
+from simulator.config.document_merge import parse_override, replace_section, replace_value, select_section
+from simulator.config.shot_file import dump_resolved
 
 Root = TypeVar("Root")
 
@@ -29,33 +29,33 @@ def load_file(cls: type[Root], path: str | Path, overrides: Iterable[str] = ()) 
     chosen = [item for item in items if item[0].rpartition(".")[2] in ("camera", "base")]
     for group in (chosen, [item for item in items if item not in chosen]):
         for dotted, value, place in group:
-            document = with_value(document, dotted, value, place)
-        document = _with_cameras(document)
-    values = validate(section_with(cls, leave_out=frozenset(["resolved"])), document)
-    return replace(build(values, (), document), resolved=resolved(values))
+            document = replace_value(document, dotted, value, place)
+        document = _inline_cameras(document)
+    values = validate(make_custom_section(cls, leave_out=frozenset(["resolved"])), document)
+    return replace(build(values, (), document), resolved=dump_resolved(values))
 
 
-def _with_cameras(document: Document) -> Document:
-    """Read in every camera of a document."""
+def _inline_cameras(document: Document) -> Document:
+    """Replace every camera of a document, at any depth, by its full section."""
     if not isinstance(document.data, dict):
         return document
     for key, value in document.data.items():
-        inner = subdocument(document, key)
+        inner = select_section(document, key)
         if key == "camera" and value is not None:
             inner = inline_response(inline_camera(inner))
         elif key == "cameras" and isinstance(value, dict):
             for name in value:
-                inner = with_section(inner, name, _with_cameras(_named(subdocument(inner, name), name)))
+                inner = replace_section(inner, name, _inline_cameras(_state_camera(select_section(inner, name), name)))
         else:
-            inner = _with_cameras(inner)
-        document = with_section(document, key, inner)
+            inner = _inline_cameras(inner)
+        document = replace_section(document, key, inner)
     return document
 
 
-def _named(choice: Document, name: object) -> Document:
-    """Return a section of `cameras` that says which camera it is."""
+def _state_camera(choice: Document, name: object) -> Document:
+    """Add the key `camera` with the section's own name to a section of `cameras` that lacks it."""
     if choice.data is None:
         choice = Document({}, {(): choice.place(())})
     if not isinstance(choice.data, dict) or "camera" in choice.data:
         return choice
-    return with_section(choice, "camera", Document(str(name), {(): choice.place(())}))
+    return replace_section(choice, "camera", Document(str(name), {(): choice.place(())}))

@@ -1,16 +1,19 @@
-"""From validated sections to the simulator's frozen objects, with file and line in every complaint."""
+"""Turn validated sections into the simulator's frozen objects; every error names file and line."""
 
 from pathlib import Path
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from simulator.config.document import Document, dotted
-from simulator.config.messages import from_validation
+from simulator.config.document import Document, Keys, join_keys
+from simulator.config.messages import convert_validation_error
 from simulator.config.section_types import Section
 from simulator.errors import PhotositeError
 
+Model = TypeVar("Model", bound=Section)
 
-def validate(model: type[Section], document: Document) -> Section:
+
+def validate(model: type[Model], document: Document) -> Model:
     """Check a document against a model and make its paths absolute.
 
     Raises PhotositeError with file and line.
@@ -18,11 +21,11 @@ def validate(model: type[Section], document: Document) -> Section:
     try:
         values = model.model_validate(document.data)
     except ValidationError as error:
-        raise from_validation(error, document, model) from None
-    return locate(values, (), document)
+        raise convert_validation_error(error, document, model) from None
+    return make_paths_absolute(values, (), document)
 
 
-def locate(value: object, keys: tuple, document: Document) -> object:
+def make_paths_absolute(value: Any, keys: Keys, document: Document) -> Any:
     """Return the same value with every relative path joined to the folder of the file that names it."""
     if isinstance(value, Path):
         return (document.place(keys).folder / value.expanduser()).absolute()
@@ -30,45 +33,45 @@ def locate(value: object, keys: tuple, document: Document) -> object:
         for name, field in type(value).model_fields.items():
             inner = getattr(value, name)
             if isinstance(inner, (Path, Section, dict, list, tuple)):
-                setattr(value, name, locate(inner, keys + (field.alias or name,), document))
+                setattr(value, name, make_paths_absolute(inner, keys + (field.alias or name,), document))
     elif isinstance(value, dict):
-        return {key: locate(inner, keys + (key,), document) for key, inner in value.items()}
+        return {key: make_paths_absolute(inner, keys + (key,), document) for key, inner in value.items()}
     elif isinstance(value, (list, tuple)):
-        return type(value)(locate(inner, keys + (index,), document) for index, inner in enumerate(value))
+        return type(value)(make_paths_absolute(inner, keys + (index,), document) for index, inner in enumerate(value))
     return value
 
 
-def build(value: object, keys: tuple, document: Document) -> object:
+def build(value: Any, keys: Keys, document: Document) -> Any:
     """Return the simulator's object for a validated value.
 
-    Raises PhotositeError with the line of the key that the object complains about, or of its section.
+    Raises PhotositeError with the line of the key whose value the object refuses, or of its section.
     """
     if isinstance(value, dict):
         return {key: build(inner, keys + (key,), document) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
         return type(value)(build(inner, keys + (index,), document) for index, inner in enumerate(value))
-    if not isinstance(value, Section) or type(value).assemble is None:
+    if not isinstance(value, Section) or (assemble := type(value).assemble) is None:
         return value
     fields = type(value).model_fields
     arguments = {name: build(getattr(value, name), keys + (field.alias or name,), document) for name, field in fields.items()}
     try:
-        return type(value).assemble(**arguments)
+        return assemble(**arguments)
     except PhotositeError as error:
         named = _named_keys(error)
         if named is None:
-            raise document.placed(error, keys) from None
+            raise document.locate_error(error, keys) from None
         where = named if named[: len(keys)] == keys else (*keys, named[-1])
-        raise document.placed(error.replace(key=dotted(where)), where) from None
+        raise document.locate_error(error.replace(key=join_keys(where)), where) from None
 
 
-def placed(error: PhotositeError, document: Document) -> PhotositeError:
-    """Return the error of a later step with file and line, when it is about the value of a key of the document."""
+def locate_error(error: PhotositeError, document: Document) -> PhotositeError:
+    """Return an error with the file and line of its key; unchanged if it is not about the value of a key of the document."""
     named = _named_keys(error)
-    return error if named is None or named not in document.places else document.placed(error, named)
+    return error if named is None or named not in document.places else document.locate_error(error, named)
 
 
-def _named_keys(error: PhotositeError) -> tuple | None:
-    """Return the keys in the dotted key of an error about a value; None for one about a file, or whose key is words."""
-    if not error.names_a_value:
+def _named_keys(error: PhotositeError) -> Keys | None:
+    """Split the dotted key of an error about a value; None for an error about a file or the work, or whose key is prose."""
+    if error.key is None or not error.names_a_value:
         return None
     return tuple(int(word) if word.isdigit() else word for word in error.key.split("."))

@@ -1,21 +1,29 @@
 """A camera in YAML: a name, a path, or a mapping with `base:`; every section may state its `source:`."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag, create_model
 
 from simulator.config.build import build, validate
+from simulator.config.dataclass_sections import CUSTOM_SECTIONS, make_custom_section
 from simulator.config.document import Document, Place, read_document
-from simulator.config.document_merge import find_config, merged, parse_override, subdocument, with_section, with_value, without
+from simulator.config.document_merge import (
+    find_config,
+    merge,
+    parse_override,
+    remove_key,
+    replace_section,
+    replace_value,
+    select_section,
+)
 from simulator.config.response_curves import ResponseCurves, spectral_response
 from simulator.config.section_types import Section
-from simulator.config.sections_of_dataclasses import OWN_MODELS, section_with
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.stages.registry import STAGES
-from simulator.sensor.stages.stage import fields_from_shot
+from simulator.sensor.stages.stage import Stage, fields_from_shot
 
 SourceText = Annotated[
     Annotated[str, Tag("<text>")] | Annotated[dict[str, str], Tag("<by key>")],
@@ -24,40 +32,41 @@ SourceText = Annotated[
 Source = Annotated[SourceText | None, Field(description="where the numbers come from; text, or text by key")]
 
 
-def _camera(source=None, **values) -> Camera:
+def _build_camera(source: object = None, **values: Any) -> Camera:
     return Camera(**values)
 
 
-def _stages(source=None, **values) -> dict[str, object]:
+def _collect_stages(source: object = None, **values: Stage | None) -> dict[str, Stage]:
     return {stem: stage for stem, stage in values.items() if stage is not None}
 
 
-def _without_source(cls: type):
+def _drop_source(cls: type[Stage]) -> Callable[..., Stage]:
     return lambda source=None, **values: cls(**values)
 
 
 @cache
-def camera_section() -> type[Section]:
-    """Return the model of a camera file. Its stages are the sensor stages that say so."""
-    source = {"source": (Source, None)}
-    stages = {}
-    for stem, cls in sorted(STAGES.items()):
+def make_camera_section() -> type[Section]:
+    """Return the model of a camera file. Its stages are the sensor stages whose class sets `in_camera_stages`."""
+    source: dict[str, Any] = {"source": (Source, None)}
+    stages: dict[str, Any] = {}
+    classes: dict[str, Any] = dict(STAGES)  # Any: mypy takes the class of a dataclass for an instance, which has no hash
+    for stem, cls in sorted(classes.items()):
         if cls.in_camera_stages:
             leave_out = frozenset(fields_from_shot(cls))
-            stages[stem] = (section_with(cls, _without_source(cls), extra=source, leave_out=leave_out), None)
+            stages[stem] = (make_custom_section(cls, _drop_source(cls), extra=source, leave_out=leave_out), None)
     stage_model = create_model(
-        "Stages", __base__=Section, __doc__="Sensor stages; one that is absent is off.", **source, **stages
+        "Stages", __base__=Section, __doc__="Sensor stages; one that is absent is off.", **(source | stages)
     )
-    stage_model.assemble = _stages
-    curves = section_with(
+    stage_model.assemble = _collect_stages
+    curves = make_custom_section(
         ResponseCurves,
         spectral_response,
         extra=source | {"license": (Annotated[str | None, Field(description="licence of the curves")], None)},
     )
-    return section_with(Camera, _camera, replace={"response": curves, "stages": stage_model}, extra=source)
+    return make_custom_section(Camera, _build_camera, replace={"response": curves, "stages": stage_model}, extra=source)
 
 
-OWN_MODELS[Camera] = camera_section
+CUSTOM_SECTIONS[Camera] = make_camera_section
 
 
 def load_camera(name: str, overrides: Iterable[str] = ()) -> Camera:
@@ -66,26 +75,31 @@ def load_camera(name: str, overrides: Iterable[str] = ()) -> Camera:
     overrides: `camera.dotted.path=value` texts as the command line's --set takes them.
     Raises PhotositeError with file and line.
     """
-    document = camera_document(name, overrides)
-    model = create_model("CameraFile", __base__=Section, camera=(camera_section(), ...))
-    return build(validate(model, document).camera, ("camera",), document)
+    document = read_camera_document(name, overrides)
+    section: Any = validate(_make_camera_file_section(), document)  # its fields are made at run time
+    return build(section.camera, ("camera",), document)
 
 
-def camera_document(name: str, overrides: Iterable[str] = ()) -> Document:
-    """Return `{camera: ...}` as it is written, with its base and its response read in: numbers beside their sources."""
+@cache
+def _make_camera_file_section() -> type[Section]:
+    return create_model("CameraFile", __base__=Section, camera=(make_camera_section(), ...))
+
+
+def read_camera_document(name: str, overrides: Iterable[str] = ()) -> Document:
+    """Return `{camera: ...}` as written, base and response included, so that every number stands beside its `source:`."""
     place = Place(name, Path.cwd())
-    document = with_section(Document({}, {(): place}), "camera", inline_camera(Document(name, {(): place})))
+    document = replace_section(Document({}, {(): place}), "camera", inline_camera(Document(name, {(): place})))
     for text in overrides:
-        document = with_value(document, *parse_override(text))
-    return with_section(document, "camera", inline_response(subdocument(document, "camera")))
+        document = replace_value(document, *parse_override(text))
+    return replace_section(document, "camera", inline_response(select_section(document, "camera")))
 
 
 def inline_camera(document: Document) -> Document:
-    """Read in the base of a camera section: `camera: name` and `camera: {base: name, ...}` become full mappings."""
-    return _with_base(document, "camera", ())
+    """Replace `camera: name` and `camera: {base: name, ...}` by a full mapping: the base, overlaid by the other keys."""
+    return _inline_base(document, "camera", ())
 
 
-def _with_base(document: Document, key: str, seen: tuple) -> Document:
+def _inline_base(document: Document, key: str, seen: tuple[Path, ...]) -> Document:
     if isinstance(document.data, str):
         document = Document({"base": document.data}, {(): document.place(()), ("base",): document.place(())})
         key_of_base = key
@@ -99,21 +113,21 @@ def _with_base(document: Document, key: str, seen: tuple) -> Document:
     path = find_config("cameras", base, document.place(("base",)), key_of_base)
     if path in seen:
         raise document.problem(("base",), "the camera is its own base; name another", base, key=key_of_base)
-    return merged(_with_base(read_document(path), key, (*seen, path)), without(document, ("base",)))
+    return merge(_inline_base(read_document(path), key, (*seen, path)), remove_key(document, ("base",)))
 
 
 def inline_response(camera: Document) -> Document:
-    """Replace `response: {file: name}` by the curves in that file, overlaid by the other keys."""
+    """Replace `response: {file: name}` by the curves in that file, with the other keys laid over them."""
     if not isinstance(camera.data, dict):
         return camera
     if isinstance(camera.data.get("response"), str):
         rule = f"write `response: {{file: {camera.data['response']}}}`"
         raise camera.problem(("response",), rule, key="camera.response")
-    response = subdocument(camera, "response") if isinstance(camera.data.get("response"), dict) else None
+    response = select_section(camera, "response") if isinstance(camera.data.get("response"), dict) else None
     if response is None or "file" not in response.data:
         return camera
     file = response.data["file"]
     if not isinstance(file, str):
         raise response.problem(("file",), "give a name in configs/responses or a path", f"{file}", key="camera.response.file")
     path = find_config("responses", file, response.place(("file",)), "camera.response.file")
-    return with_section(camera, "response", merged(read_document(path), without(response, ("file",))))
+    return replace_section(camera, "response", merge(read_document(path), remove_key(response, ("file",))))

@@ -1,24 +1,28 @@
-"""YAML as plain data that remembers the file and line of every key."""
+"""Read YAML into plain data, with the file and line of every key."""
 
 import functools
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import yaml
 
 from simulator.config.yaml_dialect import PlainLoader
 from simulator.errors import PhotositeError, place_text
 
-MAX_NODES = 1_000_000  # a file of nested aliases can otherwise expand without end
+Keys = tuple[str | int, ...]  # from the top of a document to a value: keys of mappings and numbers of list items
+MAX_NODES = 1_000_000  # limits nested aliases, which could otherwise expand exponentially
 
 
 @dataclass(frozen=True)
 class Place:
     """Where a value was written.
 
-    file: path of the file, or the setting as it was given, such as `--set lens.f_number=2`. folder: that relative paths of the
-    value start from. line: of the file, from 1. via: what takes the value from there to another key: `sweep`.
+    file: path of the file, or the setting as it was given, such as `--set lens.f_number=2`.
+    folder: folder that relative paths in the value start from.
+    line: line of the file, from 1.
+    via: section that sets another key to the value: `sweep`.
     """
 
     file: str
@@ -28,34 +32,38 @@ class Place:
 
     @property
     def text(self) -> str:
-        """How a message names it."""
+        """How a message names the place."""
         return place_text(self.file, self.line, self.via)
 
 
 @dataclass
 class Document:
-    """Plain data and the place of every key, by its tuple of keys; () is the file itself."""
+    """The contents of a YAML file, and where each of its keys was written.
 
-    data: object
-    places: dict[tuple, Place] = field(default_factory=dict)
+    data: None, a bool, number or text, or lists and mappings of these. Whoever reads it checks which of them it is.
+    places: by the keys that lead to a value from the top of the document; () is the file itself.
+    """
 
-    def place(self, keys: tuple) -> Place:
-        """Place of a key, or of the nearest section around it."""
+    data: Any
+    places: dict[Keys, Place] = field(default_factory=dict)
+
+    def place(self, keys: Keys) -> Place:
+        """Return the place of a key, or of the innermost section around it that has one."""
         while keys and keys not in self.places:
             keys = keys[:-1]
         return self.places[keys]
 
-    def problem(self, keys: tuple, rule: str, value: object = None, *, key: str | None = None) -> PhotositeError:
-        """Return an error with file and line; `key` is how the message names it, by default the keys with points between."""
-        return self.placed(PhotositeError(rule, key=dotted(keys) if key is None else key, value=value), keys)
+    def problem(self, keys: Keys, rule: str, value: object = None, *, key: str | None = None) -> PhotositeError:
+        """Return an error with file and line. key: how the message names the key; by default the keys joined by points."""
+        return self.locate_error(PhotositeError(rule, key=join_keys(keys) if key is None else key, value=value), keys)
 
-    def placed(self, error: PhotositeError, keys: tuple) -> PhotositeError:
-        """Return an error with the file and line of a key."""
+    def locate_error(self, error: PhotositeError, keys: Keys) -> PhotositeError:
+        """Return the error with the file and line of a key added."""
         place = self.place(keys)
         return error.with_file(place.file, place.line, place.via)
 
 
-def dotted(keys: tuple) -> str:
+def join_keys(keys: Keys) -> str:
     """Return how messages name a key of a document: `scene.layers.0.image`."""
     return ".".join(map(str, keys))
 
@@ -77,7 +85,7 @@ def read_document(path: str | Path) -> Document:
 
 @functools.lru_cache(maxsize=64)
 def _read_cached(path: Path, _modified: int, _size: int) -> Document:
-    # Documents are never changed in place, so one reading may serve a million points of a sweep.
+    # Documents are never changed in place, so all points of a sweep can share one.
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -90,7 +98,7 @@ def _read_cached(path: Path, _modified: int, _size: int) -> Document:
 
 
 def parse_document(text: str, name: str, folder: Path, lines: bool = True) -> Document:
-    """Plain data of one YAML text; `name`, and the line unless `lines` is off, begin the messages."""
+    """Parse a YAML text. Messages begin with `name`, and with the line unless `lines` is off."""
     try:
         node = yaml.compose(text, PlainLoader)
     except RecursionError:
@@ -101,59 +109,63 @@ def parse_document(text: str, name: str, folder: Path, lines: bool = True) -> Do
         line = mark.line + 1 if mark and lines else None
         raise PhotositeError(f"broken YAML: {reason}; check indentation, colons and quotes", file=name, line=line) from None
     reading = _Reading(name, folder)
-    data = None if node is None else reading.plain(node, ())
+    data = None if node is None else reading.convert(node, ())
     reading.places[()] = Place(name, folder)
     return Document(data, reading.places)
 
 
 class _Reading:
-    """Turns composed nodes into plain data and notes the places."""
+    """Converts the nodes of PyYAML into plain data and records the place of each key."""
 
     def __init__(self, name: str, folder: Path):
-        self.name, self.folder, self.places, self.count = name, folder, {}, 0
+        self.name, self.folder, self.count = name, folder, 0
+        self.places: dict[Keys, Place] = {}
         self.open_nodes: set[int] = set()
 
-    def problem(self, node, rule: str, key: str | None = None, joint: str = ": ") -> PhotositeError:
+    def problem(self, node: yaml.Node, rule: str, key: str | None = None, joint: str = ": ") -> PhotositeError:
         return PhotositeError(rule, file=self.name, line=node.start_mark.line + 1, key=key, joint=joint)
 
-    def plain(self, node, keys: tuple):
+    def convert(self, node: yaml.Node, keys: Keys) -> Any:
         self.count += 1
         if self.count > MAX_NODES or id(node) in self.open_nodes:
             raise self.problem(node, "aliases (`*name`) repeat without end; write the values out")
         if isinstance(node, yaml.ScalarNode):
-            return self.scalar(node)
+            return self.convert_scalar(node)
         self.open_nodes.add(id(node))
+        value: dict[str | int, Any] | list[Any]
         if isinstance(node, yaml.MappingNode) and node.tag == "tag:yaml.org,2002:map":
-            value = self.mapping(node, keys)
+            value = self.convert_mapping(node, keys)
         elif isinstance(node, yaml.SequenceNode) and node.tag == "tag:yaml.org,2002:seq":
-            value = [self.plain(item, keys + (index,)) for index, item in enumerate(node.value)]
+            value = [self.convert(item, keys + (index,)) for index, item in enumerate(node.value)]
         else:
             raise self.problem(node, f"the tag {node.tag} is not used here; write plain values")
         self.open_nodes.discard(id(node))
         return value
 
-    def scalar(self, node):
+    def convert_scalar(self, node: yaml.ScalarNode) -> None | bool | int | float | str:
         text, tag = node.value, node.tag.rpartition(":")[2]
         if not node.tag.startswith("tag:yaml.org,2002:") or tag not in ("null", "bool", "int", "float", "str"):
             raise self.problem(node, f"the tag {node.tag} is not used here; write a plain value")
         try:
             if tag == "float":
                 return float(re.sub(r"\.(?=[inIN])", "", text))
-            return {"null": lambda: None, "bool": lambda: text.lower() == "true", "int": lambda: int(text)}.get(
-                tag, lambda: text
-            )()
+            if tag == "int":
+                return int(text)
         except ValueError:
             raise self.problem(node, f"`{text}` is no {tag}") from None
+        if tag == "bool":
+            return text.lower() == "true"
+        return None if tag == "null" else text
 
-    def mapping(self, node, keys: tuple) -> dict:
-        result = {}
+    def convert_mapping(self, node: yaml.MappingNode, keys: Keys) -> dict[str | int, Any]:
+        result: dict[str | int, Any] = {}
         for key_node, value_node in node.value:
-            key = self.plain(key_node, keys)
+            key = self.convert(key_node, keys)
             if not isinstance(key, (str, int)) or isinstance(key, bool):
                 raise self.problem(key_node, f"`{key}` cannot be a key; quote it if it is meant as text")
             if key in result:
                 first = self.places[keys + (key,)].text
-                raise self.problem(key_node, f"is written twice (first at {first}); keep one", dotted((*keys, key)), " ")
+                raise self.problem(key_node, f"is written twice (first at {first}); keep one", join_keys((*keys, key)), " ")
             self.places[keys + (key,)] = Place(self.name, self.folder, key_node.start_mark.line + 1)
-            result[key] = self.plain(value_node, keys + (key,))
+            result[key] = self.convert(value_node, keys + (key,))
         return result

@@ -1,8 +1,9 @@
-"""Putting documents together: a camera on its base, single values by dotted path, files that sections name."""
+"""Combine documents: lay a camera over its base, set values by dotted path, find the files that sections name."""
 
 from pathlib import Path
+from typing import Any
 
-from simulator.config.document import Document, Place, parse_document
+from simulator.config.document import Document, Keys, Place, parse_document
 from simulator.errors import PhotositeError
 
 CONFIGS = next(
@@ -11,55 +12,56 @@ CONFIGS = next(
 )
 
 
-def subdocument(document: Document, key: str | int) -> Document:
+def select_section(document: Document, key: str | int) -> Document:
     """Return the section `key` as a document of its own."""
     places = {keys[1:]: place for keys, place in document.places.items() if keys[:1] == (key,)}
     places.setdefault((), document.place((key,)))
     return Document(document.data[key], places)
 
 
-def with_section(document: Document, key: str | int, section: Document) -> Document:
-    """Return the document with another section `key`; neither is changed."""
+def replace_section(document: Document, key: str | int, section: Document) -> Document:
+    """Return a copy of the document whose section `key` is `section`."""
     places = {keys: place for keys, place in document.places.items() if keys[:1] != (key,)}
     places |= {(key,) + keys: place for keys, place in section.places.items()}
     if isinstance(document.data, list):
-        return Document([*document.data[:key], section.data, *document.data[key + 1 :]], places)
+        return Document([section.data if index == key else item for index, item in enumerate(document.data)], places)
     return Document(document.data | {key: section.data}, places)
 
 
-def merged(base: Document, over: Document) -> Document:
-    """`over` laid on `base`: mappings join, other values replace, null removes what the base has."""
+def merge(base: Document, over: Document) -> Document:
+    """Lay `over` on `base`: mappings are merged, other values replace those of the base, null removes a key of the base."""
     if not (isinstance(base.data, dict) and isinstance(over.data, dict)):
         return over
     result = base
     for key, value in over.data.items():
-        key = same_key(base.data, key)
+        key = find_key(base.data, key)
         if value is None and key in base.data:
-            result = without(result, (key,))
+            result = remove_key(result, (key,))
         elif key in base.data:
-            result = with_section(result, key, merged(subdocument(base, key), subdocument(over, key)))
+            result = replace_section(result, key, merge(select_section(base, key), select_section(over, key)))
         else:
-            result = with_section(result, key, subdocument(over, key))
+            result = replace_section(result, key, select_section(over, key))
     return result
 
 
-def same_key(mapping: dict, key: object) -> object:
+def find_key(mapping: dict[str | int, Any], key: str | int) -> str | int:
     """Return the key under which a mapping holds `key`; 100 and "100" are one key (JSON knows only text keys)."""
     if key in mapping:
         return key
     return next((known for known in mapping if str(known) == str(key)), key)
 
 
-def without(document: Document, keys: tuple) -> Document:
-    """Return the document with one key taken away."""
-    if len(keys) > 1:
-        return with_section(document, keys[0], without(subdocument(document, keys[0]), keys[1:]))
+def remove_key(document: Document, keys: Keys) -> Document:
+    """Return a copy of the document without one key."""
+    first, *rest = keys
+    if rest:
+        return replace_section(document, first, remove_key(select_section(document, first), tuple(rest)))
     places = {known: place for known, place in document.places.items() if known[:1] != keys}
-    return Document({key: value for key, value in document.data.items() if key != keys[0]}, places)
+    return Document({key: value for key, value in document.data.items() if key != first}, places)
 
 
-def with_value(document: Document, dotted: str, value: object, place: Place) -> Document:
-    """Return the document with the value at a dotted path set; null removes the key. Missing sections are made.
+def replace_value(document: Document, dotted: str, value: object, place: Place) -> Document:
+    """Return a copy of the document with the value at a dotted path set. Null removes the key; missing sections are added.
 
     An item of a list is named by its number from 0, as in scene.layers.0.depth.
 
@@ -71,36 +73,36 @@ def with_value(document: Document, dotted: str, value: object, place: Place) -> 
     return _set(document, keys, value, place, dotted)
 
 
-def _set(document: Document, keys: tuple, value: object, place: Place, dotted: str) -> Document:
+def _set(document: Document, keys: tuple[str, ...], value: object, place: Place, dotted: str) -> Document:
     rest = keys[1:]
     if isinstance(document.data, list):
         return _set_item(document, keys, value, place, dotted)
     if not isinstance(document.data, dict):
         raise _problem(place, f"`{document.data}` is a value, not a section; the path ends before it", dotted)
-    key = same_key(document.data, keys[0])
+    key = find_key(document.data, keys[0])
     if rest:
-        inner = subdocument(document, key) if document.data.get(key) is not None else Document({}, {(): place})
-        return with_section(document, key, _set(inner, rest, value, place, dotted))
+        inner = select_section(document, key) if document.data.get(key) is not None else Document({}, {(): place})
+        return replace_section(document, key, _set(inner, rest, value, place, dotted))
     if value is None:
         if key not in document.data:
             raise _problem(place, "is not there, so nothing is removed; leave it out", dotted, joint=" ")
-        return without(document, (key,))
-    return with_section(document, key, Document(value, {(): place}))
+        return remove_key(document, (key,))
+    return replace_section(document, key, Document(value, {(): place}))
 
 
-def _set_item(document: Document, keys: tuple, value: object, place: Place, dotted: str) -> Document:
+def _set_item(document: Document, keys: tuple[str, ...], value: object, place: Place, dotted: str) -> Document:
     """`_set` for a list."""
     count = len(document.data)
     if not keys[0].isdecimal() or int(keys[0]) >= count or (value is None and len(keys) == 1):
         fix = "write the whole list to change their number" if keys[0].isdecimal() else "name one by its number from 0"
         raise _problem(place, f"the list there has {count} items; {fix}", dotted)
     index = int(keys[0])
-    inner = _set(subdocument(document, index), keys[1:], value, place, dotted) if keys[1:] else Document(value, {(): place})
-    return with_section(document, index, inner)
+    inner = _set(select_section(document, index), keys[1:], value, place, dotted) if keys[1:] else Document(value, {(): place})
+    return replace_section(document, index, inner)
 
 
 def parse_override(text: str) -> tuple[str, object, Place]:
-    """Dotted path, plain value and place of one `path=value`, as `--set` takes it; its files are relative to here.
+    """Split `path=value`, as `--set` takes it, into dotted path, plain value and place; its files are relative to this folder.
 
     Raises PhotositeError when there is no `=` or the value is broken YAML.
     """
@@ -127,7 +129,7 @@ def find_config(kind: str, name: str, place: Place, key: str) -> Path:
 
     Raises PhotositeError with the nearest name.
     """
-    from simulator.config.messages import nearest
+    from simulator.config.messages import suggest_nearest
 
     shipped = CONFIGS / kind / f"{name}.yaml"
     if "/" not in name and shipped.is_file():
@@ -138,7 +140,7 @@ def find_config(kind: str, name: str, place: Place, key: str) -> Path:
             return path
         raise _problem(place, f"no file {path}; a path is relative to the file that names it", key, name)
     known = [path.stem for path in (CONFIGS / kind).glob("*.yaml")]
-    raise _problem(place, f"no such file in configs/{kind}; {nearest(name, known)}", key, name)
+    raise _problem(place, f"no such file in configs/{kind}; {suggest_nearest(name, known)}", key, name)
 
 
 def _problem(place: Place, rule: str, key: str | None = None, value: object = None, joint: str = ": ") -> PhotositeError:

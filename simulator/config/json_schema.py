@@ -1,24 +1,27 @@
 """JSON Schema of the shot file, for editors that complete and check YAML."""
 
 import copy
+from typing import Any
 
-from simulator.config.shot_file import shot_section
+from simulator.config.shot_file import make_shot_section
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 
-def schema() -> dict[str, object]:
+def schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of a shot file, from the models that read it; units are in the descriptions."""
-    model = shot_section()
-    result = {"$schema": DRAFT, "title": "Photosite shot"} | model.model_json_schema(by_alias=True, mode="validation")
+    model = make_shot_section()
+    result: dict[str, Any] = {"$schema": DRAFT, "title": "Photosite shot"} | model.model_json_schema(
+        by_alias=True, mode="validation"
+    )
     definitions = result["$defs"]
-    definitions["Camera"] = _camera(definitions["Camera"])
+    definitions["Camera"] = _make_camera_schema(definitions["Camera"])
     result["properties"]["name"]["description"] = "stem of the files written; the shot file's own when left out"
     result["required"] = [key for key in result["required"] if key != "name"]
     return result
 
 
-def _camera(full: dict) -> dict:
+def _make_camera_schema(full: dict[str, Any]) -> dict[str, Any]:
     """List what `camera:` may be: a name or path, a mapping on a base, or a full camera."""
     text = {"type": "string", "description": "a name in configs/cameras or the path of a camera file"}
     partial = copy.deepcopy(full)

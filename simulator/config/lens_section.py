@@ -1,44 +1,44 @@
-"""The `lens:` section: one of several kinds, told apart by the key that names it; without one it is a thin lens."""
+"""The `lens:` section: a key names its kind, such as `pinhole:`; without such a key it is a thin lens."""
 
-from functools import cache
-from typing import Annotated
+from functools import cache, reduce
+from operator import or_
+from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag, create_model
 
+from simulator.config.dataclass_sections import make_section
 from simulator.config.section_types import Section
-from simulator.config.sections_of_dataclasses import section
 from simulator.optics.lens.bare_sensor import BareSensor
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
 
-# Kinds with a key of their own, whose value holds their numbers.
-LENSES = {"pinhole": Pinhole, "bare_sensor": BareSensor}
+# Kinds of lens that a key names; its value holds their numbers.
+LENSES: dict[str, type] = {"pinhole": Pinhole, "bare_sensor": BareSensor}
 
 
 @cache
-def lens_member() -> tuple:
+def make_lens_field() -> tuple[Any, Any]:
     """Return the annotation and the Field of a shot's lens."""
-    thin = section(ThinLens)
-    kinds = [Annotated[thin, Tag(f"<{thin.__name__}>")]]
+    thin = make_section(ThinLens)
+    kinds: list[Any] = [Annotated[thin, Tag(f"<{thin.__name__}>")]]
     for key in LENSES:
-        model = _named(key)
+        model = _make_kind_section(key)
         kinds.append(Annotated[model, Tag(f"<{model.__name__}>")])
-    union = kinds[0] | kinds[1] | kinds[2]
     text = "what forms the image: the numbers of a thin lens, or a pinhole, or bare_sensor"
-    return Annotated[union, Discriminator(_kind)], Field(description=text)
+    return Annotated[reduce(or_, kinds), Discriminator(_find_lens_branch)], Field(description=text)
 
 
 @cache
-def _named(key: str) -> type[Section]:
+def _make_kind_section(key: str) -> type[Section]:
     cls = LENSES[key]
-    member = (section(cls), Field(description=(cls.__doc__ or "").partition("\n")[0]))
-    model = create_model(f"Lens{cls.__name__}", __base__=Section, __doc__="A lens of this kind.", **{key: member})
+    members: dict[str, Any] = {key: (make_section(cls), Field(description=(cls.__doc__ or "").partition("\n")[0]))}
+    model = create_model(f"Lens{cls.__name__}", __base__=Section, __doc__="A lens of this kind.", **members)
     model.assemble = lambda **values: values[key]
     return model
 
 
-def _kind(value: object) -> str:
+def _find_lens_branch(value: object) -> str:
     if isinstance(value, Section):
         return f"<{type(value).__name__}>"
     key = next((key for key in LENSES if isinstance(value, dict) and key in value), None)
-    return f"<{ThinLens.__name__ if key is None else _named(key).__name__}>"
+    return f"<{ThinLens.__name__ if key is None else _make_kind_section(key).__name__}>"

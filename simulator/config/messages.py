@@ -1,14 +1,15 @@
-"""Pydantic's findings as one PhotositeError: file and line, the dotted key, the value, and what to write instead."""
+"""Convert pydantic's errors into one PhotositeError: file, line, dotted key, value, and what to write instead."""
 
 import difflib
 from typing import Any, get_args
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
 
-from simulator.config.document import Document, dotted
+from simulator.config.document import Document, Keys, join_keys
 from simulator.config.section_types import Quantity, Section
-from simulator.config.unit_words import example
+from simulator.config.unit_words import write_example
 from simulator.errors import PhotositeError
 
 WANTED = {
@@ -29,99 +30,101 @@ WANTED = {
 }
 
 
-def from_validation(error: ValidationError, document: Document, model: type[Section]) -> PhotositeError:
-    """Return the first finding as an error a user can act on; the number of the others is added."""
+def convert_validation_error(error: ValidationError, document: Document, model: type[Section]) -> PhotositeError:
+    """Return the first of pydantic's errors with what to write instead, and the number of the others."""
     findings = error.errors(include_url=False)
-    # An unknown key is often a misspelt one that is then also missing: name the spelling first.
+    # A misspelt key is both unknown and missing: the message names the unknown one, because it shows the spelling.
     finding = min(findings, key=lambda found: found["type"] != "extra_forbidden")
-    keys = plain_keys(finding["loc"])
-    error = _error_of(finding, keys, model)
+    keys = strip_branch_names(finding["loc"])
+    problem = _describe_finding(finding, keys, model)
     more = f" ({len(findings) - 1} more after this one)" if len(findings) > 1 else ""
-    return document.placed(error.replace(rule=error.rule + more), keys)
+    return document.locate_error(problem.replace(rule=problem.rule + more), keys)
 
 
-def plain_keys(location: tuple) -> tuple:
+def strip_branch_names(location: Keys) -> Keys:
     """Return a pydantic location without the names of union branches."""
     return tuple(key for key in location if not (isinstance(key, str) and key[:1] in "<["))
 
 
-def _error_of(finding: dict, keys: tuple, model: type[Section]) -> PhotositeError:
+def _describe_finding(finding: ErrorDetails, keys: Keys, model: type[Section]) -> PhotositeError:
     """Return `key = value: what to write` for one finding, without file and line."""
-    key, kind, location = dotted(keys), finding["type"], finding["loc"]
+    key, kind, location = join_keys(keys), finding["type"], finding["loc"]
     if kind == "extra_forbidden":
-        known = known_keys(model, location[:-1])
-        return PhotositeError(f"unknown key; {nearest(str(keys[-1]), known)}", key=key)
+        known = list_known_keys(model, location[:-1])
+        return PhotositeError(f"unknown key; {suggest_nearest(str(keys[-1]), known)}", key=key)
     if kind == "missing":
-        return PhotositeError(f"is missing{_about(field_at(model, location))}", key=key, joint=" ")
+        return PhotositeError(f"is missing{_describe_field(find_field(model, location))}", key=key, joint=" ")
     if keys and finding["input"] is None:
         return PhotositeError(f"is empty: {WANTED.get(kind, 'give a value')}, or leave the key out", key=key, joint=" ")
     value = None if isinstance(finding["input"], (dict, list)) else f"{finding['input']}"
     if kind == "literal_error":
-        choices = [str(choice) for choice in _literal_values(field_at(model, location) or field_at(model, location[:-1]))]
-        return PhotositeError(nearest(str(finding["input"]), choices), key=key, value=value)
-    if kind == "value_error":
+        choices = [
+            str(choice) for choice in _list_literal_values(find_field(model, location) or find_field(model, location[:-1]))
+        ]
+        return PhotositeError(suggest_nearest(str(finding["input"]), choices), key=key, value=value)
+    if kind == "value_error" and "ctx" in finding:
         return PhotositeError(f"{finding['ctx']['error']}", key=key, value=value)
     return PhotositeError(WANTED.get(kind, finding["msg"]), key=key, value=value)
 
 
-def nearest(word: str, choices: list[str]) -> str:
-    """`did you mean ...?` with the nearest choice, or all of them when none is near."""
+def suggest_nearest(word: str, choices: list[str]) -> str:
+    """Return `did you mean ...?` with the most similar choice, or all choices when none is similar."""
     lowered = {choice.lower(): choice for choice in choices}
     close = difflib.get_close_matches(word.lower(), lowered, n=1, cutoff=0.5)
     listed = ", ".join(sorted(choices)) or "none"
     return f"did you mean `{lowered[close[0]]}`? (known: {listed})" if close else f"use one of: {listed}"
 
 
-def known_keys(model: type[Section], location: tuple) -> list[str]:
-    """Keys of the section at a location."""
-    inner = model_at(model, location)
+def list_known_keys(model: type[Section], location: Keys) -> list[str]:
+    """Return the keys that the section at a pydantic location may have."""
+    inner = find_model(model, location)
     return [field.alias or name for name, field in inner.model_fields.items()] if inner else []
 
 
-def model_at(model: type[Section], location: tuple) -> type[Section] | None:
+def find_model(model: type[Section], location: Keys) -> type[Section] | None:
     """Return the section's model at a pydantic location."""
     candidates: list[type[Section]] = [model]
     for key in location:
         if isinstance(key, str) and key.startswith("<"):
             candidates = [inner for inner in candidates if f"<{inner.__name__}>" == key] or candidates
             continue
-        fields = [field for inner in candidates if (field := field_named(inner, key))]
+        fields = [field for inner in candidates if (field := find_field_by_key(inner, key))]
         if fields:  # otherwise the key indexes a dict or list, whose items have the candidates' models already
-            candidates = [inner for field in fields for inner in sections_in(field.annotation)]
+            candidates = [inner for field in fields for inner in find_sections(field.annotation)]
     return candidates[0] if candidates else None
 
 
-def field_at(model: type[Section], location: tuple) -> FieldInfo | None:
+def find_field(model: type[Section], location: Keys) -> FieldInfo | None:
     """Return the field at a pydantic location."""
     while location and isinstance(location[-1], str) and location[-1][:1] in "<[":
         location = location[:-1]
-    inner = model_at(model, location[:-1]) if location else None
-    return field_named(inner, location[-1]) if inner else None
+    inner = find_model(model, location[:-1]) if location else None
+    return find_field_by_key(inner, location[-1]) if inner else None
 
 
-def field_named(model: type[Section], key: object) -> FieldInfo | None:
+def find_field_by_key(model: type[Section], key: object) -> FieldInfo | None:
     """Return the field of a model that a YAML key sets."""
     return next((field for name, field in model.model_fields.items() if (field.alias or name) == key), None)
 
 
-def sections_in(annotation: Any) -> list[type[Section]]:
-    """All section models named in an annotation."""
+def find_sections(annotation: Any) -> list[type[Section]]:
+    """Return all section models in an annotation."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return [annotation]
-    return [inner for part in get_args(annotation) for inner in sections_in(part)]
+    return [inner for part in get_args(annotation) for inner in find_sections(part)]
 
 
-def _literal_values(field: FieldInfo | None) -> list:
-    def values(annotation: Any) -> list:
+def _list_literal_values(field: FieldInfo | None) -> list[str | int]:
+    def values(annotation: Any) -> list[Any]:
         parts = get_args(annotation)
         return [value for part in parts for value in values(part)] if parts else [annotation]
 
     return [value for value in values(field.annotation) if isinstance(value, str | int)] if field else []
 
 
-def _about(field: FieldInfo | None) -> str:
+def _describe_field(field: FieldInfo | None) -> str:
     if field is None:
         return ""
     unit = next((part.unit for part in field.metadata if isinstance(part, Quantity)), None)
     text = f": {field.description.rstrip('.')}" if field.description else ""
-    return text + (f"; write for example `{field.alias}: {example(unit)}`" if unit else "")
+    return text + (f"; write for example `{field.alias}: {write_example(unit)}`" if unit else "")

@@ -1,6 +1,7 @@
-"""Cameras, responses and lengths as an option of a command names them, outside any shot file."""
+"""Read cameras, responses and lengths that an option of a command names, outside any shot file."""
 
 from pathlib import Path
+from typing import Any
 
 from simulator.config.camera_file import inline_camera
 from simulator.config.document import Document, Place
@@ -10,18 +11,18 @@ from simulator.errors import PhotositeError
 from simulator.units import Unit
 
 
-def camera_data(name: str, label: str) -> dict[str, object]:
-    """Return a camera file, `base:` joined in, as plain data.
+def camera_data(name: str, label: str) -> dict[str, Any]:
+    """Return a camera file as plain data, merged with its `base:`.
 
     name: as `camera: name` takes it; a path is relative to the current folder. label: the option, for messages.
-    A response that is another file is named so that a camera file in any folder finds it.
+    Where the response is another file, its name is made absolute, unless it is one of configs/responses.
     Raises PhotositeError with the nearest name for one that is not there.
     """
     camera = inline_camera(Document(name, {(): Place(f"{label} {name}", Path.cwd())}))
     response = camera.data.get("response")
     if isinstance(response, dict) and "file" in response:
         path = find_config("responses", response["file"], camera.place(("response", "file")), "camera.response.file")
-        return camera.data | {"response": response | {"file": _name(path)}}
+        return camera.data | {"response": response | {"file": _name_response(path)}}
     return camera.data
 
 
@@ -30,7 +31,7 @@ def response_name(name: str, label: str) -> str:
 
     Raises PhotositeError with the nearest name for one that is not there.
     """
-    return _name(find_config("responses", name, Place(label, Path.cwd()), "response.file"))
+    return _name_response(find_config("responses", name, Place(label, Path.cwd()), "response.file"))
 
 
 def length_um(text: str, label: str) -> float:
@@ -41,5 +42,5 @@ def length_um(text: str, label: str) -> float:
         raise PhotositeError(f"{error}", key=label, value=text) from None
 
 
-def _name(response: Path) -> str:
+def _name_response(response: Path) -> str:
     return response.stem if response.parent == CONFIGS / "responses" else str(response)

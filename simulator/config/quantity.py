@@ -1,11 +1,15 @@
-"""Quantities as a photographer writes them: `1/125 s`, `f/2.8`, `4.3 um`, `100 cd/m^2`, `165963 e-`, `inf m`."""
+"""Parse and format quantities as photographers write them: `1/125 s`, `f/2.8`, `4.3 um`, `100 cd/m^2`, `165963 e-`, `inf m`."""
 
 import functools
 import math
 import re
+from typing import TYPE_CHECKING
 
-from simulator.config.unit_words import SHORT, WORDS, example, noun, unit_registry
+from simulator.config.unit_words import SHORT, WORDS, get_unit_registry, name_quantity, write_example
 from simulator.units import Unit
+
+if TYPE_CHECKING:
+    from pint import Unit as PintUnit
 
 NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 QUANTITY = re.compile(
@@ -21,13 +25,12 @@ def parse_quantity(value: object, unit: Unit) -> float:
     Raises ValueError, whose message says how to write it, for anything else; for NaN; and for infinity
     unless the unit is the metre, because only a distance can be infinite.
     """
-    bare = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if unit.symbol == "f_number" and bare and math.isfinite(value):
-        return float(value)
-    if bare and math.isfinite(value):
-        raise ValueError(f"has no unit; write {noun(unit)} such as {format_quantity(value, unit)}")
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value):
+        if unit.symbol == "f_number":
+            return float(value)
+        raise ValueError(f"has no unit; write {name_quantity(unit)} such as {format_quantity(value, unit)}")
     if not isinstance(value, str):
-        raise ValueError(f"is not understood; write {noun(unit)} such as {example(unit)}")
+        raise ValueError(f"is not understood; write {name_quantity(unit)} such as {write_example(unit)}")
     return _parse_text(value.strip(), unit)
 
 
@@ -36,11 +39,11 @@ def _parse_text(text: str, unit: Unit) -> float:
     number, unit_text = split_quantity(text)
     if math.isinf(number):
         if unit.symbol != "metre":
-            raise ValueError(f"only a distance can be infinite; give {noun(unit)} such as {example(unit)}")
+            raise ValueError(f"only a distance can be infinite; give {name_quantity(unit)} such as {write_example(unit)}")
         unit_text = unit_text or "m"
     if not unit_text:
-        raise ValueError(f"has no unit; write {noun(unit)} such as {example(unit)}")
-    return convert(number, unit_text, unit.symbol, f"{noun(unit)} such as {example(unit)}")
+        raise ValueError(f"has no unit; write {name_quantity(unit)} such as {write_example(unit)}")
+    return convert(number, unit_text, unit.symbol, f"{name_quantity(unit)} such as {write_example(unit)}")
 
 
 def split_quantity(text: str) -> tuple[float, str]:
@@ -70,8 +73,8 @@ def split_quantity(text: str) -> tuple[float, str]:
 
 
 def convert(number: float, unit_text: str, symbol: str, wanted: str) -> float:
-    """Convert `number` of unit_text to the unit `symbol`; ValueError says `wanted` when that is impossible."""
-    registry = unit_registry()
+    """Convert a number of one unit to the unit `symbol`. Raises ValueError, which names `wanted`, where that is impossible."""
+    registry = get_unit_registry()
     electrons = re.sub(r"(?<![A-Za-z])e[-−⁻](?![A-Za-z0-9])", "electron", unit_text.replace("°C", "degC"))
     try:
         given = registry.parse_units(electrons)
@@ -79,7 +82,7 @@ def convert(number: float, unit_text: str, symbol: str, wanted: str) -> float:
         raise ValueError(f"`{unit_text}` is no unit known here; give {wanted}") from None
     target = registry.parse_units(symbol)
     if given.dimensionality != target.dimensionality:
-        raise ValueError(f"is {_noun_of(given)}; {wanted} is wanted here")
+        raise ValueError(f"is {_name_dimension(given)}; {wanted} is wanted here")
     if given == target:
         return number
     result = float(registry.Quantity(number, given).m_as(target))
@@ -88,9 +91,9 @@ def convert(number: float, unit_text: str, symbol: str, wanted: str) -> float:
     return result
 
 
-def _noun_of(given) -> str:
+def _name_dimension(given: "PintUnit") -> str:
     for symbol, (name, _) in WORDS.items():
-        if unit_registry().parse_units(symbol).dimensionality == given.dimensionality:
+        if get_unit_registry().parse_units(symbol).dimensionality == given.dimensionality:
             return name
     return f"a quantity in {given:~}" if not given.dimensionless else "a bare number"
 

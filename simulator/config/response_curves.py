@@ -21,7 +21,7 @@ class WavelengthGrid:
     start_nm: Nanometres
     step_nm: Nanometres
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(self.start_nm > 0, "wavelengths.start", f"{self.start_nm:g} nm", "give a wavelength above 0 nm")
         require(self.step_nm > 0, "wavelengths.step", f"{self.step_nm:g} nm", "wavelengths ascend; give a step above 0 nm")
 
@@ -41,7 +41,7 @@ class ResponseCurves:
 
 
 def spectral_response(
-    wavelengths: WavelengthGrid, peak_quantum_efficiency: float, relative: tuple, **_texts
+    wavelengths: WavelengthGrid, peak_quantum_efficiency: float, relative: tuple[tuple[float, ...], ...], **_texts: object
 ) -> SpectralResponse:
     """Absolute quantum efficiency = peak * relative. Raises PhotositeError for a table that cannot be one."""
     peak = peak_quantum_efficiency

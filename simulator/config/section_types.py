@@ -1,14 +1,14 @@
-"""What pydantic is taught about the configuration: sections, quantities, and unions told apart by what is written."""
+"""Types that extend pydantic for the configuration: sections, quantities, and unions whose branch follows from the keys."""
 
 import dataclasses
 from collections.abc import Callable
-from typing import Annotated, ClassVar, Union
+from typing import Annotated, Any, ClassVar, Union
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Tag
-from pydantic_core import core_schema
+from pydantic import BaseModel, ConfigDict, Discriminator, GetCoreSchemaHandler, GetJsonSchemaHandler, Tag
+from pydantic_core import CoreSchema, core_schema
 
 from simulator.config.quantity import format_quantity, parse_quantity
-from simulator.config.unit_words import example, noun
+from simulator.config.unit_words import name_quantity, write_example
 from simulator.units import Unit
 
 
@@ -24,31 +24,31 @@ class Section(BaseModel):
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """Pydantic's view of a Unit: text is parsed on the way in and written on the way out."""
+    """Annotation with which pydantic parses text with a unit into a number, and writes the number as text."""
 
     unit: Unit
 
-    def __get_pydantic_core_schema__(self, _source, _handler):
+    def __get_pydantic_core_schema__(self, _source: Any, _handler: GetCoreSchemaHandler) -> CoreSchema:
         """Parse with the unit; serialise back to text."""
         return core_schema.no_info_plain_validator_function(
             lambda value: parse_quantity(value, self.unit),
             serialization=core_schema.plain_serializer_function_ser_schema(lambda value: format_quantity(value, self.unit)),
         )
 
-    def __get_pydantic_json_schema__(self, _schema, _handler):
+    def __get_pydantic_json_schema__(self, _schema: CoreSchema, _handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """Text, with the unit and an example."""
         text = {
             "type": "string",
-            "description": f"{noun(self.unit)}, such as {example(self.unit)}",
-            "examples": [example(self.unit)],
+            "description": f"{name_quantity(self.unit)}, such as {write_example(self.unit)}",
+            "examples": [write_example(self.unit)],
         }
         if self.unit.symbol == "f_number":
             return {"anyOf": [text, {"type": "number", "exclusiveMinimum": 0}]}
         return text | {"pattern": r"^\s*[-+]?\s*([0-9.]|[iI]nf|∞)"}
 
 
-def union(models: list, hints: tuple) -> object:
-    """Make a union whose branch is chosen by what was written: a mapping by its keys, anything else the plain branch."""
+def make_union(models: list[Any], hints: tuple[Any, ...]) -> Any:
+    """Make a union that chooses a section by the keys of a mapping, and the plain type for any other value."""
     if type(None) in hints and len(hints) == 2:
         return models[0] | models[1]
     sections = {f"<{model.__name__}>": model for model in models if isinstance(model, type) and issubclass(model, Section)}
@@ -57,7 +57,7 @@ def union(models: list, hints: tuple) -> object:
     def branch(value: object) -> str:
         if isinstance(value, Section):
             return f"<{type(value).__name__}>"
-        return best_section(sections, value) if isinstance(value, dict) and sections else "<plain>"
+        return find_best_section(sections, value) if isinstance(value, dict) and sections else "<plain>"
 
     tagged = [Annotated[model, Tag(name)] for name, model in sections.items()]
     if plain:
@@ -65,8 +65,8 @@ def union(models: list, hints: tuple) -> object:
     return Annotated[Union[tuple(tagged)], Discriminator(branch)]  # noqa: UP007
 
 
-def best_section(sections: dict[str, type[Section]], value: dict) -> str:
-    """Name of the section whose keys suit a mapping best: fewest keys unknown or missing."""
+def find_best_section(sections: dict[str, type[Section]], value: dict[str, Any]) -> str:
+    """Return the name of the section whose keys match a mapping best: the fewest keys are unknown or missing."""
 
     def misfits(model: type[Section]) -> int:
         known = {field.alias or name for name, field in model.model_fields.items()}

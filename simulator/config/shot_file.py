@@ -1,24 +1,24 @@
-"""A shot in YAML: scene, lens, exposure, camera, seeds."""
+"""Read a shot from YAML: scene, lens, exposure, camera, seeds."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, fields, is_dataclass, replace
-from functools import cache, reduce
+from functools import cache, partial, reduce
 from operator import or_
 from pathlib import Path
-from typing import Annotated, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 from pydantic import Discriminator, Field, Tag, create_model
 
-from simulator.config.build import build, placed, validate
-from simulator.config.camera_file import camera_section, inline_camera, inline_response
+from simulator.config.build import build, locate_error, validate
+from simulator.config.camera_file import inline_camera, inline_response, make_camera_section
+from simulator.config.dataclass_sections import make_section, to_annotation, to_section
 from simulator.config.document import Document, Place, read_document
-from simulator.config.document_merge import named_file, parse_override, subdocument, with_section, with_value
-from simulator.config.lens_section import lens_member
-from simulator.config.messages import nearest
+from simulator.config.document_merge import named_file, parse_override, replace_section, replace_value, select_section
+from simulator.config.lens_section import make_lens_field
+from simulator.config.messages import suggest_nearest
 from simulator.config.section_types import Section
-from simulator.config.sections_of_dataclasses import model_type, model_value, section
 from simulator.config.sweep_section import SweepSection
 from simulator.errors import PhotositeError
 from simulator.pipeline.shot import Shot
@@ -29,7 +29,7 @@ from simulator.scene.layered import LayeredScene
 from simulator.scene.spectral_cube import SpectralCubeScene
 
 # The key that decides which scene it is.
-SCENES = {
+SCENES: dict[str, type] = {
     "image": ImageScene,
     "spectral_cube": SpectralCubeScene,
     "chart": ChartScene,
@@ -39,21 +39,25 @@ SCENES = {
 
 
 @cache
-def shot_section() -> type[Section]:
+def make_shot_section() -> type[Section]:
     """Return the model of a shot file: the fields of Shot, with the scene chosen by its key."""
-    scenes = tuple(Annotated[section(cls), Tag(f"<{cls.__name__}>")] for cls in SCENES.values())
+    scenes: tuple[Any, ...] = tuple(Annotated[make_section(cls), Tag(f"<{cls.__name__}>")] for cls in SCENES.values())
     scene = (
-        Annotated[reduce(or_, scenes), Discriminator(_scene_of)],
+        Annotated[reduce(or_, scenes), Discriminator(_find_scene_branch)],
         Field(description=f"what stands before the lens, told apart by its key: {', '.join(SCENES)}"),
     )
-    members = {"scene": scene, "lens": lens_member(), "camera": (camera_section(), Field(description="the camera body"))}
+    members: dict[str, Any] = {
+        "scene": scene,
+        "lens": make_lens_field(),
+        "camera": (make_camera_section(), Field(description="the camera body")),
+    }
     hints = get_type_hints(Shot, include_extras=True)
     for field in fields(Shot):
         if field.name in ("scene", "lens", "camera", "resolved"):
             continue
-        default = {} if field.default is MISSING else {"default_factory": lambda value=field.default: model_value(value)}
+        default: dict[str, Any] = {} if field.default is MISSING else {"default_factory": partial(to_section, field.default)}
         text = (hints[field.name].__doc__ or "").partition("\n")[0] if is_dataclass(hints[field.name]) else None
-        members[field.name] = (model_type(hints[field.name]), Field(description=text, **default))
+        members[field.name] = (to_annotation(hints[field.name]), Field(description=text, **default))
     members["sweep"] = (SweepSection | None, Field(default=None, description="what to vary from point to point"))
     ordered = {name: members[name] for name in ("name", "scene", "lens", "exposure", "camera")}
     model = create_model("Shot", __base__=Section, __doc__="One photograph to take, or a sweep of them.", **ordered | members)
@@ -61,7 +65,7 @@ def shot_section() -> type[Section]:
     return model
 
 
-def _scene_of(value: object) -> str:
+def _find_scene_branch(value: object) -> str:
     if isinstance(value, Section):
         return f"<{type(value).__name__}>"
     key = next((key for key in SCENES if isinstance(value, dict) and key in value), "image")
@@ -76,24 +80,24 @@ def load_shot(path: str | Path, overrides: Iterable[str] | Mapping[str, object] 
         plain value; relative paths in them start from the current folder.
     Raises PhotositeError with file, line, key, value and fix. A `sweep:` section is checked, not run.
     """
-    return shot_from(load_document(path, overrides))
+    return build_shot(load_document(path, overrides))
 
 
-def shot_of_data(data: dict, name: str, overrides: Mapping[str, object]) -> Shot:
+def build_shot_from_data(data: Mapping[str, object], name: str, overrides: Mapping[str, object]) -> Shot:
     """Return the shot of a resolved configuration that another file holds.
 
     name: that file, for messages. overrides: plain values by dotted path. Raises PhotositeError.
     """
-    return shot_from(with_overrides(Document(data, {(): Place(name, Path.cwd())}), overrides))
+    return build_shot(apply_overrides(Document(data, {(): Place(name, Path.cwd())}), overrides))
 
 
 @contextmanager
-def located(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Iterator[None]:
-    """Give errors of the block file and line, when they are about the value of a key of the shot file."""
+def locate_errors(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Iterator[None]:
+    """Add file and line to errors raised in the block that are about the value of a key of the shot file."""
     try:
         yield
     except PhotositeError as error:
-        raise placed(error, load_document(path, overrides)) from error
+        raise locate_error(error, load_document(path, overrides)) from error
 
 
 def load_document(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Document:
@@ -101,17 +105,17 @@ def load_document(path: str | Path, overrides: Iterable[str] | Mapping[str, obje
     path = named_file("shots", path)
     document = read_document(path)
     if {"shot", "versions"} <= document.data.keys():  # the sidecar of a frame: its shot can be taken again
-        document = subdocument(document, "shot")
+        document = select_section(document, "shot")
         if not document.data:
             raise document.problem((), "the shot was made of objects in Python and stands in no file; run that program again")
     if "name" not in document.data:
         stem = re.sub(r"[^\w.+-]", "_", Path(path).stem)
-        document = with_section(document, "name", Document(stem, {(): document.place(())}))
-    return with_overrides(document, overrides)
+        document = replace_section(document, "name", Document(stem, {(): document.place(())}))
+    return apply_overrides(document, overrides)
 
 
-def with_overrides(document: Document, overrides: Iterable[str] | Mapping[str, object]) -> Document:
-    """Return the document with a camera that is read in, and values set by dotted path."""
+def apply_overrides(document: Document, overrides: Iterable[str] | Mapping[str, object]) -> Document:
+    """Return the document with its camera replaced by the full section, and values set by dotted path."""
     if isinstance(overrides, Mapping):
         items = [(path, value, Place(f"--set {path}={value}", Path.cwd())) for path, value in overrides.items()]
     else:
@@ -119,31 +123,31 @@ def with_overrides(document: Document, overrides: Iterable[str] | Mapping[str, o
     # Another camera is chosen before single values of it are set.
     for dotted, value, place in items:
         if dotted in ("camera", "camera.base"):
-            document = with_value(document, "camera", value, place)
+            document = replace_value(document, "camera", value, place)
     if document.data.get("camera") is not None:
-        document = with_section(document, "camera", inline_camera(subdocument(document, "camera")))
+        document = replace_section(document, "camera", inline_camera(select_section(document, "camera")))
     for dotted, value, place in items:
         if dotted not in ("camera", "camera.base"):
-            document = with_value(document, dotted, value, place)
+            document = replace_value(document, dotted, value, place)
     return document
 
 
-def shot_from(document: Document) -> Shot:
+def build_shot(document: Document) -> Shot:
     """Return the shot that a document states. Raises PhotositeError with file and line."""
     if isinstance(document.data.get("camera"), dict):
-        document = with_section(document, "camera", inline_response(subdocument(document, "camera")))
+        document = replace_section(document, "camera", inline_response(select_section(document, "camera")))
     _check_scene_keys(document)
-    values = validate(shot_section(), document)
+    values: Any = validate(make_shot_section(), document)  # its fields are made at run time
     _check_name(values.name, document)
-    return replace(build(values, (), document), resolved=resolved(values))
+    return replace(build(values, (), document), resolved=dump_resolved(values))
 
 
-def resolved(values: Section) -> dict:
+def dump_resolved(values: Section) -> dict[str, Any]:
     """Return the full configuration as plain data: defaults filled in, camera inlined, paths absolute; loads again."""
     return _plain(values.model_dump(by_alias=True, exclude_none=True, exclude={"sweep"}))
 
 
-def _plain(value: object) -> object:
+def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _plain(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
@@ -162,7 +166,7 @@ def _check_scene_keys(document: Document) -> None:
         )
     if not given:
         unknown = [key for key in scene if key not in ("illuminant", "luminance", "depth", "field_of_view")]
-        hint = nearest(str(unknown[0]), list(SCENES)) if unknown else f"give one of {', '.join(SCENES)}"
+        hint = suggest_nearest(str(unknown[0]), list(SCENES)) if unknown else f"give one of {', '.join(SCENES)}"
         raise document.problem(("scene", *unknown[:1]), f"none of {', '.join(SCENES)} is there; {hint}", key="scene")
 
 

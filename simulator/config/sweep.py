@@ -1,19 +1,20 @@
-"""The points of a sweep, made one at a time: a million of them take no memory."""
+"""The points of a sweep. Each is made when it is asked for, so memory does not grow with their number."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from simulator.config.build import placed, validate
+from simulator.config.build import locate_error, validate
 from simulator.config.document import Document, Place
-from simulator.config.document_merge import subdocument, with_value, without
-from simulator.config.shot_file import load_document, shot_from, with_overrides
-from simulator.config.sweep_section import SweepSection, sequence
+from simulator.config.document_merge import remove_key, replace_value, select_section
+from simulator.config.shot_file import apply_overrides, build_shot, load_document
+from simulator.config.sweep_section import SweepSection, expand_values
 from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import named_files
 from simulator.pipeline.shot import Shot
 
-MAX_CHECKED = 2000  # of the computed values of one key; listed values are all checked
+MAX_CHECKED = 2000  # most values of one key that are checked when they are computed; listed values are all checked
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,11 @@ class SweepPoint:
 
     def shot(self) -> Shot:
         """Return the shot of this point. Raises PhotositeError with file and line."""
-        return shot_from(self.document)
+        return build_shot(self.document)
 
-    def placed(self, error: PhotositeError) -> PhotositeError:
-        """Return an error of taking the point with file and line, when it is about the value of a key of the document."""
-        return placed(error, self.document)
+    def locate_error(self, error: PhotositeError) -> PhotositeError:
+        """Return an error of taking the point, with file and line where it is about the value of a key of the document."""
+        return locate_error(error, self.document)
 
 
 class Sweep:
@@ -45,23 +46,23 @@ class Sweep:
     """
 
     def __init__(self, document: Document):
-        section_document = subdocument(document, "sweep")
+        section_document = select_section(document, "sweep")
         section = validate(SweepSection, section_document)
         self._place = section_document.place
-        self._base = without(document, ("sweep",))
-        self.values = {}
+        self._base = remove_key(document, ("sweep",))
+        self.values: dict[str, Sequence[Any]] = {}
         for key, values in section.vary.items():
             try:
-                self.values[key] = sequence(values)
+                self.values[key] = expand_values(values)
             except ValueError as error:
                 raise section_document.problem(("vary", key), f"{error}", key=f"sweep.vary.{key}") from None
         self._zip, self._same_noise = section.mode == "zip", section.same_noise
         self.listed = {key for key, values in section.vary.items() if isinstance(values, list)}
         lengths = {key: len(values) for key, values in self.values.items()}
         if self._zip and len(set(lengths.values())) > 1:
-            told = ", ".join(f"{key} has {length}" for key, length in lengths.items())
+            counts = ", ".join(f"{key} has {length}" for key, length in lengths.items())
             raise section_document.problem(
-                ("vary",), f"mode zip needs as many values for each key, but {told}", key="sweep.vary"
+                ("vary",), f"mode zip needs as many values for each key, but {counts}", key="sweep.vary"
             )
 
     def __len__(self) -> int:
@@ -90,22 +91,22 @@ class Sweep:
         document = self._base
         for key, value in values.items():
             written = self._place(("vary", key))
-            document = _with(document, key, value, replace(written, via="sweep"))
+            document = _set_value(document, key, value, replace(written, via="sweep"))
         if not self._same_noise and "seeds.frame" not in self.values:
-            document = self._with_frame(document, index)
+            document = self._advance_frame_seed(document, index)
         digits = max(4, len(str(len(self) - 1)))
         name = f"{self._base.data['name']}_{index:0{digits}d}"
-        return SweepPoint(index, name, values, with_value(document, "name", name, document.place(("name",))))
+        return SweepPoint(index, name, values, replace_value(document, "name", name, document.place(("name",))))
 
-    def _with_frame(self, document: Document, index: int) -> Document:
+    def _advance_frame_seed(self, document: Document, index: int) -> Document:
         seeds = document.data.get("seeds")
         frame = seeds.get("frame", 0) if isinstance(seeds, dict) else 0
         if not isinstance(frame, int):
             return document  # the check of the shot names it
-        return with_value(document, "seeds.frame", frame + index, document.place(("seeds", "frame")))
+        return replace_value(document, "seeds.frame", frame + index, document.place(("seeds", "frame")))
 
     def check(self) -> None:
-        """Make the shots that hold every value once, so that a typo in the last point is found before the first runs.
+        """Build enough shots to check every value once, so that a mistake in the last point is found before the first runs.
 
         Raises PhotositeError with the line of the first value that is wrong.
         """
@@ -114,24 +115,24 @@ class Sweep:
             strides[key] = stride
             stride *= len(self.values[key])
         for key, values in self.values.items():
-            for row in self._rows(key, len(values)):
+            for row in self._rows_to_check(key, len(values)):
                 point = self[row if self._zip else row * strides[key]]
                 shot = point.shot()
                 for keys, path in named_files(shot.scene, ("scene",)) + named_files(shot.lens, ("lens",)):
                     if not path.is_file():
                         raise point.document.problem(keys, f"no such file (for {point.name}); check the path", path)
 
-    def _rows(self, key: str, length: int) -> Iterable[int]:
+    def _rows_to_check(self, key: str, length: int) -> Iterable[int]:
         if key in self.listed or length <= MAX_CHECKED:
             return range(length)
         return sorted({round(step * (length - 1) / (MAX_CHECKED - 1)) for step in range(MAX_CHECKED)})
 
 
-def _with(document: Document, key: str, value: object, place: Place) -> Document:
-    """Return a value of a point; another camera is read in."""
+def _set_value(document: Document, key: str, value: object, place: Place) -> Document:
+    """Return the document with one value of a point set; a camera name is replaced by the full section."""
     if key in ("camera", "camera.base"):
-        return with_overrides(with_value(document, "camera", value, place), ())
-    return with_value(document, key, value, place)
+        return apply_overrides(replace_value(document, "camera", value, place), ())
+    return replace_value(document, key, value, place)
 
 
 def load_sweep(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Sweep | None:

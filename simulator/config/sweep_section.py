@@ -1,7 +1,7 @@
 """The `sweep:` section: which keys vary, over which values."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, overload
 
 from pydantic import Discriminator, Field, Tag
 
@@ -27,7 +27,7 @@ class WholeNumbers(Section):
     range: Annotated[list[int], Field(min_length=2, max_length=3, description="[first, stop] or [first, stop, step]")]
 
 
-def _form(value: object) -> str:
+def _find_form(value: object) -> str:
     if isinstance(value, (Steps, WholeNumbers)):
         return f"<{type(value).__name__}>"
     if isinstance(value, dict):
@@ -39,7 +39,7 @@ Values = Annotated[
     Annotated[list[Any], Field(min_length=1), Tag("<list>")]
     | Annotated[Steps, Tag("<Steps>")]
     | Annotated[WholeNumbers, Tag("<WholeNumbers>")],
-    Discriminator(_form),
+    Discriminator(_find_form),
 ]
 
 
@@ -53,16 +53,16 @@ class SweepSection(Section):
     ] = False
 
 
-class EvenSteps(Sequence):
-    """The values of `Steps`, each computed when asked for.
+class EvenSteps(Sequence[Number]):
+    """The values of `Steps`, each computed when it is asked for.
 
-    Raises ValueError when the ends do not go together.
+    Raises ValueError for ends of different dimension, infinite ends, and ends of a log2 scale that are not above 0.
     """
 
     def __init__(self, steps: Steps):
-        self.count, self.log, self.ends = steps.steps, steps.scale == "log2", (steps.first, steps.last)
-        self.first, self.unit = _number(steps.first)
-        self.last, unit = _number(steps.last)
+        self.steps, self.log, self.ends = steps.steps, steps.scale == "log2", (steps.first, steps.last)
+        self.first, self.unit = _split_end(steps.first)
+        self.last, unit = _split_end(steps.last)
         if bool(self.unit) != bool(unit):
             raise ValueError("give both ends a unit, or neither")
         if unit != self.unit:
@@ -74,14 +74,20 @@ class EvenSteps(Sequence):
         self.whole = isinstance(steps.first, int) and isinstance(steps.last, int)
 
     def __len__(self) -> int:
-        return self.count
+        return self.steps
 
-    def __getitem__(self, index: int) -> object:
-        if not 0 <= index < self.count:
+    @overload
+    def __getitem__(self, index: int) -> Number: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Number]: ...
+    def __getitem__(self, index: int | slice) -> Number | list[Number]:
+        if isinstance(index, slice):
+            return [self[place] for place in range(*index.indices(len(self)))]
+        if not 0 <= index < self.steps:
             raise IndexError(index)
-        if index in (0, self.count - 1):
+        if index in (0, self.steps - 1):
             return self.ends[index > 0]
-        share = index / (self.count - 1)
+        share = index / (self.steps - 1)
         if self.log:
             value = self.first * (self.last / self.first) ** share
         else:
@@ -92,12 +98,12 @@ class EvenSteps(Sequence):
         return int(value) if self.whole and value == int(value) else value
 
 
-def _number(end: Number) -> tuple[float, str]:
+def _split_end(end: Number) -> tuple[float, str]:
     return split_quantity(end) if isinstance(end, str) else (float(end), "")
 
 
-def sequence(values: list | Steps | WholeNumbers) -> Sequence:
-    """Return the values of one varied key, without making them all. Raises ValueError when there are none."""
+def expand_values(values: list[Any] | Steps | WholeNumbers) -> Sequence[Any]:
+    """Return the values of one varied key; computed ones are made when they are asked for. Raises ValueError for none."""
     if isinstance(values, Steps):
         return EvenSteps(values)
     if isinstance(values, WholeNumbers):

@@ -1,12 +1,16 @@
-"""The units a shot can use: their definitions, their names in messages, how they are written.
+"""Units of the configuration: definitions, names in messages, and how they are written.
 
 The registry is small on purpose: it holds these units and nothing else, so that every dimension has a name in an
 error message, `50 M` is no megametre, and an angle is not taken for a bare number.
 """
 
 import functools
+from typing import TYPE_CHECKING, Any
 
 from simulator.units import Unit
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
 
 DEFINITIONS = """
 nano- = 1e-9 = n-
@@ -31,7 +35,7 @@ DN = [code] = LSB = ADU
 f_number = [f_number]
 """
 
-# What a quantity is called, and how it is written, by the unit a field is kept in.
+# Name and example of a quantity, by the unit in which the field holds it.
 WORDS = {
     "second": ("a time", "1/125 s"),
     "metre": ("a length", "2.5 m"),
@@ -64,21 +68,22 @@ SHORT = {
 
 
 @functools.cache
-def unit_registry():
+def get_unit_registry() -> "UnitRegistry[Any]":
     """Return the pint registry with DEFINITIONS, made once."""
     from pint import UnitRegistry
 
-    registry = UnitRegistry(None)
+    empty: Any = None  # pint reads this as "no definitions"; its annotation names only files of definitions
+    registry: UnitRegistry[Any] = UnitRegistry(empty)
     for line in DEFINITIONS.strip().splitlines():
         registry.define(line)
     return registry
 
 
-def example(unit: Unit) -> str:
-    """How a quantity in this unit is written, such as `50 mm`."""
+def write_example(unit: Unit) -> str:
+    """Return an example of a quantity in this unit, such as `50 mm`."""
     return WORDS.get(unit.symbol, ("", f"1 {unit.symbol}"))[1]
 
 
-def noun(unit: Unit) -> str:
-    """Name the quantity, such as `a length`."""
+def name_quantity(unit: Unit) -> str:
+    """Return what a quantity in this unit is called, such as `a length`."""
     return WORDS.get(unit.symbol, (f"a quantity in {unit.symbol}", ""))[0]

@@ -1,15 +1,17 @@
-"""Settings that are possible but rarely meant."""
+"""Warn of settings that are valid but rarely intended."""
 
 from simulator.pipeline.shot import Shot
+from simulator.sensor.stages.full_well import FullWell
 
 
 def shot_warnings(shot: Shot) -> list[str]:
-    """Sentences on what the sensor will do to this shot, each with its numbers; empty when there is nothing to say."""
+    """Return a sentence for each level that clips where a photographer would not expect it; an empty list for none."""
     camera, setting = shot.camera, shot.camera.iso_setting(shot.exposure.iso)
+    assert setting.black_level_dn is not None and setting.white_level_dn is not None  # iso_setting fills them in
     adc_range_e = (setting.white_level_dn - setting.black_level_dn) / setting.gain_dn_per_e
     warnings = []
     full_well = camera.stages.get("full_well")
-    if full_well is not None and full_well.capacity_e > adc_range_e * 1.001:
+    if isinstance(full_well, FullWell) and full_well.capacity_e > adc_range_e * 1.001:
         warnings.append(
             f"camera.stages.full_well.capacity = {full_well.capacity_e:.0f} e-: at ISO {shot.exposure.iso} the ADC is full at "
             f"{adc_range_e:.0f} e-, so highlights clip there"

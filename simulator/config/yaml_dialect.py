@@ -5,6 +5,7 @@ a sexagesimal or a date.
 """
 
 import re
+from typing import Any
 
 import yaml
 
@@ -23,15 +24,15 @@ RESOLVERS = (
 class PlainLoader(yaml.SafeLoader):
     """Loader with the scalars of YAML 1.2."""
 
-    yaml_implicit_resolvers = {}
+    yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}
 
 
 class PlainDumper(yaml.SafeDumper):
     """Dumper that quotes exactly what PlainLoader would not read as text."""
 
-    yaml_implicit_resolvers = {}
+    yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}
 
-    def ignore_aliases(self, data):
+    def ignore_aliases(self, data: Any) -> bool:
         """Write repeated values out; a reader should not have to follow anchors."""
         return True
 
@@ -50,6 +51,6 @@ def _text(dumper: PlainDumper, text: str) -> yaml.ScalarNode:
 PlainDumper.add_representer(str, _text)
 
 
-def dump_yaml(data: dict) -> str:
+def dump_yaml(data: dict[str, Any]) -> str:
     """Plain data as YAML text that `read_document` reads back unchanged."""
     return yaml.dump(data, Dumper=PlainDumper, sort_keys=False, allow_unicode=True, width=120)

@@ -25,7 +25,7 @@ class Exposure:
     iso: int = 100
     date_time: str | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         rule = "the shutter must open and close: give a time above 0 s, such as 1/125 s"
         require(0 < self.time_s < math.inf, "exposure.time", f"{self.time_s:g} s", rule)
         require(self.iso > 0, "exposure.iso", self.iso, "give a positive ISO, such as 100")

@@ -1,4 +1,4 @@
-"""The optics' part of a plan: from the scene's radiance to electron radiance in each photosite's own colour."""
+"""Plans the optics: from the radiance of the scene to the electron radiance of each photosite in its own colour."""
 
 import math
 from dataclasses import dataclass, replace
@@ -10,33 +10,35 @@ from simulator.errors import PhotositeError
 from simulator.optics.defocus.accuracy import Accuracy, brightest_electrons
 from simulator.optics.defocus.defocus import Defocus, plan_defocus
 from simulator.optics.geometry.projection import Projection, plan_projection
-from simulator.optics.lens.bare_sensor import BareSensor, gathered
+from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
-from simulator.optics.psf.field_psf import Spread
-from simulator.optics.psf.psf_planning import contrast_sigma, plan_seen_spread
+from simulator.optics.psf.field_psf import FieldPsf
+from simulator.optics.psf.psf_planning import contrast_sigma, plan_visible_psf
 from simulator.optics.veiling_glare import VeilingGlare, plan_veiling_glare
+from simulator.scene.compositing import flatten_layers
 from simulator.scene.electron_radiance import electron_radiance_weights
-from simulator.scene.occluded_background import hidden_share, with_hidden_surface
-from simulator.scene.pinhole_view import pinhole_scene
+from simulator.scene.occluded_background import disoccluded_share, extend_background
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
 from simulator.sensor.sensor_plan import SensorPlan
+from simulator.sensor.stages.exposure import Integration
+from simulator.sensor.stages.irradiance import Irradiance
 
 
 @dataclass(frozen=True)
 class OpticsPlan:
-    """All that is decided between the scene and the light on the sensor.
+    """Decisions between the scene and the light on the sensor.
 
-    scene: surfaces as they are computed. weights: (bands, channels) float32 [e- s^-1 um^-2 sr^-1].
-    cfa: which colour each photosite sees, from the sensor's upper left corner on.
-    window: photosites that are computed; it may reach beyond the sensor. sensor_px: width and height of the sensor.
+    scene: surfaces as they are rendered. weights: (bands, channels) float32 [e- s^-1 um^-2 sr^-1].
+    cfa: colour of each photosite, from the sensor's upper left corner on.
+    window: photosites that are computed; it may extend beyond the sensor. sensor_px: width and height of the sensor.
     defocus: blur of the ideal lens; None: sharp everywhere.
-    spread: diffraction, aberrations, filter and aperture beyond the thin lens; None: nothing to do.
-    hidden_share: share of the picture that sees background which the scene does not show; None: its layers show all.
-    unseen: why a spread that the lens has is left out, with its predicted error; None: it is not.
+    psf: kernels of diffraction, aberrations, low-pass filter and aperture of the photosites; None: none are needed.
+    disoccluded_share: fraction of the picture that sees background which is occluded in the scene; None: its layers contain it.
+    psf_skip_reason: why a point spread function is left out, with its predicted error; None: it is not.
     """
 
     scene: Scene
@@ -48,9 +50,9 @@ class OpticsPlan:
     accuracy: Accuracy
     defocus: Defocus | None = None
     veiling_glare: VeilingGlare | None = None
-    spread: Spread | None = None
-    hidden_share: float | None = None
-    unseen: str | None = None
+    psf: FieldPsf | None = None
+    disoccluded_share: float | None = None
+    psf_skip_reason: str | None = None
 
     @property
     def channels(self) -> int:
@@ -59,20 +61,20 @@ class OpticsPlan:
 
     @property
     def has_coverage(self) -> bool:
-        """Whether any surface leaves parts of the scene uncovered."""
+        """Whether any surface has a coverage below 1."""
         return any(layer.coverage is not None for layer in self.scene.layers)
 
     def blur_window(self) -> Window:
-        """Photosites that the geometric blur computes: the window, and the margin of a point spread function that follows."""
-        if self.spread is None or self.spread.by_distance:
+        """Photosites of the geometric blur: the window, and the margin that a convolution after it needs."""
+        if self.psf is None or self.psf.by_distance:
             return self.window
-        from simulator.optics.psf.tiled_convolution import area_around, tiles_of  # brings SciPy's transforms
+        from simulator.optics.psf.tiled_convolution import bound_tiles, split_into_tiles  # imports scipy.fft
 
-        tiles = tiles_of(self.spread.x_px, self.spread.y_px, self.sensor_px[::-1])
-        return area_around(tiles, self.spread.reach_px, self.window)
+        tiles = split_into_tiles(self.psf.x_px, self.psf.y_px, (self.sensor_px[1], self.sensor_px[0]))
+        return bound_tiles(tiles, self.psf.reach_px, self.window)
 
     def in_one_color(self, plane: int) -> Self:
-        """Return the plan of a sensor whose photosites all see this colour plane."""
+        """Return the plan of a sensor whose photosites all have this colour."""
         return replace(self, cfa=Cfa.uniform(plane))
 
     def cfa_macros(self) -> dict[str, int]:
@@ -81,20 +83,19 @@ class OpticsPlan:
 
 
 def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
-    """Plan what the lens makes of a scene on a sensor.
+    """Plan the image of a scene on a sensor.
 
     tolerance: as in `Shot`. Raises PhotositeError for light, blur or geometry that cannot be computed.
     """
     camera, window = sensor.camera, sensor.readout.computed
-    forms_image = not isinstance(lens, BareSensor)
-    scene = pinhole_scene(loaded) if forms_image else gathered(loaded)
+    scene = flatten_layers(loaded) if lens.forms_image else integrate_hemisphere(loaded)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
     if weights.shape[1] != camera.channels:
         rule = f"has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}"
         raise PhotositeError(rule, key="camera.response", joint=" ")
     _check_light(scene, weights, lens, sensor)
     projection = plan_projection(scene, lens, camera)
-    glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, sensor.stage("irradiance"))
+    glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, _irradiance_of(sensor))
     planned = OpticsPlan(
         scene=scene,
         weights=weights.astype(np.float32),
@@ -105,10 +106,10 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
         accuracy=Accuracy(tolerance),
         veiling_glare=glare,
     )
-    if forms_image:
+    if lens.forms_image:
         accuracy = plan_accuracy(planned, lens, sensor, tolerance)
         planned = _with_defocus(replace(planned, accuracy=accuracy), loaded, lens, camera)
-    return _with_spread(planned, lens, sensor)
+    return _with_psf(planned, lens, sensor)
 
 
 def blur_per_dioptre(lens: Lens, pixel_pitch_um: float, scale: float) -> float:
@@ -118,11 +119,11 @@ def blur_per_dioptre(lens: Lens, pixel_pitch_um: float, scale: float) -> float:
 
 
 def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance: float) -> Accuracy:
-    """Error that the blur may have: of the noise at the scene's brightest light, or at what saturates a photosite."""
+    """Tolerance of the blur, relative to the noise at the scene's brightest light or, if that is less, at saturation."""
     dark, gain = sensor.moments(0.0), sensor.gain_dn_per_e()
     if gain <= 0.0:  # dark current alone fills the well: the frame shows nothing
         return Accuracy(tolerance)
-    exposure, camera = sensor.stage("exposure"), sensor.camera
+    exposure, camera = _exposure_of(sensor), sensor.camera
     per_radiance = lens.irradiance_per_radiance_sr() * exposure.time_s
     per_radiance *= camera.pixel_pitch_um**2 * camera.fill_factor
     full_e = (sensor.white_level_dn() - sensor.black_level_dn) / gain
@@ -132,41 +133,56 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance:
 
 
 def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera) -> OpticsPlan:
-    """Return the plan with the blur of the scene's surfaces, and the background that a lens sees behind edges."""
+    """Return the plan with the blur of the scene's surfaces, and with the background that shows beside blurred edges."""
     pitch_um, scale, accuracy = camera.pixel_pitch_um, planned.projection.scale, planned.accuracy
     defocus = plan_defocus(lens, pitch_um, loaded, scale, accuracy, planned.sensor_px)
     if defocus is None:
         return planned
     per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
-    if not loaded.behind and np.ndim(loaded.depth_m):
-        share = hidden_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
-    scene = with_hidden_surface(loaded, per_dioptre) if accuracy.tolerance else loaded
+    if not loaded.behind and isinstance(loaded.depth_m, np.ndarray):
+        share = disoccluded_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
+    scene = extend_background(loaded, per_dioptre) if accuracy.tolerance else loaded
     if scene is not loaded:
         extended = plan_defocus(lens, pitch_um, scene, scale, accuracy, planned.sensor_px)
+        assert extended is not None  # an extended background keeps the foreground that is blurred
         defocus = replace(extended, guessed=defocus.guessed)
-    return replace(planned, scene=scene, defocus=defocus, hidden_share=share)
+    return replace(planned, scene=scene, defocus=defocus, disoccluded_share=share)
 
 
-def _with_spread(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
-    """Return the plan with what makes a point's image wider than the ideal lens does."""
-    exposure, irradiance = sensor.stage("exposure"), sensor.stage("irradiance")
-    factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.solid_angle_sr
+def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
+    """Return the plan with the point spread function, unless its effect is invisible."""
+    exposure, irradiance = _exposure_of(sensor), _irradiance_of(sensor)
+    factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
     contrast = contrast_sigma(planned.scene, factor * planned.weights, sensor.moments)
     if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
-        contrast = math.inf  # nothing is skipped
-    spread, unseen = plan_seen_spread(
+        contrast = math.inf  # nothing is left out
+    psf, skip_reason = plan_visible_psf(
         lens, sensor.camera, planned.scene, planned.weights, planned.defocus, planned.projection.scale, contrast
     )
-    return replace(planned, spread=spread, unseen=unseen)
+    return replace(planned, psf=psf, psf_skip_reason=skip_reason)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:
-    """Refuse light of which single precision loses count (its largest number is 3e38)."""
+    """Raise PhotositeError for light near the range of single precision, whose largest number is 3e38."""
     radiance = float(scene.planes.max()) * float(weights.sum(axis=0).max())
-    per_radiance = lens.irradiance_per_radiance_sr() * sensor.stage("exposure").time_s * sensor.camera.pixel_pitch_um**2
+    per_radiance = lens.irradiance_per_radiance_sr() * _exposure_of(sensor).time_s * sensor.camera.pixel_pitch_um**2
     if max(radiance, radiance * per_radiance) > MOST_ELECTRONS:
         raise PhotositeError(
             f"the brightest place gives {radiance * per_radiance:.2g} electrons per photosite, more than the "
             f"{MOST_ELECTRONS:g} that single precision counts safely; lower scene.luminance or exposure.time",
             key="scene",
         )
+
+
+def _exposure_of(sensor: SensorPlan) -> Integration:
+    """Exposure stage of a sensor plan, which every shot has."""
+    stage = sensor.stage("exposure")
+    assert isinstance(stage, Integration)
+    return stage
+
+
+def _irradiance_of(sensor: SensorPlan) -> Irradiance:
+    """Irradiance stage of a sensor plan, which every shot has."""
+    stage = sensor.stage("irradiance")
+    assert isinstance(stage, Irradiance)
+    return stage

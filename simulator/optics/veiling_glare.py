@@ -1,7 +1,7 @@
 """Veiling glare: light that surfaces and edges of a lens scatter over the whole sensor (ISO 9358).
 
-A share g of the light is spread evenly: E = (1 - g) E_image + g * mean of E_image over the whole sensor, in each colour by
-itself. A small black patch in a uniform field then has g times the irradiance of the field: the veiling glare index.
+A fraction g of the light is scattered evenly: E = (1 - g) E_image + g * mean of E_image over the whole sensor, in each colour
+by itself. A small black patch in a uniform field then has g times the irradiance of the field: the veiling glare index.
 """
 
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.kernel.kernel_program import sensor_defines
 from simulator.sensor.stages.irradiance import Irradiance
 
-LEAST_OPEN = 1e-4  # of the light on the axis: where rims let less through, scattered light fades as the image does
-STRIPS = 64  # of the sensor's side at least, so that the fall-off is even within one; a pixel of the scene is one, too
+LEAST_OPEN = 1e-4  # relative illumination below which the veil fades with the image
+STRIPS = 64  # least number along a side of the sensor, so that relative illumination is constant within each
 
 
 @dataclass(frozen=True)
 class VeilingGlare:
-    """Even light on the sensor.
+    """Scattered light, even over the sensor.
 
     share: g. irradiance: (channels,) float64 of the veil, g * mean of the image's electron irradiance [e- s^-1 um^-2].
     """
@@ -34,10 +34,10 @@ class VeilingGlare:
 def plan_veiling_glare(
     share: float, scene: Scene, weights: np.ndarray, projection: Projection, camera: Camera, irradiance: Irradiance
 ) -> VeilingGlare | None:
-    """Veil of a scene of one surface, or None without scattered light.
+    """Scattered light of a scene of one surface; None without.
 
     weights: (bands, channels) [e- s^-1 um^-2 sr^-1]. The mean is that of the scene's own pixels over the whole sensor, in
-    float64, so that it does not depend on a window; blur and distortion, which hardly change a mean, are left out.
+    float64, so that it does not depend on the window; blur and distortion hardly change it and are neglected.
     """
     if share == 0:
         return None
@@ -49,11 +49,11 @@ def plan_veiling_glare(
         open_ = irradiance.relative_illumination(np.hypot(place, x - irradiance.centre_x_px))
         seen = np.bincount(column, wide * open_, width)  # of this row's pixels
         mean += share_of_sensor * (seen @ scene.planes[pixel])
-    return VeilingGlare(share, share * irradiance.solid_angle_sr * (mean @ weights))
+    return VeilingGlare(share, share * irradiance.effective_solid_angle_sr * (mean @ weights))
 
 
 def _strips(photosites: int, pixels: int, offset: float, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Parts of the sensor along an axis: the one pixel of the scene each lies in, share of the side, middle [photosites]."""
+    """Strips along an axis of the sensor: the scene pixel of each, its fraction of the side, its centre [photosites]."""
     first, last = (min(max(edge, 0.0), float(pixels)) for edge in (offset, offset + scale * photosites))
     inner = np.arange(np.floor(first) + 1.0, np.ceil(last))
     edges = np.unique(np.concatenate([np.linspace(first, last, STRIPS + 1), inner]))
@@ -69,10 +69,9 @@ def add_veiling_glare(
     cfa_macros: dict[str, int],
     window: Window,
 ) -> None:
-    """Spread a share of the light evenly over a mosaic of electron radiance, in place.
+    """Scatter a fraction of the light evenly over a mosaic of electron radiance, in place.
 
-    irradiance: of the lens, by which the fused kernel
-    multiplies afterwards. window: photosites of the mosaic.
+    irradiance: of the lens, by which the fused kernel multiplies afterwards. window: photosites of the mosaic.
     """
     defines, numbers = sensor_defines((irradiance,))
     lens = {name: value for name, value in defines.items() if name.startswith(irradiance.stem.upper())}
@@ -86,5 +85,5 @@ def add_veiling_glare(
         window_x=window.x,
         window_y=window.y,
         image_share=1.0 - glare.share,
-        least_open=LEAST_OPEN * irradiance.solid_angle_sr,
+        least_open=LEAST_OPEN * irradiance.effective_solid_angle_sr,
     )

@@ -1,1 +1,1 @@
-"""From a shot to a raw image: the plan and its execution."""
+"""From a shot to a raw frame: the plan and its execution."""

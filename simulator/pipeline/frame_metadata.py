@@ -1,4 +1,4 @@
-"""What a raw frame says of itself besides its codes: levels, noise, colour, lens and where it comes from."""
+"""Metadata of a raw frame: levels, noise, colour, lens, and the shot, files and versions that it was made from."""
 
 import platform
 from dataclasses import asdict
@@ -12,66 +12,82 @@ from simulator.device import DeviceInfo
 from simulator.pipeline.input_files import fingerprints
 from simulator.pipeline.planner import Plan
 from simulator.pipeline.shot import Shot
+from simulator.raw.raw_image import Raw
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_color import matrices_under_two_lights, matrix_under_d65
 from simulator.sensor.iso_speed import baseline_exposure_ev
 
 
-def frame_metadata(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, object]:
-    """Fields of `Raw` by name, all but the arrays of photosites. Raises OSError for a scene's file that has gone."""
+def assemble_raw(
+    shot: Shot,
+    planned: Plan,
+    device: DeviceInfo,
+    dn: np.ndarray,
+    mean_electrons: np.ndarray,
+    noise_free_dn: np.ndarray,
+    truth: dict[str, np.ndarray],
+) -> Raw:
+    """Return the raw frame of these arrays, see `Raw`, with its metadata. Raises OSError for a scene's file that has gone."""
     camera, lens, sensor = shot.camera, shot.lens, planned.sensor
-    return {
-        "cfa": camera.frame_cfa(),
-        "bit_depth": camera.bit_depth,
-        "black_level_dn": sensor.black_level_dn,
-        "white_level_dn": sensor.white_level_dn(),
-        "noise_profile": (sensor.noise_profile(),) * camera.channels,
-        "color_matrix": matrix_under_d65(camera),
-        **matrices_under_two_lights(camera),
-        "as_shot_neutral": neutral_of(planned.optics.scene, camera),
-        "make": camera.make,
-        "model": camera.model,
-        "lens_model": lens.model,
-        "exposure_time_s": shot.exposure.time_s,
-        "f_number": lens.f_number,
-        "focal_length_mm": lens.focal_length_mm,
-        "focal_length_35mm_mm": lens.focal_length_35mm_mm(float(np.hypot(*camera.sensor_mm))),
-        "focus_distance_m": lens.focus_distance_m,
-        "iso": shot.exposure.iso,
-        "baseline_exposure_ev": baseline_exposure_ev(sensor, shot.exposure.iso),
-        "name": shot.name,
-        "black_offsets_dn": sensor.black_offsets_dn() if shot.raw.black_per_place else (0.0,) * 4,
-        "format": shot.raw,
-        "date_time": shot.exposure.date_time,
-        "active_area": sensor.readout.active_area,
-        "warp_rectilinear": warp_rectilinear(planned),
-        "resolved": _origin(shot, planned, device),
-    }
+    fitted_matrices = matrices_under_two_lights(camera)
+    return Raw(
+        dn=dn,
+        mean_electrons=mean_electrons,
+        noise_free_dn=noise_free_dn,
+        truth=truth,
+        cfa=camera.frame_cfa(),
+        bit_depth=camera.bit_depth,
+        black_level_dn=sensor.black_level_dn,
+        white_level_dn=sensor.white_level_dn(),
+        noise_profile=(sensor.noise_profile(),) * camera.channels,
+        color_matrix=matrix_under_d65(camera),
+        color_matrix_a=fitted_matrices.get("color_matrix_a"),
+        forward_matrix_d65=fitted_matrices.get("forward_matrix_d65"),
+        forward_matrix_a=fitted_matrices.get("forward_matrix_a"),
+        as_shot_neutral=neutral_of(planned.optics.scene, camera),
+        make=camera.make,
+        model=camera.model,
+        lens_model=lens.model,
+        exposure_time_s=shot.exposure.time_s,
+        f_number=lens.f_number,
+        focal_length_mm=lens.focal_length_mm,
+        focal_length_35mm_mm=lens.focal_length_35mm_mm(float(np.hypot(*camera.sensor_mm))),
+        focus_distance_m=lens.focus_distance_m,
+        iso=shot.exposure.iso,
+        baseline_exposure_ev=baseline_exposure_ev(sensor, shot.exposure.iso),
+        name=shot.name,
+        black_offsets_dn=sensor.black_offsets_dn() if shot.raw.black_per_place else (0.0,) * 4,
+        format=shot.raw,
+        date_time=shot.exposure.date_time,
+        active_area=sensor.readout.active_area,
+        warp_rectilinear=warp_rectilinear(planned),
+        resolved=_provenance(shot, planned, device),
+    )
 
 
 def neutral_of(scene: Scene, camera: Camera) -> tuple[float, ...]:
-    """Camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral)."""
+    """Return camera RGB of a white surface in the scene's light, largest = 1 (DNG AsShotNeutral)."""
     response = camera.response
     neutral = as_shot_neutral(scene.illuminant, response.wavelengths_nm, response.quantum_efficiency, scene.wavelengths_nm)
     return tuple(float(value) for value in neutral)
 
 
 def warp_rectilinear(planned: Plan) -> tuple[tuple[tuple[float, ...], ...], tuple[float, float]] | None:
-    """Return what undoes the lens's distortion in the active area of the frame; see `Raw.warp_rectilinear`."""
-    layout, warp = planned.sensor.readout, planned.optics.projection.warp
-    output, active = layout.output, layout.active
+    """Return the polynomials that undo the lens's distortion in the frame's active area; see `Raw.warp_rectilinear`."""
+    readout, warp = planned.sensor.readout, planned.optics.projection.warp
+    output, active = readout.output, readout.active
     if warp is None:
         return None
     left, top = max(output.x, active.x), max(output.y, active.y)
     right = min(output.x + output.width, active.x + active.width)
     bottom = min(output.y + output.height, active.y + active.height)
-    half = 0.5 * (1 if layout.binning is None else layout.binning.factor)
+    half = 0.5 * (1 if readout.binning is None else readout.binning.factor)
     return warp.rectilinear(left + half, top + half, right - half, bottom - half)
 
 
-def _origin(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, object]:
-    """The shot, seeds, versions and device, plain data for the JSON beside the file."""
+def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, object]:
+    """Return shot, input files, seeds, plan, device and versions, plain data for the JSON beside the file."""
     return {
         "shot": shot.resolved,
         "inputs": fingerprints(shot.scene, shot.lens),

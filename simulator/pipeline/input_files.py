@@ -1,4 +1,4 @@
-"""Files that a shot is read from: their keys in the shot file, and what they held."""
+"""Files that a shot is read from: their keys in the shot file, and their SHA-256."""
 
 import hashlib
 import os
@@ -43,6 +43,6 @@ def sha256_of(path: str | os.PathLike) -> str:
 
 @lru_cache(maxsize=64)
 def _sha256(path: Path, _modified: int, _size: int) -> str:
-    # The points of a sweep share their scene: one reading serves them all.
+    # The points of a sweep share their scene, so that each file is read once.
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

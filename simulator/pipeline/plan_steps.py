@@ -1,10 +1,9 @@
-"""What a plan does, line by line, for people."""
+"""The steps of a plan in physical order, each with its numbers or the reason why it is skipped, as `explain` prints them."""
 
 import math
 
 from simulator.optics.defocus.predicted_error import describe_errors
 from simulator.optics.geometry.projection import Projection
-from simulator.optics.lens.bare_sensor import BareSensor
 from simulator.optics.lens.distortion import Warp
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
@@ -17,7 +16,7 @@ from simulator.sensor.sensor_plan import SensorPlan
 
 
 def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, ...]:
-    """All steps of a plan in physical order, then what limits the blur's accuracy."""
+    """Return all steps of a plan in physical order, then the limits of the blur's accuracy."""
     camera, layout, scene = sensor.camera, sensor.readout, optics.scene
     bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
     steps = [
@@ -29,16 +28,16 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, 
         Step("projection", True, f"{optics.projection.scale:.3f} scene pixels per photosite, {_samples(optics.projection)}"),
         _distortion_step(optics.projection.warp, camera),
         _defocus_step(optics, lens),
-        *psf_steps(lens, camera, optics.defocus, optics.spread, optics.unseen),
+        *psf_steps(lens, camera, optics.defocus, optics.psf, optics.psf_skip_reason),
         _glare_step(optics.veiling_glare),
     ]
     dark = camera.optical_black
-    told = "light reaches all of the sensor" if dark is None else str(dark)
-    steps.append(Step("optical black", dark is not None, told))
+    covered = "light reaches all of the sensor" if dark is None else str(dark)
+    steps.append(Step("optical black", dark is not None, covered))
     sharing = {"light": layout.crosstalk.optical_shares, "charge": layout.crosstalk.electrical_shares}
     for what, shares in sharing.items():
-        told = f"{shares[0]:g} to each neighbour beside, {shares[1]:g} at the corners" if any(shares) else "nothing is shared"
-        steps.append(Step(f"crosstalk of {what}", any(shares), told))
+        reason = f"{shares[0]:g} to each neighbour beside, {shares[1]:g} at the corners" if any(shares) else "nothing is shared"
+        steps.append(Step(f"crosstalk of {what}", any(shares), reason))
     for stem in stage_order():
         stage = sensor.stage(stem)
         if stage is None:
@@ -47,21 +46,25 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, 
             numbers = ", ".join(f"{name} = {_number(value)}" for name, value in stage.kernel_values().items())
             steps.append(Step(stem, True, numbers or "no parameters"))
     binning = layout.binning
-    told = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
-    steps.append(Step("binning", binning is not None, told))
+    method = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
+    steps.append(Step("binning", binning is not None, method))
     if optics.defocus is not None:
-        steps += [_hidden_step(optics), Step("blur accuracy", True, describe_errors(optics.defocus.of_scene()))]
+        steps += [_occluded_background_step(optics), Step("blur accuracy", True, describe_errors(optics.defocus.of_scene()))]
     return tuple(steps)
 
 
-def _hidden_step(optics: OpticsPlan) -> Step:
-    """What a lens sees behind the edges of near things: the error that no method can remove from one picture with depth."""
-    scene, share = optics.scene, optics.hidden_share
+def _occluded_background_step(optics: OpticsPlan) -> Step:
+    """Share of the picture that sees occluded background: an error that no method can remove from one picture with depth."""
+    scene, share = optics.scene, optics.disoccluded_share
     if share is None:
         return Step("hidden surfaces", bool(scene.behind), f"the scene has {len(scene.layers)} layers")
-    told = "is not shown by the scene, and none is assumed" if scene.hidden == "none" else "is assumed to go on behind edges"
+    assumption = (
+        "is not shown by the scene, and none is assumed" if scene.hidden == "none" else "is assumed to go on behind edges"
+    )
     return Step(
-        "hidden surfaces", scene.hidden == "extend", f"about {100 * share:.2g} % of the picture sees background that {told}"
+        "hidden surfaces",
+        scene.hidden == "extend",
+        f"about {100 * share:.2g} % of the picture sees background that {assumption}",
     )
 
 
@@ -84,16 +87,16 @@ def _distortion_step(warp: Warp | None, camera: Camera) -> Step:
 
 
 def _glare_step(glare: VeilingGlare | None) -> Step:
-    """Scattered light."""
+    """Light that the lens scatters over the sensor."""
     if glare is None:
         return Step("veiling glare", False, "the lens scatters no light")
     return Step("veiling glare", True, f"{100 * glare.share:g} % of all light lies evenly on the sensor")
 
 
 def _defocus_step(optics: OpticsPlan, lens: Lens) -> Step:
-    """Blur of the lens."""
+    """Geometric blur of the lens: surfaces and the range of their signed blur radii."""
     defocus = optics.defocus
-    if isinstance(lens, BareSensor):
+    if not lens.forms_image:
         return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
     if defocus is None:
         return Step("defocus", False, f"no blur circle has a radius above {optics.accuracy.sharp_px:.2g} photosites")
@@ -101,5 +104,5 @@ def _defocus_step(optics: OpticsPlan, lens: Lens) -> Step:
     surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"
     near, far = defocus.least_px, defocus.greatest_px
     radii = f"{abs(near):.2f} photosites" if near == far else f"from {near:.2f} (nearest) to {far:+.2f} photosites"
-    eyes = "" if defocus.eyes is None else f"; spots are cat's eyes, by zones of {defocus.eyes.zone_px} photosites"
-    return Step("defocus", True, f"{surfaces}, blur radius {radii}{eyes}")
+    cats_eyes = "" if defocus.eyes is None else f"; spots are cat's eyes, by zones of {defocus.eyes.zone_px} photosites"
+    return Step("defocus", True, f"{surfaces}, blur radius {radii}{cats_eyes}")

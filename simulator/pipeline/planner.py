@@ -1,10 +1,10 @@
-"""The plan of a shot: what is computed, what is skipped and why. Executing it is the pipeline's work."""
+"""The plan of a shot: what is computed, what is skipped and why. `pipeline.simulate` executes it."""
 
 from dataclasses import dataclass, replace
 from typing import Self
 
 from simulator.device import Device
-from simulator.optics.lens.relative_illumination import irradiance_behind
+from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_plan import TilePlan, plan_tiles
 from simulator.pipeline.passes import Pass, passes_of
@@ -18,12 +18,12 @@ from simulator.sensor.stages.stage import Stage
 
 @dataclass(frozen=True)
 class Plan:
-    """All that executing a shot needs, whole when it is made.
+    """All decisions that the execution of a shot needs.
 
-    truth: what the truth holds besides mean electrons and noise-free codes.
-    steps: what happens to the light and the signal, in physical order, for people.
-    passes: what the executor runs, in order: method, size, memory, predicted error and time; also what it skips.
-    tiles: the measured part of the plan (`measure`): methods by tile; None: not measured, or nothing to decide.
+    truth: maps that the truth holds besides mean electrons and noise-free codes.
+    steps: effects on the light and the signal, in physical order, as `explain` prints them.
+    passes: what the executor runs and what it skips: method, size, memory, predicted error and time.
+    tiles: method of each tile, as `measure` chooses them; None: not measured, or no method is chosen by tile.
     """
 
     optics: OpticsPlan
@@ -38,7 +38,7 @@ class Plan:
         return replace(self, optics=self.optics.in_one_color(plane))
 
     def memory_bytes(self) -> int:
-        """What a shot holds at once on the device and the host together, estimated [byte]; both share memory on a CPU."""
+        """Estimate the memory of a shot on device and host together [byte]; a CPU device shares the host's memory."""
         return sum(one.memory_bytes for one in self.passes)
 
     def cost_ms(self) -> float:
@@ -55,13 +55,13 @@ def plan(shot: Shot) -> Plan:
 
 
 def measure(planned: Plan, device: Device) -> Plan:
-    """Return the plan with what depends on the picture's depths: the method of each tile, as measured on a device."""
+    """Return the plan with the method of each tile, chosen by the blur radii that a device finds around it."""
     tiles = plan_tiles(planned.optics, device)
     return replace(planned, tiles=tiles, passes=passes_of(planned.optics, planned.sensor, planned.truth, tiles))
 
 
 def light_stages(shot: Shot) -> tuple[Stage, Stage]:
-    """Stages of the fused kernel between the lens's radiance and the photoelectrons."""
+    """Return the stages of the fused kernel from the radiance behind the lens to the photoelectrons."""
     camera = shot.camera
-    irradiance = irradiance_behind(shot.lens, camera.pixel_pitch_um, camera.width_px, camera.height_px)
+    irradiance = plan_irradiance(shot.lens, camera.pixel_pitch_um, camera.width_px, camera.height_px)
     return irradiance, Integration(shot.exposure.time_s, camera.pixel_pitch_um**2 * camera.fill_factor)

@@ -15,10 +15,11 @@ TruthPart = Literal["variance", "depth", "blur", "rgb"]
 
 
 class SceneSource(Protocol):
-    """Where a scene comes from; `load` reads it when the shot is taken, not before."""
+    """Source of a scene; `load` reads it when the shot is planned, not before."""
 
     def load(self) -> Scene:
         """Read or make the scene."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Shot:
     tolerance: float = 0.1
     resolved: dict[str, object] = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if isinstance(self.scene, Scene):
             object.__setattr__(self, "resolved", {})  # another scene's, when the shot was loaded and its scene replaced
         require(

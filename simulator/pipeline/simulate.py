@@ -12,52 +12,52 @@ from simulator.optics.passes.camera_planes import camera_planes
 from simulator.optics.passes.defocused_mosaic import defocused_mosaic
 from simulator.optics.passes.reference_mosaic import reference_mosaic
 from simulator.optics.veiling_glare import add_veiling_glare
-from simulator.pipeline.frame_metadata import frame_metadata
+from simulator.pipeline.frame_metadata import assemble_raw
 from simulator.pipeline.planner import Plan, measure, plan
-from simulator.pipeline.shot import Shot, TruthPart
+from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
 from simulator.pipeline.truth_maps import blur_map, depth_map, variance_map
-from simulator.progress import Progress
+from simulator.progress import Progress, silent
 from simulator.raw.raw_image import Raw
 from simulator.sensor.kernel.kernel_launch import FrameSetting
 from simulator.sensor.kernel.noise_free import mean_charge, noise_free
 from simulator.sensor.readout import darken_optical_black, download_averaged, read_out, share_charge, share_with_neighbors
 from simulator.sensor.sensor_plan import SensorPlan
+from simulator.sensor.stages.irradiance import Irradiance
 
 
 def simulate(
     shot: Shot, *, device: str | None = None, progress: Progress | None = None, stopwatch: Stopwatch | None = None
 ) -> Raw:
-    """Take a photograph.
+    """Simulate the raw frame of a shot, with its truth.
 
     device: part of an OpenCL device's label; default: $PHOTOSITE_DEVICE, else the newest PoCL.
-    progress: called with (what is done now, share done from 0 to 1). stopwatch: gets the time of each pass.
-    Raises PhotositeError for anything the user can put right.
+    progress: called with (current step, share done from 0 to 1). stopwatch: gets the time of each pass.
+    Raises PhotositeError for every fault that the user can correct.
     """
-    tell = progress or (lambda stage, share: None)
-    tell("scene", 0.0)
+    report = progress or silent
+    report("scene", 0.0)
     planned = plan(shot)
     opened = open_device(device)
     check_memory(planned, opened.info)
-    return execute(planned, shot, opened, tell, stopwatch or Stopwatch())
+    return execute(planned, shot, opened, report, stopwatch or Stopwatch())
 
 
-def execute(planned: Plan, shot: Shot, device: Device, tell: Progress, timed: Stopwatch) -> Raw:
-    """Run the passes of a shot's plan. tell: as progress of `simulate`."""
-    tell("light", 0.1)
+def execute(planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch) -> Raw:
+    """Run the passes of a shot's plan on a device. report: as progress of `simulate`. timed: gets the time of each pass."""
+    report("light", 0.1)
     with timed("radius statistics", device):
         planned = measure(planned, device)
-    sensor, light = planned.sensor, expose(planned, device, lambda share: tell("light", 0.1 + 0.7 * share), timed)
-    tell("sensor", 0.8)
+    light = expose(planned, device, lambda share: report("light", 0.1 + 0.7 * share), timed)
+    report("sensor", 0.8)
     with timed("sensor", device):
-        dn = read_out(device, sensor, light, shot.seeds)
-    tell("truth", 0.9)
+        dn = read_out(device, planned.sensor, light, shot.seeds)
+    report("truth", 0.9)
     with timed("truth", device):
-        mean_electrons, noise_free_dn = noise_free_frame(device, sensor, light)
-    parts = truth_parts(planned, shot.lens, device, mean_electrons, timed)
-    tell("done", 1.0)
-    metadata = frame_metadata(shot, planned, device.info)
-    return Raw(dn=dn, mean_electrons=mean_electrons, noise_free_dn=noise_free_dn, truth=parts, **metadata)
+        mean_electrons, noise_free_dn = noise_free_frame(device, planned.sensor, light)
+    maps = compute_truth_maps(planned, shot.lens, device, mean_electrons, timed)
+    report("done", 1.0)
+    return assemble_raw(shot, planned, device.info, dn, mean_electrons, noise_free_dn, maps)
 
 
 def check_memory(planned: Plan, device: DeviceInfo) -> None:
@@ -76,18 +76,18 @@ def expose(
     progress: Callable[[float], None] = lambda share: None,
     timed: Stopwatch | None = None,
 ) -> Buffer:
-    """Device buffer (height, width) float32: electron radiance of the window in each photosite's colour.
+    """Return the light on the sensor: device buffer (height, width) float32, electron radiance in each photosite's colour.
 
-    planned: with the methods of its tiles, as `measure` returns it.
+    planned: with the methods of its tiles, as `measure` returns it. progress: called with the share of the blur that is done.
     """
     optics, layout, tiles, timed = planned.optics, planned.sensor.readout, planned.tiles, timed or Stopwatch()
     with timed("scene planes", device):
         planes = [camera_planes(device, layer, optics.weights, optics.has_coverage) for layer in optics.scene.layers]
-    if optics.spread is not None:
-        from simulator.optics.passes.psf_mosaic import spread_mosaic  # brings SciPy's transforms
+    if optics.psf is not None:
+        from simulator.optics.passes.psf_mosaic import psf_mosaic  # brings SciPy's transforms
 
         with timed("point spread function", device):
-            mosaic = spread_mosaic(optics, tiles, device, planes, progress)
+            mosaic = psf_mosaic(optics, tiles, device, planes, progress)
     elif tiles is not None:
         with timed("defocus", device):
             mosaic = defocused_mosaic(tiles, optics.cfa, device, planes, progress)
@@ -99,8 +99,9 @@ def expose(
             mosaic = project(device, optics.projection, optics.cfa, optics.window, planes[0])
     if (glare := optics.veiling_glare) is not None:
         with timed("veiling glare", device):
-            irradiance, macros = planned.sensor.stage("irradiance"), optics.cfa_macros()
-            add_veiling_glare(device, mosaic, glare, irradiance, macros, optics.window)
+            irradiance = planned.sensor.stage("irradiance")
+            assert isinstance(irradiance, Irradiance)  # `light_stages` gives every plan one
+            add_veiling_glare(device, mosaic, glare, irradiance, optics.cfa_macros(), optics.window)
     if any(shares := layout.crosstalk.optical_shares):
         with timed("crosstalk of light", device):
             mosaic = share_with_neighbors(device, mosaic, optics.window, shares)
@@ -111,7 +112,7 @@ def expose(
 
 
 def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple[np.ndarray, np.ndarray]:
-    """Mean electrons [e-] and noise-free codes [DN] of the photosites that are given out, float32 each.
+    """Return mean electrons [e-] and noise-free codes [DN] of the frame's pixels, (height, width) float32 each.
 
     light: mosaic of electron radiance, as `expose` returns it.
     """
@@ -120,44 +121,44 @@ def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple
     buffers = mean_charge(device, light, (frame.height, frame.width), settings)
     mean_electrons, signal = (share_charge(device, sensor.readout, buffer) for buffer in buffers)
     noise_free(device, signal, (read.height, read.width), settings)
-    mean, code = (download_averaged(device, sensor.readout, buffer) for buffer in (mean_electrons, signal))
-    return mean[sensor.readout.kept], code[sensor.readout.kept]
+    electrons, codes = (download_averaged(device, sensor.readout, buffer) for buffer in (mean_electrons, signal))
+    return electrons[sensor.readout.kept], codes[sensor.readout.kept]
 
 
-def truth_parts(
+def compute_truth_maps(
     planned: Plan, lens: Lens, device: Device, mean_electrons: np.ndarray, timed: Stopwatch | None = None
-) -> dict[TruthPart, np.ndarray]:
-    """Return the parts of the truth that the plan asks for, by name; see `Raw.truth`."""
+) -> dict[str, np.ndarray]:
+    """Return the maps that the plan's truth asks for, by name; see `Raw.truth`."""
     optics, sensor, wanted, timed = planned.optics, planned.sensor, planned.truth, timed or Stopwatch()
-    parts: dict[TruthPart, np.ndarray] = {}
+    maps: dict[str, np.ndarray] = {}
     if "variance" in wanted:
         with timed("truth: variance", device):
-            parts["variance"] = variance_map(sensor, mean_electrons)
-    if "depth" in wanted or "blur" in wanted:
+            maps["variance"] = variance_map(sensor, mean_electrons)
+    if "depth" in wanted:
         with timed("truth: depth", device):
-            depth_m = depth_map(optics.scene, optics.projection, sensor.readout)
-        if "depth" in wanted:
-            parts["depth"] = depth_m
-        if "blur" in wanted:
-            with timed("truth: blur", device):
-                parts["blur"] = blur_map(sensor, lens, depth_m)
+            maps["depth"] = depth_map(optics.scene, optics.projection, sensor.readout)
+    if "blur" in wanted:
+        with timed("truth: blur", device):
+            depth_m = maps["depth"] if "depth" in maps else depth_map(optics.scene, optics.projection, sensor.readout)
+            maps["blur"] = blur_map(sensor, lens, depth_m)
     if "rgb" in wanted:
         with timed("truth: rgb", device):
-            parts["rgb"] = clean_rgb(planned, device)
-    return parts
+            maps["rgb"] = clean_rgb(planned, device)
+    return maps
 
 
 def clean_rgb(planned: Plan, device: Device) -> np.ndarray:
-    """Signal without noise in every colour at every pixel: (height, width, channels) float32, 0 at black, 1 at white.
+    """Return the noise-free signal in every colour at every pixel, (height, width, channels) float32, 0 at black, 1 at white.
 
-    Camera colours, linear, not white-balanced: what a demosaicing without error would find. A channel is the noise-free
-    code of a sensor that has this channel's filter on all photosites. In a pixel's own colour it is (noise-free code -
-    black) / (white - black), unless crosstalk mixes colours.
+    Camera colours, linear, not white-balanced: the result of a demosaicing without error. A channel is the noise-free code
+    of a sensor that has this channel's filter on all photosites. In a pixel's own colour it is
+    (noise-free code - black) / (white - black), unless crosstalk mixes colours.
     """
     sensor = planned.sensor
     black_dn, span_dn = np.float32(sensor.black_level_dn), np.float32(sensor.full_scale_dn())
     planes = []
     for channel in range(planned.optics.channels):
         light = expose(planned.in_one_color(channel), device)
+        # Unnamed, so that the frame's memory is free before the next colour is computed.
         planes.append((noise_free_frame(device, sensor, light)[1] - black_dn) / span_dn)
     return np.stack(planes, axis=-1)

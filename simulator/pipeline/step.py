@@ -1,11 +1,11 @@
-"""A line of a plan for people."""
+"""One step of a plan, as `explain` prints it and the JSON beside a raw file holds it."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Step:
-    """What happens to the light or the signal in one place. kept: whether it does. why: with which numbers, or why not."""
+    """One effect on the light or the signal. kept: whether it is simulated. why: its numbers, or the reason to skip it."""
 
     stage: str
     kept: bool

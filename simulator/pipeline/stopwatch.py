@@ -1,4 +1,4 @@
-"""Times of the passes of a shot."""
+"""Measured times of the passes of a shot."""
 
 import time
 from collections.abc import Iterator
@@ -8,15 +8,15 @@ from simulator.device import Device
 
 
 class Stopwatch:
-    """Milliseconds by pass. One that is not running costs nothing; one that is waits for the device after each pass."""
+    """Time of each pass [ms]. A running stopwatch waits for the device before and after each pass; another costs nothing."""
 
-    def __init__(self, running: bool = False):
+    def __init__(self, running: bool = False) -> None:
         self._running = running
         self.times_ms: dict[str, float] = {}
 
     @contextmanager
     def __call__(self, name: str, device: Device) -> Iterator[None]:
-        """Add the time of what is done inside, and of what it enqueues, to a pass."""
+        """Add the time of the block, with the device work that it enqueues, to the pass of this name."""
         if not self._running:
             yield
             return

@@ -1,39 +1,41 @@
-"""Maps that belong to the truth of a frame: variance of the code, distance of the scene, blur circle of the lens."""
+"""Maps of the truth twin: variance of the code, depth of the scene, radius of the lens's blur circle."""
 
 import numpy as np
 
 from simulator.optics.geometry.projection import Projection
+from simulator.optics.lens.distortion import Warp
 from simulator.optics.lens.lens import Lens
-from simulator.scene.pinhole_view import surface_depth_m
-from simulator.scene.scene import Scene
+from simulator.scene.compositing import visible_depth_m
+from simulator.scene.scene import Scene, is_depth_map
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.code_variance import code_variance
 from simulator.sensor.sensor_plan import SensorPlan
 
 
 def variance_map(sensor: SensorPlan, mean_electrons: np.ndarray) -> np.ndarray:
-    """Variance of each code from frame to frame (height, width) float32 [DN^2], temporal noise and rounding.
+    """Return the variance of each code over frames, (height, width) float32 [DN^2]: temporal noise and rounding.
 
-    mean_electrons: (height, width) mean photoelectrons of the pixels that are given out [e-], as in the twin.
-    See `simulator.sensor.code_variance` for what it holds.
+    mean_electrons: (height, width) mean photoelectrons of the frame's pixels [e-].
+    `simulator.sensor.code_variance` lists the noises that it holds.
     """
-    count = sensor.readout.binning.count if sensor.readout.adds_charge else 1
+    binning = sensor.readout.binning
+    count = binning.count if binning is not None and sensor.readout.adds_charge else 1
     return code_variance(sensor.moment_steps(), mean_electrons, count)
 
 
 def depth_map(scene: Scene, projection: Projection, layout: ReadoutGeometry) -> np.ndarray:
-    """Distance of what each pixel's centre sees, along the optical axis (height, width) float32 [m]; inf is allowed.
+    """Return the depth at each pixel's centre, along the optical axis, (height, width) float32 [m]; inf is allowed.
 
-    Nearest scene pixel: a mean over an edge would be a distance at which nothing stands. Of several surfaces the first at
-    which more than half the pixel is covered.
+    Nearest scene pixel: a mean over a depth edge would be a distance at which there is no surface. Of several layers, see
+    `visible_depth_m`.
     """
-    depth_m, frame = surface_depth_m(scene), layout.computed
+    depth_m, frame = visible_depth_m(scene), layout.computed
     shape = (layout.binned.height, layout.binned.width)
-    if np.ndim(depth_m) == 0:
+    if not is_depth_map(depth_m):
         return np.full(shape, depth_m, np.float32)[layout.kept]
     factor = 1 if layout.binning is None else layout.binning.factor
     if projection.warp is not None:
-        return _warped_depth(depth_m, projection, layout, shape, factor)[layout.kept]
+        return _warped_depth(depth_m, projection, projection.warp, layout, shape, factor)[layout.kept]
     indices = []
     for first, offset, pixels, scene_pixels in (
         (frame.y, projection.offset_y, shape[0], depth_m.shape[0]),
@@ -45,22 +47,22 @@ def depth_map(scene: Scene, projection: Projection, layout: ReadoutGeometry) -> 
 
 
 def _warped_depth(
-    depth_m: np.ndarray, projection: Projection, layout: ReadoutGeometry, shape: tuple[int, int], factor: int
+    depth_m: np.ndarray, projection: Projection, warp: Warp, layout: ReadoutGeometry, shape: tuple[int, int], factor: int
 ) -> np.ndarray:
-    """Depth of what each pixel's centre sees through a lens that distorts, (height, width) float32 [m]."""
+    """Return the depth at each pixel's centre through a lens with distortion, (height, width) float32 [m]."""
     across, down = (_centres_px(count, factor, layout.filter_step) for count in shape[::-1])
-    channel = min(1, len(projection.warp.magnification) - 1)  # the green one, as in kernels/projection.cl
-    x, y = projection.warp.undistorted(*np.meshgrid(layout.computed.x + across, layout.computed.y + down), channel)
+    channel = min(1, len(warp.magnification) - 1)  # the green one, as in kernels/projection.cl
+    x_px, y_px = np.meshgrid(layout.computed.x + across, layout.computed.y + down)
+    x, y = warp.undistorted(x_px, y_px, channel)
     column = np.clip(np.floor(projection.offset_x + projection.scale * x), 0, depth_m.shape[1] - 1).astype(np.intp)
     row = np.clip(np.floor(projection.offset_y + projection.scale * y), 0, depth_m.shape[0] - 1).astype(np.intp)
     return depth_m[row, column].astype(np.float32)
 
 
 def blur_map(sensor: SensorPlan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:
-    """Radius of the blur circle of each pixel's depth (height, width) float32 [pixels of the frame], >= 0.
+    """Return the radius of the circle of confusion at each pixel's depth, (height, width) float32 [pixels of the frame], >= 0.
 
-    The lens's own radius (`ThinLens.blur_radius_um`).
-    depth_m: (height, width) distance [m], as `depth_map` gives it.
+    depth_m: (height, width) [m], as `depth_map` returns it. The radius is that of `ThinLens.blur_radius_um`.
     """
     binning = sensor.readout.binning
     pitch_um = sensor.camera.pixel_pitch_um * (1 if binning is None else binning.factor)
@@ -70,6 +72,9 @@ def blur_map(sensor: SensorPlan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:
 
 
 def _centres_px(pixels: int, factor: int, filter_step: int) -> np.ndarray:
-    """Centres of the pixels of a frame in photosites from its edge; a binned pixel's is that of the sites it adds up."""
+    """Return the centres of a frame's pixels [photosites from its edge]; of a binned pixel, the centre of its photosites.
+
+    factor: binned photosites per side; 1: none. filter_step: period of the colour filter [photosites].
+    """
     block, phase = np.divmod(np.arange(pixels), filter_step)
     return block * factor * filter_step + phase + 0.5 * filter_step * (factor - 1) + 0.5

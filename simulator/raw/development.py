@@ -3,7 +3,7 @@
 import difflib
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -57,7 +57,7 @@ def develop(
     require(bits in (8, 16), "develop.bits", bits, "give 8 or 16")
     require(abs(exposure_ev) <= 16, "develop.exposure_ev", exposure_ev, "give -16 to 16 EV")
     check_white_balance(white_balance)
-    linear = _developed(raw, output, white_balance, codes, {"half_size": half_size, "demosaic": demosaic})
+    linear = _develop_linear(raw, output, white_balance, codes, {"half_size": half_size, "demosaic": demosaic})
     if output == "metric":
         require(exposure_ev == 0, "develop.exposure_ev", exposure_ev, "metric output is not lightened; leave it out")
         return linear
@@ -81,8 +81,8 @@ def write_image(path: str | os.PathLike[str], pixels: np.ndarray) -> None:
         )
     if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
         raise PhotositeError("the picture holds NaN or infinite values; remove them", file=path)
-    options = {"compression": "jpeg:95", "jpeg:subsampling": "4:4:4"} if suffix in (".jpg", ".jpeg") else {}
-    write_picture(path, _converted(pixels, suffix), **options)
+    attributes = {"compression": "jpeg:95", "jpeg:subsampling": "4:4:4"} if suffix in (".jpg", ".jpeg") else {}
+    write_picture(path, _convert_pixels(pixels, suffix), (), **attributes)
 
 
 def srgb_encoded(linear: np.ndarray) -> np.ndarray:
@@ -101,16 +101,16 @@ def _check_choice(key: str, value: str, choices: tuple[str, ...] | dict[str, str
         raise PhotositeError(f"unknown; {hint}Known: {', '.join(choices)}", key=key, value=f"{value!r}")
 
 
-def _developed(
+def _develop_linear(
     raw: Raw | str | os.PathLike[str], output: str, white_balance: WhiteBalance, codes: np.ndarray | None, options: dict
 ) -> np.ndarray:
     """Develop with LibRaw: (height, width, 3), uint16 linear; "metric": float32 signal, 0 at black and 1 at white."""
     import rawpy
 
-    in_memory = isinstance(raw, Raw)
-    label = raw.name if in_memory else os.fspath(raw)
-    with open_raw(dng_bytes(raw) if in_memory else label, label) as frame:
+    label = raw.name if isinstance(raw, Raw) else os.fspath(raw)
+    with open_raw(dng_bytes(raw) if isinstance(raw, Raw) else label, label) as frame:
         black_dn, white_dn = np.unique(frame.black_level_per_channel), frame.white_level
+        scaling: dict[str, Any]
         if output == "metric":
             scaling = {"no_auto_scale": True} | ({"user_black": 0} if len(black_dn) == 1 else {})
         else:
@@ -128,7 +128,7 @@ def _developed(
             user_flip=0,
             **scaling,
         )
-    picture = picture if picture.shape[2] == 3 else _grey(picture[..., 0], output, options["half_size"])
+    picture = picture if picture.shape[2] == 3 else _grey_planes(picture[..., 0], output, options["half_size"])
     if output != "metric":
         return picture
     left_dn = np.float32(black_dn[0] if len(black_dn) == 1 else 0.0)  # LibRaw takes differing black levels off itself
@@ -145,7 +145,7 @@ def _replace_codes(frame: "rawpy.RawPy", codes: np.ndarray, label: str) -> None:
     mosaic[:] = codes
 
 
-def _grey(plane: np.ndarray, output: str, half_size: bool) -> np.ndarray:
+def _grey_planes(plane: np.ndarray, output: str, half_size: bool) -> np.ndarray:
     """Three equal planes of a MONO frame; LibRaw does not halve it, so 2x2 means are taken here."""
     if output == "xyz":
         raise PhotositeError(
@@ -165,7 +165,7 @@ def _tone_table(encode: bool, exposure_ev: float, bits: int) -> np.ndarray:
     return np.rint(scale * (srgb_encoded(linear) if encode else linear)).astype(np.uint8 if bits == 8 else np.uint16)
 
 
-def _converted(pixels: np.ndarray, suffix: str) -> np.ndarray:
+def _convert_pixels(pixels: np.ndarray, suffix: str) -> np.ndarray:
     """Bring an array to a type that the format holds without loss beyond its bit depth."""
     if suffix == ".exr" or (pixels.dtype.kind == "f" and suffix in (".tif", ".tiff")):
         return (pixels / np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else pixels).astype(np.float32)

@@ -4,12 +4,16 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simulator.atomic_files import atomic_write, reserve
 from simulator.errors import PhotositeError
 from simulator.raw.software import software
+
+if TYPE_CHECKING:
+    import OpenImageIO
 
 # OpenImageIO takes an unknown name such as "float32" for its own default, which loses bits without a word.
 _FORMATS = {"uint8": "uint8", "uint16": "uint16", "float32": "float"}
@@ -19,7 +23,7 @@ _HARMLESS = "failed TIFFWriteCustomDirectory() of the Exif data"
 
 
 @dataclass(frozen=True)
-class Part:
+class PicturePart:
     """One picture of a file that holds several.
 
     name: of the part. pixels, channels, attributes: as `write_picture` takes them.
@@ -33,7 +37,7 @@ class Part:
     tile_rows: int = 0
 
 
-def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes) -> None:
+def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes: object) -> None:
     """Write an array; the file appears complete or not at all, and its bytes depend on the arguments alone.
 
     path: its suffix chooses the format. pixels: (height, width, channel) uint8, uint16 or float32, stored as such.
@@ -44,15 +48,15 @@ def write_picture(path: str | os.PathLike, pixels: np.ndarray, channels: tuple[s
         put_picture(temporary, pixels, channels, **attributes)
 
 
-def put_picture(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes) -> None:
+def put_picture(path: Path, pixels: np.ndarray, channels: tuple[str, ...] = (), **attributes: object) -> None:
     """Write an array as `write_picture` does, straight to a path that `atomic_write` gave.
 
     Raises OSError, without the path, when the file cannot be written.
     """
-    put_parts(path, [Part("", pixels, channels, attributes)])
+    put_parts(path, [PicturePart("", pixels, channels, attributes)])
 
 
-def put_parts(path: Path, parts: Sequence[Part]) -> None:
+def put_parts(path: Path, parts: Sequence[PicturePart]) -> None:
     """Write pictures into one file, one after the other, straight to a path that `atomic_write` gave.
 
     More than one makes a multi-part file, which EXR and TIFF have.
@@ -65,7 +69,7 @@ def put_parts(path: Path, parts: Sequence[Part]) -> None:
     output = OpenImageIO.ImageOutput.create(str(path))
     if output is None:
         raise OSError(f"OpenImageIO cannot write {path.suffix or 'a file without suffix'}")
-    specs = [_spec(part) for part in parts]
+    specs = [_image_spec(part) for part in parts]
     done = output.open(str(path), specs[0]) if len(specs) == 1 else output.open(str(path), tuple(specs))
     for index, (spec, part) in enumerate(zip(specs, parts, strict=True)):
         done = done and (index == 0 or output.open(str(path), spec, "AppendSubimage"))
@@ -77,7 +81,7 @@ def put_parts(path: Path, parts: Sequence[Part]) -> None:
         raise OSError(message.replace(str(path), "the file") or "OpenImageIO gives no reason")
 
 
-def _spec(part: Part):
+def _image_spec(part: PicturePart) -> "OpenImageIO.ImageSpec":
     """OpenImageIO's description of a part."""
     import OpenImageIO
 
@@ -93,7 +97,7 @@ def _spec(part: Part):
     return spec
 
 
-def read_parts(path: str | os.PathLike) -> Iterator[Part]:
+def read_parts(path: str | os.PathLike) -> Iterator[PicturePart]:
     """Yield the parts of a picture file as float32 (height, width, channel), without attributes.
 
     Raises PhotositeError when the file is missing, is no picture, or ends early.
@@ -113,7 +117,7 @@ def read_parts(path: str | os.PathLike) -> Iterator[Part]:
             message = source.geterror().strip()
             if pixels is None or message:
                 raise PhotositeError(f"damaged or cut short: {message}; write or copy it again", file=path)
-            yield Part(spec.getattribute("oiio:subimagename") or "", pixels, tuple(spec.channelnames))
+            yield PicturePart(spec.getattribute("oiio:subimagename") or "", pixels, tuple(spec.channelnames))
             index += 1
     finally:
         source.close()

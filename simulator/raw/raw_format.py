@@ -31,7 +31,7 @@ class RawFormat:
     black_per_place: bool = False
     opcodes: bool = True
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         known = get_args(Payload)
         require(self.payload in known, "raw.payload", self.payload, f"give one of {', '.join(known)}")
         there = self.payload != "lossless_jpeg" or find_spec("imagecodecs") is not None

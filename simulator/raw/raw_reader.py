@@ -1,4 +1,4 @@
-"""Raw files of any camera as LibRaw reads them: the codes before any development, and what the file says of them."""
+"""Reading of raw files of any camera with LibRaw: codes before development, and the metadata that describe them."""
 
 import io
 import os
@@ -14,6 +14,7 @@ from simulator.raw.white_balance import xyz_to_camera
 
 if TYPE_CHECKING:
     import rawpy
+    from rawpy import RawPy as OpenRaw
 
 PLANES = ("R", "Gr", "Gb", "B")
 
@@ -24,10 +25,10 @@ class RawFile:
 
     mosaic: (height, width) uint16 codes as stored, pedestal included [DN].
     cfa: colours of the 2x2 block at the upper left corner, row by row, or "MONO".
-    black_level_dn: (2, 2) float64 by place in that block [DN]. LibRaw rounds fractions; dark frames tell better.
-    white_level_dn: code at which the file says the sensor saturates [DN].
-    iso, exposure_time_s: as the file says, None where it does not. LibRaw tells every ISO above 65535 as 65535.
-    white_balance: gains of R, G, B that the camera chose, green = 1; None where the file tells none, and for MONO.
+    black_level_dn: (2, 2) float64 by place in that block [DN]. LibRaw rounds fractions; dark frames are more exact.
+    white_level_dn: saturation level in the file's metadata [DN].
+    iso, exposure_time_s: of the metadata, None where missing. LibRaw returns 65535 for every ISO above it.
+    white_balance: gains of R, G, B that the camera chose, green = 1; None where the file has none, and for MONO.
     color_matrix: (3, 3) XYZ to camera under D65; None where the file holds none, and for MONO.
     """
 
@@ -44,7 +45,7 @@ class RawFile:
     def planes(self) -> dict[str, np.ndarray]:
         """Views of the colour planes, all of one shape: R, Gr (green in the rows of red), Gb and B, or MONO.
 
-        An odd last row or column is left out, since it holds only half of the planes.
+        An odd last row or column is left out, since it contains only half of the planes.
         """
         if self.cfa == "MONO":
             return {"MONO": self.mosaic}
@@ -64,8 +65,8 @@ def plane_places(cfa: str) -> dict[str, tuple[int, int]]:
 def read_raw_file(path: str | os.PathLike[str]) -> RawFile:
     """Read any raw file with a Bayer pattern or none.
 
-    Raises PhotositeError for a file that is missing, no raw file or damaged, and for another pattern (X-Trans)
-    or developed data, which have no such planes.
+    Raises PhotositeError for a file that is missing, damaged or not a raw file, and for another pattern (X-Trans)
+    or demosaiced data, which have no such planes.
     """
     label = os.fspath(path)
     with open_raw(label, label) as frame:
@@ -81,15 +82,16 @@ def read_raw_file(path: str | os.PathLike[str]) -> RawFile:
             cfa=cfa,
             black_level_dn=black,
             white_level_dn=int(frame.white_level),
-            iso=_told(other.iso_speed),
-            exposure_time_s=_told(other.shutter_speed),
-            **({} if cfa == "MONO" else {"white_balance": _white_balance(frame), "color_matrix": _color_matrix(frame)}),
+            iso=positive_or_none(other.iso_speed),
+            exposure_time_s=positive_or_none(other.shutter_speed),
+            white_balance=None if cfa == "MONO" else _white_balance(frame),
+            color_matrix=None if cfa == "MONO" else _color_matrix(frame),
         )
 
 
 @contextmanager
-def open_raw(source: str | bytes, label: str) -> Iterator["rawpy.RawPy"]:
-    """Open a path or the bytes of a file with LibRaw, and tell its failures, also those of the block, as PhotositeError."""
+def open_raw(source: str | bytes, label: str) -> Iterator["OpenRaw"]:
+    """Open a path, or the bytes of a file, with LibRaw; its failures, also inside the `with` block, become PhotositeError."""
     import rawpy
 
     if isinstance(source, str) and not os.path.isfile(source):
@@ -105,13 +107,13 @@ def open_raw(source: str | bytes, label: str) -> Iterator["rawpy.RawPy"]:
 
 
 def _pattern(frame: "rawpy.RawPy", label: str) -> tuple[str, np.ndarray]:
-    """Pattern of the visible part, and LibRaw's colour index (2, 2) by place; the second green has an index of its own."""
+    """Return the pattern of the visible part, and LibRaw's colour index (2, 2) by place; each green has its own index."""
     if frame.num_colors == 1:  # rawpy gives a meaningless pattern then
         return "MONO", np.zeros((2, 2), dtype=int)
     index = frame.raw_pattern
     letters = frame.color_desc.decode("ascii", "replace")
     pattern = "" if index is None else "".join(letters[place] for place in index.ravel())
-    if pattern not in ("RGGB", "BGGR", "GRBG", "GBRG"):
+    if index is None or pattern not in ("RGGB", "BGGR", "GRBG", "GBRG"):
         shown = f"{index.shape[0]} x {index.shape[1]} filter pattern" if index is not None else f"{letters} without a pattern"
         raise PhotositeError(
             f"{shown}: only 2 x 2 Bayer patterns of R, G, G, B and monochrome files can be measured", file=label
@@ -129,6 +131,6 @@ def _color_matrix(frame: "rawpy.RawPy") -> tuple[tuple[float, ...], ...] | None:
     return None if matrix is None else tuple(map(tuple, matrix.tolist()))
 
 
-def _told(value: float) -> float | None:
-    """Return a number of the file's metadata, or None for the zero that LibRaw gives where there is none."""
+def positive_or_none(value: float) -> float | None:
+    """Return a number of the file's metadata; None for the 0 that LibRaw gives where the file has none."""
     return float(value) if np.isfinite(value) and value > 0 else None

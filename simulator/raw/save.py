@@ -10,7 +10,7 @@ from simulator.raw.canonical_json import json_text
 from simulator.raw.dng.writer import dng_pieces, write_pieces
 from simulator.raw.image_files import put_parts
 from simulator.raw.raw_image import Raw
-from simulator.raw.truth_exr import twin_parts
+from simulator.raw.truth_exr import truth_parts
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def save(raw: Raw, directory: str | os.PathLike[str]) -> SavedFiles:
     """
     files = files_of(raw.name, directory)
     settings = sidecar_text(raw)
-    mosaic, parts = dng_pieces(raw), twin_parts(raw)
+    mosaic, parts = dng_pieces(raw), truth_parts(raw)
     with atomic_write(files.sidecar) as sidecar:
         sidecar.write_text(settings, encoding="utf-8")
         with atomic_write(files.twin) as twin:

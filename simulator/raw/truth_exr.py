@@ -12,7 +12,7 @@ import numpy as np
 
 from simulator.atomic_files import atomic_write
 from simulator.errors import PhotositeError
-from simulator.raw.image_files import Part, put_parts, read_parts
+from simulator.raw.image_files import PicturePart, put_parts, read_parts
 from simulator.raw.raw_image import Raw
 
 MEAN_ELECTRONS = "electrons.mean"  # mean photoelectrons per photosite, before any noise [e-]
@@ -32,12 +32,12 @@ def write_twin(raw: Raw, path: str | os.PathLike) -> None:
 
     Raises PhotositeError when an array has another shape than the mosaic or the path cannot be written.
     """
-    parts = twin_parts(raw)
+    parts = truth_parts(raw)
     with atomic_write(path) as temporary:
         put_parts(temporary, parts)
 
 
-def twin_parts(raw: Raw) -> list[Part]:
+def truth_parts(raw: Raw) -> list[PicturePart]:
     """Return the parts of a twin, each (height, width, channels) float32, as large as the mosaic.
 
     Always: part "electrons", channel electrons.mean [e-]; part "noise_free", channel dn.noise_free [DN]; then what
@@ -54,10 +54,10 @@ def twin_parts(raw: Raw) -> list[Part]:
         if name in raw.truth:
             channels = ("Y",) if name == "rgb" and raw.cfa == "MONO" else channels
             parts.append(_part(raw, name, raw.truth[name], channels, unit, compression))
-    told = {"iso": raw.iso, "cfa": raw.cfa, "black_level_dn": float(raw.black_level_dn), "white_level_dn": raw.white_level_dn}
+    facts = {"iso": raw.iso, "cfa": raw.cfa, "black_level_dn": float(raw.black_level_dn), "white_level_dn": raw.white_level_dn}
     if gain_dn_per_e := _gain_dn_per_e(raw):
-        told["gain_dn_per_e"] = gain_dn_per_e
-    attributes = parts[0].attributes | {f"photosite:{name}": value for name, value in told.items()}
+        facts["gain_dn_per_e"] = gain_dn_per_e
+    attributes = parts[0].attributes | {f"photosite:{name}": value for name, value in facts.items()}
     return [replace(parts[0], attributes=attributes), *parts[1:]]
 
 
@@ -66,7 +66,7 @@ def read_twin(path: str | os.PathLike) -> dict[str, np.ndarray]:
 
     Raises PhotositeError when the file is missing, damaged, or lacks a channel.
     """
-    found = {}
+    found: dict[str, np.ndarray] = {}
     for part in read_parts(path):
         found |= {name: np.ascontiguousarray(part.pixels[..., index]) for index, name in enumerate(part.channels)}
     if missing := {MEAN_ELECTRONS, NOISE_FREE_DN} - set(found):
@@ -74,7 +74,7 @@ def read_twin(path: str | os.PathLike) -> dict[str, np.ndarray]:
     return found
 
 
-def _part(raw: Raw, name: str, plane: np.ndarray, channels: tuple[str, ...], unit: str, compression: str) -> Part:
+def _part(raw: Raw, name: str, plane: np.ndarray, channels: tuple[str, ...], unit: str, compression: str) -> PicturePart:
     """Check one array against the mosaic and name it."""
     pixels = plane[..., np.newaxis] if plane.ndim == 2 else plane
     if pixels.shape != (*raw.dn.shape, len(channels)):
@@ -82,8 +82,8 @@ def _part(raw: Raw, name: str, plane: np.ndarray, channels: tuple[str, ...], uni
         raise PhotositeError(
             f"is {plane.shape} and the mosaic {raw.dn.shape}: they must agree", part=raw.name, key=shown, joint=" "
         )
-    attributes = {"compression": compression, "photosite:unit": unit}
-    return Part(name, pixels.astype(np.float32, casting="same_kind", copy=False), channels, attributes, _TILE_ROWS)
+    attributes: dict[str, object] = {"compression": compression, "photosite:unit": unit}
+    return PicturePart(name, pixels.astype(np.float32, casting="same_kind", copy=False), channels, attributes, _TILE_ROWS)
 
 
 def _gain_dn_per_e(raw: Raw) -> float:

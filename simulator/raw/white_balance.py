@@ -49,13 +49,13 @@ def white_balance_options(frame: "rawpy.RawPy", choice: WhiteBalance, label: str
     if frame.num_colors == 1:
         return {"use_camera_wb": False}
     if isinstance(choice, str):
-        red, green, blue = _of_illuminant(frame, choice, label)
+        red, green, blue = _multipliers_for_illuminant(frame, choice, label)
     else:
-        red, green, blue = map(float, choice) if len(choice) == 3 else _of_patch(frame, choice, label)
+        red, green, blue = map(float, choice) if len(choice) == 3 else _multipliers_for_patch(frame, choice, label)
     return {"use_camera_wb": False, "user_wb": [red, green, blue, green]}
 
 
-def _of_illuminant(frame: "rawpy.RawPy", name: str, label: str) -> np.ndarray:
+def _multipliers_for_illuminant(frame: "rawpy.RawPy", name: str, label: str) -> np.ndarray:
     """Multipliers that make a white surface in this light grey: one over (colour matrix * XYZ of the light).
 
     DNG 1.4, chapter 6.
@@ -86,7 +86,7 @@ def xyz_to_camera(frame: "rawpy.RawPy") -> np.ndarray | None:
     return np.linalg.inv(SRGB_TO_XYZ @ to_srgb) / daylight[:, None]
 
 
-def _of_patch(frame: "rawpy.RawPy", box: tuple[int, int, int, int], label: str) -> np.ndarray:
+def _multipliers_for_patch(frame: "rawpy.RawPy", box: tuple[int, int, int, int], label: str) -> np.ndarray:
     """Multipliers that make the mean of a patch grey: one over its mean signal above black in each colour."""
     x, y, width, height = map(int, box)
     rows, columns = frame.raw_image_visible.shape

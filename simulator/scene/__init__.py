@@ -1,1 +1,1 @@
-"""What stands before the lens: radiance as planes times spectra, with depth."""
+"""The scene before the lens: radiance as planes times spectra, with depth."""

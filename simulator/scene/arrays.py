@@ -1,4 +1,4 @@
-"""Scenes from arrays in memory, by the same steps as those from files."""
+"""Scenes from arrays in memory, by the same steps as scenes from files."""
 
 import math
 from dataclasses import replace
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from simulator.errors import require
 from simulator.scene.depth import unit_notes
-from simulator.scene.depth_holes import without_holes
+from simulator.scene.depth_holes import fill_holes
 from simulator.scene.image import ImageScene
 from simulator.scene.occluded_background import Hidden
 from simulator.scene.picture_light import Encoding, LuminanceOf, Negative
@@ -18,7 +18,7 @@ from simulator.scene.pixel_file import PixelFile, memory_for
 from simulator.scene.scene import Scene
 from simulator.scene.spectral_cube import SpectralCubeScene
 
-ARRAY = Path("array")  # stands in messages and notes where the name of a file would
+ARRAY = Path("array")  # in messages and notes, in place of a file's name
 
 
 def scene_from_rgb(
@@ -102,7 +102,7 @@ def scene_from_spectra(
 
 
 def _pixels(array: npt.ArrayLike, key: str) -> PixelFile:
-    """An array as a file would be read."""
+    """Return the array as a picture file that has been read."""
     pixels = np.asarray(array)
     good = pixels.ndim in (2, 3) and pixels.dtype.kind in "fui" and pixels.size > 0
     rule = "give numbers, (height, width) or (height, width, channels)"
@@ -111,7 +111,7 @@ def _pixels(array: npt.ArrayLike, key: str) -> PixelFile:
 
 
 def _distance(depth_m: npt.ArrayLike) -> float | np.ndarray:
-    """One distance, or a map of its own, (height, width) float32 [m]."""
+    """Return one distance, or a copy of the map, (height, width) float32 [m]."""
     depth = np.array(depth_m, np.float64)
     return float(depth) if depth.ndim == 0 else depth.astype(np.float32)
 
@@ -119,9 +119,9 @@ def _distance(depth_m: npt.ArrayLike) -> float | np.ndarray:
 def _with_depth(scene: Scene, distance: float | np.ndarray) -> Scene:
     height, width, bands = scene.planes.shape
     notes: tuple[str, ...] = (f"the scene was an array of {height} x {width} pixels with {bands} bands, which no file holds",)
-    if isinstance(distance, float):
+    if not isinstance(distance, np.ndarray):
         return replace(scene, depth_m=distance, notes=(*notes, *scene.notes))
     rule = f"the picture is {height} x {width}; give one distance, or one for each pixel"
     require(distance.shape == (height, width), "depth_m", f"array of shape {distance.shape}", rule)
-    depth_m, hole_notes = without_holes(distance, "error", "depth_m", ARRAY)
+    depth_m, hole_notes = fill_holes(distance, "error", "depth_m", ARRAY)
     return replace(scene, depth_m=depth_m, notes=(*notes, *scene.notes, *hole_notes, *unit_notes(depth_m, "m", ARRAY)))

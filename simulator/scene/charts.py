@@ -43,7 +43,7 @@ class ChartScene:
     reflectance: Annotated[float | None, "of the flat field, 0 to 1; 1 when left out"] = None
     steps: Annotated[int | None, "patches of the grey ramp, 2 to 40; 12 when left out"] = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_luminance(self.luminance_cd_m2)
         check_illuminant(self.illuminant, "scene.illuminant")
         check_depth(self.depth_m)

@@ -1,4 +1,4 @@
-"""Limits that every kind of scene shares."""
+"""Limits of the settings that all kinds of scenes have."""
 
 import math
 

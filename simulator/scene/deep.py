@@ -1,4 +1,4 @@
-"""Scenes from deep EXR files, whose pixels hold what stands behind one another."""
+"""Scenes from deep EXR files, whose pixels hold any number of samples at different depths."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from simulator.scene.color_channels import to_linear
 from simulator.scene.deep_file import DeepSamples, read_deep
 from simulator.scene.deep_layers import deep_layers
 from simulator.scene.depth import METRES_PER_UNIT, Along, LengthUnit, axis_per_ray, check_along, check_scale
-from simulator.scene.picture_light import Illuminant, LuminanceOf, Negative, Upsampling, lit_scene, without_negative
+from simulator.scene.picture_light import Illuminant, LuminanceOf, Negative, Upsampling, clip_negative, light_scene
 from simulator.scene.pixel_file import PixelFile, memory_for
 from simulator.scene.scene import Scene
 from simulator.units import CandelasPerSquareMetre, Degrees
@@ -27,7 +27,7 @@ class DeepDepth:
     scale: Annotated[float, "factor on the stored numbers"] = 1.0
     along: Along = "axis"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_scale(self.scale)
 
 
@@ -52,7 +52,7 @@ class DeepScene:
     most_layers: int = 4
     field_of_view_deg: Degrees | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_luminance(self.luminance_cd_m2)
         check_illuminant(self.illuminant, "scene.illuminant")
         check_field_of_view(self.field_of_view_deg)
@@ -69,22 +69,24 @@ class DeepScene:
             require(len(samples.pixel) > 0, "scene.deep", self.deep, "holds no samples; render it again")
             samples, colour_notes = self._in_metres_and_light(samples, chromaticities)
             layers, joined = deep_layers(samples, self.most_layers)
-            told = f"{len(layers)} layers; in {100 * joined:.1f} % of its pixels one joins depths over 1 % apart"
-            return lit_scene(self, layers, self.deep, (*notes, *colour_notes, f"{self.deep.name}: {told}"))
+            summary = f"{len(layers)} layers; in {100 * joined:.1f} % of its pixels one joins depths over 1 % apart"
+            return light_scene(self, layers, self.deep, (*notes, *colour_notes, f"{self.deep.name}: {summary}"))
 
     def _in_metres_and_light(
         self, samples: DeepSamples, chromaticities: tuple[float, ...] | None
     ) -> tuple[DeepSamples, tuple[str, ...]]:
+        """Convert samples to linear sRGB >= 0 and to depth in metres along the axis; and notes for the log."""
         colour = samples.colour[:, None, :]
         as_file = PixelFile(self.deep, colour, ("R", "G", "B")[: colour.shape[2]], chromaticities=chromaticities)
         planes, notes = to_linear(colour, "linear", as_file)
-        fault = (planes < 0).any(axis=(1, 2))
+        fault: np.ndarray = np.any(planes < 0, axis=(1, 2))
         if fault.any():
             pixels = np.where(samples.where(fault), planes.min(), np.float32(0))[..., None]
-            notes += without_negative(pixels, self.negative, "scene.deep", self.deep)[1]
+            notes += clip_negative(pixels, self.negative, "scene.deep", self.deep)
             np.maximum(planes, 0.0, out=planes)
         metres = self.depth.scale * METRES_PER_UNIT[self.depth.unit]
         if self.depth.along == "ray":
+            assert self.field_of_view_deg is not None  # `check_along`
             metres = metres * axis_per_ray(samples.size, self.field_of_view_deg).ravel()[samples.pixel].astype(np.float64)
         near, far = samples.near * metres, samples.far * metres
         return replace(samples, colour=planes[:, 0].astype(np.float64), near=near, far=far), notes

@@ -2,12 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simulator.errors import PhotositeError, require
 from simulator.scene.alpha import SLACK
 from simulator.scene.pixel_file import first_fault, unreadable
+
+if TYPE_CHECKING:
+    import OpenImageIO as oiio
 
 KEY = "scene.deep"
 
@@ -29,7 +33,7 @@ class DeepSamples:
     far: np.ndarray
 
     def where(self, chosen: np.ndarray) -> np.ndarray:
-        """Return the pixels that hold any of these samples, (height, width) bool."""
+        """Return the pixels that hold any of the chosen samples, (height, width) bool."""
         pixels = np.zeros(self.size, dtype=bool)
         pixels.ravel()[self.pixel[chosen]] = True
         return pixels
@@ -64,7 +68,7 @@ def read_deep(path: Path) -> tuple[DeepSamples, tuple[float, ...] | None, tuple[
         source.close()
 
 
-def _samples(data, spec, path: Path) -> tuple[DeepSamples, tuple[str, ...]]:
+def _samples(data: "oiio.DeepData", spec: "oiio.ImageSpec", path: Path) -> tuple[DeepSamples, tuple[str, ...]]:
     names = list(spec.channelnames)
     colours = ["R", "G", "B"] if {"R", "G", "B"} <= set(names) else ["Y"]
     known = {*colours, "A", "Z", "ZBack"}

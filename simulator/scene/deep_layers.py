@@ -1,4 +1,4 @@
-"""Deep samples put together into few layers: what overlaps is split and merged, then each range of depths becomes a layer.
+"""Compositing of deep samples into few layers: overlapping samples are split and merged, then each depth range is one layer.
 
 Rules of P. Hillman, "Interpreting OpenEXR Deep Pixels" (OpenEXR documentation). A part f of a volume of alpha a has the alpha
 1 - (1 - a)^f and the colour in proportion to its alpha. Samples that fill the same range have 1 - prod(1 - a_i) together,
@@ -11,35 +11,35 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.scene.deep_file import DeepSamples
-from simulator.scene.depth_holes import nearest_pixels
+from simulator.scene.depth_holes import nearest_known
 from simulator.scene.scene import Layer
 
-JOINED = 1.01  # ratio of depths in one layer from which the pixel is counted
+JOINED = 1.01  # ratio of the depths that one layer joins above which a pixel is counted
 BINS = 256  # of inverse depth, in which the borders between layers are looked for
 
 
 def deep_layers(samples: DeepSamples, most: int) -> tuple[tuple[Layer, ...], float]:
-    """At most this many layers, nearest first, and the share of covered pixels where one joins depths over 1 % apart.
+    """Return at most this many layers, nearest first, and the share of covered pixels where one joins depths over 1 % apart.
 
-    A layer holds, for each pixel, all samples between two inverse depths: their composite, and the mean of 1/depth by
-    weight. The layers over one another are the composite of all samples. samples: depths in m, at least one.
+    A layer holds at each pixel the composite of all samples between two depths, and their mean 1/depth, weighted by what each
+    adds to the coverage. The composite of the layers is that of all samples. samples: one or more, depths in m.
     """
     borders = _borders_m(samples, most)
-    samples = _merged(_split(samples, borders))
+    samples = _merge(_split(samples, borders))
     slab = np.searchsorted(borders, samples.near, side="right")
     joined = np.zeros(samples.size[0] * samples.size[1], bool)
     layers = []
     for index in range(len(borders) + 1):
         chosen = slab == index
         if chosen.any():
-            layers.append(_layer(_taken(samples, chosen), joined))
+            layers.append(_layer(_select(samples, chosen), joined))
     return tuple(layers), float(joined.sum() / len(np.unique(samples.pixel)))
 
 
 def _borders_m(samples: DeepSamples, most: int) -> np.ndarray:
-    """Depths between layers, ascending (at most `most` - 1): natural breaks of 1/depth, weighted by alpha.
+    """Return the depths between layers, ascending (at most `most` - 1): natural breaks of 1/depth, weighted by alpha.
 
-    The cut with the least variance inside the classes (Fisher 1958, J. Am. Stat. Assoc. 53, 789), over a histogram.
+    The division with the least variance within the classes (Fisher 1958, J. Am. Stat. Assoc. 53, 789), over a histogram.
     """
     inverse = 0.5 / samples.near + 0.5 / samples.far
     low, high = inverse.min(), inverse.max()
@@ -49,13 +49,13 @@ def _borders_m(samples: DeepSamples, most: int) -> np.ndarray:
     weight = np.histogram(inverse, edges, weights=samples.alpha + 1e-12)[0]
     centre = 0.5 * (edges[1:] + edges[:-1]) / high
     s0, s1, s2 = (np.concatenate([[0.0], np.cumsum(weight * centre**power)]) for power in range(3))
-    spread = np.full((BINS + 1, BINS + 1), np.inf)  # [i, j]: sum of squares of bins i to j - 1 about their mean
+    scatter = np.full((BINS + 1, BINS + 1), np.inf)  # [i, j]: sum of squares of bins i to j - 1 about their mean
     for i in range(BINS):
         mass = np.maximum(s0[i + 1 :] - s0[i], 1e-300)
-        spread[i, i + 1 :] = np.maximum(s2[i + 1 :] - s2[i] - (s1[i + 1 :] - s1[i]) ** 2 / mass, 0.0)
-    best, cuts = spread[0], []
+        scatter[i, i + 1 :] = np.maximum(s2[i + 1 :] - s2[i] - (s1[i + 1 :] - s1[i]) ** 2 / mass, 0.0)
+    best, cuts = scatter[0], []
     for _ in range(most - 1):
-        total = best[:, None] + spread
+        total = best[:, None] + scatter
         cuts.append(total.argmin(axis=0))
         best = total.min(axis=0)
     found, end = [], BINS
@@ -68,7 +68,7 @@ def _borders_m(samples: DeepSamples, most: int) -> np.ndarray:
 
 @dataclass
 class _Keys:
-    """Depths as ranks, so that (pixel, depth) is one whole number."""
+    """Depths by rank, so that a pixel and a depth make one integer that sorts by pixel, then by depth."""
 
     depths: np.ndarray
 
@@ -80,7 +80,7 @@ class _Keys:
 
 
 def _split(samples: DeepSamples, borders_m: np.ndarray) -> DeepSamples:
-    """Volumes cut wherever another sample of the pixel begins or ends, and at the borders."""
+    """Split volumes where another sample of the same pixel begins or ends, and at the borders between layers."""
     volumes = samples.far > samples.near
     if not volumes.any():
         return samples
@@ -103,10 +103,10 @@ def _split(samples: DeepSamples, borders_m: np.ndarray) -> DeepSamples:
     return DeepSamples(samples.size, samples.pixel[own], samples.colour[own] * factor[:, None], part, near, far)
 
 
-def _merged(samples: DeepSamples) -> DeepSamples:
-    """Samples from front to back, pixel by pixel, those of one range put together."""
+def _merge(samples: DeepSamples) -> DeepSamples:
+    """Sort samples by pixel and from front to back, and merge those that fill the same range of depths."""
     order = np.lexsort((samples.far, samples.near, samples.pixel))
-    samples = _taken(samples, order)
+    samples = _select(samples, order)
     new = np.ones(len(order), bool)
     new[1:] = (np.diff(samples.pixel) > 0) | (samples.near[1:] != samples.near[:-1]) | (samples.far[1:] != samples.far[:-1])
     new[1:] |= samples.far[1:] == samples.near[1:]  # surfaces of one depth keep the file's order
@@ -128,32 +128,32 @@ def _merged(samples: DeepSamples) -> DeepSamples:
 
 
 def _layer(samples: DeepSamples, joined: np.ndarray) -> Layer:
-    """Composite, front to back, of samples that are in order; notes in `joined` the pixels where depths differ."""
+    """Composite sorted samples front to back. joined: set to True, in place, where their depths differ by over 1 %."""
     start = np.flatnonzero(np.diff(samples.pixel, prepend=-1))
     count, pixel = np.diff(np.append(start, len(samples.pixel))), samples.pixel[start]
-    colour, seen = np.zeros((len(start), samples.colour.shape[1])), np.ones(len(start))
+    colour, transmittance = np.zeros((len(start), samples.colour.shape[1])), np.ones(len(start))
     inverse, weight = np.zeros(len(start)), np.zeros(len(start))
     for depth in range(int(count.max())):
         there = count > depth
         index = start[there] + depth
-        colour[there] += seen[there, None] * samples.colour[index]
-        own = seen[there] * np.maximum(samples.alpha[index], 1e-12)
+        colour[there] += transmittance[there, None] * samples.colour[index]
+        own = transmittance[there] * np.maximum(samples.alpha[index], 1e-12)
         inverse[there] += own * (0.5 / samples.near[index] + 0.5 / samples.far[index])
         weight[there] += own
-        seen[there] *= 1.0 - samples.alpha[index]
+        transmittance[there] *= 1.0 - samples.alpha[index]
     joined[pixel[samples.near[start] * JOINED < samples.near[start + count - 1]]] = True
     height, width = samples.size
     planes = np.zeros((height * width, colour.shape[1]), np.float32)
     coverage, depth_m = np.zeros(height * width, np.float32), np.full(height * width, np.inf, np.float32)
-    planes[pixel], coverage[pixel] = colour, 1.0 - seen
+    planes[pixel], coverage[pixel] = colour, 1.0 - transmittance
     with np.errstate(divide="ignore"):
         depth_m[pixel] = weight / inverse
     known = np.zeros(samples.size, bool)
     known.ravel()[pixel] = True
-    depth_m = nearest_pixels(depth_m.reshape(samples.size), known)
+    depth_m = nearest_known(depth_m.reshape(samples.size), known)
     return Layer(planes.reshape(height, width, -1), depth_m, None if coverage.min() == 1.0 else coverage.reshape(samples.size))
 
 
-def _taken(samples: DeepSamples, index: np.ndarray) -> DeepSamples:
+def _select(samples: DeepSamples, index: np.ndarray) -> DeepSamples:
     arrays = (samples.pixel, samples.colour, samples.alpha, samples.near, samples.far)
     return DeepSamples(samples.size, *(array[index] for array in arrays))

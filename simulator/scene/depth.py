@@ -12,14 +12,14 @@ from typing import Annotated, Literal
 import numpy as np
 
 from simulator.errors import PhotositeError, require
-from simulator.scene.depth_holes import Holes, nearest_pixels, without_holes
+from simulator.scene.depth_holes import Holes, fill_holes, nearest_known
 from simulator.scene.pixel_file import PixelFile, read_pixels
 from simulator.units import Metres
 
 LengthUnit = Annotated[Literal["m", "cm", "mm", "km"], "unit of the stored numbers"]
 Along = Annotated[Literal["axis", "ray"], "distance along the optical axis, or along the ray; ray needs scene.field_of_view"]
 METRES_PER_UNIT = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
-LEAST_FARTHEST_M, MOST_NEAREST_M = 1e-3, 1e5  # beyond: the scene ends within 1 mm, or begins behind 100 km
+LEAST_FARTHEST_M, MOST_NEAREST_M = 1e-3, 1e5  # a scene that ends within 1 mm, or begins beyond 100 km, is noted
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class DepthImage:
     along: Along = "axis"
     holes: Holes = "error"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_scale(self.scale)
 
 
@@ -50,7 +50,7 @@ class DepthChannel:
     along: Along = "axis"
     holes: Holes = "error"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_scale(self.scale)
 
 
@@ -111,23 +111,24 @@ def load_depth(
     depth *= np.float32(depth_m.scale * METRES_PER_UNIT[depth_m.unit])
     if coverage is not None:
         depth[coverage == 0] = np.inf  # nothing stands there: no hole
-    depth, notes = without_holes(depth, depth_m.holes, f"{key}.depth", path)
+    depth, notes = fill_holes(depth, depth_m.holes, f"{key}.depth", path)
     if coverage is not None:
-        depth = nearest_pixels(depth, coverage > 0)
+        depth = nearest_known(depth, coverage > 0)
     if depth_m.along == "ray":
+        assert field_of_view_deg is not None  # `check_along`
         depth *= axis_per_ray(depth.shape, field_of_view_deg)
     return depth, (*notes, *unit_notes(depth, depth_m.unit, path))
 
 
 def unit_notes(depth: np.ndarray, unit: str, path: Path) -> tuple[str, ...]:
-    """Note for distances that no scene has: the file may have another unit."""
+    """Return a note on distances that no scene has, since the file may have another unit."""
     nearest, farthest = float(depth.min()), float(depth.max(initial=0.0, where=np.isfinite(depth)))
     odd = LEAST_FARTHEST_M > farthest > 0 or MOST_NEAREST_M < nearest < math.inf
     return (f"{path.name}: depth from {nearest:g} m to {farthest:g} m; check its unit, which is {unit}",) if odd else ()
 
 
 def axis_per_ray(shape: tuple[int, int], field_of_view_deg: float) -> np.ndarray:
-    """Distance along the axis over distance along the ray, (height, width) float32: the cosine of the field angle.
+    """Return distance along the axis over distance along the ray, (height, width) float32: the cosine of the field angle.
 
     The axis meets the picture's centre; tan(field of view / 2) is half the width (pinhole projection).
     """

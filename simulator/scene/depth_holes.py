@@ -1,4 +1,4 @@
-"""Holes of a depth map: pixels whose distance nobody measured."""
+"""Holes of a depth map: pixels without a measured distance."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -13,8 +13,8 @@ Holes = Annotated[
 ]
 
 
-def without_holes(depth_m: np.ndarray, holes: Holes, key: str, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Depth (height, width) float32 [m] whose holes are filled, and a note that counts them.
+def fill_holes(depth_m: np.ndarray, holes: Holes, key: str, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return depth (height, width) float32 [m] with its holes filled, and a note that counts them.
 
     Raises PhotositeError, which names `key`, `path`, count and first pixel, for holes that are not to be filled.
     """
@@ -29,20 +29,20 @@ def without_holes(depth_m: np.ndarray, holes: Holes, key: str, path: Path) -> tu
             value=path,
         )
     if holes == "infinity":
-        depth_m[fault] = np.inf
-        return depth_m, (f"{path.name}: depth set to infinity in {first_fault(fault)}",)
+        return np.where(fault, np.float32(np.inf), depth_m), (f"{path.name}: depth set to infinity in {first_fault(fault)}",)
     if fault.all():
         raise PhotositeError(
             "all of it is NaN, 0 or less, so there is no nearest depth; check its channel", key=key, value=path
         )
-    return nearest_pixels(depth_m, ~fault), (f"{path.name}: depth taken from the nearest pixel in {first_fault(fault)}",)
+    return nearest_known(depth_m, ~fault), (f"{path.name}: depth taken from the nearest pixel in {first_fault(fault)}",)
 
 
-def nearest_pixels(values: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Values (height, width) where `known`, elsewhere those of the nearest known pixel; Euclidean, at least one is known."""
+def nearest_known(values: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return values (height, width), each unknown one taken from the nearest known pixel (Euclidean). One or more are known."""
     if known.all():
         return values
     from scipy.ndimage import distance_transform_edt
 
-    rows, columns = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    return values[rows, columns]
+    nearest = np.empty((2, *known.shape), np.int32)
+    distance_transform_edt(~known, return_distances=False, return_indices=True, indices=nearest)
+    return values[nearest[0], nearest[1]]

@@ -1,4 +1,4 @@
-"""What a camera counts of a scene's radiance."""
+"""Electron radiance: a scene's radiance weighted by the camera's quantum efficiency."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from simulator.scene.scene import Scene
 
 
 def electron_radiance_weights(scene: Scene, response_wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> np.ndarray:
-    """Electrons that a plane of weight 1 gives the camera, (bands, channels) float64 [e- s^-1 um^-2 sr^-1].
+    """Return the electron radiance of each plane at weight 1, (bands, channels) float64 [e- s^-1 um^-2 sr^-1].
 
     The sum over wavelengths of L(lambda) lambda/(hc) QE(lambda) dlambda (EMVA 1288 R4.0, eq. 3 and 4).
     Times E/L of the lens [sr], pixel area [um^2] and time [s] it is the mean number of electrons.

@@ -18,8 +18,8 @@ from simulator.scene.picture_light import (
     LuminanceOf,
     Negative,
     Upsampling,
-    lit_scene,
-    without_negative,
+    clip_negative,
+    light_scene,
 )
 from simulator.scene.pixel_file import PixelFile, check_finite, memory_for, read_pixels
 from simulator.scene.scene import Layer, Scene
@@ -49,7 +49,7 @@ class ImageScene:
     field_of_view_deg: Degrees | None = None
     hidden: Hidden = "none"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_luminance(self.luminance_cd_m2)
         check_illuminant(self.illuminant, "scene.illuminant")
         check_depth(self.depth_m, self.field_of_view_deg)
@@ -80,13 +80,13 @@ class ImageScene:
         """
         planes, notes = to_linear(stored, self.encoding, file)
         check_finite(planes, key, self.image)
-        planes, clip_notes = without_negative(planes, self.negative, key, self.image)
-        return replace(lit_scene(self, [Layer(planes)], self.image, (*notes, *clip_notes)), hidden=self.hidden)
+        clip_notes = clip_negative(planes, self.negative, key, self.image)
+        return replace(light_scene(self, [Layer(planes)], self.image, (*notes, *clip_notes)), hidden=self.hidden)
 
 
 def _alpha_notes(file: PixelFile) -> tuple[str, ...]:
-    told = f"{file.path.name}: alpha dropped; the colours are used as stored (scene.layers uses alpha)"
-    return () if file.alpha is None else (told,)
+    note = f"{file.path.name}: alpha dropped; the colours are used as stored (scene.layers uses alpha)"
+    return () if file.alpha is None else (note,)
 
 
 def _depth_notes(depth_m: object, file: PixelFile) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Scenes of several pictures one behind the other, each with its coverage (alpha) and depth: hidden surfaces are real."""
+"""Scenes of several pictures one behind the other, each with coverage (alpha) and depth: the occluded background is known."""
 
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -19,8 +19,8 @@ from simulator.scene.picture_light import (
     LuminanceOf,
     Negative,
     Upsampling,
-    lit_scene,
-    without_negative,
+    clip_negative,
+    light_scene,
 )
 from simulator.scene.pixel_file import check_finite, memory_for, read_pixels
 from simulator.scene.scene import Layer, Scene
@@ -40,7 +40,7 @@ class PictureLayer:
     alpha_image: Annotated[Path | None, "alpha in a picture of its own, 0 to 1 or integer codes; replaces the picture's"] = None
     layer: Annotated[str | None, "EXR layer that holds R, G, B and perhaps A"] = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_depth(self.depth_m, field_of_view_deg=90.0)  # whether one is given, the scene knows
 
     def load(self, key: str, scene: "LayeredScene") -> tuple[Layer, tuple[str, ...]]:
@@ -50,7 +50,7 @@ class PictureLayer:
         stored = color_channels(file, self.layer, depth_channel, f"{key}.image")
         planes, notes = to_linear(stored, scene.encoding, file)
         check_finite(planes, f"{key}.image", self.image)
-        planes, clip_notes = without_negative(planes, scene.negative, f"{key}.image", self.image)
+        clip_notes = clip_negative(planes, scene.negative, f"{key}.image", self.image)
         coverage, straight = load_coverage(file, self.alpha, self.alpha_image, self.layer, key)
         if coverage is not None and straight:
             planes *= coverage[..., None]
@@ -84,7 +84,7 @@ class LayeredScene:
     negative: Negative = "error"
     field_of_view_deg: Degrees | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(len(self.layers) > 0, "scene.layers", "[]", "give one layer or more, such as - {image: FILE, depth: 2 m}")
         check_luminance(self.luminance_cd_m2)
         check_illuminant(self.illuminant, "scene.illuminant")
@@ -107,7 +107,7 @@ class LayeredScene:
         self._check_order(layers)
         bands = max(layer.planes.shape[2] for layer in layers)
         same = [_with_bands(layer, bands) for layer in layers]
-        return lit_scene(self, same, self.layers[0].image, (*notes, *self._hiding_notes(layers)))
+        return light_scene(self, same, self.layers[0].image, (*notes, *self._occlusion_notes(layers)))
 
     def _check_sizes(self, layers: list[Layer]) -> None:
         (height, width), *others = (layer.planes.shape[:2] for layer in layers)
@@ -125,21 +125,21 @@ class LayeredScene:
                     value=f"up to {farthest:g} m",
                 )
 
-    def _hiding_notes(self, layers: list[Layer]) -> tuple[str, ...]:
+    def _occlusion_notes(self, layers: list[Layer]) -> tuple[str, ...]:
         full = [index for index, layer in enumerate(layers[:-1]) if layer.coverage is None]
-        told = "covers all of the picture, so that nothing behind it is seen; give it alpha or alpha_image"
-        return tuple(f"scene.layers.{index} ({self.layers[index].image.name}) {told}" for index in full)
+        reason = "covers all of the picture, so that nothing behind it is seen; give it alpha or alpha_image"
+        return tuple(f"scene.layers.{index} ({self.layers[index].image.name}) {reason}" for index in full)
 
 
 def _depth_range_m(layer: Layer) -> tuple[float, float]:
-    """Nearest and farthest distance of what a layer covers [m]; of nothing, a range that is behind and before all."""
+    """Return nearest and farthest distance of what a layer covers [m]; of an empty layer, 0 to infinity: in any order."""
     if layer.coverage is not None and not layer.coverage.any():
         return 0.0, np.inf
-    # Where a layer covers nothing its depth is that of a covered pixel, so that all pixels may be asked.
+    # Where a layer covers nothing its depth is that of a covered pixel, so that all pixels can be compared.
     return float(np.min(layer.depth_m)), float(np.max(layer.depth_m))
 
 
 def _with_bands(layer: Layer, bands: int) -> Layer:
-    """A grey layer among RGB ones as R = G = B."""
+    """Return the layer with this many bands; a grey one gets R = G = B."""
     own = layer.planes.shape[2]
     return layer if own == bands else replace(layer, planes=np.repeat(layer.planes, bands, axis=2))

@@ -1,8 +1,8 @@
-"""What a single picture with depth does not show: the background hidden behind the edges of what stands before it.
+"""The background that near objects occlude in a single picture with depth.
 
-A lens looks past an edge, so a blurred picture needs that background. It is assumed to go on behind the edge as it is seen
-beside it: the mean of colour and inverse depth over an area beside the edge, as wide as the pixel lies deep behind it.
-Nothing can be known there; `depends_on_hidden` counts the pixels whose picture depends on it.
+A lens sees past a depth edge (disocclusion), so a blurred picture needs the occluded background. It is assumed to continue
+behind the edge as it looks beside it: the mean of colour and of inverse depth over an area beside the edge, whose size is the
+pixel's distance from the edge. The picture holds no data there; `disoccluded_pixels` finds the pixels that depend on it.
 """
 
 import math
@@ -11,22 +11,25 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from simulator.scene.scene import Layer, Scene
+from simulator.scene.scene import Layer, Scene, is_depth_map
+
+Places = tuple[np.ndarray, np.ndarray]  # rows and columns of pixels, (n,) each
 
 Hidden = Annotated[
     Literal["none", "extend"],
     "what a lens sees behind the edges of near things: nothing but what the picture shows, or the background continued",
 ]
-EDGE_PX = 1.0  # neighbours whose blur radii differ by more than this lie on different surfaces
-MOST_ESTIMATED = 1_000_000  # pixels from which a share is estimated
+EDGE_PX = 1.0  # difference of the blur radii above which two neighbours lie on different surfaces
+MOST_ESTIMATED = 1_000_000  # pixels from which the share of a larger picture is estimated
 
-# Where the background is read, across and along the edge, in units of how deep a pixel lies behind it; the first always counts.
+# Places beside the edge where the background is sampled, (across, along) the edge, in units of the pixel's distance from the
+# edge. The first, which is the background pixel at the edge itself, always counts.
 TAPS = ((0.0, 0.0), *((0.5, along) for along in (-0.75, -0.25, 0.25, 0.75)))
 
 
 @dataclass(frozen=True)
 class DepthEdges:
-    """Where neighbours (4-connected) lie on different surfaces.
+    """Depth edges: 4-connected neighbours on different surfaces.
 
     near: (height, width) bool, pixels with a neighbour on a farther surface.
     far: (height, width) bool, pixels with a neighbour on a nearer one.
@@ -40,8 +43,8 @@ class DepthEdges:
 
 
 def depth_edges(inverse: np.ndarray, step: float) -> DepthEdges:
-    """Edges of 1/depth (height, width) float32 [1/m]: neighbours differ by more than `step` [1/m]."""
-    farthest = np.full(inverse.shape, step, np.float32)  # drop to the farthest neighbour so far
+    """Find the edges of inverse depth (height, width) float32 [1/m], where neighbours differ by more than `step` [1/m]."""
+    farthest = np.full(inverse.shape, step, np.float32)  # largest drop of 1/depth to a neighbour so far
     near, far = np.zeros(inverse.shape, bool), np.zeros(inverse.shape, bool)
     down, right = np.zeros(inverse.shape, np.int8), np.zeros(inverse.shape, np.int8)
     everything = slice(None)
@@ -60,47 +63,46 @@ def depth_edges(inverse: np.ndarray, step: float) -> DepthEdges:
     return DepthEdges(near, far, down, right)
 
 
-def with_hidden_surface(scene: Scene, px_per_dioptre: float) -> Scene:
-    """Scene with its background continued behind the edges, when it asks for it (`hidden` "extend") and has one surface.
+def extend_background(scene: Scene, px_per_dioptre: float) -> Scene:
+    """Add the occluded background to a scene of one layer whose `hidden` is "extend"; return any other scene as it is.
 
     px_per_dioptre: how much the signed blur radius [scene px] grows per 1/m of inverse depth.
     """
-    if scene.hidden == "none" or scene.behind or np.ndim(scene.depth_m) == 0:
+    depth_m = scene.depth_m
+    if scene.hidden == "none" or scene.behind or not is_depth_map(depth_m):
         return scene
-    inverse = _inverse(scene.depth_m)
+    inverse = _inverse_depth(depth_m)
     reach_px = px_per_dioptre * float(inverse.max() - inverse.min()) + 1.0
-    layer = hidden_surface(scene.planes, scene.depth_m, reach_px, EDGE_PX / px_per_dioptre)
+    layer = occluded_background(scene.planes, depth_m, reach_px, EDGE_PX / px_per_dioptre)
     return scene if layer is None else replace(scene, behind=(layer,))
 
 
-def hidden_share(
+def disoccluded_share(
     depth_m: np.ndarray, px_per_dioptre: float, focus_distance_m: float, most_pixels: int = MOST_ESTIMATED
 ) -> float:
-    """Share of the pixels that `depends_on_hidden` counts; of a large picture estimated from every kth row and column.
-
-    A picture is large above `most_pixels`.
+    """Return the share of pixels that `disoccluded_pixels` finds; above `most_pixels`, estimated from every kth row and column.
 
     The signed blur radius is px_per_dioptre * (1 / focus_distance_m - 1 / depth) [scene px], as of a thin lens.
     """
     every = math.ceil(math.sqrt(depth_m.size / most_pixels))
     thinned = depth_m[::every, ::every]
     per_dioptre = px_per_dioptre / every  # in pixels of the thinned picture
-    radius_px = np.float32(per_dioptre) * (np.float32(1.0 / focus_distance_m) - _inverse(thinned))
+    radius_px = np.float32(per_dioptre) * (np.float32(1.0 / focus_distance_m) - _inverse_depth(thinned))
     # k pixels apart a slope rises k times as much.
-    return float(depends_on_hidden(thinned, radius_px, EDGE_PX / per_dioptre).mean())
+    return float(disoccluded_pixels(thinned, radius_px, EDGE_PX / per_dioptre).mean())
 
 
-def hidden_surface(planes: np.ndarray, depth_m: float | np.ndarray, reach_px: float, step: float) -> Layer | None:
-    """Second layer of a picture (height, width, bands) with depth (height, width) [m]; None without edges.
+def occluded_background(planes: np.ndarray, depth_m: float | np.ndarray, reach_px: float, step: float) -> Layer | None:
+    """Return the layer behind a picture (height, width, bands) with depth (height, width) [m]; None without depth edges.
 
-    It covers the pixels of the near side up to `reach_px` from an edge, and nothing else; there it has the colour and the
-    depth of the background across the nearest point of the edge.
-    reach_px: how far behind an edge a lens looks: the largest difference of the signed blur radii across an edge [px].
-    step: difference of 1/depth between neighbours from which they are two surfaces [1/m].
+    It covers the near side's pixels up to `reach_px` from an edge, and nothing else. There it has the colour and the depth of
+    the background beyond the nearest point of the edge.
+    reach_px: largest difference of the signed blur radii across an edge, so far does a lens see behind it [px].
+    step: difference of 1/depth between neighbours above which they lie on two surfaces [1/m].
     """
-    if np.ndim(depth_m) == 0 or reach_px <= 0:
+    if not is_depth_map(depth_m) or reach_px <= 0:
         return None
-    inverse = _inverse(depth_m)
+    inverse = _inverse_depth(depth_m)
     edges = depth_edges(inverse, step)
     if not edges.near.any():
         return None
@@ -110,26 +112,26 @@ def hidden_surface(planes: np.ndarray, depth_m: float | np.ndarray, reach_px: fl
     edge = edge_rows[rows, columns], edge_columns[rows, columns]
     step_across = edges.down[edge], edges.right[edge]
     colour, behind = _background(planes, inverse, (rows, columns), edge, step_across, np.float32(step))
-    hidden = inverse[rows, columns] > behind + np.float32(0.5 * step)
-    rows, columns = rows[hidden], columns[hidden]
+    occluded = inverse[rows, columns] > behind + np.float32(0.5 * step)
+    rows, columns = rows[occluded], columns[occluded]
     filled, depth, coverage = np.zeros_like(planes), depth_m.copy(), np.zeros(inverse.shape, np.float32)
     with np.errstate(divide="ignore"):
-        filled[rows, columns], depth[rows, columns] = colour[hidden], 1.0 / behind[hidden]
+        filled[rows, columns], depth[rows, columns] = colour[occluded], 1.0 / behind[occluded]
     coverage[rows, columns] = 1.0
     return Layer(filled, depth, coverage)
 
 
-def depends_on_hidden(depth_m: float | np.ndarray, radius_px: np.ndarray, step: float) -> np.ndarray:
-    """Pixels of the blurred picture that receive light of what is hidden, (height, width) bool.
+def disoccluded_pixels(depth_m: float | np.ndarray, radius_px: np.ndarray, step: float) -> np.ndarray:
+    """Find the pixels of the blurred picture that receive light from occluded background, (height, width) bool.
 
-    Beside an edge between blur radii s_near < s_far (signed, positive behind the focus) the lens sees past the edge from
-    max(0, -s_near) on the near side to max(0, s_far) on the far side: where a point u of the pupil has x + s_near u outside
-    the foreground and x + s_far u behind it. Each pixel's own radius stands for that of its side.
-    radius_px: (height, width) signed blur radius [scene px]. step: as in `hidden_surface`.
+    Beside an edge between blur radii s_near < s_far (signed, positive behind the plane in focus) the lens sees past the edge
+    from max(0, -s_near) on the near side to max(0, s_far) on the far side: there a pupil point u exists with x + s_near u
+    outside the foreground and x + s_far u behind it. Each pixel's own radius is taken as that of its side.
+    radius_px: (height, width) signed blur radius [scene px]. step: as in `occluded_background`.
     """
-    if np.ndim(depth_m) == 0:
+    if not is_depth_map(depth_m):
         return np.zeros(radius_px.shape, bool)
-    edges = depth_edges(_inverse(depth_m), step)
+    edges = depth_edges(_inverse_depth(depth_m), step)
     if not edges.near.any():
         return np.zeros(radius_px.shape, bool)
     rows, columns = _nearest_edge(edges)
@@ -137,43 +139,47 @@ def depends_on_hidden(depth_m: float | np.ndarray, radius_px: np.ndarray, step: 
     return away_px < np.where(edges.near[rows, columns], -radius_px, radius_px)
 
 
-def _inverse(depth_m: np.ndarray) -> np.ndarray:
+def _inverse_depth(depth_m: np.ndarray) -> np.ndarray:
     return np.float32(1.0) / depth_m.astype(np.float32, copy=False)
 
 
-def _nearest_edge(edges: DepthEdges) -> tuple[np.ndarray, np.ndarray]:
-    """Row and column of the pixel at an edge that is nearest to each pixel, (height, width) int32 each."""
+def _nearest_edge(edges: DepthEdges) -> Places:
+    """Return row and column of the edge pixel nearest to each pixel, (height, width) int32 each."""
     from scipy.ndimage import distance_transform_edt
 
-    return tuple(distance_transform_edt(~(edges.near | edges.far), return_distances=False, return_indices=True))
+    nearest = np.empty((2, *edges.near.shape), np.int32)
+    distance_transform_edt(~(edges.near | edges.far), return_distances=False, return_indices=True, indices=nearest)
+    return nearest[0], nearest[1]
 
 
 def _squared_px(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Squared distance of each pixel of a grid to the pixel (rows, columns) given for it, (height, width) int32."""
+    """Return the squared distance of each pixel to the pixel (rows, columns) given for it, (height, width) int32 [px^2]."""
     height, width = rows.shape
     return (rows - np.arange(height, dtype=np.int32)[:, None]) ** 2 + (columns - np.arange(width, dtype=np.int32)) ** 2
 
 
-def _background(planes, inverse, own, edge, step_across, step) -> tuple[np.ndarray, np.ndarray]:
-    """Colour (n, bands) and 1/depth (n,) of the background that goes on behind pixels of the near side.
+def _background(
+    planes: np.ndarray, inverse: np.ndarray, own: Places, edge: Places, step_across: Places, step: np.float32
+) -> tuple[np.ndarray, np.ndarray]:
+    """Estimate colour (n, bands) and 1/depth (n,) of the background behind n pixels of the near side.
 
-    A mean over the background beside the edge, in an area as wide as the pixel lies deep behind it: of a texture its own
-    mean is the best guess from afar. own, edge, step_across: row and column of n pixels, of their edge, and of the way
-    across it.
+    The mean of samples of the background beside the edge, over an area as large as the pixel's distance from the edge: far
+    from the edge the mean of a texture has the least error. own, edge: rows and columns of the pixels and of their nearest
+    edge pixels. step_across: steps down and right across that edge. step: see `occluded_background` [1/m].
     """
     height, width = inverse.shape
     down, right = step_across
     first = edge[0] + down, edge[1] + right
-    deep = np.hypot(own[0] - edge[0], own[1] - edge[1], dtype=np.float32)
+    distance_px = np.hypot(own[0] - edge[0], own[1] - edge[1], dtype=np.float32)
     limit = inverse[first] + step
     flat_planes, flat_inverse = planes.reshape(height * width, -1), inverse.ravel()
-    colour, behind = np.zeros((len(deep), planes.shape[2]), np.float32), np.zeros(len(deep), np.float32)
-    count = np.zeros(len(deep), np.float32)
+    colour, behind = np.zeros((len(distance_px), planes.shape[2]), np.float32), np.zeros(len(distance_px), np.float32)
+    count = np.zeros(len(distance_px), np.float32)
     for away, along in TAPS:
-        row = np.rint(first[0] + deep * (away * down + along * right)).astype(np.intp)
-        column = np.rint(first[1] + deep * (away * right + along * down)).astype(np.intp)
+        row = np.rint(first[0] + distance_px * (away * down + along * right)).astype(np.intp)
+        column = np.rint(first[1] + distance_px * (away * right + along * down)).astype(np.intp)
         tap = np.clip(row, 0, height - 1) * width + np.clip(column, 0, width - 1)
-        farther = (flat_inverse.take(tap) <= limit).astype(np.float32)  # else it lies on a nearer surface
+        farther = (flat_inverse.take(tap) <= limit).astype(np.float32)  # else the sample lies on a nearer surface
         colour += flat_planes.take(tap, axis=0) * farther[:, None]
         behind += flat_inverse.take(tap) * farther
         count += farther

@@ -1,4 +1,4 @@
-"""What all scenes in RGB share: colours that are radiance, and the light that gives them their unit."""
+"""Common to all scenes in RGB: reflectance spectra of colours, and the light and luminance that make them radiance."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 
 from simulator.color.spectra import WAVELENGTHS_NM, illuminant, luminance_cd_m2, reflectance_basis
 from simulator.errors import PhotositeError, require
-from simulator.scene.pinhole_view import pinhole_planes
+from simulator.scene.compositing import composite_planes
 from simulator.scene.pixel_file import first_fault
 from simulator.scene.scene import Layer, Scene
 
@@ -19,13 +19,13 @@ Encoding = Annotated[Literal["auto", "linear", "srgb"], "auto: integer files are
 Negative = Annotated[Literal["error", "clip"], "what to do with negative radiance"]
 
 
-def without_negative(planes: np.ndarray, negative: Negative, key: str, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Planes (height, width, bands) with negative values set to 0 in place, and a note that counts them.
+def clip_negative(planes: np.ndarray, negative: Negative, key: str, path: Path) -> tuple[str, ...]:
+    """Set negative values of planes (height, width, bands) to 0 in place, and return a note that counts them.
 
     Raises PhotositeError, which names `key` and `path`, unless `negative` is "clip".
     """
     if planes.min() >= 0:
-        return planes, ()
+        return ()
     fault = first_fault(planes < 0)
     if negative == "error":
         raise PhotositeError(
@@ -34,24 +34,44 @@ def without_negative(planes: np.ndarray, negative: Negative, key: str, path: Pat
             key=key,
             value=path,
         )
-    return np.maximum(planes, np.float32(0), out=planes), (f"{path.name}: negative radiance set to 0 in {fault}",)
+    np.maximum(planes, np.float32(0), out=planes)
+    return (f"{path.name}: negative radiance set to 0 in {fault}",)
 
 
 class LitSource(Protocol):
-    """What a scene in RGB says of its light and its size."""
+    """Settings that all scenes in RGB have: their light and their field of view. Read only: the scenes are frozen."""
 
-    illuminant: str
-    upsampling: Upsampling
-    luminance_cd_m2: float
-    luminance_of: LuminanceOf
-    field_of_view_deg: float | None
+    @property
+    def illuminant(self) -> str:
+        """Name of the light source."""
+        ...
+
+    @property
+    def upsampling(self) -> Upsampling:
+        """How RGB becomes a reflectance spectrum."""
+        ...
+
+    @property
+    def luminance_cd_m2(self) -> float:
+        """Luminance of white, or of the mean [cd m^-2]."""
+        ...
+
+    @property
+    def luminance_of(self) -> LuminanceOf:
+        """Which of the two has that luminance."""
+        ...
+
+    @property
+    def field_of_view_deg(self) -> float | None:
+        """Full horizontal angle [deg]; None: the scene fills the sensor."""
+        ...
 
 
-def lit_scene(source: LitSource, layers: Sequence[Layer], path: Path, notes: tuple[str, ...]) -> Scene:
-    """Scene of layers, nearest first, whose planes are grey or RGB.
+def light_scene(source: LitSource, layers: Sequence[Layer], path: Path, notes: tuple[str, ...]) -> Scene:
+    """Return the scene of layers, nearest first, whose planes are grey or RGB.
 
-    L(lambda) = k * illuminant * (RGB . reflectance basis); k gives white, or the mean of what a pinhole camera sees, its
-    luminance. path: of the first picture, for the message when it is black.
+    L(lambda) = k * illuminant * (RGB . reflectance basis); k is such that white, or the mean of the composited picture, has
+    the source's luminance. path: of the first picture, for the message when it is black.
     """
     first, *behind = layers
     spectra, relative = _spectra(source, tuple(layers), path)
@@ -69,12 +89,12 @@ def lit_scene(source: LitSource, layers: Sequence[Layer], path: Path, notes: tup
 
 
 def _spectra(source: LitSource, layers: tuple[Layer, ...], path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Spectra of the planes, (bands, 81) [W m^-2 sr^-1 nm^-1], and the illuminant's relative power, (81,)."""
+    """Return the spectra of the planes, (bands, 81) [W m^-2 sr^-1 nm^-1], and the illuminant's relative power, (81,)."""
     relative = illuminant(source.illuminant)
     basis = reflectance_basis(source.upsampling) if layers[0].planes.shape[2] == 3 else np.ones((1, relative.size))
     spectra, weights = relative * basis, np.ones(len(basis))
     if source.luminance_of == "mean":
-        weights = pinhole_planes(layers)[0].mean(axis=(0, 1), dtype=np.float64)
+        weights = composite_planes(layers)[0].mean(axis=(0, 1), dtype=np.float64)
     own = float(weights @ luminance_cd_m2(spectra))
     rule = f"{path} is black, so it has no mean to scale; write luminance_of: white"
     require(own > 0, "scene.luminance_of", "mean", rule)

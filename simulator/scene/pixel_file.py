@@ -5,10 +5,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simulator.errors import PhotositeError, require
+
+if TYPE_CHECKING:
+    import OpenImageIO as oiio
 
 
 @dataclass(frozen=True)
@@ -118,7 +122,7 @@ def _read_picture(path: Path, key: str) -> PixelFile:
         source.close()
 
 
-def _notes(name: str, spec, parts: int) -> tuple[str, ...]:
+def _notes(name: str, spec: "oiio.ImageSpec", parts: int) -> tuple[str, ...]:
     notes = []
     if parts > 1:
         notes.append(f"{name}: has {parts} parts; only the first is read")

@@ -39,7 +39,7 @@ class SpectralCubeScene:
     field_of_view_deg: Degrees | None = None
     hidden: Hidden = "none"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.luminance_cd_m2 is not None:
             check_luminance(self.luminance_cd_m2)
         needed = self.quantity == "radiance" or self.luminance_cd_m2 is not None

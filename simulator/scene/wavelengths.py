@@ -20,8 +20,10 @@ def named_wavelengths(file: PixelFile) -> list[tuple[float, int]]:
     found: dict[str, list[tuple[float, int]]] = {}
     for index, name in enumerate(file.channels):
         match = _CHANNEL.fullmatch(name)
-        group = match["group"] or "" if match else None
-        if match and not _POLARISED.fullmatch(group):
+        if match is None:
+            continue
+        group = match["group"] or ""
+        if not _POLARISED.fullmatch(group):
             found.setdefault(group, []).append((float(match["number"].replace(",", ".")), index))
     if len(found) == 1:
         return next(iter(found.values()))

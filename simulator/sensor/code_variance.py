@@ -1,7 +1,7 @@
-"""Variance of codes from frame to frame, photosite by photosite, from what the stages do to mean and variance.
+"""Temporal variance of the codes of each photosite, propagated through the moments of the stages.
 
-It is what the stages' moments give (EMVA 1288 R4.0, eq. 9, and the stages' own terms), for a photosite without the body's
-fixed pattern, narrowed by full well and ADC: variance of a normal number held between two limits.
+The stages' moments follow EMVA 1288 R4.0, eq. 9, and the models of the single stages, without the body's fixed pattern.
+Clipping by the full well and the ADC reduces the variance to that of a censored normal distribution.
 """
 
 import math
@@ -11,19 +11,19 @@ import numpy as np
 
 from simulator.sensor.stages.stage import Limits, Moments, SignalStep
 
-_NODES = 2**14  # of the variance over the electrons; between them it is read linearly
-_AT_ONCE = 2**14  # pixels: stays in the cache
+_NODES = 2**14  # electron counts at which the variance is computed; it is interpolated linearly between them
+_AT_ONCE = 2**14  # pixels per step, few enough for the processor's cache
 _UNLIMITED: Limits = (-math.inf, math.inf)
-_REACH = 8.0  # standard deviations beyond which a clipped code has no variance left
+_REACH = 8.0  # standard deviations from a clipping limit beyond which clipping has no effect, or leaves no variance
 
 
 def code_variance(steps: Sequence[SignalStep], mean_electrons: np.ndarray, count: int = 1) -> np.ndarray:
-    """Variance of each code (height, width) float32 [DN^2], temporal noise and rounding.
+    """Return the variance of each code (height, width) float32 [DN^2] by temporal noise and rounding.
 
     steps: effect on mean and variance of everything from the photoelectrons to the code, in physical order; the last that
-        clips gives the range of the codes.
-    mean_electrons: (height, width) float32, mean photoelectrons of each pixel [e-], of `count` photosites added up.
-    The steps are evaluated at 16384 electron counts and read linearly between them, which is exact for shot noise.
+        clips sets the range of the codes.
+    mean_electrons: (height, width) float32, mean photoelectrons of each pixel [e-], the sum over `count` photosites.
+    The steps are evaluated at 16384 electron counts and interpolated linearly, which is exact for shot noise.
     """
     top_e = min(float(mean_electrons.max()), count * _clipping_electrons(steps))
     if top_e <= 0.0:
@@ -37,25 +37,25 @@ def code_variance(steps: Sequence[SignalStep], mean_electrons: np.ndarray, count
         part = slice(first, first + rows)
         place = np.minimum(mean_electrons[part] * scale, last)
         index = place.astype(np.intp)
-        place -= index.astype(np.float32)  # what is left between the nodes
+        place -= index.astype(np.float32)  # fraction of the interval between two nodes
         place *= slopes.take(index)
         np.add(nodes.take(index), place, out=result[part])
     return result
 
 
 def _clipping_electrons(steps: Sequence[SignalStep]) -> float:
-    """Photoelectrons per photosite above which every code is the white level."""
+    """Return photoelectrons per photosite above which every code is the white level."""
     dark, one, limits = Moments(0.0, 0.0), Moments(1.0, 0.0), _UNLIMITED
     for step in steps:
         dark, one, limits = step.moments(dark), step.moments(one), step.clip_limits(limits) or limits
     gain = max(one.mean - dark.mean, 1e-12)
-    full_e = 2.0 * (limits[1] + 1.0) / gain  # twice: errors of linearity bend the line
+    full_e = 2.0 * (limits[1] + 1.0) / gain  # twice, as a margin for nonlinearity
     sigma_e = math.sqrt(max(dark.variance, 0.0)) / gain + math.sqrt(full_e)
     return full_e + _REACH * sigma_e
 
 
 def _variance(steps: Sequence[SignalStep], electrons: np.ndarray) -> np.ndarray:
-    """Variance of the code [DN^2] for mean photoelectrons per photosite (n,) float64."""
+    """Return the variance of the code [DN^2] for mean photoelectrons per photosite (n,) float64."""
     signal = Moments(electrons, np.zeros_like(electrons), np.zeros_like(electrons))
     limits = _UNLIMITED
     for step in steps:
@@ -63,24 +63,24 @@ def _variance(steps: Sequence[SignalStep], electrons: np.ndarray) -> np.ndarray:
         clipped = step.clip_limits(limits)
         if clipped is not None:
             limits = clipped
-            signal = _held(signal, *limits)
+            signal = _clip(signal, *limits)
     return signal.variance
 
 
-def _held(signal: Moments, low: float, high: float) -> Moments:
-    """Moments of a normal number that is held between limits; beyond _REACH from both they stay as they are."""
+def _clip(signal: Moments, low: float, high: float) -> Moments:
+    """Return the moments of a normal distribution clipped to limits; those farther than _REACH inside are unchanged."""
     sigma = np.sqrt(np.maximum(signal.variance, 1e-30))
     a, b = (low - signal.mean) / sigma, (high - signal.mean) / sigma
     near = (a > -_REACH) | (b < _REACH)
     mean, variance = signal.mean.copy(), signal.variance.copy()
-    shift, share = _censored(np.clip(a[near], -40.0, 40.0), np.clip(b[near], -40.0, 40.0))
+    shift, share = _censored_moments(np.clip(a[near], -40.0, 40.0), np.clip(b[near], -40.0, 40.0))
     mean[near] += sigma[near] * shift
     variance[near] *= share
     return Moments(mean, variance, signal.fixed_variance)
 
 
-def _censored(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and variance of N(0, 1) held between a and b (Greene, Econometric Analysis, theorem 19.3)."""
+def _censored_moments(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and variance of N(0, 1) censored at a and b (Greene, Econometric Analysis, theorem 19.3)."""
     from scipy.special import ndtr
 
     below, above = ndtr(a), ndtr(-b)

@@ -1,4 +1,4 @@
-"""How sensitive a camera is at its ISO setting (ISO 12232:2019)."""
+"""Saturation exposure and baseline exposure of a camera at an ISO setting (ISO 12232:2019)."""
 
 import math
 
@@ -6,14 +6,14 @@ from simulator.color.camera_matrices import camera_response
 from simulator.color.spectra import WAVELENGTHS_NM, efficiency_on, illuminant, luminance_cd_m2
 from simulator.sensor.sensor_plan import SensorPlan
 
-MIDDLE_GREY = 0.18  # of white; 118 of 255 in sRGB, to which the exposure of an ISO speed belongs (standard output sensitivity)
+MIDDLE_GREY = 0.18  # of white: level 118 of 255 in sRGB, which defines the standard output sensitivity
 EXPOSURE_LX_S = 10.0  # luminous exposure of middle grey at ISO 1: recommended exposure index = 10 lx s / H
 
 
 def saturation_exposure_lx_s(sensor: SensorPlan) -> float:
-    """Luminous exposure of a surface in daylight (D55) at which the first colour reaches the white level [lx s].
+    """Return the luminous exposure in daylight (D55) at which the first colour channel reaches the white level [lx s].
 
-    Infinite for a camera that sees nothing of this light. 78 lx s over it is the saturation-based ISO speed.
+    Infinite for a camera that does not respond to this light. 78 lx s divided by it is the saturation-based ISO speed.
     """
     camera, response = sensor.camera, sensor.camera.response
     light = illuminant("D55")
@@ -25,10 +25,10 @@ def saturation_exposure_lx_s(sensor: SensorPlan) -> float:
 
 
 def baseline_exposure_ev(sensor: SensorPlan, iso: float) -> float | None:
-    """Exposure that a converter must add so that middle grey, exposed as the ISO says, comes out as 18 % (DNG 1.4).
+    """Return the exposure compensation [EV] that renders middle grey, exposed for this ISO, as 18 % (DNG 1.4).
 
     BaselineExposure = log2(0.18 H_sat ISO / 10 lx s): 0.49 EV where the ISO is the saturation-based speed, which leaves half
-    a stop above white. None for a camera that sees nothing of daylight.
+    a stop above white. None for a camera that does not respond to daylight.
     """
     gain = MIDDLE_GREY * saturation_exposure_lx_s(sensor) * iso / EXPOSURE_LX_S
     return math.log2(gain) if 0 < gain < math.inf else None

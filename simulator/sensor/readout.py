@@ -1,38 +1,39 @@
-"""Passes around the fused kernel: what neighbours share, and what metal covers."""
+"""Passes between and around the parts of the fused kernel: crosstalk, binning and optical black."""
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from simulator.device import Buffer, Device
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.readout_window import ReadoutGeometry
-from simulator.sensor.kernel.kernel_launch import FrameSetting, Part, launch_sensor
+from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.sensor_plan import SensorPlan
 
 
 def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -> np.ndarray:
-    """Codes (height, width) uint16 of a mosaic of electron radiance, binned and cut to what the camera gives out."""
-    layout = sensor.readout
-    frame, binned = layout.computed, layout.binned
-    parts = [(Part.WHOLE, frame, np.uint16)]
-    if layout.shares_charge:
-        parts = [(Part.CHARGE, frame, np.float32), (Part.READOUT, layout.read, np.uint16)]
+    """Return the codes (height, width) uint16 for a mosaic of electron radiance, binned and cropped to the output window."""
+    geometry = sensor.readout
+    frame, binned = geometry.computed, geometry.binned
+    parts: list[tuple[KernelPart, Window, DTypeLike]] = [(KernelPart.WHOLE, frame, np.uint16)]
+    if geometry.shares_charge:
+        parts = [(KernelPart.CHARGE, frame, np.float32), (KernelPart.READOUT, geometry.read, np.uint16)]
     signal = mosaic
     for part, window, dtype in parts:
         shape, source = (window.height, window.width), signal
         signal = device.empty(shape, dtype)
         launch_sensor(device, source, signal, shape, [FrameSetting(sensor.stages, seeds, window.x, window.y)], part)
-        if part is Part.CHARGE:
-            signal = share_charge(device, layout, signal)
-    if layout.averages:
-        signal = _bin(device, layout, "codes", signal, np.uint16)
-    return device.download(signal, (binned.height, binned.width), np.uint16)[layout.kept]
+        if part is KernelPart.CHARGE:
+            signal = share_charge(device, geometry, signal)
+    if geometry.averages:
+        signal = _bin(device, geometry, "codes", signal, np.uint16)
+    return device.download(signal, (binned.height, binned.width), np.uint16)[geometry.kept]
 
 
 def darken_optical_black(device: Device, mosaic: Buffer, window: Window, active: Window) -> None:
-    """Take the light from all photosites of a mosaic outside the active area of the sensor, in place.
+    """Set a mosaic to 0, in place, outside the active area of the sensor.
 
-    window: photosites of the mosaic.
+    mosaic: (height, width) float32 of electron radiance. window: area of the sensor that it covers.
     """
     edges = {
         "left": active.x,
@@ -45,7 +46,10 @@ def darken_optical_black(device: Device, mosaic: Buffer, window: Window, active:
 
 
 def share_with_neighbors(device: Device, source: Buffer, window: Window, shares: tuple[float, float]) -> Buffer:
-    """Buffer (height, width) float32 behind a pass of crosstalk. shares: to each neighbour beside, and at the corners."""
+    """Return a signal (height, width) float32 after crosstalk.
+
+    source: signal before it. shares: share that goes to each of the four direct and of the four diagonal neighbours.
+    """
     result = device.empty((window.height, window.width), np.float32)
     side, corner = shares
     device.run(
@@ -60,26 +64,28 @@ def share_with_neighbors(device: Device, source: Buffer, window: Window, shares:
     return result
 
 
-def share_charge(device: Device, layout: ReadoutGeometry, charge: Buffer) -> Buffer:
-    """Charge [e-] as it is read: what neighbours see of each other, and binned photosites added up."""
-    if any(layout.crosstalk.electrical_shares):
-        charge = share_with_neighbors(device, charge, layout.computed, layout.crosstalk.electrical_shares)
-    return _bin(device, layout, "electrons", charge, np.float32) if layout.adds_charge else charge
+def share_charge(device: Device, geometry: ReadoutGeometry, charge: Buffer) -> Buffer:
+    """Return the charge [e-] that is read out: after electrical crosstalk, and summed over binned photosites."""
+    if any(geometry.crosstalk.electrical_shares):
+        charge = share_with_neighbors(device, charge, geometry.computed, geometry.crosstalk.electrical_shares)
+    return _bin(device, geometry, "electrons", charge, np.float32) if geometry.adds_charge else charge
 
 
-def download_averaged(device: Device, layout: ReadoutGeometry, signal: Buffer) -> np.ndarray:
-    """Array of a float32 signal; its means where the camera averages codes."""
-    frame = layout.binned
-    if layout.binning is None or not layout.averages:
+def download_averaged(device: Device, geometry: ReadoutGeometry, signal: Buffer) -> np.ndarray:
+    """Download a float32 signal, averaged over binned photosites where the camera averages codes."""
+    frame = geometry.binned
+    if geometry.binning is None or not geometry.averages:
         return device.download(signal, (frame.height, frame.width), np.float32)
-    sums = _bin(device, layout, "electrons", signal, np.float32)
-    return device.download(sums, (frame.height, frame.width), np.float32) / np.float32(layout.binning.count)
+    sums = _bin(device, geometry, "electrons", signal, np.float32)
+    return device.download(sums, (frame.height, frame.width), np.float32) / np.float32(geometry.binning.count)
 
 
-def _bin(device: Device, layout: ReadoutGeometry, what: str, source: Buffer, dtype) -> Buffer:
-    frame, binning = layout.binned, layout.binning
+def _bin(device: Device, geometry: ReadoutGeometry, what: str, source: Buffer, dtype: DTypeLike) -> Buffer:
+    """Return the computed photosites binned. what: "electrons", which are summed, or "codes", which are averaged."""
+    frame, binning = geometry.binned, geometry.binning
+    assert binning is not None  # called only for cameras that bin
     result = device.empty((frame.height, frame.width), dtype)
-    kernel = device.kernel(f"bin_{what}", {"FACTOR": binning.factor, "STEP": layout.filter_step}, file="binning.cl")
-    arguments = {what: source, f"binned_{what}": result, "width": layout.computed.width}
+    kernel = device.kernel(f"bin_{what}", {"FACTOR": binning.factor, "STEP": geometry.filter_step}, file="binning.cl")
+    arguments = {what: source, f"binned_{what}": result, "width": geometry.computed.width}
     device.run(kernel, (frame.width, frame.height), None, **arguments)
     return result

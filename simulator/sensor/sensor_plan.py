@@ -1,4 +1,4 @@
-"""The sensor's part of a plan: which photosites are computed, through which stages, and what mean and noise come out."""
+"""The sensor's part of a plan: the computed photosites, the stages, and the mean and noise of the codes."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -10,14 +10,15 @@ import numpy as np
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.readout_window import ReadoutGeometry, plan_readout
 from simulator.sensor.kernel.kernel_program import in_order, signal_steps, white_level_dn
+from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.stage import Moments, SignalStep, Stage
 
 
 @dataclass(frozen=True)
 class SensorPlan:
-    """All that is decided between the light on the sensor and the codes.
+    """Everything that determines how light on the sensor becomes codes.
 
-    readout: which photosites are computed, read and given out. stages: of the fused kernel, those that have an effect, in
+    readout: photosites that are computed, read and given out. stages: stages of the fused kernel that have an effect, in
     physical order.
     """
 
@@ -26,15 +27,15 @@ class SensorPlan:
     stages: tuple[Stage, ...]
 
     def stage(self, stem: str) -> Stage | None:
-        """The fused stage of this stem, or None when it is skipped."""
+        """Return the stage of this stem, or None when the plan has none."""
         return next((stage for stage in self.stages if stage.stem == stem), None)
 
     def with_stages(self, stages: Iterable[Stage]) -> Self:
-        """Return the plan with other stages; those of no effect are left out."""
+        """Return the plan with these stages instead; those without effect are left out."""
         return replace(self, stages=in_order(stages))
 
     def at(self, iso: float, exposure_time_s: float) -> Self:
-        """Return the plan of the same light path at another ISO and exposure time [s].
+        """Return the plan for the same camera and lens at another ISO and exposure time [s].
 
         Raises PhotositeError for an ISO that the camera does not have.
         """
@@ -42,14 +43,14 @@ class SensorPlan:
         return self.with_stages([*light, *self.camera.sensor_stages(iso, exposure_time_s).values()])
 
     def moments(self, mean_electrons: float) -> Moments:
-        """Mean and variance of the code [DN] for a photosite that expects these photoelectrons."""
+        """Return mean and variance of the code [DN] for a photosite with this mean number of photoelectrons."""
         signal = Moments(mean_electrons, 0.0)
         for step in self.moment_steps():
             signal = step.moments(signal)
         return signal
 
     def moment_steps(self) -> list[SignalStep]:
-        """Effect on mean and variance of everything from the photoelectrons to the code, in physical order."""
+        """Return the steps from the photoelectrons to the code that change mean or variance, in physical order."""
         sensor, binning = [stage for stage in self.stages if not stage.acts_on_light], self.readout.binning
         crosstalk = SignalStep("crosstalk", self.readout.crosstalk.of_charge)
         if binning is None:
@@ -60,37 +61,40 @@ class SensorPlan:
     @property
     def black_level_dn(self) -> float:
         """Pedestal [DN]."""
-        return self.stage("adc").black_level_dn
+        adc = self.stage("adc")
+        assert isinstance(adc, Adc)  # Camera.sensor_stages always gives one
+        return adc.black_level_dn
 
     def white_level_dn(self) -> int:
-        """Code of a saturated photosite: of the full well or of the ADC, whichever is lower; above black [DN]."""
+        """Return the code at which a photosite saturates [DN]: that of the full well or of the ADC, whichever is lower."""
         return white_level_dn(self.moment_steps(), self.black_level_dn)
 
     def full_scale_dn(self) -> float:
-        """White level less black level [DN]."""
+        """Return the white level minus the black level [DN]."""
         return self.white_level_dn() - self.black_level_dn
 
     def gain_dn_per_e(self) -> float:
-        """Slope of the mean code over the photoelectrons in the dark, of all stages together [DN/e-]."""
+        """Return the gain of all stages together [DN/e-]: slope of the mean code over the photoelectrons, in the dark."""
         return self.moments(1.0).mean - self.moments(0.0).mean
 
     def electrons_at_white(self) -> float:
-        """Photoelectrons that bring the mean code from the dark's to the white level, linearly [e-].
+        """Return the photoelectrons that raise the mean code from that in the dark to the white level, linearly [e-].
 
-        The dark's mean code holds the dark current, which fills a part of the range. The gain must be above 0.
+        The mean code in the dark includes the dark current, which uses a part of the range. The gain must be above 0.
         """
         return (self.white_level_dn() - self.moments(0.0).mean) / self.gain_dn_per_e()
 
     def black_offsets_dn(self) -> tuple[float, float, float, float]:
-        """What stages add to the black level at the four places of the frame's upper left 2x2 block, row by row [DN]."""
+        """Return the black offsets [DN] in the upper left 2x2 block of the output frame, row by row."""
         block, output = np.zeros((2, 2)), self.readout.output
         for place, stage in enumerate(self.stages):
             if stage.black_offsets_dn is not None:
-                block += _added_to_code(stage.black_offsets_dn, self.stages[place + 1 :])
-        return tuple(float(offset) for offset in np.roll(block, (-output.y % 2, -output.x % 2), axis=(0, 1)).ravel())
+                block += _code_offsets_dn(stage.black_offsets_dn, self.stages[place + 1 :])
+        (a, b), (c, d) = np.roll(block, (-output.y % 2, -output.x % 2), axis=(0, 1)).tolist()
+        return a, b, c, d
 
     def noise_profile(self) -> tuple[float, float]:
-        """S and O of DNG's NoiseProfile: variance = S x + O, x from 0 at black to 1 at white (DNG 1.4)."""
+        """Return S and O of DNG's NoiseProfile: variance = S x + O, x from 0 at black to 1 at white (DNG 1.4)."""
         dark, one = Moments(0.0, 0.0), Moments(1.0, 0.0)
         for step in self.moment_steps():
             dark, one = step.unclipped(dark), step.unclipped(one)
@@ -98,8 +102,8 @@ class SensorPlan:
         return slope / self.full_scale_dn(), dark.variance / self.full_scale_dn() ** 2
 
 
-def _added_to_code(offsets_dn: Iterable[float], later: tuple[Stage, ...]) -> np.ndarray:
-    """What offsets of the signal at the four places of a 2x2 block add to the code behind the later stages (2, 2) [DN]."""
+def _code_offsets_dn(offsets_dn: Iterable[float], later: tuple[Stage, ...]) -> np.ndarray:
+    """Return the offsets of the code (2, 2) [DN] that offsets of the signal cause after passing through the later stages."""
 
     def code_dn(signal_dn: float) -> float:
         return reduce(lambda signal, stage: stage.moments(signal), later, Moments(signal_dn, 0.0)).mean
@@ -108,10 +112,10 @@ def _added_to_code(offsets_dn: Iterable[float], later: tuple[Stage, ...]) -> np.
 
 
 def plan_sensor(camera: Camera, light: Iterable[Stage], iso: float, exposure_time_s: float) -> SensorPlan:
-    """Plan what the sensor does with the light of one exposure.
+    """Plan the sensor for one exposure.
 
-    light: stages between the lens's radiance and the photoelectrons (irradiance, exposure).
-    Raises PhotositeError for an ISO that the camera does not have, and a window that cuts through binned blocks.
+    light: stages between scene radiance and photoelectrons (irradiance, exposure).
+    Raises PhotositeError for an ISO that the camera does not have, and for a window that cuts through binned blocks.
     """
     stages = [*light, *camera.sensor_stages(iso, exposure_time_s).values()]
     return SensorPlan(camera, plan_readout(camera), in_order(stages))

@@ -1,9 +1,9 @@
-"""A DNG taken again from what it says of itself."""
+"""Simulate the shot of a DNG again from the configuration in its XMP packet."""
 
 import os
 from pathlib import Path
 
-from simulator.config import shot_of_data
+from simulator.config import build_shot_from_data
 from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import sha256_of
 from simulator.pipeline.shot import Shot
@@ -30,27 +30,27 @@ def resimulate(path: str | os.PathLike[str], *, device: str | None = None, progr
 
 def shot_of(path: str | os.PathLike[str]) -> Shot:
     """Return the shot in a DNG's XMP packet. Raises PhotositeError as `resimulate` does."""
-    told = provenance_of(path)
-    found = [(recorded, str(_found(path, recorded))) for recorded in told.inputs]
+    provenance = provenance_of(path)
+    found = [(recorded, str(_find_input(path, recorded))) for recorded in provenance.inputs]
     moved = {recorded["key"]: place for recorded, place in found if place != recorded["path"]}
-    return shot_of_data(told.shot, f"{path} (XMP)", moved)
+    return build_shot_from_data(provenance.shot, f"{path} (XMP)", moved)
 
 
 def provenance_of(path: str | os.PathLike[str]) -> Provenance:
-    """Return what a DNG of ours says of its origin. Raises PhotositeError for any other file."""
-    told = read_provenance(path)
-    if told is None and _is_ours(path):
+    """Return the provenance in the XMP packet of a Photosite DNG. Raises PhotositeError for any other file."""
+    provenance = read_provenance(path)
+    if provenance is None and _is_ours(path):
         rule = "holds no shot, because it was simulated from objects in Python and not from a shot file; run that program again"
         raise PhotositeError(rule, file=path)
-    if told is None:
+    if provenance is None:
         raise PhotositeError(
             "holds no shot of Photosite; give a DNG that `photosite simulate` wrote from a shot file", file=path
         )
-    return told
+    return provenance
 
 
 def _is_ours(path: str | os.PathLike[str]) -> bool:
-    """Whether a TIFF's Software tag names Photosite."""
+    """Return whether the Software tag of a TIFF file names Photosite."""
     return (read_tag(path, SOFTWARE_TAG) or b"").startswith(OURS.encode())
 
 
@@ -64,8 +64,8 @@ def differing_codes(path: str | os.PathLike[str], raw: Raw) -> int:
     return max(mosaic.size, raw.dn.size) if mosaic.shape != raw.dn.shape else int((mosaic != raw.dn).sum())
 
 
-def _found(dng: str | os.PathLike[str], recorded: dict[str, str]) -> Path:
-    """Return where a file of the scene lies now, with the content it had."""
+def _find_input(dng: str | os.PathLike[str], recorded: dict[str, str]) -> Path:
+    """Return the path of a scene file whose SHA-256 is the recorded one: where it was, or beside the DNG."""
     written = Path(recorded["path"])
     beside = Path(dng).absolute().parent / written.name
     there = [place for place in dict.fromkeys((written, beside)) if place.is_file()]
@@ -74,7 +74,7 @@ def _found(dng: str | os.PathLike[str], recorded: dict[str, str]) -> Path:
             f"no such file, nor {beside}; put the file back, or beside the DNG", file=dng, key=recorded["key"], value=written
         )
     for place in there:
-        if _hash(dng, recorded["key"], place) == recorded["sha256"]:
+        if _hash_file(dng, recorded["key"], place) == recorded["sha256"]:
             return place
     raise PhotositeError(
         "its content is not what it was when the frame was taken "
@@ -85,7 +85,7 @@ def _found(dng: str | os.PathLike[str], recorded: dict[str, str]) -> Path:
     )
 
 
-def _hash(dng: str | os.PathLike[str], key: str, place: Path) -> str:
+def _hash_file(dng: str | os.PathLike[str], key: str, place: Path) -> str:
     try:
         return sha256_of(place)
     except OSError as error:

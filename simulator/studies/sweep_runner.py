@@ -1,4 +1,4 @@
-"""Runs the points of a sweep, skips what stands already, and keeps the manifest."""
+"""Run the points of a sweep, skip those whose files are up to date, and write the manifest."""
 
 import csv
 import time
@@ -14,7 +14,7 @@ from simulator.pipeline.input_files import input_files
 from simulator.pipeline.shot import Shot
 from simulator.progress import Progress, Steps, silent
 
-FAILURES_IN_A_ROW = 3  # one bad picture should not stop a night's work; a full disk should
+FAILURES_IN_A_ROW = 3  # a single bad picture does not stop a sweep; a full disk, which fails every point, does
 SKIPPED = "skipped: already there"
 
 
@@ -22,7 +22,7 @@ SKIPPED = "skipped: already there"
 class Row:
     """One line of manifest.csv.
 
-    seconds: that the point took [s]. error: why it failed, as the status says it in words.
+    seconds: time that the point took [s]. error: why it failed; the status holds its message.
     """
 
     index: int
@@ -55,7 +55,8 @@ def run_sweep(
     """Run all points, in the order of the sweep, into `directory`; returns the rows of manifest.csv.
 
     take: simulates one shot and saves it. map: like the built-in; an executor's map spreads points over processes.
-    redo: run points whose files stand already. report: called with each row as it is done. progress: told of each.
+    redo: run also points whose files are up to date. report: called with each row as it is done.
+    progress: called with the name of each point and the share done.
     A point that fails is a row whose status says why; three in a row end the run.
     Raises PhotositeError when that happens. The manifest is written whatever ends the run.
     """
@@ -66,7 +67,7 @@ def run_sweep(
             report(row)
             steps.add(row.name)
             failures = 0 if row.error is None else failures + 1
-            if failures == FAILURES_IN_A_ROW:
+            if row.error is not None and failures == FAILURES_IN_A_ROW:
                 rule = f"{row.error.rule} ({failures} failures in a row: stopped)"
                 raise row.error.replace(rule=rule).inside(row.name)
     finally:
@@ -75,14 +76,14 @@ def run_sweep(
 
 
 def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], object], redo: bool = False) -> Row:
-    """Run one point unless its files stand and were made from the same configuration and input files."""
-    start = time.perf_counter()
+    """Run one point unless its files exist and were made from the same configuration and input files."""
+    start, status, failure = time.perf_counter(), "", None
     files = {kind: f"{point.name}{end}" for kind, end in (("dng", ".dng"), ("truth", ".truth.exr"), ("sidecar", ".json"))}
     try:
         shot = point.shot()
         settings, sidecar = directory / f"{point.name}.yaml", directory / files["sidecar"]
         text = dump_yaml(shot.resolved)
-        if not redo and _stands(text, settings, sidecar, shot):
+        if not redo and _is_up_to_date(text, settings, sidecar, shot):
             status = SKIPPED
         else:
             # The sidecar is written last and vouches for the rest, so an old one has to go first.
@@ -91,9 +92,8 @@ def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], o
                 path.write_text(text, encoding="utf-8")
             take(shot, directory)
             status = "done"
-        failure = None
     except PhotositeError as error:
-        failure = point.placed(error)
+        failure = point.locate_error(error)
     except (OSError, MemoryError) as error:
         failure = PhotositeError(f"{error}")
     if failure is not None:
@@ -101,8 +101,8 @@ def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], o
     return Row(point.index, point.name, point.values, files, time.perf_counter() - start, status, failure)
 
 
-def _stands(text: str, settings: Path, sidecar: Path, shot: Shot) -> bool:
-    """Whether a finished set of files from these settings is there, newer than every file it was made from."""
+def _is_up_to_date(text: str, settings: Path, sidecar: Path, shot: Shot) -> bool:
+    """Return whether a complete set of files with these settings exists and is newer than all its input files."""
     try:
         made = sidecar.stat().st_mtime_ns
         if settings.read_text(encoding="utf-8") != text:

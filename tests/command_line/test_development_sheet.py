@@ -8,7 +8,7 @@ import pytest
 from helpers.raw_frame import random_frame
 
 from simulator.command_line.development import develop_sheet
-from simulator.command_line.development_sheet import mosaic_picture, sheet_figure
+from simulator.command_line.development_sheet import draw_sheet, mosaic_picture
 from simulator.errors import PhotositeError
 from simulator.raw.raw_reader import read_raw_file
 from simulator.raw.save import save
@@ -37,7 +37,7 @@ def test_every_photosite_shows_in_its_own_colour(tmp_path, cfa):
 
 def test_a_frame_that_is_its_truth_has_no_difference_and_another_has_what_was_added(tmp_path):
     for shift_dn, rms in ((0, "rms 0"), (159, "rms 0.01")):  # 159 of 16383 - 511 DN
-        figure = sheet_figure(frame_with_twin(tmp_path, shift_dn), SETTINGS)
+        figure = draw_sheet(frame_with_twin(tmp_path, shift_dn), SETTINGS)
         titles = [axes.get_title() for axes in figure.axes]
         assert len(titles) == 8 and titles[3].endswith(rms), titles[3]
         shown = figure.axes[3].images[0].get_array()
@@ -64,7 +64,7 @@ def test_without_twin_or_matplotlib_the_sheet_says_what_to_do(tmp_path, monkeypa
 
     with monkeypatch.context() as patch, pytest.raises(PhotositeError, match=r"pip install 'photosite\[report\]'"):
         patch.setattr(builtins, "__import__", without_matplotlib)
-        sheet_figure(path, SETTINGS)
+        draw_sheet(path, SETTINGS)
     (tmp_path / "a.truth.exr").unlink()
     with pytest.raises(PhotositeError, match=r"a\.dng: --sheet compares with the truth, but .*a\.truth\.exr is missing"):
-        sheet_figure(path, SETTINGS)
+        draw_sheet(path, SETTINGS)

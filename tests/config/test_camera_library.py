@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from simulator.color.spectra import WAVELENGTHS_NM, efficiency_on, illuminant, luminance_cd_m2, photons_per_joule
-from simulator.config import camera_document, load_camera, load_shot
+from simulator.config import load_camera, load_shot, read_camera_document
 from simulator.config.document_merge import CONFIGS
 from simulator.errors import PhotositeError
 from simulator.sensor.stages.stage import Moments
@@ -62,7 +62,7 @@ def test_the_library_holds_the_cameras_it_promises():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_number_has_a_source_and_every_source_its_number(name):
-    section = camera_document(name).data["camera"]
+    section = read_camera_document(name).data["camera"]
     stated, sources = set(numbers(section)), sourced(section)
     for number in stated:
         assert any(covers(key, number) for key in sources), f"{name}: {number} has no source"
@@ -98,7 +98,7 @@ def test_the_stages_of_every_iso_add_up_to_the_read_noise_of_the_table(name):
         assert (adc.black_level_dn, adc.max_code) == (setting.black_level_dn, setting.white_level_dn)
 
 
-DERIVED = [name for name in NAMES if "derived" in sourced(camera_document(name).data["camera"]).get(
+DERIVED = [name for name in NAMES if "derived" in sourced(read_camera_document(name).data["camera"]).get(
     "response.peak_quantum_efficiency", "")[:7]]  # fmt: skip
 
 
@@ -108,7 +108,7 @@ def test_all_but_two_cameras_derive_their_quantum_efficiency():
 
 @pytest.mark.parametrize("name", DERIVED)
 def test_the_saturation_exposure_of_iso_12232_fills_the_range(name):
-    camera, text = load_camera(name), sourced(camera_document(name).data["camera"])["response.peak_quantum_efficiency"]
+    camera, text = load_camera(name), sourced(read_camera_document(name).data["camera"])["response.peak_quantum_efficiency"]
     iso = int(re.search(r"at ISO (\d+)", text)[1])
     setting, response, light = camera.iso_setting(iso), camera.response, illuminant("D55")
     green = efficiency_on(WAVELENGTHS_NM, response.wavelengths_nm, response.quantum_efficiency)[:, 1]

@@ -65,7 +65,7 @@ def write(folder: Path, text: str = SHOT) -> Path:
     return path
 
 
-def message(folder: Path, text: str = SHOT, overrides=()) -> str:
+def load_and_get_message(folder: Path, text: str = SHOT, overrides=()) -> str:
     with pytest.raises(PhotositeError) as caught:
         load_shot(write(folder, text), overrides)
     return str(caught.value)
@@ -86,7 +86,7 @@ def test_every_number_arrives_in_the_unit_of_its_field(folder):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line", "told"),
+    ("old", "new", "line", "message"),
     [
         ("50 mm", "50", 5, "lens.focal_length = 50: has no unit; write a length such as 50 mm"),
         ("50 mm", "50 s", 5, "lens.focal_length = 50 s: is a time; a length such as 50 mm is wanted"),
@@ -124,16 +124,16 @@ def test_every_number_arrives_in_the_unit_of_its_field(folder):
         ("scene:", "? [1]\n: 2\nscene:", 1, "cannot be a key"),
     ],
 )
-def test_a_mistake_is_told_with_file_line_key_value_and_fix(folder, old, new, line, told):
+def test_a_mistake_is_told_with_file_line_key_value_and_fix(folder, old, new, line, message):
     assert old in SHOT
-    text = message(folder, SHOT.replace(old, new, 1))
+    text = load_and_get_message(folder, SHOT.replace(old, new, 1))
     assert text.startswith(f"{folder / 'shot.yaml'}:{line}: " if line else f"{folder / 'shot.yaml'}: ")
-    assert told in text
+    assert message in text
     assert "\n" not in text
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line", "told"),
+    ("old", "new", "line", "message"),
     [
         ("width: 64", "width: 0", 3, "camera.width = 0"),
         ("5 um", "-5 um", 5, "camera.pixel_pitch = -5 um"),
@@ -153,16 +153,16 @@ def test_a_mistake_is_told_with_file_line_key_value_and_fix(folder, old, new, li
         ("make: Maker", "base: tiny.yaml\nmake: Maker", 1, "the camera is its own base"),
     ],
 )
-def test_a_mistake_in_a_camera_file_is_told_with_its_line_there(folder, old, new, line, told):
+def test_a_mistake_in_a_camera_file_is_told_with_its_line_there(folder, old, new, line, message):
     assert old in CAMERA
     (folder / "tiny.yaml").write_text(CAMERA.replace(old, new, 1))
-    text = message(folder)
+    text = load_and_get_message(folder)
     assert text.startswith(f"{folder / 'tiny.yaml'}:{line}: " if line else f"{folder / 'tiny.yaml'}:")
-    assert told in text and "\n" not in text
+    assert message in text and "\n" not in text
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("0.5", "1.5", "response.peak_quantum_efficiency = 1.5"),
         ("[0.1, 0, 0]", "[0.1, 0]", "same number of values"),
@@ -171,14 +171,14 @@ def test_a_mistake_in_a_camera_file_is_told_with_its_line_there(folder, old, new
         ("step: 100 nm", "step: 0 nm", "step above 0 nm"),
     ],
 )
-def test_a_response_that_cannot_be_one_is_refused_in_its_own_file(folder, old, new, told):
+def test_a_response_that_cannot_be_one_is_refused_in_its_own_file(folder, old, new, message):
     (folder / "curves.yaml").write_text(CURVES.replace(old, new, 1))
-    text = message(folder)
-    assert text.startswith(f"{folder / 'curves.yaml'}:") and told in text
+    text = load_and_get_message(folder)
+    assert text.startswith(f"{folder / 'curves.yaml'}:") and message in text
 
 
 @pytest.mark.parametrize(
-    ("override", "told"),
+    ("override", "message"),
     [
         ("lens.f_number=f/0.3", "lens.f_number = f/0.3"),
         ("lens.f_numbr=f/3", "did you mean `f_number`?"),
@@ -192,9 +192,9 @@ def test_a_response_that_cannot_be_one_is_refused_in_its_own_file(folder, old, n
         ("camera=nosuch", "no such file in configs/cameras"),
     ],
 )
-def test_a_mistake_in_an_override_names_the_override(folder, override, told):
-    text = message(folder, overrides=[override])
-    assert text.startswith(f"--set {override}: ") and told in text
+def test_a_mistake_in_an_override_names_the_override(folder, override, message):
+    text = load_and_get_message(folder, overrides=[override])
+    assert text.startswith(f"--set {override}: ") and message in text
 
 
 def test_overrides_reach_every_leaf(folder):
@@ -248,13 +248,13 @@ def test_yaml_1_1_traps_are_plain_text_or_numbers(folder):
 
 @pytest.mark.parametrize("text", ["", "- a", "7", "a: &x [*x]", "[" * 5000, "a: b\n---\nc: d", "\x00", "\tlens: 3"])
 def test_a_file_that_is_no_shot_is_one_message(folder, text):
-    assert str(folder / "shot.yaml") in message(folder, text)
+    assert str(folder / "shot.yaml") in load_and_get_message(folder, text)
 
 
 def test_aliases_that_multiply_are_refused_quickly(folder):
     lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 12)]
-    assert "without end" in message(folder, "\n".join(lines))
+    assert "without end" in load_and_get_message(folder, "\n".join(lines))
 
 
 def test_missing_and_unreadable_files_are_one_message(tmp_path):

@@ -122,16 +122,16 @@ def reasons(path) -> dict[str, tuple[bool, str]]:
 
 
 def test_explain_tells_what_is_kept_and_why(tmp_path):
-    told = reasons(write_shot(tmp_path))
-    assert told["diffraction"] == (
+    reason = reasons(write_shot(tmp_path))
+    assert reason["diffraction"] == (
         False,
         "lens.diffraction is not set; the Airy disk is 1.31 photosites wide (2.44 lambda N at 550 nm)",
     )
-    assert not any(told[step][0] for step in ("aberrations", "low-pass filter", "pixel aperture"))
-    told = reasons(write_shot(tmp_path, f"{THIN}, aberrations: {{coma: 0.5 um}}", "low_pass: 4.2 um, fill_factor: 0.81, "))
-    assert told["diffraction"][0] and "kernels of" in told["diffraction"][1] and "7 x 9 places" in told["aberrations"][1]
-    assert told["low-pass filter"] == (True, "four spots 4.2 um apart: no contrast at 1 cycles per photosite")
-    assert told["pixel aperture"] == (True, "sensitive squares of 0.9 photosites: sinc(0.9 nu) instead of sinc(nu)")
+    assert not any(reason[step][0] for step in ("aberrations", "low-pass filter", "pixel aperture"))
+    reason = reasons(write_shot(tmp_path, f"{THIN}, aberrations: {{coma: 0.5 um}}", "low_pass: 4.2 um, fill_factor: 0.81, "))
+    assert reason["diffraction"][0] and "kernels of" in reason["diffraction"][1] and "7 x 9 places" in reason["aberrations"][1]
+    assert reason["low-pass filter"] == (True, "four spots 4.2 um apart: no contrast at 1 cycles per photosite")
+    assert reason["pixel aperture"] == (True, "sensitive squares of 0.9 photosites: sinc(0.9 nu) instead of sinc(nu)")
     far = "focal_length: 50 mm, f_number: f/1.4, focus_distance: 0.5 m, diffraction: true"
     assert "follows the geometric blur" in reasons(write_shot(tmp_path, far, depth="infinity"))["diffraction"][1]
 
@@ -140,6 +140,6 @@ def test_what_cannot_be_seen_is_skipped(tmp_path):
     """A scene without detail, and one whose detail is far below the noise."""
     for bright, why in ((0.5, "the scene is the same everywhere"), (0.5 + 1e-6, "changes nothing by more than")):
         path = write_shot(tmp_path, f"{THIN}, diffraction: true", "low_pass: 2 um, ", bright=bright)
-        told, planned = reasons(path), plan(load_shot(path))
-        assert planned.optics.spread is None and not told["diffraction"][0] and not told["low-pass filter"][0]
-        assert why in told["diffraction"][1] and why in told["low-pass filter"][1]
+        reason, planned = reasons(path), plan(load_shot(path))
+        assert planned.optics.psf is None and not reason["diffraction"][0] and not reason["low-pass filter"][0]
+        assert why in reason["diffraction"][1] and why in reason["low-pass filter"][1]

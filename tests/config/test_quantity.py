@@ -52,7 +52,7 @@ def test_a_photographers_notation_gives_the_number_in_the_fields_unit(text, kind
 
 
 @pytest.mark.parametrize(
-    ("value", "kind", "told"),
+    ("value", "kind", "message"),
     [
         (50, "Millimetres", "has no unit; write a length such as 50 mm"),
         (0.5, "Seconds", "write a time such as 0.5 s"),
@@ -77,10 +77,10 @@ def test_a_photographers_notation_gives_the_number_in_the_fields_unit(text, kind
         ("1" * 100 + " m", "Metres", "too long"),
     ],
 )
-def test_what_is_no_such_quantity_is_refused_with_what_to_write(value, kind, told):
+def test_what_is_no_such_quantity_is_refused_with_what_to_write(value, kind, message):
     with pytest.raises(ValueError) as caught:
         parse_quantity(value, UNITS[kind])
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_conversion_that_overflows_is_refused():

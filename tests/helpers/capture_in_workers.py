@@ -9,14 +9,14 @@ import numpy as np
 
 from simulator.device import open_device
 from simulator.sensor.camera.published_noise_model import noise_model_stages
-from simulator.sensor.frame_stack import FrameSetting, capture
+from simulator.sensor.frame_stack import FrameSetting, expose_frame_stack
 from simulator.sensor.seeds import Seeds
 
 
 def checksum(frame: int) -> int:
     """Of the codes of one frame."""
     setting = FrameSetting(noise_model_stages(1.0, 2.0, bit_depth=14, black_level_dn=64.0), Seeds(frame=frame))
-    return zlib.crc32(capture(open_device(), np.full((1, 32, 64), 50.0), [setting]).tobytes())
+    return zlib.crc32(expose_frame_stack(open_device(), np.full((1, 32, 64), 50.0), [setting]).tobytes())
 
 
 def main() -> None:

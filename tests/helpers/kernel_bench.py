@@ -5,7 +5,7 @@ import copy
 import numpy as np
 
 from simulator.device import Device, expanded
-from simulator.sensor.kernel.kernel_launch import FrameSetting, Part, launch_sensor
+from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.analog_gain import AnalogGain
@@ -58,8 +58,8 @@ class Bench:
         """
         chain = {stage.stem: stage for stage in (AnalogGain(gain), Adc(bits, black), *stages)}
         setting = FrameSetting(tuple(chain.values()), Seeds(body_seed, frame_seed), x, y)
-        # Not through `capture`, which refuses more electrons than any light gives: the kernel must saturate there.
+        # Not through `expose_frame_stack`, which refuses more electrons than any light gives: the kernel must saturate there.
         means = np.ascontiguousarray(mean_electrons, np.float32)
         codes = self.device.empty(means.shape, np.uint16)
-        launch_sensor(self.device, self.device.upload(means), codes, means.shape, [setting], Part.WHOLE, **tunables)
+        launch_sensor(self.device, self.device.upload(means), codes, means.shape, [setting], KernelPart.WHOLE, **tunables)
         return self.device.download(codes, means.shape, np.uint16)

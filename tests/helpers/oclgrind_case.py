@@ -13,7 +13,7 @@ from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.pupil import Pupil, PupilStop
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 from simulator.optics.ray_reference.height_field_rays import sample_height_field
-from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.scene.scene import Layer
@@ -58,7 +58,7 @@ def follow_rays() -> None:
     """Both reference blurs, all colours and a mosaic, with a margin too small for the blur."""
 
     rng, eyes = np.random.default_rng(0), CatsEyes(Pupil(stops=(PupilStop(1.1, 2.0), PupilStop(1.2, -1.0))), 0.05, 40, 30)
-    device, points, frame = open_device(), lens_points(8, patterns=3), Window(3, 5, 9, 7)
+    device, points, frame = open_device(), ray_samples(8, patterns=3), Window(3, 5, 9, 7)
     colour, coverage = rng.random((2, 3, 22, 26)), rng.random((2, 22, 26))
     radius = np.stack([np.broadcast_to(0.05 * np.arange(26) - 2.0, (22, 26)), np.full((22, 26), 8.0)])
     surfaces = upload_surfaces(device, colour, coverage, radius, margin_px=2, oversampling=2)

@@ -4,7 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.psf.tiled_convolution import MOST_SPECTRA, TILE_PX, Spectra, gathered, source_of, tiles_of
+from simulator.optics.psf.tiled_convolution import (
+    MOST_SPECTRA,
+    TILE_PX,
+    KernelSpectra,
+    convolve_tile,
+    split_into_tiles,
+    transform_light,
+)
 
 
 @dataclass(frozen=True)
@@ -27,11 +34,11 @@ def convolve(planes: np.ndarray, grid: PsfGrid, tile_px: int = TILE_PX, most_spe
     """
     result, reach = np.empty_like(planes), grid.kernels.shape[-1] // 2
     padded = np.pad(planes, ((0, 0), (reach, reach), (reach, reach)), mode="edge")
-    tiles = list(tiles_of(grid.x_px, grid.y_px, planes.shape[1:], tile_px))
-    spectra = Spectra(lambda *place: grid.kernels[place][None], reach, tiles, most_spectra)
+    tiles = list(split_into_tiles(grid.x_px, grid.y_px, planes.shape[1:], tile_px))
+    spectra = KernelSpectra(lambda *place: grid.kernels[place][None], reach, tiles, most_spectra)
     for channel in range(len(planes)):
         for tile in tiles:
             rows, columns = (slice(part.start, part.stop + 2 * reach) for part in (tile.rows, tile.columns))
-            source = source_of(padded[channel, rows, columns][None], spectra)
-            result[channel][tile.rows, tile.columns] = gathered(source, tile, spectra, channel)
+            source = transform_light(padded[channel, rows, columns][None], spectra)
+            result[channel][tile.rows, tile.columns] = convolve_tile(source, tile, spectra, channel)
     return result

@@ -98,14 +98,14 @@ def test_the_command_compares_and_writes_the_files(capsys, tmp_path, picture_dng
 def test_the_hash_is_that_of_the_settings_the_sidecar_has(picture_dng):
     # sha256sum of the compact, sorted JSON; the sidecar holds the same settings.
     dng, folder = picture_dng
-    told = read_provenance(dng)
+    provenance = read_provenance(dng)
     sidecar = json.loads(dng.with_suffix(".json").read_text())
     text = json.dumps(sidecar["shot"], sort_keys=True, separators=(",", ":"))
-    assert told.config_sha256 == hashlib.sha256(text.encode()).hexdigest()
+    assert provenance.config_sha256 == hashlib.sha256(text.encode()).hexdigest()
     content = {key: hashlib.sha256((folder / file).read_bytes()).hexdigest() for key, file in
                (("scene.image", "scene.npy"), ("scene.depth.image", "depth.npy"))}  # fmt: skip
-    assert {each["key"]: each["sha256"] for each in told.inputs} == content
-    assert list(told.inputs) == sidecar["inputs"]
+    assert {each["key"]: each["sha256"] for each in provenance.inputs} == content
+    assert list(provenance.inputs) == sidecar["inputs"]
 
 
 def test_a_scene_that_moved_is_found_beside_the_dng(picture_dng):

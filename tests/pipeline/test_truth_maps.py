@@ -17,7 +17,7 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose, noise_free_frame, simulate, truth_parts
+from simulator.pipeline.simulate import compute_truth_maps, expose, noise_free_frame, simulate
 from simulator.pipeline.truth_maps import variance_map
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import IsoSetting, Window
@@ -147,7 +147,7 @@ def test_what_a_part_holds_on_the_host_is_counted_before_the_shot_is_taken(part)
     planned = measure(plan(shot), device)
     mean_electrons, _ = noise_free_frame(device, planned.sensor, expose(planned, device))
     tracemalloc.start()
-    truth_parts(planned, shot.lens, device, mean_electrons)
+    compute_truth_maps(planned, shot.lens, device, mean_electrons)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     counted = planned.memory_bytes() - plan(replace(shot, truth=())).memory_bytes()

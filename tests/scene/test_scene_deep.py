@@ -10,9 +10,9 @@ from helpers.deep_files import deep_data, deep_file
 
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
+from simulator.scene.compositing import composite_planes
 from simulator.scene.deep import DeepDepth, DeepScene
 from simulator.scene.image import ImageScene
-from simulator.scene.pinhole_view import pinhole_planes
 
 SHARED_EXR = Path(__file__).parents[3] / "shared" / "data" / "openexr-images"
 SURFACES, VOLUMES = ("R", "G", "B", "A", "Z"), ("R", "G", "B", "A", "Z", "ZBack")
@@ -20,10 +20,10 @@ SURFACES, VOLUMES = ("R", "G", "B", "A", "Z"), ("R", "G", "B", "A", "Z", "ZBack"
 
 def over(samples):
     """Front to back in float64: colours and alpha of samples (n, 4 or more) in this order."""
-    seen, total = 1.0, np.zeros(4)
+    transmittance, total = 1.0, np.zeros(4)
     for sample in np.asarray(samples, dtype=np.float64):
-        total += seen * sample[:4]
-        seen *= 1.0 - sample[3]
+        total += transmittance * sample[:4]
+        transmittance *= 1.0 - sample[3]
     return total
 
 
@@ -32,7 +32,7 @@ def load(path, **settings):
 
 
 def composite(scene):
-    planes, coverage = pinhole_planes(scene.layers)
+    planes, coverage = composite_planes(scene.layers)
     return np.dstack([planes, np.ones(planes.shape[:2]) if coverage is None else coverage])
 
 
@@ -134,7 +134,7 @@ def test_units_scale_and_rays_apply_to_both_ends_of_a_volume(tmp_path):
 
 
 def test_the_display_window_is_the_picture(tmp_path):
-    """Empty where there is no data; what lies outside is cut off and told."""
+    """Empty where there is no data; what lies outside is cut off and noted."""
     file = deep_file(tmp_path / "a.exr", 2, [[(1.0, 0.5, 0.2, 1.0, 2.0)]] * 4, window=(3, -1, 4, 3))
     scene = load(file)
     assert scene.planes.shape == (3, 4, 3) and scene.planes[0, 3].tolist() == pytest.approx([1.0, 0.5, 0.2])
@@ -143,7 +143,7 @@ def test_the_display_window_is_the_picture(tmp_path):
 
 def test_a_grey_deep_file_without_alpha_is_opaque(tmp_path):
     scene = load(deep_file(tmp_path / "a.exr", 2, [[(0.25, 3.0), (1.0, 5.0)], [(0.5, 4.0)]], ("Y", "Z")))
-    assert pinhole_planes(scene.layers)[0].ravel().tolist() == [0.25, 0.5]
+    assert composite_planes(scene.layers)[0].ravel().tolist() == [0.25, 0.5]
 
 
 @pytest.mark.parametrize(

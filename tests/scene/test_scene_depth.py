@@ -1,4 +1,4 @@
-"""Depth maps: distances along the ray become distances along the axis, holes are told or filled as asked."""
+"""Depth maps: distances along the ray become distances along the axis, holes are refused or filled as asked."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Layers lie over one another as light does, their alpha and depth mean what the file says, and bad ones are told apart."""
+"""Layers are composited, alpha and depth mean what the file says, and each kind of fault has its message."""
 
 from pathlib import Path
 
@@ -18,9 +18,9 @@ from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.scene.color_channels import srgb_to_linear
+from simulator.scene.compositing import flatten_layers
 from simulator.scene.depth import DepthChannel, DepthImage
 from simulator.scene.layered import LayeredScene, PictureLayer
-from simulator.scene.pinhole_view import pinhole_scene
 
 MITSUBA = Path(__file__).parents[3] / "shared" / "data" / "mitsuba"
 SIZE = 6, 8
@@ -52,10 +52,10 @@ def test_layers_lie_over_one_another_front_to_back(tmp_path):
     layers = [PictureLayer(exr(tmp_path / f"{n}.exr", p), n + 1.0) for n, p in enumerate((one, two, wall))]
     scene = scene_of(*layers).load()
     assert len(scene.layers) == 3 and scene.layers[2].coverage is None
-    seen = pinhole_scene(scene)
+    flat = flatten_layers(scene)
     through = 1.0 - a[..., None].astype(np.float64)
     expected = one[..., :3] + through * two[..., :3] + through * (1.0 - b[..., None]) * wall
-    np.testing.assert_allclose(seen.planes, expected, atol=1e-6)
+    np.testing.assert_allclose(flat.planes, expected, atol=1e-6)
     np.testing.assert_array_equal(scene.planes, one[..., :3])  # the scene itself is left alone
 
 
@@ -65,8 +65,8 @@ def test_the_depth_seen_is_where_more_than_half_is_covered(tmp_path):
     b = np.array([[0.25, 1.0, 1.0, 0.0, 0.0]], np.float32)
     c = np.array([[0.25, 1.0, 1.0, 0.3, 0.25]], np.float32)
     files = [exr(tmp_path / f"{n}.exr", np.dstack([p, p, p, p])) for n, p in enumerate((a, b, c))]
-    seen = pinhole_scene(scene_of(*(PictureLayer(f, d) for f, d in zip(files, (1.0, 2.0, 3.0), strict=True))).load())
-    np.testing.assert_array_equal(seen.depth_m, np.float32([[3, 1, 2, np.inf, 3]]))
+    flat = flatten_layers(scene_of(*(PictureLayer(f, d) for f, d in zip(files, (1.0, 2.0, 3.0), strict=True))).load())
+    np.testing.assert_array_equal(flat.depth_m, np.float32([[3, 1, 2, np.inf, 3]]))
 
 
 def test_straight_and_associated_alpha_give_the_same_layer(tmp_path):
@@ -105,13 +105,13 @@ def test_srgb_codes_times_alpha_are_refused(tmp_path):
 def test_the_mean_anchor_is_the_mean_of_what_a_pinhole_sees(tmp_path):
     files = exr(tmp_path / "a.exr", colours(1, alphas(2))), exr(tmp_path / "b.exr", colours(3))
     scene = scene_of(PictureLayer(files[0], 1.0), PictureLayer(files[1], 2.0), luminance_of="mean", illuminant="A").load()
-    assert luminance_of_pixels(pinhole_scene(scene)).mean() == pytest.approx(100.0, rel=1e-4)
+    assert luminance_of_pixels(flatten_layers(scene)).mean() == pytest.approx(100.0, rel=1e-4)
 
 
 def test_a_grey_layer_among_colours_is_grey_light(tmp_path):
     grey = exr(tmp_path / "g.exr", np.dstack([np.full(SIZE, 0.5), np.full(SIZE, 0.5)]).astype(np.float32), ("Y", "A"))
     scene = scene_of(PictureLayer(grey, 1.0), PictureLayer(exr(tmp_path / "b.exr", 0 * colours(1)), 2.0)).load()
-    np.testing.assert_allclose(luminance_of_pixels(pinhole_scene(scene)), 50.0, rtol=1e-4)
+    np.testing.assert_allclose(luminance_of_pixels(flatten_layers(scene)), 50.0, rtol=1e-4)
 
 
 def test_depth_counts_only_where_a_layer_covers(tmp_path):
@@ -247,12 +247,12 @@ def test_composed_layers_are_what_mitsuba_renders_through_a_pinhole(tmp_path, na
         file = exr(tmp_path / f"{number}.exr", np.dstack([colour, alpha]), ("Y", "A"))
         np.save(tmp_path / f"{number}.npy", renders[f"layer{number}_depth"])
         layers.append(PictureLayer(file, DepthImage(tmp_path / f"{number}.npy"), alpha="associated"))
-    seen = pinhole_scene(scene_of(*layers).load())
+    flat = flatten_layers(scene_of(*layers).load())
     truth = renders["pinhole_wide"]
-    error = np.abs(seen.planes[..., 0] - truth) / np.maximum(truth, 0.1)
+    error = np.abs(flat.planes[..., 0] - truth) / np.maximum(truth, 0.1)
     assert np.median(error) < 1e-3 and np.percentile(error, 95) < 0.05
     covered = np.minimum(renders["layer1_alpha"], 1 - renders["layer1_alpha"]) == 0
-    np.testing.assert_allclose(seen.depth_m[covered], renders["depth_wide"][covered], rtol=1e-4)
+    np.testing.assert_allclose(flat.depth_m[covered], renders["depth_wide"][covered], rtol=1e-4)
 
 
 def test_a_scene_of_one_surface_is_not_copied(tmp_path):

@@ -76,7 +76,7 @@ def test_linear_steps_and_whole_numbers(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("vary", "told"),
+    ("vary", "message"),
     [
         ({"exposure.iso": []}, "give at least one value"),
         ({"exposure.iso": {"range": [5, 5]}}, "is empty"),
@@ -93,10 +93,10 @@ def test_linear_steps_and_whole_numbers(tmp_path):
         ({"lens.f_number": ["f/1"] * 900 + ["f/x"]}, "lens.f_number = f/x"),
     ],
 )
-def test_a_mistake_anywhere_is_found_before_the_first_point_runs(tmp_path, vary, told):
+def test_a_mistake_anywhere_is_found_before_the_first_point_runs(tmp_path, vary, message):
     with pytest.raises(PhotositeError) as caught:
         load(tmp_path, {"vary": vary})
-    assert told in str(caught.value) and str(tmp_path / "s.yaml") in str(caught.value)
+    assert message in str(caught.value) and str(tmp_path / "s.yaml") in str(caught.value)
 
 
 def test_values_that_go_together_only_point_by_point_are_not_refused(tmp_path):

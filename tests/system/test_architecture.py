@@ -256,7 +256,9 @@ def test_the_truth_passes_through_the_stages_that_change_the_mean_in_their_order
 def test_every_stream_of_random_words_stands_in_the_table_with_its_keys():
     """A block of philox() takes counter and key from its arguments; block_of() from its own."""
     pages = [path.read_text(encoding="utf-8") for path in sorted(KERNELS.glob("*.[ch]*"))]
-    told = set(re.findall(r"^//   (\w+) +(frame|body) ", (KERNELS / "chance.h").read_text(encoding="utf-8"), re.MULTILINE))
+    told = set(
+        re.findall(r"^//   (\w+) +(frame|body) ", (KERNELS / "random_numbers.h").read_text(encoding="utf-8"), re.MULTILINE)
+    )
     drawn = set(re.findall(r"block_of\([^()]*?(\w*STREAM\w*), (frame|body)_seed", "\n".join(pages)))
     for page in pages:
         for stream in re.findall(r"const struct words counter = \{[^}]*?(\w+_STREAM)\}", page):

@@ -15,7 +15,7 @@ from pairs import one_by_one, ours, patches
 from peers.mitsuba_lens import MitsubaLens
 from scipy import stats
 
-from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.sensor.camera.camera import Window
 
 PICTURE = ramp(0.5, 5.0, 1e3)
@@ -125,7 +125,7 @@ def test_mitsuba_sees_the_surfaces_that_the_lens_blur_is_measured_against(device
     radius = np.stack([np.full(x.shape, -3.0), 4.0 + 0.02 * x])
     light = colours * coverage[..., None]
     render = MitsubaLens(0.018, 2.0, 6000.0).renderer(light, coverage[0], radius, margin)
-    points = lens_points(4096)
+    points = ray_samples(4096)
     points[..., :2] = 0.5
     surfaces = upload_surfaces(device, light.transpose(0, 3, 1, 2)[:, :1], coverage, radius, margin)
     truth = sample_lens(device, surfaces, points, Window(0, 0, size, size), cells=False)

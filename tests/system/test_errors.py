@@ -193,7 +193,7 @@ def test_every_writer_names_the_file_that_did_not_fit(folder, tmp_path):
     """The sizes: settings 7 KiB and more, mosaic 6 KiB, twin 24 KiB, so each limit stops another writer."""
     sweep = (folder / "shot.yaml").read_text() + "sweep: {vary: {exposure.iso: [100, 200]}}\n"
     (folder / "sweep.yaml").write_text(sweep)
-    told = limited(
+    lines = limited(
         folder,
         f"""
 for limit, file in ((4000, "shot.json"), (22000, "shot.truth.exr")):
@@ -209,7 +209,8 @@ assert ended("schema", "--out", {str(tmp_path / "schema.json")!r}) == 1
         "error: single/shot.json", "error: single/shot.truth.exr", "sweep_0000: failed: sweep/sweep_0000.yaml",
         "sweep_0001: failed: sweep/sweep_0001.yaml", "error: sweep/manifest.csv", "error: a.png", "error: schema.json",
     ]  # fmt: skip
-    assert [line.replace(f"{tmp_path}/", "").partition(": cannot be written: File too large; ")[0] for line in told] == expected
+    limit = ": cannot be written: File too large; "
+    assert [line.replace(f"{tmp_path}/", "").partition(limit)[0] for line in lines] == expected
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
 
@@ -217,7 +218,7 @@ def test_a_picture_that_does_not_fit_into_memory_is_named(folder):
     """40 Mpixel of float32 take 480 MB; the process may have 200 MB more than it has."""
     np.save(folder / "large.npy", np.broadcast_to(np.float32(0.5), (5000, 8000, 3)))
     try:
-        told = limited(
+        lines = limited(
             folder,
             """
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
@@ -227,5 +228,5 @@ assert ended("simulate", "shot.yaml", "--set", "scene.image=large.npy", "--out",
         )
     finally:
         (folder / "large.npy").unlink()
-    assert len(told) == 1 and "scene.image = " in told[0] and "large.npy: does not fit into memory" in told[0]
+    assert len(lines) == 1 and "scene.image = " in lines[0] and "large.npy: does not fit into memory" in lines[0]
     assert not (folder / "frames").exists()

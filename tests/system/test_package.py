@@ -13,9 +13,9 @@ from typing import get_type_hints
 import pytest
 
 import simulator
-from simulator.config.sections_of_dataclasses import key_of
 from simulator.sensor.stages.registry import STAGES
 from simulator.sensor.stages.stage import fields_from_shot
+from simulator.units import key_of
 
 REPOSITORY = Path(__file__).parents[2]
 PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]

@@ -16,7 +16,7 @@ from data_gen.sources.data_set import DataSetSamples
 from data_gen.sources.exposed_scene import told_as
 from data_gen.sources.shots import Shots
 from simulator.command_line.simulation import simulate_file
-from simulator.config import load_camera, load_file, load_shot, load_sweep, located
+from simulator.config import load_camera, load_file, load_shot, load_sweep, locate_errors
 from simulator.errors import FIELDS, PhotositeError, require
 from simulator.raw.dng.xmp import SettingsChanged
 from simulator.studies.sweep_runner import run_sweep
@@ -185,7 +185,7 @@ def test_a_later_step_is_placed_by_its_key(shot_file):
     path = shot_file()
 
     def later(**fields):
-        with located(path):
+        with locate_errors(path):
             raise PhotositeError("give more", **fields)
 
     assert facts(caught(lambda: later(key="exposure.iso", value=100))) == (str(path), 6, "exposure.iso", "100")

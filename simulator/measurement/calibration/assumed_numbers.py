@@ -1,11 +1,13 @@
-"""What no raw file tells: pixel pitch, spectral response, the full well beyond the ADC."""
+"""Camera numbers that raw files do not contain: pixel pitch, spectral response, full well above the ADC's range."""
+
+from typing import Any
 
 from simulator.config import camera_data, length_um, response_name
 from simulator.measurement.calibration.camera_yaml import Assumed
 from simulator.measurement.calibration.frame_sorting import Frame
 
 FULL_FRAME_MM = 36.0
-STAND_IN = "sony_a7s2"  # the response of a Bayer sensor that is taken when none is named
+STAND_IN = "sony_a7s2"  # camera whose response stands in for a Bayer sensor when none is given
 _GREY = {  # a monochrome sensor: half of the photons from 400 to 700 nm
     "wavelengths": {"start": "400 nm", "step": "100 nm"},
     "peak_quantum_efficiency": 0.5,
@@ -18,11 +20,12 @@ def assumed_numbers(
 ) -> Assumed:
     """Collect the numbers from options and a base camera, options first.
 
-    name: "Maker Model". frame: any of the camera's. base, response: names or paths. pixel_pitch: quantity with unit.
-    Raises PhotositeError for a name that is not there and a quantity that is no length.
+    name: "Maker Model". frame: any frame of the camera. base, response: names or paths. pixel_pitch: length with its unit.
+    Raises PhotositeError for an unknown name and for a quantity that is not a length.
     """
     make, _, model = name.partition(" ")
-    known = camera_data(base, "--base") if base else {}
+    known: dict[str, Any] = camera_data(base, "--base") if base else {}
+    curves: dict[str, Any]
     if response:
         curves, of_curves = {"file": response_name(response, "--response")}, f"--response {response}"
     elif "response" in known:

@@ -1,4 +1,4 @@
-"""The body behind the ISO settings: sources of read noise, fixed patterns, dark current, levels."""
+"""Calibration of a camera from the measurements of all its ISO settings: read noise sources, fixed pattern, dark current."""
 
 import math
 from dataclasses import dataclass
@@ -8,15 +8,15 @@ import numpy as np
 from simulator.measurement.calibration.dark_measurement import NORMAL_SHAPE
 from simulator.measurement.calibration.frame_checks import findings
 from simulator.measurement.calibration.frame_sorting import Frame, IsoFrames
-from simulator.measurement.calibration.iso_measurement import IsoMeasurement, codes_of, measure_iso
-from simulator.measurement.statistics.dark_current import slope_over_time
+from simulator.measurement.calibration.iso_measurement import IsoMeasurement, measure_iso, read_codes
+from simulator.measurement.statistics.dark_current import fit_slope_over_time
 from simulator.measurement.statistics.interval import Interval, quotient
-from simulator.measurement.statistics.read_noise_split import TwoSource, conversion_gain_switch, two_source
+from simulator.measurement.statistics.read_noise_split import TwoSource, find_conversion_gain_switch, fit_two_sources
 from simulator.measurement.statistics.temporal_noise import pair_noise
 from simulator.progress import Progress, Steps, silent
 
 SHAPE_MARGIN = 0.02
-LARGEST_MISS = 0.25  # of sigma, by the two-source formula
+LARGEST_MISS = 0.25  # of sigma; a larger deviation of the two-source model is reported
 
 
 @dataclass(frozen=True)
@@ -24,10 +24,10 @@ class Calibration:
     """Everything measured of a camera.
 
     isos: results by ISO, ascending. sources: the two-source fit, one per conversion gain. switch_iso: first ISO of the second.
-    dsnu_e [e-], prnu (relative), column_dn [DN], dark_current_e_per_s [e-/s]: from the ISO that tells it best; None where no
-    frames tell. hot_share, hot_excess_e: of the same ISO as dsnu_e, at dark_time_s [s].
-    white_levels_dn: by ISO, where flats clip, else as the files say; white_is_measured tells whether any clips.
-    has_shape: whether some ISO's read noise is told from a normal one. notes: what the user should know.
+    dsnu_e [e-], prnu (relative), column_dn [DN], dark_current_e_per_s [e-/s]: from the ISO with the smallest interval; None
+    where no frames allow the measurement. hot_share, hot_excess_e: at the ISO of dsnu_e and the exposure time dark_time_s [s].
+    white_levels_dn: by ISO, the code at which flats clip, else the level in the files' metadata; white_is_measured: whether
+    some flat clips. has_shape: whether some ISO's read noise differs from a normal distribution. notes: messages to the user.
     """
 
     isos: list[IsoMeasurement]
@@ -47,34 +47,34 @@ class Calibration:
 
     @property
     def first_frame(self) -> Frame:
-        """A frame that tells size and pattern."""
+        """Frame from which the sensor's size and filter pattern are taken."""
         return self.isos[0].frames.short_darks[0]
 
 
 def measure_camera(groups: list[IsoFrames], progress: Progress = silent) -> Calibration:
-    """Measure every ISO and put the body together. progress: told of each ISO.
+    """Measure every ISO and derive the camera's numbers from all of them. progress: counts the ISO settings.
 
-    groups: as `checks.problems` lets through. Raises PhotositeError for frames that cannot be measured.
+    groups: those that `frame_checks.problems` returns. Raises PhotositeError for frames that cannot be measured.
     """
     measured, steps = [], Steps(progress, len(groups))
     for group in groups:
         measured.append(measure_iso(group))
         steps.add(f"measuring ISO {group.iso}")
     sources, switch_iso = _sources(measured)
-    whole = [one for one in measured if not one.frames.cut_at_zero] or measured
-    quiet = min(whole, key=lambda one: _width(one.dark.pattern.photosite_dn) / one.gain_dn_per_e.value)
-    columns = min(whole, key=lambda one: _width(one.dark.pattern.column_dn))
+    whole = [one for one in measured if not one.frames.is_clipped_at_zero] or measured
+    quiet = min(whole, key=lambda one: _width(one.dark.dsnu.photosite_dn) / one.gain_dn_per_e.value)
+    columns = min(whole, key=lambda one: _width(one.dark.dsnu.column_dn))
     prnus = [one.prnu for one in measured if one.prnu is not None]
     current, current_notes = _dark_current(measured)
     return Calibration(
         isos=measured,
         sources=sources,
         switch_iso=switch_iso,
-        dsnu_e=quotient(quiet.dark.pattern.photosite_dn, quiet.gain_dn_per_e),
+        dsnu_e=quotient(quiet.dark.dsnu.photosite_dn, quiet.gain_dn_per_e),
         prnu=min(prnus, key=_width) if prnus else None,
-        column_dn=columns.dark.pattern.column_dn,
-        hot_share=quiet.dark.pattern.hot_share,
-        hot_excess_e=quiet.dark.pattern.hot_excess_dn / quiet.gain_dn_per_e.value,
+        column_dn=columns.dark.dsnu.column_dn,
+        hot_share=quiet.dark.dsnu.hot_share,
+        hot_excess_e=quiet.dark.dsnu.hot_excess_dn / quiet.gain_dn_per_e.value,
         dark_time_s=quiet.frames.short_darks[0].time_s,
         dark_current_e_per_s=current,
         white_levels_dn=_white_levels(measured),
@@ -85,14 +85,14 @@ def measure_camera(groups: list[IsoFrames], progress: Progress = silent) -> Cali
 
 
 def _has_shape(measured: list[IsoMeasurement]) -> bool:
-    """Whether some shape differs from a normal one so that it matters, by an excess kurtosis of about 0.1."""
+    """Whether the noise of some ISO differs from a normal distribution by an excess kurtosis of about 0.1 or more."""
     shapes = [one.dark.shape.shape for one in measured if one.dark.shape is not None]
     beyond = any(part.low > NORMAL_SHAPE + SHAPE_MARGIN or part.high < NORMAL_SHAPE - SHAPE_MARGIN for part in shapes)
     return beyond and all(one.dark.read_noise_dn.value > 0 for one in measured)
 
 
 def _white_levels(measured: list[IsoMeasurement]) -> dict[int, int]:
-    """White level by ISO; where no flat clips, that of another ISO for which the files say the same."""
+    """White level by ISO [DN]. An ISO without clipped flats takes that of another ISO whose metadata hold the same level."""
     said = {one.iso: one.frames.usable_pairs[0][0].white_level_dn for one in measured}
     clipped = {said[one.iso]: one.clipped_dn for one in measured if one.clipped_dn is not None}
     return {one.iso: one.clipped_dn or clipped.get(said[one.iso], said[one.iso]) for one in measured}
@@ -112,9 +112,9 @@ def _width(interval: Interval) -> float:
 
 
 def _sources(measured: list[IsoMeasurement]) -> tuple[list[TwoSource], int | None]:
-    """Fit the two sources on each side of a conversion-gain switch."""
+    """Fit the two-source model of read noise to each side of a conversion-gain switch."""
     isos = [one.iso for one in measured]
-    switch = conversion_gain_switch(isos, [one.read_noise_e.value for one in measured])
+    switch = find_conversion_gain_switch(isos, [one.read_noise_e.value for one in measured])
     sides = [
         [one for one in measured if switch is None or one.iso < switch],
         [one for one in measured if switch and one.iso >= switch],
@@ -122,30 +122,30 @@ def _sources(measured: list[IsoMeasurement]) -> tuple[list[TwoSource], int | Non
     fits = []
     for side in filter(None, sides):
         gains, sigmas = [one.gain_dn_per_e.value for one in side], [one.dark.read_noise_dn for one in side]
-        fits.append(two_source([one.iso for one in side], gains, sigmas))
+        fits.append(fit_two_sources([one.iso for one in side], gains, sigmas))
     return fits, switch
 
 
 def _dark_current(measured: list[IsoMeasurement]) -> tuple[Interval | None, list[str]]:
-    """Dark current of the ISO with the most exposure times: growth of the mean of dark frames, EMVA 1288 R4.0 Linear.
+    """Dark current at the ISO with the most exposure times: slope of the mean of dark frames over time, EMVA 1288 R4.0 Linear.
 
-    A camera that takes the mean of its covered photosites off shows none there. The shot noise of the dark current cannot be
-    taken off, so the growth of the variance tells then.
+    A camera that subtracts the mean of its optical black has no such slope. The shot noise of the dark current remains, so
+    the slope of the temporal variance gives the dark current then.
     """
     best = max(measured, key=lambda one: (len(one.frames.darks), sum(map(len, one.frames.darks.values())), one.iso))
     frames = [frame for same in best.frames.darks.values() for frame in same]
     if len(best.frames.darks) < 2 or len(frames) < 3:
         return None, []
-    slope, _ = slope_over_time(np.array([f.time_s for f in frames]), np.array([f.mean_dn for f in frames]))
+    slope, _ = fit_slope_over_time(np.array([f.time_s for f in frames]), np.array([f.mean_dn for f in frames]))
     if slope.low > 0:
         return quotient(slope, best.gain_dn_per_e), []
     variances = [
-        (time, pair_noise(codes_of(first), codes_of(second)).pixel_variance_dn2)
+        (time, pair_noise(read_codes(first), read_codes(second)).pixel_variance_dn2)
         for time, same in best.frames.darks.items()
         for first, second in zip(same[0::2], same[1::2], strict=False)
     ]
     if len(variances) > 2 and len({time for time, _ in variances}) > 1:
-        growth, _ = slope_over_time(*np.array(variances).T)
+        growth, _ = fit_slope_over_time(*np.array(variances).T)
         if growth.low > 0:
             rule = "the camera takes the mean of the dark current off; its rate is told by the variance"
             return quotient(quotient(growth, best.gain_dn_per_e), best.gain_dn_per_e), [f"ISO {best.iso}: {rule}"]
@@ -156,11 +156,11 @@ def _dark_current(measured: list[IsoMeasurement]) -> tuple[Interval | None, list
 
 
 def full_scale_e(one: IsoMeasurement, white_level_dn: float) -> float:
-    """Electrons that fill the range of the ADC at an ISO [e-]."""
+    """Return the electrons between black and white level at an ISO [e-]."""
     return (white_level_dn - one.dark.black_level_dn) / one.gain_dn_per_e.value
 
 
 def dynamic_range_stops(one: IsoMeasurement, white_level_dn: float) -> float:
-    """Stops between full scale and the noise of a dark photosite, rounding included: log2(full scale / sigma)."""
+    """Return the stops between full scale and the noise of a dark photosite, rounding included: log2(full scale / sigma)."""
     noise_dn = math.hypot(one.dark.read_noise_dn.value, 1.0 / math.sqrt(12.0))
     return math.log2(full_scale_e(one, white_level_dn) * one.gain_dn_per_e.value / noise_dn)

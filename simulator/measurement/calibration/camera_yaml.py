@@ -1,4 +1,4 @@
-"""The camera file of a calibration, as plain data: every number with how it was measured, and with its interval."""
+"""Camera file of a calibration as plain data: each number with its method of measurement and its confidence interval."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ METHOD = "measured, photosite calibrate"
 
 @dataclass(frozen=True)
 class Assumed:
-    """What no raw file tells, in the words of a camera file.
+    """Values that raw files do not contain, in the form that a camera file has.
 
     make, model: names. pixel_pitch: quantity with unit. response: section of the
     camera file. full_well: electrons with unit, or None. sources: where these numbers come from, by key.
@@ -57,9 +57,9 @@ def camera_document(found: Calibration, assumed: Assumed) -> dict[str, object]:
 
 
 def after_gain_dn(found: Calibration) -> float:
-    """Read noise behind the gain [DN]: that of the low conversion gain, and part of every measured total.
+    """Return the read noise behind the analog gain [DN], at low conversion gain, below the total of every ISO.
 
-    0 where the read noise has a shape, since the total has that shape then and is not split.
+    0 where the read noise is not normal, since its distribution is known for the total only.
     """
     if found.has_shape or found.switch_iso is not None and len(found.sources) < 2:
         return 0.0
@@ -85,7 +85,7 @@ def _line(one: IsoMeasurement, found: Calibration) -> dict[str, object]:
 
 
 def _has_bias(found: Calibration) -> bool:
-    """Whether some colour plane's black level differs from the mean of all, by more than the luck of many intervals."""
+    """Whether the black level of some colour plane differs from the mean of all planes by more than 4 standard errors."""
     parts = [part for one in found.isos for part in one.dark.color_bias_dn.values()]
     return found.first_frame.cfa != "MONO" and any(abs(part.value) > 4.0 * part.standard_error for part in parts)
 

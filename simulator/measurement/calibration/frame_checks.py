@@ -1,4 +1,4 @@
-"""What is missing or wrong in a set of frames, each message with the files it is about and what to do."""
+"""Checks of a set of calibration frames: each message names the files it is about and what to do."""
 
 from simulator.errors import PhotositeError
 from simulator.measurement.calibration.frame_sorting import Frame, IsoFrames
@@ -8,7 +8,7 @@ FLICKER = 0.02  # relative difference of the means of a pair of flats
 
 
 def problems(groups: list[IsoFrames]) -> tuple[list[IsoFrames], list[str]]:
-    """Return the ISO settings that can be measured, and what to tell the user about all of them.
+    """Return the ISO settings that can be measured, and messages to the user about all ISO settings.
 
     Raises PhotositeError, with the same messages, when none can be measured.
     """
@@ -25,7 +25,7 @@ def problems(groups: list[IsoFrames]) -> tuple[list[IsoFrames], list[str]]:
 
 
 def _missing(group: IsoFrames) -> list[str]:
-    """What keeps an ISO from being measured at all."""
+    """Return the reasons why an ISO cannot be measured; an empty list where it can."""
     found, at = [], f"ISO {group.iso}"
     if len(group.short_darks) < 2:
         have = _names(group.short_darks)
@@ -34,7 +34,7 @@ def _missing(group: IsoFrames) -> list[str]:
         have = _names([frame for pair in group.flat_pairs for frame in pair] + group.lone_flats)
         rule = "give two flats of one exposure time whose mean lies below 70 % of white and that clip nowhere"
         found.append(f"{at} is left out: no usable pair of flats ({have or 'none there'}); {rule}")
-    elif group.cut_at_zero and len({pair[0].time_s for pair in group.usable_pairs}) < 2:
+    elif group.is_clipped_at_zero and len({pair[0].time_s for pair in group.usable_pairs}) < 2:
         rule = "a camera without pedestal needs flats of two or more exposure times"
         found.append(f"{at} is left out: the codes of {group.short_darks[0].path} end at 0; {rule}")
     return found
@@ -60,7 +60,7 @@ def _flat_notes(group: IsoFrames) -> list[str]:
 
 def _dark_notes(group: IsoFrames) -> list[str]:
     notes = []
-    if group.cut_at_zero:
+    if group.is_clipped_at_zero:
         rule = "no pedestal, so half of the noise is cut off; read noise is taken from the flats, black from the files"
         notes.append(f"ISO {group.iso}: codes of {_names(group.short_darks)} end at 0: {rule}; DSNU and shape are not told")
     for frame in _leaking(group):
@@ -70,7 +70,7 @@ def _dark_notes(group: IsoFrames) -> list[str]:
 
 
 def _leaking(group: IsoFrames) -> list[Frame]:
-    """Dark frames of one exposure time that lie far above the lowest one, against the range of the codes."""
+    """Return dark frames whose mean lies far above the darkest of the same exposure time, which suggests a light leak."""
     found = []
     for frames in group.darks.values():
         lowest = min(frame.mean_dn for frame in frames)
@@ -80,14 +80,14 @@ def _leaking(group: IsoFrames) -> list[Frame]:
 
 
 def findings(measured: list[IsoMeasurement]) -> list[str]:
-    """What the measured numbers themselves give reason to say."""
+    """Return messages about measured numbers that look wrong or could not be determined."""
     notes = []
     for one in measured:
         if one.gain_p < 1e-4:
             planes = ", ".join(f"{name} {part.value:.5g}" for name, part in one.gain_by_plane.items())
             rule = "the camera scales them digitally, or a plane is not linear; K is their mean"
             notes.append(f"ISO {one.iso}: the colour planes have different gains ({planes} DN/e-): {rule}")
-        if one.frames.cut_at_zero:
+        if one.frames.is_clipped_at_zero:
             continue
         sigma_dn, black_dn = one.dark.read_noise_dn.value, one.dark.black_level_dn
         if one.dark.shape is None:

@@ -1,4 +1,4 @@
-"""Which raw files are dark frames and which flat fields, at which ISO, and which two make a pair."""
+"""Sorting of raw files into dark frames and flat fields by ISO, and pairing of flats with equal exposure time."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -9,23 +9,23 @@ from pathlib import Path
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.measurement.statistics.clipping import clipped_code
+from simulator.measurement.statistics.clipping import find_clipped_code
 from simulator.progress import Progress, Steps, silent
 from simulator.raw.raw_reader import RawFile, read_raw_file
 
-LARGEST_SIDE_PX = 2048  # of the part in the middle that is measured: 4 million photosites give K to 0.1 %
-DARK_SHARE = 0.01  # of the range above black: a frame whose mean lies lower is dark when no name says what it is
-HIGH_SHARE = 1e-4  # of codes near white: defects; more is clipping
-ZERO_SHARE = 1e-3  # of codes 0 in a dark frame: more, and the lower tail of its noise is cut off
-LARGEST_SIGNAL_SHARE = 0.7  # of saturation, as in EMVA 1288; brighter pairs tell nothing of K
+LARGEST_SIDE_PX = 2048  # side of the central crop that is measured: 4 million photosites give K to 0.1 %
+DARK_SHARE = 0.01  # of the range above black: a frame of lower mean counts as dark where no file or folder name says its kind
+HIGH_SHARE = 1e-4  # of codes near white: up to here they are defects, above it the frame clips
+ZERO_SHARE = 1e-3  # of codes 0 in a dark frame; above it the lower tail of its noise is clipped
+LARGEST_SIGNAL_SHARE = 0.7  # of saturation, as in EMVA 1288; brighter pairs do not count for K
 _KIND = re.compile(r"(dark|bias|flat)(s|[ _-]?frames?|[ _-]?fields?)?(?![a-z])")  # not "darktable"
 _ISO = re.compile(r"(?<![a-z])iso[ _-]?(\d{2,7})(?!\d)")
-_LARGEST_SHORT = 65535  # what Exif's ISO tag and LibRaw say of every ISO from there on
+_LARGEST_SHORT = 65535  # value of Exif's ISO tag and of LibRaw for every ISO from here on
 
 
 @dataclass(frozen=True)
 class Frame:
-    """What one file is, without its pixels.
+    """Kind, exposure and levels of one raw file, without its pixels.
 
     kind: "dark" or "flat". size: (height, width) of the visible part. mean_dn, white_level_dn, black_level_dn: levels [DN].
     clipped_dn: code at which photosites pile up, None where they do not. high_share: share of codes
@@ -47,7 +47,7 @@ class Frame:
 
     @property
     def clips(self) -> bool:
-        """Whether more than a few defects lie at the top."""
+        """Whether more codes lie near the white level than defects explain."""
         return self.high_share > HIGH_SHARE
 
 
@@ -62,18 +62,18 @@ class IsoFrames:
 
     @property
     def short_darks(self) -> list[Frame]:
-        """Darks of the shortest exposure time of which there are two; else of the shortest."""
+        """Dark frames of the shortest exposure time that has two or more; where none has, of the shortest."""
         times = [time for time, frames in self.darks.items() if len(frames) > 1] or list(self.darks)
         return self.darks[min(times)] if times else []
 
     @property
     def usable_pairs(self) -> list[tuple[Frame, Frame]]:
-        """Pairs of flats that may tell of K: nowhere near clipping."""
+        """Pairs of flats from which K is measured: neither clipped nor above LARGEST_SIGNAL_SHARE."""
         return [pair for pair in self.flat_pairs if not any(frame.clips or _is_bright(frame) for frame in pair)]
 
     @property
-    def cut_at_zero(self) -> bool:
-        """Whether the noise of the dark frames is cut off at code 0, as without a pedestal."""
+    def is_clipped_at_zero(self) -> bool:
+        """Whether the noise of the dark frames is clipped at code 0, as in a camera without pedestal."""
         return any(frame.zero_share > ZERO_SHARE for frame in self.short_darks)
 
 
@@ -82,7 +82,7 @@ def _is_bright(frame: Frame) -> bool:
 
 
 def raw_files(paths: Iterable[Path]) -> list[Path]:
-    """Files, and the files in folders at any depth, in order of name; hidden ones and known side files are left out.
+    """Return files, and the files in folders at any depth, sorted by name, without hidden files and known sidecars.
 
     Raises PhotositeError for a path that is not there and when nothing is left.
     """
@@ -122,7 +122,7 @@ def frame_of(raw: RawFile) -> Frame:
     codes = middle(raw.mosaic)
     black_dn, mean_dn = float(raw.black_level_dn.mean()), float(codes.mean(dtype=np.float64))
     # A dark frame may lie at one code, too, and clips nothing.
-    clipped_dn = clipped_code(codes) if codes.max() > 0.5 * raw.white_level_dn else None
+    clipped_dn = find_clipped_code(codes) if codes.max() > 0.5 * raw.white_level_dn else None
     high_dn = min(0.98 * raw.white_level_dn, clipped_dn or raw.white_level_dn)
     by_level = "dark" if mean_dn - black_dn < DARK_SHARE * (raw.white_level_dn - black_dn) else "flat"
     return Frame(
@@ -142,7 +142,7 @@ def frame_of(raw: RawFile) -> Frame:
 
 
 def middle(mosaic: np.ndarray) -> np.ndarray:
-    """Part in the middle of a mosaic, at most LARGEST_SIDE_PX a side, that begins and ends with a whole 2x2 block."""
+    """Return the central crop of a mosaic, at most LARGEST_SIDE_PX a side, made of whole 2x2 blocks."""
     starts = [2 * (max(0, side - LARGEST_SIDE_PX) // 4) for side in mosaic.shape]
     sides = [min(LARGEST_SIDE_PX, side // 2 * 2) for side in mosaic.shape]
     return mosaic[starts[0] : starts[0] + sides[0], starts[1] : starts[1] + sides[1]]
@@ -173,7 +173,7 @@ def _time_and_name(frame: Frame) -> tuple:
 
 
 def _kind_by_name(path: str) -> str | None:
-    """Kind that the file's own name or the nearest folder with such a name tells."""
+    """Return the kind by the file's name, or by the name of the nearest folder that has one; None where none has."""
     for part in reversed(Path(path).parts):
         if word := _KIND.match(part.lower()):
             return "flat" if word[1] == "flat" else "dark"
@@ -181,7 +181,7 @@ def _kind_by_name(path: str) -> str | None:
 
 
 def _iso(raw: RawFile) -> int:
-    """ISO of the file's Exif data; that of a name such as iso102400 where there is none, or the largest a 16-bit tag holds."""
+    """ISO of the Exif data; where it is missing or at the 16-bit tag's maximum, that of a name such as iso102400."""
     if raw.iso is not None and raw.iso < _LARGEST_SHORT:
         return round(raw.iso)
     named = _ISO.findall(raw.path.lower())

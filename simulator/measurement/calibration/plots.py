@@ -1,4 +1,4 @@
-"""The fits of a calibration as one picture: photon transfer, gain, read noise over ISO, shape of the read noise."""
+"""Figure of a calibration: photon transfer, gain and read noise over ISO, distribution of the read noise, with their fits."""
 
 from typing import TYPE_CHECKING
 
@@ -70,7 +70,7 @@ def _noise(axes: "Axes", found: Calibration) -> None:
 
 def _shape(axes: "Axes", found: Calibration) -> None:
     shaped = [one for one in found.isos if one.dark.shape is not None]
-    picked = np.unique(np.linspace(0, len(shaped) - 1, SHOWN_SHAPES).round()) if shaped else []
+    picked = np.unique(np.linspace(0, len(shaped) - 1, SHOWN_SHAPES).round()).tolist() if shaped else []
     for index, place in enumerate(picked):
         _histogram(axes, shaped[int(place)], 100.0**-index, f"C{index}")
     axes.set(title="Differences of dark frames, and fitted Tukey-lambda noise", yscale="log")
@@ -82,9 +82,11 @@ def _shape(axes: "Axes", found: Calibration) -> None:
 
 def _histogram(axes: "Axes", one: IsoMeasurement, factor: float, color: str) -> None:
     """Density of the differences as points and of the fit as a line, both in standard deviations of a difference."""
-    sigma_dn = one.dark.shape.sigma_dn.value
+    if (fit := one.dark.shape) is None:
+        return
+    sigma_dn = fit.sigma_dn.value
     unit_dn = sigma_dn * np.sqrt(2.0)
-    width_dn = max(1.0, round(unit_dn / 8.0))  # whole codes, or some bins would hold one more code than others
+    width_dn = max(1.0, round(unit_dn / 8.0))  # a whole number of codes, so that every bin holds equally many codes
     edges = np.arange(-(12.0 * unit_dn // width_dn) - 0.5, 12.0 * unit_dn // width_dn + 1.0) * width_dn
     counts, _ = np.histogram(one.dark.residuals_dn, edges)
     seen = counts > 0
@@ -92,9 +94,9 @@ def _histogram(axes: "Axes", one: IsoMeasurement, factor: float, color: str) -> 
     axes.plot((0.5 * (edges[1:] + edges[:-1]) / unit_dn)[seen], density[seen], ".", color=color, markersize=4)
     cell_dn = min(sigma_dn / 24.0, 0.125)
     half = int(12.0 * unit_dn / cell_dn)
-    share = difference_shares(one.dark.shape.shape.value, sigma_dn, cell_dn, half)
+    share = difference_shares(fit.shape.value, sigma_dn, cell_dn, half)
     x, fitted = np.arange(-half, half + 1) * cell_dn / unit_dn, np.maximum(share, 1e-14) / cell_dn * unit_dn * factor
-    label = f"ISO {one.iso}: λ = {one.dark.shape.shape.value:.3f}"
+    label = f"ISO {one.iso}: λ = {fit.shape.value:.3f}"
     axes.plot(x, fitted, color=color, linewidth=0.9, label=label)
 
 

@@ -1,4 +1,4 @@
-"""Curves of an EMVA 1288 report: every plane of the camera in each."""
+"""Figures of an EMVA 1288 report; each shows all colour planes of the camera."""
 
 import textwrap
 from collections.abc import Callable
@@ -27,7 +27,7 @@ TITLES = {
 
 
 def emva_figures(found: EmvaCamera) -> dict[str, str]:
-    """SVG elements by the names of TITLES. Raises PhotositeError when matplotlib is missing."""
+    """Draw all figures as SVG elements, by the names of TITLES. Raises PhotositeError when matplotlib is missing."""
     drawn = {}
     for name, draw in _DRAWN.items():
         figure, (axes,) = new_figure(1, 1, 7.2, 4.2)
@@ -38,7 +38,7 @@ def emva_figures(found: EmvaCamera) -> dict[str, str]:
 
 
 def emva_overview(found: EmvaCamera, title: str) -> "Figure":
-    """Six of the curves in one picture. Raises PhotositeError when matplotlib is missing."""
+    """Draw six of the curves into one figure. Raises PhotositeError when matplotlib is missing."""
     figure, several = new_figure(2, 3, 15.0, 8.0)
     figure.suptitle(title)
     for axes, (name, draw) in zip(several, list(_DRAWN.items())[:6], strict=True):
@@ -99,9 +99,9 @@ def _prnu(axes: "Axes", found: EmvaCamera) -> None:
 
 
 def _histograms(axes: "Axes", found: EmvaCamera, values_dn: dict[str, np.ndarray], scales: dict[str, float]) -> None:
-    """Logarithmic histograms about the mean (EMVA 1288), and for each a normal distribution of its variance.
+    """Draw logarithmic histograms about the mean (EMVA 1288), each with the normal distribution of its variance.
 
-    Means of L frames lie 1/L DN apart, so a bin is a whole number of these steps.
+    Means of L frames are multiples of 1/L DN, so the bin width is a whole number of these steps.
     """
     for name, one in values_dn.items():
         step, low = 1.0 / found.dark_stacks[name].frames, float(one.min())
@@ -116,7 +116,7 @@ def _histograms(axes: "Axes", found: EmvaCamera, values_dn: dict[str, np.ndarray
 
 
 def _spectrogram(axes: "Axes", found: EmvaCamera) -> None:
-    """Root of the mean power spectrum of the rows: white noise of standard deviation s is flat at s (EMVA 1288)."""
+    """Draw the root of the mean power spectrum of the rows; white noise of standard deviation s is flat at s (EMVA 1288)."""
     for name, stack in found.dark_stacks.items():
         rows = stack.mean_dn - stack.mean_dn.mean()
         power = np.mean(np.abs(np.fft.rfft(rows, axis=1)) ** 2, axis=0) / rows.shape[1]

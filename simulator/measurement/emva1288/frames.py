@@ -1,4 +1,4 @@
-"""The frames of `photosite validate emva`: what EMVA 1288 asks for, in light of one wavelength per colour."""
+"""Simulation of the frames that EMVA 1288 requires, in light of one wavelength per colour (`photosite validate emva`)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,26 +8,26 @@ from pathlib import Path
 import numpy as np
 
 from simulator.color.spectra import WAVELENGTHS_NM, efficiency_on
-from simulator.measurement.noise_check.flat_bench import FlatBench, bench_camera, narrow_light, white_light
+from simulator.measurement.noise_check.flat_bench import FlatBench, UniformLight, bench_camera, narrow_light, white_light
 from simulator.measurement.noise_check.frames import Pair
 from simulator.progress import Progress, Steps, silent
 from simulator.sensor.camera.camera import Camera
 
 EXPOSURE_TIME_S = 0.01
 WINDOW_PX = (768, 512)
-# Shares of saturation: 17 steps below 70 %, which K comes from, and steps of 1 % about saturation, which they find.
+# Light steps as shares of saturation: 17 below 70 %, from which K is fitted, and steps of 1 % that locate saturation.
 SHARES = (*np.linspace(0.04, 0.92, 23).round(4), *np.linspace(0.93, 1.06, 14).round(4))
 STACK = 16  # EMVA 1288's least number of frames for DSNU and PRNU
 HALF = 0.5
 WHITE_SHARE = 0.4
 DARK_TIMES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the longest
-DARK_ELECTRONS = 100.0  # what the longest one gathers
+DARK_ELECTRONS = 100.0  # dark electrons in the longest exposure
 LONGEST_TIME_S = 3600.0
 
 
 @dataclass(frozen=True)
 class ColorFiles:
-    """Files in light of one colour. photons: per photosite, of each pair."""
+    """Raw files taken in light of one wavelength. photons: per photosite, of each pair."""
 
     wavelength_nm: float
     photons: tuple[float, ...]
@@ -37,7 +37,7 @@ class ColorFiles:
 
 @dataclass(frozen=True)
 class EmvaFiles:
-    """All files. colors: by channel, R, G, B or MONO. dark_times_s: exposure times of dark_pairs."""
+    """All raw files of a measurement. colors: by channel, R, G, B or MONO. dark_times_s: exposure times of dark_pairs."""
 
     dark_stack: tuple[Path, ...]
     colors: dict[str, ColorFiles]
@@ -49,7 +49,7 @@ class EmvaFiles:
 
 @dataclass(frozen=True)
 class EmvaBench:
-    """Benches at one ISO: one per colour, in light of the wavelength at which that colour sees most, and a white one."""
+    """Benches at one ISO: one per colour channel, in light of its most sensitive wavelength, and one in daylight."""
 
     camera: Camera
     iso: int
@@ -67,14 +67,14 @@ class EmvaBench:
 
     @cached_property
     def white(self) -> FlatBench:
-        """Daylight, for ISO 12232."""
+        """Bench in daylight, for ISO 12232."""
         return self._bench(white_light())
 
     def dark(self, exposure_time_s: float) -> FlatBench:
         """Bench for dark frames of another exposure time."""
         return self._bench(white_light(), exposure_time_s)
 
-    def _bench(self, light, exposure_time_s: float = EXPOSURE_TIME_S) -> FlatBench:
+    def _bench(self, light: UniformLight, exposure_time_s: float = EXPOSURE_TIME_S) -> FlatBench:
         return FlatBench(bench_camera(self.camera, *WINDOW_PX), self.iso, exposure_time_s, light, self.folder, self.device)
 
     def wavelength_nm(self, color: str) -> float:
@@ -82,15 +82,15 @@ class EmvaBench:
         return float(WAVELENGTHS_NM[np.argmax(self.colors[color].light.spectrum_w_m2_sr_nm)])
 
     def electrons(self, color: str) -> float:
-        """Mean electrons that the colour's own photosites get at factor 1 [e-]."""
+        """Mean photoelectrons of the colour's own photosites at light factor 1 [e-]."""
         return float(self.colors[color].electrons[list(self.colors).index(color)])
 
     def factor(self, color: str, share: float) -> float:
-        """Factor of light that brings the colour's own photosites to this share of saturation."""
+        """Light factor that brings the colour's own photosites to this share of saturation."""
         return share * self.colors[color].saturation_e / self.electrons(color)
 
     def dark_times_s(self) -> tuple[float, ...]:
-        """Exposure times for the dark current, none without one [s]."""
+        """Exposure times that measure the dark current [s]; () for a camera without dark current."""
         current = self.white.sensor.stage("dark_current")
         if current is None:
             return ()
@@ -100,13 +100,13 @@ class EmvaBench:
         return tuple(EXPOSURE_TIME_S + share * longest for share in DARK_TIMES)
 
     def frames(self) -> int:
-        """How many frames are taken."""
+        """Number of frames that are taken."""
         return STACK + len(self.colors) * (2 * len(SHARES) + STACK) + 2 + 2 * len(self.dark_times_s())
 
 
 def take_emva_frames(bench: EmvaBench, first_seed: int, progress: Progress = silent) -> EmvaFiles:
-    """Take and save all frames; their seeds count up from the first. progress: told of each. Raises PhotositeError."""
-    take = _Taker(iter(range(first_seed, first_seed + bench.frames())), Steps(progress, bench.frames()))
+    """Simulate and save all frames; their seeds count up from the first. progress: counts frames. Raises PhotositeError."""
+    take = _FrameTaker(iter(range(first_seed, first_seed + bench.frames())), Steps(progress, bench.frames()))
     dark_stack = take.stack(bench.white, "dark", 0.0)
     colors = {}
     for name, one in bench.colors.items():
@@ -123,7 +123,7 @@ def take_emva_frames(bench: EmvaBench, first_seed: int, progress: Progress = sil
 
 
 @dataclass(frozen=True)
-class _Taker:
+class _FrameTaker:
     """Takes frames, each with the next seed."""
 
     seeds: Iterator[int]

@@ -1,13 +1,15 @@
-"""EMVA 1288 report as one HTML page that needs no other file."""
+"""EMVA 1288 report as one self-contained HTML page."""
 
+import math
 import os
+from collections.abc import Sequence
 from html import escape
 
 from simulator.atomic_files import atomic_write
 from simulator.measurement.emva1288.figures import TITLES, emva_figures
 from simulator.measurement.emva1288.frames import EXPOSURE_TIME_S, SHARES, STACK
 from simulator.measurement.emva1288.report import EmvaReport
-from simulator.measurement.noise_check.tolerance_check import Gate
+from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
 from simulator.raw.software import software
 
 _STYLE = """
@@ -38,14 +40,17 @@ def emva_html(report: EmvaReport) -> str:
     body = (
         f"<h1>{title}</h1>\n{_verdict(report)}\n<h2>Summary</h2>\n{_summary(report)}\n{_speed(report)}"
         f"<h2>Curves</h2>\n<div class='figures'>\n{figures}</div>\n"
-        f"<h2>Against the camera file</h2>\n{_gates(report.gates)}\n<h2>Conditions</h2>\n{_conditions(report)}"
+        f"<h2>Against the camera file</h2>\n{_checks_table(report.checks)}\n<h2>Conditions</h2>\n{_conditions(report)}"
     )
     head = f"<meta charset='utf-8'><title>{title}</title><style>{_STYLE}</style>"
     return f"<!doctype html>\n<html lang='en'><head>{head}</head><body>\n{body}\n</body></html>\n"
 
 
 def _verdict(report: EmvaReport) -> str:
-    asked, failed = [gate for gate in report.gates if not gate.ungated], [gate for gate in report.gates if not gate.passed]
+    asked, failed = (
+        [check for check in report.checks if not check.reason_unchecked],
+        [check for check in report.checks if not check.passed],
+    )
     text = f"All {len(asked)} gates passed." if not failed else f"{len(failed)} of {len(asked)} gates failed."
     return f"<p>Measured from {report.frames} raw files, from the codes alone. {text}</p>"
 
@@ -64,17 +69,17 @@ def _speed(report: EmvaReport) -> str:
     )
 
 
-def _gates(gates: tuple[Gate, ...]) -> str:
+def _checks_table(checks: tuple[ToleranceCheck, ...]) -> str:
     rows, styles = [], []
-    for gate in gates:
-        plain = gate.as_dict()
-        scale, unit = (100.0, " %") if gate.relative else (1.0, "")
-        deviation = "" if plain["deviation"] is None else f"{scale * plain['deviation']:+.3g}{unit}"
-        allowed = "" if gate.ungated else f"{scale * gate.tolerance:.3g}{unit}"
-        verdict = f"not gated: {gate.ungated}" if gate.ungated else str(plain["verdict"])
-        numbers = [f"{gate.measured:.5g}", f"{gate.expected:.5g}", deviation, allowed, f"{scale * gate.error:.2g}{unit}"]
-        rows.append([gate.quantity, gate.where, gate.unit, *numbers, verdict])
-        styles.append("ungated" if gate.ungated else "" if gate.passed else "failed")
+    for check in checks:
+        plain = check.as_dict()
+        scale, unit = (100.0, " %") if check.relative else (1.0, "")
+        deviation = f"{scale * check.deviation:+.3g}{unit}" if math.isfinite(check.deviation) else ""
+        allowed = "" if check.reason_unchecked else f"{scale * check.tolerance:.3g}{unit}"
+        verdict = f"not gated: {check.reason_unchecked}" if check.reason_unchecked else str(plain["verdict"])
+        numbers = [f"{check.measured:.5g}", f"{check.expected:.5g}", deviation, allowed, f"{scale * check.error:.2g}{unit}"]
+        rows.append([check.quantity, check.where, check.unit, *numbers, verdict])
+        styles.append("ungated" if check.reason_unchecked else "" if check.passed else "failed")
     head = ["quantity", "plane", "unit", "measured", "expected", "deviation", "allowed", "standard error", "verdict"]
     return _table(head, rows, first_number=3, last_number=7, styles=styles)
 
@@ -92,7 +97,13 @@ def _conditions(report: EmvaReport) -> str:
     return "<ul>" + "".join(f"<li>{escape(line)}</li>" for line in lines) + "</ul>"
 
 
-def _table(head, rows, first_number: int, last_number: int | None = None, styles: list[str] | None = None) -> str:
+def _table(
+    head: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    first_number: int,
+    last_number: int | None = None,
+    styles: Sequence[str] | None = None,
+) -> str:
     last = len(head) if last_number is None else last_number + 1
 
     def cell(index: int, text: str) -> str:

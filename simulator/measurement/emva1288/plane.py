@@ -1,4 +1,4 @@
-"""EMVA 1288 Release 4.0 Linear for one colour plane: every number of its summary sheet from pairs and stacks."""
+"""EMVA 1288 Release 4.0 Linear for one colour plane: the numbers of its summary sheet from frame pairs and frame stacks."""
 
 import math
 from collections.abc import Sequence
@@ -12,10 +12,10 @@ from simulator.measurement.statistics.linearity import Linearity, linearity, res
 from simulator.measurement.statistics.photon_transfer import (
     LARGEST_SHARE,
     DarkNoise,
-    below,
     dynamic_range,
     gain,
     gain_without_dark,
+    points_below_saturation,
     read_noise_e,
     saturation_index,
     transfer_point,
@@ -26,17 +26,17 @@ from simulator.measurement.statistics.temporal_noise import PairNoise
 
 @dataclass(frozen=True)
 class LightStep:
-    """A pair of frames that expects this many photons on the whole area of a photosite (mu_p)."""
+    """Temporal noise of a pair of frames, and the mean photons on the whole area of a photosite (mu_p)."""
 
     photons: float
     noise: PairNoise
 
 
 @dataclass(frozen=True)
-class Pattern:
-    """DSNU [e-] or PRNU (relative): standard deviations of the whole, of rows, of columns and of photosites.
+class Nonuniformity:
+    """DSNU [e-] or PRNU (relative): standard deviations in total, of rows, of columns and of photosites.
 
-    error: standard error of the photosites' part. A part whose estimated variance is negative is 0.
+    error: standard error of `pixel`. A component whose estimated variance is negative is 0.
     """
 
     total: float
@@ -62,8 +62,8 @@ class EmvaPlane:
     read_noise: Interval
     saturation_photons: float
     saturation_e: float
-    dsnu: Pattern
-    prnu: Pattern
+    dsnu: Nonuniformity
+    prnu: Nonuniformity
     linearity: Linearity
     linearity_error: float
     photons: np.ndarray
@@ -86,7 +86,7 @@ class EmvaPlane:
         return dynamic_range(self.saturation_e, self.dark, self.gain.value)
 
     def snr(self, photons: np.ndarray, fixed_pattern: bool = False) -> np.ndarray:
-        """SNR of the model at these photons, temporal or with DSNU and PRNU (EMVA 1288: total SNR)."""
+        """SNR of the linear model at these photons, of temporal noise, or with DSNU and PRNU (EMVA 1288: total SNR)."""
         electrons = self.quantum_efficiency.value * photons
         noise = self.dark.variance_dn2 / self.gain.value**2 + electrons
         if fixed_pattern:
@@ -97,10 +97,10 @@ class EmvaPlane:
 def measure_plane(
     steps: Sequence[LightStep], dark: DarkNoise, dark_stack: Stack, light_stack: Stack, dark_is_clipped: bool = False
 ) -> EmvaPlane:
-    """Measure a plane from pairs at steps of light, and stacks in the dark and at half saturation.
+    """Measure a plane from pairs at steps of light, and from stacks in the dark and at half saturation.
 
-    dark: of pairs at the same exposure time. dark_is_clipped: black lies at code 0 and the dark frames tell nothing, so
-        that dark.mean_dn is the black level, and K comes from the slope of the steps alone.
+    dark: of pairs at the same exposure time. dark_is_clipped: dark codes are clipped at 0; dark.mean_dn is the black level
+        then, and K is the slope of the light steps with a free intercept.
     Raises PhotositeError when the steps do not reach from below 70 % of saturation to saturation.
     """
     ordered = sorted(steps, key=lambda step: step.photons)
@@ -108,14 +108,14 @@ def measure_plane(
     last = saturation_index(points)
     if last == len(points) - 1:
         raise PhotositeError("EMVA 1288: the variance still rises at the last step of light; add steps beyond saturation")
-    fitted = below(points, points[last].signal_dn)
+    fitted = points_below_saturation(points, points[last].signal_dn)
     slope = gain_without_dark(fitted) if dark_is_clipped else gain(fitted, dark)
     photons = np.array([step.photons for step in ordered])
     signal_dn = np.array([point.signal_dn for point in points])
     low = signal_dn <= LARGEST_SHARE * signal_dn[last]
     response = responsivity(photons[low], signal_dn[low])
     line = linearity(photons, signal_dn, signal_dn[last])
-    dsnu, prnu = fixed_pattern(dark_stack, light_stack, slope.value)
+    dsnu, prnu = measure_nonuniformity(dark_stack, light_stack, slope.value)
     efficiency = response / slope.value
     counted = np.array([step.noise.rows * step.noise.columns for step in ordered])
     mean_error = np.sqrt([point.variance_dn2 for point in points] / (2.0 * counted)) / np.maximum(signal_dn, 1e-12)
@@ -138,7 +138,7 @@ def measure_plane(
 
 
 def _read_noise(dark: DarkNoise, slope: Interval) -> Interval:
-    """sigma_d with its standard error; 0 where rounding is all there is."""
+    """sigma_d with its standard error; 0 where the dark variance is that of rounding or less."""
     value = read_noise_e(dark, slope.value)
     if value == 0.0:
         return Interval(0.0, 0.0, 0.0)
@@ -146,30 +146,30 @@ def _read_noise(dark: DarkNoise, slope: Interval) -> Interval:
     return normal_interval(value, value * math.hypot(of_dark, slope.standard_error / slope.value))
 
 
-def fixed_pattern(dark: Stack, light: Stack, gain_dn_per_e: float) -> tuple[Pattern, Pattern]:
-    """DSNU and PRNU: the pattern of the dark in electrons, and what light adds to it relative to its signal.
+def measure_nonuniformity(dark: Stack, light: Stack, gain_dn_per_e: float) -> tuple[Nonuniformity, Nonuniformity]:
+    """Measure DSNU [e-] and PRNU (relative) from the spatial variances of a dark stack and a light stack.
 
-    DSNU = s_y.dark / K, PRNU = sqrt(s_y.light^2 - s_y.dark^2) / (mu_y.light - mu_y.dark), each part for itself.
+    DSNU = s_y.dark / K, PRNU = sqrt(s_y.light^2 - s_y.dark^2) / (mu_y.light - mu_y.dark), for each component of the variance.
     """
     in_dark, in_light = spatial_variance(dark), spatial_variance(light)
     signal_dn = float(light.mean_dn.mean() - dark.mean_dn.mean())
     added = [getattr(in_light, part) - getattr(in_dark, part) for part in _PARTS]
     dark_error, light_error = _error(in_dark, dark), _error(in_light, light)
-    dsnu = _pattern([getattr(in_dark, part) for part in _PARTS], dark_error, gain_dn_per_e)
-    return dsnu, _pattern(added, math.hypot(dark_error, light_error), signal_dn)
+    dsnu = _nonuniformity_of([getattr(in_dark, part) for part in _PARTS], dark_error, gain_dn_per_e)
+    return dsnu, _nonuniformity_of(added, math.hypot(dark_error, light_error), signal_dn)
 
 
 _PARTS = ("total_dn2", "row_dn2", "column_dn2", "pixel_dn2")
 
 
 def _error(variance: SpatialVariance, stack: Stack) -> float:
-    """Standard error of the photosites' variance: it was seen together with 1/L of the temporal one [DN^2]."""
+    """Standard error of the photosites' spatial variance, whose estimate includes 1/L of the temporal variance [DN^2]."""
     return math.sqrt(2.0 / stack.mean_dn.size) * (max(variance.pixel_dn2, 0.0) + stack.variance_dn2 / stack.frames)
 
 
-def _pattern(variances: list[float], error: float, unit: float) -> Pattern:
-    """Standard deviations of four variances in another unit."""
+def _nonuniformity_of(variances: list[float], error: float, unit: float) -> Nonuniformity:
+    """Convert the variances of the four components to standard deviations in another unit."""
     total, row, column, pixel = (math.sqrt(max(value, 0.0)) / unit for value in variances)
-    # From the error of a variance to that of its root, which at 0 is the root itself.
+    # Standard error of a square root; at a variance of 0 it is the root of the variance's error.
     of_root = error / (2.0 * max(pixel * unit, math.sqrt(error)) * unit) if error > 0 else 0.0
-    return Pattern(total, row, column, pixel, of_root)
+    return Nonuniformity(total, row, column, pixel, of_root)

@@ -1,4 +1,4 @@
-"""`photosite validate emva` without its printing: take the frames, measure them, compare, write HTML and JSON."""
+"""EMVA 1288 validation of a simulated camera: simulate the frames, measure them, check them, write JSON."""
 
 import json
 import math
@@ -7,10 +7,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from simulator.atomic_files import atomic_write
+from simulator.measurement.emva1288.checks import check_emva
 from simulator.measurement.emva1288.files_to_planes import EmvaCamera, measure_emva
 from simulator.measurement.emva1288.frames import EXPOSURE_TIME_S, EmvaBench, take_emva_frames
-from simulator.measurement.emva1288.gates import emva_gates
-from simulator.measurement.noise_check.tolerance_check import Gate
+from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
 from simulator.progress import Progress, silent
 from simulator.raw.software import software
 from simulator.sensor.camera.camera import Camera
@@ -18,22 +18,22 @@ from simulator.sensor.camera.camera import Camera
 
 @dataclass(frozen=True)
 class EmvaReport:
-    """What was measured of a camera at one ISO, from this many frames of this many photosites."""
+    """Results of one camera at one ISO. frames: number simulated. window: width and height [px]."""
 
     camera: str
     iso: int
     frames: int
     window: tuple[int, int]
     found: EmvaCamera
-    gates: tuple[Gate, ...]
+    checks: tuple[ToleranceCheck, ...]
 
     @property
     def passed(self) -> bool:
-        """Whether every gate was."""
-        return all(gate.passed for gate in self.gates)
+        """Whether every tolerance check passed."""
+        return all(check.passed for check in self.checks)
 
     def summary(self) -> list[tuple[str, str, dict[str, float]]]:
-        """Lines of EMVA 1288's summary: quantity, unit, and the number of each plane."""
+        """Rows of EMVA 1288's summary: quantity, unit, and the number of each plane."""
         planes = self.found.planes
         lines = {
             ("wavelength", "nm"): self.found.wavelengths_nm,
@@ -65,21 +65,21 @@ class EmvaReport:
 def validate_emva(
     camera: Camera, iso: int, folder: Path, *, device: str | None = None, seed: int = 1, progress: Progress = silent
 ) -> EmvaReport:
-    """Take EMVA 1288's frames as DNG files in `folder`, and measure the camera from them alone.
+    """Simulate EMVA 1288's frames as DNG files in `folder`, and measure the camera from these files alone.
 
-    seed: of the first frame; they count up. progress: told of each frame.
+    seed: of the first frame; the next ones count up from it. progress: counts frames.
     Raises PhotositeError for an ISO the camera does not have.
     """
     bench = EmvaBench(camera, iso, folder, device)
     files = take_emva_frames(bench, seed, progress)
     found = measure_emva(files)
     frame = bench.white.camera.frame
-    gates = tuple(emva_gates(found, bench))
-    return EmvaReport(f"{camera.make} {camera.model}", iso, bench.frames(), (frame.width, frame.height), found, gates)
+    checks = tuple(check_emva(found, bench))
+    return EmvaReport(f"{camera.make} {camera.model}", iso, bench.frames(), (frame.width, frame.height), found, checks)
 
 
 def write_emva_json(report: EmvaReport, path: str | os.PathLike) -> None:
-    """Write numbers, intervals, curves and gates as JSON. Raises PhotositeError when it cannot be written."""
+    """Write numbers, intervals, curves and tolerance checks as JSON. Raises PhotositeError when it cannot be written."""
     planes = {name: {**asdict(plane), "snr_max": plane.snr_max} for name, plane in report.found.planes.items()}
     content = {
         "software": software(),
@@ -92,7 +92,7 @@ def write_emva_json(report: EmvaReport, path: str | os.PathLike) -> None:
         "passed": report.passed,
         "summary": [{"quantity": name, "unit": unit, "planes": values} for name, unit, values in report.summary()],
         "planes": planes,
-        "gates": [gate.as_dict() for gate in report.gates],
+        "gates": [check.as_dict() for check in report.checks],
     }
     with atomic_write(path) as temporary:
         temporary.write_text(json.dumps(content, indent=2, default=lambda array: array.tolist()) + "\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Frames of a uniformly lit sensor, saved as DNG files: what a camera test bench takes."""
+"""Simulated camera test bench: frames of a uniformly lit sensor and dark frames, saved as DNG files."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,13 +19,15 @@ from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera, Window
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.sensor_plan import SensorPlan
+from simulator.sensor.stages.exposure import Integration
+from simulator.sensor.stages.irradiance import Irradiance
 
 BODY_SEED = 1288
 
 
 @dataclass(frozen=True)
 class UniformLight:
-    """A scene of one radiance everywhere.
+    """A scene of uniform radiance.
 
     spectrum_w_m2_sr_nm: (81,) on WAVELENGTHS_NM.
     """
@@ -33,7 +35,7 @@ class UniformLight:
     spectrum_w_m2_sr_nm: np.ndarray
 
     def load(self) -> Scene:
-        """Make the scene; white balance is for equal energy, so that a narrow band does not divide by zero."""
+        """Make the scene; its white is that of equal energy, so that a narrow band does not divide by zero."""
         planes = np.ones((2, 2, 1), dtype=np.float32)
         even = np.ones(WAVELENGTHS_NM.size)
         return Scene(planes, self.spectrum_w_m2_sr_nm[np.newaxis], WAVELENGTHS_NM, even, interpolation="nearest")
@@ -55,9 +57,9 @@ def narrow_light(wavelength_nm: float) -> UniformLight:
 
 
 def bench_camera(camera: Camera, width: int, height: int) -> Camera:
-    """Return the camera with a window in its middle that begins with the sensor's own filter pattern.
+    """Return the camera with a window near the sensor's middle that keeps the sensor's own filter pattern.
 
-    Raises PhotositeError for a camera that bins, since its files hold no single photosites.
+    Raises PhotositeError for a camera that bins, since its raw files do not hold single photosites.
     """
     rule = "single photosites are measured; leave binning out, or set it to null"
     require(camera.binning is None, "camera.binning", camera.binning, rule)
@@ -68,9 +70,9 @@ def bench_camera(camera: Camera, width: int, height: int) -> Camera:
 
 @dataclass(frozen=True)
 class FlatBench:
-    """Takes flat and dark frames at one setting of a camera and saves them in a folder.
+    """Simulates flat and dark frames at one setting of a camera and saves them in a folder.
 
-    The light falls through an f/4 lens without cos^4, so that every photosite expects the same number of photons.
+    The light passes an f/4 lens without cos^4 falloff, so that the mean number of photons is the same for every photosite.
     """
 
     camera: Camera
@@ -81,13 +83,13 @@ class FlatBench:
     device: str | None = None
 
     def shot(self, factor: float, seed: int) -> Shot:
-        """Return the shot of light of this factor; 0 is a dark frame."""
+        """Return the shot in this multiple of the light; factor 0 is a dark frame."""
         lens = ThinLens(50.0, 4.0, cos4=False)
         exposure, seeds = Exposure(self.exposure_time_s, self.iso), Seeds(BODY_SEED, seed)
         return Shot(self.light.scaled(factor), lens, exposure, self.camera, seeds)
 
     def take(self, name: str, factor: float, seed: int) -> Path:
-        """Take a frame and save it as NAME.dng. Raises PhotositeError."""
+        """Simulate a frame and save it as NAME.dng. Raises PhotositeError."""
         path = self.folder / f"{name}.dng"
         write_dng(simulate(self.shot(factor, seed), device=self.device), path)
         return path
@@ -99,37 +101,41 @@ class FlatBench:
 
     @property
     def sensor(self) -> SensorPlan:
-        """What the sensor does with light of factor 1."""
+        """The sensor's part of the plan at factor 1."""
         return self.planned.sensor
 
     @cached_property
     def illuminance_per_radiance(self) -> float:
-        """Irradiance over radiance of the lens [sr]."""
-        return self.sensor.stage("irradiance").solid_angle_sr
+        """Irradiance on the sensor over radiance of the scene, on the optical axis [sr]."""
+        irradiance = self.sensor.stage("irradiance")
+        assert isinstance(irradiance, Irradiance)  # every planned shot has this stage
+        return irradiance.effective_solid_angle_sr
 
     @cached_property
     def electrons(self) -> np.ndarray:
         """Mean photoelectrons of a photosite per colour channel at factor 1, (channels,) [e-]."""
-        area_s = self.sensor.stage("exposure").collecting_area_um2 * self.exposure_time_s
+        exposure = self.sensor.stage("exposure")
+        assert isinstance(exposure, Integration)  # every planned shot has this stage
+        area_s = exposure.collecting_area_um2 * self.exposure_time_s
         return self.planned.optics.weights[0].astype(np.float64) * self.illuminance_per_radiance * area_s
 
     @cached_property
     def photons(self) -> float:
-        """Photons on the whole area of a photosite at factor 1, whatever of it collects (EMVA 1288: mu_p)."""
+        """Mean photons on the whole area of a photosite at factor 1, whatever its fill factor (EMVA 1288: mu_p)."""
         scene = self.planned.optics.scene
         per_um2_s_sr = electron_radiance_weights(scene, WAVELENGTHS_NM, np.ones((WAVELENGTHS_NM.size, 1)))[0, 0]
         return per_um2_s_sr * self.illuminance_per_radiance * self.camera.pixel_pitch_um**2 * self.exposure_time_s
 
     @cached_property
     def luminous_exposure_lx_s(self) -> float:
-        """H on the sensor at factor 1 [lx s] (ISO 12232)."""
+        """Luminous exposure H of the sensor at factor 1 [lx s] (ISO 12232)."""
         return float(luminance_cd_m2(self.light.spectrum_w_m2_sr_nm)) * self.illuminance_per_radiance * self.exposure_time_s
 
     @cached_property
     def saturation_e(self) -> float:
-        """Electrons at which the file's white level is reached, as the camera file has it [e-]."""
+        """Electrons that reach the white level, by the camera file [e-]."""
         return self.sensor.electrons_at_white()
 
     def factor_of(self, share: float) -> float:
-        """Factor of light that brings the most sensitive colour to this share of saturation."""
+        """Light factor that brings the most sensitive colour to this share of saturation."""
         return share * self.saturation_e / float(self.electrons.max())

@@ -1,21 +1,23 @@
-"""The frames of `photosite validate noise`: how many are needed, and taking them."""
+"""Planning and simulation of the frames that a noise validation needs (`photosite validate noise`)."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from simulator.measurement.noise_check.expected import pedestal_holds
+from simulator.measurement.noise_check.expected import is_pedestal_sufficient
 from simulator.measurement.noise_check.flat_bench import FlatBench, bench_camera, white_light
 from simulator.progress import Steps
 from simulator.sensor.camera.camera import Camera
+from simulator.sensor.stages.stage import Moments
 
 EXPOSURE_TIME_S = 0.01
 WINDOW_PX = 512
-GAIN_ERROR = 0.0015  # wanted relative standard error of K, a quarter of its gate
+GAIN_ERROR = 0.0015  # wanted relative standard error of K, a quarter of its tolerance
 LEVELS = (0.25, 0.4, 0.55, 0.68)  # of saturation, in the most sensitive colour; EMVA 1288 fits up to 0.7
-LOW_LEVEL = 0.03  # instead of the first, where black clips the dark and the line needs two ends
+LOW_LEVEL = 0.03  # replaces the first where dark frames clip: a line with a free intercept needs a wide range of signals
 DARK_PAIRS = 4
 MOST_PAIRS = 16  # per level
 
@@ -34,7 +36,7 @@ class NoiseFiles:
 
 @dataclass(frozen=True)
 class FramePlan:
-    """What is taken at one ISO: pairs of flats per level, and the relative standard error of K expected of them."""
+    """Frames of one ISO: levels of light, pairs of flats per level, and the relative standard error of K they allow."""
 
     levels: tuple[float, ...]
     pairs: int
@@ -42,19 +44,19 @@ class FramePlan:
 
     @property
     def frames(self) -> int:
-        """Frames in all."""
+        """Number of frames of this ISO."""
         return 2 * (DARK_PAIRS + self.pairs * len(self.levels)) + 1
 
 
-def noise_bench(camera: Camera, iso: int, folder: Path, device: str | None = None) -> FlatBench:
+def make_noise_bench(camera: Camera, iso: int, folder: Path, device: str | None = None) -> FlatBench:
     """Return the bench at one ISO: daylight, 1/100 s, a window in the middle of the sensor."""
     return FlatBench(bench_camera(camera, WINDOW_PX, WINDOW_PX), iso, EXPOSURE_TIME_S, white_light(), folder, device)
 
 
-def frame_plan(bench: FlatBench) -> FramePlan:
-    """Choose levels and number of pairs such that K gets its wanted precision, as far as MOST_PAIRS allow."""
+def plan_frames(bench: FlatBench) -> FramePlan:
+    """Choose levels and number of pairs so that K has the standard error GAIN_ERROR, with MOST_PAIRS per level at most."""
     levels = LEVELS
-    if not pedestal_holds(bench.sensor):
+    if not is_pedestal_sufficient(bench.sensor):
         dark, weakest = bench.sensor.moments(0.0), float(bench.electrons.min() / bench.electrons.max())
         clear = 5.0 * math.sqrt(dark.variance + dark.fixed_variance) / (bench.sensor.white_level_dn() * weakest)
         levels = (max(LOW_LEVEL, clear), *LEVELS[1:])
@@ -64,13 +66,13 @@ def frame_plan(bench: FlatBench) -> FramePlan:
 
 
 def _gain_error(bench: FlatBench, levels: tuple[float, ...]) -> float:
-    """Relative standard error of K from one pair per level, by the variance model; a sample variance has 2 V^2 / N."""
+    """Predict the relative standard error of K from one pair per level; the sample variance has the variance 2 V^2 / N."""
     frame, dark = bench.camera.frame, bench.sensor.moments(0.0)
     places = [0] if bench.camera.channels == 1 else [0, 1, 1, 2]
     points = [bench.sensor.moments(bench.factor_of(level) * e) for level in levels for e in bench.electrons[places]]
     signal = np.array([point.mean for point in points]) - dark.mean
     variance, count = np.array([point.variance for point in points]), frame.width * frame.height / len(places)
-    if not pedestal_holds(bench.sensor):
+    if not is_pedestal_sufficient(bench.sensor):
         signal = signal - np.average(signal, weights=variance**-2.0)  # a free intercept
         return float(np.sqrt(2.0 / count / (signal**2 / variance**2).sum())) / _slope(points)
     leverage = signal / variance**2 / (signal**2 / variance**2).sum()
@@ -78,13 +80,13 @@ def _gain_error(bench: FlatBench, levels: tuple[float, ...]) -> float:
     return float(np.hypot(np.linalg.norm(leverage * variance) * math.sqrt(2.0 / count), of_dark)) / _slope(points)
 
 
-def _slope(points) -> float:
-    """Rise of variance with the mean, which is K."""
+def _slope(points: Sequence[Moments]) -> float:
+    """Slope of the variance over the mean, which is K."""
     return float(np.polyfit([point.mean for point in points], [point.variance for point in points], 1)[0])
 
 
 def take_frames(bench: FlatBench, wanted: FramePlan, first_seed: int, steps: Steps | None = None) -> NoiseFiles:
-    """Take and save the dark pairs, the flat pairs and one frame in which every colour is saturated.
+    """Simulate and save the dark pairs, the flat pairs and one frame in which every colour is saturated.
 
     first_seed: of the frames, which count up from it. steps: counts the frames. Raises PhotositeError.
     """

@@ -1,4 +1,4 @@
-"""Noise against ISO, measured back from raw files alone and compared with the camera file."""
+"""Measurement of K, read noise, row noise and full scale of one ISO from raw files alone."""
 
 import math
 from collections.abc import Sequence
@@ -11,11 +11,11 @@ from simulator.measurement.noise_check.frames import NoiseFiles, Pair
 from simulator.measurement.statistics.interval import Interval
 from simulator.measurement.statistics.photon_transfer import (
     DarkNoise,
-    below,
     dark_noise,
     dynamic_range,
     gain,
     gain_without_dark,
+    points_below_saturation,
     read_noise_e,
     transfer_point,
 )
@@ -25,10 +25,10 @@ from simulator.raw.raw_reader import read_raw_file
 
 @dataclass(frozen=True)
 class IsoNoise:
-    """What the files of one ISO tell.
+    """Numbers measured at one ISO.
 
-    gain: K [DN/e-]. dark: of a photosite, row noise apart. dark_is_clipped: more than 1 code in 1000 of the dark is 0.
-    row_noise_dn: standard deviation of whole rows. saturation_dn: mean code of a saturated frame less the dark one.
+    gain: K [DN/e-]. dark: of single photosites, without row noise. dark_is_clipped: over 1 in 1000 codes of dark frames is 0.
+    row_noise_dn: standard deviation of the offsets of rows. saturation_dn: mean code of a saturated frame less the dark one.
     """
 
     iso: int
@@ -45,7 +45,7 @@ class IsoNoise:
 
     @property
     def read_noise_e(self) -> float:
-        """The same in electrons [e-]."""
+        """Read noise in electrons [e-]."""
         return read_noise_e(self.dark, self.gain.value)
 
     @property
@@ -55,11 +55,11 @@ class IsoNoise:
 
     @property
     def dynamic_range_stops(self) -> float:
-        """Full scale over the smallest signal of SNR 1 (EMVA 1288), in powers of 2."""
+        """Full scale over the signal at which the SNR is 1 (EMVA 1288), in powers of 2."""
         return math.log2(dynamic_range(self.full_scale_e, self.dark, self.gain.value))
 
 
-def measure_iso(files: NoiseFiles) -> IsoNoise:
+def measure_iso_noise(files: NoiseFiles) -> IsoNoise:
     """Measure one ISO from its DNG files; all four colour planes share one gain. Raises PhotositeError."""
     dark_pairs = [_plane_noise(pair) for pair in files.dark]
     saturated = read_raw_file(files.saturated)
@@ -75,7 +75,7 @@ def measure_iso(files: NoiseFiles) -> IsoNoise:
         for pair in files.flat
         for name, noise in _plane_noise(pair).items()
     ]
-    fitted = below(points, rise_dn)
+    fitted = points_below_saturation(points, rise_dn)
     row_variance = float(np.mean([noise.row_variance_dn2 for planes in dark_pairs for noise in planes.values()]))
     return IsoNoise(
         iso=files.iso,
@@ -98,9 +98,9 @@ def log_slope(isos: Sequence[float], gains: Sequence[float]) -> float:
 
 
 def noise_steps(read_noise: dict[int, float]) -> list[tuple[int, int]]:
-    """Neighbouring ISOs between which the read noise in electrons drops as it can only at a switch of conversion gain.
+    """Find neighbouring ISOs between which the read noise in electrons drops by a switch of conversion gain.
 
-    read_noise: by ISO [e-]. One source before and one behind the gain make it fall like 1 / ISO at most.
+    read_noise: by ISO [e-]. With one noise source before and one after the gain, it falls like 1 / ISO at most.
     """
     found = []
     for low, high in pairwise(sorted(read_noise)):

@@ -1,4 +1,4 @@
-"""`photosite validate noise` without its printing: take the frames, measure them, compare, write the results."""
+"""Noise validation of a simulated camera: simulate the frames, measure them, check them, write JSON."""
 
 import json
 import os
@@ -7,10 +7,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from simulator.atomic_files import atomic_write
-from simulator.measurement.noise_check.frames import FramePlan, NoiseFiles, frame_plan, noise_bench, take_frames
-from simulator.measurement.noise_check.gates import iso_gates, table_gates
-from simulator.measurement.noise_check.measure import IsoNoise, measure_iso
-from simulator.measurement.noise_check.tolerance_check import Gate
+from simulator.measurement.noise_check.checks import check_iso, check_iso_table
+from simulator.measurement.noise_check.frames import FramePlan, NoiseFiles, make_noise_bench, plan_frames, take_frames
+from simulator.measurement.noise_check.measure import IsoNoise, measure_iso_noise
+from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
 from simulator.progress import Progress, Steps, silent
 from simulator.raw.software import software
 from simulator.sensor.camera.camera import Camera
@@ -18,26 +18,26 @@ from simulator.sensor.camera.camera import Camera
 
 @dataclass(frozen=True)
 class NoiseReport:
-    """All that was measured of a camera's noise. frames: taken in all."""
+    """Noise of a camera at several ISO settings, and its tolerance checks."""
 
     camera: str
     points: tuple[IsoNoise, ...]
     plans: tuple[FramePlan, ...]
-    gates: tuple[Gate, ...]
+    checks: tuple[ToleranceCheck, ...]
 
     @property
     def frames(self) -> int:
-        """Frames taken in all."""
+        """Number of frames simulated."""
         return sum(plan.frames for plan in self.plans)
 
     @property
     def passed(self) -> bool:
-        """Whether every gate was."""
-        return all(gate.passed for gate in self.gates)
+        """Whether every tolerance check passed."""
+        return all(check.passed for check in self.checks)
 
-    def of(self, quantity: str) -> list[Gate]:
-        """Gates of one quantity, in the order of ISO."""
-        return [gate for gate in self.gates if gate.quantity == quantity]
+    def of(self, quantity: str) -> list[ToleranceCheck]:
+        """Tolerance checks of one quantity, in ascending order of ISO."""
+        return [check for check in self.checks if check.quantity == quantity]
 
 
 def validate_noise(
@@ -50,25 +50,25 @@ def validate_noise(
     seed: int = 1,
     progress: Progress = silent,
 ) -> NoiseReport:
-    """Take dark frames and flat pairs at each ISO as DNG files in `folder`, and measure the camera from them alone.
+    """Simulate dark frames and flat pairs at each ISO as DNG files in `folder`, and measure the camera from them alone.
 
-    keep: whether the files stay; else those of one ISO go before the next. seed: of the first frame; they count up.
-    progress: told of each frame. Raises PhotositeError for an ISO the camera does not have.
+    keep: whether the files stay; else those of one ISO are removed before the next. seed: of the first frame; the next ones
+    count up from it. progress: counts frames. Raises PhotositeError for an ISO the camera does not have.
     """
-    benches = [noise_bench(camera, iso, folder, device) for iso in sorted(set(isos))]
-    plans = [frame_plan(bench) for bench in benches]
-    steps, points, gates = Steps(progress, sum(plan.frames for plan in plans)), [], []
+    benches = [make_noise_bench(camera, iso, folder, device) for iso in sorted(set(isos))]
+    plans = [plan_frames(bench) for bench in benches]
+    steps, points, checks = Steps(progress, sum(plan.frames for plan in plans)), [], []
     for bench, wanted in zip(benches, plans, strict=True):
         files = take_frames(bench, wanted, seed + steps.done, steps)
-        points.append(measure_iso(files))
-        gates += iso_gates(points[-1], bench, wanted)
+        points.append(measure_iso_noise(files))
+        checks += check_iso(points[-1], bench, wanted)
         if not keep:
             _remove(files)
     settings = {point.iso: camera.iso_setting(point.iso) for point in points}
     gains = {iso: setting.gain_dn_per_e for iso, setting in settings.items()}
     read_e = {iso: setting.read_noise_dn / setting.gain_dn_per_e for iso, setting in settings.items()}
-    gates += table_gates(points, gains, read_e)
-    return NoiseReport(f"{camera.make} {camera.model}", tuple(points), tuple(plans), tuple(gates))
+    checks += check_iso_table(points, gains, read_e)
+    return NoiseReport(f"{camera.make} {camera.model}", tuple(points), tuple(plans), tuple(checks))
 
 
 def _remove(files: NoiseFiles) -> None:
@@ -77,7 +77,7 @@ def _remove(files: NoiseFiles) -> None:
 
 
 def write_noise_json(report: NoiseReport, path: str | os.PathLike) -> None:
-    """Write measured numbers and gates as JSON. Raises PhotositeError when it cannot be written."""
+    """Write the measured numbers and the tolerance checks as JSON. Raises PhotositeError when it cannot be written."""
     points = [
         {
             **asdict(point),
@@ -94,7 +94,7 @@ def write_noise_json(report: NoiseReport, path: str | os.PathLike) -> None:
         "passed": report.passed,
         "points": points,
         "frames": [asdict(plan) for plan in report.plans],
-        "gates": [gate.as_dict() for gate in report.gates],
+        "gates": [check.as_dict() for check in report.checks],
     }
     with atomic_write(path) as temporary:
         temporary.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

@@ -1,21 +1,21 @@
-"""A gate: one measured number, the number it should be, and how far apart they may lie."""
+"""Tolerance check: one measured number, the number expected of it, and the largest deviation allowed."""
 
 import math
 from dataclasses import dataclass
 
 from simulator.errors import require
 
-LEAST_SIGMAS = 4.0  # a gate is this many standard errors wide at least, so that chance alone fails one in 16,000
+LEAST_SIGMAS = 4.0  # least tolerance in standard errors, so that chance alone fails one check in 16,000
 
 
 @dataclass(frozen=True)
-class Gate:
-    """One comparison.
+class ToleranceCheck:
+    """Comparison of one measured number with its expected value.
 
     quantity, unit: what is compared. where: ISO, colour plane or both.
     measured, expected: in that unit. tolerance: largest allowed deviation; relative to `expected` where `relative`.
-    error: standard error of the measurement, as a deviation is given.
-    ungated: why nothing is asked of it; the numbers are reported all the same.
+    error: standard error of the measurement, relative or absolute like the tolerance.
+    reason_unchecked: why this number cannot fail; it is reported all the same. Empty where it is checked.
     """
 
     quantity: str
@@ -26,15 +26,15 @@ class Gate:
     error: float
     unit: str = ""
     relative: bool = True
-    ungated: str = ""
+    reason_unchecked: str = ""
 
-    def __post_init__(self):
-        fits = not self.relative or self.expected > 0 or bool(self.ungated)
-        require(fits, f"gate {self.quantity}", self.expected, "a relative deviation needs an expected value above 0")
+    def __post_init__(self) -> None:
+        fits = not self.relative or self.expected > 0 or bool(self.reason_unchecked)
+        require(fits, f"tolerance check {self.quantity}", self.expected, "a relative deviation needs an expected value above 0")
 
     @property
     def deviation(self) -> float:
-        """Measured less expected, relative where the gate is."""
+        """Measured less expected; relative to expected where the tolerance is."""
         difference = self.measured - self.expected
         if not self.relative:
             return difference
@@ -42,11 +42,12 @@ class Gate:
 
     @property
     def passed(self) -> bool:
-        """Whether the deviation is within the tolerance, or nothing is asked. Never for NaN."""
-        return bool(self.ungated) or abs(self.deviation) <= self.tolerance
+        """Whether the deviation is within the tolerance, or the number is not checked. Never for NaN."""
+        return bool(self.reason_unchecked) or abs(self.deviation) <= self.tolerance
 
     def as_dict(self) -> dict[str, object]:
-        """Plain data, for JSON."""
-        verdict = "not gated" if self.ungated else "pass" if self.passed else "fail"
+        """Return plain data for JSON, with the keys that the report files have."""
+        verdict = "not gated" if self.reason_unchecked else "pass" if self.passed else "fail"
         deviation = self.deviation if math.isfinite(self.deviation) else None
-        return {**self.__dict__, "deviation": deviation, "verdict": verdict}
+        fields = {"ungated" if name == "reason_unchecked" else name: value for name, value in self.__dict__.items()}
+        return {**fields, "deviation": deviation, "verdict": verdict}

@@ -1,4 +1,4 @@
-"""Figures of the reports. matplotlib is an extra, imported when the first figure is made."""
+"""Helpers for the figures of reports. matplotlib is an optional dependency, imported when the first figure is made."""
 
 import io
 import os
@@ -31,7 +31,7 @@ def new_figure(rows: int, columns: int, width_in: float, height_in: float) -> tu
 
 
 def iso_axis(axes: "Axes", isos: Sequence[int]) -> None:
-    """Logarithmic axis of ISO, labelled at full stops two apart as on a camera's dial."""
+    """Make the x axis a logarithmic ISO axis, labelled every two stops."""
     low, high = min(isos), max(isos)
     dial = [100.0 * 4.0**power for power in range(-2, 9) if 0.9 * low <= 100 * 4**power <= 1.1 * high]
     axes.set(xscale="log", xlabel="ISO", xlim=(low / 1.25, high * 1.25))
@@ -40,7 +40,7 @@ def iso_axis(axes: "Axes", isos: Sequence[int]) -> None:
 
 
 def decade_axis(axes: "Axes", low: float, high: float) -> None:
-    """Logarithmic y axis of one or two decades, labelled with plain numbers at 1, 2 and 5."""
+    """Make the y axis logarithmic, for one or two decades, labelled with plain numbers at 1, 2 and 5."""
     ticks = [step * 10.0**power for power in range(-6, 8) for step in (1, 2, 5)]
     kept = [tick for tick in ticks if low / 1.3 <= tick <= high * 1.3]
     axes.set(yscale="log", ylim=(low / 1.3, high * 1.3))

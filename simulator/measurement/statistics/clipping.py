@@ -3,15 +3,17 @@
 import numpy as np
 
 LEAST_SHARE = 1e-3  # of all photosites; fewer at one high code are highlights or defects
-STANDS_OUT = 2.0  # against every code below: the noise of a bright frame spreads over far more codes
-MOST_ABOVE = 0.05  # of the pile; a peak of noise has as many codes above as below
+STANDS_OUT = (
+    2.0  # count at the clipping code over that of every code below: the noise of a bright frame spreads over more codes
+)
+MOST_ABOVE = 0.05  # of the count at the clipping code; a peak of noise has as many codes above as below
 
 
-def clipped_code(codes: np.ndarray) -> int | None:
-    """Code at which photosites pile up at the top of a bright frame's histogram [DN], or None where nothing clips.
+def find_clipped_code(codes: np.ndarray) -> int | None:
+    """Find the code at which the histogram of a bright frame has a peak at its upper end [DN]; None where nothing clips.
 
-    codes: uint16 of any shape. It is the most frequent code near the top rather than the highest, since a few photosites of
-    some cameras clip above the others.
+    codes: uint16 of any shape. The result is the most frequent code near the upper end rather than the highest one, since a
+    few photosites of some cameras clip above the others.
     """
     counts = np.bincount(codes.ravel())
     reach = max(4, counts.size // 64)

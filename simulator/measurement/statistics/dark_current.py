@@ -6,8 +6,8 @@ from simulator.errors import PhotositeError
 from simulator.measurement.statistics.interval import Interval, student_interval
 
 
-def slope_over_time(times_s: np.ndarray, values: np.ndarray) -> tuple[Interval, Interval]:
-    """Slope per second and value at time 0 of a straight line by least squares; both intervals from the scatter about it.
+def fit_slope_over_time(times_s: np.ndarray, values: np.ndarray) -> tuple[Interval, Interval]:
+    """Fit a line by least squares: slope per second and value at time 0, with intervals from the residuals' scatter.
 
     times_s, values: (n,), three or more at two or more times. Raises PhotositeError otherwise.
     """

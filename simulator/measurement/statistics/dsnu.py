@@ -1,4 +1,4 @@
-"""Fixed pattern of the dark: DSNU, columns, rows and hot photosites of averaged dark frames (EMVA 1288 R4.0 Linear, 8)."""
+"""DSNU, column and row offsets and hot photosites from averaged dark frames (EMVA 1288 R4.0 Linear, 8)."""
 
 from dataclasses import dataclass, replace
 
@@ -7,15 +7,15 @@ import numpy as np
 from simulator.measurement.statistics.interval import Interval, covariance, root, shifted, variance_interval
 from simulator.measurement.statistics.spatial_variance import spatial_variance, stack_of
 
-HOT_SIGMAS = 6.0  # two photosites in a billion of a normal pattern lie further out
+HOT_SIGMAS = 6.0  # of normally distributed offsets, two in a billion lie further out
 
 
 @dataclass(frozen=True)
-class DarkPattern:
-    """What stays from frame to frame in the dark, apart from the colour planes' own black levels.
+class DsnuMeasurement:
+    """Fixed pattern of dark frames, without the differences between the colour planes' black levels.
 
     photosite_dn, column_dn, row_dn: standard deviations [DN]; photosite_dn is DSNU without hot photosites.
-    hot_share: photosites that lie HOT_SIGMAS and more above their surroundings. hot_excess_dn: by how much on average [DN].
+    hot_share: share of photosites that lie HOT_SIGMAS or more above the median. hot_excess_dn: their mean excess [DN].
     """
 
     photosite_dn: Interval
@@ -25,14 +25,14 @@ class DarkPattern:
     hot_excess_dn: float
 
 
-def dark_pattern(frames: list[np.ndarray], pixel_variance_dn2: float, row_variance_dn2: float) -> DarkPattern:
-    """Split the mean of dark frames.
+def measure_dsnu(frames: list[np.ndarray], pixel_variance_dn2: float, row_variance_dn2: float) -> DsnuMeasurement:
+    """Split the fixed pattern in the mean of dark frames into photosites, columns and rows.
 
-    frames: two or more mosaics (height, width) whose colour planes were brought to one level (`levelled`).
-    pixel_variance_dn2, row_variance_dn2: temporal noise of one frame, from pairs; 1/L of it is left in a mean of L frames and
-    taken off rows and columns. DSNU is the covariance of the means of two halves, which have no temporal noise in common; EMVA
-    1288 R4.0 Linear takes 1/L of the temporal variance off instead, which comes to the same. The intervals of rows and columns
-    hold for normal patterns, that of DSNU for any noise.
+    frames: two or more mosaics (height, width), each colour plane less its mean (`subtract_plane_means`).
+    pixel_variance_dn2, row_variance_dn2: temporal noise of one frame, from pairs. A mean of L frames contains 1/L of it, which
+    is subtracted from the variances of rows and columns. DSNU is the covariance of the means of two halves of the frames,
+    which have no temporal noise in common; EMVA 1288 R4.0 Linear subtracts 1/L of the temporal variance instead, which has
+    the same expectation. The intervals of rows and columns hold for normal offsets, that of DSNU for any distribution.
     """
     stack = stack_of(frames)
     mean_dn, hot = _without_hot(stack.mean_dn)
@@ -42,7 +42,7 @@ def dark_pattern(frames: list[np.ndarray], pixel_variance_dn2: float, row_varian
     of_columns = variance_interval(still.column_dn2 + rest / rows, columns - 1)
     of_rows = variance_interval(still.row_dn2 + rest / columns, rows - 1)
     halves = [_own_part(np.mean(frames[half::2], axis=0), hot) for half in (0, 1)]
-    return DarkPattern(
+    return DsnuMeasurement(
         photosite_dn=root(covariance(*halves)),
         column_dn=root(shifted(of_columns, -rest / rows)),
         row_dn=root(shifted(of_rows, -rest / columns - row_variance_dn2 / stack.frames)),
@@ -51,8 +51,8 @@ def dark_pattern(frames: list[np.ndarray], pixel_variance_dn2: float, row_varian
     )
 
 
-def levelled(frame: np.ndarray, places: list[tuple[int, int]]) -> np.ndarray:
-    """Take the mean of each colour plane off a mosaic (height, width): float64 about 0 [DN]."""
+def subtract_plane_means(frame: np.ndarray, places: list[tuple[int, int]]) -> np.ndarray:
+    """Return a mosaic (height, width) less the mean of each colour plane, float64 [DN]. places: of the planes in the block."""
     level = frame.astype(np.float64)
     step = 1 if len(places) == 1 else 2
     for y, x in places:
@@ -61,14 +61,14 @@ def levelled(frame: np.ndarray, places: list[tuple[int, int]]) -> np.ndarray:
 
 
 def _without_hot(mean_dn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Replace photosites far above the others by the mean of those: frame, and where they are."""
+    """Replace hot photosites by the mean of the others. Returns the frame and the mask of hot photosites."""
     middle, low, high = np.quantile(mean_dn, [0.5, 0.158655, 0.841345])
     hot = mean_dn > middle + HOT_SIGMAS * max(0.5 * (high - low), 1e-9)
     return np.where(hot, float(mean_dn[~hot].mean()), mean_dn), hot
 
 
 def _own_part(mean_dn: np.ndarray, hot: np.ndarray) -> np.ndarray:
-    """What neither its row nor its column explains of a photosite; hot ones are left out."""
+    """Residuals of the photosites about their row and column means, without hot photosites, scaled to be unbiased."""
     known = np.where(hot, float(mean_dn[~hot].mean()), mean_dn)
     rest = known - known.mean(axis=1, keepdims=True) - known.mean(axis=0) + known.mean()
     rows, columns = rest.shape

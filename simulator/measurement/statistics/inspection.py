@@ -1,16 +1,20 @@
-"""What one raw file of any camera says and holds: levels, pattern, exposure, histogram and noise of each colour."""
+"""Inspection of one raw file of any camera: metadata, levels, filter pattern, histogram and noise of each colour."""
 
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.measurement.statistics.single_frame_noise import LevelNoise, single_frame_noise
 from simulator.raw.dng.xmp import SettingsChanged, read_provenance
-from simulator.raw.raw_reader import open_raw, plane_places
+from simulator.raw.raw_reader import open_raw, plane_places, positive_or_none
 from simulator.raw.software import OURS
+
+if TYPE_CHECKING:
+    from simulator.raw.raw_reader import OpenRaw
 
 BINS = 64
 
@@ -21,7 +25,7 @@ class Channel:
 
     at_black: how many photosites lie at or below the black level; at_white: at the white level or above.
     histogram: counts in BINS equal bins from 0 to the white level; the last holds what lies above, too.
-    noise: at several levels, () where all is cut off.
+    noise: at several levels; () where every block is clipped.
     """
 
     name: str
@@ -39,7 +43,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class Inspection:
-    """A raw file at a glance. What the file does not say is None.
+    """Contents of a raw file; None for what its metadata do not say.
 
     ours: whether Photosite wrote it: its XMP packet holds a shot of ours, or, from Python without settings, its Software tag
         says so.
@@ -94,10 +98,10 @@ def inspect_raw(path: str | os.PathLike[str]) -> Inspection:
             model=named.get("Model"),
             lens=lens.model or None,
             taken=None if taken is None else taken.isoformat(sep=" "),
-            iso=_told(other.iso_speed),
-            exposure_time_s=_told(other.shutter_speed),
-            f_number=_told(other.aperture),
-            focal_length_mm=_told(other.focal_length),
+            iso=positive_or_none(other.iso_speed),
+            exposure_time_s=positive_or_none(other.shutter_speed),
+            f_number=positive_or_none(other.aperture),
+            focal_length_mm=positive_or_none(other.focal_length),
             width_px=image.shape[1],
             height_px=image.shape[0],
             pattern=pattern,
@@ -106,8 +110,8 @@ def inspect_raw(path: str | os.PathLike[str]) -> Inspection:
         )
 
 
-def _places(frame, image: np.ndarray) -> tuple[str, list[tuple[str, list[np.ndarray], list[int]]]]:
-    """Pattern, and of each colour its name, its planes (one for each place in the block), and LibRaw's colour indices."""
+def _places(frame: "OpenRaw", image: np.ndarray) -> tuple[str, list[tuple[str, list[np.ndarray], list[int]]]]:
+    """Return the filter pattern, and for each colour its name, its planes (one per place), and LibRaw's colour indices."""
     letters = frame.color_desc.decode("ascii", "replace")
     if image.ndim == 3:
         count = min(frame.num_colors, image.shape[2])
@@ -115,6 +119,7 @@ def _places(frame, image: np.ndarray) -> tuple[str, list[tuple[str, list[np.ndar
     if frame.num_colors == 1:  # rawpy gives a meaningless pattern then
         return "MONO", [("MONO", [image], [0])]
     index = frame.raw_pattern
+    assert index is not None  # a mosaic of several colours has a pattern
     tall, wide = index.shape
     rows = ["".join(letters[place] for place in row) for row in index]
     flat = "".join(rows)
@@ -131,7 +136,9 @@ def _places(frame, image: np.ndarray) -> tuple[str, list[tuple[str, list[np.ndar
 
 
 def _channel(name: str, planes: Sequence[np.ndarray], black_level_dn: float, white_level_dn: int) -> Channel:
-    counts = sum(np.bincount(plane.ravel(), minlength=2**16) for plane in planes)
+    counts = np.zeros(2**16, dtype=np.int64)
+    for plane in planes:
+        counts += np.bincount(plane.ravel(), minlength=2**16)
     codes, photosites = np.arange(counts.size), int(counts.sum())
     there = np.flatnonzero(counts)
     edges = np.linspace(0.0, white_level_dn + 1.0, BINS + 1)
@@ -165,7 +172,7 @@ def _names(path: str) -> dict[str, str]:
 
 
 def _origin(path: str) -> tuple[str | None, bool]:
-    """SHA-256 of the shot in the file's XMP packet, where it is whole, and whether one is there that was changed."""
+    """Return the SHA-256 of the shot in the file's XMP packet, None without an intact one, and whether one was changed."""
     try:
         found = read_provenance(path)
     except SettingsChanged:
@@ -173,8 +180,3 @@ def _origin(path: str) -> tuple[str | None, bool]:
     except PhotositeError:  # a raw file that is not built like TIFF
         return None, False
     return None if found is None else found.config_sha256, False
-
-
-def _told(value: float) -> float | None:
-    """Return a number of the file's metadata, or None for the 0 that LibRaw gives where there is none."""
-    return float(value) if np.isfinite(value) and value > 0 else None

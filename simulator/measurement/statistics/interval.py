@@ -14,7 +14,7 @@ Z = float(stats.norm.ppf(0.5 + CONFIDENCE / 2.0))  # 1.96 standard errors
 class Interval:
     """A value and the ends of its 95 % confidence interval, all in one unit.
 
-    The ends enclose the true value in 95 of 100 measurements alike; a value that is known has both ends on it.
+    The ends enclose the true value in 95 of 100 equal measurements; an exactly known value equals both ends.
     """
 
     value: float
@@ -53,30 +53,30 @@ def variance_interval(variance: float, degrees: float) -> Interval:
 
 
 def root(variance: Interval) -> Interval:
-    """Standard deviation of a variance; what lies below 0 counts as 0."""
+    """Convert a variance to a standard deviation; negative ends become 0."""
     return Interval(*(math.sqrt(max(part, 0.0)) for part in (variance.value, variance.low, variance.high)))
 
 
 def shifted(interval: Interval, offset: float) -> Interval:
-    """The interval with a known amount added."""
+    """Return the interval with an exactly known offset added."""
     return Interval(interval.value + offset, interval.low + offset, interval.high + offset)
 
 
 def quotient(top: Interval, bottom: Interval) -> Interval:
-    """Quotient of two values above 0 with independent errors; an end of 0 stays 0."""
+    """Return the quotient of two values above 0 with independent errors; a lower end of 0 stays 0."""
     value, share = top.value / bottom.value, bottom.standard_error / bottom.value
     ends = [math.hypot((end - top.value) / bottom.value, Z * share * value) for end in (top.low, top.high)]
     return Interval(value, max(value - ends[0], 0.0) if top.low > 0 else top.low / bottom.value, value + ends[1])
 
 
 def covariance(first: np.ndarray, second: np.ndarray) -> Interval:
-    """Covariance of two samples about their means, with the error that the scatter of their products tells."""
+    """Return the covariance of two samples; its standard error follows from the scatter of the products of deviations."""
     products = (first - first.mean()) * (second - second.mean())
     return normal_interval(float(products.mean()), float(products.std()) / math.sqrt(products.size))
 
 
 def weighted_mean(parts: list[Interval]) -> tuple[Interval, float]:
-    """Mean weighted by the inverse variance, and the p-value that all parts measure one number (chi-square)."""
+    """Return the mean weighted by inverse variance, and the p-value that all parts measure the same number (chi-square)."""
     weights = [1.0 / max(part.standard_error, 1e-300) ** 2 for part in parts]
     mean = sum(weight * part.value for weight, part in zip(weights, parts, strict=True)) / sum(weights)
     chi2 = sum(weight * (part.value - mean) ** 2 for weight, part in zip(weights, parts, strict=True))

@@ -6,12 +6,12 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 
-LOWEST_SHARE, HIGHEST_SHARE = 0.05, 0.95  # of the saturation signal, between which EMVA 1288 R4.0 judges linearity
+LOWEST_SHARE, HIGHEST_SHARE = 0.05, 0.95  # of the saturation signal: range in which EMVA 1288 R4.0 evaluates linearity
 
 
 @dataclass(frozen=True)
 class Linearity:
-    """Relative deviations from the straight line that fits best.
+    """Relative deviations of the signal from a fitted line.
 
     photons: (n,) [photons per photosite]. deviation: (n,) relative. offset_dn, slope_dn: of the line [DN, DN/photon].
     """
@@ -33,7 +33,7 @@ class Linearity:
 
 
 def responsivity(photons: np.ndarray, signal_dn: np.ndarray) -> float:
-    """R = K eta [DN/photon]: slope through 0 of the signal above dark on the photons, by least squares.
+    """Return R = K eta [DN/photon]: least-squares slope, through 0, of the signal above dark over the photons.
 
     photons, signal_dn: (n,), up to 70 % of saturation.
     """
@@ -41,9 +41,9 @@ def responsivity(photons: np.ndarray, signal_dn: np.ndarray) -> float:
 
 
 def linearity(photons: np.ndarray, signal_dn: np.ndarray, saturation_dn: float) -> Linearity:
-    """Deviation of the signal above dark from a line, between 5 % and 95 % of saturation.
+    """Return the deviation of the signal above dark from a fitted line, between 5 % and 95 % of saturation.
 
-    The line a + b photons has the least sum of squared relative deviations, so that dark and bright steps count alike.
+    The line a + b photons minimises the sum of squared relative deviations, so that dark and bright steps have equal weight.
     Raises PhotositeError with fewer than three steps in that range.
     """
     inside = (signal_dn >= LOWEST_SHARE * saturation_dn) & (signal_dn <= HIGHEST_SHARE * saturation_dn)

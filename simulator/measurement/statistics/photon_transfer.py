@@ -1,8 +1,8 @@
-"""Photon transfer: the gain K from how temporal variance grows with the mean (EMVA 1288 R4.0 Linear, photon transfer method).
+"""Photon transfer: the gain K is the slope of the temporal variance over the mean (EMVA 1288 R4.0 Linear).
 
-sigma_y^2 - sigma_y.dark^2 = K (mu_y - mu_y.dark), since the variance of counted electrons is their number.
+sigma_y^2 - sigma_y.dark^2 = K (mu_y - mu_y.dark), since the number of electrons has a Poisson distribution.
 A `TransferPoint` is one pair of flat frames in one colour plane. Points of several planes may be fitted together, because
-one amplifier chain reads all of them; each has the dark signal of its own plane.
+one amplifier chain reads all planes; the dark signal of its own plane is subtracted from each point.
 """
 
 from collections.abc import Sequence
@@ -14,14 +14,14 @@ from simulator.errors import PhotositeError
 from simulator.measurement.statistics.interval import Interval, normal_interval
 from simulator.measurement.statistics.temporal_noise import PairNoise
 
-LARGEST_SHARE = 0.7  # of saturation: EMVA 1288 fits up to here, before full well and ADC bend the curve
+LARGEST_SHARE = 0.7  # of saturation: EMVA 1288 fits up to here, where full well and ADC do not yet reduce the variance
 
 
 @dataclass(frozen=True)
 class TransferPoint:
     """One point of the photon transfer curve.
 
-    signal_dn: mean above the dark signal [DN]. variance_dn2: temporal variance, that of the dark included [DN^2].
+    signal_dn: mean above the dark signal [DN]. variance_dn2: temporal variance, dark noise included [DN^2].
     error_dn2: its standard error [DN^2].
     """
 
@@ -42,7 +42,7 @@ class DarkNoise:
 def dark_noise(pairs: Sequence[PairNoise], row_noise: bool = True) -> DarkNoise:
     """Average pairs of dark frames of one size; row_noise: whether row noise is part of the variance, as in EMVA 1288.
 
-    Raises PhotositeError when there is none.
+    Raises PhotositeError without a pair.
     """
     if not pairs:
         raise PhotositeError("no pair of dark frames: give two at least, taken with the lens cap on")
@@ -52,7 +52,7 @@ def dark_noise(pairs: Sequence[PairNoise], row_noise: bool = True) -> DarkNoise:
 
 
 def transfer_point(pair: PairNoise, dark_mean_dn: float, row_noise: bool = True) -> TransferPoint:
-    """Return the point of a pair of flat frames, whose plane has this mean in the dark [DN]."""
+    """Return the photon transfer point of a pair of flat frames. dark_mean_dn: mean of the same plane in the dark [DN]."""
     return TransferPoint(pair.mean_dn - dark_mean_dn, *_variance(pair, row_noise))
 
 
@@ -63,39 +63,40 @@ def _variance(pair: PairNoise, row_noise: bool) -> tuple[float, float]:
 
 
 def gain(points: Sequence[TransferPoint], dark: DarkNoise) -> Interval:
-    """K [DN/e-]: slope of the line through 0 of the variance above the dark one on the signal.
+    """Return K [DN/e-]: slope of the variance above that of the dark over the signal, on a line through 0.
 
-    A photosite's sample variance scatters in proportion to itself, so the points are weighted by 1 / variance^2 (of the
-    fitted line, not the measured one, which would favour points that came out low). EMVA 1288 R4.0 Linear weights all points
-    alike, which is unbiased too, but takes 1.8 times the frames for the same precision (levels evenly spaced, shot noise only).
-    Raises PhotositeError without a point above dark.
+    The standard error of a sample variance is proportional to the variance, so points are weighted by 1 / variance^2 of the
+    fitted line (weights of the measured variance would favour points that are low by chance). EMVA 1288 R4.0 Linear weights
+    all points equally, which is unbiased too, but needs 1.8 times the frames for the same precision (evenly spaced levels,
+    shot noise only). Raises PhotositeError without a point above dark.
     """
     signal, variance, error = _columns(points)
     rise = variance - dark.variance_dn2
-    slope = float(signal @ rise / (signal @ signal))
+    slope, leverage = float(signal @ rise / (signal @ signal)), np.zeros_like(signal)
     for _ in range(3):
         weight = 1.0 / np.maximum(dark.variance_dn2 + slope * signal, 1e-12) ** 2
         leverage = weight * signal / float(weight @ signal**2)
         slope = float(leverage @ rise)
-    # All points share one dark variance, so its error does not average out.
+    # The same dark variance is subtracted from all points, so its error does not average out.
     return normal_interval(slope, float(np.hypot(np.linalg.norm(leverage * error), leverage.sum() * dark.error_dn2)))
 
 
 def gain_without_dark(points: Sequence[TransferPoint]) -> Interval:
-    """K [DN/e-] as the slope of a line with a free intercept, for cameras whose black level clips the dark.
+    """Return K [DN/e-] as the slope of a line with a free intercept, for cameras whose dark frames are clipped at code 0.
 
-    A signal here is the mean above the black level, of any plane; all points lie well above the clipping.
+    The signal of a point is the mean above the black level; all points must lie well above the clipping.
     Raises PhotositeError with fewer than two different signals.
     """
     return line_without_dark(points)[0]
 
 
 def line_without_dark(points: Sequence[TransferPoint]) -> tuple[Interval, Interval]:
-    """Slope K [DN/e-] and intercept, the variance without light [DN^2], of the line of `gain_without_dark`."""
+    """Return slope K [DN/e-] and intercept, the variance without light [DN^2], of the line of `gain_without_dark`."""
     signal, variance, error = _columns(points)
     if np.ptp(signal) == 0:
         raise PhotositeError("photon transfer of a camera without pedestal: needs flat pairs at two or more levels")
     slope, offset = np.polyfit(signal, variance, 1)
+    weight = leverage = np.zeros_like(signal)
     for _ in range(3):
         weight = 1.0 / np.maximum(offset + slope * signal, 1e-12) ** 2
         weight /= weight.sum()
@@ -117,24 +118,24 @@ def _columns(points: Sequence[TransferPoint]) -> tuple[np.ndarray, np.ndarray, n
     return signal, variance, error
 
 
-def below(points: Sequence[TransferPoint], saturation_dn: float) -> list[TransferPoint]:
-    """Points whose signal is at most LARGEST_SHARE of the saturation signal [DN]."""
+def points_below_saturation(points: Sequence[TransferPoint], saturation_dn: float) -> list[TransferPoint]:
+    """Return the points whose signal is at most LARGEST_SHARE of the saturation signal [DN]."""
     return [point for point in points if point.signal_dn <= LARGEST_SHARE * saturation_dn]
 
 
 def saturation_index(points: Sequence[TransferPoint]) -> int:
-    """Which point is saturation, points in ascending order of light: the one of the largest variance (EMVA 1288).
+    """Return the index of the saturation point: the largest variance (EMVA 1288), points in ascending order of light.
 
-    Beyond it full well or ADC clip the noise and the variance falls. The last point where nothing has clipped yet.
+    Beyond it, clipping by full well or ADC reduces the variance. It is the last index where no point is clipped.
     """
     return int(np.argmax([point.variance_dn2 for point in points]))
 
 
 def read_noise_e(dark: DarkNoise, gain_dn_per_e: float) -> float:
-    """sigma_d [e-]: temporal dark noise without the 1/12 DN^2 of rounding; 0 where rounding is all there is (EMVA 1288)."""
+    """Return sigma_d [e-]: temporal dark noise less the 1/12 DN^2 of rounding (EMVA 1288); 0 below that variance."""
     return float(np.sqrt(max(dark.variance_dn2 - 1.0 / 12.0, 0.0))) / gain_dn_per_e
 
 
 def dynamic_range(saturation_e: float, dark: DarkNoise, gain_dn_per_e: float) -> float:
-    """Ratio of saturation to the smallest signal of SNR 1, which is sigma_y.dark / K + 1/2 electrons (EMVA 1288)."""
+    """Return the ratio of saturation to the signal of SNR 1, which is sigma_y.dark / K + 1/2 electrons (EMVA 1288)."""
     return saturation_e / (float(np.sqrt(dark.variance_dn2)) / gain_dn_per_e + 0.5)

@@ -1,4 +1,4 @@
-"""Read noise of pairs of dark frames, without row noise and rounding."""
+"""Read noise from pairs of dark frames, without row noise and rounding."""
 
 from collections.abc import Sequence
 
@@ -12,11 +12,11 @@ ROUNDING_VARIANCE_DN2 = 1.0 / 12.0  # of a uniform error within one code (EMVA 1
 
 
 def read_noise(pairs: Sequence[PairNoise], doubt_dn2: float = 0.0) -> Interval:
-    """Standard deviation of what a photosite's own temporal noise is in the dark [DN].
+    """Return the standard deviation of the temporal noise of single photosites in the dark [DN].
 
-    pairs: of dark frames, of one size. doubt_dn2: by how much the variance may be wrong because the noise is small against a
-    code (`rounding_doubt_dn2`); the interval takes it in.
-    The 1/12 DN^2 of rounding is taken off (EMVA 1288 R4.0 Linear); an estimate below that becomes 0.
+    pairs: of dark frames, of one size. doubt_dn2: largest error of the variance when the noise is small compared with one code
+    (`rounding_doubt_dn2`), by which the interval is widened.
+    The 1/12 DN^2 of rounding is subtracted (EMVA 1288 R4.0 Linear); an estimate below that becomes 0.
     Raises PhotositeError without a pair.
     """
     dark = dark_noise(pairs, row_noise=False)
@@ -25,9 +25,9 @@ def read_noise(pairs: Sequence[PairNoise], doubt_dn2: float = 0.0) -> Interval:
 
 
 def row_residuals(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Differences of a pair about their row's mean, (rows * columns,) float64 [DN].
+    """Return the differences of a pair less the mean of each row, (rows * columns,) float64 [DN].
 
-    Scaled so that their variance is that of a difference without row noise: a row's own mean takes off one part in columns.
+    They are scaled by sqrt(columns / (columns - 1)), so that their variance is that of a difference without row noise.
     """
     difference = first.astype(np.float64) - second
     columns = difference.shape[1]

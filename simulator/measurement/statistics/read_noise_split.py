@@ -1,6 +1,6 @@
 """Read noise over ISO: one source before the analog gain, one after it, and where the conversion gain switches.
 
-sigma_DN^2 = (K sigma_pre)^2 + sigma_post^2: in codes the first grows with the gain K and the second stays.
+sigma_DN^2 = (K sigma_pre)^2 + sigma_post^2: in codes, the first grows with the gain K and the second is constant.
 """
 
 import math
@@ -11,15 +11,17 @@ from scipy import optimize
 
 from simulator.measurement.statistics.interval import Interval, normal_interval, root
 
-MODEL_ERROR = 0.03  # relative, of sigma: no amplifier follows the formula closer, so better-known points count no more
-LEAST_SIGMA_DN = 0.05  # a read noise of 0 counts as this, or its relative error would have no end
+MODEL_ERROR = (
+    0.03  # relative, of sigma: least error of a point in the fit, since real amplifiers deviate from the model by as much
+)
+LEAST_SIGMA_DN = 0.05  # replaces a read noise of 0, whose relative error would be infinite
 DROP = 0.85  # sigma_e falls to this share or less from one ISO to the next where the conversion gain switches
-STEEPER = 0.25  # slope of log sigma_e against log ISO; above what errors of 3 % do to a step of a whole stop
+STEEPER = 0.25  # change of the slope of log sigma_e over log ISO; exceeds the effect of errors of 3 % on a step of one stop
 
 
 @dataclass(frozen=True)
 class TwoSource:
-    """Sources of a range of ISO settings.
+    """Two-source model of the read noise, fitted to a range of ISO settings.
 
     isos: settings fitted. before_e: sigma_pre [e-]. after_dn: sigma_post [DN]. worst: largest relative deviation of sigma_DN.
     """
@@ -34,11 +36,11 @@ class TwoSource:
         return math.hypot(gain_dn_per_e * self.before_e.value, self.after_dn.value)
 
 
-def two_source(isos: list[int], gains_dn_per_e: list[float], sigmas_dn: list[Interval]) -> TwoSource:
+def fit_two_sources(isos: list[int], gains_dn_per_e: list[float], sigmas_dn: list[Interval]) -> TwoSource:
     """Fit both sources to the read noise at two or more ISO settings, neither below 0.
 
-    Least squares of the relative error; a point counts by its interval, but no closer than MODEL_ERROR. One ISO alone
-    gives no more than the total, put before the gain.
+    Least squares of the relative error, each point weighted by its interval, but by MODEL_ERROR at least. One ISO alone
+    gives the total only, which is assigned to the source before the gain.
     """
     gain, sigma = np.array(gains_dn_per_e), np.maximum([part.value for part in sigmas_dn], LEAST_SIGMA_DN)
     relative = np.array([part.standard_error for part in sigmas_dn]) / sigma
@@ -51,12 +53,12 @@ def two_source(isos: list[int], gains_dn_per_e: list[float], sigmas_dn: list[Int
     return TwoSource(tuple(isos), roots[0], roots[1], float(np.abs(fitted / sigma - 1.0).max()))
 
 
-def conversion_gain_switch(isos: list[int], sigmas_e: list[float]) -> int | None:
-    """First ISO behind a switch of the conversion gain, or None where the read noise shows none.
+def find_conversion_gain_switch(isos: list[int], sigmas_e: list[float]) -> int | None:
+    """Return the first ISO after a switch of the conversion gain, or None where the read noise shows none.
 
-    In one chain of two sources sigma_e falls ever slower with ISO: in log-log its slope rises from -1 to 0. A step that is
-    steeper than the one before it by STEEPER, and takes sigma_e to DROP or less, belongs to another chain.
-    isos ascend; sigmas_e [e-].
+    In the two-source model the slope of log sigma_e over log ISO rises from -1 to 0. A step whose slope is lower than that
+    of the step before it by STEEPER, and which reduces sigma_e by the factor DROP or more, is a switch.
+    isos: ascending. sigmas_e: read noise [e-].
     """
     if len(isos) < 2 or min(sigmas_e) <= 0:
         return None

@@ -1,4 +1,4 @@
-"""Row noise of pairs of dark frames: one offset per row and frame, drawn anew in each."""
+"""Row noise from pairs of dark frames: a random offset of each row, independent in each frame."""
 
 import numpy as np
 
@@ -7,10 +7,10 @@ from simulator.measurement.statistics.temporal_noise import PairNoise
 
 
 def row_noise(pairs: list[PairNoise]) -> Interval:
-    """Standard deviation of the offsets of whole rows [DN].
+    """Return the standard deviation of the offsets of rows [DN].
 
-    Analysis of variance with one random effect: the means of rows of n photosites have the variance row + pixel / n, which
-    follows chi-square; the photosites' part is known far better and is taken off as it is.
+    Analysis of variance with one random effect: the means of rows of n photosites have the variance row + pixel / n, whose
+    estimate has a chi-square distribution; pixel / n is known far better and is subtracted as if exact.
     pairs: of dark frames, of one size; at least one.
     """
     columns = pairs[0].columns

@@ -1,8 +1,8 @@
 """Noise of one frame, from the differences of neighbouring photosites of one colour.
 
-A second difference along the row, a - 2 b + c, holds no even slope and no row noise; its variance is 6 times that of a
-photosite. Detail of the scene would add to it, so it is taken block by block and the median block counts: right as long as
-less than half of the blocks of a level hold detail. A block's variance leaves out what lies beyond 5 sigma, such as hot pixels.
+A second difference along the row, a - 2 b + c, cancels linear gradients and row noise; its variance is 6 times that of a
+photosite. Scene detail increases it, so variances are computed by block and the median over the blocks is used, which is
+correct while less than half of the blocks of a level contain detail. Values beyond 5 sigma, such as hot pixels, are excluded.
 """
 
 from collections.abc import Sequence
@@ -12,8 +12,8 @@ import numpy as np
 
 BLOCK_PX = 16  # side, in photosites of one colour
 LEVELS = 4  # groups of blocks, darkest to brightest
-FEWEST_BLOCKS = 8  # of a group; below, there are fewer groups
-# Neighbouring second differences (1, -2, 1) correlate by -4/6 and 1/6, so n of them tell as much as n / 1.94 independent ones.
+FEWEST_BLOCKS = 8  # of a group; with fewer blocks there are fewer groups
+# Second differences (1, -2, 1) at distance 1 and 2 correlate by -4/6 and 1/6: n of them equal n / 1.94 independent ones.
 _SHARED = 1.0 + 2.0 * ((4 / 6) ** 2 + (1 / 6) ** 2)
 
 
@@ -30,8 +30,8 @@ def single_frame_noise(planes: Sequence[np.ndarray], white_level_dn: int) -> tup
     """Estimate the noise at up to LEVELS levels of brightness, the darkest first.
 
     planes: (height, width) codes [DN] of one colour; each may have a size of its own.
-    The noise is that between photosites: temporal and fixed pattern together, row noise left out.
-    Blocks with a code of 0, or at white and above, are cut off there and do not count; () when none is left.
+    The noise is that between photosites: temporal noise and fixed pattern together, without row noise.
+    Blocks with a code of 0, or at the white level and above, are clipped and excluded; () when none is left.
     """
     parts = [_blocks(plane, white_level_dn) for plane in planes if min(plane.shape) >= 4]
     means = np.concatenate([part[0] for part in parts]) if parts else np.empty(0)
@@ -45,13 +45,13 @@ def single_frame_noise(planes: Sequence[np.ndarray], white_level_dn: int) -> tup
 
 
 def _blocks(plane: np.ndarray, white_level_dn: int) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and variance of each block that is not cut off [DN, DN^2]."""
+    """Mean and variance of each block that is not clipped [DN, DN^2]."""
     tall, wide = (min(BLOCK_PX, side) for side in plane.shape)
     rows, columns = plane.shape[0] // tall, plane.shape[1] // wide
     cut = plane[: rows * tall, : columns * wide].reshape(rows, tall, columns, wide).swapaxes(1, 2).reshape(-1, tall, wide)
     cut = cut[((cut > 0) & (cut < white_level_dn)).all(axis=(1, 2))].astype(np.float32)
     second = np.diff(cut, n=2, axis=2).reshape(len(cut), tall * (wide - 2))
-    # At least one code: where most differences are 0, as of a dark frame of few codes, the median tells nothing.
+    # At least one code: the median is 0 where most differences are 0, as in a dark frame of few different codes.
     scale = np.maximum(1.4826 * np.median(np.abs(second), axis=1), 1.0)[:, np.newaxis]
     kept = np.abs(second) <= 5.0 * scale
     variance = np.where(kept, second**2, 0.0).sum(axis=1, dtype=np.float64) / kept.sum(axis=1) / 6.0

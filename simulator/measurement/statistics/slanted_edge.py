@@ -1,8 +1,9 @@
-"""Modulation transfer from a slanted edge: the e-SFR of ISO 12233, on photosites as they are, without demosaicing."""
+"""Modulation transfer function from a slanted edge: the e-SFR of ISO 12233 on photosites of one colour, not demosaiced."""
 
 import math
 import os
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 
@@ -10,13 +11,13 @@ from simulator.errors import PhotositeError, require
 from simulator.raw.raw_reader import plane_places, read_raw_file
 
 BIN_PX = 0.25  # ISO 12233: four bins per pixel
-LEAST_STEP = 6.0  # of the edge over the noise beside it, below which no edge is found
+LEAST_STEP = 6.0  # least ratio of the edge's step to the noise beside it
 LEAST_ANGLE_DEG = 1.0
 
 
 @dataclass(frozen=True)
 class EdgeTransfer:
-    """What an edge tells.
+    """Modulation transfer function and profile of an edge.
 
     frequency_per_px: [cycles/px] along the normal of the edge, from 0. transfer: same length, 1 at 0.
     angle_deg: between the edge and the nearer axis of the photosites. step: bright less dark side, in the signal's unit.
@@ -30,8 +31,14 @@ class EdgeTransfer:
     distance_px: np.ndarray
     edge_spread: np.ndarray
 
-    def at(self, frequency_per_px) -> np.ndarray:
-        """Transfer at other frequencies, straight between those measured."""
+    @overload
+    def at(self, frequency_per_px: float) -> float: ...
+
+    @overload
+    def at(self, frequency_per_px: np.ndarray) -> np.ndarray: ...
+
+    def at(self, frequency_per_px: float | np.ndarray) -> float | np.ndarray:
+        """Return the transfer at other frequencies [cycles/px], linear between those measured."""
         return np.interp(frequency_per_px, self.frequency_per_px, self.transfer)
 
     @property
@@ -50,8 +57,8 @@ def edge_of_raw_file(
 ) -> EdgeTransfer:
     """Measure an edge in a raw file, in one colour: R, G (both greens), B, or MONO where there is no filter.
 
-    window_px: left, top, width and height of a part that holds one edge and nothing else; default: all of the file.
-    Raises PhotositeError for a file that is no raw file, a colour it has not, or a part without a slanted edge.
+    window_px: left, top, width and height of a region that contains one edge and nothing else; default: the whole frame.
+    Raises PhotositeError for a file that is not a raw file, a colour it does not have, or a region without a slanted edge.
     """
     raw = read_raw_file(path)
     label = os.fspath(path)
@@ -76,13 +83,14 @@ def edge_of_raw_file(
 
 
 def edge_transfer(signal: np.ndarray, seen: np.ndarray | None = None) -> EdgeTransfer:
-    """Measure one straight edge of a linear signal (rows, columns), black level taken off.
+    """Measure one straight edge of a linear signal (rows, columns), black level subtracted.
 
-    seen: (rows, columns) photosites of the colour that is measured; default: all.
-    ISO 12233: the edge's place in every row is the centroid of its derivative, a line goes through these, all photosites
-    are put into bins by their distance from it, and the derivative of their means is transformed under a Hamming window.
-    The responses of bin and difference are divided out. Distances are along the normal of the edge.
-    Raises PhotositeError for no edge, one that runs along an axis, or a part too small.
+    seen: (rows, columns) mask of the photosites that are measured, those of one colour; default: all.
+    ISO 12233: the edge's position in each row is the centroid of the signal's derivative; a line is fitted to the positions;
+    the photosites are averaged in bins of their distance from the line (edge spread function); its derivative (line spread
+    function) is Fourier-transformed under a Hamming window. The responses of binning and difference are divided out.
+    Distances are along the normal of the edge.
+    Raises PhotositeError for no edge, an edge along an axis, or a region too small.
     """
     signal = np.asarray(signal, np.float64)
     seen = np.ones(signal.shape, bool) if seen is None else seen
@@ -90,7 +98,7 @@ def edge_transfer(signal: np.ndarray, seen: np.ndarray | None = None) -> EdgeTra
         raise PhotositeError(f"{signal.shape}: give a part of at least 16 x 16 photosites")
     if _gradient(signal, seen) < _gradient(signal.T, seen.T):
         signal, seen = signal.T, seen.T
-    rows, places = _edge_places(signal, seen)
+    rows, places = _locate_edge(signal, seen)
     slope, start = np.polyfit(rows, places, 1)
     angle = math.atan(slope)
     if abs(math.degrees(angle)) < LEAST_ANGLE_DEG or abs(slope) * len(signal) < 2.0:
@@ -98,19 +106,21 @@ def edge_transfer(signal: np.ndarray, seen: np.ndarray | None = None) -> EdgeTra
         raise PhotositeError(f"{told}; turn it to between 2 and 40 degrees, crossing two columns or more")
     y, x = np.nonzero(seen)
     distance_px = (x - start - slope * y) * math.cos(angle)
-    reach = int(0.9 * min(-distance_px.min(), distance_px.max()) / BIN_PX)  # the part's corners hold too few photosites
-    spread, offsets_px = _binned(distance_px, signal[seen], reach)
-    return _transformed(spread, offsets_px, math.degrees(angle))
+    reach = int(
+        0.9 * min(-distance_px.min(), distance_px.max()) / BIN_PX
+    )  # the corners of the region contain too few photosites
+    spread, offsets_px = _bin_profile(distance_px, signal[seen], reach)
+    return _transform_profile(spread, offsets_px, math.degrees(angle))
 
 
 def _gradient(signal: np.ndarray, seen: np.ndarray) -> float:
-    """Mean difference between the right and the left half of what is seen."""
+    """Absolute difference of the mean signals of the right and the left half, over the measured photosites."""
     half = signal.shape[1] // 2
     return abs(float(signal[:, half:][seen[:, half:]].mean() - signal[:, :half][seen[:, :half]].mean()))
 
 
-def _edge_places(signal: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and the edge's column in each of them: centroids of the derivative, in two rounds with a closer window."""
+def _locate_edge(signal: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return rows and the edge's column in each: centroids of the derivative, in two passes with a narrower window."""
     found = []
     for y in np.nonzero(seen.sum(axis=1) >= 8)[0]:
         columns = np.nonzero(seen[y])[0]
@@ -118,24 +128,26 @@ def _edge_places(signal: np.ndarray, seen: np.ndarray) -> tuple[np.ndarray, np.n
         found.append((float(y), between, slope))
     total = sum(float(slope.sum()) for _, _, slope in found)
     width = signal.shape[1]
-    line = np.array([0.0, 0.5 * (width - 1)])
+    line, rows, edge = np.array([0.0, 0.5 * (width - 1)]), np.zeros(0), np.zeros(0)
     for half in (0.5 * width, 0.25 * width):
-        places = []
-        for y, between, slope in found:
-            window = np.clip(np.abs(between - np.polyval(line, y)) / half, 0.0, 1.0)
+        centroids = []
+        for row, between, slope in found:
+            window = np.clip(np.abs(between - np.polyval(line, row)) / half, 0.0, 1.0)
             weights = slope * (0.54 + 0.46 * np.cos(math.pi * window)) * (window < 1.0)
-            places.append(float(weights @ between / weights.sum()) if weights.sum() * total > 0 else math.nan)
-        good = np.isfinite(places) & (np.array(places) > 0) & (np.array(places) < width - 1)
+            centroids.append(float(weights @ between / weights.sum()) if weights.sum() * total > 0 else math.nan)
+        places = np.array(centroids)
+        good = np.isfinite(places) & (places > 0) & (places < width - 1)
         if good.sum() < 0.8 * len(found) or good.sum() < 8:
             raise PhotositeError("no single edge runs through the part; give a part that holds one edge and nothing else")
-        rows = np.array([y for y, _, _ in found])[good]
-        line = np.polyfit(rows, np.array(places)[good], 1)
-    return rows, np.array(places)[good]
+        rows, edge = np.array([row for row, _, _ in found])[good], places[good]
+        line = np.polyfit(rows, edge, 1)
+    return rows, edge
 
 
-def _binned(distance_px: np.ndarray, signal: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """Mean signal in each bin from -reach to reach, an empty one between its neighbours; and how far off its bin's middle
-    each photosite lies, from the mean of the bin [px].
+def _bin_profile(distance_px: np.ndarray, signal: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the edge spread function, the mean signal in bins from -reach to reach, with empty bins interpolated.
+
+    Returns, too, each photosite's distance from the mean distance of its bin [px].
     """
     if reach < 16:
         raise PhotositeError("the edge comes too near to the part's border; give a part with 5 pixels or more beside it")
@@ -153,8 +165,11 @@ def _binned(distance_px: np.ndarray, signal: np.ndarray, reach: int) -> tuple[np
     return spread, distance_px - places_px[index]
 
 
-def _transformed(spread: np.ndarray, offsets_px: np.ndarray, angle_deg: float) -> EdgeTransfer:
-    """Transform the profile; the responses of the bins, from where photosites lie in them, and of the difference come off."""
+def _transform_profile(spread: np.ndarray, offsets_px: np.ndarray, angle_deg: float) -> EdgeTransfer:
+    """Transform the edge spread function, and divide by the responses of the bins and of the difference.
+
+    offsets_px: distances of the photosites from the means of their bins, which give the response of the bins.
+    """
     reach = len(spread) // 2
     quarter = max(2, reach // 4)
     dark, bright = spread[:quarter], spread[-quarter:]
@@ -164,7 +179,7 @@ def _transformed(spread: np.ndarray, offsets_px: np.ndarray, angle_deg: float) -
         raise PhotositeError(f"no edge: the sides differ by {abs(step):.3g}, and each varies by {noise:.3g}")
     line = 0.5 * (spread[2:] - spread[:-2])
     window = np.hamming(len(line))
-    count = 4 * len(line)  # zeros behind it: frequencies close enough to be read linearly
+    count = 4 * len(line)  # zero padding: a frequency step small enough for linear interpolation
     frequency = np.fft.rfftfreq(count, BIN_PX)
     spectrum = np.abs(np.fft.rfft(line * window, count))
     kept = frequency <= 1.0

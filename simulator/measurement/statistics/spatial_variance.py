@@ -1,4 +1,4 @@
-"""Fixed pattern of a stack of frames taken alike (EMVA 1288 R4.0 Linear: spatial variances and their split)."""
+"""Spatial variance of a stack of equally exposed frames, split into rows, columns and photosites (EMVA 1288 R4.0 Linear)."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from simulator.errors import PhotositeError
 
 @dataclass(frozen=True)
 class Stack:
-    """Sums over the frames of a stack.
+    """Statistics of a stack of equally exposed frames.
 
     mean_dn: (height, width) float64 mean of the frames [DN]. variance_dn2: temporal variance, mean over the
     photosites [DN^2]. frames: how many.
@@ -23,7 +23,7 @@ class Stack:
 
 @dataclass(frozen=True)
 class SpatialVariance:
-    """Variance of the fixed pattern, temporal noise taken off [DN^2]; an estimate around 0 may be negative.
+    """Variance of the fixed pattern, temporal noise subtracted [DN^2]; an estimate near 0 may be negative.
 
     total = row + column + pixel.
     """
@@ -35,36 +35,36 @@ class SpatialVariance:
 
 
 def stack_of(frames: Iterable[np.ndarray]) -> Stack:
-    """Add up frames of one plane, (height, width) codes; they are read one by one and need not fit into memory together.
+    """Average frames of one plane, (height, width) codes; they are read one by one and need not fit into memory together.
 
     Raises PhotositeError for fewer than two frames or frames of different shapes.
     """
-    total = squares = first = None
+    total, squares, offset_dn = np.zeros(0), np.zeros(0), np.float64(0.0)
     count = 0
     for frame in frames:
-        if first is None:
-            # Codes close to the first frame's mean keep the sum of squares exact in float64.
-            first = np.rint(frame.mean(dtype=np.float64))
+        if count == 0:
+            # Sums of deviations from the first frame's mean keep the sum of squares exact in float64.
+            offset_dn = np.rint(frame.mean(dtype=np.float64))
             total, squares = np.zeros(frame.shape), np.zeros(frame.shape)
         if frame.shape != total.shape:
             raise PhotositeError(f"a stack of {total.shape} and {frame.shape}: all frames of a stack must have one size")
-        shifted = frame - first
-        total += shifted
-        squares += shifted**2
+        deviation = frame - offset_dn
+        total += deviation
+        squares += deviation**2
         count += 1
     if count < 2:
         raise PhotositeError(f"a stack of {count} frames: give two or more; EMVA 1288 asks for 16 at least")
     variance = float(np.mean(squares - total**2 / count)) / (count - 1)
-    return Stack(first + total / count, variance, count)
+    return Stack(offset_dn + total / count, variance, count)
 
 
 def spatial_variance(stack: Stack) -> SpatialVariance:
     """Split the variance of the mean frame into rows, columns and photosites.
 
-    Analysis of variance in two ways: of M rows and N columns, the row means scatter with row + rest / N, the column means
-    with column + rest / M, and what neither explains with rest = the photosites' own variance + 1/L of the temporal one.
-    EMVA 1288 R4.0 Linear solves the same three equations for the variance of the whole instead; without 1/M and 1/N of bias
-    the results are the same. Raises PhotositeError for planes below 3 x 3.
+    Two-way analysis of variance of M rows and N columns: the variance of the row means is row + rest / N, that of the column
+    means column + rest / M, and that of the residuals rest = pixel + 1/L of the temporal variance of L frames.
+    EMVA 1288 R4.0 Linear solves the same equations with the total variance in place of that of the residuals; the results
+    agree but for relative bias of 1/M and 1/N. Raises PhotositeError for planes below 3 x 3.
     """
     mean = stack.mean_dn
     rows, columns = mean.shape

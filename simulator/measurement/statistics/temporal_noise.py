@@ -1,7 +1,7 @@
-"""Mean and noise of two frames taken alike (EMVA 1288 R4.0 Linear: temporal noise by the photon transfer method).
+"""Mean and temporal noise of two equally exposed frames (EMVA 1288 R4.0 Linear, photon transfer method).
 
-The difference of the two holds no fixed pattern, so half its variance is the temporal variance. Whole-number codes are
-summed exactly, so nothing is lost in large frames. Planes are (height, width) codes [DN] of one colour.
+The difference of the two frames contains no fixed pattern, so half its variance is the temporal variance. Sums of integer
+codes are exact in float64. Planes are (height, width) codes [DN] of one colour.
 """
 
 import math
@@ -14,13 +14,13 @@ from simulator.errors import PhotositeError
 
 @dataclass(frozen=True)
 class PairNoise:
-    """Temporal noise of a pair, split into what a whole row has in common and what is a photosite's own.
+    """Temporal noise of a pair, split into row noise and noise of single photosites.
 
-    mean_dn: of both frames. variance_dn2: all temporal variance of EMVA 1288, rounding included.
-    pixel_variance_dn2: without row noise, rounding included. row_variance_dn2: of the offsets of whole rows; an estimate
-        around 0 may be negative. rows, columns: size of the plane.
-    variance_error_dn2, pixel_variance_error_dn2: standard errors, from the scatter between rows, which are independent
-        of each other; so they hold for noise of any shape.
+    mean_dn: of both frames. variance_dn2: total temporal variance of EMVA 1288, rounding included.
+    pixel_variance_dn2: without row noise, rounding included. row_variance_dn2: of the offsets of rows; an estimate near 0
+        may be negative. rows, columns: size of the plane.
+    variance_error_dn2, pixel_variance_error_dn2: standard errors, from the scatter between rows, which are independent of
+        each other; so they hold for noise of any distribution.
     """
 
     mean_dn: float
@@ -34,15 +34,15 @@ class PairNoise:
 
 
 def mean_of_pair(first: np.ndarray, second: np.ndarray) -> float:
-    """Mean code of two frames [DN]."""
+    """Return the mean code of two frames [DN]."""
     return 0.5 * (float(first.mean(dtype=np.float64)) + float(second.mean(dtype=np.float64)))
 
 
 def pair_noise(first: np.ndarray, second: np.ndarray) -> PairNoise:
-    """Temporal noise of a pair, row noise apart.
+    """Measure the temporal noise of a pair, row noise and noise of single photosites separately.
 
-    The temporal variance is half the mean square difference less half the squared difference of the means, which takes out
-    that the light was not quite the same in both frames.
+    The temporal variance is half the mean square difference less half the squared difference of the means, which removes
+    the effect of slightly different light in the two frames.
     Analysis of variance with one random effect: in the difference, rows of n columns have means of variance
     2 (row + pixel / n), and photosites scatter about their row's mean with 2 pixel.
     Raises PhotositeError for frames of different shapes or of less than 2 x 2 photosites.
@@ -68,7 +68,7 @@ def pair_noise(first: np.ndarray, second: np.ndarray) -> PairNoise:
 
 
 def _difference(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """First minus second as float64, so that unsigned codes cannot wrap."""
+    """Return first less second in float64, so that unsigned codes do not wrap around."""
     if first.shape != second.shape or first.ndim != 2:
         raise PhotositeError(f"a pair of {first.shape} and {second.shape}: both frames of a pair must have one size")
     return first.astype(np.float64) - second

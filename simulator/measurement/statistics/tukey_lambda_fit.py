@@ -1,14 +1,15 @@
-"""Shape of the read noise: Tukey's lambda by maximum likelihood on differences of whole-number codes.
+"""Distribution of the read noise: Tukey's lambda by maximum likelihood from differences of integer codes.
 
 Tukey-lambda noise has the quantile function scale * (p^lambda - (1 - p)^lambda) / lambda (Joiner and Rosenblatt 1971).
-lambda 0.14 is close to normal, 0 is logistic, below 0 the tails are heavy. The scale is not the standard deviation: that is
-scale * std(lambda), 1.4 to 2.2 times as much in cameras.
+lambda 0.14 is close to normal, 0 is logistic, below 0 the tails are heavy. The standard deviation is scale * std(lambda), in
+cameras 1.4 to 2.2 times the scale.
 
-The likelihood is that of the difference of two frames, so that no fixed pattern enters: two independent Tukey-lambda
-variables and two rounding errors, each uniform within one code.
+The likelihood is that of the difference of two frames, which contains no fixed pattern: the sum of two independent
+Tukey-lambda variables and two rounding errors, each uniform within one code.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,16 +18,16 @@ from scipy import optimize, signal, stats
 from simulator.measurement.statistics.interval import Interval, Z, normal_interval
 from simulator.sensor.stages.tukey_lambda_polynomial import GREATEST_LAMBDA, LEAST_LAMBDA
 
-LEAST_SIGMA_DN = 0.2  # noise below it moves too few codes to have a shape
+LEAST_SIGMA_DN = 0.2  # noise below it changes too few codes for a fit
 _CELLS_PER_SIGMA = 24
 _TAIL = 1e-13
-_OUTLIER_SHARE = 1e-12  # a photosite no shape explains costs this and no more, and rounding of the transform stays below it
-_MOST_RESIDUALS = 2_000_000  # their lambda is known to 0.001, finer than two frames of one camera agree
+_OUTLIER_SHARE = 1e-12  # least probability of a cell: bounds the weight of outliers, and exceeds the rounding errors of the FFT
+_MOST_RESIDUALS = 2_000_000  # standard error of lambda 0.001, smaller than its difference between two frames of one camera
 
 
 @dataclass(frozen=True)
 class TukeyLambda:
-    """A fitted shape.
+    """A fitted Tukey-lambda distribution.
 
     shape: lambda. sigma_dn: standard deviation without rounding [DN]. scale_dn: scale of the quantile function [DN].
     """
@@ -39,8 +40,8 @@ class TukeyLambda:
 def fit_tukey_lambda(residuals_dn: np.ndarray) -> TukeyLambda | None:
     """Fit lambda and standard deviation to the differences of dark pairs about their row means (`row_residuals`).
 
-    residuals_dn: (n,) [DN]. Intervals follow from the curvature of the likelihood (Fisher information). lambda is looked for
-    where the sensor stage can follow, from LEAST_LAMBDA to GREATEST_LAMBDA. None below LEAST_SIGMA_DN.
+    residuals_dn: (n,) [DN]. Intervals follow from the curvature of the likelihood (Fisher information). lambda is limited to
+    the range that the sensor stage can simulate, LEAST_LAMBDA to GREATEST_LAMBDA. None below LEAST_SIGMA_DN.
     """
     residuals_dn = residuals_dn[:: max(1, math.ceil(residuals_dn.size / _MOST_RESIDUALS))]
     start_dn = math.sqrt(max(float(np.var(residuals_dn)) / 2.0 - 1.0 / 12.0, 0.0))
@@ -66,15 +67,15 @@ def fit_tukey_lambda(residuals_dn: np.ndarray) -> TukeyLambda | None:
 
 
 def standard_deviation(shape: float) -> float:
-    """Standard deviation of Tukey's lambda at scale 1."""
+    """Return the standard deviation of Tukey's lambda distribution at scale 1."""
     return float(stats.tukeylambda.std(shape))
 
 
 def rounding_doubt_dn2(shape: float, sigma_dn: float) -> float:
-    """Largest error of a variance from which 1/12 DN^2 is taken off for rounding [DN^2].
+    """Return the largest error of a variance from which 1/12 DN^2 is subtracted for rounding [DN^2].
 
-    It depends on where the mean lies within a code and is (4 sigma^2 + 1/pi^2) phi(2 pi) at most, phi the characteristic
-    function of the noise (Widrow and Kollar 2008, 4.1; first term of the series, Gaussian form of the cross term).
+    The error depends on the position of the mean within a code and is at most (4 sigma^2 + 1/pi^2) phi(2 pi), with phi the
+    characteristic function of the noise (Widrow and Kollar 2008, 4.1; first term of the series, Gaussian cross term).
     """
     scale_dn = sigma_dn / standard_deviation(shape)
     share = (np.arange(20000) + 0.5) / 20000
@@ -84,7 +85,7 @@ def rounding_doubt_dn2(shape: float, sigma_dn: float) -> float:
 
 
 def difference_shares(shape: float, sigma_dn: float, cell_dn: float, half: int) -> np.ndarray:
-    """Probability of each cell k * cell_dn, k = -half ... half, for the difference of two rounded readings.
+    """Return the probability of each cell k * cell_dn, k = -half ... half, for the difference of two rounded readings.
 
     Returns (2 half + 1,) float64. sigma_dn: standard deviation of one reading without rounding [DN].
     """
@@ -111,7 +112,7 @@ def _triangle(cell_dn: float) -> np.ndarray:
     return np.diff(0.5 + edges - np.sign(edges) * edges**2 / 2.0)
 
 
-def _standard_errors(loss, best: np.ndarray, step: float) -> np.ndarray:
+def _standard_errors(loss: Callable[[np.ndarray], float], best: np.ndarray, step: float) -> np.ndarray:
     """Standard errors of two parameters from the second differences of a negative log-likelihood."""
     hessian = np.empty((2, 2))
     steps = np.eye(2) * np.array([3.0 * step, step])  # about one standard error of each

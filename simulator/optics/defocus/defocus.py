@@ -18,7 +18,6 @@ from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.field_pupil import CatsEyes, plan_cats_eyes
 from simulator.optics.defocus.patch_reach import merge_far_patches
 from simulator.optics.lens.lens import Lens
-from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.scene import Scene
 
@@ -149,10 +148,7 @@ def _check_size(signed_px: float | np.ndarray, depth_m: float | np.ndarray, lens
     worst = np.argmax(np.abs(signed_px))
     radius_px, depth = abs(float(np.ravel(signed_px)[worst])), float(np.ravel(depth_m)[worst])
     excess = 1.005 * radius_px / LARGEST_PX  # 0.5 % more, so that the advised value suffices when rounded to three digits
-    if isinstance(lens, Pinhole):
-        key, value, fix = "lens.pinhole.diameter", f"{lens.diameter_mm:g} mm", f"{lens.diameter_mm / excess:.3g} mm or less"
-    else:
-        key, value, fix = "lens.f_number", f"f/{lens.f_number:g}", f"f/{lens.f_number * excess:.3g} or more, focus nearer to it"
+    key, value, fix = lens.smaller_aperture(excess)
     rule = f"blurs what stands at {depth:.3g} m to a radius of {radius_px:.4g} photosites, at most {LARGEST_PX} are computed"
     require(radius_px <= LARGEST_PX, key, value, f"{rule}; give {fix}, or correct its depth")
 

@@ -11,10 +11,12 @@ from typing import Self
 
 import numpy as np
 
+IntOrArray = int | np.ndarray
+
 
 @dataclass(frozen=True)
 class InterleavedColumns:
-    """ReadoutGeometry of planes of `over` x `over` samples per photosite.
+    """Memory layout of planes of `over` x `over` samples per photosite.
 
     over: samples per photosite and axis. rows: of samples. set_columns: columns of each set.
     """
@@ -25,7 +27,7 @@ class InterleavedColumns:
 
     @classmethod
     def holding(cls, over: int, rows: int, columns: int) -> Self:
-        """ReadoutGeometry of planes of so many rows and at least so many columns of samples."""
+        """Memory layout of planes of so many rows and at least so many columns of samples."""
         return cls(over, rows, -(-columns // (2 * over)))
 
     @property
@@ -34,33 +36,33 @@ class InterleavedColumns:
         return 2 * self.over
 
     def shape(self, planes: int) -> tuple[int, int, int, int]:
-        """Shape of so many stored planes."""
+        """Shape of the array of so many stored planes."""
         return planes, self.column_sets, self.rows, self.set_columns
 
     def work_size(self, planes: int) -> tuple[int, int, int]:
-        """Work-items of a kernel with one for each sample: columns of a set, rows, column sets of all planes."""
+        """Global size of a kernel with one work-item per sample: columns of a set, rows, column sets of all planes."""
         return self.set_columns, self.rows, self.column_sets * planes
 
     def encode(self, planes: np.ndarray) -> np.ndarray:
-        """Stored planes (..., column sets, rows, set columns) of planes (..., rows, columns); columns: of all sets together."""
+        """Interleave planes (..., rows, columns), with the columns of all sets, into (..., column sets, rows, set columns)."""
         split = planes.reshape(*planes.shape[:-1], self.set_columns, self.column_sets)
         return np.ascontiguousarray(np.moveaxis(split, -1, -3))
 
     def decode(self, stored: np.ndarray) -> np.ndarray:
-        """Planes (..., rows, columns) of stored planes (..., column sets, rows, set columns); columns: of all sets together."""
+        """Return planes (..., rows, columns), with the columns of all sets, from (..., column sets, rows, set columns)."""
         return np.moveaxis(stored, -3, -1).reshape(*stored.shape[:-3], self.rows, self.column_sets * self.set_columns)
 
-    def element(self, plane, row, column) -> np.ndarray:
-        """Number of a sample in a buffer of stored planes; numbers or arrays of them."""
+    def element(self, plane: IntOrArray, row: IntOrArray, column: IntOrArray) -> IntOrArray:
+        """Index of sample [plane, row, column] in a buffer of stored planes."""
         return element(plane, row, column, self.over, self.rows, self.set_columns)
 
 
-def element(plane, row, column, over: int, rows, set_columns: int):
-    """Number of sample [plane, row, column] in a buffer of planes; numbers or arrays. A column may be negative."""
+def element(plane: IntOrArray, row: IntOrArray, column: IntOrArray, over: int, rows: int, set_columns: int) -> IntOrArray:
+    """Index of sample [plane, row, column] in a buffer of stored planes; the column may be negative."""
     sets = 2 * over
     return ((plane * sets + column % sets) * rows + row) * set_columns + column // sets
 
 
-def column_of(column_set, column_in_set, over: int):
-    """Column of samples that stands at this place of a column set; numbers or arrays."""
+def column_of(column_set: IntOrArray, column_in_set: IntOrArray, over: int) -> IntOrArray:
+    """Column of a sample, from its column set and its column in the set."""
     return 2 * over * column_in_set + column_set

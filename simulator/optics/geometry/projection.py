@@ -1,4 +1,4 @@
-"""Geometry between the scene's grid and the sensor's photosites."""
+"""Projection of the scene's grid onto the sensor's photosites."""
 
 import math
 from dataclasses import dataclass
@@ -16,17 +16,17 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
-EDGE_PX = 1.0  # neighbouring scene pixels whose radii differ by more belong to two surfaces
+EDGE_PX = 1.0  # difference in blur radius above which neighbouring scene pixels belong to two surfaces
 
 
 @dataclass(frozen=True)
 class Projection:
-    """How photosites read the scene's grid.
+    """Resampling of the scene's grid by the photosites.
 
     scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's upper left corner.
     scene_width, scene_height: of the scene's grid [px].
-    samples: points per photosite and axis. nearest: nearest pixel instead of bilinear.
-    warp: distortion of the lens, which comes before the scale; None: none.
+    samples: points per photosite and axis that are averaged. nearest: nearest pixel instead of bilinear interpolation.
+    warp: distortion of the lens, applied before the scale; None: none.
     """
 
     scale: float
@@ -39,7 +39,7 @@ class Projection:
     warp: Warp | None = None
 
     def defines(self, cfa_macros: dict[str, int], over: int = 1) -> dict[str, object]:
-        """Macros of kernels/projection.cl, for planes of `over` x `over` points per photosite.
+        """Macros of kernels/projection.cl, for planes of `over` x `over` samples per photosite.
 
         cfa_macros: of kernels/cfa.h, for the output's upper left corner.
         """
@@ -47,7 +47,7 @@ class Projection:
         return {"SAMPLES": -(-self.samples // over), "NEAREST": int(self.nearest), "OVER": over, **distortion, **cfa_macros}
 
     def arguments(self, origin_x: int, origin_y: int) -> dict[str, float]:
-        """Scalar arguments of kernels/projection.cl for an output that begins at this photosite of the sensor."""
+        """Scalar arguments of kernels/projection.cl for an output whose first photosite is this one of the sensor."""
         return {
             "scene_width": self.scene_width,
             "scene_height": self.scene_height,
@@ -63,8 +63,8 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
     """Geometry between scene pixels and photosites; the optical axis meets the centres of both.
 
     A scene with a field of view keeps its true size: scene pixels per radian of tangent over photosites per
-    radian of tangent. Without one the picture fills the sensor and what sticks out is cut off.
-    Raises PhotositeError when the camera sees past the scene's edges.
+    radian of tangent. Without one the picture is scaled to cover the sensor and cropped.
+    Raises PhotositeError when the field of view of the camera exceeds the scene.
     """
     height, width = scene.planes.shape[:2]
     image_distance_px = 1e3 * lens.image_distance_mm / camera.pixel_pitch_um
@@ -88,7 +88,7 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
     )
 
 
-def project(device: Device, projection: Projection, cfa: Cfa, window: Window, planes) -> Buffer:
+def project(device: Device, projection: Projection, cfa: Cfa, window: Window, planes: Buffer) -> Buffer:
     """Device buffer (height, width) float32: the sharp image of one surface in each photosite's own colour.
 
     planes: device buffer (channels, scene height, scene width) float32 [e- s^-1 um^-2 sr^-1]. window: photosites to compute.
@@ -140,6 +140,7 @@ def project_radius(
 
 
 def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:
+    """Raise PhotositeError when the field of view of the camera exceeds the scene."""
     height, width = scene.planes.shape[:2]
     seen_x, seen_y = scale * camera.width_px * reach[0], scale * camera.height_px * reach[1]
     if seen_x > width + 1e-6 or seen_y > height + 1e-6:

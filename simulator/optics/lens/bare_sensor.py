@@ -1,15 +1,15 @@
-"""No lens: every photosite looks at the whole scene at once.
+"""No lens: every photosite receives light from the whole scene.
 
-E = integral of L cos(theta) dOmega over the hemisphere. A place of the scene at tangents (x, y) of its grid's pinhole
-projection takes up dOmega cos(theta) = dx dy / (1 + x^2 + y^2)^2. Beyond the scene's edges it is dark.
+E = integral of L cos(theta) dOmega over the hemisphere. An element dx dy of the scene at tangents (x, y) of its grid's pinhole
+projection has dOmega cos(theta) = dx dy / (1 + x^2 + y^2)^2. Beyond the scene's edges the radiance is 0.
 """
 
 import math
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
+from simulator.optics.lens.perspective import GREEN_NM
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.scene import Scene
 
@@ -21,35 +21,54 @@ class BareSensor:
     model: name for the file's metadata.
     """
 
-    pupil: ClassVar[Pupil] = Pupil()
-    cos4: ClassVar[bool] = False
-    distortion: ClassVar[None] = None
-    veiling_glare: ClassVar[float] = 0.0
-    f_number: ClassVar[float] = math.nan
-    focal_length_mm: ClassVar[float] = math.nan
-    focus_distance_m: ClassVar[float] = math.nan
-    image_distance_mm: ClassVar[float] = math.inf
+    pupil = Pupil()
+    cos4 = False
+    distortion = None
+    veiling_glare = 0.0
+    forms_image = False
+    has_plane_of_focus = False
+    can_have_aberrations = False
+    aberrations = None
+    has_diffraction = False
+    psf = None
+    f_number = math.nan
+    diffraction_f_number = math.nan
+    focal_length_mm = math.nan
+    focus_distance_m = math.nan
+    image_distance_mm = math.inf
     model: str = "no lens"
 
     def irradiance_per_radiance_sr(self) -> float:
         """E / L under a hemisphere of one radiance [sr]: pi."""
         return math.pi
 
-    def focal_length_35mm_mm(self, diagonal_mm: float) -> float:
-        """None: not a number."""
+    def field_of_view_deg(self, extent_mm: float) -> float:
+        """NaN: no image, so no field of view."""
         return math.nan
 
-    def blur_radius_um(self, depth_m):
+    def focal_length_35mm_mm(self, diagonal_mm: float) -> float:
+        """NaN: no focal length."""
+        return math.nan
+
+    def airy_diameter_um(self, wavelength_nm: float = GREEN_NM) -> float:
+        """NaN: no aperture that diffracts."""
+        return math.nan
+
+    def blur_radius_um(self, depth_m: float | np.ndarray) -> np.float64 | np.ndarray:
         """A point lights all of the sensor: infinite [um]."""
-        return np.full(np.shape(depth_m), np.inf)
+        return np.full(np.shape(depth_m), np.inf)[()]
+
+    def smaller_aperture(self, blur_ratio: float) -> tuple[str, str, str]:
+        """No aperture lessens an infinite blur; only a lens does."""
+        return "lens.bare_sensor", "no lens", "a lens"
 
 
-def hemisphere_shares(height: int, width: int, field_of_view_deg: float | None) -> np.ndarray:
-    """Share of a hemisphere's irradiance that each pixel of a scene takes up if all are equally bright: (height, width).
+def hemisphere_fractions(height: int, width: int, field_of_view_deg: float | None) -> np.ndarray:
+    """Fraction of the irradiance under a uniform hemisphere that comes through each pixel of a scene: (height, width) float64.
 
-    A grid with a field of view is a pinhole projection, row 0 on top; the integral over each pixel is in closed form, the
-    configuration factor of a small surface and a rectangle parallel to it (Siegel and Howell, Thermal Radiation Heat
-    Transfer, 1972). Without one the scene fills the hemisphere, every pixel with the same share.
+    A grid with a field of view is a pinhole projection, row 0 on top; the integral over each pixel has a closed form, the
+    configuration factor from a surface element to a rectangle parallel to it (Siegel and Howell, Thermal Radiation Heat
+    Transfer, 1972). Without a field of view the scene fills the hemisphere, every pixel with the same fraction.
     """
     if field_of_view_deg is None:
         return np.full((height, width), 1.0 / (height * width))
@@ -60,17 +79,18 @@ def hemisphere_shares(height: int, width: int, field_of_view_deg: float | None) 
     return np.diff(np.diff(corner, axis=0), axis=1) / (2.0 * math.pi)
 
 
-def gathered(scene: Scene) -> Scene:
-    """Return the hemisphere of one radiance that lights a bare sensor as this scene does: one pixel, infinitely far."""
-    shares = hemisphere_shares(*scene.planes.shape[:2], scene.field_of_view_deg)
-    light, passed = np.zeros(scene.planes.shape[2]), np.ones_like(shares)
+def integrate_hemisphere(scene: Scene) -> Scene:
+    """Return a scene of one infinitely distant pixel that gives a bare sensor the irradiance of this scene."""
+    height, width, bands = scene.planes.shape
+    fractions = hemisphere_fractions(height, width, scene.field_of_view_deg)
+    radiance, transmitted = np.zeros(bands), np.ones_like(fractions)
     for layer in scene.layers:
-        light += np.tensordot(shares * passed, layer.planes.astype(np.float64), axes=2)
-        passed = passed * (0.0 if layer.coverage is None else 1.0 - layer.coverage.astype(np.float64))
-    note = f"without a lens every photosite gathers the whole scene, {100 * shares.sum():.3g} % of a hemisphere's irradiance"
+        radiance += np.tensordot(fractions * transmitted, layer.planes.astype(np.float64), axes=2)
+        transmitted = transmitted * (0.0 if layer.coverage is None else 1.0 - layer.coverage.astype(np.float64))
+    note = f"without a lens every photosite gathers the whole scene, {100 * fractions.sum():.3g} % of a hemisphere's irradiance"
     return replace(
         scene,
-        planes=light.astype(np.float32)[np.newaxis, np.newaxis],
+        planes=radiance.astype(np.float32)[np.newaxis, np.newaxis],
         depth_m=math.inf,
         coverage=None,
         behind=(),

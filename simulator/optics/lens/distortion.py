@@ -1,8 +1,8 @@
 """Geometric distortion of a lens, and lateral colour as a magnification of each channel.
 
 The distorted place of a point is x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2), and alike in y (Brown 1966,
-Photogrammetric Engineering 32, 444). DNG's WarpRectilinear (DNG 1.4, chapter 7) tells a converter, for a place of the
-corrected picture, where to look in the distorted one by the same polynomial, so that the file can hold it without a fit.
+Photogrammetric Engineering 32, 444). DNG's WarpRectilinear (DNG 1.4, chapter 7) maps a position in the corrected picture
+to the distorted one by the same polynomial, so that the file holds the coefficients without a fit.
 """
 
 import math
@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from simulator.errors import PhotositeError, require
 
-CLOSE_ENOUGH_PX = 1e-3
+CLOSE_ENOUGH_PX = 1e-3  # error of Newton's method [photosites]
 MOST_STEPS = 12
 
 
@@ -22,8 +23,8 @@ class Distortion:
     """Distortion of a lens about the centre of the sensor; k1 < 0 is a barrel.
 
     k1, k2, k3: radial, p1, p2: tangential coefficients of Brown and Conrady.
-    unit: what r = 1 is: focal_length, the image distance, as calibrations of cameras give it (x / z), or half_diagonal of the
-        sensor, as lens profiles do.
+    unit: of r: focal_length, the image distance, as in camera calibrations (x / z), or half_diagonal of the sensor, as in
+        lens profiles.
     lateral: magnification of red, green and blue, such as [1.0004, 1, 0.9997]: lateral chromatic aberration.
     Raises PhotositeError for numbers that are not finite.
     """
@@ -36,7 +37,7 @@ class Distortion:
     unit: Literal["focal_length", "half_diagonal"] = "focal_length"
     lateral: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for key in ("k1", "k2", "k3", "p1", "p2"):
             require(math.isfinite(getattr(self, key)), f"lens.distortion.{key}", getattr(self, key), "give a finite number")
         good = len(self.lateral) == 3 and all(0.9 < value < 1.1 for value in self.lateral)
@@ -44,7 +45,7 @@ class Distortion:
 
     @property
     def has_effect(self) -> bool:
-        """Whether anything moves."""
+        """Whether any point is displaced."""
         return any((self.k1, self.k2, self.k3, self.p1, self.p2)) or set(self.lateral) != {1.0}
 
 
@@ -63,8 +64,8 @@ class Warp:
     magnification: tuple[float, ...]
     steps: int = MOST_STEPS
 
-    def distorted(self, x_px, y_px, channel: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """Where a point at these places of an undistorted picture falls, photosites from the upper left corner, float64."""
+    def distorted(self, x_px: ArrayLike, y_px: ArrayLike, channel: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Distorted positions of points of the undistorted picture [photosites from the upper left corner], float64."""
         a, b = (
             (np.asarray(x_px, float) - self.centre_x_px) / self.unit_px,
             (np.asarray(y_px, float) - self.centre_y_px) / self.unit_px,
@@ -73,8 +74,8 @@ class Warp:
         far = self.unit_px * self.magnification[channel]
         return self.centre_x_px + far * a, self.centre_y_px + far * b
 
-    def undistorted(self, x_px, y_px, channel: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """Where a photosite would see without distortion; the inverse of `distorted`, by Newton's method in float64."""
+    def undistorted(self, x_px: ArrayLike, y_px: ArrayLike, channel: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """Undistorted positions of points of the distorted picture: the inverse of `distorted`, by Newton's method, float64."""
         far = self.unit_px * self.magnification[channel]
         seen_a, seen_b = (np.asarray(x_px, float) - self.centre_x_px) / far, (np.asarray(y_px, float) - self.centre_y_px) / far
         a, b = seen_a, seen_b
@@ -84,8 +85,8 @@ class Warp:
             a, b = a - (yy * miss_a - xy * miss_b) / area, b - (xx * miss_b - xy * miss_a) / area
         return self.centre_x_px + self.unit_px * a, self.centre_y_px + self.unit_px * b
 
-    def _polynomial(self, a, b):
-        """Distorted place and its derivatives xx, xy = yx, yy, in units."""
+    def _polynomial(self, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Distorted position and its derivatives xx, xy = yx, yy, in units of r."""
         d, r2 = self.distortion, a * a + b * b
         radial = 1.0 + r2 * (d.k1 + r2 * (d.k2 + r2 * d.k3))
         slope = 2.0 * (d.k1 + r2 * (2.0 * d.k2 + r2 * 3.0 * d.k3))
@@ -101,14 +102,17 @@ class Warp:
         numbers |= {"UNIT_PX": self.unit_px, "CENTRE_X": self.centre_x_px, "CENTRE_Y": self.centre_y_px}
         magnification = (self.magnification * 3)[:3] if len(self.magnification) == 1 else self.magnification
         numbers |= {f"SHRINK_{index}": 1.0 / (value * self.unit_px) for index, value in enumerate(magnification)}
-        return {f"DISTORTION_{key}": f"({value:.9e}f)" for key, value in numbers.items()} | {"DISTORTION_STEPS": self.steps}
+        macros: dict[str, object] = {f"DISTORTION_{key}": f"({value:.9e}f)" for key, value in numbers.items()}
+        return macros | {"DISTORTION_STEPS": self.steps}
 
-    def rectilinear(self, left: float, top: float, right: float, bottom: float):
+    def rectilinear(
+        self, left: float, top: float, right: float, bottom: float
+    ) -> tuple[tuple[tuple[float, ...], ...], tuple[float, float]] | None:
         """Coefficients (kr0..kr3, kt0, kt1) of each channel, and centre (x, y), of WarpRectilinear for a part of the sensor.
 
-        left, top, right, bottom: centres of the part's outermost pixels, photosites. The unit there is the distance from
-        the optical axis to the farthest corner, the centre a share of the part's sides. None when the axis lies outside the
-        part, which DNG forbids.
+        left, top, right, bottom: centres of the part's outermost pixels [photosites]. WarpRectilinear's unit is the distance
+        from the optical axis to the farthest corner, and the centre is relative to the part's sides. None when the axis lies
+        outside the part, which DNG forbids.
         """
         centre = (self.centre_x_px - left) / (right - left), (self.centre_y_px - top) / (bottom - top)
         if not all(0.0 <= share <= 1.0 for share in centre):
@@ -122,7 +126,7 @@ class Warp:
         return tuple(tuple(value * term for term in terms) for value in self.magnification), centre
 
     def extent(self, width_px: int, height_px: int) -> tuple[float, float, float]:
-        """How far the sensor sees on either axis over what it would undistorted, and the largest local enlargement of that."""
+        """Undistorted over distorted width and height of the sensor, and the largest local magnification of undistorting."""
         reach_x, reach_y, stretch = 1.0, 1.0, 1.0
         x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(0, width_px, 33), np.linspace(0, height_px, 33)))
         for channel in range(len(self.magnification)):
@@ -138,9 +142,9 @@ class Warp:
 def plan_warp(
     distortion: Distortion | None, image_distance_px: float, width_px: int, height_px: int, channels: int
 ) -> Warp | None:
-    """Distortion of a lens on a sensor; None when nothing moves.
+    """Distortion of a lens on a sensor; None without effect.
 
-    image_distance_px: lens to sensor in photosites. Raises PhotositeError for a distortion that folds the picture over.
+    image_distance_px: lens to sensor [photosites]. Raises PhotositeError for a distortion that is not invertible.
     """
     if distortion is None or not distortion.has_effect:
         return None
@@ -162,7 +166,7 @@ def plan_warp(
 
 
 def _check_fold(warp: Warp, half_diagonal_px: float) -> None:
-    """Refuse a polynomial that turns back before it has filled the sensor."""
+    """Raise PhotositeError for a radial polynomial that is not monotonic out to the corner of the sensor."""
     radius = np.linspace(0.0, 10.0, 4001) * half_diagonal_px / warp.unit_px
     seen, _, slope, *_ = Warp(Distortion(*_radial(warp.distortion)), 1.0, 0.0, 0.0, (1.0,))._polynomial(radius, 0.0 * radius)
     turns = np.nonzero(slope <= 0.0)[0]
@@ -173,4 +177,5 @@ def _check_fold(warp: Warp, half_diagonal_px: float) -> None:
 
 
 def _radial(distortion: Distortion) -> tuple[float, float, float]:
+    """Radial coefficients k1, k2, k3."""
     return distortion.k1, distortion.k2, distortion.k3

@@ -1,6 +1,7 @@
-"""Field of view and 35 mm equivalents: what every kind of lens that forms an image has in common."""
+"""Field of view and 35 mm equivalents: common to every lens that forms an image."""
 
 import math
+from typing import Protocol
 
 FULL_FRAME_DIAGONAL_MM = math.hypot(36.0, 24.0)  # ISO 1007, 135 format
 AIRY_ZERO = 1.2196698912665045  # first zero of J1 over pi
@@ -12,22 +13,37 @@ def crop_factor(diagonal_mm: float) -> float:
     return FULL_FRAME_DIAGONAL_MM / diagonal_mm
 
 
+class ImageScale(Protocol):
+    """What the methods of Perspective need from the class that inherits them."""
+
+    @property
+    def image_distance_mm(self) -> float:
+        """Lens to sensor z_i [mm]."""
+        ...
+
+    @property
+    def focal_length_mm(self) -> float:
+        """Focal length f [mm]."""
+        ...
+
+    @property
+    def f_number(self) -> float:
+        """N."""
+        ...
+
+
 class Perspective:
-    """Figures that follow from `image_distance_mm`, `focal_length_mm` and `f_number`, which the lens has."""
+    """Mixin: field of view and 35 mm equivalents of a lens with image distance, focal length and f-number."""
 
-    image_distance_mm: float
-    focal_length_mm: float
-    f_number: float
-
-    def field_of_view_deg(self, extent_mm: float) -> float:
+    def field_of_view_deg(self: ImageScale, extent_mm: float) -> float:
         """Full angle that a sensor of this width, height or diagonal sees [deg]: 2 atan(extent / 2 z_i)."""
         return math.degrees(2.0 * math.atan(0.5 * extent_mm / self.image_distance_mm))
 
-    def focal_length_35mm_mm(self, diagonal_mm: float) -> float:
+    def focal_length_35mm_mm(self: ImageScale, diagonal_mm: float) -> float:
         """Focal length with the same diagonal field of view on 36 mm x 24 mm, focused at infinity [mm]: f * crop factor."""
         return self.focal_length_mm * crop_factor(diagonal_mm)
 
-    def f_number_35mm(self, diagonal_mm: float) -> float:
+    def f_number_35mm(self: ImageScale, diagonal_mm: float) -> float:
         """f-number with the same pupil at the equivalent focal length: N * crop factor.
 
         The same pupil and field of view give the same blur in shares of the picture, C / diagonal = A (z_i / diagonal)

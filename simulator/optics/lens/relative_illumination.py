@@ -1,19 +1,20 @@
-"""Irradiance that a lens gives each place of the sensor: solid angle, cos^4 and open share of the pupil."""
+"""Irradiance over the sensor behind a lens: projected solid angle on the axis, cos^4 law and mechanical vignetting."""
 
 import numpy as np
 
 from simulator.errors import require
-from simulator.optics.pupil.vignetting import light_by_radius
+from simulator.optics.lens.lens import Lens
+from simulator.optics.pupil.vignetting import relative_pupil_areas
 from simulator.sensor.stages.irradiance import Irradiance
 
 
-def irradiance_behind(lens, pixel_pitch_um: float, width_px: int, height_px: int) -> Irradiance:
-    """Return the irradiance stage of a lens whose axis meets the middle of a sensor of this pitch and size."""
+def plan_irradiance(lens: Lens, pixel_pitch_um: float, width_px: int, height_px: int) -> Irradiance:
+    """Return the irradiance stage of a lens whose optical axis meets the centre of a sensor of this pitch and size."""
     tangent_per_px = 1e-3 * pixel_pitch_um / lens.image_distance_mm
     corner_px = 0.5 * float(np.hypot(width_px, height_px))
-    vignetting = light_by_radius(lens.pupil, tangent_per_px * corner_px)
+    vignetting = relative_pupil_areas(lens.pupil, tangent_per_px * corner_px)
     return Irradiance(
-        solid_angle_sr=lens.irradiance_per_radiance_sr(),
+        effective_solid_angle_sr=lens.irradiance_per_radiance_sr(),
         tan2_per_px2=tangent_per_px**2 if lens.cos4 else 0.0,
         centre_x_px=0.5 * width_px,
         centre_y_px=0.5 * height_px,

@@ -33,20 +33,23 @@ class ThinLens(Perspective):
     f_number: N = f / pupil diameter, >= 0.5 (a lens in air cannot be faster).
     focus_distance_m: lens to the plane in focus, along the axis [m], > f; inf is allowed.
     transmittance: tau, share of light the glass lets through, 0 < tau <= 1.
-    t_stop: T = N / sqrt(tau), what cine lenses are marked with; instead of a transmittance, T >= N.
+    t_stop: T = N / sqrt(tau) as marked on cine lenses, T >= N; replaces the transmittance.
     irradiance: which of the two formulas above.
     cos4: whether irradiance falls with the fourth power of the cosine of the field angle.
     aperture: blades of the diaphragm; left out: round.
     circle_of_confusion_um: largest blur circle that counts as sharp in depth of field [um]; left out: diagonal / 1500.
-    vignetting: stops that clip the light off the axis; left out: none.
+    vignetting: stops that clip off-axis cones of light; left out: none.
     distortion: geometric distortion and lateral colour; left out: none.
     veiling_glare: share of the light that is scattered evenly over the sensor, 0 <= share < 1 (ISO 9358).
     diffraction: whether the aperture spreads light, by wave optics.
-    aberrations: wavefront error; brings diffraction with it.
+    aberrations: wavefront error; implies diffraction.
     psf: file of point spread functions (.npz, .npy, .txt) instead of both.
     model: name for the file's metadata.
     """
 
+    forms_image = True
+    has_plane_of_focus = True
+    can_have_aberrations = True
     focal_length_mm: Millimetres
     f_number: FNumber
     focus_distance_m: Metres = math.inf
@@ -64,7 +67,7 @@ class ThinLens(Perspective):
     aberrations: Aberrations | None = None
     psf: Path | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         good = 0 < self.focal_length_mm < math.inf
         require(good, "lens.focal_length", f"{self.focal_length_mm} mm", "give a length above 0 mm, such as 50 mm")
         require(
@@ -86,10 +89,10 @@ class ThinLens(Perspective):
         require(good, "lens.circle_of_confusion", f"{circle_um} um", "give a diameter above 0, such as 29 um")
         check_veiling_glare(self.veiling_glare, "lens.veiling_glare")
         self._check_t_stop()
-        self._check_spread()
-        _ = self.pupil  # its checks
+        self._check_psf()
+        _ = self.pupil  # raises for stops that do not fit
 
-    def _check_spread(self) -> None:
+    def _check_psf(self) -> None:
         rule = "a PSF holds the diffraction and the aberrations of its lens; leave lens.{} out"
         require(self.psf is None or self.aberrations is None, "lens.psf", self.psf, rule.format("aberrations"))
         require(self.psf is None or not self.diffraction, "lens.psf", self.psf, rule.format("diffraction"))
@@ -97,10 +100,10 @@ class ThinLens(Perspective):
     def _check_t_stop(self) -> None:
         if self.t_stop is None:
             return
-        told = f"T/{self.t_stop:g}"
-        require(self.transmittance == 1.0, "lens.t_stop", told, "states the transmittance; leave lens.transmittance out")
+        stated = f"T/{self.t_stop:g}"
+        require(self.transmittance == 1.0, "lens.t_stop", stated, "states the transmittance; leave lens.transmittance out")
         limit = f"glass passes no more than all of the light of f/{self.f_number:g}; give {self.f_number:g} or more"
-        require(self.f_number <= self.t_stop < math.inf, "lens.t_stop", told, limit)
+        require(self.f_number <= self.t_stop < math.inf, "lens.t_stop", stated, limit)
 
     @property
     def image_distance_mm(self) -> float:
@@ -117,9 +120,13 @@ class ThinLens(Perspective):
         """A = f / N [mm], of the circle with the area of the pupil."""
         return self.focal_length_mm / self.f_number
 
-    @cached_property
+    @property
     def pupil(self) -> Pupil:
         """Shape of the pupil, by field."""
+        return self._pupil
+
+    @cached_property
+    def _pupil(self) -> Pupil:
         opening = Pupil() if self.aperture is None else self.aperture.pupil()
         if self.vignetting is None:
             return opening
@@ -132,18 +139,32 @@ class ThinLens(Perspective):
         return self.f_number * (1.0 + self.magnification)
 
     @property
-    def light_share(self) -> float:
-        """Transmittance tau of the glass, as stated or from the T-stop: tau = (N / T)^2."""
+    def diffraction_f_number(self) -> float:
+        """N_w, which sets the size of the Airy disk."""
+        return self.working_f_number
+
+    @property
+    def has_diffraction(self) -> bool:
+        """Whether the aperture spreads light, by wave optics; a stated wavefront error implies it."""
+        return self.diffraction or self.aberrations is not None
+
+    @property
+    def effective_transmittance(self) -> float:
+        """Transmittance tau of the glass: as stated, or (N / T)^2 of a stated T-stop."""
         return self.transmittance if self.t_stop is None else (self.f_number / self.t_stop) ** 2
 
     @property
     def t_number(self) -> float:
         """T = N / sqrt(tau): f-number of the lossless lens that gives as much light."""
-        return self.f_number / math.sqrt(self.light_share)
+        return self.f_number / math.sqrt(self.effective_transmittance)
 
     def irradiance_per_radiance_sr(self) -> float:
         """E / L on the axis [sr]."""
-        return math.pi * self.light_share / (4.0 * self.working_f_number**2 + (1.0 if self.irradiance == "thin_lens" else 0.0))
+        return (
+            math.pi
+            * self.effective_transmittance
+            / (4.0 * self.working_f_number**2 + (1.0 if self.irradiance == "thin_lens" else 0.0))
+        )
 
     def circle_um(self, diagonal_mm: float) -> float:
         """Largest blur circle that counts as sharp on a sensor of this diagonal [um]."""
@@ -153,7 +174,7 @@ class ThinLens(Perspective):
     def hyperfocal_m(self, circle_um: float) -> float:
         """Focus distance from which on everything up to infinity is sharp: H = f^2 / (N C) + f [m].
 
-        It solves C = A z_i / z_focus for z_focus, with z_i of that focus: exact, unlike f^2 / (N C).
+        The exact solution of C = A z_i / z_focus for z_focus, with z_i of that focus; f^2 / (N C) is an approximation.
         """
         return 1e-3 * (self.focal_length_mm**2 / (self.f_number * circle_um * 1e-3) + self.focal_length_mm)
 
@@ -166,11 +187,15 @@ class ThinLens(Perspective):
         focus = 1.0 / self.focus_distance_m
         return 1.0 / (focus + reach), (1.0 / (focus - reach) if focus > reach else math.inf)
 
+    def smaller_aperture(self, blur_ratio: float) -> tuple[str, str, str]:
+        """Key, value and replacement of the f-number that make blur `blur_ratio` times smaller."""
+        return "lens.f_number", f"f/{self.f_number:g}", f"f/{self.f_number * blur_ratio:.3g} or more, focus nearer to it"
+
     def airy_diameter_um(self, wavelength_nm: float = GREEN_NM) -> float:
         """Diameter of the first dark ring of a point in focus [um]: 2.44 lambda N_w (Airy 1835), of a round pupil."""
         return 2e-3 * AIRY_ZERO * wavelength_nm * self.working_f_number
 
-    def blur_radius_um(self, depth_m):
+    def blur_radius_um(self, depth_m: float | np.ndarray) -> np.float64 | np.ndarray:
         """Signed radius of the blur circle on the sensor [um]; positive behind the plane in focus.
 
         C/2 = (A/2) z_i (1/z_focus - 1/z): linear in the inverse of the distance (similar triangles).

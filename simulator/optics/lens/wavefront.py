@@ -1,4 +1,4 @@
-"""The wavefront of a lens: primary aberrations, Zernike terms and colour errors."""
+"""Wavefront error of a lens: primary aberrations, Zernike terms and chromatic aberration."""
 
 from dataclasses import dataclass, field
 
@@ -11,11 +11,11 @@ from simulator.units import FNumber, Micrometres, Nanometres
 
 @dataclass(frozen=True)
 class ChromaticShift:
-    """How the image of one wavelength differs.
+    """Chromatic aberration at one wavelength.
 
     wavelength_nm: of the light [nm].
-    focus_um: how far behind the sensor it comes to focus [um]: longitudinal chromatic aberration.
-    lateral_um: how far outwards it lands at field 1 [um], in proportion to the field: lateral chromatic aberration.
+    focus_um: distance of its focus behind the sensor [um]: longitudinal chromatic aberration.
+    lateral_um: outward displacement of its image at field 1 [um], proportional to the field: lateral chromatic aberration.
     """
 
     wavelength_nm: Nanometres
@@ -33,10 +33,10 @@ class Aberrations:
     has spherical > 0, and coma > 0 flares towards the centre of the picture.
 
     spherical_um, coma_um, astigmatism_um, field_curvature_um, defocus_um: coefficients [um].
-    zernike_um: more terms by Noll's index, the same all over the field [um rms]; fixed to the picture's axes.
-    chromatic: shifts by wavelength, ascending; straight between them, constant beyond.
-    at_f_number: f-number the coefficients hold at; stopped down, only the inner part of this wavefront is left.
-        Left out: they hold at whatever f-number the lens is set to.
+    zernike_um: further terms by Noll's index, constant over the field [um rms], in the axes of the picture.
+    chromatic: shifts by wavelength, ascending; interpolated linearly, constant beyond the outermost.
+    at_f_number: f-number that the coefficients are stated for; stopping down keeps the inner part of this wavefront.
+        Left out: they hold at any f-number.
     Raises PhotositeError for wavelengths that do not ascend, or an unknown Zernike index.
     """
 
@@ -49,17 +49,17 @@ class Aberrations:
     chromatic: tuple[ChromaticShift, ...] = ()
     at_f_number: FNumber | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         wavelengths = [shift.wavelength_nm for shift in self.chromatic]
         ascending = all(low < high for low, high in zip(wavelengths[:-1], wavelengths[1:], strict=True))
         require(ascending, "lens.aberrations.chromatic", wavelengths, "give ascending wavelengths, each once")
         for index in self.zernike_um:
             noll_orders(index)
 
-    def pupil_share(self, f_number: float) -> float:
-        """Radius of the pupil in use over that of the stated wavefront: at_f_number / f_number.
+    def pupil_radius_ratio(self, f_number: float) -> float:
+        """Pupil radius at an f-number over the pupil radius of the stated wavefront: at_f_number / f_number.
 
-        Raises PhotositeError when the lens is open wider than the wavefront is known.
+        Raises PhotositeError for a pupil larger than that of the stated wavefront.
         """
         if self.at_f_number is None:
             return 1.0
@@ -67,7 +67,15 @@ class Aberrations:
         require(f_number >= self.at_f_number, "lens.f_number", f"f/{f_number:g}", rule)
         return self.at_f_number / f_number
 
-    def path_um(self, x, y, f_number: float, wavelength_nm: float, field_xy=(0.0, 0.0), blur_radius_um: float = 0.0):
+    def wavefront_error_um(
+        self,
+        x: np.ndarray,
+        y: np.ndarray,
+        f_number: float,
+        wavelength_nm: float,
+        field_xy: tuple[float, float] = (0.0, 0.0),
+        blur_radius_um: float = 0.0,
+    ) -> np.ndarray:
         """Wavefront error W at pupil points [um], same shape as x and y (unit disk, axes of the picture).
 
         field_xy: image point over the half diagonal of the sensor, x to the right and y down.
@@ -75,8 +83,8 @@ class Aberrations:
         """
         height = float(np.hypot(*field_xy))
         cosine, sine = (1.0, 0.0) if height == 0 else (field_xy[0] / height, field_xy[1] / height)
-        share = self.pupil_share(f_number)
-        u, v = share * x, share * y
+        ratio = self.pupil_radius_ratio(f_number)
+        u, v = ratio * x, ratio * y
         along, r2 = u * cosine + v * sine, u**2 + v**2
         path = self.spherical_um * r2**2 + self.coma_um * height * r2 * along + self.astigmatism_um * (height * along) ** 2
         path = path + (self.field_curvature_um * height**2 + self.defocus_um) * r2
@@ -87,7 +95,9 @@ class Aberrations:
         return path - lateral_um * height / (2.0 * f_number) * (x * cosine + y * sine)
 
     def _chromatic_shift(self, wavelength_nm: float) -> tuple[float, float]:
+        """Focus and lateral shift at a wavelength [um]."""
         if not self.chromatic:
             return 0.0, 0.0
         table = np.array([(shift.wavelength_nm, shift.focus_um, shift.lateral_um) for shift in self.chromatic])
-        return tuple(float(np.interp(wavelength_nm, table[:, 0], table[:, column])) for column in (1, 2))
+        focus_um, lateral_um = (float(np.interp(wavelength_nm, table[:, 0], table[:, column])) for column in (1, 2))
+        return focus_um, lateral_um

@@ -1,11 +1,12 @@
-"""Executes a planned spread: light on the sensor in full colour, kernels over the field, each photosite its own colour.
+"""Executes a planned point spread function: convolves the light on the sensor in full colour, then samples the colour filter.
 
-Tiles lie along the whole sensor's grid and are computed whole, with real light around them, so that a crop has the bits of the
-frame.
+Tiles are aligned to the grid of the whole sensor and computed whole, with the light around them as margin, so that a crop has
+the bits of the frame.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -16,56 +17,69 @@ from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.defocused_mosaic import defocused_mosaic
 from simulator.optics.passes.reference_mosaic import reference_mosaic
 from simulator.optics.passes.tile_plan import TilePlan
-from simulator.optics.psf.tiled_convolution import Spectra, Tile, around, gathered, is_seen, source_of, tiles_of
+from simulator.optics.psf.field_psf import FieldPsf
+from simulator.optics.psf.tiled_convolution import (
+    KernelSpectra,
+    Tile,
+    convolve_tile,
+    is_in_window,
+    pad_tile,
+    split_into_tiles,
+    transform_light,
+)
 from simulator.sensor.camera.camera import Window
 from simulator.sensor.camera.cfa import Cfa
 
-BLUR_SHARE = 0.7  # of the time, where the geometric blur comes first
+BLUR_SHARE = 0.7  # of the progress, where the geometric blur comes first
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A layer of a scene on a tile and its margins, points of a photosite as phases (`Sampling.phases`).
+    """A layer of a scene on a tile and its margins, light samples of a photosite as phases (`Sampling.phases`).
 
-    light: (channels, phases, rows, columns) float32, times coverage. coverage: (phases, rows, columns) float32; None: 1.
+    light: by channel, (phases, rows, columns) float32, premultiplied by coverage.
+    coverage: (phases, rows, columns) float32; None: 1.
     radius_px: (phases, rows, columns) signed blur radius, or a float.
     """
 
-    light: np.ndarray
+    light: Mapping[int, np.ndarray]
     coverage: np.ndarray | None
     radius_px: np.ndarray | float
 
 
-def spread_mosaic(
+def psf_mosaic(
     optics: OpticsPlan, blur: TilePlan | None, device: Device, planes: Sequence[Buffer], progress: Callable[[float], None]
 ) -> Buffer:
     """Device buffer (height, width) float32: the mosaic of electron radiance behind the lens.
 
-    blur: methods of the geometric blur that comes first; None: none does.
-    planes: for each layer a device buffer, as `defocused_mosaic` takes them.
+    blur: methods of the geometric blur that comes first; None: of the reference, by rays, or no blur.
+    planes: a device buffer for each layer, as for `defocused_mosaic`.
     """
-    frame, spread = optics.window, optics.spread
+    frame, psf = optics.window, _psf_of(optics)
     block = optics.cfa.block(frame.x, frame.y)
-    width, height = spread.sensor_px
-    every = list(tiles_of(spread.x_px, spread.y_px, (height, width)))
-    tiles = [tile for tile in every if is_seen(tile, frame)]
-    spectra = Spectra(spread.kernel, spread.reach_px, every)
-    surfaces, first = _projected, 0.0
-    if optics.defocus is not None and not spread.by_distance:
+    width, height = psf.sensor_px
+    every = list(split_into_tiles(psf.x_px, psf.y_px, (height, width)))
+    tiles = [tile for tile in every if is_in_window(tile, frame)]
+    spectra = KernelSpectra(psf.kernel, psf.reach_px, every)
+    surfaces: Callable[[Window], list[Surface]] = partial(_project_layers, optics, device, planes)
+    first = 0.0
+    if optics.defocus is not None and not psf.by_distance:
         first = BLUR_SHARE
-        surfaces = _Blurred(optics, blur, device, planes, lambda share: progress(BLUR_SHARE * share))
+        surfaces = _BlurredFrame(optics, blur, device, planes, lambda share: progress(BLUR_SHARE * share)).crop
     result = np.empty((frame.height, frame.width), np.float32)
     for count, tile in enumerate(tiles):
-        layers = surfaces(optics, device, planes, around(tile, spread.reach_px))
+        layers = surfaces(pad_tile(tile, psf.reach_px))
         for channel in optics.cfa.colors:
-            light = _seen(optics, layers, tile, spectra, channel)
-            _take(result, light, tile, frame, [(y, x) for y in (0, 1) for x in (0, 1) if block[y][x] == channel])
+            light = _composite_layers(optics, layers, tile, spectra, channel)
+            _copy_to_photosites(result, light, tile, frame, [(y, x) for y in (0, 1) for x in (0, 1) if block[y][x] == channel])
         progress(first + (1.0 - first) * (count + 1) / len(tiles))
     return device.upload(result)
 
 
-def _take(result: np.ndarray, light: np.ndarray, tile: Tile, frame: Window, places: list[tuple[int, int]]) -> None:
-    """Put a tile's light of one colour into the photosites that see it: places in the 2 x 2 block of the frame's corner."""
+def _copy_to_photosites(
+    result: np.ndarray, light: np.ndarray, tile: Tile, frame: Window, places: list[tuple[int, int]]
+) -> None:
+    """Write a tile's light of one colour to the photosites of that colour, at these places of the 2 x 2 block of the filter."""
     top, left = max(tile.rows.start, frame.y), max(tile.columns.start, frame.x)
     bottom, right = min(tile.rows.stop, frame.y + frame.height), min(tile.columns.stop, frame.x + frame.width)
     for y, x in places:
@@ -77,8 +91,8 @@ def _take(result: np.ndarray, light: np.ndarray, tile: Tile, frame: Window, plac
         np.maximum(own, 0.0, out=into, casting="same_kind")
 
 
-class _Blurred:
-    """The frame behind the geometric blur, in full colour, with its margins."""
+class _BlurredFrame:
+    """The frame after the geometric blur, in full colour, with its margins."""
 
     def __init__(
         self,
@@ -87,23 +101,24 @@ class _Blurred:
         device: Device,
         planes: Sequence[Buffer],
         progress: Callable[[float], None],
-    ):
+    ) -> None:
         self.area = optics.blur_window()
-        shape, self.light = (self.area.height, self.area.width), {}
+        shape = self.area.height, self.area.width
+        self.light: dict[int, np.ndarray] = {}
         whole = replace(optics, window=self.area)
         for count, channel in enumerate(optics.cfa.colors):
 
-            def told(share: float, count: int = count) -> None:
+            def report(share: float, count: int = count) -> None:
                 progress((count + share) / len(optics.cfa.colors))
 
             if blur is None:
-                buffer = reference_mosaic(whole.in_one_color(channel), device, list(planes), told)
+                buffer = reference_mosaic(whole.in_one_color(channel), device, list(planes), report)
             else:
-                buffer = defocused_mosaic(blur, Cfa.uniform(channel), device, list(planes), told)
+                buffer = defocused_mosaic(blur, Cfa.uniform(channel), device, list(planes), report)
             self.light[channel] = device.download(buffer, shape, np.float32)
 
-    def __call__(self, optics: OpticsPlan, device: Device, planes: Sequence, part: Window) -> list[Surface]:
-        """Return one surface with the light of all."""
+    def crop(self, part: Window) -> list[Surface]:
+        """One opaque surface in focus with the blurred light of a window."""
         top, left = part.y - self.area.y, part.x - self.area.x
         light = {
             channel: plane[None, top : top + part.height, left : left + part.width] for channel, plane in self.light.items()
@@ -111,9 +126,9 @@ class _Blurred:
         return [Surface(light, None, 0.0)]
 
 
-def _projected(optics: OpticsPlan, device: Device, planes: Sequence, part: Window) -> list[Surface]:
-    """Layers of the scene on a part of the sensor and beyond, without blur."""
-    over, channels = optics.spread.over, optics.channels
+def _project_layers(optics: OpticsPlan, device: Device, planes: Sequence[Buffer], part: Window) -> list[Surface]:
+    """Project the layers of the scene, without blur, onto a window that may extend beyond the sensor."""
+    over, channels = _psf_of(optics).over, optics.channels
     radii = (0.0,) if optics.defocus is None else optics.defocus.radii_px
     layout = InterleavedColumns(over, part.height * over, -(-part.width // 2))
     covered = optics.defocus is not None and optics.has_coverage
@@ -121,81 +136,102 @@ def _projected(optics: OpticsPlan, device: Device, planes: Sequence, part: Windo
     for buffer, radius in zip(planes, radii, strict=True):
         sampled = device.empty(layout.shape(count), np.float32)
         project_planes(device, optics.projection, buffer, count, sampled, 0, layout, origin)
-        light = _phases(layout.decode(device.download(sampled, layout.shape(count), np.float32)), over, part)
+        light = _split_phases(layout.decode(device.download(sampled, layout.shape(count), np.float32)), over, part)
         here = radius
-        if np.ndim(radius):
+        if isinstance(radius, np.ndarray):
             mapped, scene_radius = device.empty(layout.shape(1), np.float32), device.upload(radius)
             project_radius(device, optics.projection, scene_radius, mapped, 0, layout, origin)
-            here = _phases(layout.decode(device.download(mapped, layout.shape(1), np.float32)), over, part)[0]
-        found.append(Surface(light[:channels], light[channels] if covered else None, here))
+            here = _split_phases(layout.decode(device.download(mapped, layout.shape(1), np.float32)), over, part)[0]
+        found.append(Surface(dict(enumerate(light[:channels])), light[channels] if covered else None, here))
     return found
 
 
-def _phases(samples: np.ndarray, over: int, part: Window) -> np.ndarray:
-    """Samples (planes, over * rows, over * columns) as phases (planes, over^2, rows, columns) of the part's photosites."""
+def _split_phases(samples: np.ndarray, over: int, part: Window) -> np.ndarray:
+    """Split samples (planes, over * rows, over * columns) into phases (planes, over^2, rows, columns) on the photosites."""
     planes, rows, columns = samples.shape
     split = samples.reshape(planes, rows // over, over, columns // over, over).transpose(0, 2, 4, 1, 3)
     return np.ascontiguousarray(split.reshape(planes, over * over, rows // over, columns // over)[..., : part.width])
 
 
-def _seen(optics: OpticsPlan, layers: list[Surface], tile: Tile, spectra: Spectra, channel: int) -> np.ndarray:
-    """Light of a tile in one colour: layers over one another, front to back."""
-    whole = len(layers) == 1 and layers[0].coverage is None
-    if whole and np.ndim(layers[0].radius_px) == 0:
-        slab = _slab_of(optics, layers[0].radius_px)
-        return _light_seen(optics, layers[0].light[channel], 1.0, tile, spectra, (slab, channel))
-    light, seen, through = 0.0, 0.0, 1.0
-    for layer in layers:
-        own_light, own_share = _layer_seen(optics, layer, tile, spectra, channel)
-        light, seen = light + through * own_light, seen + through * own_share
-        through = through * np.clip(1.0 - own_share, 0.0, 1.0)
-    opaque = optics.defocus is not None and optics.defocus.opaque
-    return light / seen if opaque else light
-
-
-def _layer_seen(optics: OpticsPlan, layer: Surface, tile: Tile, spectra: Spectra, channel: int):
-    """Light of a layer, and how much of the aperture it fills; neighbouring slabs are one surface, nearer ones hide.
-
-    A slab is seen through what those before its neighbour leave open, and closes what it is seen of.
-    """
-    light, seen, before, open_ = 0.0, 0.0, 1.0, 1.0
-    for slab, joined, share in _shares(optics, layer):
-        if not joined:
-            before = open_
-        own_light = _light_seen(optics, layer.light[channel], share, tile, spectra, (slab, channel))
-        covered = share if layer.coverage is None else layer.coverage * share
-        own_share = gathered(source_of(covered, spectra), tile, spectra, slab, channel, False) / optics.spread.light
-        light, seen = light + before * own_light, seen + before * own_share
-        before, open_ = open_, np.maximum(open_ - before * own_share, 0.0)
-    return light, seen
-
-
-def _light_seen(
-    optics: OpticsPlan, light: np.ndarray, share, tile: Tile, spectra: Spectra, name: tuple[int, int]
+def _composite_layers(
+    optics: OpticsPlan, layers: list[Surface], tile: Tile, spectra: KernelSpectra, channel: int
 ) -> np.ndarray:
-    """Light of a slab on a tile; what is bright goes through a kernel that does not ring. name: slab and channel."""
-    spread, rest = optics.spread, None
-    if spread.rings(*name) and light.max() > spread.bright[name[1]]:
-        limit = np.float32(spread.bright[name[1]])
+    """Convolve the layers of a tile in one colour and composite them front to back."""
+    radius_px = layers[0].radius_px
+    if len(layers) == 1 and layers[0].coverage is None and not isinstance(radius_px, np.ndarray):
+        slab = _nearest_slab(optics, radius_px)
+        return _convolve_slab(optics, layers[0].light[channel], 1.0, tile, spectra, (slab, channel))
+    shape = tile.rows.stop - tile.rows.start, tile.columns.stop - tile.columns.start
+    light, covered, transmitted = np.zeros(shape), np.zeros(shape), np.ones(shape)
+    for layer in layers:
+        own_light, own_coverage = _convolve_layer(optics, layer, tile, spectra, channel)
+        light, covered = light + transmitted * own_light, covered + transmitted * own_coverage
+        transmitted = transmitted * np.clip(1.0 - own_coverage, 0.0, 1.0)
+    opaque = optics.defocus is not None and optics.defocus.opaque
+    return light / covered if opaque else light
+
+
+def _convolve_layer(
+    optics: OpticsPlan, layer: Surface, tile: Tile, spectra: KernelSpectra, channel: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Light and coverage of a layer after its kernels, (rows, columns) float64; nearer slabs occlude farther ones.
+
+    Adjacent slabs are one surface and do not occlude each other: a slab is attenuated by all nearer slabs but the adjacent one.
+    """
+    shape = tile.rows.stop - tile.rows.start, tile.columns.stop - tile.columns.start
+    arriving = _psf_of(optics).light
+    light, coverage, before, transmitted = np.zeros(shape), np.zeros(shape), np.ones(shape), np.ones(shape)
+    for slab, is_continuous, share in _split_into_slabs(optics, layer):
+        if not is_continuous:
+            before = transmitted
+        own_light = _convolve_slab(optics, layer.light[channel], share, tile, spectra, (slab, channel))
+        covered = share if layer.coverage is None else layer.coverage * share
+        own_coverage = convolve_tile(transform_light(covered, spectra), tile, spectra, slab, channel, False) / arriving
+        light, coverage = light + before * own_light, coverage + before * own_coverage
+        before, transmitted = transmitted, np.maximum(transmitted - before * own_coverage, 0.0)
+    return light, coverage
+
+
+def _convolve_slab(
+    optics: OpticsPlan,
+    light: np.ndarray,
+    share: float | np.ndarray,
+    tile: Tile,
+    spectra: KernelSpectra,
+    name: tuple[int, int],
+) -> np.ndarray:
+    """Convolve the light of a slab on a tile; light above the limit of highlights goes through a kernel without ringing.
+
+    share: of the light that belongs to the slab. name: slab and channel.
+    """
+    psf, rest = _psf_of(optics), None
+    if psf.has_ringing(*name) and light.max() > psf.highlight_limits[name[1]]:
+        limit = np.float32(psf.highlight_limits[name[1]])
         light, rest = np.minimum(light, limit), np.maximum(light - limit, np.float32(0.0))
-    found = gathered(source_of(light * share, spectra), tile, spectra, *name, False)
-    return found if rest is None else found + gathered(source_of(rest * share, spectra), tile, spectra, *name, True)
+    found = convolve_tile(transform_light(light * share, spectra), tile, spectra, *name, False)
+    return found if rest is None else found + convolve_tile(transform_light(rest * share, spectra), tile, spectra, *name, True)
 
 
-def _shares(optics: OpticsPlan, layer: Surface) -> Iterator[tuple[int, bool, np.ndarray]]:
-    """Slabs in which a layer has light, nearest first: number, whether it may be one surface with the last, share of light."""
-    spread = optics.spread
-    if np.ndim(layer.radius_px) == 0:
-        yield _slab_of(optics, layer.radius_px), False, np.ones(layer.light.shape[1:])
+def _split_into_slabs(optics: OpticsPlan, layer: Surface) -> Iterator[tuple[int, bool, np.ndarray]]:
+    """Slabs in which a layer has light, nearest first: number, whether it continues the last one, share of the light."""
+    psf = _psf_of(optics)
+    if not isinstance(layer.radius_px, np.ndarray):
+        yield _nearest_slab(optics, layer.radius_px), False, np.ones(layer.light[0].shape)
         return
-    place, last = np.interp(layer.radius_px, spread.radii_px, np.arange(len(spread.radii_px))), None
+    place, last = np.interp(layer.radius_px, psf.radii_px, np.arange(len(psf.radii_px))), None
     for slab in range(int(place.min()), int(np.ceil(place.max())) + 1):
         share = np.maximum(0.0, 1.0 - np.abs(place - slab))
         if share.any():
-            yield slab, last == slab - 1 and spread.joined(slab), share
+            yield slab, last == slab - 1 and psf.is_continuous(slab), share
             last = slab
 
 
-def _slab_of(optics: OpticsPlan, radius_px: float) -> int:
-    """Slab of a layer at one distance; the only one where blur comes first."""
-    return int(np.argmin(np.abs(np.asarray(optics.spread.radii_px) - radius_px)))
+def _nearest_slab(optics: OpticsPlan, radius_px: float) -> int:
+    """Number of the slab whose blur radius is nearest to that of a layer."""
+    return int(np.argmin(np.abs(np.asarray(_psf_of(optics).radii_px) - radius_px)))
+
+
+def _psf_of(optics: OpticsPlan) -> FieldPsf:
+    """The planned PSF, without which this pass does not run."""
+    assert optics.psf is not None
+    return optics.psf

@@ -1,4 +1,4 @@
-"""Executes a lens blur without tolerance: every photosite by rays through the lens, in bands of rows."""
+"""Executes the reference blur, without tolerance: traces rays through the lens for every photosite, in bands of rows."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.device import Buffer, Device
+from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.ray_reference.height_field_rays import sample_height_field
-from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.sensor.camera.camera import Window
 
 BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins with the same colours
@@ -19,22 +20,22 @@ BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins
 def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], progress: Callable[[float], None]) -> Buffer:
     """Device buffer (height, width) float32: the mosaic of electron radiance behind the defocused lens.
 
-    planes: as for `defocused_mosaic`. Several layers, or one distance, are what rays meet front to back; one picture with its
-    distances is a surface that goes on behind its edges (`lens_height_field`).
+    planes: as for `defocused_mosaic`. Rays intersect several layers, or one at a single distance, front to back
+    (`lens_sampling`); one picture with depth is a surface that continues behind its edges (`lens_height_field`).
     Raises PhotositeError for layers too steep to be met once.
     """
     frame, block = optics.window, optics.cfa.block(optics.window.x, optics.window.y)
-    single = len(planes) == 1 and np.ndim(optics.defocus.radii_px[0]) > 0
+    defocus = _defocus_of(optics)
+    single = len(planes) == 1 and np.ndim(defocus.radii_px[0]) > 0
     light = np.empty((frame.height, frame.width), np.float32)
     grid = Grid(optics, device, planes)
-    points = lens_points(optics.accuracy.rays, pupil=optics.defocus.pupil)
+    points = ray_samples(optics.accuracy.rays, pupil=defocus.pupil)
     if grid.over == 1:
-        points[..., :2] = 0.5  # the samples are means over photosites already
+        points[..., :2] = 0.5  # samples are means over photosites: the area of the photosite counts once
     for window in _bands(frame):
         colour, coverage, radius = grid.band(window)
         if single:
-            shape = (colour[0], radius[0], grid.margin_px, points, window, grid.over, block)
-            found = sample_height_field(device, *shape)
+            found = sample_height_field(device, colour[0], radius[0], grid.margin_px, points, window, grid.over, block)
         else:
             surfaces = upload_surfaces(device, colour, coverage, radius, grid.margin_px, grid.over)
             found = sample_lens(device, surfaces, points, window, cfa=block)
@@ -45,23 +46,24 @@ def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], p
 
 
 def _bands(frame: Window) -> Iterator[Window]:
+    """Split a frame into windows of at most BAND_ROWS rows."""
     for first in range(0, frame.height, BAND_ROWS):
         yield Window(frame.x, frame.y + first, frame.width, min(BAND_ROWS, frame.height - first))
 
 
 @dataclass
 class Grid:
-    """The scene's layers on `over` x `over` samples per photosite, as fine as the scene, with a margin."""
+    """The scene's layers on `over` x `over` samples per photosite, of the scene's resolution up to 4, with a margin."""
 
     optics: OpticsPlan
     device: Device
     planes: list[Buffer]
 
-    def __post_init__(self):
-        scale, self.margin_px = self.optics.projection.scale, self.optics.defocus.reach_px
+    def __post_init__(self) -> None:
+        defocus, scale = _defocus_of(self.optics), self.optics.projection.scale
+        self.margin_px = defocus.reach_px
         self.over = 4 if scale >= 3.0 else 2 if scale >= 1.5 else 1
-        radii = self.optics.defocus.radii_px
-        self.radii = [self.device.upload(px) if np.ndim(px) else px for px in radii]
+        self.radii = [self.device.upload(px) if isinstance(px, np.ndarray) else px for px in defocus.radii_px]
 
     def band(self, window: Window) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Colour (layers, channels, rows, columns), coverage and signed radius (layers, rows, columns) of a window."""
@@ -80,8 +82,14 @@ class Grid:
         return layout.decode(self.device.download(sampled, layout.shape(count), np.float32))
 
     def _radius(self, radius: Buffer | float, layout: InterleavedColumns, origin: tuple[int, int]) -> np.ndarray:
-        if isinstance(radius, float):
+        if isinstance(radius, float | int):
             return np.full((layout.rows, layout.column_sets * layout.set_columns), radius, np.float32)
         found = self.device.empty(layout.shape(1), np.float32)
         project_radius(self.device, self.optics.projection, radius, found, 0, layout, origin)
         return layout.decode(self.device.download(found, layout.shape(1), np.float32))[0]
+
+
+def _defocus_of(optics: OpticsPlan) -> Defocus:
+    """The planned blur, without which this pass does not run."""
+    assert optics.defocus is not None
+    return optics.defocus

@@ -53,9 +53,9 @@ class TilePlan:
 
 def plan_tiles(optics: OpticsPlan, device: Device) -> TilePlan | None:
     """Measure the blur radii of a frame on a device and choose each tile's method; None where methods do not differ by tile."""
-    spread = optics.spread
+    psf = optics.psf
     defocus = optics.defocus
-    if defocus is None or optics.accuracy.tolerance == 0.0 or (spread is not None and spread.by_distance):
+    if defocus is None or optics.accuracy.tolerance == 0.0 or (psf is not None and psf.by_distance):
         return None
     optics = replace(optics, window=optics.blur_window())
     area = TileGrid(optics.window, defocus.reach_px)

@@ -1,1 +1,1 @@
-"""Real lenses: from the wavefront in the exit pupil to point spread functions on photosites."""
+"""From the wavefront in the exit pupil, or a file, to point spread functions on photosites."""

@@ -1,4 +1,4 @@
-"""Blur circles far larger than the Airy disk: the aperture's geometric image, spread by diffraction as in focus."""
+"""Circles of confusion far larger than the Airy disk: the geometric image of the aperture, convolved with the PSF in focus."""
 
 import math
 from dataclasses import dataclass
@@ -11,10 +11,10 @@ from simulator.optics.pupil.pupil import Pupil
 
 
 @dataclass(frozen=True)
-class FarBlur:
-    """Kernels of one blur radius, as WavefrontPsf has them.
+class DefocusedPsf:
+    """Kernels of one blur radius, with the interface of WavefrontPsf.
 
-    focus: the lens in focus, whose kernels have these cells. radius_px: signed radius [photosites].
+    focus: the lens in focus, whose cells the kernels have. radius_px: signed blur radius [photosites].
     """
 
     focus: WavefrontPsf
@@ -32,11 +32,11 @@ class FarBlur:
         return self.focus.size_px + 2 * math.ceil(self.pupil.corner_radius * abs(self.radius_px) + 1.0)
 
     def cell_kernel(self, channel: int, _radius_px: float, field_xy: tuple[float, float]) -> np.ndarray:
-        """Light in each cell, (size_px * cells, ...) float64."""
+        """Light of a point in each cell, (size_px * cells, size_px * cells) float64."""
         from scipy.signal import fftconvolve
 
-        # What a photosite gathers at an offset, a point throws to the opposite one.
+        # The weights by which a photosite gathers light are the point spread function mirrored in both axes.
         disk = aperture_weights(self.pupil, self.radius_px * self.cells)[::-1, ::-1]
-        found = fftconvolve(disk, self.focus.cell_kernel(channel, 0.0, field_xy))
-        spare = (self.size_px * self.cells - len(found)) // 2
-        return np.maximum(np.pad(found, spare), 0.0)
+        kernel = fftconvolve(disk, self.focus.cell_kernel(channel, 0.0, field_xy))
+        padding = (self.size_px * self.cells - len(kernel)) // 2
+        return np.maximum(np.pad(kernel, padding), 0.0)

@@ -1,4 +1,4 @@
-"""The point spread function of a pupil: Fraunhofer diffraction of a given wavefront error."""
+"""Point spread function of a pupil with a given wavefront error, by Fraunhofer diffraction."""
 
 import math
 from collections.abc import Callable
@@ -11,14 +11,14 @@ from simulator.errors import require
 LARGEST_PUPIL = 4096  # samples across
 FEWEST_PUPIL = 192
 
-PathError = Callable[[np.ndarray, np.ndarray], np.ndarray]
+WavefrontError = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
 class Opening:
     """Shape of a pupil with the area of the unit disk.
 
-    depth: from pupil points to how far inside the edge they lie, negative outside. reach: of the farthest corner.
+    depth: distance of pupil points (x, y) from the edge, negative outside. reach: radius of the farthest corner.
     """
 
     depth: Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -29,53 +29,58 @@ ROUND = Opening(lambda x, y: 1.0 - np.hypot(x, y))
 
 
 def odd(number: float) -> int:
-    """Smallest odd whole number that is not below this one."""
+    """Round up to an odd integer."""
     return 2 * math.ceil((number - 1.0) / 2.0) + 1
 
 
-def point_spread(
-    path_um: PathError, wavelength_um: float, f_number: float, cell_um: float, size: int, opening: Opening = ROUND
+def compute_psf(
+    wavefront_error_um: WavefrontError,
+    wavelength_um: float,
+    f_number: float,
+    cell_um: float,
+    size: int,
+    opening: Opening = ROUND,
 ) -> np.ndarray:
-    """Share of a point's light in each of size x size square cells around the image point, (size, size) float64.
+    """Fraction of a point's light in each of size x size square cells around the image point, (size, size) float64.
 
     |Fourier transform of pupil exp(-2 pi i W / lambda)|^2 (Goodman, Introduction to Fourier Optics, 6.4), summed
     directly at the wanted points (Soummer et al. 2007, Opt. Express 15, 15935), on a grid of half of lambda N or finer,
-    and integrated over the cells. The sum is below 1 by the light that falls outside.
-    path_um: wavefront error W at pupil points (x, y) of the unit disk [um], any shape.
+    and integrated over the cells. The sum is below 1 by the light outside the cells.
+    wavefront_error_um: wavefront error W at pupil points (x, y) of the unit disk [um], any shape.
     cell_um: side of a cell. size: odd. opening: edge of the pupil.
     Raises PhotositeError for a wavefront too steep to be sampled.
     """
     finer = odd(cell_um / (0.5 * wavelength_um * f_number))
     count = (size + 2) * finer
     step_um = cell_um / finer
-    pupil = _pupil(path_um, wavelength_um, count * step_um / (wavelength_um * f_number), opening)
+    pupil = _pupil(wavefront_error_um, wavelength_um, count * step_um / (wavelength_um * f_number), opening)
     places_um = (np.arange(count) - count // 2) * step_um
     across = np.arange(-(len(pupil) - 1) / 2, len(pupil) / 2) * (2.0 * opening.reach / len(pupil))
     wave = np.exp(-2j * math.pi * np.outer(places_um, across) / (2.0 * wavelength_um * f_number))
     amplitude = wave @ pupil @ wave.T
-    # Parseval: all light of the plane is the pupil's area in samples, pi / (2 reach / count)^2, times this.
+    # Parseval: the light of the whole image plane, from the pupil's area in samples, pi / (2 reach / count)^2.
     power = math.pi * ((0.5 * len(pupil) / opening.reach) ** 2 * 2.0 * wavelength_um * f_number) ** 2
     cells = _cell_means(np.abs(amplitude) ** 2, finer)[1:-1, 1:-1]
-    # Light that the window cuts off leaves ripples along the border.
+    # Truncation at the window leaves ripples along the border, which may be negative.
     return np.maximum(cells, 0.0) * (cell_um**2 / power)
 
 
 def _cell_means(density: np.ndarray, finer: int) -> np.ndarray:
-    """Means over cells of finer x finer samples of a density without detail between its samples."""
+    """Means of a band-limited density over cells of finer x finer samples."""
     count = len(density)
     transfer = np.sinc(np.fft.fftfreq(count) * finer)
     spectrum = np.fft.fft2(density) * transfer[:, None] * transfer[None, :]
     return np.fft.ifft2(spectrum).real[finer // 2 :: finer, finer // 2 :: finer]
 
 
-def _pupil(path_um: PathError, wavelength_um: float, periods: float, opening: Opening) -> np.ndarray:
-    """Complex amplitude on a square around the opening, fine enough for W and for an image this many lambda N wide."""
+def _pupil(wavefront_error_um: WavefrontError, wavelength_um: float, periods: float, opening: Opening) -> np.ndarray:
+    """Complex amplitude on a square grid around the opening, fine enough for W and for an image `periods` lambda N wide."""
     rim = opening.reach * np.linspace(0.0, 1.0, 33)[:, None] * np.exp(2j * math.pi * np.arange(32) / 32)[None, :]
     step = 1e-4
-    along_x = path_um(rim.real + step, rim.imag) - path_um(rim.real - step, rim.imag)
-    along_y = path_um(rim.real, rim.imag + step) - path_um(rim.real, rim.imag - step)
+    along_x = wavefront_error_um(rim.real + step, rim.imag) - wavefront_error_um(rim.real - step, rim.imag)
+    along_y = wavefront_error_um(rim.real, rim.imag + step) - wavefront_error_um(rim.real, rim.imag - step)
     waves_per_radius = float(np.max(np.hypot(along_x, along_y))) / (2.0 * step * wavelength_um)
-    # Light that lands beyond the period of the sampled pupil's image would come back on the other side.
+    # The image of a sampled pupil is periodic: its period must exceed the image, or light aliases to the other side.
     wanted = 2.0 * waves_per_radius + max(1.25 * periods, 0.5 * periods + 2.0 * waves_per_radius)
     rule = f"needs more than {LARGEST_PUPIL} samples across the pupil; lessen the aberrations or defocus, or stop down"
     require(wanted <= LARGEST_PUPIL, "lens.aberrations", f"{waves_per_radius:.0f} waves per pupil radius", rule)
@@ -83,5 +88,5 @@ def _pupil(path_um: PathError, wavelength_um: float, periods: float, opening: Op
     sample = 2.0 * opening.reach / count
     axis = np.arange(-(count - 1) / 2, count / 2) * sample
     x, y = axis[None, :], axis[:, None]
-    inside = np.clip(opening.depth(x, y) / sample + 0.5, 0.0, 1.0)  # share of a sample that lies inside the rim
-    return inside * np.exp((-2j * math.pi / wavelength_um) * path_um(x + 0.0 * y, y + 0.0 * x))
+    inside = np.clip(opening.depth(x, y) / sample + 0.5, 0.0, 1.0)  # fraction of a sample inside the edge
+    return inside * np.exp((-2j * math.pi / wavelength_um) * wavefront_error_um(x + 0.0 * y, y + 0.0 * x))

@@ -1,4 +1,4 @@
-"""From fine cells to photosites: the aperture of a photosite and an optical low-pass filter."""
+"""The aperture of a photosite and an optical low-pass filter, applied to kernels on fine cells."""
 
 import functools
 import math
@@ -9,12 +9,12 @@ import numpy as np
 from simulator.errors import require
 from simulator.units import Micrometres
 
-RINGING_PX = 12  # an aperture or a filter that passes detail up to its limit rings as far
+RINGING_PX = 12  # reach of the ringing of an aperture or filter that passes detail up to the band limit [photosites]
 
 
 @dataclass(frozen=True)
 class Sampling:
-    """What stands between the light on the sensor and one photosite.
+    """Sampling of the light on the sensor by a photosite.
 
     fill_factor: light-sensitive share of a photosite, a square of side pitch sqrt(fill_factor): MTF |sinc(side nu)| on either
         axis (Boreman, Modulation Transfer Function in Optical and Electro-Optical Systems, 1.6).
@@ -25,7 +25,7 @@ class Sampling:
     fill_factor: float = 1.0
     low_pass_um: Micrometres = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(0 < self.fill_factor <= 1, "camera.fill_factor", self.fill_factor, "give a share above 0 and up to 1")
         distance_um = self.low_pass_um
         require(0 <= distance_um < 100, "camera.low_pass", f"{distance_um:g} um", "give a distance from 0 to below 100 um")
@@ -39,7 +39,7 @@ class Sampling:
         """Response of photosites to light given in cells, (size, size) -> (size / per_photosite, ...) float64, same sum.
 
         cells: light in each of odd x odd cells, per_photosite (odd) of them to a photosite and axis; a low-pass filter
-        wants a margin of half its distance. Exact for a photosite that is sensitive all over.
+        needs a margin of half its distance. Exact for a photosite that is sensitive all over.
         """
         size = len(cells)
         if self.fill_factor == 1.0 and self.low_pass_um == 0.0:
@@ -47,7 +47,7 @@ class Sampling:
             return cells.reshape(count, per_photosite, count, per_photosite).sum(axis=(1, 3), dtype=np.float64)
         cell_um = pitch_um / per_photosite
         frequency = np.fft.fftfreq(2 * size, cell_um)
-        # The cells have integrated over their own width already.
+        # The cells are integrals over their own width.
         transfer = self.transfer(frequency, pitch_um) / np.sinc(frequency * cell_um)
         spectrum = np.fft.fft2(cells, (2 * size, 2 * size)) * transfer[:, None] * transfer[None, :]
         first = per_photosite // 2
@@ -60,15 +60,15 @@ class Sampling:
         return 1 if plain else RINGING_PX + math.ceil(0.5 * self.low_pass_um / pitch_um)
 
     def phases(self, cells: np.ndarray, per_photosite: int, pitch_um: float, over: int, band_limited: bool) -> np.ndarray:
-        """Response of photosites to light given as means over 1 / over of a photosite, (over^2, size, size) float64.
+        """Kernels from light samples, over x over per photosite, to photosites: (over^2, size, size) float64.
 
-        Such means have the width of their cells already. So the kernel's transfer is the lens's times that of this sampling,
-        over sinc(nu pitch / over), up to over / 2 cycles per photosite, and the aperture is taken once. Where a photosite is
-        not sensitive all over, its transfer falls to zero over the last fifth, so that light of a point does not ring.
-        Phase [over * row + column] weighs the cells at this place of their photosites, and stands on the photosites' grid:
-        the sum over phases of their convolutions is the signal. All together they sum to the sum of `cells`.
+        Light samples are means over their own width, so the transfer function of the kernels is that of the lens times that of
+        this sampling, divided by sinc(nu pitch / over), up to over / 2 cycles per photosite: the aperture counts once. Where a
+        photosite is not sensitive all over, the transfer is tapered to zero over the last fifth, so that points do not ring.
+        Phase [over * row + column] is the kernel of the samples at this place within their photosites, on the grid of
+        photosites; the signal is the sum over phases of their convolutions. All phases together have the sum of `cells`.
         cells: light of a point in each of odd x odd cells, per_photosite (odd) to a photosite and axis.
-        band_limited: whether the cells hold integrals of a function without detail beyond their grid.
+        band_limited: whether the cells are integrals of a function that is band-limited to their grid.
         """
         size, margin = len(cells) // per_photosite, self.margin_px(pitch_um)
         found_px = size + 2 * margin
@@ -88,14 +88,14 @@ class Sampling:
 
 
 def _cycles(found_px: int, over: int) -> np.ndarray:
-    """Frequencies of a kernel of this size, with as much room around it, up to over / 2 cycles per photosite."""
+    """Frequencies of a kernel padded to twice this size, up to over / 2 cycles per photosite."""
     period = 2 * found_px
     return np.arange(-over * period // 2, over * period // 2 + 1) / period
 
 
 @functools.lru_cache(maxsize=4)
 def _waves(count: int, per_photosite: int, found_px: int, over: int) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Transform from cells to the frequencies, (frequencies, count), and back to photosites seen from each phase's points."""
+    """Transform from cells to frequencies, (frequencies, count), and back to photosites from the samples of each phase."""
     cycles = _cycles(found_px, over)
     into = np.exp(-2j * math.pi * np.outer(cycles, (np.arange(count) - count // 2) / per_photosite))
     distances = np.arange(found_px) - found_px // 2

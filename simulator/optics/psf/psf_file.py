@@ -11,10 +11,10 @@ from simulator.errors import PhotositeError, require
 from simulator.optics.psf.fraunhofer import odd
 from simulator.optics.psf.psf_table import PsfTable
 
-CELLS = 3
+CELLS = 3  # per photosite and axis, of a kernel from a text file
 
 
-def read_psf(path: str | os.PathLike, pitch_um: float) -> PsfTable:
+def read_psf(path: str | os.PathLike[str], pitch_um: float) -> PsfTable:
     """Read a table of kernels.
 
     .npz: `kernels` (blur radii, fields, channels, size, size), and where they are more than one, `blur_radii_px` [photosites]
@@ -46,8 +46,8 @@ def _read_npz(label: str, pitch_um: float) -> PsfTable:
         require("kernels" in file.files, "keys", ", ".join(file.files), "`kernels` is missing", file=label)
         found = {name: file[name] for name in file.files}
     cells, light = int(found.get("cells", 1)), float(found.get("light", 1.0))
-    axes = [np.atleast_1d(np.asarray(found.get(name, 0.0), np.float64)) for name in ("blur_radii_px", "fields")]
-    return PsfTable(_numbers(found["kernels"], label), *axes, cells, pitch_um, light, label)
+    radii_px, fields = (np.atleast_1d(np.asarray(found.get(name, 0.0), np.float64)) for name in ("blur_radii_px", "fields"))
+    return PsfTable(_numbers(found["kernels"], label), radii_px, fields, cells, pitch_um, light, label)
 
 
 def _read_npy(label: str, pitch_um: float) -> PsfTable:
@@ -85,12 +85,12 @@ def _read_text(label: str, pitch_um: float) -> PsfTable:
 
 
 def _decoded(data: bytes) -> str:
-    """Text of a file in UTF-8 or, with its mark, UTF-16; other letters than the ASCII ones may be lost."""
+    """Text of a file in UTF-8 or, with a byte order mark, UTF-16; invalid bytes are replaced."""
     return data.decode("utf-16") if data[:2] in (b"\xff\xfe", b"\xfe\xff") else data.decode("utf-8", "replace")
 
 
 def _grid(text: str, label: str) -> np.ndarray:
-    """Return the last block of lines that hold numbers only, (rows, columns)."""
+    """Parse the last block of lines that hold numbers only, (rows, columns) float64."""
     rows: list[list[float]] = []
     for line in reversed(text.rstrip().splitlines()):
         try:
@@ -106,7 +106,7 @@ def _grid(text: str, label: str) -> np.ndarray:
 
 
 def _overlaps(count: int, middle: float, step_um: float, cells: int, cell_um: float) -> np.ndarray:
-    """Share of each sample's own width that lies in each cell, (cells, count); the sums over the cells are 1."""
+    """Fraction of each sample's width that lies in each cell, (cells, count); sums over the cells are 1."""
     centres, edges = (np.arange(count) - middle) * step_um, (np.arange(cells + 1) - cells / 2) * cell_um
     inside = np.clip(edges[:, None], centres - 0.5 * step_um, centres + 0.5 * step_um)
     return np.diff(inside, axis=0) / step_um

@@ -1,4 +1,4 @@
-"""Point spread functions over defocus, field and colour, whatever they come from."""
+"""Tables of point spread functions over defocus, field and channel."""
 
 import math
 from dataclasses import dataclass
@@ -8,17 +8,17 @@ import numpy as np
 from simulator.errors import PhotositeError, require
 from simulator.optics.psf.pixel_aperture import Sampling
 
-SUM_TOLERANCE = 1e-3  # of what a kernel's sum may miss before it is taken for a mistake
-NEGATIVE_TOLERANCE = 1e-6  # of the largest value; what rounding leaves
+SUM_TOLERANCE = 1e-3  # relative error of a kernel's sum above which the table is refused
+NEGATIVE_TOLERANCE = 1e-6  # of the largest value, which rounding may leave below 0
 
 
 @dataclass(frozen=True)
 class PsfTable:
     """Kernels of a lens for signed blur radii x field radii x channels.
 
-    kernels: (blur radii, fields, channels, size, size) float32, light of a point in each cell; a kernel is scattered, the
-        image point in its middle, for an image point to the right of the centre of the picture: rows run
-        down, columns run outwards. One channel stands for all.
+    kernels: (blur radii, fields, channels, size, size) float32, light of a point in each cell, with the image
+        point in the middle cell, for an image point to the right of the centre of the picture: rows run down, columns run
+        outwards. One channel stands for all.
     blur_radii_px: ascending, signed as ThinLens.blur_radius_um, in photosites: linear in the inverse of the distance.
     fields: ascending, distance of the image point from the centre over the sensor's half diagonal.
     cells: odd number of cells per photosite and axis. pitch_um: photosite pitch the cells divide [um].
@@ -34,7 +34,7 @@ class PsfTable:
     light: float = 1.0
     source: str = "PSF"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         kernels = np.asarray(self.kernels)
         self._check_axes(kernels)
         self._check_values(kernels)
@@ -52,20 +52,20 @@ class PsfTable:
     ) -> np.ndarray:
         """Response of the photosites around an image point, (size_px, size_px) float64, sum `light`.
 
-        field_xy: the image point over the sensor's half diagonal, x to the right and y down. Straight between the entries of
-        the table, constant beyond; turned to the direction of the field.
+        field_xy: the image point over the sensor's half diagonal, x to the right and y down. Interpolated linearly between the
+        entries of the table, constant beyond; rotated to the direction of the field.
         """
-        turned_cells = self.cell_kernel(channel, blur_radius_px, field_xy)
-        return (sampling or Sampling()).photosites(turned_cells, self.cells, self.pitch_um)
+        cells = self.cell_kernel(channel, blur_radius_px, field_xy)
+        return (sampling or Sampling()).photosites(cells, self.cells, self.pitch_um)
 
     def cell_kernel(self, channel: int, blur_radius_px: float, field_xy: tuple[float, float]) -> np.ndarray:
         """Light of an image point in each cell, (size_px * cells, ...) float64, sum `light`; arguments as of `kernel`."""
         kernels = self.kernels[:, :, min(channel, self.kernels.shape[2] - 1)]
         found = np.zeros(kernels.shape[2:])
-        for row, row_weight in neighbours(np.asarray(self.blur_radii_px), blur_radius_px):
-            for column, weight in neighbours(np.asarray(self.fields), math.hypot(*field_xy)):
+        for row, row_weight in interpolation_weights(np.asarray(self.blur_radii_px), blur_radius_px):
+            for column, weight in interpolation_weights(np.asarray(self.fields), math.hypot(*field_xy)):
                 found += row_weight * weight * kernels[row, column]
-        return turned(found, math.atan2(field_xy[1], field_xy[0]))
+        return rotate_kernel(found, math.atan2(field_xy[1], field_xy[0]))
 
     def _check_axes(self, kernels: np.ndarray) -> None:
         shape, wanted = kernels.shape, (len(self.blur_radii_px), len(self.fields))
@@ -102,22 +102,22 @@ class PsfTable:
 
 
 def _place(wrong: np.ndarray) -> tuple[int, ...]:
-    """Indices (blur radius, field, channel) of the first kernel with something wrong."""
+    """Indices (blur radius, field, channel) of the first kernel marked as wrong."""
     return tuple(int(i) for i in np.argwhere(wrong)[0][:3])
 
 
-def neighbours(axis: np.ndarray, value: float) -> list[tuple[int, float]]:
-    """Indices and weights of the entries of an ascending axis around a value; beyond the ends, the end."""
+def interpolation_weights(axis: np.ndarray, value: float) -> list[tuple[int, float]]:
+    """Indices and weights of linear interpolation at a value of an ascending axis; beyond the ends, the end."""
     place = float(np.interp(value, axis, np.arange(len(axis))))
     low = min(int(place), len(axis) - 1)
     share = place - low
     return [(low, 1.0)] if share == 0.0 else [(low, 1.0 - share), (low + 1, share)]
 
 
-def turned(cells: np.ndarray, angle_rad: float) -> np.ndarray:
-    """A kernel turned by an angle, from the x axis towards the y axis (down); same sum, float64.
+def rotate_kernel(cells: np.ndarray, angle_rad: float) -> np.ndarray:
+    """Return a kernel rotated from the x axis towards the y axis (down); same sum, float64.
 
-    Right angles are exact, others read a cubic spline of the cells.
+    Multiples of a right angle are exact, other angles are interpolated by a cubic spline.
     """
     quarters = round(angle_rad / (0.5 * math.pi))
     cells = np.rot90(cells, -quarters)

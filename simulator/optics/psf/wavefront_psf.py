@@ -1,6 +1,7 @@
-"""Kernels of a wavefront for the channels of a camera: direct, or as a table."""
+"""Point spread functions of a wavefront for the channels of a camera: kernel by kernel, or as a table."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,19 +9,19 @@ import numpy as np
 from simulator.errors import require
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.lens.zernike import noll_orders
-from simulator.optics.psf.fraunhofer import ROUND, Opening, odd, point_spread
+from simulator.optics.psf.fraunhofer import ROUND, Opening, compute_psf, odd
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable
 
 LARGEST_KERNEL_PX = 511
-AIRY_MARGIN = 6.0  # of lambda N around the rays: 97 % of the light of a perfect lens lies within
+AIRY_MARGIN = 6.0  # around the geometric rays [lambda N]: 97 % of the light of an ideal lens lies within
 
 
 def channel_wavelengths(wavelengths_nm: np.ndarray, light: np.ndarray, count: int = 3) -> np.ndarray:
-    """Wavelengths that stand for the light of each channel, (channels, count) [nm].
+    """Wavelengths that represent the light of each channel, (channels, count) [nm].
 
-    light: (wavelengths, channels) what a channel counts at each wavelength, such as radiance x wavelength x quantum
-    efficiency. It is cut into `count` parts of equal light, each represented by its mean wavelength.
+    light: (wavelengths, channels) what a channel detects at each wavelength, such as radiance x wavelength x quantum
+    efficiency. The spectrum is cut into `count` parts of equal light, each represented by its mean wavelength.
     """
     rows = []
     for weights in np.asarray(light, dtype=np.float64).T:
@@ -38,7 +39,7 @@ class WavefrontPsf:
     f_number: working f-number, N (1 + |m|) of a lens focused near.
     wavelengths_nm: per channel, its wavelengths [nm], as from channel_wavelengths, of equal weight.
     size_px: photosites across a kernel, odd. cells: cells per photosite and axis in a table, odd. opening: edge of the pupil.
-    Light outside the kernel is put back in proportion, so that a flat field keeps its level.
+    Kernels are normalised, which puts the light outside back in proportion: a flat field keeps its level.
     """
 
     aberrations: Aberrations
@@ -49,22 +50,22 @@ class WavefrontPsf:
     cells: int = 3
     opening: Opening = ROUND
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         good = self.size_px % 2 == 1 and 1 <= self.size_px <= LARGEST_KERNEL_PX
         require(good, "size of the kernels", f"{self.size_px} photosites", f"give an odd number up to {LARGEST_KERNEL_PX}")
         require(self.cells % 2 == 1 and self.cells > 0, "cells", self.cells, "give an odd number")
 
     def cell_kernel(self, channel: int, blur_radius_px: float, field_xy: tuple[float, float]) -> np.ndarray:
-        """Light in each cell, (size_px * cells, ...) float64, and below 1 in sum by what falls outside."""
-        total, wavelengths = 0.0, self.wavelengths_nm[channel]
+        """Light of a point in each cell, (size_px * cells, ...) float64; the sum is below 1 by the light outside."""
+        wavelengths, cell_um, size = self.wavelengths_nm[channel], self.pitch_um / self.cells, self.size_px * self.cells
+        total = np.zeros((size, size))
         for wavelength_nm in wavelengths:
 
-            def path_um(x, y, wavelength_nm=wavelength_nm):
+            def wavefront_error_um(x: np.ndarray, y: np.ndarray, wavelength_nm: float = wavelength_nm) -> np.ndarray:
                 blur_um = blur_radius_px * self.pitch_um
-                return self.aberrations.path_um(x, y, self.f_number, wavelength_nm, field_xy, blur_um)
+                return self.aberrations.wavefront_error_um(x, y, self.f_number, wavelength_nm, field_xy, blur_um)
 
-            cell_um, size = self.pitch_um / self.cells, self.size_px * self.cells
-            total = total + point_spread(path_um, 1e-3 * wavelength_nm, self.f_number, cell_um, size, self.opening)
+            total = total + compute_psf(wavefront_error_um, 1e-3 * wavelength_nm, self.f_number, cell_um, size, self.opening)
         return total / len(wavelengths)
 
     def kernel(
@@ -74,10 +75,11 @@ class WavefrontPsf:
         cells = self.cell_kernel(channel, blur_radius_px, field_xy)
         return (sampling or Sampling()).photosites(cells / cells.sum(), self.cells, self.pitch_um)
 
-    def table(self, blur_radii_px, fields) -> PsfTable:
-        """Kernels for every blur radius [px], field and channel. A table turns with the field, and so must the wavefront.
+    def table(self, blur_radii_px: Sequence[float], fields: Sequence[float]) -> PsfTable:
+        """Tabulate kernels for every blur radius [photosites], field and channel.
 
-        Raises PhotositeError for Zernike terms without the symmetry of the axis.
+        A table is rotated to the direction of the field. Raises PhotositeError for Zernike terms without rotational symmetry,
+        which keep to the axes of the picture.
         """
         tilted = [index for index in self.aberrations.zernike_um if noll_orders(index)[1] != 0]
         rule = "a table is turned to the field, and these terms do not turn; ask for kernels at places instead"
@@ -95,11 +97,11 @@ def kernel_size_px(
     aberrations: Aberrations,
     f_number: float,
     pitch_um: float,
-    wavelengths_nm,
-    blur_radii_px=(0.0,),
+    wavelengths_nm: Sequence[Sequence[float]] | np.ndarray,
+    blur_radii_px: Sequence[float] = (0.0,),
     airy_margin: float = AIRY_MARGIN,
 ) -> int:
-    """Odd number of photosites that holds all rays and airy_margin lambda N of diffraction around them.
+    """Width of a kernel that holds all geometric rays and airy_margin lambda N of diffraction around them [photosites], odd.
 
     Raises PhotositeError above LARGEST_KERNEL_PX.
     """
@@ -110,8 +112,8 @@ def kernel_size_px(
             for field in (0.0, 1.0):
                 lens = (f_number, float(wavelength_nm), (field, 0.0), blur_px * pitch_um)
                 for dx, dy in ((step, 0.0), (0.0, step)):
-                    ahead = aberrations.path_um(rim.real + dx, rim.imag + dy, *lens)
-                    slope = (ahead - aberrations.path_um(rim.real - dx, rim.imag - dy, *lens)) / (2.0 * step)
+                    ahead = aberrations.wavefront_error_um(rim.real + dx, rim.imag + dy, *lens)
+                    slope = (ahead - aberrations.wavefront_error_um(rim.real - dx, rim.imag - dy, *lens)) / (2.0 * step)
                     reach_um = max(reach_um, 2.0 * f_number * float(np.abs(slope).max()))
     longest_um = 1e-3 * float(np.max(wavelengths_nm))
     size = odd(2.0 * (reach_um + airy_margin * longest_um * f_number) / pitch_um + 1.0)

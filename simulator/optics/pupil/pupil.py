@@ -1,11 +1,10 @@
 """The shape of the pupil: which rays reach a photosite.
 
-Coordinates u are in units of the radius of the full round pupil, along the picture's axes (x right, y down). A photosite at x
-sees the plane of signed blur radius s at x + s u (`ThinLens.blur_radius_um`). So u is the shape of the spot of a point nearer
-than the plane in focus; that of a farther point is the same, turned by 180 degrees.
+Coordinates u are in radii of the full round pupil, along the picture's axes (x right, y down). The ray from a photosite at x
+through u meets the plane of signed blur radius s at x + s u (`ThinLens.blur_radius_um`). So the spot of a point nearer than the
+plane in focus has the shape of the pupil, that of a farther point the shape rotated by 180 degrees.
 
-A pupil with blades has the area of the round one. The f-number then still states the light: the effective aperture of a
-pupil that is not round is the diameter of the circle of equal area.
+A pupil with blades has the area of the round one, so that the f-number still determines the exposure.
 """
 
 import math
@@ -13,21 +12,25 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from simulator.errors import PhotositeError, require
 from simulator.optics.pupil.convex_area import Disk, HalfPlane, intersection_area
 from simulator.units import Degrees
 
-_ROWS = 4096  # strips into which the pupil is cut to spread points over it
-_STRAIGHT = 1e-4  # curvature whose sides bend by less than 1e-4; of circles so large differences lose digits
+_ROWS = 4096  # rows across the pupil that its inverse distribution is tabulated on
+_STRAIGHT = 1e-4  # blade curvature below which sides are straight to 1e-4; larger circles lose digits in differences
+_ON_AXIS = (0.0, 0.0)
+
+Field = tuple[float, float] | np.ndarray  # (x, y), see Pupil
 _PLASTIC = 1.32471795724474602596  # root of x^3 = x + 1
 
 
 @dataclass(frozen=True)
 class PupilStop:
-    """A round stop before or behind the aperture as a photosite sees it: it moves across the pupil with the field.
+    """A round stop before or behind the aperture, projected into the pupil from a photosite: it shifts with the field.
 
-    radius: of its image in the pupil. shift: how far its centre moves per tangent of the field angle; both in pupil radii.
+    radius: of its projection in the pupil. shift: of its centre per tangent of the field angle; both in pupil radii.
     """
 
     radius: float
@@ -39,13 +42,13 @@ class Pupil:
     """Aperture with or without blades, clipped off the axis by other stops (mechanical vignetting, cat's eyes).
 
     blades: number of sides, 3 to 32; None: round.
-    rotation_deg: turns the first corner from the right towards the picture's lower edge [deg].
+    rotation_deg: angle of the first corner, from the right towards the picture's lower edge [deg].
     blade_curvature: 0: straight sides; 1: sides are arcs of the circle through the corners, so the pupil is round.
-        Between: arcs whose curvature is this share of the circle's.
-    stops: what clips.
+        Between: arcs of this fraction of the circle's curvature.
+    stops: round stops that clip the aperture.
 
-    A field is (x, y): the photosite's place from the optical axis over the image distance, that is the tangents of the
-    field angle, x right and y down in the picture. Raises PhotositeError for numbers out of range.
+    A field is (x, y): the photosite's position relative to the optical axis over the image distance, that is the tangents of
+    the field angle, x right and y down in the picture. Raises PhotositeError for numbers out of range.
     """
 
     blades: int | None = None
@@ -53,7 +56,7 @@ class Pupil:
     blade_curvature: float = 0.0
     stops: tuple[PupilStop, ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         blades, key = self.blades, "lens.aperture"
         require(blades is None or 3 <= blades <= 32, f"{key}.blades", blades, "give 3 to 32, or leave it out for a round one")
         require(math.isfinite(self.rotation_deg), f"{key}.rotation", f"{self.rotation_deg} deg", "give a finite angle")
@@ -61,22 +64,22 @@ class Pupil:
 
     @cached_property
     def opening(self) -> tuple[Disk | HalfPlane, ...]:
-        """The aperture alone, of area pi, as an intersection of disks and half planes."""
+        """The aperture without stops, of area pi, as an intersection of disks and half planes."""
         if self.blades is None or self.blade_curvature == 1.0:
             return (Disk(0.0, 0.0, 1.0),)
-        return self._sides(self.corner_radius)
+        return self._sides(self.blades, self.corner_radius)
 
     @cached_property
     def corner_radius(self) -> float:
         """Distance of the aperture's corners from its centre, in radii of the round one."""
         if self.blades is None or self.blade_curvature == 1.0:
             return 1.0
-        return math.sqrt(math.pi / intersection_area(self._sides(1.0)))
+        return math.sqrt(math.pi / intersection_area(self._sides(self.blades, 1.0)))
 
-    def _sides(self, corner: float) -> tuple[Disk | HalfPlane, ...]:
+    def _sides(self, blades: int, corner: float) -> tuple[Disk | HalfPlane, ...]:
         """Sides of a polygon whose corners lie at this radius."""
-        half = math.pi / self.blades
-        directions = math.radians(self.rotation_deg) + half * (2.0 * np.arange(self.blades) + 1.0)
+        half = math.pi / blades
+        directions = math.radians(self.rotation_deg) + half * (2.0 * np.arange(blades) + 1.0)
         apothem = corner * math.cos(half)
         if self.blade_curvature < _STRAIGHT:
             return tuple(HalfPlane(math.cos(angle), math.sin(angle), apothem) for angle in directions)
@@ -84,39 +87,40 @@ class Pupil:
         centre = apothem - math.sqrt(radius**2 - (corner * math.sin(half)) ** 2)
         return tuple(Disk(centre * math.cos(angle), centre * math.sin(angle), radius) for angle in directions)
 
-    def parts(self, field=(0.0, 0.0)) -> tuple[Disk | HalfPlane, ...]:
-        """The pupil as a photosite at this field sees it, as an intersection of disks and half planes."""
+    def parts(self, field: Field = _ON_AXIS) -> tuple[Disk | HalfPlane, ...]:
+        """The clipped pupil at a field, as an intersection of disks and half planes."""
         x, y = field
         clips = tuple(Disk(stop.shift * float(x), stop.shift * float(y), stop.radius) for stop in self.stops)
         return self.opening + tuple(clip for clip in clips if clip not in self.opening)
 
-    def contains(self, points, field=(0.0, 0.0)) -> np.ndarray:
+    def contains(self, points: ArrayLike, field: Field = _ON_AXIS) -> np.ndarray:
         """Whether each of the points (n, 2) lies in the pupil: (n,) bool."""
-        points = np.asarray(points, dtype=np.float64)
-        inside = [part.contains(points[..., 0], points[..., 1]) for part in self.parts(field)]
+        places = np.asarray(points, dtype=np.float64)
+        inside = [part.contains(places[..., 0], places[..., 1]) for part in self.parts(field)]
         return np.logical_and.reduce(inside)
 
-    def depth(self, x, y) -> np.ndarray:
-        """Distance of points from the border of the pupil on the axis [pupil radii], negative outside."""
+    def depth(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Distance of points from the edge of the pupil on the axis [pupil radii], negative outside."""
         return np.minimum.reduce([part.depth(x, y) for part in self.parts()])
 
-    def area(self, field=(0.0, 0.0)) -> float:
+    def area(self, field: Field = _ON_AXIS) -> float:
         """Area in squared pupil radii, in closed form; pi where nothing clips."""
         return intersection_area(self.parts(field))
 
-    def points(self, count: int, field=(0.0, 0.0)) -> np.ndarray:
-        """Points (count, 2) float64 spread evenly over the area, of low discrepancy; those of a smaller count come first.
+    def points(self, count: int, field: Field = _ON_AXIS) -> np.ndarray:
+        """Low-discrepancy points (count, 2) float64 of uniform density; a smaller count is a prefix of a larger one.
 
-        The R2 sequence (Roberts 2018: the Kronecker sequence of the plastic number) in the unit square, through `of_square`.
+        The R2 sequence (Roberts 2018: the Kronecker sequence of the plastic number), through `map_unit_square`.
         Raises PhotositeError where the pupil is closed.
         """
-        chosen, across = even_points(count)
-        return np.stack(self.of_square(chosen, across, field), axis=-1)
+        chosen, across = generate_r2_points(count)
+        return np.stack(self.map_unit_square(chosen, across, field), axis=-1)
 
-    def of_square(self, chosen: np.ndarray, across: np.ndarray, field=(0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
-        """Places x, y in the pupil of points of the unit square, by a map that keeps areas (Rosenblatt 1952).
+    def map_unit_square(self, chosen: np.ndarray, across: np.ndarray, field: Field = _ON_AXIS) -> tuple[np.ndarray, np.ndarray]:
+        """Map points of the unit square to x, y in the pupil, preserving areas (Rosenblatt 1952).
 
-        The first number chooses the row by area, the second the place in the row. Raises PhotositeError where it is closed.
+        chosen: fraction of the area above the row, 0 to 1. across: position in the row, 0 to 1.
+        Raises PhotositeError where the pupil is closed.
         """
         rows, left, right = self.spans(field)
         widths = right - left
@@ -128,18 +132,19 @@ class Pupil:
         y = np.interp(chosen * area[-1], area, rows)
         return np.interp(y, rows, left) + across * np.interp(y, rows, widths), y
 
-    def outline(self, field=(0.0, 0.0)) -> np.ndarray:
+    def outline(self, field: Field = _ON_AXIS) -> np.ndarray:
         """Corners (n, 2) of a fine polygon along the edge (to 1e-5), clockwise in the picture; none of a closed pupil."""
         rows, left, right = self.spans(field)
         if not (right > left).any():
             return np.empty((0, 2))
         return np.concatenate([np.stack([right, rows], axis=-1), np.stack([left, rows], axis=-1)[::-1]])
 
-    def spans(self, field=(0.0, 0.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows (y) across the pupil with the x of both ends; denser at the top and the bottom, where the edge lies flat."""
+    def spans(self, field: Field = _ON_AXIS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rows (y) across the pupil and the x of their two ends; denser at top and bottom, where the edge is flat."""
         parts = self.parts(field)
         low, high = -2.0, 2.0  # a triangle of area pi reaches 1.56
-        for _ in range(3):  # closes in on the open rows
+        rows = left = right = np.empty(0)
+        for _ in range(3):  # each pass narrows the range to the rows that are open
             rows = 0.5 * (low + high) - 0.5 * (high - low) * np.cos(np.linspace(0.0, math.pi, _ROWS))
             ends = [part.span(rows) for part in parts]
             left, right = np.max([end[0] for end in ends], axis=0), np.min([end[1] for end in ends], axis=0)
@@ -152,7 +157,7 @@ class Pupil:
         return rows, left, np.where(shut, left, right)
 
 
-def even_points(count: int) -> np.ndarray:
+def generate_r2_points(count: int) -> np.ndarray:
     """Points (2, count) of the R2 sequence in the unit square."""
     return np.mod(np.outer(_PLASTIC ** np.array([-1.0, -2.0]), np.arange(1, count + 1)) + 0.5, 1.0)
 
@@ -162,7 +167,7 @@ class Aperture:
     """Diaphragm with blades. Its area is that of the round one, so blades change the blur and not the exposure.
 
     blades: number of sides, 3 to 32.
-    rotation_deg: turns the first corner from the right towards the picture's lower edge, in the spot of a near light [deg].
+    rotation_deg: angle of the first corner, from the right towards the picture's lower edge, in the spot of a near light [deg].
     blade_curvature: 0: straight sides; 1: round; between: arcs.
     """
 
@@ -170,9 +175,9 @@ class Aperture:
     rotation_deg: Degrees = 0.0
     blade_curvature: float = 0.0
 
-    def __post_init__(self):
-        self.pupil()
+    def __post_init__(self) -> None:
+        self.pupil()  # raises for numbers out of range
 
     def pupil(self, *stops: PupilStop) -> Pupil:
-        """The pupil that these stops clip."""
+        """Return the pupil of this aperture, clipped by stops."""
         return Pupil(self.blades, self.rotation_deg, self.blade_curvature, stops)

@@ -1,21 +1,21 @@
-"""Points spread over the pupil at many fields at once."""
+"""Low-discrepancy points of the pupil at many fields at once."""
 
 import math
 
 import numpy as np
 
-from simulator.optics.pupil.convex_area import Disk
-from simulator.optics.pupil.pupil import Pupil, even_points
+from simulator.optics.pupil.convex_area import disk_span
+from simulator.optics.pupil.pupil import Pupil, generate_r2_points
 
-STRIPS = 512  # into which each pupil is cut: they give places to 1e-4 but at corners of blades
+STRIPS = 512  # rows across each pupil: they give positions to 1e-4 except at the corners of blades
 
 
 def points_of(pupil: Pupil, fields: np.ndarray, count: int) -> np.ndarray:
-    """Points as `Pupil.points` has them, for many fields (n, 2) at each of which the pupil is open: (n, count, 2)."""
+    """Points as of `Pupil.points` for many fields (n, 2), at each of which the pupil is open: (n, count, 2) float64."""
     rows, left, widths = _spans_of(pupil, fields)
     pieces = 0.5 * (widths[:, 1:] + widths[:, :-1]) * np.diff(rows, axis=1)
     areas = np.concatenate([np.zeros((len(fields), 1)), np.cumsum(pieces, axis=1)], axis=1)
-    (chosen, across), points = even_points(count), np.empty((len(fields), count, 2))
+    (chosen, across), points = generate_r2_points(count), np.empty((len(fields), count, 2))
     for own, row, start, width, area in zip(points, rows, left, widths, areas, strict=True):
         own[:, 1] = np.interp(chosen * area[-1], area, row)
         own[:, 0] = np.interp(own[:, 1], row, start) + across * np.interp(own[:, 1], row, width)
@@ -24,11 +24,14 @@ def points_of(pupil: Pupil, fields: np.ndarray, count: int) -> np.ndarray:
 
 def _spans_of(pupil: Pupil, fields: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows across the pupil at each field, their left ends and their widths: (n, STRIPS) each."""
-    moved = [Disk(stop.shift * fields[:, :1], stop.shift * fields[:, 1:], stop.radius) for stop in pupil.stops]
+    x, y = fields[:, :1], fields[:, 1:]
     low, high, number = np.full((len(fields), 1), -2.0), np.full((len(fields), 1), 2.0), np.arange(STRIPS)
+    rows = left = right = np.empty(0)
+    first = last = np.empty(0, np.intp)
     for _ in range(3):
         rows = 0.5 * (low + high) - 0.5 * (high - low) * np.cos(np.linspace(0.0, math.pi, STRIPS))
-        ends = [part.span(rows) for part in (*pupil.opening, *moved)]
+        ends = [part.span(rows) for part in pupil.opening]
+        ends += [disk_span(stop.shift * x, stop.shift * y, stop.radius, rows) for stop in pupil.stops]
         left, right = np.max([end[0] for end in ends], axis=0), np.min([end[1] for end in ends], axis=0)
         is_open = right > left
         first, last = is_open.argmax(axis=1)[:, None], STRIPS - 1 - is_open[:, ::-1].argmax(axis=1)[:, None]

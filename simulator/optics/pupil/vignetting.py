@@ -1,13 +1,13 @@
-"""Mechanical vignetting: round stops before and behind the aperture cut the cones of light that lie off the axis.
+"""Mechanical vignetting: round stops before and behind the aperture clip off-axis cones of light.
 
-The cone of a photosite at tangent t (x right, y down in the picture) runs from the aperture to the point it is focused on,
-at the focus distance z_o, and on the other side to the photosite, at z_i. A ray through u of the pupil crosses a plane a
+The cone of light of a photosite at tangent t (x right, y down in the picture) converges at the photosite, at z_i behind the
+aperture, and on the other side at the point in focus, at z_o. A ray through u of the pupil crosses a plane a
 distance d before the aperture at u a (1 - d / z_o) - t d, in the axes of `Pupil`, and a plane d behind it at
 u a (1 - d / z_i) + t d (similar triangles; a: radius of the pupil). So a stop of radius R is a disk in the pupil, of radius
 R / (a (1 - d / z)), whose centre moves by +-d / (a (1 - d / z)) per tangent.
 
-All light of a photosite comes through that cone, whatever the distance of the scene. Its irradiance is that of the full
-pupil times clipped area / full area: light is lost, nothing is normalised again.
+All light of a photosite passes that cone, whatever the distance of the scene. Its irradiance is that of the full pupil times
+clipped area / full area; the lost light is not renormalised.
 """
 
 import math
@@ -20,8 +20,8 @@ from simulator.errors import PhotositeError, require
 from simulator.optics.pupil.pupil import Pupil, PupilStop
 from simulator.units import Millimetres
 
-NODES = 513  # of the fall-off from the axis to the corner; error below 1e-4 of the light on the axis
-NODES_OF_BLADES, AZIMUTHS = 129, 8  # with blades; at so many places within one blade
+NODES = 513  # of relative illumination from the axis to the corner; error below 1e-4 of that on the axis
+NODES_OF_BLADES, AZIMUTHS = 129, 8  # with blades; directions within the angle of one blade
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class RoundStop:
     """Rim of a lens element or of the barrel.
 
     distance_mm: along the axis from the aperture [mm], > 0.
-    diameter_mm: free diameter [mm]; it must let the axial cone through, or it would be the aperture.
+    diameter_mm: clear diameter [mm]; not narrower than the axial cone, or it would be the aperture.
     """
 
     distance_mm: Millimetres
@@ -38,33 +38,34 @@ class RoundStop:
 
 @dataclass(frozen=True)
 class Vignetting:
-    """Stops that make cat's eyes of the spots of light towards the corners.
+    """Stops that clip spots of light towards the corners to cat's eyes.
 
     front: stop on the scene's side of the aperture.
-    rear: stop on the sensor's side.
+    rear: stop on the sensor's side of the aperture.
     """
 
     front: RoundStop | None = None
     rear: RoundStop | None = None
 
     def pupil_stops(self, opening: Pupil, radius_mm: float, image_mm: float, focus_mm: float) -> tuple[PupilStop, ...]:
-        """The stops as they clip the pupil.
+        """Project the stops into the pupil.
 
-        opening: the pupil on the axis. radius_mm: of the round pupil of its area. image_mm, focus_mm: z_i and z_o.
+        opening: the pupil on the axis. radius_mm: of the round pupil of equal area. image_mm, focus_mm: z_i and z_o [mm].
         Raises PhotositeError for a stop that clips the axial cone, or lies beyond the sensor or the plane in focus.
         """
         sides = (("front", self.front, 1.0, focus_mm), ("rear", self.rear, -1.0, image_mm))
         return tuple(
-            _clipping(stop, f"lens.vignetting.{side}", sign, end_mm, radius_mm, opening.corner_radius)
+            _project_stop(stop, f"lens.vignetting.{side}", sign, end_mm, radius_mm, opening.corner_radius)
             for side, stop, sign, end_mm in sides
             if stop is not None
         )
 
 
-def _clipping(stop: RoundStop, key: str, sign: float, end_mm: float, radius_mm: float, corner: float) -> PupilStop:
+def _project_stop(stop: RoundStop, key: str, sign: float, end_mm: float, radius_mm: float, corner: float) -> PupilStop:
+    """Project a stop into the pupil along the cone that ends at end_mm; see the module for the formula."""
     distance_mm, diameter_mm = stop.distance_mm, stop.diameter_mm
-    told = f"lies between the aperture and what is {end_mm:g} mm from it; give a distance above 0 mm and below that"
-    require(0 < distance_mm < end_mm, f"{key}.distance", f"{distance_mm:g} mm", told)
+    rule = f"lies between the aperture and what is {end_mm:g} mm from it; give a distance above 0 mm and below that"
+    require(0 < distance_mm < end_mm, f"{key}.distance", f"{distance_mm:g} mm", rule)
     cone_mm = radius_mm * (1.0 - distance_mm / end_mm)
     if not 2.0 * cone_mm * corner <= diameter_mm < math.inf:
         raise PhotositeError(
@@ -77,10 +78,10 @@ def _clipping(stop: RoundStop, key: str, sign: float, end_mm: float, radius_mm: 
 
 
 @lru_cache(maxsize=64)
-def light_by_radius(pupil: Pupil, tangent: float) -> tuple[float, ...]:
-    """Share of the full pupil that is open, at even steps of the tangent of the field angle from 0 to `tangent`.
+def relative_pupil_areas(pupil: Pupil, tangent: float) -> tuple[float, ...]:
+    """Clipped over full area of the pupil, at even steps of the tangent of the field angle from 0 to `tangent`.
 
-    With blades it depends on the direction too; the mean over directions is given. Empty without stops.
+    With blades this depends on the direction; the mean over directions is returned. Empty without stops.
     """
     if not pupil.stops:
         return ()

@@ -1,1 +1,1 @@
-"""The blur by rays through the lens, which faster methods are compared with."""
+"""The reference blur: rays through the lens, which faster methods are compared with."""

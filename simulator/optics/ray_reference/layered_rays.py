@@ -1,25 +1,28 @@
-"""The reference blur: rays through a thin lens, low-discrepancy points on photosite and pupil, layers front to back.
+"""The reference blur of layers: rays through a thin lens from low-discrepancy points on photosite and pupil, front to back.
 
 Light = mean over photosite and pupil of sum_k C_k(x_k) prod_{j<k} (1 - A_j(x_j)), x_k = x + s_k(x_k) u, with the signed blur
-radius s = a f_px (1/z_focus - 1/z) [photosites], linear in the inverse distance. Nothing but the means is approximated.
+radius s = a f_px (1/z_focus - 1/z) [photosites], linear in the inverse distance. Only the means are approximated, by sums.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from simulator.device import Device
+from simulator.device import Buffer, Device
 from simulator.errors import require
 from simulator.optics.defocus.aperture_samples import disk_of_square
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.pupil.pupil import Pupil
 from simulator.sensor.camera.camera import Window
 
-POSITION_ERROR_PX = 1e-3  # of a ray on a tilted surface: far below a photosite
+POSITION_ERROR_PX = 1e-3  # of the intersection of a ray with a tilted surface
 MOST_ITERATIONS = 64
 ROUND = Pupil()
-PATTERNS = 32  # neighbours rarely share one; a pattern of 1024 points takes 16 KiB
+PATTERNS = 32  # of rays, so that neighbouring photosites rarely share one; a pattern of 1024 rays takes 16 KiB
+
+CfaBlock = tuple[tuple[int, int], tuple[int, int]]  # colour planes of the upper left 2 x 2 photosites
 
 
 @dataclass(frozen=True)
@@ -28,12 +31,12 @@ class Surfaces:
 
     colour: buffer (layers, channels, rows, columns) float32, radiance * coverage. coverage: (layers, rows, columns) float32.
     radius_px: (layers, rows, columns) float32, signed blur radius [photosites].
-    rows, columns: (frame + 2 margin_px) * oversampling. iterations: fixed-point steps that reach a tilted surface.
+    rows, columns: (frame + 2 margin_px) * oversampling. iterations: fixed-point steps to intersect a tilted surface.
     """
 
-    colour: object
-    coverage: object
-    radius_px: object
+    colour: Buffer
+    coverage: Buffer
+    radius_px: Buffer
     layers: int
     channels: int
     rows: int
@@ -44,29 +47,48 @@ class Surfaces:
 
 
 def upload_surfaces(
-    device: Device, colour, coverage, radius_px, margin_px: int, oversampling: int = 1, iterations: int | None = None
+    device: Device,
+    colour: ArrayLike,
+    coverage: ArrayLike,
+    radius_px: ArrayLike,
+    margin_px: int,
+    oversampling: int = 1,
+    iterations: int | None = None,
 ) -> Surfaces:
-    """Surfaces of arrays shaped as in `Surfaces`.
+    """Upload arrays shaped as in `Surfaces`.
 
-    iterations: fixed-point steps; default: what `needed_iterations` says. A surface reaches over what hides it, and its radius
-    goes on smoothly where its coverage is 0.
-    Raises PhotositeError for a coverage outside 0 to 1, a radius or colour that is no number, a surface too steep.
+    iterations: fixed-point steps; None: of `needed_iterations`. A surface continues behind what occludes it, and its radius
+    is smooth where its coverage is 0.
+    Raises PhotositeError for a coverage outside 0 to 1, NaN or infinity in a radius or colour, and a surface too steep.
     """
-    colour, coverage, radius_px = (np.asarray(array, dtype=np.float32) for array in (colour, coverage, radius_px))
-    shapes = f"colour {colour.shape}, coverage {coverage.shape}, radius {radius_px.shape}"
-    one_size = colour.ndim == 4 and colour[:, 0].shape == coverage.shape == radius_px.shape
+    light, covered, radius = (np.asarray(array, dtype=np.float32) for array in (colour, coverage, radius_px))
+    shapes = f"colour {light.shape}, coverage {covered.shape}, radius {radius.shape}"
+    one_size = light.ndim == 4 and light[:, 0].shape == covered.shape == radius.shape
     require(one_size, "surfaces", shapes, "give (layers, channels, rows, columns) and twice (layers, rows, columns)")
-    require(np.isfinite(colour).all(), "surface colour", "NaN or infinite", "give a number for every sample")
+    require(bool(np.isfinite(light).all()), "surface colour", "NaN or infinite", "give a number for every sample")
     require(
-        np.isfinite(radius_px).all(), "surface radius", "NaN or infinite", "give a distance for every sample, inf for the sky"
+        bool(np.isfinite(radius).all()),
+        "surface radius",
+        "NaN or infinite",
+        "give a distance for every sample, inf for the sky",
     )
-    inside = coverage.min() >= 0 and coverage.max() <= 1
-    require(inside, "surface coverage", f"{coverage.min():g} to {coverage.max():g}", "coverage runs from 0 to 1")
-    layers, channels, rows, columns = colour.shape
+    inside = bool(covered.min() >= 0 and covered.max() <= 1)
+    require(inside, "surface coverage", f"{covered.min():g} to {covered.max():g}", "coverage runs from 0 to 1")
+    layers, channels, rows, columns = light.shape
     if iterations is None:
-        iterations = needed_iterations(radius_px, oversampling)
-    buffers = (device.upload(array) for array in (colour, coverage, radius_px))
-    return Surfaces(*buffers, layers, channels, rows, columns, oversampling, margin_px, iterations)
+        iterations = needed_iterations(radius, oversampling)
+    return Surfaces(
+        device.upload(light),
+        device.upload(covered),
+        device.upload(radius),
+        layers,
+        channels,
+        rows,
+        columns,
+        oversampling,
+        margin_px,
+        iterations,
+    )
 
 
 def needed_iterations(radius_px: np.ndarray, oversampling: int = 1) -> int:
@@ -93,21 +115,23 @@ def needed_iterations(radius_px: np.ndarray, oversampling: int = 1) -> int:
     return min(max(1, math.ceil(steps)), MOST_ITERATIONS)
 
 
-def lens_points(samples: int, patterns: int = PATTERNS, seed: int = 1, pupil: Pupil = ROUND) -> np.ndarray:
-    """Points (patterns, samples, 4) float32: y, x in a photosite, 0 to 1; y, x on the pupil [pupil radii].
+def ray_samples(samples: int, patterns: int = PATTERNS, seed: int = 1, pupil: Pupil = ROUND) -> np.ndarray:
+    """Patterns of rays (patterns, samples, 4) float32: x, y in a photosite, 0 to 1; x, y on the pupil [pupil radii].
 
-    Each pattern is a Sobol' sequence in four dimensions with its own scrambling (Matousek 1998, as in SciPy); powers of two are
-    best. The pupil is sampled through maps of the unit square that keep areas.
+    Each pattern is a Sobol' sequence in four dimensions with its own scrambling (Matousek 1998, as in SciPy), which is most
+    uniform for powers of two. The pupil is sampled through area-preserving maps of the unit square.
     """
     from scipy.stats import qmc  # slow to import
 
     power = math.ceil(math.log2(samples))
-    square = np.stack([qmc.Sobol(4, seed=seed + 1000 * i).random_base2(power)[:samples] for i in range(patterns)])
+    # SciPy's annotations lack `seed`; `rng` may give other numbers.
+    sobol = (qmc.Sobol(4, seed=seed + 1000 * i) for i in range(patterns))  # pyright: ignore[reportCallIssue]
+    square = np.stack([sequence.random_base2(power)[:samples] for sequence in sobol])
     if pupil.corner_radius == 1.0:  # round
         y, x = disk_of_square(square[..., 2], square[..., 3])
     else:
-        x, y = pupil.of_square(square[..., 2], square[..., 3])
-    return np.stack([square[..., 0], square[..., 1], y, x], axis=-1).astype(np.float32)
+        x, y = pupil.map_unit_square(square[..., 2], square[..., 3])
+    return np.stack([square[..., 1], square[..., 0], x, y], axis=-1).astype(np.float32)
 
 
 def sample_lens(
@@ -115,16 +139,16 @@ def sample_lens(
     surfaces: Surfaces,
     points: np.ndarray,
     frame: Window,
-    cfa=None,
+    cfa: CfaBlock | None = None,
     cells: bool = True,
     eyes: CatsEyes | None = None,
-):
-    """Device buffer float32, the frame's light: (1, height, width), each photosite's own colour; or (channels, height, width).
+) -> Buffer:
+    """Device buffer float32, the light of a frame, (1, height, width), in each photosite's own colour, or (channels, ...).
 
-    points: of `lens_points`. cfa: planes ((p00, p01), (p10, p11)) of the frame's upper left corner; None: all channels.
-    cells: colour and coverage are means of their samples; False: values at their centres, read bilinearly.
-    eyes: stops that hide parts of the pupil by place on the sensor; each ray is tested, and where none passes it is dark.
-    The error falls nearly as 1/samples where light is smooth, as their power -0.7 at edges and small lights.
+    points: of `ray_samples`. cfa: planes ((p00, p01), (p10, p11)) of the frame's upper left corner; None: all channels.
+    cells: colour and coverage are means over their samples; False: values at their centres, interpolated bilinearly.
+    eyes: stops that clip the pupil by field; each ray is tested, and a photosite that no ray reaches is dark.
+    The error falls nearly as 1/samples where light is smooth, as samples^-0.7 at edges and small highlights.
     """
     check_grid((surfaces.rows, surfaces.columns), frame, surfaces.margin_px, surfaces.oversampling)
     defines = ray_defines(surfaces.oversampling, cfa, eyes) | {"CELLS": int(cells)}
@@ -148,21 +172,21 @@ def sample_lens(
 
 
 def check_grid(shape: tuple[int, int], frame: Window, margin_px: int, oversampling: int) -> None:
-    """Raise PhotositeError when the samples do not reach over the frame and its margin."""
+    """Raise PhotositeError when the samples do not cover the frame and its margin."""
     wanted = tuple((size + 2 * margin_px) * oversampling for size in (frame.height, frame.width))
     enough = shape[0] >= wanted[0] and shape[1] >= wanted[1]
     require(enough, "surfaces", f"{shape} samples", f"give {wanted}: the frame and its margin, {oversampling} per photosite")
 
 
-def ray_defines(oversampling: int, cfa, eyes: CatsEyes | None) -> dict[str, int]:
-    """Macros of a kernel that follows rays; cfa: planes of the frame's upper left corner, or None."""
+def ray_defines(oversampling: int, cfa: CfaBlock | None, eyes: CatsEyes | None) -> dict[str, object]:
+    """Macros of a kernel that traces rays; cfa: planes of the frame's upper left corner, or None."""
     block = cfa or ((0, 0), (0, 0))
-    places = {f"CFA_{y}{x}": block[y][x] for y in (0, 1) for x in (0, 1)}
+    places: dict[str, object] = {f"CFA_{y}{x}": block[y][x] for y in (0, 1) for x in (0, 1)}
     return places | {"OVERSAMPLING": oversampling, "MOSAIC": int(cfa is not None), "STOPS": len(_stops(eyes))}
 
 
 def ray_arguments(device: Device, points: np.ndarray, frame: Window, eyes: CatsEyes | None) -> dict[str, object]:
-    """Arguments of such a kernel that say which rays it follows: buffers, and `struct rays` of kernels/lens_rays.h."""
+    """Arguments of a kernel that traces rays: buffers of rays and stops, and `struct rays` of kernels/lens_rays.h."""
     tangent, width, height = (eyes.tangent_per_px, eyes.width_px, eyes.height_px) if eyes else (0.0, 0, 0)
     rays = {
         "patterns": points.shape[0],
@@ -178,5 +202,5 @@ def ray_arguments(device: Device, points: np.ndarray, frame: Window, eyes: CatsE
 
 
 def _stops(eyes: CatsEyes | None) -> list[tuple[float, float]]:
-    """Radius and shift of each stop, in pupil radii."""
+    """Radius and shift of each stop [pupil radii]."""
     return [(stop.radius, stop.shift) for stop in eyes.pupil.stops] if eyes else []

@@ -1,1 +1,1 @@
-"""What a plan says of a shot before it is taken: steps, noise, ISO speed."""
+"""Predictions from a plan before the shot is simulated: photometry of a grey patch, and the noise budget."""

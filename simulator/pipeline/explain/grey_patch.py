@@ -1,4 +1,4 @@
-"""A grey patch on its way from luminance to electrons: the photometry of a shot in numbers."""
+"""Photometry of a shot: luminance, illuminance, exposure, photons and electrons of a grey patch."""
 
 from dataclasses import dataclass, replace
 
@@ -29,7 +29,7 @@ class GreyPatch:
 
 
 def grey_patch(shot: Shot, scene: Scene, reflectance: float) -> GreyPatch | None:
-    """Follow a patch of this reflectance through the shot; None when the scene states no luminance of white.
+    """Predict the exposure of a patch of this reflectance; None when the scene states no luminance of white.
 
     scene: of the shot, as it was read.
 
@@ -53,13 +53,13 @@ def grey_patch(shot: Shot, scene: Scene, reflectance: float) -> GreyPatch | None
         luminance_cd_m2=reflectance * white_cd_m2,
         illuminance_lx=illuminance_lx,
         exposure_lx_s=illuminance_lx * time_s,
-        photons=float(_rates(scene, white_cd_m2, response.wavelengths_nm, every_photon)[0]) * gathered,
-        electrons=_rates(scene, white_cd_m2, response.wavelengths_nm, response.quantum_efficiency) * gathered,
+        photons=float(_electron_radiance(scene, white_cd_m2, response.wavelengths_nm, every_photon)[0]) * gathered,
+        electrons=_electron_radiance(scene, white_cd_m2, response.wavelengths_nm, response.quantum_efficiency) * gathered,
     )
 
 
-def _rates(scene: Scene, white_cd_m2: float, wavelengths_nm: np.ndarray, efficiency: np.ndarray) -> np.ndarray:
-    """Electron radiance of a white surface per channel, (channels,) [e- s^-1 um^-2 sr^-1]."""
+def _electron_radiance(scene: Scene, white_cd_m2: float, wavelengths_nm: np.ndarray, efficiency: np.ndarray) -> np.ndarray:
+    """Return the electron radiance of a white surface per channel, (channels,) [e- s^-1 um^-2 sr^-1]."""
     light = scene.illuminant[np.newaxis, :]
     scale = white_cd_m2 / float(luminance_cd_m2(light[0], scene.wavelengths_nm))
     white = replace(scene, spectra_w_m2_sr_nm=light * scale, planes=np.ones((1, 1, 1), np.float32))

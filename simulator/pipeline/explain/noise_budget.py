@@ -1,4 +1,4 @@
-"""Which noise a code is made of: the share of every stage in the variance, at one signal or over the ISO range."""
+"""Noise budget of a code: the share of each stage in the variance, at one signal or over the ISO range."""
 
 import math
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ from simulator.sensor.stages.stage import Moments, SignalStep
 
 @dataclass(frozen=True)
 class NoiseBudget:
-    """Moments of one photosite's code, and what they are made of.
+    """Moments of one photosite's code, and the share of each stage in them.
 
     iso, time_s: of the exposure. mean_electrons: photoelectrons expected [e-]. signal_dn: mean code above that of the dark.
     sigma_dn: temporal noise. fixed_sigma_dn: of the body's fixed pattern. gain_dn_per_e: slope of the mean code.
@@ -49,15 +49,15 @@ class NoiseBudget:
 
     @property
     def is_clipped(self) -> bool:
-        """Whether the patch lies at or above the white level, where none of this holds."""
+        """Whether the patch reaches the white level, where the budget does not hold."""
         return self.mean_electrons >= self.full_scale_e
 
 
 def contributions(steps: Iterable[SignalStep], mean_electrons: float) -> tuple[Moments, dict[str, float], dict[str, float]]:
-    """Moments behind all steps, and what each step added to the variance and to the fixed variance, as seen there.
+    """Return the moments after all steps, and each step's part of the variance and of the fixed-pattern variance there.
 
-    A step that gets a signal without noise shows what it adds itself; what the steps before it added, it scales. So the
-    contributions add up to the variance, and one is the variance of all less the variance without it.
+    A step's own variance is what it makes of a signal without noise; it scales the parts of the steps before it. So the parts
+    add up to the variance, and each is the variance of all steps less the variance without that step.
     """
     signal = Moments(mean_electrons, 0.0)
     temporal: dict[str, float] = {}
@@ -78,7 +78,7 @@ def contributions(steps: Iterable[SignalStep], mean_electrons: float) -> tuple[M
 
 
 def noise_budget(sensor: SensorPlan, mean_electrons: float, iso: int, time_s: float) -> NoiseBudget:
-    """Budget of a photosite that expects these photoelectrons [e-] on a sensor planned for this ISO and time [s]."""
+    """Return the budget of a photosite with these mean photoelectrons [e-], on a sensor planned for this ISO and time [s]."""
     signal, temporal, fixed = contributions(sensor.moment_steps(), mean_electrons)
     dark = sensor.moments(0.0)
     return NoiseBudget(
@@ -99,7 +99,7 @@ def noise_budget(sensor: SensorPlan, mean_electrons: float, iso: int, time_s: fl
 def iso_budgets(
     sensor: SensorPlan, exposure: Exposure, mean_electrons: float, isos: Iterable[int], keep: Literal["exposure", "brightness"]
 ) -> list[NoiseBudget]:
-    """Budgets of one patch over the ISO range.
+    """Return the budgets of one patch over the ISO range.
 
     sensor, exposure: of the shot as it is. mean_electrons: of the patch there [e-].
     keep: "exposure" leaves the shutter, so all ISOs count the same electrons; "brightness" shortens it as the ISO grows, so

@@ -26,7 +26,7 @@ def color_tags(raw: Raw) -> dict[Tag, tiff.Field]:
     if raw.cfa == "MONO":
         return {}
     _check_neutral(raw)
-    known = []
+    known: list[tuple[LightSource, np.ndarray | None, np.ndarray | None]] = []
     if raw.color_matrix_a is not None:
         known.append((LightSource.STANDARD_LIGHT_A, raw.color_matrix_a, raw.forward_matrix_a))
     known.append((LightSource.D65, raw.color_matrix, raw.forward_matrix_d65))

@@ -10,6 +10,7 @@ import numpy as np
 
 from simulator.errors import require
 from simulator.raw.dng.tags import Compression
+from simulator.raw.dng.tiff import view_bytes
 from simulator.raw.raw_image import Raw
 
 _PACKED_BITS = (8, 10, 12, 14, 16)  # what every reader unpacks
@@ -26,7 +27,7 @@ class MosaicData:
     @property
     def size_bytes(self) -> int:
         """Length of the strip."""
-        return memoryview(self.buffer).nbytes
+        return view_bytes(self.buffer).nbytes
 
 
 def bits_per_sample(raw: Raw) -> int:
@@ -51,11 +52,11 @@ def mosaic_data(raw: Raw) -> MosaicData:
     require(largest < 2**bits, "code", f"{largest} DN", rule, part=raw.name)
     if raw.format.payload == "lossless_jpeg":
         return MosaicData(_jpeg(raw.dn, bits), bits, Compression.JPEG)
-    codes = np.ascontiguousarray(raw.dn, dtype="<u2") if bits == 16 else packed(raw.dn, bits)
+    codes = np.ascontiguousarray(raw.dn, dtype="<u2") if bits == 16 else pack_codes(raw.dn, bits)
     return MosaicData(codes, bits, Compression.NONE)
 
 
-def packed(dn: np.ndarray, bits: int) -> np.ndarray:
+def pack_codes(dn: np.ndarray, bits: int) -> np.ndarray:
     """Codes (height, width) without gaps, the most significant bit first, each row of whole bytes (TIFF 6.0).
 
     bits: 8 to 14, even, and width x bits a multiple of 8. Returns (height, bytes per row) uint8.
@@ -76,4 +77,4 @@ def _jpeg(dn: np.ndarray, bits: int) -> bytes:
     from imagecodecs import jpeg_encode
 
     codes = np.ascontiguousarray(dn, dtype=np.uint8 if bits == 8 else np.uint16)
-    return jpeg_encode(codes, lossless=True, predictor=1, bitspersample=bits)
+    return bytes(jpeg_encode(codes, lossless=True, predictor=1, bitspersample=bits))

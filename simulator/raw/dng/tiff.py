@@ -100,7 +100,12 @@ def nearest_fraction(value: float) -> tuple[int, int]:
     return fraction.numerator, fraction.denominator
 
 
-def assemble(directories: Mapping[str, Directory], data: Mapping[str, bytes | np.ndarray]) -> list[bytes | np.ndarray]:
+def view_bytes(buffer: bytes | np.ndarray) -> memoryview:
+    """Return a view of the bytes of a C-contiguous buffer, without a copy."""
+    return memoryview(buffer) if isinstance(buffer, bytes) else buffer.data
+
+
+def assemble(directories: Mapping[str, Directory], data: Mapping[str, bytes | np.ndarray]) -> list[bytes | memoryview]:
     """Lay a TIFF file out and return its pieces in file order, large arrays uncopied.
 
     directories: by name; the first is IFD 0. None is chained to a next one.
@@ -113,13 +118,14 @@ def assemble(directories: Mapping[str, Directory], data: Mapping[str, bytes | np
     for name, buffer in data.items():
         position += -position % _DATA_ALIGNMENT
         offsets[name] = position
-        position += memoryview(buffer).nbytes
-    pieces = [b"II*\0" + struct.pack("<I", _HEADER_BYTES)]
-    pieces += [_packed(directory, offsets[name], offsets) for name, directory in directories.items()]
+        position += view_bytes(buffer).nbytes
+    pieces: list[bytes | memoryview] = [b"II*\0" + struct.pack("<I", _HEADER_BYTES)]
+    pieces += [_pack_directory(directory, offsets[name], offsets) for name, directory in directories.items()]
     written = sum(map(len, pieces))
     for name, buffer in data.items():
-        pieces += [bytes(offsets[name] - written), buffer]
-        written = offsets[name] + memoryview(buffer).nbytes
+        view = view_bytes(buffer)
+        pieces += [bytes(offsets[name] - written), view]
+        written = offsets[name] + view.nbytes
     return pieces
 
 
@@ -134,7 +140,7 @@ def _outside_bytes(field: Field | Pointer) -> int:
     return size + size % 2 if size > 4 else 0
 
 
-def _packed(directory: Directory, offset: int, offsets: Mapping[str, int]) -> bytes:
+def _pack_directory(directory: Directory, offset: int, offsets: Mapping[str, int]) -> bytes:
     """Bytes of one directory that starts at `offset`: entries in ascending order, then the long values."""
     entries, values = struct.pack("<H", len(directory)), b""
     values_offset = offset + 6 + 12 * len(directory)

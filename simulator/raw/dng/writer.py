@@ -45,18 +45,19 @@ def dng_bytes(raw: Raw) -> bytes:
     return b"".join(dng_pieces(raw))
 
 
-def write_pieces(pieces: list[bytes | np.ndarray], path: str | os.PathLike) -> None:
+def write_pieces(pieces: list[bytes | memoryview], path: str | os.PathLike) -> None:
     """Write buffers one after the other."""
     with open(path, "wb") as file:
         for piece in pieces:
             file.write(piece)
 
 
-def dng_pieces(raw: Raw) -> list[bytes | np.ndarray]:
+def dng_pieces(raw: Raw) -> list[bytes | memoryview]:
     """Return the DNG as buffers in file order; the mosaic itself is not copied."""
     _check(raw)
     picture, mosaic = thumbnail(raw), mosaic_data(raw)
-    directories = {"main": _main_directory(raw, picture), "raw": _raw_directory(raw, mosaic), "exif": exif_directory(raw)}
+    main, mosaic_tags = _main_directory(raw, picture), _raw_directory(raw, mosaic)
+    directories: dict[str, tiff.Directory] = {"main": main, "raw": mosaic_tags, "exif": exif_directory(raw)}
     return tiff.assemble(directories, {"thumbnail": picture, "mosaic": mosaic.buffer})
 
 
@@ -97,7 +98,8 @@ def _main_directory(raw: Raw, picture: np.ndarray) -> dict[Tag, tiff.Field | tif
         tags[Tag.BASELINE_EXPOSURE] = tiff.signed_rational(raw.baseline_exposure_ev)
     if packet := xmp_packet(raw):
         tags[Tag.XMP] = tiff.packet(packet)
-    return tags | color_tags(raw) | _strip(*picture.shape[:2], picture.nbytes)
+    height, width = picture.shape[:2]
+    return {**tags, **color_tags(raw), **_strip(height, width, picture.nbytes)}
 
 
 def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[Tag, tiff.Field | tiff.Pointer]:
@@ -118,7 +120,8 @@ def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[Tag, tiff.Field | tiff.
         tags[Tag.CFA_PATTERN] = tiff.byte(*CFA_COLOURS[raw.cfa])
         tags[Tag.CFA_PLANE_COLOR] = tiff.byte(CfaColor.RED, CfaColor.GREEN, CfaColor.BLUE)
         tags[Tag.CFA_LAYOUT] = tiff.short(CfaLayout.RECTANGULAR)
-    return tags | areas(raw) | opcodes(raw) | levels(raw, mosaic.bits_per_sample) | _strip(height, width, mosaic.size_bytes)
+    strip = _strip(height, width, mosaic.size_bytes)
+    return {**tags, **areas(raw), **opcodes(raw), **levels(raw, mosaic.bits_per_sample), **strip}
 
 
 def _strip(height: int, width: int, size_bytes: int) -> dict[Tag, tiff.Field]:

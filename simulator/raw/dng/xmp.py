@@ -95,7 +95,8 @@ def _properties(packet: bytes) -> dict[str, str]:
         tree = ElementTree.fromstring(packet.strip(b"\0"))
     except ElementTree.ParseError:
         return {}
-    found, prefix = {}, f"{{{NAMESPACE}}}"
+    found: dict[str, str] = {}
+    prefix = f"{{{NAMESPACE}}}"
     for description in tree.iter(f"{{{_RDF}}}Description"):
         named = [*description.attrib.items(), *((child.tag, child.text or "") for child in description)]
         found |= {name.removeprefix(prefix): value for name, value in named if name.startswith(prefix)}

@@ -1,1 +1,1 @@
-"""The camera body: geometry, colour response, and what its ISO dial sets."""
+"""The camera body: geometry, colour response, and the parameters set by its ISO."""

@@ -1,4 +1,4 @@
-"""A camera body: geometry, colour response, and what its ISO dial sets."""
+"""A camera body: geometry, colour response, and the parameters set by its ISO."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -25,19 +25,19 @@ class Camera:
     """A camera body. See configs/cameras/ for examples; every number there names its source.
 
     iso_table: ISO -> measured gain, noise and levels. A camera has this, or read_noise_model.
-    read_noise_after_gain_dn: the part of a table's read noise that arises behind the gain [DN];
-        the part before it is what remains of the measured total. Lines with a tukey_lambda leave it out.
-    read_noise_spread: how the read noise before the gain differs from photosite to photosite: standard deviation of
-        ln sigma, 0 to 1. Lines with a tukey_lambda leave it out: their tails hold it.
+    read_noise_after_gain_dn: part of a table's read noise that arises after the gain [DN]; the part before the gain is the
+        rest of the measured total. Not allowed together with a tukey_lambda.
+    read_noise_spread: variation of the read noise before the gain between photosites: standard deviation of ln sigma, 0 to 1.
+        Not allowed together with a tukey_lambda, whose tails include it.
     read_noise_model: read noise with two sources, for a camera without a table.
-    conversion_gain: the first ISO of high conversion gain, where the photosites have two.
-    iso_range: measured refuses an ISO outside the measured ones, extrapolate carries their slope on.
+    conversion_gain: first ISO of high conversion gain, for photosites with dual conversion gain.
+    iso_range: measured refuses an ISO outside the measured range, extrapolate continues the slope of the table there.
     white_level_dn: code at which the camera saturates [DN]; 2^bit_depth - 1 when left out.
     color_matrix: a published colour matrix.
     fill_factor: light-sensitive share of a photosite, a square in its middle.
     low_pass_um: distance between the four spots of an optical low-pass filter, on either axis; 0: no filter.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
-    Raises PhotositeError for values that no camera can have, or that do not go together.
+    Raises PhotositeError for values out of range, or that contradict each other.
     """
 
     make: str
@@ -65,7 +65,7 @@ class Camera:
     optical_black: OpticalBlack | None = None
     low_pass_um: Micrometres = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for key, side in (("width", self.width_px), ("height", self.height_px)):
             require(1 <= side <= LARGEST_SIDE_PX, f"camera.{key}", side, f"give 1 to {LARGEST_SIDE_PX} pixels")
         pitch_um = self.pixel_pitch_um
@@ -82,6 +82,7 @@ class Camera:
         self._check_window()
 
     def _check_read_noise(self) -> None:
+        """Raise PhotositeError for read noise that is given twice, or in forms that contradict each other."""
         after_dn = self.read_noise_after_gain_dn
         require(after_dn >= 0, "camera.read_noise_after_gain", f"{after_dn:g} DN", "a standard deviation is not negative")
         spread = self.read_noise_spread
@@ -109,15 +110,17 @@ class Camera:
             require(not grey, f"camera.iso_table.{iso}.color_bias", setting.color_bias_dn, "MONO has no colours")
 
     def _check_levels(self) -> None:
+        """Raise PhotositeError for black and white levels out of the ADC's range or in the wrong order."""
         largest = 2**self.bit_depth - 1
         for iso in self.isos:
             setting = self.iso_setting(iso)
             key = f"camera.iso_table.{iso}" if self.iso_table.get(iso, setting).white_level_dn is not None else "camera"
-            rule = f"must lie above the black level, {setting.black_level_dn:g} DN, and up to {largest} DN, the ADC's range"
-            good = 0 <= setting.black_level_dn < setting.white_level_dn <= largest
-            require(good, f"{key}.white_level", f"{setting.white_level_dn:g} DN", rule)
+            black_dn, white_dn = setting.levels_dn
+            rule = f"must lie above the black level, {black_dn:g} DN, and up to {largest} DN, the ADC's range"
+            require(0 <= black_dn < white_dn <= largest, f"{key}.white_level", f"{white_dn:g} DN", rule)
 
     def _check_window(self) -> None:
+        """Raise PhotositeError for a window or an optical black that does not fit the sensor."""
         frame = self.frame
         inside = 0 <= frame.x <= self.width_px - frame.width and 0 <= frame.y <= self.height_px - frame.height
         rule = f"must lie within the sensor's {self.width_px} x {self.height_px} photosites"
@@ -139,12 +142,12 @@ class Camera:
 
     @property
     def frame(self) -> Window:
-        """The part that is read out: the window, or the whole sensor."""
+        """Area of the sensor that is read out: the window, or the whole sensor."""
         return self.window or Window(0, 0, self.width_px, self.height_px)
 
     @property
     def active(self) -> Window:
-        """The part of the sensor that light reaches: all but the optical black."""
+        """Active area, the part of the sensor that light reaches: all but the optical black."""
         dark = self.optical_black or OpticalBlack()
         width, height = self.width_px - dark.left_px - dark.right_px, self.height_px - dark.top_px - dark.bottom_px
         return Window(dark.left_px, dark.top_px, width, height)
@@ -156,20 +159,20 @@ class Camera:
 
     @property
     def filter(self) -> Cfa:
-        """Colour filter array, from the sensor's upper left corner on."""
+        """Colour filter array, starting at the sensor's upper left corner."""
         return Cfa.named(self.cfa)
 
     def frame_cfa(self) -> CfaName:
-        """Return the filter pattern as it begins at the frame's upper left corner."""
+        """Return the name of the filter pattern that starts at the frame's upper left corner."""
         return self.filter.name_at(self.frame.x, self.frame.y)
 
     @property
     def isos(self) -> tuple[int, ...]:
-        """ISOs the camera was measured at, ascending; of a read_noise_model the full stops."""
+        """ISOs at which the camera was measured, ascending; for a read_noise_model the full stops."""
         return self._table().isos() if self.read_noise_model is None else self.read_noise_model.isos()
 
     def iso_setting(self, iso: float) -> IsoSetting:
-        """Gain, noise and levels at an ISO, black and white level filled in.
+        """Return gain, noise and levels at an ISO, with black and white level filled in.
 
         Raises PhotositeError outside the measured ISOs, unless iso_range is extrapolate.
         """
@@ -184,20 +187,25 @@ class Camera:
         return replace(setting, black_level_dn=black, white_level_dn=default if white is None else white)
 
     def _table(self) -> IsoTable:
+        """Return the ISO table. Raises PhotositeError for lines that contradict each other."""
         return IsoTable(self.iso_table, self.conversion_gain)
 
     def _conversion_ratio(self, iso: float) -> float:
-        """Conversion gain over that of the lowest ISO; 1 for a table, whose lines hold its effect."""
+        """Return the conversion gain relative to that of the lowest ISO; 1 for a table, whose lines include its effect."""
         switch = self.conversion_gain
-        return switch.ratio if self.read_noise_model is not None and switch is not None and iso >= switch.iso else 1.0
+        if self.read_noise_model is None or switch is None or iso < switch.iso:
+            return 1.0
+        assert switch.ratio is not None  # ReadNoiseModel.check_switch
+        return switch.ratio
 
     def sensor_stages(self, iso: float, exposure_time_s: float) -> dict[str, Stage]:
-        """Stages of one exposure by stem; those of no effect are absent. simulator/sensor/camera/iso_stages.py says how."""
+        """Return the stages of one exposure by stem, those of the ISO without the ones that have no effect."""
         setting, ratio, model = self.iso_setting(iso), self._conversion_ratio(iso), self.read_noise_model
+        black_dn, white_dn = setting.levels_dn
         follows = {
             "exposure_time_s": exposure_time_s,
-            "black_level_dn": setting.black_level_dn,
-            "full_scale_dn": setting.white_level_dn - setting.black_level_dn,
+            "black_level_dn": black_dn,
+            "full_scale_dn": white_dn - black_dn,
         }
         stages = {stem: stage.of_shot(**follows) for stem, stage in self.stages.items()}
         after_dn = self.read_noise_after_gain_dn if model is None else model.after_gain_dn

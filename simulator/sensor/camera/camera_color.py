@@ -7,7 +7,10 @@ from simulator.sensor.camera.camera import Camera
 
 
 def matrix_under_d65(camera: Camera) -> np.ndarray | None:
-    """XYZ to camera under D65, (3, 3): the published matrix if the DNG has it, else fitted to the response; None for MONO."""
+    """Return the matrix (3, 3) from XYZ to camera under D65: the published one if in_dng, else fitted to the response.
+
+    None for MONO.
+    """
     if camera.channels == 1:
         return None
     if camera.color_matrix is not None and camera.color_matrix.in_dng:
@@ -16,7 +19,7 @@ def matrix_under_d65(camera: Camera) -> np.ndarray | None:
 
 
 def matrices_under_two_lights(camera: Camera) -> dict[str, np.ndarray]:
-    """Matrices besides that under D65, by field of `Raw`: color_matrix_a, forward_matrix_d65, forward_matrix_a.
+    """Return the matrices other than that under D65, by field of `Raw`: color_matrix_a, forward_matrix_d65, forward_matrix_a.
 
     None of them without a colour filter or with a published matrix, which is for D65 alone.
     """

@@ -1,4 +1,4 @@
-"""Sections of a camera: a line of its ISO table, its conversion gain, the window that is read out, colour."""
+"""Sections of a camera: line of its ISO table, conversion gain, readout window, spectral response, colour matrix."""
 
 from dataclasses import dataclass
 
@@ -11,13 +11,13 @@ from simulator.units import DigitalNumbers, DigitalNumbersPerElectron
 
 @dataclass(frozen=True)
 class IsoSetting:
-    """What one ISO sets: a measured line of a camera's table, or one that follows from such lines.
+    """Parameters at one ISO: a measured line of a camera's table, or one interpolated between such lines.
 
     gain_dn_per_e: K of EMVA 1288 [DN/e-], > 0.
-    read_noise_dn: total temporal dark noise of one photosite in the raw file, row noise apart [DN], >= 0.
+    read_noise_dn: total temporal dark noise of one photosite in the raw file, without row noise [DN], >= 0.
     tukey_lambda: shape of the read noise's Tukey-lambda distribution, -0.3 to 0.25; normal when left out.
     row_noise_dn: standard deviation of the offset that a whole row shares [DN], >= 0.
-    color_bias_dn: mean offset of red, green beside red, green beside blue, blue [DN].
+    color_bias_dn: per-channel black offset of red, green beside red, green beside blue, blue [DN].
     black_level_dn: pedestal at this ISO [DN]; the camera's when left out.
     white_level_dn: code at which the camera saturates at this ISO [DN]; the camera's when left out.
     """
@@ -30,7 +30,7 @@ class IsoSetting:
     black_level_dn: DigitalNumbers | None = None
     white_level_dn: DigitalNumbers | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         gain, key = self.gain_dn_per_e, "camera.iso_table"
         require(0 < gain < np.inf, f"{key}.gain", f"{gain:g} DN/e-", "give a gain above 0 DN/e-")
         for name, sigma in (("read_noise", self.read_noise_dn), ("row_noise", self.row_noise_dn)):
@@ -40,19 +40,25 @@ class IsoSetting:
         require(good, f"{key}.tukey_lambda", shape, f"give {LEAST_LAMBDA} to {GREATEST_LAMBDA}, or none")
         require(shape is None or self.read_noise_dn > 0, f"{key}.tukey_lambda", shape, "there is no read noise to shape")
 
+    @property
+    def levels_dn(self) -> tuple[float, float]:
+        """Black and white level [DN] of a setting that has both, as those of Camera.iso_setting do."""
+        assert self.black_level_dn is not None and self.white_level_dn is not None  # Camera.iso_setting fills them in
+        return self.black_level_dn, self.white_level_dn
+
 
 @dataclass(frozen=True)
 class ConversionGainSwitch:
-    """A second conversion gain [V/e-] of the photosites, which the ISO dial switches to (dual gain).
+    """A second conversion gain [V/e-] of the photosites, which the ISO setting selects (dual conversion gain).
 
     iso: first ISO of high conversion gain.
-    ratio: high over low conversion gain, above 1; for a read_noise_model only, since a table holds its effect.
+    ratio: high over low conversion gain, above 1; for a read_noise_model only, since a table includes its effect.
     """
 
     iso: int
     ratio: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(self.iso > 0, "camera.conversion_gain.iso", self.iso, "an ISO is above 0")
         good = self.ratio is None or 1 < self.ratio < np.inf
         require(good, "camera.conversion_gain.ratio", self.ratio, "high over low conversion gain is above 1")
@@ -70,7 +76,7 @@ class ColorMatrix:
     xyz_to_camera: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
     in_dng: bool = False
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         table = np.array(self.xyz_to_camera, dtype=np.float64)
         good = table.shape == (3, 3) and bool(np.isfinite(table).all()) and np.linalg.matrix_rank(table) == 3
         require(good, "camera.color_matrix.xyz_to_camera", table.tolist(), "give 3 independent rows of 3 numbers")
@@ -78,7 +84,7 @@ class ColorMatrix:
 
 @dataclass(frozen=True)
 class Window:
-    """Part of the sensor that is read out: x, y of its upper left photosite, width and height [px]."""
+    """Rectangle of photosites of the sensor: x, y of its upper left photosite, width and height [px]."""
 
     x: int
     y: int
@@ -100,7 +106,7 @@ class SpectralResponse:
     wavelengths_nm: np.ndarray
     quantum_efficiency: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         grid, table = np.asarray(self.wavelengths_nm), np.asarray(self.quantum_efficiency)
         fits = table.ndim == 2 and len(table) == grid.size > 1 and table.shape[1] in (1, 3)
         rule = f"needs {grid.size} lines, one per wavelength, of 3 values (red, green, blue), or of 1 without a colour filter"

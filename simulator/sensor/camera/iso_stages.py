@@ -1,4 +1,4 @@
-"""From one line of a camera's ISO settings to the sensor stages that it sets."""
+"""The sensor stages whose parameters follow from the ISO setting."""
 
 import math
 
@@ -17,12 +17,12 @@ from simulator.sensor.stages.stage import Stage
 def iso_stages(
     setting: IsoSetting, after_gain_dn: float, spread: float, ratio: float, cfa: CfaName, bit_depth: int
 ) -> dict[str, Stage]:
-    """Stages by stem; those of no effect are absent.
+    """Return the stages that an ISO setting determines, by stem, without those that have no effect.
 
-    High conversion gain multiplies the signal by its ratio before the read noise, so the analog gain that makes up K
-    is K / ratio.
-    setting: with black and white level filled in. after_gain_dn: the part of a normal read noise that arises behind
-    the gain [DN]. spread: of ln sigma before the gain. ratio: conversion gain over the low one.
+    High conversion gain multiplies the signal by `ratio` before the read noise, so that an analog gain of K / ratio results in
+    the total gain K.
+    setting: with black and white level filled in. after_gain_dn: part of a normal read noise that arises after the gain [DN].
+    spread: standard deviation of ln sigma of the read noise before the gain. ratio: conversion gain over the low one.
     """
     stages: dict[str, Stage] = _read_noise(setting, after_gain_dn, spread, ratio)
     if ratio != 1.0:
@@ -32,16 +32,16 @@ def iso_stages(
     if setting.color_bias_dn is not None and any(setting.color_bias_dn):
         stages["color_bias"] = ColorBias(_by_place(setting.color_bias_dn, Cfa.named(cfa).planes))
     stages["analog_gain"] = AnalogGain(setting.gain_dn_per_e / ratio)
-    stages["adc"] = Adc(bit_depth, setting.black_level_dn, setting.white_level_dn)
+    stages["adc"] = Adc(bit_depth, *setting.levels_dn)
     return stages
 
 
 def _read_noise(setting: IsoSetting, after_gain_dn: float, spread: float, ratio: float) -> dict[str, Stage]:
-    """Read noise before and after the gain, as far as it is above 0.
+    """Return the stages of the read noise before and after the gain, by stem, without those of sigma 0.
 
-    With a tukey_lambda it was measured as the total and stands wholly behind the gain. A normal one is split:
-    sigma_e^2 = (sigma_DN / K)^2 - (sigma_post / K)^2 lies before the gain; times the ratio, in electrons of low
-    conversion gain, which that stage counts.
+    With a tukey_lambda all read noise is added after the gain, because it was measured as the total. A normal one is split:
+    sigma_e^2 = (sigma_DN / K)^2 - (sigma_post / K)^2 is added before the gain, multiplied by the ratio, since the stage before
+    the gain works in electrons at low conversion gain.
     """
     total_dn = setting.read_noise_dn
     if setting.tukey_lambda is not None:
@@ -53,7 +53,7 @@ def _read_noise(setting: IsoSetting, after_gain_dn: float, spread: float, ratio:
 
 
 def _by_place(by_color: tuple[float, ...], planes: Block) -> tuple[float, ...]:
-    """Values of red, green beside red, green beside blue, blue in the order of the sensor's 2x2 block, row by row."""
+    """Return values of red, green beside red, green beside blue, blue in the order of the sensor's 2x2 block, row by row."""
     red, green_red, green_blue, blue = by_color
     with_red, with_blue = {0: red, 1: green_red}, {2: blue, 1: green_blue}  # by colour plane
     return tuple((with_red if 0 in row else with_blue)[plane] for row in planes for plane in row)

@@ -7,10 +7,10 @@ from simulator.errors import require
 
 @dataclass(frozen=True)
 class OpticalBlack:
-    """Photosites at the edges that metal covers: no light, but dark current, read noise and pedestal as anywhere.
+    """Photosites covered by metal at the edges: without light, but with dark current, read noise and pedestal.
 
-    They count in the camera's width and height. Each side is even, so that the colour pattern of what sees light begins as
-    the sensor's does.
+    They are part of the camera's width and height. Each side is even, so that the colour filter pattern of the active area
+    starts like that of the sensor.
 
     left_px: covered columns at the left edge.
     top_px: covered rows at the upper edge.
@@ -23,7 +23,7 @@ class OpticalBlack:
     right_px: int = 0
     bottom_px: int = 0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for field in fields(self):
             side, key = getattr(self, field.name), f"camera.optical_black.{field.name.removesuffix('_px')}"
             require(side >= 0 and side % 2 == 0, key, side, "give an even number of photosites, 0 or more")

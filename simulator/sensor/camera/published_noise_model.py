@@ -1,4 +1,4 @@
-"""Noise models of raw frames as they are published: a gain and a few numbers in DN, without a camera body."""
+"""Published noise models of raw frames: a gain and a few parameters in DN, without a camera body."""
 
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.analog_gain import AnalogGain
@@ -21,7 +21,7 @@ def noise_model_stages(
     row_sigma_dn: DigitalNumbers = 0.0,
     color_bias_dn: tuple[DigitalNumbers, ...] = (0.0, 0.0, 0.0, 0.0),
 ) -> tuple[Stage, ...]:
-    """Stages of: K Poisson(mean electrons) + read noise + row noise + colour bias, rounded and clipped.
+    """Return the stages of K Poisson(mean electrons) + read noise + row noise + colour bias, rounded and clipped.
 
     The model of Wei et al. (2020, ELD, eq. 4 to 9); with a normal read noise, no row noise and no bias the Poisson-Gaussian
     one of Foi et al. (2008).
@@ -29,9 +29,9 @@ def noise_model_stages(
     tukey_lambda: its Tukey-lambda shape, -0.3 to 0.25; none: normal. A published scale of that distribution times
         scipy.stats.tukeylambda.std(tukey_lambda) is the standard deviation.
     row_sigma_dn: standard deviation of the offset of a row [DN], >= 0.
-    color_bias_dn: offsets at the four places of the 2x2 block, row by row [DN].
+    color_bias_dn: per-channel black offsets of the 2x2 block, row by row [DN].
     black_level_dn, white_level_dn: pedestal, and code that clips [DN]; none: 2^bit_depth - 1.
-    Raises PhotositeError for numbers that no stage can have.
+    Raises PhotositeError for parameters out of range.
     """
     stages: list[Stage] = [PhotonShotNoise(), AnalogGain(gain_dn_per_e), RowNoise(row_sigma_dn)]
     stages.append(ReadNoiseAfterGain(read_sigma_dn, tukey_lambda))

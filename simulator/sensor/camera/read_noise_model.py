@@ -13,14 +13,14 @@ from simulator.units import DigitalNumbers, DigitalNumbersPerElectron, Electrons
 class ReadNoiseModel:
     """sigma_e^2 = (sigma_before / ratio)^2 + (sigma_after / K)^2, with K proportional to the ISO.
 
-    One source alone reproduces no real camera: the noise in electrons falls with the ISO until only the part
-    before the gain is left. `ratio` is that of the camera's conversion_gain from its ISO up, and 1 below.
+    Real cameras need both sources: the noise in electrons decreases with the ISO until only the part before the gain is left.
+    `ratio` is that of the camera's conversion_gain from its ISO up, and 1 below.
 
     gain_at_iso_100_dn_per_e: K of EMVA 1288 at ISO 100 [DN/e-], > 0.
     before_gain_e: read noise that arises before the analog gain, at low conversion gain [e-], >= 0.
-    after_gain_dn: read noise that arises behind it [DN], >= 0.
-    lowest_iso: smallest ISO the numbers hold for.
-    highest_iso: largest one.
+    after_gain_dn: read noise that arises after it [DN], >= 0.
+    lowest_iso: lowest ISO at which the model is valid.
+    highest_iso: highest ISO at which the model is valid.
     """
 
     gain_at_iso_100_dn_per_e: DigitalNumbersPerElectron
@@ -29,7 +29,7 @@ class ReadNoiseModel:
     lowest_iso: int
     highest_iso: int
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         key, gain = "camera.read_noise_model", self.gain_at_iso_100_dn_per_e
         require(0 < gain < math.inf, f"{key}.gain_at_iso_100", f"{gain:g} DN/e-", "give a gain above 0 DN/e-")
         for name, sigma, unit in (("before_gain", self.before_gain_e, "e-"), ("after_gain", self.after_gain_dn, "DN")):
@@ -39,12 +39,12 @@ class ReadNoiseModel:
         require(self.highest_iso > self.lowest_iso, f"{key}.highest_iso", self.highest_iso, rule)
 
     def check_switch(self, switch: ConversionGainSwitch | None) -> None:
-        """Raise PhotositeError for a conversion-gain switch without the ratio, which the model needs."""
+        """Raise PhotositeError for a conversion-gain switch without the ratio that the model needs."""
         rule = "a read_noise_model needs the ratio of the two conversion gains, such as `ratio: 4`"
         require(switch is None or switch.ratio is not None, "camera.conversion_gain.ratio", None, rule)
 
     def isos(self) -> tuple[int, ...]:
-        """Full stops from ISO 100 that lie in the range, and its two ends."""
+        """Return the full stops from ISO 100 within the range, and its two ends."""
         stops = {round(100 * 2.0**stop) for stop in range(-6, 16)}
         return tuple(sorted({self.lowest_iso, self.highest_iso} | {i for i in stops if self.lowest_iso < i < self.highest_iso}))
 

@@ -1,4 +1,4 @@
-"""Which photosites of the sensor are computed, read and given out when neighbours share light or charge."""
+"""The areas of the sensor that are computed, read and given out, given crosstalk, binning and optical black."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,12 @@ from simulator.sensor.camera.crosstalk import Crosstalk
 
 @dataclass(frozen=True)
 class ReadoutGeometry:
-    """Geometry of the passes.
+    """Areas of the sensor that the passes work on.
 
-    output: photosites that the camera gives out, before binning.
-    computed: those and the neighbours that share with them.
-    active: photosites of the sensor that light reaches.
-    filter_step: distance of photosites of one colour: 2 with a colour filter, else 1.
+    output: readout window that the camera gives out, before binning.
+    computed: that window and a margin of photosites that affect it by crosstalk.
+    active: active area of the sensor, which light reaches.
+    filter_step: distance of photosites of one colour [px]: 2 with a colour filter array, else 1.
     """
 
     output: Window
@@ -28,22 +28,22 @@ class ReadoutGeometry:
 
     @property
     def adds_charge(self) -> bool:
-        """Whether binned photosites are added up before they are read."""
+        """Whether the charge of binned photosites is summed before readout."""
         return self.binning is not None and self.binning.mode == "charge"
 
     @property
     def averages(self) -> bool:
-        """Whether codes of binned photosites are averaged."""
+        """Whether the codes of binned photosites are averaged."""
         return self.binning is not None and self.binning.mode == "average"
 
     @property
     def shares_charge(self) -> bool:
-        """Whether neighbours share charge, so that the fused kernel runs in two parts."""
+        """Whether photosites exchange or sum charge, so that the fused kernel runs in two parts."""
         return self.adds_charge or self.crosstalk.electrical_shares != (0.0, 0.0)
 
     @property
     def reaches_optical_black(self) -> bool:
-        """Whether some of the computed photosites see no light."""
+        """Whether some of the computed photosites lie outside the active area."""
         frame, active = self.computed, self.active
         begins = active.x <= frame.x and active.y <= frame.y
         ends = frame.x + frame.width <= active.x + active.width and frame.y + frame.height <= active.y + active.height
@@ -51,7 +51,7 @@ class ReadoutGeometry:
 
     @property
     def binned(self) -> Window:
-        """The computed photosites after binning."""
+        """The computed area after binning."""
         if self.binning is None:
             return self.computed
         factor = self.binning.factor
@@ -60,22 +60,18 @@ class ReadoutGeometry:
 
     @property
     def read(self) -> Window:
-        """What the readout part of the fused kernel computes."""
+        """Area that the readout part of the fused kernel computes."""
         return self.binned if self.adds_charge else self.computed
 
     @property
     def kept(self) -> tuple[slice, slice]:
-        """Rows and columns, after binning, that the camera gives out."""
-        factor = 1 if self.binning is None else self.binning.factor
-        sides = (
-            (self.output.y - self.computed.y, self.output.height),
-            (self.output.x - self.computed.x, self.output.width),
-        )
-        return tuple(slice(first // factor, first // factor + self._binned_side(side)) for first, side in sides)
+        """Rows and columns of the binned frame that the camera gives out."""
+        rows = self._binned_slice(self.output.y - self.computed.y, self.output.height)
+        return rows, self._binned_slice(self.output.x - self.computed.x, self.output.width)
 
     @property
     def active_area(self) -> tuple[int, int, int, int] | None:
-        """Top, left, bottom and right of what light reaches in the frame that is given out; None: all of it."""
+        """Top, left, bottom and right of the active area in the output frame [px]; None: the whole frame is active."""
         output, active = self.output, self.active
         top, left = max(active.y - output.y, 0), max(active.x - output.x, 0)
         bottom = min(active.y + active.height - output.y, output.height)
@@ -83,14 +79,20 @@ class ReadoutGeometry:
         area = (top, left, bottom, right)
         return None if area == (0, 0, output.height, output.width) else area
 
+    def _binned_slice(self, first: int, side: int) -> slice:
+        """Range, after binning, of `side` photosites from photosite `first` on."""
+        begin = first if self.binning is None else first // self.binning.factor
+        return slice(begin, begin + self._binned_side(side))
+
     def _binned_side(self, side: int) -> int:
+        """Length, after binning, of so many photosites in a row or column."""
         if self.binning is None:
             return side
         return side // (self.binning.factor * self.filter_step) * self.filter_step
 
 
 def plan_readout(camera: Camera) -> ReadoutGeometry:
-    """ReadoutGeometry of a camera's frame. Raises PhotositeError when a window cuts through blocks that are binned."""
+    """Return the ReadoutGeometry of a camera's frame. Raises PhotositeError for a window that cuts through binned blocks."""
     output, crosstalk, binning = camera.frame, camera.crosstalk or Crosstalk(), camera.binning
     step = 1 if camera.cfa == "MONO" else 2
     block = 1 if binning is None else binning.factor * step
@@ -110,7 +112,7 @@ def plan_readout(camera: Camera) -> ReadoutGeometry:
 
 
 def _check_active_area(camera: Camera) -> Window:
-    """Part of the sensor that light reaches. Raises PhotositeError for a window of which it is an odd or no part."""
+    """Return the active area. Raises PhotositeError for a window without it, or with an odd offset in the optical black."""
     output, active = camera.frame, camera.active
     sides = (("x", output.x, output.width, active.x, active.width), ("y", output.y, output.height, active.y, active.height))
     for key, first, size, active_first, active_size in sides:

@@ -1,4 +1,4 @@
-"""The fused kernel over a stack of frames: one launch for all tiles of one kind, whatever frame they belong to."""
+"""Launch the fused kernel for a stack of frames: one launch for all tiles of one kind, across frames."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -6,22 +6,22 @@ from enum import IntEnum
 
 import numpy as np
 
-from simulator.device import Device
+from simulator.device import Buffer, Device
 from simulator.errors import require
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.kernel import tiles
 from simulator.sensor.kernel.kernel_program import in_order, sensor_defines, stage_order
 from simulator.sensor.seeds import Seeds
-from simulator.sensor.stages.poisson_variants import PoissonMeans, poisson_means
+from simulator.sensor.stages.poisson_variants import PoissonVariant, choose_poisson_variants
 from simulator.sensor.stages.registry import FUSED
 from simulator.sensor.stages.stage import Means, Stage
 
-LARGEST_PLACE_PX = 2**24  # of x and y: single precision counts photosites up to there
+LARGEST_PLACE_PX = 2**24  # x and y lie below it: float32 represents integers exactly up to there
 REQUIRED = tuple(stem for stem in stage_order() if FUSED[stem].is_required)
 
 
-class Part(IntEnum):
-    """Part of the fused kernel, as kernels/sensor.cl numbers them."""
+class KernelPart(IntEnum):
+    """Part of the fused kernel that a launch runs, as the macro PART of kernels/sensor.cl numbers them."""
 
     WHOLE = 0
     CHARGE = 1
@@ -30,11 +30,11 @@ class Part(IntEnum):
 
 @dataclass(frozen=True)
 class FrameSetting:
-    """What one frame of a stack is taken with.
+    """Stages, seeds and position of one frame of a stack.
 
-    stages: of the fused kernel; in any order, kept in physical order without those of no effect.
-    x, y: photosite of the sensor at the frame's upper left corner: fixed patterns belong there.
-    Raises PhotositeError for stages without an ADC or gain, and for a corner that lies nowhere.
+    stages: of the fused kernel, in any order; kept in physical order, without those that have no effect.
+    x, y: position on the sensor of the frame's upper left photosite, to which fixed patterns belong.
+    Raises PhotositeError for stages without an ADC or gain, and for a position that is not a whole number in range.
     """
 
     stages: tuple[Stage, ...]
@@ -42,7 +42,7 @@ class FrameSetting:
     x: int = 0
     y: int = 0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "stages", in_order(self.stages))
         for key, place in (("x", self.x), ("y", self.y)):
             good = 0 <= place < LARGEST_PLACE_PX and place == int(place)
@@ -51,20 +51,21 @@ class FrameSetting:
             require(self.stage(stem) is not None, f"frame.stages.{stem}", "missing", "a sensor gives codes only with it")
 
     def stage(self, stem: str) -> Stage | None:
-        """The stage of this stem, or None."""
+        """Return the stage of this stem, or None."""
         return next((stage for stage in self.stages if stage.stem == stem), None)
 
     @property
     def counts_means(self) -> bool:
-        """Whether electrons of given means are counted."""
+        """Whether a stage draws Poisson numbers with the code that POISSON_VARIANT chooses."""
         return any(stage.counts_means for stage in self.stages)
 
 
 @dataclass(frozen=True)
-class Group:
-    """Frames of a stack that one build of the fused kernel serves.
+class LaunchGroup:
+    """Frames of a stack that run with the same build of the fused kernel.
 
-    places: of the frames in the stack. numbers: (frames, NUMBERS) float32. defines: macros that all share.
+    places: indices of the frames in the stack. numbers: (frames, NUMBERS) float32, their parameters. defines: the macros of
+        the build.
     """
 
     places: np.ndarray
@@ -72,8 +73,8 @@ class Group:
     defines: dict[str, object]
 
 
-def groups(settings: Sequence[FrameSetting], constant_bytes: int) -> Iterator[Group]:
-    """Frames by the macros that they need, not more of them at once than constant memory of this size holds numbers."""
+def form_launch_groups(settings: Sequence[FrameSetting], constant_bytes: int) -> Iterator[LaunchGroup]:
+    """Yield the frames grouped by the macros that they need, so few at a time that constant memory holds their parameters."""
     found: dict[tuple, tuple[dict, list[int], list[np.ndarray]]] = {}
     for place, setting in enumerate(settings):
         defines, numbers = sensor_defines(setting.stages)
@@ -84,40 +85,40 @@ def groups(settings: Sequence[FrameSetting], constant_bytes: int) -> Iterator[Gr
         most = max(1, constant_bytes // max(rows[0].nbytes, 1))
         for first in range(0, len(places), most):
             part = slice(first, first + most)
-            yield Group(np.array(places[part]), np.stack(rows[part]), defines)
+            yield LaunchGroup(np.array(places[part]), np.stack(rows[part]), defines)
 
 
 def launch_sensor(
     device: Device,
-    source,
-    result,
+    source: Buffer,
+    result: Buffer,
     shape: tuple[int, int],
     settings: Sequence[FrameSetting],
-    part: Part,
+    part: KernelPart,
     tile_height: int = tiles.TILE_HEIGHT,
 ) -> None:
-    """Enqueue the fused kernel for a stack of frames, for each tile the variant that can count the electrons expected there.
+    """Enqueue the fused kernel for a stack of frames, each tile with the fastest Poisson code for its range of means.
 
-    Which variant a tile gets and which frames lie beside it changes the speed, never the codes.
+    The variant of a tile and the other frames of the stack change the speed, never the codes.
     source, result: device buffers (frames, *shape), as kernels/sensor.cl says for this part. shape: (height, width).
     tile_height: rows of the largest tile, 2 or more.
     """
     height, width = shape
-    columns = tiles.edges(width, device.row_px)
+    columns = tiles.split_evenly(width, device.row_px)
     rows, pairs = tiles.stack_edges([setting.y for setting in settings], height, tile_height)
     frame_of_row = rows[:-1] // height
-    means = np.full((len(pairs), len(columns) - 1), PoissonMeans.LARGE)
-    counts = np.array([part is not Part.READOUT and setting.counts_means for setting in settings])
+    means = np.full((len(pairs), len(columns) - 1), PoissonVariant.LARGE)
+    counts = np.array([part is not KernelPart.READOUT and setting.counts_means for setting in settings])
     if counts.any():
-        found = _poisson_means(device, source, shape, settings, columns, rows, tile_height)
+        found = _poisson_variants(device, source, shape, settings, columns, rows, tile_height)
         means = np.where(counts[frame_of_row, np.newaxis], found, means)
-    for group in groups(settings, device.constant_bytes):
+    for group in form_launch_groups(settings, device.constant_bytes):
         numbers = device.upload(group.numbers)
         seeds = device.upload(_seeds([settings[place] for place in group.places]))
         inside = np.isin(frame_of_row, group.places)
-        for variant, mask in _kinds(means, pairs, inside):
+        for variant, mask in _tile_kinds(means, pairs, inside):
             wanted = (means == variant) & (inside & (pairs == mask))[:, np.newaxis]
-            macros = {**group.defines, "POISSON_MEANS": variant, "ROWS": mask, "PART": int(part)}
+            macros = {**group.defines, "POISSON_VARIANT": variant, "ROWS": mask, "PART": int(part)}
             for (tile_width, tile_height), corners in tiles.group_by_shape(columns, rows, wanted).items():
                 device.run(
                     device.kernel("sensor", macros),
@@ -132,8 +133,8 @@ def launch_sensor(
                 )
 
 
-def _kinds(means: np.ndarray, pairs: np.ndarray, inside: np.ndarray) -> list[tuple[int, int]]:
-    """Poisson variants and rows of pairs that occur together in these rows of tiles."""
+def _tile_kinds(means: np.ndarray, pairs: np.ndarray, inside: np.ndarray) -> list[tuple[int, int]]:
+    """Return the combinations of Poisson variant and rows of pairs (macro ROWS) that occur in these rows of tiles."""
     masks = np.broadcast_to(pairs[:, np.newaxis], means.shape)[inside]
     return [
         (int(variant), int(mask)) for variant, mask in np.unique(np.stack([means[inside].ravel(), masks.ravel()]), axis=1).T
@@ -141,12 +142,12 @@ def _kinds(means: np.ndarray, pairs: np.ndarray, inside: np.ndarray) -> list[tup
 
 
 def _seeds(settings: Sequence[FrameSetting]) -> np.ndarray:
-    """(frames, 2) uint32 as kernels/sensor.cl reads them."""
+    """Return the argument `seeds` of kernels/sensor.cl, (frames, 2) uint32."""
     return np.array([(setting.seeds.frame, setting.seeds.body) for setting in settings], np.uint32)
 
 
 def _tiles(corners: np.ndarray, height: int, settings: Sequence[FrameSetting], places: np.ndarray) -> np.ndarray:
-    """(tiles, 5) uint32 as kernels/sensor.cl reads them, of corners (tiles, 2) in the stack."""
+    """Return the argument `tiles` of kernels/sensor.cl, (tiles, 5) uint32, from tile corners x, y (tiles, 2) in the stack."""
     windows = np.array([(setting.x, setting.y) for setting in settings], np.int64)
     column, row = corners.astype(np.int64).T
     place = row // height
@@ -154,22 +155,30 @@ def _tiles(corners: np.ndarray, height: int, settings: Sequence[FrameSetting], p
     return np.stack([column, row, x, y, np.searchsorted(places, place)], axis=-1).astype(np.uint32)
 
 
-def _poisson_means(
-    device: Device, source, shape, settings, columns: np.ndarray, rows: np.ndarray, tile_height: int
+def _poisson_variants(
+    device: Device,
+    source: Buffer,
+    shape: tuple[int, int],
+    settings: Sequence[FrameSetting],
+    columns: np.ndarray,
+    rows: np.ndarray,
+    tile_height: int,
 ) -> np.ndarray:
-    """Variant of kernels/poisson.h for each tile of the stack: (tile rows, tile columns) of PoissonMeans."""
+    """Return the PoissonVariant of each tile of the stack, (tile rows, tile columns)."""
     least, greatest = tile_extremes(device, source, shape[1], rows, tile_height)
     least_e = np.minimum.reduceat(least, columns[:-1], axis=1).astype(np.float64)
     greatest_e = np.maximum.reduceat(greatest, columns[:-1], axis=1).astype(np.float64)
-    first = np.searchsorted(rows[:-1] // shape[0], np.arange(len(settings) + 1))  # row of tiles of each frame
+    first = np.searchsorted(rows[:-1] // shape[0], np.arange(len(settings) + 1))  # first tile row of each frame
     for setting, part in zip(settings, map(slice, first[:-1], first[1:]), strict=True):
         window = Window(setting.x, setting.y, shape[1], shape[0])
         least_e[part], greatest_e[part] = mean_range(setting.stages, least_e[part], greatest_e[part], window)
-    return poisson_means(0.9999 * least_e, 1.0001 * greatest_e)  # a little beyond either, for single precision
+    return choose_poisson_variants(0.9999 * least_e, 1.0001 * greatest_e)  # a margin for rounding in float32
 
 
-def tile_extremes(device: Device, image, width: int, rows: np.ndarray, tile_height: int = tiles.TILE_HEIGHT) -> np.ndarray:
-    """Least and greatest value of each column of each row of tiles: (2, tile rows, width) float32.
+def tile_extremes(
+    device: Device, image: Buffer, width: int, rows: np.ndarray, tile_height: int = tiles.TILE_HEIGHT
+) -> np.ndarray:
+    """Return least and greatest value in each column of each tile row: (2, tile rows, width) float32.
 
     image: device buffer (rows, width) float32. rows: borders of the tile rows, at most `tile_height` apart.
     """
@@ -181,9 +190,9 @@ def tile_extremes(device: Device, image, width: int, rows: np.ndarray, tile_heig
 
 
 def mean_range(stages: Sequence[Stage], low: Means, high: Means, window: Window) -> tuple[Means, Means]:
-    """Least and greatest mean electrons that are counted in a window of the sensor.
+    """Return the least and the greatest mean of the Poisson numbers that are drawn in a window of the sensor.
 
-    stages: in physical order; those before the one that counts are asked. low, high: of the kernel's input.
+    stages: in physical order; those before the Poisson stage are applied. low, high: range of the kernel's input.
     """
     for stage in stages:
         if stage.counts_means:

@@ -1,4 +1,4 @@
-"""The fused sensor kernel as Python sees it: its stages, their order, and the macros that switch them."""
+"""The fused sensor kernel on the host's side: order of its stages, and the macros and parameters that configure it."""
 
 import math
 import re
@@ -13,22 +13,22 @@ from simulator.sensor.stages.poisson_variants import MACROS
 from simulator.sensor.stages.registry import FUSED
 from simulator.sensor.stages.stage import Limits, Moments, SignalStep, Stage
 
-MOST_ELECTRONS = 1e30  # far above any light, and far enough below 3e38 that no product on the way overflows
+MOST_ELECTRONS = 1e30  # above any light, and so far below 3e38 that no product of the stages overflows float32
 
 
 def stage_order() -> tuple[str, ...]:
-    """Stems of the fused stages as they stand in kernels/sensor.cl: order is physics and is written there only."""
+    """Return the stems of the fused stages in physical order, which is defined only by kernels/sensor.cl."""
     return CHARGE_STAGES + READOUT_STAGES
 
 
 def in_order(stages: Iterable[Stage]) -> tuple[Stage, ...]:
-    """Fused stages that have an effect, in physical order."""
+    """Return the stages that have an effect, in physical order."""
     present = {stage.stem: stage for stage in stages if stage.has_effect}
     return tuple(present[stem] for stem in stage_order() if stem in present)
 
 
 def _stages_of(function: str) -> tuple[str, ...]:
-    """Stems of the stages that a function of kernels/sensor.cl calls."""
+    """Return the stems of the stages that a function of kernels/sensor.cl calls, in their order."""
     text = kernel_source("sensor.cl")
     body = text[text.index(f"INLINE float {function}(") :]
     return tuple(re.findall(r"^\s*(?:if \(\w+\) )?signal = (\w+)\(signal", body[: body.index("\n}")], re.MULTILINE))
@@ -38,22 +38,22 @@ CHARGE_STAGES, READOUT_STAGES = _stages_of("charge"), _stages_of("readout")
 
 
 def signal_steps(stages: Iterable[Stage], between: Sequence[SignalStep] = ()) -> list[SignalStep]:
-    """Steps of stages in physical order. between: those of the passes between the charge and its readout."""
+    """Return the steps of stages given in physical order. between: steps of the passes between collected charge and readout."""
     charge = [stage.signal_step() for stage in stages if stage.stem in CHARGE_STAGES]
     return [*charge, *between, *(stage.signal_step() for stage in stages if stage.stem in READOUT_STAGES)]
 
 
 def stage_moments(stages: tuple[Stage, ...], mean_electrons: float) -> Moments:
-    """Mean and variance of the code [DN] behind sensor stages in physical order, for a mean number of photoelectrons."""
+    """Return mean and variance of the code [DN] after stages given in physical order, for a mean number of photoelectrons."""
     return reduce(lambda signal, stage: stage.moments(signal), stages, Moments(mean_electrons, 0.0))
 
 
 def white_level_dn(steps: Iterable[SignalStep], black_level_dn: float) -> int:
-    """Code of a saturated photosite: of whatever clips first, the full well or the ADC; above black [DN].
+    """Return the code of a saturated photosite, which full well or ADC clips, whichever is lower; above black [DN].
 
-    steps: from the photoelectrons to the code, in physical order; one of them clips.
+    steps: from the photoelectrons to the code, in physical order; at least one of them clips.
     """
-    greatest: list[float] = []  # signal at which each step before clips, as it is seen here
+    greatest: list[float] = []  # clipping limit of each step before, as the signal after the current step
     limits: Limits = (-math.inf, math.inf)
     for step in steps:
         greatest = [step.moments(Moments(signal, 0.0)).mean for signal in greatest]
@@ -66,14 +66,14 @@ def white_level_dn(steps: Iterable[SignalStep], black_level_dn: float) -> int:
 
 @cache
 def _macros(stem: str) -> tuple[tuple[str, str], ...]:
-    """Macros that the kernel reads of a stage, each with a value that lets the code of an absent stage compile."""
+    """Return the macros of a stage that the kernel uses, with placeholder values so that an absent stage compiles."""
     names = sorted(set(re.findall(rf"\b({stem.upper()}_\w+)(\[?)", kernel_source("sensor.cl"))))
     return tuple((name, "parameters" if bracket else "0") for name, bracket in names if not name.endswith("_H"))
 
 
 @cache
 def _absent() -> dict[str, object]:
-    """Macros of the fused kernel without any stage."""
+    """Return the macros of the fused kernel without any stage."""
     defines: dict[str, object] = dict(MACROS)
     for stem in FUSED:
         defines |= {stem.upper(): 0, **dict(_macros(stem)), f"{stem.upper()}_STREAM": f"{zlib.crc32(stem.encode())}u"}
@@ -81,12 +81,13 @@ def _absent() -> dict[str, object]:
 
 
 def sensor_defines(stages: tuple[Stage, ...]) -> tuple[dict[str, object], np.ndarray]:
-    """Macros and parameter array of the fused kernel.
+    """Return the macros and the parameter array of the fused kernel.
 
-    Each stage is a macro 1 or 0, each of its numbers a macro STEM_FIELD that reads the array (so that another
-    ISO needs no new build), and STEM_STREAM its own stream of random numbers. NUMBERS: length of the array.
+    The macro STEM says whether a stage is present (1 or 0). STEM_FIELD reads a parameter from the array, so that another ISO
+    needs no new build. STEM_STREAM numbers the random stream of the stage. NUMBERS is the length of the array.
     """
-    defines, values = dict(_absent()), []
+    values: list[float] = []
+    defines = dict(_absent())
     for stage in sorted(stages, key=lambda stage: stage_order().index(stage.stem)):
         defines[stage.stem.upper()] = 1
         defines.update(_stage_defines(stage, values))
@@ -95,7 +96,7 @@ def sensor_defines(stages: tuple[Stage, ...]) -> tuple[dict[str, object], np.nda
 
 
 def _stage_defines(stage: Stage, values: list[float]) -> dict[str, object]:
-    """Macros of one stage; its numbers are appended to the array."""
+    """Return the macros of one stage, and append its parameters to `values`."""
     defines: dict[str, object] = {}
     for name, value in stage.kernel_values().items():
         macro = f"{stage.stem}_{name}".upper()

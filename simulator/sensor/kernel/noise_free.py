@@ -1,15 +1,17 @@
-"""What a sensor would give without chance, for a stack of frames: the passes of kernels/truth.cl."""
+"""Noise-free signal of a sensor for a stack of frames: the passes of kernels/truth.cl."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from simulator.device import Device
-from simulator.sensor.kernel.kernel_launch import FrameSetting, groups
+from simulator.device import Buffer, Device
+from simulator.sensor.kernel.kernel_launch import FrameSetting, form_launch_groups
 
 
-def mean_charge(device: Device, light, shape: tuple[int, int], settings: Sequence[FrameSetting]) -> tuple:
-    """Device buffers (frames, *shape) float32: mean photoelectrons [e-], and mean electrons in the well [e-].
+def mean_charge(
+    device: Device, light: Buffer, shape: tuple[int, int], settings: Sequence[FrameSetting]
+) -> tuple[Buffer, Buffer]:
+    """Return the mean photoelectrons [e-] and the mean electrons in the well [e-], buffers (frames, *shape) float32.
 
     light: device buffer (frames, *shape) float32, as the input of kernels/sensor.cl. shape: (height, width).
     """
@@ -19,16 +21,17 @@ def mean_charge(device: Device, light, shape: tuple[int, int], settings: Sequenc
     return mean_electrons, signal
 
 
-def noise_free(device: Device, signal, shape: tuple[int, int], settings: Sequence[FrameSetting]) -> None:
-    """Turn electrons in the well [e-] into the code without noise and rounding, clipped as the sensor clips [DN].
+def noise_free(device: Device, signal: Buffer, shape: tuple[int, int], settings: Sequence[FrameSetting]) -> None:
+    """Convert mean electrons in the well [e-], in place, to the code without noise and rounding, clipped as by the sensor [DN].
 
-    signal: device buffer (frames, *shape) float32; it is overwritten. shape: (height, width).
+    signal: device buffer (frames, *shape) float32. shape: (height, width).
     """
     _run(device, "noise_free", shape, settings, signal=signal)
 
 
-def _run(device: Device, name: str, shape: tuple[int, int], settings: Sequence[FrameSetting], **buffers) -> None:
-    for group in groups(settings, device.constant_bytes):
+def _run(device: Device, name: str, shape: tuple[int, int], settings: Sequence[FrameSetting], **buffers: Buffer) -> None:
+    """Run the kernel `name` of kernels/truth.cl on these buffers, once for each launch group."""
+    for group in form_launch_groups(settings, device.constant_bytes):
         places = [(place, settings[place].x, settings[place].y) for place in group.places]
         device.run(
             device.kernel(name, group.defines, file="truth.cl"),

@@ -13,7 +13,7 @@ class Adc(Stage):
     """code = clip(rint(signal + black level), 0, white level), ties to even.
 
     bit_depth: 8 to 16.
-    black_level_dn: pedestal [DN] that keeps the read noise of the dark off zero.
+    black_level_dn: pedestal [DN] that keeps dark signal with its read noise above code 0.
     white_level_dn: code at which the ADC or what drives it clips [DN]; none: 2^bit_depth - 1.
     """
 
@@ -25,7 +25,7 @@ class Adc(Stage):
     black_level_dn: DigitalNumbers
     white_level_dn: DigitalNumbers | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(8 <= self.bit_depth <= 16, "adc.bit_depth", self.bit_depth, "raw files hold 8 to 16 bits")
         white_dn, largest = self.max_code, 2**self.bit_depth - 1
         rule = f"lies outside the codes 1 to {largest} of {self.bit_depth} bits"
@@ -39,7 +39,7 @@ class Adc(Stage):
         return 2**self.bit_depth - 1 if self.white_level_dn is None else int(self.white_level_dn)
 
     def kernel_values(self) -> dict[str, float]:
-        """Black level, and the largest code instead of the bit depth."""
+        """Return the black level, and the largest code instead of the bit depth."""
         return {"black_level_dn": self.black_level_dn, "white_level_dn": self.max_code}
 
     def moments(self, signal: Moments) -> Moments:
@@ -47,5 +47,5 @@ class Adc(Stage):
         return signal.plus(mean=self.black_level_dn, variance=1.0 / 12.0)
 
     def clip_limits(self, before: Limits) -> Limits:
-        """Codes from 0 to the white level [DN]."""
+        """Return code 0 and the white level [DN]."""
         return 0.0, float(self.max_code)

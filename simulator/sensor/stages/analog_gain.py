@@ -21,7 +21,7 @@ class AnalogGain(Stage):
     is_required: ClassVar[bool] = True
     gain_dn_per_e: DigitalNumbersPerElectron
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(self.gain_dn_per_e > 0, "analog_gain.gain", f"{self.gain_dn_per_e} DN/e-", "give a gain above 0 DN/e-")
 
     def moments(self, signal: Moments) -> Moments:

@@ -1,4 +1,4 @@
-"""Banding: a supply that hums gives rows a sine of brightness."""
+"""Banding: ripple of the supply voltage modulates the rows sinusoidally."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -13,7 +13,7 @@ class Banding(Stage):
     """signal += amplitude * sin(2 pi (y / period + phase)), y the row, the phase new in each frame.
 
     amplitude_dn: [DN], >= 0.
-    period_px: rows per turn, >= 2; the period of the hum over the time that a row takes.
+    period_px: period in rows, >= 2: period of the ripple divided by the readout time of a row.
     """
 
     stem: ClassVar[str] = "banding"
@@ -23,13 +23,13 @@ class Banding(Stage):
     amplitude_dn: DigitalNumbers
     period_px: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         amplitude_dn = self.amplitude_dn
         require(0 <= amplitude_dn < 1e6, "banding.amplitude", f"{amplitude_dn:g} DN", "an amplitude is not negative")
         require(2 <= self.period_px < 1e6, "banding.period", self.period_px, "give 2 rows or more")
 
     def kernel_values(self) -> dict[str, float]:
-        """Amplitude, and turns per row."""
+        """Return the amplitude, and turns per row."""
         return {"amplitude_dn": self.amplitude_dn, "turns_per_row": 1.0 / self.period_px}
 
     def moments(self, signal: Moments) -> Moments:

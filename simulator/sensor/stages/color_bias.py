@@ -1,4 +1,4 @@
-"""Colour bias: the black level differs a little by colour (Wei et al. 2021, ELD: colour-biased read noise)."""
+"""Colour bias: a per-channel black offset (Wei et al. 2021, ELD: colour-biased read noise)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -10,16 +10,16 @@ from simulator.units import DigitalNumbers
 
 @dataclass(frozen=True)
 class ColorBias(Stage):
-    """signal += the offset of its place in the 2x2 block of the colour filter.
+    """signal += per-channel black offset, one for each photosite of the 2x2 block of the colour filter array.
 
-    offsets_dn: errors of the black level [DN] at the four places of the sensor's upper left 2x2 block, row by row.
+    offsets_dn: black offsets [DN] in the sensor's upper left 2x2 block, row by row.
     """
 
     stem: ClassVar[str] = "color_bias"
     in_camera_stages: ClassVar[bool] = False
     offsets_dn: tuple[DigitalNumbers, ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         rule = "give 4 offsets between -1e6 and 1e6 DN"
         good = len(self.offsets_dn) == 4 and all(abs(offset) < 1e6 for offset in self.offsets_dn)
         require(good, "color_bias.offsets", self.offsets_dn, rule)
@@ -31,5 +31,5 @@ class ColorBias(Stage):
 
     @property
     def black_offsets_dn(self) -> tuple[float, ...]:
-        """The offsets."""
+        """Black offsets [DN] of the 2x2 block, row by row."""
         return self.offsets_dn

@@ -19,7 +19,7 @@ class ColumnOffset(Stage):
     neutral: ClassVar[dict[str, float]] = {"sigma_dn": 0.0}
     sigma_dn: DigitalNumbers
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(
             0 <= self.sigma_dn < 1e6, "column_offset.sigma", f"{self.sigma_dn:g} DN", "a standard deviation is not negative"
         )

@@ -1,4 +1,4 @@
-"""Conversion gain: a pixel of dual gain can give more volts per electron (dual conversion gain)."""
+"""Conversion gain: pixels with dual conversion gain have a second, higher one [V/e-]."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -9,9 +9,9 @@ from simulator.sensor.stages.stage import Moments, Stage
 
 @dataclass(frozen=True)
 class ConversionGain(Stage):
-    """signal = ratio * electrons: noise that follows counts less in electrons by this ratio.
+    """signal = ratio * electrons: later noise, referred to electrons, is smaller by this ratio.
 
-    ratio: conversion gain over the low one, >= 1.
+    ratio: conversion gain relative to the low one, >= 1.
     """
 
     stem: ClassVar[str] = "conversion_gain"
@@ -20,7 +20,7 @@ class ConversionGain(Stage):
     changes_mean: ClassVar[bool] = True
     ratio: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(1 <= self.ratio <= 1000, "conversion_gain.ratio", self.ratio, "give the high gain over the low one, 1 to 1000")
 
     def moments(self, signal: Moments) -> Moments:
@@ -29,5 +29,5 @@ class ConversionGain(Stage):
 
     @property
     def gain(self) -> float:
-        """The ratio."""
+        """Ratio of the conversion gains."""
         return self.ratio

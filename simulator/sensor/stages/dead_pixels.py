@@ -1,4 +1,4 @@
-"""Dead pixels: some photosites do not answer to light."""
+"""Dead pixels: some photosites do not respond to light."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -11,7 +11,7 @@ from simulator.sensor.stages.stage import Moments, Stage
 class DeadPixels(Stage):
     """electrons = 0 in a share of the photosites, drawn once for the body. Their dark signal and read noise stay.
 
-    share: chance of a photosite to be dead, 0 to 1.
+    share: probability of a photosite to be dead, 0 to 1.
     """
 
     stem: ClassVar[str] = "dead_pixels"
@@ -19,7 +19,7 @@ class DeadPixels(Stage):
     is_defect: ClassVar[bool] = True
     share: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(0 <= self.share <= 1, "dead_pixels.share", self.share, "give a share from 0 to 1, such as 1e-5")
 
     def moments(self, signal: Moments) -> Moments:

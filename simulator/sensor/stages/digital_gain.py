@@ -13,7 +13,7 @@ class DigitalGain(Stage):
     """code = rint(black level + factor * (code - black level)), clipped like the ADC's.
 
     factor: > 0.
-    black_level_dn: pedestal that stays [DN]: the camera's.
+    black_level_dn: pedestal [DN] of the camera, which does not change.
     """
 
     stem: ClassVar[str] = "digital_gain"
@@ -22,7 +22,7 @@ class DigitalGain(Stage):
     factor: float
     black_level_dn: Annotated[DigitalNumbers, FromShot("black_level_dn")] = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(0 < self.factor <= 65536, "digital_gain.factor", self.factor, "give a factor above 0, up to 65536")
 
     def moments(self, signal: Moments) -> Moments:
@@ -31,10 +31,10 @@ class DigitalGain(Stage):
         return signal.plus(mean=-self.black_level_dn).scaled(self.factor).plus(mean=self.black_level_dn, variance=rounding)
 
     def clip_limits(self, before: Limits) -> Limits:
-        """Those of the ADC."""
+        """Return the limits of the ADC."""
         return before
 
     @property
     def gain(self) -> float:
-        """The factor."""
+        """Factor by which codes above black are multiplied."""
         return self.factor

@@ -19,7 +19,7 @@ class Dsnu(Stage):
     neutral: ClassVar[dict[str, float]] = {"sigma_e": 0.0}
     sigma_e: Electrons
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(0 <= self.sigma_e < 1e9, "dsnu.sigma", f"{self.sigma_e:g} e-", "a standard deviation is not negative")
 
     def moments(self, signal: Moments) -> Moments:

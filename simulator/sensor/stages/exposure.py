@@ -1,4 +1,4 @@
-"""Exposure as a stage of the fused kernel: the electrons that a photosite gathers while the shutter is open."""
+"""Exposure as a stage of the fused kernel: mean photoelectrons that a photosite collects while the shutter is open."""
 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar

@@ -1,4 +1,4 @@
-"""Full well: a photosite holds only so many electrons (EMVA 1288 R4.0: saturation capacity)."""
+"""Full well: a photosite holds a limited number of electrons (EMVA 1288 R4.0: saturation capacity)."""
 
 import math
 from dataclasses import dataclass
@@ -13,14 +13,14 @@ from simulator.units import Electrons
 class FullWell(Stage):
     """electrons = min(electrons, capacity).
 
-    capacity_e: most electrons a photosite holds [e-], > 0.
+    capacity_e: largest number of electrons that a photosite holds [e-], > 0.
     """
 
     stem: ClassVar[str] = "full_well"
     changes_mean: ClassVar[bool] = True
     capacity_e: Electrons
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(self.capacity_e > 0, "full_well.capacity", f"{self.capacity_e} e-", "a well must hold at least one electron")
 
     def moments(self, signal: Moments) -> Moments:

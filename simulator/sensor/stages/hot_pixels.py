@@ -12,9 +12,9 @@ from simulator.units import ElectronsPerSecond, Seconds
 class HotPixels(Stage):
     """electrons += Poisson(mean * E) in a share of the photosites; E, exponential with mean 1, is drawn once for the body.
 
-    share: chance of a photosite to be hot, 0 to 1.
+    share: probability of a photosite to be hot, 0 to 1.
     rate_e_per_s: mean dark current of the hot photosites [e-/s], >= 0.
-    time_s: how long it gathers [s]: the exposure time.
+    time_s: integration time [s]: the exposure time.
     """
 
     stem: ClassVar[str] = "hot_pixels"
@@ -24,13 +24,13 @@ class HotPixels(Stage):
     rate_e_per_s: ElectronsPerSecond
     time_s: Annotated[Seconds, FromShot("exposure_time_s")] = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(0 <= self.share <= 1, "hot_pixels.share", self.share, "give a share from 0 to 1, such as 1e-4")
         rate = self.rate_e_per_s
         require(0 <= rate < 1e12, "hot_pixels.rate", f"{rate:g} e-/s", "a dark current is not negative")
 
     def kernel_values(self) -> dict[str, float]:
-        """Share, and mean dark electrons of a hot photosite."""
+        """Return the share, and the mean dark electrons of hot photosites."""
         return {"share": self.share, "mean_e": self.rate_e_per_s * self.time_s}
 
     def moments(self, signal: Moments) -> Moments:

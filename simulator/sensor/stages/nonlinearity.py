@@ -12,10 +12,10 @@ from simulator.units import DigitalNumbers
 
 @dataclass(frozen=True)
 class Nonlinearity(Stage):
-    """signal += error(signal), read linearly between evenly spaced nodes from 0 to full scale, constant beyond.
+    """signal += error(signal), interpolated linearly between evenly spaced nodes from 0 to full scale, constant beyond.
 
-    errors_dn: errors [DN] at 0, ..., full scale; 2 to 4096 of them. A measured curve or look-up table less the identity.
-    full_scale_dn: signal of the last node [DN]: the camera's white level less its black level.
+    errors_dn: errors [DN] at 0, ..., full scale; 2 to 4096 of them. A measured curve or look-up table minus the identity.
+    full_scale_dn: signal of the last node [DN]: white level minus black level of the camera.
     """
 
     stem: ClassVar[str] = "nonlinearity"
@@ -24,13 +24,13 @@ class Nonlinearity(Stage):
     errors_dn: tuple[DigitalNumbers, ...]
     full_scale_dn: Annotated[DigitalNumbers, FromShot("full_scale_dn")] = 65535.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         count, most_dn = len(self.errors_dn), max(map(abs, self.errors_dn), default=0.0)
         require(2 <= count <= 4096, "nonlinearity.errors", f"{count} values", "give 2 to 4096 values, from 0 to full scale")
         require(most_dn < 65536, "nonlinearity.errors", f"{most_dn:g} DN", "an error is smaller than the range of codes")
 
     def kernel_values(self) -> dict[str, float | tuple[float, ...]]:
-        """Errors, and nodes per DN."""
+        """Return the errors, and nodes per DN."""
         return {"errors_dn": self.errors_dn, "nodes_per_dn": (len(self.errors_dn) - 1) / self.full_scale_dn}
 
     def moments(self, signal: Moments) -> Moments:

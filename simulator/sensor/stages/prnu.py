@@ -18,7 +18,7 @@ class Prnu(Stage):
     neutral: ClassVar[dict[str, float]] = {"sigma": 0.0}
     sigma: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(0 <= self.sigma <= 0.2, "prnu.sigma", self.sigma, "give a share from 0 to 0.2, such as 0.01 for 1 %")
 
     def moments(self, signal: Moments) -> Moments:

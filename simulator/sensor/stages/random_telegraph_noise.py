@@ -1,4 +1,4 @@
-"""Random telegraph noise: a trap in the source follower takes and frees an electron (Janesick et al. 2006)."""
+"""Random telegraph noise: a trap in the source follower captures and releases an electron (Janesick et al. 2006)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -10,11 +10,12 @@ from simulator.units import Electrons
 
 @dataclass(frozen=True)
 class RandomTelegraphNoise(Stage):
-    """electrons += A * (-1, 0, +1 with chances 1/4, 1/2, 1/4) in a share of the photosites.
+    """electrons += A * (-1, 0, +1 with probabilities 1/4, 1/2, 1/4) in a share of the photosites.
 
-    Correlated double sampling sees the trap twice: the three levels. A is drawn once for the body, exponentially distributed.
+    Correlated double sampling takes the difference of two samples, hence the three levels. A is drawn once for the body from an
+    exponential distribution.
 
-    share: chance of a photosite to have a trap, 0 to 1.
+    share: probability of a photosite to have a trap, 0 to 1.
     amplitude_e: mean of A [e-], >= 0.
     """
 
@@ -23,7 +24,7 @@ class RandomTelegraphNoise(Stage):
     share: float
     amplitude_e: Electrons
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(0 <= self.share <= 1, "random_telegraph_noise.share", self.share, "give a share from 0 to 1, such as 1e-3")
         amplitude_e = self.amplitude_e
         require(0 <= amplitude_e < 1e9, "random_telegraph_noise.amplitude", f"{amplitude_e:g} e-", "a jump is not negative")

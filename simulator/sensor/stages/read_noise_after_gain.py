@@ -11,7 +11,7 @@ from simulator.units import DigitalNumbers
 
 @dataclass(frozen=True)
 class ReadNoiseAfterGain(Stage):
-    """signal += noise of standard deviation sigma, independent per photosite and frame; seen from the pixel it is sigma / K.
+    """signal += noise of standard deviation sigma, independent per photosite and frame; referred to electrons it is sigma / K.
 
     sigma_dn: standard deviation [DN], >= 0, whatever the distribution.
     tukey_lambda: shape of a Tukey-lambda distribution, -0.3 to 0.25 (0.14 is nearly normal, less has longer tails);
@@ -24,7 +24,7 @@ class ReadNoiseAfterGain(Stage):
     sigma_dn: DigitalNumbers
     tukey_lambda: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         rule = "a standard deviation is not negative"
         require(self.sigma_dn >= 0, "read_noise_after_gain.sigma", f"{self.sigma_dn} DN", rule)
         shape = self.tukey_lambda
@@ -32,7 +32,7 @@ class ReadNoiseAfterGain(Stage):
         require(good, "read_noise_after_gain.tukey_lambda", shape, f"give {LEAST_LAMBDA} to {GREATEST_LAMBDA}, or none")
 
     def kernel_values(self) -> dict[str, float | tuple[float, ...]]:
-        """Sigma, and the polynomial that turns a normal number into a Tukey-lambda one."""
+        """Return sigma, and the polynomial that converts a normal number to a Tukey-lambda one."""
         shape = () if self.tukey_lambda is None else tukey_polynomial(self.tukey_lambda)
         return {"sigma_dn": self.sigma_dn, "shape": shape}
 

@@ -12,7 +12,7 @@ from simulator.units import Electrons
 class ReadNoiseBeforeGain(Stage):
     """electrons += N(0, sigma), independent per photosite and frame.
 
-    sigma_e: standard deviation [e-], >= 0; of the mean square when photosites differ.
+    sigma_e: standard deviation [e-], >= 0; the root mean square over photosites when they differ.
     spread: standard deviation of ln sigma from photosite to photosite, drawn once for the body, 0 to 1.
     """
 
@@ -22,12 +22,12 @@ class ReadNoiseBeforeGain(Stage):
     sigma_e: Electrons
     spread: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(self.sigma_e >= 0, "read_noise_before_gain.sigma", f"{self.sigma_e} e-", "a standard deviation is not negative")
         require(0 <= self.spread <= 1, "read_noise_before_gain.spread", self.spread, "give 0 to 1, such as 0.2")
 
     def kernel_switches(self) -> dict[str, int]:
-        """Whether sigma belongs to the photosite."""
+        """Return whether sigma differs between photosites."""
         return {"spreads": int(self.spread > 0)}
 
     def moments(self, signal: Moments) -> Moments:

@@ -1,7 +1,7 @@
 """The sensor: one frozen dataclass per stage, one header of the same stem in kernels/.
 
-The order of the stages is physics and is written once, in kernels/sensor.cl.
-A module here that defines a Stage is a sensor stage; nothing else registers it.
+The physical order of the stages is defined once, in kernels/sensor.cl.
+A module of this package that defines a Stage with its own name as the stem is a sensor stage; no other registration is needed.
 """
 
 import importlib
@@ -11,8 +11,8 @@ from pathlib import Path
 from simulator.sensor.stages.stage import Stage
 
 
-def _stages() -> dict[str, type[Stage]]:
-    """Stage classes of this package by stem (the module's name)."""
+def _find_stages() -> dict[str, type[Stage]]:
+    """Return the stage classes of this package by stem (the module's name)."""
     found = {}
     for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
         for value in vars(importlib.import_module(f"{__package__}.{module.name}")).values():
@@ -21,6 +21,6 @@ def _stages() -> dict[str, type[Stage]]:
     return found
 
 
-FUSED = _stages()
+FUSED = _find_stages()
 LIGHT_STAGES = {stem: stage for stem, stage in FUSED.items() if stage.acts_on_light}
 STAGES = {stem: stage for stem, stage in FUSED.items() if not stage.acts_on_light}

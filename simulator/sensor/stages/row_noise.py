@@ -1,4 +1,4 @@
-"""Row noise: what disturbs the reading of a row moves all of it (EMVA 1288 R4.0: temporal row noise)."""
+"""Row noise: a temporal offset common to all photosites of a row (EMVA 1288 R4.0: temporal row noise)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -20,7 +20,7 @@ class RowNoise(Stage):
     is_common_to_rows: ClassVar[bool] = True
     sigma_dn: DigitalNumbers
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require(0 <= self.sigma_dn < 1e6, "row_noise.sigma", f"{self.sigma_dn:g} DN", "a standard deviation is not negative")
 
     def moments(self, signal: Moments) -> Moments:

@@ -1,35 +1,37 @@
-"""What every stage of the fused kernel has in common."""
+"""The interface of the stages of the fused kernel, and the mean and variances that they pass on."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import ClassVar, Protocol, Self, get_type_hints
+from typing import Any, ClassVar, Protocol, Self, get_type_hints
 
 import numpy as np
 
 NORMAL_REACH = 6.8  # standard deviations: no normal number of kernels/normal.h lies farther out
 Limits = tuple[float, float]  # least and greatest value
 Means = float | np.ndarray
+Value = Any  # a float, or an array of floats; no annotation says that all fields are of the same of these two kinds
 
 
 @dataclass(frozen=True)
 class Moments:
-    """Mean and variances of a signal, carried along the chain ([e-] before the gain, [DN] after it): numbers, or arrays.
+    """Mean and variances of a signal ([e-] before the gain, [DN] after it): floats, or arrays of one shape.
 
-    variance: from frame to frame, of one photosite (temporal noise).
-    fixed_variance: from photosite to photosite, of the mean over many frames (the body's fixed pattern).
+    mean: of the signal over frames and photosites.
+    variance: of one photosite from frame to frame (temporal noise).
+    fixed_variance: from photosite to photosite, of the mean over many frames (fixed-pattern noise of the body).
     """
 
-    mean: float
-    variance: float
-    fixed_variance: float = 0.0
+    mean: Value
+    variance: Value
+    fixed_variance: Value = 0.0
 
-    def scaled(self, factor: float) -> Self:
+    def scaled(self, factor: float) -> "Moments":
         """Return the moments of factor * signal."""
         return Moments(factor * self.mean, factor**2 * self.variance, factor**2 * self.fixed_variance)
 
-    def plus(self, mean: float = 0.0, variance: float = 0.0, fixed_variance: float = 0.0) -> Self:
-        """Return the moments after something independent is added."""
+    def plus(self, mean: Value = 0.0, variance: Value = 0.0, fixed_variance: Value = 0.0) -> "Moments":
+        """Return the moments of the signal plus an independent term that has these moments."""
         return Moments(self.mean + mean, self.variance + variance, self.fixed_variance + fixed_variance)
 
 
@@ -39,27 +41,32 @@ class Region(Protocol):
     @property
     def x(self) -> int:
         """Leftmost column."""
+        ...
 
     @property
     def y(self) -> int:
         """Uppermost row."""
+        ...
 
     @property
     def width(self) -> int:
-        """Columns."""
+        """Number of columns."""
+        ...
 
     @property
     def height(self) -> int:
-        """Rows."""
+        """Number of rows."""
+        ...
 
 
-def _lets_all_through(before: Limits) -> Limits | None:
+def _do_not_clip(before: Limits) -> Limits | None:
+    """Clipping limits of a step that does not clip: none."""
     return None
 
 
 @dataclass(frozen=True)
 class SignalStep:
-    """What a stage, or a pass in which neighbours share a signal, does to mean and variance.
+    """Effect on mean and variance of a stage, or of a pass between photosites such as crosstalk or binning.
 
     name: stem of the stage, or name of the pass. moments, unclipped_moments, clip_limits: as those of a Stage;
     unclipped_moments None: the same as moments.
@@ -68,20 +75,21 @@ class SignalStep:
     name: str
     moments: Callable[[Moments], Moments]
     unclipped_moments: Callable[[Moments], Moments] | None = None
-    clip_limits: Callable[[Limits], Limits | None] = _lets_all_through
+    clip_limits: Callable[[Limits], Limits | None] = _do_not_clip
 
     def unclipped(self, signal: Moments) -> Moments:
-        """Mean and variance behind the step, without its clipping."""
+        """Return mean and variance after the step, without its clipping."""
         return (self.unclipped_moments or self.moments)(signal)
 
 
 @dataclass(frozen=True)
 class FromShot:
-    """Annotation of a field that no file sets, because it follows from the shot.
+    """Annotation of a field whose value follows from the shot and is therefore not set in a file.
 
-    A stage that a camera file switches on gives such a field a default.
+    In a stage that a camera file switches on, such a field needs a default.
 
-    quantity: what is filled in: exposure_time_s, black_level_dn or full_scale_dn (white level less black level).
+    quantity: name of the value that is filled in: exposure_time_s, black_level_dn or full_scale_dn (white level minus black
+        level).
     """
 
     quantity: str
@@ -89,26 +97,26 @@ class FromShot:
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of the fused sensor kernel, and all that the other code asks of it.
+    """One step of the fused sensor kernel: its parameters, and the properties by which all other code knows it.
 
-    Each field is handed to the kernel as the macro STEM_FIELD (upper case), a tuple as an array with its length as
-    STEM_FIELD_COUNT. Fields annotated with FromShot are filled in by `of_shot`. `moments` says what the stage does to mean
-    and variance; the other declarations have defaults, which hold for a stage that adds noise alone.
+    The kernel reads each field as the macro STEM_FIELD (upper case), and a tuple as an array whose length is
+    STEM_FIELD_COUNT. `of_shot` fills in the fields annotated with FromShot. `moments` gives the effect of the stage on mean
+    and variance. The class variables have defaults that are right for a stage that only adds noise of mean 0.
 
-    stem: names the kernel header, the module and the test.
-    in_camera_stages: whether a camera file switches the stage on under `stages:`; otherwise its numbers follow from the
-        camera's other keys or from the lens and the shutter.
-    acts_on_light: whether it stands before the photoelectrons.
-    neutral: fields and values at which the stage does nothing, any one of them; the planner skips it then.
-    changes_mean: whether the mean behind it is another than before it, apart from the body's fixed pattern. The truth then
-        passes through it, too: kernels/truth.cl has its line.
-    is_required: whether a sensor gives no codes without it.
-    counts_means: whether it counts electrons of a given mean with the code that POISSON_MEANS chooses. The launch takes the
-        range of these means from `mean_range` of all stages before it.
-    is_linear: whether the mean behind it is a straight line over the mean before it, below the clipping.
-    is_defect: whether it changes few photosites only; `moments` are those of the others.
-    is_common_to_rows: whether it moves all photosites of a row alike.
-    rows_are_independent: whether what it adds to one row tells nothing of the next.
+    stem: name shared by the kernel header, the Python module, the test and the random stream.
+    in_camera_stages: whether a camera file switches the stage on under `stages:`; otherwise its parameters follow from the
+        camera's other keys, or from the lens and the shutter.
+    acts_on_light: whether it comes before the conversion of light to photoelectrons.
+    neutral: value of a field at which the stage has no effect, by field; one such value suffices for the planner to skip it.
+    changes_mean: whether it changes the mean signal, apart from the body's fixed pattern. kernels/truth.cl then applies it to
+        the noise-free signal, too.
+    is_required: whether a sensor cannot give codes without it.
+    counts_means: whether it draws Poisson numbers with the code that POISSON_VARIANT chooses. The launch gets the range of
+        their means from `mean_range` of all stages before it.
+    is_linear: whether the mean after it is a linear function of the mean before it, below the clipping.
+    is_defect: whether it changes a few defective photosites only; `moments` are those of the others.
+    is_common_to_rows: whether it adds the same value to all photosites of a row.
+    rows_are_independent: whether the values that it adds to different rows are independent.
     """
 
     stem: ClassVar[str]
@@ -125,50 +133,51 @@ class Stage:
 
     @property
     def has_effect(self) -> bool:
-        """Whether the stage does anything."""
+        """Whether the stage changes the signal at all."""
         return all(getattr(self, name) != value for name, value in self.neutral.items())
 
-    def kernel_values(self) -> dict[str, float | tuple[float, ...]]:
-        """Numbers the kernel reads, by what follows the stem in the macro's name; a tuple is an array."""
+    def kernel_values(self) -> Mapping[str, float | tuple[float, ...]]:
+        """Return the parameters that the kernel reads, by the part of the macro's name after the stem; a tuple is an array."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def kernel_switches(self) -> dict[str, int]:
-        """Whole numbers that choose code, by what follows the stem in the macro's name."""
+        """Return the integers that choose code when the kernel is compiled, by the part of the macro's name after the stem."""
         return {}
 
     def of_shot(self, **quantities: float) -> Self:
-        """Return the stage with its FromShot fields taken from quantities of the shot, by name."""
-        return replace(self, **{name: quantities[quantity] for name, quantity in fields_from_shot(type(self)).items()})
+        """Return the stage with its FromShot fields set to the quantities of the shot that they name."""
+        marked = fields_from_shot(type(self))  # type: ignore[arg-type]  # mypy does not know that a class can be hashed
+        return replace(self, **{name: quantities[quantity] for name, quantity in marked.items()})
 
     def moments(self, signal: Moments) -> Moments:
-        """Mean and variance behind this stage, given those before it; of numbers, or of arrays before electrons are counted."""
+        """Return mean and variance after this stage, given those before it; before the shot noise they may be arrays."""
         raise NotImplementedError
 
     def unclipped_moments(self, signal: Moments) -> Moments:
-        """Mean and variance behind this stage without its clipping, of numbers or of arrays."""
+        """Return mean and variance after this stage without its clipping, of floats or of arrays."""
         return self.moments(signal)
 
     def clip_limits(self, before: Limits) -> Limits | None:
-        """Least and greatest signal that leaves this stage, or None where it lets all through.
+        """Return the least and the greatest signal after this stage, or None where it does not clip.
 
-        before: limits of the last stage before it that clips.
+        before: clipping limits of the last stage before it that clips.
         """
         return None
 
     def signal_step(self) -> SignalStep:
-        """Return what the stage does to mean and variance."""
+        """Return the effect of the stage on mean and variance."""
         return SignalStep(self.stem, self.moments, self.unclipped_moments, self.clip_limits)
 
     def mean_range(self, low: Means, high: Means, region: Region) -> tuple[Means, Means]:
-        """Least and greatest mean electrons behind this stage, given those before it, of all photosites of a region.
+        """Return the least and the greatest mean electrons after this stage of all photosites of a region.
 
-        Only a stage before electrons are counted is asked. What is returned may be wider than the true range, which costs
-        speed, but not narrower, which cuts off counts. The default asks `moments` at both ends and goes NORMAL_REACH standard
-        deviations beyond them. That holds for a stage whose mean rises or falls steadily with the mean before it, by the
-        same law at every photosite, and whose noise, temporal or fixed, is a multiple of a normal number. A stage whose law
-        depends on the place or turns round, or whose noise has longer tails, overrides it. Of an `is_defect` stage, whose
-        `moments` leave the defects out, the default is 0 to infinity.
-        low, high: numbers, or arrays of one shape, >= 0 [e-, or the light's unit where the stage acts on light].
+        It is called only for stages before the shot noise. A range wider than the true one costs speed; a narrower one gives
+        wrong counts. The default extends `moments` at both ends by NORMAL_REACH standard deviations. This is right for a stage
+        whose mean is a monotonic function of the mean before it, the same at every photosite, and whose noise, temporal or
+        fixed, is a multiple of a normal number. A stage that depends on the position, is not monotonic or has noise with
+        longer tails overrides it. For an `is_defect` stage, whose `moments` omit the defects, the default is 0 to infinity.
+        low, high: range before the stage: floats, or arrays of one shape, >= 0 [e-, or the light's unit where the stage acts
+            on light].
         """
         if self.is_defect:
             return 0.0 * low, high + np.inf
@@ -180,18 +189,18 @@ class Stage:
 
     @property
     def gain(self) -> float:
-        """Factor by which a stage behind the photoelectrons multiplies the signal."""
+        """Factor by which a stage after the photoelectrons multiplies the signal."""
         return 1.0
 
     @property
     def black_offsets_dn(self) -> tuple[float, ...] | None:
-        """What the stage adds at the four places of the sensor's upper left 2x2 block, row by row [DN]; None: nothing."""
+        """Offsets [DN] that the stage adds in the sensor's upper left 2x2 block, row by row; None: it adds none."""
         return None
 
 
 @cache
 def fields_from_shot(stage: type[Stage]) -> dict[str, str]:
-    """Names of the fields that FromShot marks, each with its quantity."""
+    """Return the fields of a stage that FromShot marks, each with the name of its quantity."""
     hints = get_type_hints(stage, include_extras=True)
     marks = {name: getattr(hint, "__metadata__", ()) for name, hint in hints.items()}
     return {name: mark.quantity for name, parts in marks.items() for mark in parts if isinstance(mark, FromShot)}

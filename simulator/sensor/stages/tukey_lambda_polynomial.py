@@ -9,11 +9,11 @@ REACH = 6.7  # largest normal number of kernels/normal.h
 ORDER = 8
 
 
-@lru_cache(maxsize=1024)  # interpolated ISO settings give any number of shapes
+@lru_cache(maxsize=1024)  # bounded, because interpolated ISO settings produce arbitrarily many shapes
 def tukey_polynomial(shape: float) -> tuple[float, ...]:
-    """Coefficients c of z (c[0] + c[1] z^2 + ...) = quantile(Phi(z)) / standard deviation.
+    """Return coefficients c of z (c[0] + c[1] z^2 + ...) = quantile(Phi(z)) / standard deviation.
 
-    shape: lambda, LEAST_LAMBDA to GREATEST_LAMBDA. The fit weighs errors by what they do to the probability, so the
+    shape: lambda, LEAST_LAMBDA to GREATEST_LAMBDA. The fit weights errors by their effect on the probability, so the
     total variation distance to the exact distribution stays below 1e-5 and the variance within 1e-5 of 1.
     """
     z = np.linspace(1e-3, REACH, 4000)
@@ -28,10 +28,10 @@ def tukey_polynomial(shape: float) -> tuple[float, ...]:
 
 
 def least_squares(matrix: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Solution x (columns,) of least |matrix x - wanted|, by modified Gram-Schmidt with `wanted` as one more column.
+    """Return the x (columns,) that minimises |matrix x - wanted|, by modified Gram-Schmidt with `wanted` as an extra column.
 
-    That is as accurate as a Householder QR (Bjorck 1967). NumPy's own goes through a threaded BLAS, whose threads wait for each
-    other forty times longer than such a small problem takes.
+    It is as accurate as a Householder QR (Bjorck 1967). NumPy's least squares uses a threaded BLAS, whose synchronisation takes
+    forty times longer than such a small problem.
     """
     rows = np.vstack([matrix.T, wanted])
     triangle, count = np.zeros((len(rows), len(rows))), len(rows) - 1
@@ -44,7 +44,7 @@ def least_squares(matrix: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def _quantile(z: np.ndarray, shape: float) -> np.ndarray:
-    """Quantile of unit variance at the probability of a normal number; the limit at 0 is the logistic distribution."""
+    """Return the Tukey-lambda quantile, scaled to unit variance, at the probability Phi(z); lambda 0 is the logistic limit."""
     from scipy import special, stats
 
     below, above = special.log_ndtr(z), special.log_ndtr(-z)

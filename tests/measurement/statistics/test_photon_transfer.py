@@ -12,11 +12,11 @@ from simulator.errors import PhotositeError
 from simulator.measurement.statistics.photon_transfer import (
     DarkNoise,
     TransferPoint,
-    below,
     dark_noise,
     dynamic_range,
     gain,
     gain_without_dark,
+    points_below_saturation,
     read_noise_e,
     saturation_index,
     transfer_point,
@@ -92,7 +92,7 @@ def test_saturation_is_where_the_variance_turns():
     points, dark = measure(sensor, levels)
     assert levels[saturation_index(points)] in (11500, 12000)
     saturation_dn = points[saturation_index(points)].signal_dn
-    kept = below(points, saturation_dn)
+    kept = points_below_saturation(points, saturation_dn)
     assert kept and max(point.signal_dn for point in kept) <= 0.7 * saturation_dn
     accept(unbiased([gain(kept, dark)], 0.25))
 

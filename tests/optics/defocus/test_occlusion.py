@@ -16,7 +16,7 @@ from simulator.optics.defocus.defocus import Method, plan_defocus
 from simulator.optics.defocus.radius_slabs import make_slab_lists
 from simulator.optics.passes.tile_plan import plan_tiles
 from simulator.optics.pupil.pupil import Pupil
-from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.sensor.camera.camera import Window
 
 RENDERS = Path(__file__).parents[4] / "shared" / "data" / "mitsuba"
@@ -84,7 +84,7 @@ def test_a_broken_floor_follows_the_reference_path(bench):
     radius = np.stack([-6.0 + 0.01 * (y - 40), 5.0 + 0.02 * (x - 72)])
     case = Case("floor", np.clip(light, 0.05, None) * coverage, coverage, radius, np.zeros((48, 112)), margin, 1, False)
     surfaces = upload_surfaces(bench.device, case.colour[:, None], coverage, radius, margin)
-    points = lens_points(4096)
+    points = ray_samples(4096)
     points[..., :2] = 0.5  # both read the surfaces at the photosite's centre: they hold one value per photosite
     rays = sample_lens(bench.device, surfaces, points, Window(0, 0, 112, 48), cells=False)
     expected = bench.device.download(rays, (48, 112), np.float32)

@@ -16,7 +16,7 @@ from simulator.optics.defocus.aperture_kernel import make_taps, photosite_weight
 from simulator.optics.defocus.tilted_kernel import tilted_weights
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.pupil import Pupil
-from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import Window
@@ -83,7 +83,7 @@ def test_a_curved_surface_follows_its_rays(bench):
     inner = (rows - 2 * margin, columns - 2 * margin)
     case = Case("bowl", light[None], np.ones((1, *light.shape)), radius[None], np.zeros(inner), margin, samples_per_axis, False)
     surfaces = upload_surfaces(bench.device, light[None, None], case.coverage, case.radius_px, margin, samples_per_axis)
-    rays = sample_lens(bench.device, surfaces, lens_points(8192), Window(0, 0, inner[1], inner[0]), cells=False)
+    rays = sample_lens(bench.device, surfaces, ray_samples(8192), Window(0, 0, inner[1], inner[0]), cells=False)
     expected = bench.device.download(rays, inner, np.float32)
     found = statistics(z_scores(blurred_case(case), expected, 2000.0))
     flat = dataclasses.replace(case, radius_px=np.full_like(case.radius_px, 3.0))

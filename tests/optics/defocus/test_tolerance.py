@@ -23,7 +23,7 @@ from simulator.optics.passes.reference_mosaic import BAND_ROWS
 from simulator.optics.passes.row_band import POINTS_SAVED
 from simulator.optics.pupil.pupil import Aperture
 from simulator.optics.ray_reference.height_field_rays import sample_height_field
-from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import expose
@@ -200,7 +200,7 @@ def test_without_tolerance_rays_are_followed(bench):
     case = taller(stripes(-5.1, 6.0, 12.0, 2), 60)
     assert 2 * BAND_ROWS < len(case.truth) + 2 * case.margin < 3 * BAND_ROWS
     surfaces = upload_surfaces(bench.device, case.colour[:, None], case.coverage, case.radius_px, case.margin, 2)
-    rays = sample_lens(bench.device, surfaces, lens_points(2048), Window(case.margin, case.margin, 48, 144))
+    rays = sample_lens(bench.device, surfaces, ray_samples(2048), Window(case.margin, case.margin, 48, 144))
     expected = bench.device.download(rays, (144, 48), np.float32)
     found = executed_case(case, with_accuracy(case_plan(case, tolerance=0.0), Accuracy, rays=2048))
     assert np.abs(found - expected).max() < 1e-3 * expected.max()
@@ -209,7 +209,7 @@ def test_without_tolerance_rays_are_followed(bench):
 
 def test_without_tolerance_one_picture_is_a_height_field(bench):
     case = slanted_plane((0.05, 0.11), 2)
-    window, points = Window(case.margin, case.margin, 48, 24), lens_points(2048)
+    window, points = Window(case.margin, case.margin, 48, 24), ray_samples(2048)
     rays = sample_height_field(bench.device, case.colour, case.radius_px[0], case.margin, points, window, 2)
     expected = bench.device.download(rays, (24, 48), np.float32)
     found = executed_case(case, with_accuracy(case_plan(case, tolerance=0.0), Accuracy, rays=2048))

@@ -14,7 +14,7 @@ from simulator.command_line.lens_numbers import lens_facts
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
 from simulator.measurement.statistics.inspection import inspect_raw
-from simulator.optics.lens.bare_sensor import BareSensor, gathered, hemisphere_shares
+from simulator.optics.lens.bare_sensor import BareSensor, hemisphere_fractions, integrate_hemisphere
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
@@ -34,12 +34,12 @@ def test_shares_are_the_integral_of_the_cosine_over_the_solid_angle(height, widt
     y = step * (np.arange(height)[:, None] + fine - height / 2).ravel()
     density = (step / 200) ** 2 / (math.pi * (1 + x**2 + y[:, None] ** 2) ** 2)
     expected = density.reshape(height, 200, width, 200).sum(axis=(1, 3))
-    assert np.allclose(hemisphere_shares(height, width, angle), expected, rtol=1e-4)
+    assert np.allclose(hemisphere_fractions(height, width, angle), expected, rtol=1e-4)
 
 
 def test_a_scene_that_fills_the_hemisphere_has_all_of_it():
-    assert hemisphere_shares(64, 64, 179.99).sum() == pytest.approx(1.0, abs=2e-4)
-    assert hemisphere_shares(3, 4, None).sum() == pytest.approx(1.0)
+    assert hemisphere_fractions(64, 64, 179.99).sum() == pytest.approx(1.0, abs=2e-4)
+    assert hemisphere_fractions(3, 4, None).sum() == pytest.approx(1.0)
 
 
 def frame(scene, camera=None) -> np.ndarray:
@@ -56,7 +56,7 @@ def test_the_frame_is_uniform_and_has_pi_times_the_radiance_of_a_hemisphere():
 
 def test_each_colour_gathers_its_own_light_by_the_scene_s_geometry():
     planes = np.random.default_rng(2).uniform(0.0, 1.0, (6, 9, 3))
-    shares = hemisphere_shares(6, 9, 70.0)
+    shares = hemisphere_fractions(6, 9, 70.0)
     camera = small_camera(cfa="RGGB")
     image, white = frame(band_scene(planes, field_of_view_deg=70.0), camera), frame(band_scene(np.ones((2, 2, 3))), camera)
     blue, green, red = (shares[..., None] * planes).sum(axis=(0, 1))
@@ -68,7 +68,7 @@ def test_what_stands_in_front_hides_what_lies_behind():
     scene = band_scene(np.ones((4, 4))).scene
     coverage = np.full((4, 4), 0.25, np.float32)
     layered = replace(scene, planes=scene.planes * 0.25 * 2.0, coverage=coverage, behind=(Layer(scene.planes * 8.0),))
-    assert gathered(layered).planes[0, 0, 0] == pytest.approx(0.25 * 2.0 + 0.75 * 8.0)
+    assert integrate_hemisphere(layered).planes[0, 0, 0] == pytest.approx(0.25 * 2.0 + 0.75 * 8.0)
     assert frame(FixedScene(layered)).max() == pytest.approx(6.5 * frame(FixedScene(scene)).max(), rel=1e-6)
 
 

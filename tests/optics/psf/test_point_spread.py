@@ -16,7 +16,7 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.wavefront import Aberrations
-from simulator.optics.psf.psf_planning import plan_spread
+from simulator.optics.psf.psf_planning import plan_psf
 from simulator.optics.pupil.pupil import Aperture
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 from simulator.pipeline.planner import measure, plan
@@ -122,7 +122,7 @@ def test_a_flat_field_stays_flat(name):
     planes[-1, -1] = 2.0 * DIM
     camera = small_camera(1200, 720, cfa, window=Window(8, 6, 150, 130), **settings)
     planned = Shot(band_scene(planes, DEPTHS.get(depth, depth)), through, EXPOSURE, camera)
-    assert plan(planned).optics.spread is not None
+    assert plan(planned).optics.psf is not None
     found = simulate(planned).mean_electrons.astype(np.float64)
     for y, x in ((0, 0), (0, 1), (1, 0), (1, 1)):
         colour = found[y::2, x::2]
@@ -143,14 +143,14 @@ def test_what_is_skipped_agrees_with_what_would_have_been_done():
     planes = 1.0 + 1e-6 * RNG.random((48, 64))
     shot = Shot(band_scene(planes, math.inf), lens(11.0, diffraction=True), Exposure(0.05), green_camera(low_pass_um=3.0))
     planned = plan(shot)
-    assert planned.optics.spread is None
-    spread = plan_spread(shot.lens, planned.sensor.camera, planned.optics.scene, None, planned.optics.projection.scale)
+    assert planned.optics.psf is None
+    psf = plan_psf(shot.lens, planned.sensor.camera, planned.optics.scene, None, planned.optics.projection.scale)
     found, skipped = (
         open_device().download(expose(measure(one, open_device()), open_device()), (48, 64), np.float32).astype(np.float64)
-        for one in (dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, spread=spread)), planned)
+        for one in (dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, psf=psf)), planned)
     )
     electrons_each = planned.sensor.stage("exposure").time_s * planned.sensor.stage("exposure").collecting_area_um2
-    electrons_each *= planned.sensor.stage("irradiance").solid_angle_sr
+    electrons_each *= planned.sensor.stage("irradiance").effective_solid_angle_sr
     z = electrons_each * (found - skipped) / np.sqrt(planned.sensor.moments(electrons_each * skipped.mean()).variance)
     assert 0.0 < np.abs(z).max() < 0.01
 

@@ -6,7 +6,7 @@ from helpers.psf_grid import PsfGrid, convolve
 from scipy.signal import convolve2d, fftconvolve
 
 from simulator.optics.lens.wavefront import Aberrations, ChromaticShift
-from simulator.optics.psf.field_psf import Spread
+from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.pupil.pupil import Pupil
@@ -102,9 +102,9 @@ def test_lateral_colour_moves_red_inwards_and_blue_outwards():
     """2 um at field 1 for 450 nm and nothing for 550 nm: 1.8 um for 460 nm; photosites of 1 um."""
     shifts = (ChromaticShift(450.0, 0.0, 2.0), ChromaticShift(550.0), ChromaticShift(650.0, 0.0, -2.0))
     lens = WavefrontPsf(Aberrations(chromatic=shifts), 2.8, 1.0, ((640.0,), (550.0,), (460.0,)), 15, cells=3)
-    spread = Spread(lens, Pupil(), Sampling(), 1.0, 1, (0.0,), True, (800, 600), (5, 5))
-    kernels = [[[spread.kernel(0, c, False, row, column)[0] for column in range(5)] for row in range(5)] for c in range(3)]
-    grid = PsfGrid(np.array(kernels), spread.x_px - 60, spread.y_px - 40)
+    psf = FieldPsf(lens, Pupil(), Sampling(), 1.0, 1, (0.0,), True, (800, 600), (5, 5))
+    kernels = [[[psf.kernel(0, c, False, row, column)[0] for column in range(5)] for row in range(5)] for c in range(3)]
+    grid = PsfGrid(np.array(kernels), psf.x_px - 60, psf.y_px - 40)
     planes = np.zeros((3, 60, 60), np.float32)
     planes[:, 30, 30] = 1000.0  # 310 left of and 230 above the centre of the sensor, half diagonal 500
     for plane, shift_um in zip(convolve(planes, grid), (-1.8, 0.0, 1.8), strict=True):

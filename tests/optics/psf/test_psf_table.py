@@ -9,7 +9,7 @@ from simulator.errors import PhotositeError
 from simulator.optics.lens.wavefront import Aberrations, ChromaticShift
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_file import read_psf
-from simulator.optics.psf.psf_table import PsfTable, turned
+from simulator.optics.psf.psf_table import PsfTable, rotate_kernel
 from simulator.optics.psf.wavefront_psf import WavefrontPsf, channel_wavelengths, kernel_size_px
 
 GREEN = ((550.0,),)
@@ -49,7 +49,7 @@ def test_a_kernel_turns_with_the_field(angle_deg):
     y, x = np.mgrid[:61, :61] - 30
     along, across = cosine * x + sine * y, cosine * y - sine * x
     expected = np.exp(-0.5 * ((along - 8.0) / 4.0) ** 2 - 0.5 * (across / 2.0) ** 2)
-    found = turned(gaussian(61, 4.0, 2.0, x=8.0), angle)
+    found = rotate_kernel(gaussian(61, 4.0, 2.0, x=8.0), angle)
     assert np.max(np.abs(found - expected / expected.sum())) < 2e-3 * found.max()
     assert found.sum() == pytest.approx(1.0, abs=1e-12)
 

@@ -15,12 +15,12 @@ from scipy.ndimage import gaussian_filter
 from simulator.device import open_device
 from simulator.optics.defocus.aperture_kernel import aperture_weights
 from simulator.optics.lens.thin_lens import ThinLens
-from simulator.optics.psf.defocused_psf import FarBlur
-from simulator.optics.psf.field_psf import FAR_AIRY, Spread, airy_radius_px, slab_radii_px
+from simulator.optics.psf.defocused_psf import DefocusedPsf
+from simulator.optics.psf.field_psf import FAR_AIRY, FieldPsf, airy_radius_px, slab_radii_px
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable
 from simulator.optics.pupil.pupil import Aperture, Pupil
-from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import expose
@@ -51,7 +51,7 @@ def rays(near_px: float, far_px: float) -> np.ndarray:
     surfaces = upload_surfaces(
         open_device(), np.stack([near * cover, far])[:, None], np.stack([cover, np.ones(SIZE)]), radius, MARGIN
     )
-    points = lens_points(4096)
+    points = ray_samples(4096)
     points[..., :2] = 0.5  # the pictures hold the photosites' means already
     light = sample_lens(open_device(), surfaces, points, FRAME)
     return open_device().download(light, (1, FRAME.height, FRAME.width), np.float32)[0]
@@ -89,9 +89,9 @@ def planned_scene(near_px: float, far_px: float, layers: bool) -> Plan:
 def by_slabs(planned: Plan) -> np.ndarray:
     """The frame with a table of disks in place of the blur."""
     radii = sorted({float(one) for radius in planned.optics.defocus.radii_px for one in np.unique(radius)})
-    psf = PsfTable(disks(radii), np.array(radii), np.zeros(1), CELLS, 5.0)
-    spread = Spread(psf, Pupil(), Sampling(), 5.0, 1, tuple(radii), True, SIZE[::-1], (1, 1))
-    return frame_of(dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, spread=spread)))
+    table = PsfTable(disks(radii), np.array(radii), np.zeros(1), CELLS, 5.0)
+    psf = FieldPsf(table, Pupil(), Sampling(), 5.0, 1, tuple(radii), True, SIZE[::-1], (1, 1))
+    return frame_of(dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, psf=psf)))
 
 
 # p99 of abs(z) at 2,000 e- of two layers: one in focus; both out of focus, whose covariance is missing.
@@ -124,10 +124,10 @@ def test_slabs_in_between_make_a_smooth_tilt():
     scene = band_scene(textures()[0], depth_of(radius).astype(np.float32), interpolation="nearest")
     planned = plan(Shot(scene, LENS, EXPOSURE, small_camera(*SIZE[::-1])))
     radii = slab_radii_px(-6.0, 6.0)
-    psf = PsfTable(disks(radii), np.array(radii), np.zeros(1), CELLS, 5.0)
-    spread = Spread(psf, Pupil(), Sampling(), 5.0, 1, tuple(radii), True, SIZE[::-1], (1, 1))
+    table = PsfTable(disks(radii), np.array(radii), np.zeros(1), CELLS, 5.0)
+    psf = FieldPsf(table, Pupil(), Sampling(), 5.0, 1, tuple(radii), True, SIZE[::-1], (1, 1))
     found, geometric = (
-        frame_of(dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, spread=spread))),
+        frame_of(dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, psf=psf))),
         frame_of(planned),
     )
     assert np.abs(found / geometric - 1.0).max() < 0.03 and np.abs(found / geometric - 1.0).mean() < 0.004
@@ -135,11 +135,11 @@ def test_slabs_in_between_make_a_smooth_tilt():
 
 def test_slabs_reach_from_end_to_end_and_join():
     radii = slab_radii_px(-40.0, 12.3)
-    spread = Spread(None, Pupil(), Sampling(), 5.0, 1, tuple(radii), True, (9, 9), (1, 1))
+    psf = FieldPsf(None, Pupil(), Sampling(), 5.0, 1, tuple(radii), True, (9, 9), (1, 1))
     assert radii[0] == -40.0 and radii[-1] == 12.3 and np.diff(radii).max() <= 2.5 + 1e-9
-    assert all(spread.joined(slab) for slab in range(1, len(radii))) and not spread.joined(0)
-    apart = dataclasses.replace(spread, radii_px=(-8.0, 0.0, 0.5))
-    assert [apart.joined(slab) for slab in range(3)] == [False, False, True]
+    assert all(psf.is_continuous(slab) for slab in range(1, len(radii))) and not psf.is_continuous(0)
+    apart = dataclasses.replace(psf, radii_px=(-8.0, 0.0, 0.5))
+    assert [apart.is_continuous(slab) for slab in range(3)] == [False, False, True]
 
 
 @pytest.mark.parametrize("radius_px", [-5.0, 5.0])
@@ -150,7 +150,7 @@ def test_blades_show_in_the_spot_of_wave_optics_the_right_way_round(radius_px):
     planes, depth = np.zeros((122, 122)), 1.0 / (0.5 - radius_px / per_dioptre)
     planes[60:62, 60:62] = 1000.0  # as large as a photosite
     wave = dataclasses.replace(blades, diffraction=True)
-    assert plan(Shot(band_scene(planes, depth), wave, EXPOSURE, green_camera(61, 61))).optics.spread.by_distance
+    assert plan(Shot(band_scene(planes, depth), wave, EXPOSURE, green_camera(61, 61))).optics.psf.by_distance
     waves, geometric = (electrons(planes, green_camera(61, 61), one, depth) for one in (wave, blades))
     assert np.corrcoef(waves.ravel(), geometric.ravel())[0, 1] > 0.9
     assert np.corrcoef(waves[::-1, ::-1].ravel(), geometric.ravel())[0, 1] < 0.8
@@ -160,9 +160,11 @@ def test_blades_show_in_the_spot_of_wave_optics_the_right_way_round(radius_px):
 @pytest.mark.parametrize("radius_px", [-12.0, 12.0])
 def test_far_blur_has_its_blades_as_wave_optics_has_them(radius_px):
     blades = ThinLens(50.0, 8.0, 2.0, cos4=False, diffraction=True, aperture=Aperture(3, rotation_deg=20.0))
-    spread = plan(Shot(band_scene(np.eye(8), 2.0), blades, EXPOSURE, green_camera(8, 8))).optics.spread
-    waves = dataclasses.replace(spread, radii_px=(radius_px,)).kernel(0, 0, False, 0, 0)[0]
-    far = FarBlur(dataclasses.replace(spread.psf, size_px=41, cells=1), spread.pupil, radius_px).cell_kernel(0, 0.0, (0.0, 0.0))
+    psf = plan(Shot(band_scene(np.eye(8), 2.0), blades, EXPOSURE, green_camera(8, 8))).optics.psf
+    waves = dataclasses.replace(psf, radii_px=(radius_px,)).kernel(0, 0, False, 0, 0)[0]
+    far = DefocusedPsf(dataclasses.replace(psf.lens_psf, size_px=41, cells=1), psf.pupil, radius_px).cell_kernel(
+        0, 0.0, (0.0, 0.0)
+    )
     half = min(len(waves), len(far)) // 2
     inner = [
         one[len(one) // 2 - half : len(one) // 2 + half + 1, len(one) // 2 - half : len(one) // 2 + half + 1]
@@ -176,9 +178,9 @@ def test_far_blur_continues_what_wave_optics_gives():
     """Line transfer of both kernels where one takes over: at most 0.05 apart, docs/lens_aberrations.md."""
     scene = band_scene(np.eye(8), 2.0)
     through = ThinLens(50.0, 4.0, 2.0, cos4=False, diffraction=True)
-    spread = plan(Shot(scene, through, EXPOSURE, green_camera(8, 8))).optics.spread
-    radius = FAR_AIRY * airy_radius_px(spread.psf)
-    nearer, near, far = (dataclasses.replace(spread, radii_px=(share * radius,)) for share in (0.997, 0.999, 1.001))
+    psf = plan(Shot(scene, through, EXPOSURE, green_camera(8, 8))).optics.psf
+    radius = FAR_AIRY * airy_radius_px(psf.lens_psf)
+    nearer, near, far = (dataclasses.replace(psf, radii_px=(share * radius,)) for share in (0.997, 0.999, 1.001))
     assert nearer.reach_px == near.reach_px < far.reach_px  # the geometric image has a margin of its own
     lines = [np.abs(np.fft.rfft(one.kernel(0, 0, False, 0, 0)[0].sum(axis=0), 256)) for one in (near, far)]
     assert np.max(np.abs(lines[0] - lines[1])) < 0.05

@@ -18,7 +18,7 @@ from simulator.optics.pupil.convex_area import Disk, intersection_area
 from simulator.optics.pupil.pupil import Aperture, Pupil, PupilStop
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 from simulator.optics.ray_reference.height_field_rays import sample_height_field
-from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import expose, simulate
@@ -184,7 +184,7 @@ def test_the_reference_path_sees_the_same_cats_eyes(bench, radii):
     part = slice(frame.y - margin, frame.y + 80 + margin), slice(frame.x - margin, frame.x + 96 + margin)
     colour, coverage = colour[:, *part], coverage[:, *part]
     radius = np.array(radii)[:, None, None] * np.ones(coverage.shape)
-    points = lens_points(8192)
+    points = ray_samples(8192)
     points[..., :2] = 0.5  # both read one value per photosite
     surfaces = upload_surfaces(bench.device, colour[:, None], coverage, radius, margin)
     settings = {"cells": len(radii) == 1}

@@ -9,7 +9,7 @@ from helpers.scene_builders import band_scene
 
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
-from simulator.optics.lens.relative_illumination import irradiance_behind
+from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.pupil import Aperture
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
@@ -55,9 +55,9 @@ def test_the_pupil_passes_the_rays_that_pass_all_rims(lens, field):
 
 
 def test_without_rims_nothing_is_lost_and_the_table_is_left_out():
-    stage = irradiance_behind(ThinLens(50.0, 1.4), 5.0, 4000, 3000)
+    stage = plan_irradiance(ThinLens(50.0, 1.4), 5.0, 4000, 3000)
     assert stage.vignetting == () and set(stage.kernel_values()) == {
-        "solid_angle_sr",
+        "effective_solid_angle_sr",
         "tan2_per_px2",
         "centre_x_px",
         "centre_y_px",
@@ -89,7 +89,7 @@ def test_the_sensor_loses_the_clipped_share_of_the_light(lens):
 def test_with_blades_the_light_is_the_mean_over_directions():
     """Single places differ from it by up to 1.3 % of the light on the axis with five blades; the mean by less than 2e-4."""
     lens, pitch_mm = LENSES[4], 0.35
-    stage = irradiance_behind(lens, 1e3 * pitch_mm, 100, 100)
+    stage = plan_irradiance(lens, 1e3 * pitch_mm, 100, 100)
     worst = 0.0
     for radius_px in np.linspace(0.0, 70.0, 12):
         tangent = radius_px * pitch_mm / lens.image_distance_mm

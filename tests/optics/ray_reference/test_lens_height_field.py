@@ -7,7 +7,7 @@ from helpers.lens_truths import COLUMNS, Case, slanted_plane, stripes, uniform_l
 
 from simulator.errors import PhotositeError
 from simulator.optics.ray_reference.height_field_rays import sample_height_field
-from simulator.optics.ray_reference.layered_rays import lens_points
+from simulator.optics.ray_reference.layered_rays import ray_samples
 from simulator.sensor.camera.camera import Window
 
 
@@ -28,7 +28,7 @@ def picture(device, colour, radius, margin, points, frame, oversampling=1, cfa=N
 
 def errors(device, case: Case, samples: int) -> np.ndarray:
     frame = Window(0, 0, *case.truth.shape[::-1])
-    light = picture(device, *seen_from_the_centre(case), case.margin, lens_points(samples), frame, case.oversampling)
+    light = picture(device, *seen_from_the_centre(case), case.margin, ray_samples(samples), frame, case.oversampling)
     return z_scores(light[0], case.truth, 2000.0)
 
 
@@ -64,14 +64,14 @@ def rough_scene(rng):
 @pytest.mark.parametrize("samples", [1, 20000])
 def test_a_flat_field_stays_flat(device, samples):
     _, radius = rough_scene(np.random.default_rng(3))
-    points = lens_points(samples, patterns=2)
+    points = ray_samples(samples, patterns=2)
     found = picture(device, np.full((1, 32, 42), 0.7), radius, 6, points, Window(0, 0, 10, 5))
     assert np.max(np.abs(found / 0.7 - 1.0)) < 1e-6
 
 
 def test_a_crop_has_the_bits_of_the_whole_frame_and_a_mosaic_those_of_its_colours(device):
     colour, radius = rough_scene(np.random.default_rng(4))
-    points = lens_points(64)
+    points = ray_samples(64)
     whole = picture(device, colour, radius, 6, points, Window(101, 57, 30, 20))
     mosaic = picture(device, colour, radius, 6, points, Window(101, 57, 30, 20), cfa=((1, 0), (2, 1)))[0]
     for y, x, plane in ((0, 0, 1), (0, 1, 0), (1, 0, 2), (1, 1, 1)):
@@ -84,11 +84,11 @@ def test_a_crop_has_the_bits_of_the_whole_frame_and_a_mosaic_those_of_its_colour
 @pytest.mark.parametrize(("colour", "radius", "message"), [(np.nan, 1.0, "surface colour"), (1.0, np.inf, "surface radius")])
 def test_what_is_no_number_is_refused(device, colour, radius, message):
     with pytest.raises(PhotositeError, match=message):
-        sample_height_field(device, np.full((1, 9, 9), colour), np.full((9, 9), radius), 2, lens_points(4), Window(0, 0, 5, 5))
+        sample_height_field(device, np.full((1, 9, 9), colour), np.full((9, 9), radius), 2, ray_samples(4), Window(0, 0, 5, 5))
 
 
 def test_a_map_of_another_size_or_without_its_margin_is_refused(device):
-    frame, points = Window(0, 0, 5, 5), lens_points(4)
+    frame, points = Window(0, 0, 5, 5), ray_samples(4)
     with pytest.raises(PhotositeError, match="surface = colour"):
         sample_height_field(device, np.ones((1, 9, 9)), np.ones((9, 8)), 2, points, frame)
     with pytest.raises(PhotositeError, match="the frame and its margin"):

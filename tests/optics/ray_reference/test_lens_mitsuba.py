@@ -6,7 +6,7 @@ from helpers.lens_error import statistics, z_scores
 from helpers.mitsuba_lens import PlaneScene
 from scipy.ndimage import gaussian_filter
 
-from simulator.optics.ray_reference.layered_rays import lens_points, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.sensor.camera.camera import Window
 
 ROWS, COLUMNS, OVERSAMPLING = 24, 40, 2
@@ -34,7 +34,7 @@ def test_planes_out_of_focus_look_the_same(device, radii_px):
     first, second = (scene.render(16384, seed).astype(float) for seed in (1, 2))
     colour, coverage, radius = scene.surfaces()
     surfaces = upload_surfaces(device, colour[:, None], coverage, radius, scene.margin, OVERSAMPLING)
-    light = sample_lens(device, surfaces, lens_points(2**17), Window(0, 0, COLUMNS, ROWS))
+    light = sample_lens(device, surfaces, ray_samples(2**17), Window(0, 0, COLUMNS, ROWS))
     found = statistics(z_scores(device.download(light, (ROWS, COLUMNS), np.float32), 0.5 * (first + second), 2000.0))
     own = statistics(0.5 * z_scores(second, first, 2000.0))
     assert found.p99_9 < 0.1 and abs(found.mean) < 0.01

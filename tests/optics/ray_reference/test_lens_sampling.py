@@ -12,7 +12,7 @@ from scipy import stats
 
 from simulator.errors import PhotositeError
 from simulator.optics.pupil.pupil import Pupil
-from simulator.optics.ray_reference.layered_rays import lens_points, needed_iterations, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import needed_iterations, ray_samples, sample_lens, upload_surfaces
 from simulator.sensor.camera.camera import Window
 
 FINE = 8  # samples per photosite, so that surfaces are known better than the blur is asked to be
@@ -21,7 +21,7 @@ LIT = [case.name for case in cases() if "light" not in case.name and "point" not
 
 def picture(device, case: Case, samples: int, **settings) -> np.ndarray:
     surfaces = upload_surfaces(device, case.colour[:, None], case.coverage, case.radius_px, case.margin, case.oversampling)
-    return taken(device, surfaces, lens_points(samples), Window(0, 0, *case.truth.shape[::-1]), **settings)
+    return taken(device, surfaces, ray_samples(samples), Window(0, 0, *case.truth.shape[::-1]), **settings)
 
 
 def taken(device, surfaces, points, frame, **settings) -> np.ndarray:
@@ -85,7 +85,7 @@ def test_a_flat_field_stays_flat(device, samples):
     radius = np.stack([np.linspace(-9.0, 3.0, 60)[None, :] + np.linspace(0.0, 4.0, 40)[:, None], np.full((40, 60), 5.0)])
     coverage = np.stack([rng.random((40, 60)), np.ones((40, 60))])
     surfaces = upload_surfaces(device, (0.7 * coverage)[:, None], coverage, radius, 12)
-    found = taken(device, surfaces, lens_points(samples, patterns=2), Window(0, 0, 9, 4))
+    found = taken(device, surfaces, ray_samples(samples, patterns=2), Window(0, 0, 9, 4))
     assert np.max(np.abs(found / 0.7 - 1.0)) < 1e-6
 
 
@@ -100,7 +100,7 @@ def coloured_scene(rng, tilt=0.05):
 
 def test_a_crop_has_the_bits_of_the_whole_frame(device):
     colour, coverage, radius = coloured_scene(np.random.default_rng(4))
-    points = lens_points(100)
+    points = ray_samples(100)
     surfaces = upload_surfaces(device, colour, coverage, radius, 6)
     whole = taken(device, surfaces, points, Window(101, 57, 30, 20), cfa=((0, 1), (1, 2)))
     y, x, height, width = 4, 6, 9, 13
@@ -112,7 +112,7 @@ def test_a_crop_has_the_bits_of_the_whole_frame(device):
 
 def test_a_mosaic_is_its_own_colours_of_the_whole(device):
     surfaces = upload_surfaces(device, *coloured_scene(np.random.default_rng(5)), 6)
-    frame, points = Window(0, 0, 30, 20), lens_points(64)
+    frame, points = Window(0, 0, 30, 20), ray_samples(64)
     planes = device.download(sample_lens(device, surfaces, points, frame), (3, 20, 30), np.float32)
     mosaic = taken(device, surfaces, points, frame, cfa=((1, 0), (2, 1)))
     for y, x, plane in ((0, 0, 1), (0, 1, 0), (1, 0, 2), (1, 1, 1)):
@@ -124,14 +124,14 @@ def test_an_occluder_in_focus_hides_what_is_behind(device):
     near[:, :20] = 1.0
     colour = np.stack([0.0 * near, np.ones((30, 40))])[:, None]
     surfaces = upload_surfaces(device, colour, np.stack([near, 0 * near + 1.0]), np.stack([0.0 * near, 0.0 * near + 5.0]), 6)
-    found = taken(device, surfaces, lens_points(256), Window(0, 0, 28, 18))
+    found = taken(device, surfaces, ray_samples(256), Window(0, 0, 28, 18))
     assert np.all(found[:, :14] == 0.0) and np.allclose(found[:, 14:], 1.0, rtol=1e-6)
 
 
 def test_points_fill_photosite_and_pupil_evenly():
-    points = lens_points(1, patterns=1000).reshape(-1, 4).astype(float)
-    y, x = points[:, 2], points[:, 3]
-    uniform = [points[:, 0], points[:, 1], x**2 + y**2, (np.arctan2(y, x) / (2.0 * math.pi)) % 1.0]
+    points = ray_samples(1, patterns=1000).reshape(-1, 4).astype(float)
+    x, y = points[:, 2], points[:, 3]
+    uniform = [points[:, 1], points[:, 0], x**2 + y**2, (np.arctan2(y, x) / (2.0 * math.pi)) % 1.0]
     accept({number: float(stats.kstest(sample, "uniform").pvalue) for number, sample in enumerate(uniform)})
 
 
@@ -139,11 +139,11 @@ def test_points_fill_photosite_and_pupil_evenly():
 def test_points_of_a_bladed_pupil_fill_the_polygon(blades):
     """Second moment of a regular polygon of circumradius 1: (2 + cos(2 pi / n)) / 6; no point outside its edges."""
     pupil = Pupil(blades, rotation_deg=17.0)
-    points = lens_points(2**12, patterns=8, pupil=pupil)[..., 2:].reshape(-1, 2).astype(float) / pupil.corner_radius
+    points = ray_samples(2**12, patterns=8, pupil=pupil)[..., 2:].reshape(-1, 2).astype(float) / pupil.corner_radius
     assert np.mean(np.sum(points**2, axis=1)) == pytest.approx((2.0 + math.cos(2.0 * math.pi / blades)) / 6.0, rel=1e-3)
     assert np.allclose(points.mean(axis=0), 0.0, atol=1e-3)
     middles = math.radians(17.0) + (2.0 * np.arange(blades) + 1.0) * math.pi / blades
-    distance = points @ np.stack([np.sin(middles), np.cos(middles)])
+    distance = points @ np.stack([np.cos(middles), np.sin(middles)])
     reach = distance.max(axis=0)
     assert np.all(reach < math.cos(math.pi / blades) + 1e-6) and np.all(reach > 0.98 * math.cos(math.pi / blades))
 
@@ -152,7 +152,7 @@ def test_steps_reach_the_surface(device):
     """More steps than planned change nothing that a bright frame shows; none at all do."""
     case = slanted_plane((0.05, 0.11), 2)
     planned = needed_iterations(case.radius_px, case.oversampling)
-    window, points = Window(0, 0, *case.truth.shape[::-1]), lens_points(64)
+    window, points = Window(0, 0, *case.truth.shape[::-1]), ray_samples(64)
     light = {}
     for steps in (0, planned, 3 * planned):
         surfaces = upload_surfaces(device, case.colour[:, None], case.coverage, case.radius_px, case.margin, 2, steps)
@@ -183,7 +183,7 @@ def test_surfaces_that_cannot_be_are_refused(device, change, message):
 def test_a_grid_that_ends_inside_the_margin_is_refused(device):
     surfaces = upload_surfaces(device, *coloured_scene(np.random.default_rng(6)), 6)
     with pytest.raises(PhotositeError, match=r"give \(32, 44\): the frame and its margin"):
-        sample_lens(device, surfaces, lens_points(4), Window(0, 0, 32, 20))
+        sample_lens(device, surfaces, ray_samples(4), Window(0, 0, 32, 20))
 
 
 RENDERS = Path(__file__).parents[4] / "shared" / "data" / "mitsuba"
@@ -203,7 +203,7 @@ def test_a_ray_tracer_gives_the_same_picture(device, scene, radii):
     colour, coverage = (np.stack([render[f"layer{k}_{what}"] for k in (1, 0)]) for what in ("rgb", "alpha"))
     radius = np.broadcast_to(np.array(radii)[:, None, None], coverage.shape)
     surfaces = upload_surfaces(device, colour[:, None], np.clip(coverage, 0.0, 1.0), radius, 48)
-    points = lens_points(4096)
+    points = ray_samples(4096)
     points[..., :2] = 0.5  # the layers were rendered as means over photosites: their area must not count twice
     light = taken(device, surfaces, points, Window(0, 0, 256, 256))
     plain = ~_near_highlights(colour, 12)

@@ -14,7 +14,7 @@ from helpers.raw_frame import random_frame
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
 from simulator.raw import raw_format
-from simulator.raw.dng.payload import packed
+from simulator.raw.dng.payload import pack_codes
 from simulator.raw.dng.writer import dng_bytes, write_dng
 from simulator.raw.raw_format import RawFormat
 
@@ -82,7 +82,7 @@ def test_packed_rows_fill_whole_bytes_since_darktable_refuses_others(width, dept
 def test_packed_codes_are_the_binary_digits_written_one_after_the_other(bits, width):
     dn = np.random.default_rng(bits * width).integers(0, 2**bits, (3, width), dtype=np.uint16)
     digits = "".join(f"{code:0{bits}b}" for code in dn.ravel())
-    assert packed(dn, bits).tobytes() == int(digits, 2).to_bytes(len(digits) // 8, "big")
+    assert pack_codes(dn, bits).tobytes() == int(digits, 2).to_bytes(len(digits) // 8, "big")
 
 
 def test_a_frame_of_16_bits_is_the_same_file_packed_or_not():

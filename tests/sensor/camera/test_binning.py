@@ -83,7 +83,7 @@ def test_a_window_that_cuts_a_block_is_refused():
         plan(shot(np.ones((64, 80, 3)), Binning(2), cfa="RGGB", window=Window(2, 0, 40, 40)))
 
 
-@pytest.mark.parametrize(("arguments", "told"), [((5,), "factor = 5"), ((2, "sum"), "mode = sum")])
-def test_other_factors_and_modes_are_refused(arguments, told):
-    with pytest.raises(PhotositeError, match=f"camera.binning.{told}"):
+@pytest.mark.parametrize(("arguments", "message"), [((5,), "factor = 5"), ((2, "sum"), "mode = sum")])
+def test_other_factors_and_modes_are_refused(arguments, message):
+    with pytest.raises(PhotositeError, match=f"camera.binning.{message}"):
         Binning(*arguments)

@@ -48,14 +48,14 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("told", BAD)
-def test_a_camera_that_cannot_be_is_refused(told):
-    with pytest.raises(PhotositeError, match=told):
-        small_camera(**BAD[told])
+@pytest.mark.parametrize("message", BAD)
+def test_a_camera_that_cannot_be_is_refused(message):
+    with pytest.raises(PhotositeError, match=message):
+        small_camera(**BAD[message])
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (lambda: IsoSetting(0.0, 1.0), "iso_table.gain = 0"),
         (lambda: IsoSetting(1.0, -1.0), "iso_table.read_noise = -1"),
@@ -74,8 +74,8 @@ def test_a_camera_that_cannot_be_is_refused(told):
         ),
     ],
 )
-def test_its_parts_and_its_shot_are_checked_too(make, told):
-    with pytest.raises(PhotositeError, match=told):
+def test_its_parts_and_its_shot_are_checked_too(make, message):
+    with pytest.raises(PhotositeError, match=message):
         make()
 
 

@@ -94,9 +94,11 @@ def test_the_passes_are_absent_when_nothing_is_shared():
     assert steps["crosstalk of light"] and not steps["crosstalk of charge"]
 
 
-@pytest.mark.parametrize(("shares", "told"), [({"optical": -0.1}, "optical = -0.1"), ({"electrical": 0.3}, "electrical = 0.3")])
-def test_impossible_shares_are_refused(shares, told):
-    with pytest.raises(PhotositeError, match=f"camera.crosstalk.{told}"):
+@pytest.mark.parametrize(
+    ("shares", "message"), [({"optical": -0.1}, "optical = -0.1"), ({"electrical": 0.3}, "electrical = 0.3")]
+)
+def test_impossible_shares_are_refused(shares, message):
+    with pytest.raises(PhotositeError, match=f"camera.crosstalk.{message}"):
         Crosstalk(**shares)
 
 

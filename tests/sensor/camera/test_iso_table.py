@@ -71,8 +71,10 @@ def test_a_line_without_levels_has_the_levels_of_the_camera():
 
 @pytest.mark.parametrize("iso", [50, 99, 801, 1000, 1599, 3201])
 def test_an_iso_beyond_the_measured_ones_of_its_side_is_refused(iso):
-    told = f"exposure.iso = {iso}: the Photosite test was not measured there, but at 100 to 800 and 1600 to 3200; give an ISO "
-    with pytest.raises(PhotositeError, match=told + "within, or set camera.iso_range: extrapolate"):
+    message = (
+        f"exposure.iso = {iso}: the Photosite test was not measured there, but at 100 to 800 and 1600 to 3200; give an ISO "
+    )
+    with pytest.raises(PhotositeError, match=message + "within, or set camera.iso_range: extrapolate"):
         camera().iso_setting(iso)
 
 
@@ -121,11 +123,11 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("told", REFUSED)
-def test_a_table_that_contradicts_itself_is_refused(told):
-    lines = REFUSED[told].get("iso_table", LINES)
-    with pytest.raises(PhotositeError, match=told):
-        camera(**({"conversion_gain": None} if len(lines) == 1 else {}) | REFUSED[told])
+@pytest.mark.parametrize("message", REFUSED)
+def test_a_table_that_contradicts_itself_is_refused(message):
+    lines = REFUSED[message].get("iso_table", LINES)
+    with pytest.raises(PhotositeError, match=message):
+        camera(**({"conversion_gain": None} if len(lines) == 1 else {}) | REFUSED[message])
 
 
 def test_a_shaped_read_noise_stands_wholly_behind_the_gain_with_its_row_noise():
@@ -151,7 +153,7 @@ def test_one_line_has_no_slope():
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (lambda: IsoSetting(1.0, 1.0, -0.5), "iso_table.tukey_lambda = -0.5: give -0.3 to 0.25"),
         (lambda: IsoSetting(1.0, 0.0, 0.1), "iso_table.tukey_lambda = 0.1: there is no read noise"),
@@ -160,6 +162,6 @@ def test_one_line_has_no_slope():
         (lambda: ConversionGainSwitch(800, 1.0), "conversion_gain.ratio = 1.0"),
     ],
 )
-def test_a_line_is_checked(make, told):
-    with pytest.raises(PhotositeError, match=told):
+def test_a_line_is_checked(make, message):
+    with pytest.raises(PhotositeError, match=message):
         make()

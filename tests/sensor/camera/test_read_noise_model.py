@@ -48,10 +48,10 @@ def test_from_the_switch_on_they_stand_behind_the_higher_conversion_gain():
 
 
 def test_the_range_is_refused_beyond_and_extrapolated_when_asked():
-    told = (
+    message = (
         "exposure.iso = 50: the read noise of the Photosite test is stated for 100 to 25600; .* camera.iso_range: extrapolate"
     )
-    with pytest.raises(PhotositeError, match=told):
+    with pytest.raises(PhotositeError, match=message):
         camera().iso_setting(50)
     assert camera(iso_range="extrapolate").iso_setting(50).gain_dn_per_e == pytest.approx(0.1)
 
@@ -68,14 +68,14 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("told", REFUSED)
-def test_a_camera_has_one_form_of_read_noise(told):
-    with pytest.raises(PhotositeError, match=told):
-        camera(**REFUSED[told])
+@pytest.mark.parametrize("message", REFUSED)
+def test_a_camera_has_one_form_of_read_noise(message):
+    with pytest.raises(PhotositeError, match=message):
+        camera(**REFUSED[message])
 
 
 @pytest.mark.parametrize(
-    ("values", "told"),
+    ("values", "message"),
     [
         ((0.0, 1.0, 1.0, 100, 200), "gain_at_iso_100 = 0 DN/e-"),
         ((1.0, -1.0, 1.0, 100, 200), "before_gain = -1 e-"),
@@ -84,6 +84,6 @@ def test_a_camera_has_one_form_of_read_noise(told):
         ((1.0, 1.0, 1.0, 200, 200), "highest_iso = 200: is not above lowest_iso = 200"),
     ],
 )
-def test_its_numbers_are_checked(values, told):
-    with pytest.raises(PhotositeError, match=told):
+def test_its_numbers_are_checked(values, message):
+    with pytest.raises(PhotositeError, match=message):
         ReadNoiseModel(*values)

@@ -10,7 +10,7 @@ from simulator.sensor.kernel.kernel_launch import tile_extremes
 @pytest.mark.parametrize(("height", "width"), [(1, 5), (31, 7), (100, 64), (33, 130)])
 def test_extremes_are_those_of_numpy(device, height, width):
     image = np.random.default_rng(height).normal(size=(height, width)).astype(np.float32)
-    rows = tiles.edges(height, tiles.TILE_HEIGHT)
+    rows = tiles.split_evenly(height, tiles.TILE_HEIGHT)
     found = tile_extremes(device, device.upload(image), width, rows)
     assert np.array_equal(found[0], np.minimum.reduceat(image, rows[:-1], axis=0))
     assert np.array_equal(found[1], np.maximum.reduceat(image, rows[:-1], axis=0))

@@ -29,9 +29,9 @@ def test_phases_are_uniform_over_frames(bench):
     accept({"uniform": stats.kstest(phases / (2 * np.pi) + 0.5, "uniform").pvalue})
 
 
-@pytest.mark.parametrize(("arguments", "told"), [((-1.0, 9.0), "amplitude"), ((1.0, 1.0), "period")])
-def test_bad_numbers_are_refused(arguments, told):
-    with pytest.raises(PhotositeError, match=f"banding.{told}"):
+@pytest.mark.parametrize(("arguments", "message"), [((-1.0, 9.0), "amplitude"), ((1.0, 1.0), "period")])
+def test_bad_numbers_are_refused(arguments, message):
+    with pytest.raises(PhotositeError, match=f"banding.{message}"):
         Banding(*arguments)
 
 

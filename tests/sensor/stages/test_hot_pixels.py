@@ -47,9 +47,9 @@ def test_the_mean_belongs_to_the_body_and_its_shot_noise_to_the_frame(bench):
     )
 
 
-@pytest.mark.parametrize(("arguments", "told"), [((2.0, 1.0), "hot_pixels.share"), ((0.1, -1.0), "hot_pixels.rate")])
-def test_bad_numbers_are_refused(arguments, told):
-    with pytest.raises(PhotositeError, match=told):
+@pytest.mark.parametrize(("arguments", "message"), [((2.0, 1.0), "hot_pixels.share"), ((0.1, -1.0), "hot_pixels.rate")])
+def test_bad_numbers_are_refused(arguments, message):
+    with pytest.raises(PhotositeError, match=message):
         HotPixels(*arguments)
 
 

@@ -52,7 +52,7 @@ def test_the_photosites_belong_to_the_body_and_the_levels_to_the_frame(bench):
     assert correlation_p(first**2, second**2) < 1e-9  # the same photosites are noisy
 
 
-@pytest.mark.parametrize(("arguments", "told"), [((-0.1, 1.0), "share"), ((0.1, -1.0), "amplitude")])
-def test_bad_numbers_are_refused(arguments, told):
-    with pytest.raises(PhotositeError, match=f"random_telegraph_noise.{told}"):
+@pytest.mark.parametrize(("arguments", "message"), [((-0.1, 1.0), "share"), ((0.1, -1.0), "amplitude")])
+def test_bad_numbers_are_refused(arguments, message):
+    with pytest.raises(PhotositeError, match=f"random_telegraph_noise.{message}"):
         RandomTelegraphNoise(*arguments)

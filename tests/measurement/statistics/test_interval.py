@@ -7,14 +7,14 @@ import pytest
 from helpers.randomness import accept, mean_p
 from scipy import stats
 
-from simulator.measurement.statistics.clipping import clipped_code
-from simulator.measurement.statistics.dark_current import slope_over_time
-from simulator.measurement.statistics.dsnu import dark_pattern, levelled
+from simulator.measurement.statistics.clipping import find_clipped_code
+from simulator.measurement.statistics.dark_current import fit_slope_over_time
+from simulator.measurement.statistics.dsnu import measure_dsnu, subtract_plane_means
 from simulator.measurement.statistics.interval import Interval, variance_interval, weighted_mean
 from simulator.measurement.statistics.photon_transfer import line_without_dark, transfer_point
-from simulator.measurement.statistics.prnu import light_pattern
+from simulator.measurement.statistics.prnu import measure_prnu
 from simulator.measurement.statistics.read_noise import read_noise, row_residuals
-from simulator.measurement.statistics.read_noise_split import conversion_gain_switch, two_source
+from simulator.measurement.statistics.read_noise_split import find_conversion_gain_switch, fit_two_sources
 from simulator.measurement.statistics.row_noise import row_noise
 from simulator.measurement.statistics.temporal_noise import pair_noise
 from simulator.measurement.statistics.tukey_lambda_fit import fit_tukey_lambda, rounding_doubt_dn2
@@ -91,7 +91,7 @@ def test_dark_pattern_within_its_intervals(dsnu, column, frames):
         stack = [np.rint(200.3 + pattern + row + generator.normal(0.0, 2.0, (64, 80))) for row in rows]
         pairs = [pair_noise(*stack[index : index + 2]) for index in range(0, frames, 2)]
         temporal = np.mean([pair.pixel_variance_dn2 for pair in pairs]), np.mean([pair.row_variance_dn2 for pair in pairs])
-        found = dark_pattern([levelled(frame, RGGB) for frame in stack], *temporal)
+        found = measure_dsnu([subtract_plane_means(frame, RGGB) for frame in stack], *temporal)
         hits["dsnu"].append(found.photosite_dn.covers(dsnu))
         hits["column"].append(found.column_dn.covers(column))
     for name, truth in (("dsnu", dsnu), ("column", column)):
@@ -108,7 +108,7 @@ def test_dsnu_under_heavy_tailed_noise_within_its_interval():
         noise = [tukey_lambda_frame(generator, (64, 80), -0.24, 4.0) for _ in range(4)]
         stack = [frame + pattern for frame in noise]
         variance = np.mean([pair_noise(*stack[index : index + 2]).pixel_variance_dn2 for index in (0, 2)])
-        hits.append(dark_pattern(stack, variance, 0.0).photosite_dn.covers(0.5))
+        hits.append(measure_dsnu(stack, variance, 0.0).photosite_dn.covers(0.5))
     accept({"dsnu": coverage_p(hits)})
 
 
@@ -117,7 +117,7 @@ def test_hot_photosites_are_counted_and_leave_dsnu_alone():
     pattern = generator.normal(0.0, 1.0, (200, 200))
     pattern.ravel()[:40] += 300.0
     stack = [np.rint(100.0 + pattern + generator.normal(0.0, 2.0, pattern.shape)) for _ in range(8)]
-    found = dark_pattern(stack, 4.0 + 1 / 12, 0.0)
+    found = measure_dsnu(stack, 4.0 + 1 / 12, 0.0)
     assert found.hot_share == pytest.approx(40 / 40000)
     assert found.hot_excess_dn == pytest.approx(300.0, abs=1.0)
     assert found.photosite_dn.covers(1.0)
@@ -132,7 +132,7 @@ def test_prnu_under_vignetting_within_its_interval(prnu):
         generator = np.random.default_rng([seed, 6])
         mean = 9000.0 * shading * (1.0 + generator.normal(0.0, prnu, shading.shape))
         first, second = ([generator.poisson(mean).astype(float)] for _ in range(2))
-        found = light_pattern(first, second)
+        found = measure_prnu(first, second)
         hits.append(found.covers(prnu))
         errors.append((found.value - prnu) / found.standard_error)
     accept({"prnu": coverage_p(hits), "unbiased": mean_p(errors, 0.0, 1.0)})
@@ -143,7 +143,7 @@ def test_a_line_over_time_within_its_intervals():
     hits = {"slope": [], "start": []}
     for seed in range(REPEATS):
         values = 512.0 + 0.3 * times + np.random.default_rng([seed, 7]).normal(0.0, 0.05, times.size)
-        slope, start = slope_over_time(times, values)
+        slope, start = fit_slope_over_time(times, values)
         hits["slope"].append(slope.covers(0.3))
         hits["start"].append(start.covers(512.0))
     accept({name: coverage_p(found) for name, found in hits.items()})
@@ -171,7 +171,7 @@ def test_two_sources_come_back_from_the_formula():
     gains = [iso / 400.0 for iso in isos]
     sigmas = [variance_interval((3.0 * gain) ** 2 + 1.5**2, 1e6) for gain in gains]
     exact = [Interval(math.sqrt(s.value), math.sqrt(s.low), math.sqrt(s.high)) for s in sigmas]
-    found = two_source(isos, gains, exact)
+    found = fit_two_sources(isos, gains, exact)
     assert found.before_e.value == pytest.approx(3.0, rel=1e-9)
     assert found.after_dn.value == pytest.approx(1.5, rel=1e-9)
     assert found.worst < 1e-9 and found.sigma_dn(2.0) == pytest.approx(math.hypot(6.0, 1.5))
@@ -182,22 +182,24 @@ def test_a_switch_of_the_conversion_gain_is_found_where_it_is():
     isos = [100, 200, 400, 800, 1000, 1250, 1600, 2000, 2500, 3200, 6400]
     a7s2_dn = [1.0067, 1.2926, 2.0596, 3.5476, 4.2728, 5.1776, 6.2992, 2.6539, 3.2002, 3.9194, 7.1164]
     a7s2_e = [sigma / (0.0009563 * iso) for sigma, iso in zip(a7s2_dn, isos, strict=True)]
-    assert conversion_gain_switch(isos, a7s2_e) == 2000
-    assert conversion_gain_switch([100, 200, 400, 800, 1600], [16.8, 9.9, 6.8, 5.3, 4.6]) is None
-    assert conversion_gain_switch([100, 200], [3.0, 1.0]) == 200
-    assert conversion_gain_switch([100], [3.0]) is None
+    assert find_conversion_gain_switch(isos, a7s2_e) == 2000
+    assert find_conversion_gain_switch([100, 200, 400, 800, 1600], [16.8, 9.9, 6.8, 5.3, 4.6]) is None
+    assert find_conversion_gain_switch([100, 200], [3.0, 1.0]) == 200
+    assert find_conversion_gain_switch([100], [3.0]) is None
 
 
 def test_the_clipped_code_is_the_one_that_piles_up():
     generator = np.random.default_rng(8)
     spread = np.minimum(np.rint(generator.normal(14000.0, 3000.0, 100000)), 15520).astype(np.uint16)
     spread[:5] = 15530  # a few photosites of their own kind above it
-    assert clipped_code(spread) == 15520
-    assert clipped_code(np.rint(generator.normal(8000.0, 300.0, 100000)).astype(np.uint16)) is None
+    assert find_clipped_code(spread) == 15520
+    assert find_clipped_code(np.rint(generator.normal(8000.0, 300.0, 100000)).astype(np.uint16)) is None
     noisy_clip = np.minimum(np.rint(generator.normal(15520.0, 1.1, 100000)), 15520).astype(np.uint16)
-    assert clipped_code(noisy_clip) == 15520, "read noise behind a full well"
-    assert clipped_code(np.full(1000, 16383, np.uint16)) == 16383
-    assert clipped_code(np.rint(generator.normal(512.0, 1.0, 100000)).astype(np.uint16)) is None, "a dark frame clips nothing"
+    assert find_clipped_code(noisy_clip) == 15520, "read noise behind a full well"
+    assert find_clipped_code(np.full(1000, 16383, np.uint16)) == 16383
+    assert find_clipped_code(np.rint(generator.normal(512.0, 1.0, 100000)).astype(np.uint16)) is None, (
+        "a dark frame clips nothing"
+    )
 
 
 def test_the_weighted_mean_tells_parts_that_do_not_agree():

@@ -19,7 +19,7 @@ from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import IsoSetting, Window
 from simulator.sensor.camera.published_noise_model import noise_model_stages
-from simulator.sensor.frame_stack import FrameSetting, capture, moments
+from simulator.sensor.frame_stack import FrameSetting, expose_frame_stack, frame_stack_moments
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.analog_gain import AnalogGain
@@ -56,20 +56,20 @@ def stack(height=67, width=75):
 
 def test_a_frame_does_not_depend_on_the_frames_beside_it(device):
     mean_electrons, settings = stack()
-    together = capture(device, mean_electrons, settings)
+    together = expose_frame_stack(device, mean_electrons, settings)
     for place, setting in enumerate(settings):
-        alone = capture(device, mean_electrons[place : place + 1], [setting])
+        alone = expose_frame_stack(device, mean_electrons[place : place + 1], [setting])
         assert np.array_equal(alone[0], together[place]), place
     order = np.random.default_rng(2).permutation(len(settings))
-    shuffled = capture(device, mean_electrons[order], [settings[place] for place in order])
+    shuffled = expose_frame_stack(device, mean_electrons[order], [settings[place] for place in order])
     assert np.array_equal(shuffled, together[order])
 
 
 def test_a_stack_larger_than_the_devices_constants_is_the_same(device):
     mean_electrons, settings = stack(20, 30)
-    expected = capture(device, mean_electrons, settings), *moments(device, mean_electrons, settings)
+    expected = expose_frame_stack(device, mean_electrons, settings), *frame_stack_moments(device, mean_electrons, settings)
     small = device_like(device, constant_bytes=1)
-    found = capture(small, mean_electrons, settings), *moments(small, mean_electrons, settings)
+    found = expose_frame_stack(small, mean_electrons, settings), *frame_stack_moments(small, mean_electrons, settings)
     for one, other in zip(expected, found, strict=True):
         assert np.array_equal(one, other)
 
@@ -79,7 +79,7 @@ def test_frames_of_one_kind_are_one_launch(device, monkeypatch):
     run = device.run
     monkeypatch.setattr(device, "run", lambda kernel, *work, **rest: (launched.append(kernel.name), run(kernel, *work, **rest)))
     settings = [FrameSetting(noise_model_stages(gain, 2.0, **LEVELS), Seeds(frame=7), y=2) for gain in np.linspace(0.5, 2, 32)]
-    capture(device, np.full((32, 64, 80), 1000.0), settings)
+    expose_frame_stack(device, np.full((32, 64, 80), 1000.0), settings)
     assert launched == ["tile_range", "sensor"]
 
 
@@ -106,8 +106,8 @@ def test_the_sensor_alone_gives_a_shots_own_codes_and_truth(device):
     setting = FrameSetting(stages, shot.seeds, shot.camera.frame.x, shot.camera.frame.y)
     mean_electrons = raw.mean_electrons[np.newaxis]
     assert np.ptp(mean_electrons) > 500
-    assert np.array_equal(capture(device, mean_electrons, [setting])[0], raw.dn)
-    noise_free_dn, variance_dn2 = moments(device, mean_electrons, [setting])
+    assert np.array_equal(expose_frame_stack(device, mean_electrons, [setting])[0], raw.dn)
+    noise_free_dn, variance_dn2 = frame_stack_moments(device, mean_electrons, [setting])
     assert np.array_equal(noise_free_dn[0], raw.noise_free_dn)
     assert np.array_equal(variance_dn2[0], raw.truth["variance"])
 
@@ -117,8 +117,8 @@ def test_frames_scatter_about_their_moments(device):
     gains = (0.3, 1.0, 3.0)
     light = RANDOM.uniform(20.0, 500.0, (3, 200, 200)).astype(np.float32)
     settings = [FrameSetting(noise_model_stages(gain, 5.0, **LEVELS), Seeds(frame=place)) for place, gain in enumerate(gains)]
-    codes = capture(device, light, settings)
-    noise_free_dn, variance_dn2 = moments(device, light, settings)
+    codes = expose_frame_stack(device, light, settings)
+    noise_free_dn, variance_dn2 = frame_stack_moments(device, light, settings)
     checks = {}
     for place, gain in enumerate(gains):
         mean = gain * light[place].astype(float) + 512.0
@@ -137,7 +137,7 @@ def test_moments_hold_full_well_and_the_clipping_of_each_frame(device):
         FrameSetting((*chain, FullWell(500.0))),
         FrameSetting(noise_model_stages(8.0, 0.0, **LEVELS)),
     ]
-    noise_free_dn, variance_dn2 = moments(device, np.full((3, 4, 5), 3000.0), settings)
+    noise_free_dn, variance_dn2 = frame_stack_moments(device, np.full((3, 4, 5), 3000.0), settings)
     assert [set(frame.ravel().tolist()) for frame in noise_free_dn] == [{3100.0}, {600.0}, {2.0**14 - 1}]
     assert variance_dn2[0, 0, 0] == pytest.approx(3000 + 1 / 12, rel=1e-5)
     assert variance_dn2[1].max() < 0.1 and variance_dn2[2].max() < 1e-6
@@ -145,25 +145,25 @@ def test_moments_hold_full_well_and_the_clipping_of_each_frame(device):
 
 def test_every_device_gives_the_same_stack(device):
     mean_electrons, settings = stack(30, 40)
-    expected = capture(device, mean_electrons, settings)
+    expected = expose_frame_stack(device, mean_electrons, settings)
     for info in devices():
-        assert np.array_equal(capture(open_device(info.label), mean_electrons, settings), expected), info.label
+        assert np.array_equal(expose_frame_stack(open_device(info.label), mean_electrons, settings), expected), info.label
 
 
 def test_a_device_with_memory_of_its_own_gives_the_same_stack(device):
     mean_electrons, settings = stack(30, 40)
-    expected = capture(device, mean_electrons, settings)
+    expected = expose_frame_stack(device, mean_electrons, settings)
     apart = device_like(device, shares_memory=False)
-    assert np.array_equal(capture(apart, mean_electrons, settings), expected)
+    assert np.array_equal(expose_frame_stack(apart, mean_electrons, settings), expected)
 
 
 def test_the_noise_model_has_the_variance_it_says(device):
     """Tukey-lambda read noise of a given deviation, row noise, colour bias: one frame in the dark, against SciPy's numbers."""
     bias = (-4.0, 0.0, 3.0, 9.0)
     settings = dict(tukey_lambda=-0.1, row_sigma_dn=2.0, color_bias_dn=bias, bit_depth=16, black_level_dn=1000.0)
-    codes = capture(device, np.zeros((1, 1000, 1000)), [FrameSetting(noise_model_stages(1.0, 6.0, **settings))])[0].astype(
-        float
-    )
+    codes = expose_frame_stack(device, np.zeros((1, 1000, 1000)), [FrameSetting(noise_model_stages(1.0, 6.0, **settings))])[
+        0
+    ].astype(float)
     codes -= np.tile(np.reshape(bias, (2, 2)), (500, 500)) + 1000.0
     rows = codes.mean(axis=1)
     within = (codes - rows[:, None]) * math.sqrt(1000 / 999)
@@ -181,15 +181,15 @@ def test_electrons_are_left_as_they_were_and_may_be_read_only(device):
     mean_electrons = np.full((1, 8, 9), 50.0, np.float32)
     mean_electrons.flags.writeable = False
     setting = FrameSetting(noise_model_stages(1.0, 2.0, **LEVELS))
-    from_doubles = capture(device, mean_electrons.astype(np.float64)[:, ::-1], [setting])
-    assert np.array_equal(capture(device, mean_electrons, [setting]), from_doubles)
-    moments(device, mean_electrons, [setting])
+    from_doubles = expose_frame_stack(device, mean_electrons.astype(np.float64)[:, ::-1], [setting])
+    assert np.array_equal(expose_frame_stack(device, mean_electrons, [setting]), from_doubles)
+    frame_stack_moments(device, mean_electrons, [setting])
     assert (mean_electrons == 50.0).all()
 
 
 def test_an_empty_stack_is_an_empty_stack(device):
-    assert capture(device, np.zeros((0, 8, 9)), []).shape == (0, 8, 9)
-    assert [part.shape for part in moments(device, np.zeros((0, 8, 9)), [])] == [(0, 8, 9)] * 2
+    assert expose_frame_stack(device, np.zeros((0, 8, 9)), []).shape == (0, 8, 9)
+    assert [part.shape for part in frame_stack_moments(device, np.zeros((0, 8, 9)), [])] == [(0, 8, 9)] * 2
 
 
 CHAIN = noise_model_stages(1.0, 2.0, **LEVELS)
@@ -209,7 +209,7 @@ CHAIN = noise_model_stages(1.0, 2.0, **LEVELS)
 )
 def test_what_cannot_be_is_one_message(device, shape, value, count, stages, message):
     with pytest.raises(PhotositeError, match=message.replace("(8, 9)", r"\(8, 9\)")):
-        capture(device, np.full(shape, value), [FrameSetting(stages)] * count)
+        expose_frame_stack(device, np.full(shape, value), [FrameSetting(stages)] * count)
 
 
 @pytest.mark.parametrize("place", [-1, 0.5, 2**24])

@@ -12,12 +12,12 @@ from simulator.color.spectra import LIGHT_SPEED_M_S, PLANCK_J_S
 from simulator.command_line.main import main
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
-from simulator.measurement.emva1288 import gates as emva_gates
+from simulator.measurement.emva1288 import checks as check_emva
 from simulator.measurement.emva1288.files_to_planes import measure_emva
 from simulator.measurement.emva1288.frames import EmvaBench, take_emva_frames
 from simulator.measurement.emva1288.html import emva_html
 from simulator.measurement.emva1288.report import validate_emva
-from simulator.measurement.noise_check.expected import read_noise_hidden
+from simulator.measurement.noise_check.expected import reason_read_noise_is_unmeasurable
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import IsoSetting
 from simulator.sensor.stages.column_offset import ColumnOffset
@@ -48,13 +48,13 @@ def report(tmp_path_factory):
     return validate_emva(mono(stages=stages), 100, tmp_path_factory.mktemp("frames"))
 
 
-def failed(gates):
-    return [(gate.quantity, gate.where, gate.measured, gate.expected) for gate in gates if not gate.passed]
+def failed(checks):
+    return [(check.quantity, check.where, check.measured, check.expected) for check in checks if not check.passed]
 
 
 def test_a_mono_camera_is_measured_back(report):
-    assert not failed(report.gates)
-    asked = {gate.quantity for gate in report.gates if not gate.ungated}
+    assert not failed(report.checks)
+    asked = {check.quantity for check in report.checks if not check.reason_unchecked}
     assert {"K", "quantum efficiency", "sigma_d", "saturation", "SNR_max", "dynamic range", "LE_min", "LE_max"} <= asked
     assert {"dark current by mean", "dark current by variance"} <= asked
     plane = report.found.planes["MONO"]
@@ -72,8 +72,8 @@ def test_the_patterns_of_a_body_are_measured_back(tmp_path):
         "row_noise": RowNoise(0.8),
     }
     report = validate_emva(mono(bit_depth=14, black_level_dn=500.0, stages=stages), 100, tmp_path)
-    assert not failed(report.gates)
-    asked = {gate.quantity: gate for gate in report.gates if not gate.ungated}
+    assert not failed(report.checks)
+    asked = {check.quantity: check for check in report.checks if not check.reason_unchecked}
     assert asked["DSNU"].expected == pytest.approx(np.hypot(3.0, 1.0 / 0.5)) and asked["PRNU"].expected == pytest.approx(0.01)
     assert asked["sigma_d"].expected == pytest.approx(np.hypot(2.0, 0.8) / 0.5)
     dsnu, prnu = (getattr(report.found.planes["MONO"], name) for name in ("dsnu", "prnu"))
@@ -86,7 +86,7 @@ def test_the_patterns_of_a_body_are_measured_back(tmp_path):
 def test_defects_are_named_as_the_reason_not_to_ask(tmp_path):
     stages = {"photon_shot_noise": PhotonShotNoise(), "prnu": Prnu(0.01), "hot_pixels": HotPixels(1e-3, 1e4)}
     sensor = EmvaBench(mono(stages=stages), 100, tmp_path).white.sensor
-    assert "hot pixels" in read_noise_hidden(sensor)
+    assert "hot pixels" in reason_read_noise_is_unmeasurable(sensor)
     with pytest.raises(PhotositeError, match=r"camera\.binning = .*single photosites"):
         _ = EmvaBench(mono(binning=Binning(2)), 100, tmp_path).white
 
@@ -107,8 +107,8 @@ def test_the_files_alone_are_measured(tmp_path, monkeypatch):
     response = dataclasses.replace(camera.response, quantum_efficiency=0.98 * camera.response.quantum_efficiency)
     other = mono(iso_table={100: IsoSetting(0.515, 2.0)}, response=response)
     files = take_emva_frames(EmvaBench(other, 100, tmp_path), 1)
-    gates = emva_gates.emva_gates(measure_emva(files), EmvaBench(camera, 100, tmp_path))
-    assert {"K", "quantum efficiency", "sigma_d"} <= {name for name, *_ in failed(gates)}
+    checks = check_emva.check_emva(measure_emva(files), EmvaBench(camera, 100, tmp_path))
+    assert {"K", "quantum efficiency", "sigma_d"} <= {name for name, *_ in failed(checks)}
 
 
 def test_the_report_is_one_page_that_needs_nothing_else(report):
@@ -145,7 +145,7 @@ def test_the_command_writes_page_picture_and_json(tmp_path, capsys):
 def test_sony_a7s2_per_colour_plane(tmp_path, iso):
     camera = load_camera("sony_a7s2")
     report = validate_emva(camera, iso, tmp_path)
-    assert not failed(report.gates)
+    assert not failed(report.checks)
     assert list(report.found.planes) == ["R", "Gr", "Gb", "B"]
     if iso == 100:  # its efficiency was derived from H_sat = 78 / 100 lx s; the step of largest variance lies a little lower
         assert report.found.saturation_speed == pytest.approx(100.0, rel=0.03)

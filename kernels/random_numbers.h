@@ -1,7 +1,7 @@
-// The chance of a photosite: normal numbers and random bits of the stages that many sensors have. This table says which random
-// words serve which stage. Philox (philox.h) makes four words a, b, c, d of the counter {first, second, 0, stream} and the key:
-// (frame_seed, 0) for a frame, (body_seed, 1) for a camera body. x, y: photosite on the sensor. STREAM_...: below; STEM_STREAM:
-// CRC-32 of the stage's stem (simulator/sensor/kernel/kernel_program.py). A block at y / 2 serves both rows of a pair, the even and the odd one.
+// Random numbers of a photosite: normal numbers and random bits for the stages. The table lists which random words each stage
+// uses. Philox (philox.h) computes a block of four words a, b, c, d from the counter {first, second, 0, stream} and the key:
+// (frame_seed, 0) for temporal noise, (body_seed, 1) for fixed patterns of a camera body. x, y: photosite on the sensor.
+// STREAM_...: see below; STEM_STREAM: CRC-32 of the stage's stem (kernel_program.py). A block at y / 2 serves a pair of rows.
 //
 //   stream                         key    first  second  words
 //   STREAM_FRAME                   frame  y / 2  x       a, d: shot noise, two normal numbers; b, d << 11: both read noises of
@@ -20,22 +20,22 @@
 //   RANDOM_TELEGRAPH_NOISE_STREAM  body   y      x       a: whether there is a trap; b: amplitude
 //   RANDOM_TELEGRAPH_NOISE_STREAM  frame  y      x       a: two lowest bits, the jump
 //
-// d << 11 and d << 22 are angles: bits below the eleven (ten) that an angle has to itself are the next one's or low bits of a
-// radius: they fill in between, finer than 1/1000 turn. Each pair of numbers waits for the one before (zero_after).
-#ifndef CHANCE_H
-#define CHANCE_H
+// d << 11 and d << 22 are Box-Muller angles. Only their upper eleven (ten) bits are independent; the lower ones, finer than
+// 1/1000 turn, are shared with the next angle or a radius. Each pair of numbers depends on the one before it (zero_after).
+#ifndef RANDOM_NUMBERS_H
+#define RANDOM_NUMBERS_H
 #include "normal.h"
 #include "philox.h"
 
-#define STREAM_FRAME 0u // of the key (frame_seed, 0)
-#define STREAM_COUNT 1u // likewise: bits that count small numbers of electrons
-#define STREAM_BODY 2u  // of the key (body_seed, 1)
+#define STREAM_FRAME 0u // with the key (frame_seed, 0)
+#define STREAM_COUNT 1u // with the key (frame_seed, 0): bits for Poisson numbers of small means
+#define STREAM_BODY 2u  // with the key (body_seed, 1)
 
-#define FIRST_ROW 1 // ROWS of the pair that a launch computes: a frame may begin or end within one
+#define FIRST_ROW 1 // values of ROWS: rows of a pair that a launch computes, since a frame may begin or end within a pair
 #define SECOND_ROW 2
 #define BOTH_ROWS 3
 
-// chance[]: standard normal numbers.
+// normals[]: standard normal numbers; those of the body are its fixed patterns.
 #define SHOT 0     // photon shot noise
 #define BEFORE 1   // read noise before the gain
 #define AFTER 2    // read noise after the gain
@@ -45,47 +45,50 @@
 #define HOT 6      // dark current of a hot pixel
 #define COLUMN 7   // of the body: column offset
 #define ROW 8      // row noise
-#define CHANCES 9
+#define NORMALS 9
 
 // bits[]: random words.
-#define SHOT_COUNT 0 // count small numbers: of photons,
-#define DARK_COUNT 1 // of dark electrons,
-#define HOT_COUNT 2  // of those of a hot pixel
+#define SHOT_COUNT 0 // Poisson numbers of small means: photoelectrons
+#define DARK_COUNT 1 // likewise: dark electrons
+#define HOT_COUNT 2  // likewise: dark electrons of a hot pixel
 #define HOT_SHARE 3  // of the body: whether a pixel is hot
-#define HOT_MEAN 4   // of the body: and how much
+#define HOT_MEAN 4   // of the body: its mean dark electrons
 #define BITS 5
 
+// Angles of the Box-Muller method for the even and the odd row of a pair, see above.
 INLINE uint angle_of_first(const struct words block) { return block.d << 11; }
 INLINE uint angle_of_second(const struct words block) { return (block.d << 22) | (block.c & 0x003FFFFFu); }
 
-// Random words of the pair of rows that photosite (x, y) belongs to. y first: what a row has in common is then computed once.
+// Random words of the pair of rows of photosite (x, y). y comes first: what x does not change is then computed once per row.
 INLINE struct words block_of(const uint x, const uint y, const uint stream, const uint key0, const uint key1) {
     const struct words counter = {y >> 1, x, 0u, stream};
     return philox(counter, key0, key1);
 }
 
-// Two normal numbers of a block, one for each row, that wait for `before`.
-INLINE float pair_of_block(const struct words block, const float before, const int which, float *first, float *second) {
+// Draw two normal numbers from a block, one for each row, after `before` is computed. Returns the second.
+INLINE float draw_pair_of_block(const struct words block, const float before, const int which, float *first, float *second) {
     normal_two(block.a ^ zero_after(before), block.b, &first[which], &second[which]);
     return second[which];
 }
 
-// Numbers that come in pairs; returns the zero for what follows. Row noise, the same along a row, is computed once for the row.
-INLINE uint chance_of_pair(const uint x, const uint y, const struct words frame, const uint frame_seed, const uint body_seed,
-                           float *first, float *second) {
+// Draw the normal numbers whose blocks serve both rows. Returns 0, on which later computations are made to depend (zero_after).
+// Row noise, the same along a row, does not depend on other numbers, so that it is computed once per row.
+INLINE uint draw_normals_of_pair(const uint x, const uint y, const struct words frame, const uint frame_seed,
+                                 const uint body_seed, float *first, float *second) {
     normal_two(frame.a, frame.d, &first[SHOT], &second[SHOT]);
     float last = second[SHOT];
-    if (DARK_CURRENT) last = pair_of_block(block_of(x, y, DARK_CURRENT_STREAM, frame_seed, 0u), last, DARK, first, second);
-    if (HOT_PIXELS) last = pair_of_block(block_of(x, y, HOT_PIXELS_STREAM, frame_seed, 0u), last, HOT, first, second);
+    if (DARK_CURRENT) last = draw_pair_of_block(block_of(x, y, DARK_CURRENT_STREAM, frame_seed, 0u), last, DARK, first, second);
+    if (HOT_PIXELS) last = draw_pair_of_block(block_of(x, y, HOT_PIXELS_STREAM, frame_seed, 0u), last, HOT, first, second);
     if (COLUMN_OFFSET) {
-        last = pair_of_block(block_of(x, 0u, COLUMN_OFFSET_STREAM, body_seed, 1u), last, COLUMN, first, second);
+        last = draw_pair_of_block(block_of(x, 0u, COLUMN_OFFSET_STREAM, body_seed, 1u), last, COLUMN, first, second);
         second[COLUMN] = first[COLUMN];
     }
-    if (ROW_NOISE) pair_of_block(block_of(0u, y, ROW_NOISE_STREAM, frame_seed, 0u), 0.0f, ROW, first, second);
+    if (ROW_NOISE) draw_pair_of_block(block_of(0u, y, ROW_NOISE_STREAM, frame_seed, 0u), 0.0f, ROW, first, second);
     return zero_after(last);
 }
 
-INLINE void bits_of_pair(const uint x, const uint y, const uint frame_seed, const uint body_seed, uint *first, uint *second) {
+// Draw the random words of both rows.
+INLINE void draw_bits_of_pair(const uint x, const uint y, const uint frame_seed, const uint body_seed, uint *first, uint *second) {
     const struct words count = block_of(x, y, STREAM_COUNT, frame_seed, 0u);
     first[SHOT_COUNT] = count.a, second[SHOT_COUNT] = count.b;
     const struct words dark = block_of(x, y, DARK_CURRENT_STREAM, frame_seed, 0u);
@@ -97,10 +100,11 @@ INLINE void bits_of_pair(const uint x, const uint y, const uint frame_seed, cons
     first[HOT_MEAN] = body.c, second[HOT_MEAN] = body.d;
 }
 
-// Numbers of one row alone.
-INLINE void chance_of_row(const uint frame_word, const uint frame_angle, const uint body_word, const uint body_angle, float *chance) {
-    normal_two(frame_word, frame_angle, &chance[BEFORE], &chance[AFTER]);
-    normal_two(body_word ^ zero_after(chance[AFTER]), body_angle, &chance[RESPONSE], &chance[OFFSET]);
+// Draw the normal numbers of one row.
+INLINE void draw_normals_of_row(const uint frame_word, const uint frame_angle, const uint body_word, const uint body_angle,
+                                float *normals) {
+    normal_two(frame_word, frame_angle, &normals[BEFORE], &normals[AFTER]);
+    normal_two(body_word ^ zero_after(normals[AFTER]), body_angle, &normals[RESPONSE], &normals[OFFSET]);
 }
 
 #endif

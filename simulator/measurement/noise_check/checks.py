@@ -1,4 +1,4 @@
-"""What the noise measured from files must agree with, and how well."""
+"""Tolerance checks of the noise measured from raw files against the camera file."""
 
 import math
 from collections.abc import Sequence
@@ -8,16 +8,16 @@ import numpy as np
 from simulator.measurement.noise_check.expected import (
     dark_moments,
     expected_gain,
-    gain_hidden,
-    line_hidden,
     read_noise_dn,
-    read_noise_hidden,
+    reason_gain_is_unmeasurable,
+    reason_linearity_is_unmeasurable,
+    reason_read_noise_is_unmeasurable,
     row_noise_dn,
 )
 from simulator.measurement.noise_check.flat_bench import FlatBench
 from simulator.measurement.noise_check.frames import DARK_PAIRS, FramePlan
 from simulator.measurement.noise_check.measure import IsoNoise, log_slope, noise_steps
-from simulator.measurement.noise_check.tolerance_check import LEAST_SIGMAS, Gate
+from simulator.measurement.noise_check.tolerance_check import LEAST_SIGMAS, ToleranceCheck
 
 GAIN_TOLERANCE = 0.006
 READ_NOISE_TOLERANCE = 0.015
@@ -27,22 +27,43 @@ SLOPE_TOLERANCE = 0.005
 STEP_TOLERANCE = 0.03
 
 
-def iso_gates(found: IsoNoise, bench: FlatBench, wanted: FramePlan) -> list[Gate]:
-    """Compare what the files of one ISO told with the camera file."""
-    sensor, where, reason = bench.sensor, f"ISO {bench.iso}", read_noise_hidden(bench.sensor)
+def check_iso(found: IsoNoise, bench: FlatBench, wanted: FramePlan) -> list[ToleranceCheck]:
+    """Compare the numbers measured at one ISO with the camera file."""
+    sensor, where, reason = bench.sensor, f"ISO {bench.iso}", reason_read_noise_is_unmeasurable(bench.sensor)
     gain_dn_per_e, read_dn = expected_gain(bench.camera, bench.iso, sensor), read_noise_dn(sensor)
     error = found.gain.standard_error / found.gain.value
     read_error = found.dark.error_dn2 / (2.0 * read_dn**2) if read_dn > 0 else 0.0
     full_scale_e = (sensor.white_level_dn() - sensor.moments(0.0).mean) / gain_dn_per_e
     smallest_e = math.sqrt(dark_moments(sensor, rows=False).variance) / gain_dn_per_e + 0.5
-    stops, blurred = math.log2(full_scale_e / smallest_e), gain_hidden(sensor) or line_hidden(sensor)
-    gates = [
-        Gate(
-            "K", where, found.gain.value, gain_dn_per_e, GAIN_TOLERANCE, error, "DN/e-", ungated=blurred or _imprecise(wanted)
+    stops, gain_reason = (
+        math.log2(full_scale_e / smallest_e),
+        reason_gain_is_unmeasurable(sensor) or reason_linearity_is_unmeasurable(sensor),
+    )
+    checks = [
+        ToleranceCheck(
+            "K",
+            where,
+            found.gain.value,
+            gain_dn_per_e,
+            GAIN_TOLERANCE,
+            error,
+            "DN/e-",
+            reason_unchecked=gain_reason or _imprecise(wanted),
         ),
-        Gate("read noise", where, found.read_noise_dn, read_dn, READ_NOISE_TOLERANCE, read_error, "DN", ungated=reason),
-        Gate("full scale", where, found.full_scale_e, full_scale_e, FULL_SCALE_TOLERANCE, error, "e-", ungated=blurred),
-        Gate(
+        ToleranceCheck(
+            "read noise", where, found.read_noise_dn, read_dn, READ_NOISE_TOLERANCE, read_error, "DN", reason_unchecked=reason
+        ),
+        ToleranceCheck(
+            "full scale",
+            where,
+            found.full_scale_e,
+            full_scale_e,
+            FULL_SCALE_TOLERANCE,
+            error,
+            "e-",
+            reason_unchecked=gain_reason,
+        ),
+        ToleranceCheck(
             "dynamic range",
             where,
             found.dynamic_range_stops,
@@ -51,33 +72,35 @@ def iso_gates(found: IsoNoise, bench: FlatBench, wanted: FramePlan) -> list[Gate
             math.hypot(read_error, error) / math.log(2.0),
             "stops",
             relative=False,
-            ungated=reason or blurred,
+            reason_unchecked=reason or gain_reason,
         ),
     ]
-    return [*gates, _row_gate(where, found.row_noise_dn, bench, reason)]
+    return [*checks, _check_row_noise(where, found.row_noise_dn, bench, reason)]
 
 
-def _row_gate(where: str, measured_dn: float, bench: FlatBench, reason: str) -> Gate:
-    """Row noise: few rows tell it, so the gate is as wide as chance makes it."""
+def _check_row_noise(where: str, measured_dn: float, bench: FlatBench, reason: str) -> ToleranceCheck:
+    """Check the row noise; its tolerance follows from its standard error, because a frame has few rows."""
     row_dn, read_dn, frame = row_noise_dn(bench.sensor), read_noise_dn(bench.sensor), bench.camera.frame
     if row_dn == 0:
-        return Gate("row noise", where, measured_dn, 0.0, 0.0, 0.0, "DN", ungated=reason or "the camera has none")
-    of_photosites = read_dn**2 / frame.width / row_dn**2  # what the mean of a row keeps of it
+        return ToleranceCheck(
+            "row noise", where, measured_dn, 0.0, 0.0, 0.0, "DN", reason_unchecked=reason or "the camera has none"
+        )
+    of_photosites = read_dn**2 / frame.width / row_dn**2  # share of the photosites' noise left in a row's mean
     error = (1.0 + of_photosites) / math.sqrt(2.0 * DARK_PAIRS * (frame.height - 1))
     if LEAST_SIGMAS * error > 0.5:
         reason = reason or "too little of it to be told from the photosites' noise"
     for stage in bench.sensor.stages:
         if not stage.rows_are_independent:
             reason = reason or f"{stage.stem} is part of it, whose rows are not independent"
-    return Gate("row noise", where, measured_dn, row_dn, LEAST_SIGMAS * error, error, "DN", ungated=reason)
+    return ToleranceCheck("row noise", where, measured_dn, row_dn, LEAST_SIGMAS * error, error, "DN", reason_unchecked=reason)
 
 
-def table_gates(found: Sequence[IsoNoise], gains: dict[int, float], read_noise_e: dict[int, float]) -> list[Gate]:
-    """Compare what the ISOs tell together: the slope of K on ISO, and each switch of conversion gain.
+def check_iso_table(found: Sequence[IsoNoise], gains: dict[int, float], read_noise_e: dict[int, float]) -> list[ToleranceCheck]:
+    """Check what follows from several ISOs: the slope of K over ISO, and each switch of conversion gain.
 
     gains [DN/e-], read_noise_e [e-]: by ISO, of the camera file.
     """
-    by_iso, gates = {one.iso: one for one in found}, []
+    by_iso, checks = {one.iso: one for one in found}, []
     isos = sorted(by_iso)
     if len(isos) > 1:
         slope, spread = log_slope(isos, [gains[iso] for iso in isos]), np.log(isos) - np.mean(np.log(isos))
@@ -87,14 +110,18 @@ def table_gates(found: Sequence[IsoNoise], gains: dict[int, float], read_noise_e
         measured = log_slope(isos, [by_iso[iso].gain.value for iso in isos])
         expected = 1.0 if proportional else slope
         reason = "" if LEAST_SIGMAS * error <= SLOPE_TOLERANCE else "these ISOs lie too close to each other to tell a slope"
-        gate = Gate("slope of ln K", where, measured, expected, SLOPE_TOLERANCE, float(error), relative=False, ungated=reason)
-        gates.append(gate)
+        check = ToleranceCheck(
+            "slope of ln K", where, measured, expected, SLOPE_TOLERANCE, float(error), relative=False, reason_unchecked=reason
+        )
+        checks.append(check)
     for low, high in noise_steps({iso: read_noise_e[iso] for iso in isos}):
         first, second = by_iso[low], by_iso[high]
         error = math.hypot(*(part for one in (first, second) for part in _relative_errors(one)))
         measured, expected = first.read_noise_e / second.read_noise_e, read_noise_e[low] / read_noise_e[high]
-        gates.append(Gate("step of read noise", f"ISO {low} to {high}", measured, expected, STEP_TOLERANCE, error, "e-/e-"))
-    return gates
+        checks.append(
+            ToleranceCheck("step of read noise", f"ISO {low} to {high}", measured, expected, STEP_TOLERANCE, error, "e-/e-")
+        )
+    return checks
 
 
 def _relative_errors(one: IsoNoise) -> tuple[float, float]:
@@ -103,6 +130,6 @@ def _relative_errors(one: IsoNoise) -> tuple[float, float]:
 
 
 def _imprecise(wanted: FramePlan) -> str:
-    """Why K cannot be asked of this many frames, or nothing."""
+    """Return why K cannot be checked with this number of frames, or an empty string."""
     error = LEAST_SIGMAS * wanted.gain_error
     return f"shot noise is so weak that {LEAST_SIGMAS:g} standard errors are {100 * error:.2g} %" if error > 0.0061 else ""

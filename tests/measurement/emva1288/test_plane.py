@@ -10,7 +10,7 @@ from scipy import stats
 
 from simulator.errors import PhotositeError
 from simulator.measurement.emva1288.plane import LightStep, measure_plane
-from simulator.measurement.statistics.dark_current import slope_over_time
+from simulator.measurement.statistics.dark_current import fit_slope_over_time
 from simulator.measurement.statistics.linearity import linearity, responsivity
 from simulator.measurement.statistics.photon_transfer import dark_noise
 from simulator.measurement.statistics.spatial_variance import stack_of
@@ -106,5 +106,5 @@ def test_dark_current_is_the_slope_over_time():
     times = np.array([0.0, 1.0, 2.0, 5.0, 10.0])
     sensor = NumpySensor(2.0, 3.0, 100.0, 14, shape=(200, 200))
     means = [np.mean([frame.mean() for frame in sensor.frames(12.5 * time, 2)]) for time in times]
-    slope, start = slope_over_time(times, np.array(means) / 2.0)
+    slope, start = fit_slope_over_time(times, np.array(means) / 2.0)
     assert slope.covers(12.5) and start.covers(50.0)

@@ -11,7 +11,7 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
-from simulator.scene.occluded_background import depends_on_hidden, hidden_share, hidden_surface, with_hidden_surface
+from simulator.scene.occluded_background import disoccluded_pixels, disoccluded_share, extend_background, occluded_background
 
 MITSUBA = Path(__file__).parents[3] / "shared" / "data" / "mitsuba"
 HEIGHT, WIDTH = 40, 60
@@ -45,7 +45,7 @@ SHAPES = {
 @pytest.mark.parametrize("reach", [1.5, 5.0, 9.0])
 def test_it_covers_the_near_side_within_reach_and_nothing_else(shape, reach):
     near = SHAPES[shape]
-    layer = hidden_surface(*two_planes(near), reach, 0.1)
+    layer = occluded_background(*two_planes(near), reach, 0.1)
     away = distance_to_other_side(near)
     covered = layer.coverage > 0
     assert set(np.unique(layer.coverage)) <= {0.0, 1.0} and not covered[~near].any()
@@ -59,9 +59,9 @@ def test_it_covers_the_near_side_within_reach_and_nothing_else(shape, reach):
 def test_surfaces_without_edges_have_nothing_behind_them():
     slope = (1.0 / (0.2 + 0.01 * X)).astype(np.float32)  # 1/z rises by 0.01 per pixel
     planes = np.ones((HEIGHT, WIDTH, 3), np.float32)
-    assert hidden_surface(planes, slope, 8.0, 0.02) is None
-    assert hidden_surface(planes, 2.0, 8.0, 0.02) is None
-    assert hidden_surface(planes, slope, 0.0, 0.001) is None
+    assert occluded_background(planes, slope, 8.0, 0.02) is None
+    assert occluded_background(planes, 2.0, 8.0, 0.02) is None
+    assert occluded_background(planes, slope, 0.0, 0.001) is None
 
 
 def test_a_sloping_ground_is_not_behind_itself_beside_a_post():
@@ -69,7 +69,7 @@ def test_a_sloping_ground_is_not_behind_itself_beside_a_post():
     ground = 0.1 + 0.005 * Y
     post = (abs(X - 30) < 8) & (Y < 30)
     depth = (1.0 / np.where(post, 0.1 + 0.005 * 30, ground)).astype(np.float32)
-    layer = hidden_surface(np.ones((HEIGHT, WIDTH, 1), np.float32), depth, 6.0, 0.012)
+    layer = occluded_background(np.ones((HEIGHT, WIDTH, 1), np.float32), depth, 6.0, 0.012)
     covered = layer.coverage > 0
     beside = ~post & (Y < 30)  # before the foot, at the ends of the edges, either is right
     assert covered[:20, 26].all() and not covered[beside].any() and not covered[37:].any()
@@ -83,7 +83,7 @@ def test_what_is_behind_comes_from_the_farther_side_alone():
     with np.errstate(divide="ignore"):
         depth = (1.0 / inverse).astype(np.float32)
     planes = inverse.astype(np.float32)[..., None]  # the colour tells where it comes from
-    layer = hidden_surface(planes, depth, 4.0, 0.1)
+    layer = occluded_background(planes, depth, 4.0, 0.1)
     covered = layer.coverage > 0
     assert covered.any() and (layer.planes[..., 0] <= planes[..., 0] - 0.05)[covered].all()
     np.testing.assert_allclose(1.0 / layer.depth_m[covered], layer.planes[covered][:, 0], atol=1e-6)
@@ -92,7 +92,7 @@ def test_what_is_behind_comes_from_the_farther_side_alone():
 def test_the_picture_itself_is_left_alone():
     planes, depth = two_planes(SHAPES["disk"])
     kept = planes.copy(), depth.copy()
-    hidden_surface(planes, depth, 4.0, 0.1)
+    occluded_background(planes, depth, 4.0, 0.1)
     np.testing.assert_array_equal(planes, kept[0])
     np.testing.assert_array_equal(depth, kept[1])
 
@@ -103,26 +103,26 @@ def test_pixels_that_see_past_an_edge_are_those_of_rays_through_the_pupil(radii)
     s_near, s_far = radii
     near = SHAPES["half plane"]
     radius = np.where(near, s_near, s_far).astype(np.float32)
-    found = depends_on_hidden(two_planes(near)[1], radius, 0.1)
+    found = disoccluded_pixels(two_planes(near)[1], radius, 0.1)
     u = np.linspace(-1.0, 1.0, 4001)
     x = np.arange(WIDTH)[:, None] + 0.5 - 30.0
     sees = ((x + s_near * u >= 0) & (x + s_far * u < 0)).any(axis=1)
     np.testing.assert_array_equal(found[20], sees)
 
 
-def test_nothing_depends_on_what_is_hidden_in_a_sharp_picture():
+def test_no_pixel_of_a_sharp_picture_depends_on_occluded_background():
     planes, depth = two_planes(SHAPES["disk"])
-    assert not depends_on_hidden(depth, np.zeros(depth.shape, np.float32), 0.1).any()
-    assert not depends_on_hidden(2.0, np.ones((4, 4), np.float32), 0.1).any()
+    assert not disoccluded_pixels(depth, np.zeros(depth.shape, np.float32), 0.1).any()
+    assert not disoccluded_pixels(2.0, np.ones((4, 4), np.float32), 0.1).any()
 
 
 def test_the_share_of_a_large_picture_is_estimated_from_a_part_of_it():
     near = np.kron(SHAPES["disk"], np.ones((4, 4))) > 0
     depth = two_planes(near)[1]
-    exact = hidden_share(depth, 25.0, 1.5)
+    exact = disoccluded_share(depth, 25.0, 1.5)
     radius = 25.0 * (1 / 1.5 - 1 / depth)
-    assert exact == depends_on_hidden(depth, radius, 0.04).mean() > 0.05
-    assert hidden_share(depth, 25.0, 1.5, most_pixels=depth.size // 3) == pytest.approx(exact, rel=0.1)
+    assert exact == disoccluded_pixels(depth, radius, 0.04).mean() > 0.05
+    assert disoccluded_share(depth, 25.0, 1.5, most_pixels=depth.size // 3) == pytest.approx(exact, rel=0.1)
 
 
 def scene_with(hidden):
@@ -131,16 +131,16 @@ def scene_with(hidden):
 
 
 def test_a_scene_gets_its_background_when_it_asks_for_it():
-    assert with_hidden_surface(scene_with("none").load(), 20.0).behind == ()
+    assert extend_background(scene_with("none").load(), 20.0).behind == ()
     scene = scene_with("extend").load()
-    (layer,) = with_hidden_surface(scene, 20.0).behind
+    (layer,) = extend_background(scene, 20.0).behind
     away = distance_to_other_side(SHAPES["disk"])
     assert (layer.coverage[away <= 20.0 * 0.8] == 1.0).all()  # 0.8 dioptres lie between the planes
-    assert with_hidden_surface(band_scene(np.ones((4, 4)), 2.0, hidden="extend").load(), 20.0).behind == ()
+    assert extend_background(band_scene(np.ones((4, 4)), 2.0, hidden="extend").load(), 20.0).behind == ()
 
 
 @pytest.mark.parametrize(("hidden", "says"), [("none", "none is assumed"), ("extend", "assumed to go on")])
-def test_the_plan_tells_how_much_of_the_picture_sees_what_is_hidden(hidden, says):
+def test_the_plan_states_the_share_of_the_picture_that_sees_occluded_background(hidden, says):
     """The number against the rays: between the radii of both planes, the edge of the disk all around."""
     lens, camera = ThinLens(50.0, 2.0, 1.5, cos4=False), small_camera(WIDTH, HEIGHT)
     planned = plan(Shot(scene_with(hidden), lens, Exposure(0.01), camera))
@@ -148,8 +148,8 @@ def test_the_plan_tells_how_much_of_the_picture_sees_what_is_hidden(hidden, says
     near, far = (float(lens.blur_radius_um(z)) / camera.pixel_pitch_um for z in (1.0, 5.0))
     away, outside = distance_to_other_side(SHAPES["disk"]), distance_to_other_side(~SHAPES["disk"])
     share = ((away - 0.5 < -near) | (outside - 0.5 < far)).mean()
-    told = float(step.why.split()[1])
-    assert says in step.why and step.kept == (hidden == "extend") and told == pytest.approx(100 * share, rel=0.06)
+    percent = float(step.why.split()[1])
+    assert says in step.why and step.kept == (hidden == "extend") and percent == pytest.approx(100 * share, rel=0.06)
     in_focus = plan(Shot(FixedScene(scene_with(hidden).load()), ThinLens(5.0, 64.0, 1.5), Exposure(0.01), camera))
     assert "hidden surfaces" not in {step.stage for step in in_focus.steps}
 
@@ -159,7 +159,7 @@ def test_the_plan_tells_how_much_of_the_picture_sees_what_is_hidden(hidden, says
 def test_behind_a_texture_it_is_as_good_a_guess_as_the_textures_mean(name):
     """Rendered backgrounds that the picture hides: rms error within a tenth of the texture's own spread."""
     renders = np.load(MITSUBA / f"{name}.npz")
-    layer = hidden_surface(renders["pinhole_wide"][..., None], renders["depth_wide"], 16.0, 0.05)
+    layer = occluded_background(renders["pinhole_wide"][..., None], renders["depth_wide"], 16.0, 0.05)
     truth = renders["layer0_rgb"]
     usual = (layer.coverage > 0) & (truth < 5.0) & (layer.planes[..., 0] < 5.0)  # without lamps of 1000 times white
     assert usual.sum() > 8000

@@ -12,12 +12,12 @@ from scipy import stats
 from simulator.command_line.main import main
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
+from simulator.measurement.noise_check import checks as noise_checks
 from simulator.measurement.noise_check import flat_bench
-from simulator.measurement.noise_check import gates as noise_gates
-from simulator.measurement.noise_check.frames import frame_plan, noise_bench, take_frames
-from simulator.measurement.noise_check.measure import log_slope, measure_iso, noise_steps
+from simulator.measurement.noise_check.frames import make_noise_bench, plan_frames, take_frames
+from simulator.measurement.noise_check.measure import log_slope, measure_iso_noise, noise_steps
 from simulator.measurement.noise_check.report import validate_noise
-from simulator.measurement.noise_check.tolerance_check import Gate
+from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
 from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import IsoSetting
 from simulator.sensor.stages.column_offset import ColumnOffset
@@ -44,23 +44,23 @@ def camera(table, black, bits, cfa="RGGB", **settings):
 
 
 def z_values(report, quantity):
-    return np.array([gate.deviation / gate.error for gate in report.of(quantity) if not gate.ungated])
+    return np.array([check.deviation / check.error for check in report.of(quantity) if not check.reason_unchecked])
 
 
-def failed(gates):
-    return [(gate.quantity, gate.where, gate.measured, gate.expected) for gate in gates if not gate.passed]
+def failed(checks):
+    return [(check.quantity, check.where, check.measured, check.expected) for check in checks if not check.passed]
 
 
 def test_sony_a7s2_over_its_iso_range_with_the_step_of_its_dual_gain(sony, tmp_path):
     report = validate_noise(sony, [100, 400, 1600, 2000, 6400, 25600], tmp_path)
-    assert not failed(report.gates)
+    assert not failed(report.checks)
     (slope,), (step,) = report.of("slope of ln K"), report.of("step of read noise")
     assert slope.expected == 1.0 and abs(slope.measured - 1.0) < 0.005
     assert step.where == "ISO 1600 to 2000" and step.measured == pytest.approx(4.1169 / 1.3876, rel=0.03)
-    assert not any(gate.ungated for gate in report.gates if gate.quantity in ("K", "read noise", "full scale"))
+    assert not any(check.reason_unchecked for check in report.checks if check.quantity in ("K", "read noise", "full scale"))
     chi2 = {name: float(np.sum(z_values(report, name) ** 2)) for name in ("K", "read noise")}
     accept({name: float(stats.chi2.sf(value, 6)) for name, value in chi2.items()})
-    assert max(gate.error for gate in report.of("K")) < 0.0016  # the gate is four of these
+    assert max(check.error for check in report.of("K")) < 0.0016  # the gate is four of these
 
 
 def test_the_files_alone_are_measured(sony, tmp_path):
@@ -68,18 +68,19 @@ def test_the_files_alone_are_measured(sony, tmp_path):
     setting = sony.iso_table[1600]
     other = dataclasses.replace(setting, gain_dn_per_e=1.01 * setting.gain_dn_per_e, read_noise_dn=1.02 * setting.read_noise_dn)
     bench, wrong = (
-        noise_bench(one, 1600, tmp_path) for one in (sony, dataclasses.replace(sony, iso_table=sony.iso_table | {1600: other}))
+        make_noise_bench(one, 1600, tmp_path)
+        for one in (sony, dataclasses.replace(sony, iso_table=sony.iso_table | {1600: other}))
     )
-    found = measure_iso(take_frames(wrong, frame_plan(wrong), 5))
-    assert not failed(noise_gates.iso_gates(found, wrong, frame_plan(wrong)))
-    names = [name for name, *_ in failed(noise_gates.iso_gates(found, bench, frame_plan(bench)))]
+    found = measure_iso_noise(take_frames(wrong, plan_frames(wrong), 5))
+    assert not failed(noise_checks.check_iso(found, wrong, plan_frames(wrong)))
+    names = [name for name, *_ in failed(noise_checks.check_iso(found, bench, plan_frames(bench)))]
     assert names == ["K", "read noise", "full scale"]
 
 
 def test_a_table_of_another_slope_is_held_against_its_own(tmp_path):
     table = {iso: (gain, variance**0.5) for iso, (gain, variance) in IMX385.items()}
     report = validate_noise(camera(table, 240.0, 12), [1600, 25600], tmp_path, seed=7)
-    assert not failed(report.gates)
+    assert not failed(report.checks)
     (slope,) = report.of("slope of ln K")
     assert slope.expected == pytest.approx(np.log(52.033 / 3.513) / np.log(16)) and "own table" in slope.where
 
@@ -87,10 +88,10 @@ def test_a_table_of_another_slope_is_held_against_its_own(tmp_path):
 def test_a_camera_without_pedestal_is_asked_for_its_gain_only(tmp_path):
     """Nikon D3: black is code 0, and half of the dark is lost in the file."""
     report = validate_noise(camera({1600: (2.17, 14.3), 6400: (8.33, 46.0)}, 0.0, 14), [1600, 6400], tmp_path)
-    assert not failed(report.gates)
+    assert not failed(report.checks)
     assert all(point.dark_is_clipped for point in report.points)
-    assert all("pedestal" in gate.ungated for gate in report.of("read noise"))
-    assert not any(gate.ungated for gate in report.of("K"))
+    assert all("pedestal" in check.reason_unchecked for check in report.of("read noise"))
+    assert not any(check.reason_unchecked for check in report.of("K"))
 
 
 def test_a_body_with_patterns_row_noise_and_long_tails(tmp_path):
@@ -104,15 +105,15 @@ def test_a_body_with_patterns_row_noise_and_long_tails(tmp_path):
         "random_telegraph_noise": RandomTelegraphNoise(0.001, 20.0),
     }
     report = validate_noise(camera({400: (0.5, 4.0)}, 512.0, 14, stages=body), [400], tmp_path)
-    assert not failed(report.gates)
-    assert not any(gate.ungated for gate in report.gates)
+    assert not failed(report.checks)
+    assert not any(check.reason_unchecked for check in report.checks)
     assert report.of("row noise")[0].expected == pytest.approx(1.5)
     assert report.of("read noise")[0].expected == pytest.approx(np.sqrt(16.0 + 0.25 * 0.001 * 400.0))
 
 
 def test_read_noise_below_half_a_code_is_not_asked_for(tmp_path):
     report = validate_noise(camera({100: (0.1, 0.3)}, 512.0, 14, "MONO"), [100], tmp_path)
-    assert not failed(report.gates) and "rounding" in report.of("read noise")[0].ungated
+    assert not failed(report.checks) and "rounding" in report.of("read noise")[0].reason_unchecked
     assert not report.of("slope of ln K")
 
 
@@ -124,14 +125,14 @@ def test_steps_are_drops_no_single_gain_can_make():
 
 
 def test_a_gate_is_passed_within_its_tolerance_and_never_by_nan():
-    gate = Gate("K", "ISO 100", 1.006, 1.0, 0.0061, 0.001)
-    assert gate.passed and gate.deviation == pytest.approx(0.006)
-    assert not dataclasses.replace(gate, measured=0.993).passed
-    assert not dataclasses.replace(gate, measured=float("nan")).passed
-    assert dataclasses.replace(gate, measured=7.0, ungated="because").as_dict()["verdict"] == "not gated"
-    assert not dataclasses.replace(gate, expected=-1.0, relative=False).passed
+    check = ToleranceCheck("K", "ISO 100", 1.006, 1.0, 0.0061, 0.001)
+    assert check.passed and check.deviation == pytest.approx(0.006)
+    assert not dataclasses.replace(check, measured=0.993).passed
+    assert not dataclasses.replace(check, measured=float("nan")).passed
+    assert dataclasses.replace(check, measured=7.0, reason_unchecked="because").as_dict()["verdict"] == "not gated"
+    assert not dataclasses.replace(check, expected=-1.0, relative=False).passed
     with pytest.raises(PhotositeError, match="relative deviation"):
-        Gate("K", "ISO 100", 1.0, 0.0, 0.01, 0.0)
+        ToleranceCheck("K", "ISO 100", 1.0, 0.0, 0.01, 0.0)
 
 
 def test_a_camera_is_loaded_with_single_values_set():
@@ -182,7 +183,7 @@ def test_what_cannot_be_measured_is_one_line(arguments, message, capsys):
 @pytest.mark.slow
 def test_sony_a7s2_at_every_iso(sony, tmp_path):
     report = validate_noise(sony, sorted(sony.iso_table), tmp_path, keep=False, seed=100)
-    assert not failed(report.gates)
+    assert not failed(report.checks)
     assert not list(tmp_path.iterdir())
     tests = {
         (name, iso.where): 2 * stats.norm.sf(abs(z))
@@ -196,4 +197,4 @@ def test_sony_a7s2_at_every_iso(sony, tmp_path):
 def test_an_imx385_at_every_iso(tmp_path):
     table = {iso: (gain, variance**0.5) for iso, (gain, variance) in IMX385.items()}
     report = validate_noise(camera(table, 240.0, 12), sorted(table), tmp_path, seed=300)
-    assert not failed(report.gates)
+    assert not failed(report.checks)

@@ -1,4 +1,4 @@
-"""What the EMVA 1288 numbers measured from files must agree with, and how well."""
+"""Tolerance checks of the EMVA 1288 numbers measured from raw files against the camera file."""
 
 import math
 
@@ -8,19 +8,19 @@ from scipy import stats
 from simulator.color.spectra import efficiency_on
 from simulator.measurement.emva1288.files_to_planes import COLOR_OF, EmvaCamera
 from simulator.measurement.emva1288.frames import HALF, SHARES, EmvaBench
-from simulator.measurement.emva1288.plane import Pattern
+from simulator.measurement.emva1288.plane import Nonuniformity
+from simulator.measurement.noise_check.checks import GAIN_TOLERANCE, READ_NOISE_TOLERANCE
 from simulator.measurement.noise_check.expected import (
     LEAST_READ_NOISE_DN,
     dark_moments,
-    efficiency_hidden,
     expected_gain,
-    gain_hidden,
-    line_hidden,
-    read_noise_hidden,
+    reason_efficiency_is_unmeasurable,
+    reason_gain_is_unmeasurable,
+    reason_linearity_is_unmeasurable,
+    reason_read_noise_is_unmeasurable,
 )
 from simulator.measurement.noise_check.flat_bench import FlatBench
-from simulator.measurement.noise_check.gates import GAIN_TOLERANCE, READ_NOISE_TOLERANCE
-from simulator.measurement.noise_check.tolerance_check import LEAST_SIGMAS, Gate
+from simulator.measurement.noise_check.tolerance_check import LEAST_SIGMAS, ToleranceCheck
 from simulator.sensor.sensor_plan import SensorPlan
 
 EFFICIENCY_TOLERANCE = 0.005
@@ -28,23 +28,23 @@ SATURATION_TOLERANCE = 0.02  # the steps of light about it are 1 % apart
 SNR_TOLERANCE = 0.01
 RANGE_TOLERANCE = 0.03
 LINEARITY_TOLERANCE = 0.05  # %
-PATTERN_TOLERANCE = 0.03
+NONUNIFORMITY_TOLERANCE = 0.03
 LEAST_PRNU = 0.005
 DARK_CURRENT_TOLERANCE = 0.02
 
 
-def emva_gates(found: EmvaCamera, bench: EmvaBench) -> list[Gate]:
+def check_emva(found: EmvaCamera, bench: EmvaBench) -> list[ToleranceCheck]:
     """Compare every plane with the camera file."""
-    gates = []
+    checks = []
     for name in found.planes:
         one = bench.colors[COLOR_OF[name]]
-        gates += _temporal(name, found, bench, one) + _patterns(name, found, bench, one.sensor)
-        gates += _dark_current(name, found, bench)
-    return gates
+        checks += _check_temporal(name, found, bench, one) + _check_nonuniformity(name, found, bench, one.sensor)
+        checks += _check_dark_current(name, found, bench)
+    return checks
 
 
-def _temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBench) -> list[Gate]:
-    """K, quantum efficiency, dark noise, saturation, SNR, dynamic range, linearity."""
+def _check_temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBench) -> list[ToleranceCheck]:
+    """Check K, quantum efficiency, dark noise, saturation, SNR, dynamic range and linearity."""
     plane, sensor = found.planes[name], one.sensor
     gain_dn_per_e, efficiency = expected_gain(bench.camera, bench.iso, sensor), _efficiency(name, found, bench)
     dark_dn2, saturation_e = dark_moments(sensor).variance, _saturation_e(one)
@@ -55,38 +55,54 @@ def _temporal(name: str, found: EmvaCamera, bench: EmvaBench, one: FlatBench) ->
     ratio, range_tolerance = saturation_e / (math.sqrt(dark_dn2) / gain_dn_per_e + 0.5), max(RANGE_TOLERANCE, read_tolerance)
     line, line_error, snr = plane.linearity, 100.0 * plane.linearity_error, math.sqrt(saturation_e)
     bend = max(LINEARITY_TOLERANCE, LEAST_SIGMAS * line_error)
-    hidden, bent, eta = read_noise_hidden(sensor), line_hidden(sensor), plane.quantum_efficiency.value
+    noise_reason, line_reason, eta = (
+        reason_read_noise_is_unmeasurable(sensor),
+        reason_linearity_is_unmeasurable(sensor),
+        plane.quantum_efficiency.value,
+    )
     k_tolerance, eta_tolerance = (max(least, LEAST_SIGMAS * k_error) for least in (GAIN_TOLERANCE, EFFICIENCY_TOLERANCE))
-    k_hidden, eta_hidden = gain_hidden(sensor) or bent, efficiency_hidden(sensor) or bent
-    rows = [
-        ("K", plane.gain.value, gain_dn_per_e, k_tolerance, k_error, "DN/e-", k_hidden),
-        ("quantum efficiency", eta, efficiency, eta_tolerance, k_error, "e-/photon", eta_hidden),
-        ("sigma_d", plane.read_noise.value, sigma_d, read_tolerance, read_error, "e-", hidden or k_hidden),
-        ("saturation", plane.saturation_e, saturation_e, SATURATION_TOLERANCE, k_error, "e-", k_hidden),
-        ("SNR_max", plane.snr_max, snr, SNR_TOLERANCE, k_error / 2.0, "", k_hidden),
-        ("dynamic range", plane.dynamic_range, ratio, range_tolerance, read_error, "", hidden or k_hidden),
+    k_reason, eta_reason = (
+        reason_gain_is_unmeasurable(sensor) or line_reason,
+        reason_efficiency_is_unmeasurable(sensor) or line_reason,
+    )
+    rows: list[tuple[str, float, float, float, float, str, str]] = [
+        ("K", plane.gain.value, gain_dn_per_e, k_tolerance, k_error, "DN/e-", k_reason),
+        ("quantum efficiency", eta, efficiency, eta_tolerance, k_error, "e-/photon", eta_reason),
+        ("sigma_d", plane.read_noise.value, sigma_d, read_tolerance, read_error, "e-", noise_reason or k_reason),
+        ("saturation", plane.saturation_e, saturation_e, SATURATION_TOLERANCE, k_error, "e-", k_reason),
+        ("SNR_max", plane.snr_max, snr, SNR_TOLERANCE, k_error / 2.0, "", k_reason),
+        ("dynamic range", plane.dynamic_range, ratio, range_tolerance, read_error, "", noise_reason or k_reason),
     ]
-    gates = [Gate(quantity, name, *numbers, ungated=reason) for quantity, *numbers, reason in rows]
+    checks = [
+        ToleranceCheck(quantity, name, measured, expected, tolerance, error, unit, reason_unchecked=reason)
+        for quantity, measured, expected, tolerance, error, unit, reason in rows
+    ]
     for quantity, value in (("LE_min", line.least), ("LE_max", line.greatest)):
-        gates.append(Gate(quantity, name, 100.0 * value, 0.0, bend, line_error, "%", relative=False, ungated=bent))
-    return gates
+        checks.append(
+            ToleranceCheck(
+                quantity, name, 100.0 * value, 0.0, bend, line_error, "%", relative=False, reason_unchecked=line_reason
+            )
+        )
+    return checks
 
 
 def _efficiency(name: str, found: EmvaCamera, bench: EmvaBench) -> float:
-    """Electrons per photon on the whole area of a photosite, of the camera file at the plane's wavelength."""
+    """Electrons per photon on the whole area of a photosite, by the camera file at the plane's wavelength."""
     camera = bench.camera
-    curves = efficiency_on([found.wavelengths_nm[name]], camera.response.wavelengths_nm, camera.response.quantum_efficiency)
+    wavelength_nm, response = np.array([found.wavelengths_nm[name]]), camera.response
+    curves = efficiency_on(wavelength_nm, response.wavelengths_nm, response.quantum_efficiency)
     return float(curves[0, list(bench.colors).index(COLOR_OF[name])]) * camera.fill_factor
 
 
 def _saturation_e(bench: FlatBench) -> float:
-    """Electrons of the step with the largest variance, by the model: normal noise cut at the white level.
+    """Predict the electrons at the light step of largest temporal variance, which EMVA 1288 takes as saturation.
 
-    The variance is the mean over photosites, whose signals scatter by the fixed pattern, itself taken as normal.
+    The model is normal noise clipped at the white level. Its variance is averaged over photosites, whose mean signals
+    scatter by the fixed pattern, which is taken as normal, too.
     """
     sensor, shares = bench.sensor, np.array(SHARES)
     white, dark, one = sensor.white_level_dn(), sensor.moments(0.0), sensor.moments(1.0)
-    # Far from a full well, at which the stages' own variance ends.
+    # Half saturation is far from the full well, where the stages' variance model no longer holds.
     half = sensor.moments(HALF * bench.saturation_e)
     rise = (half.variance - dark.variance) / (half.mean - dark.mean)
     signal = (one.mean - dark.mean) * shares * bench.saturation_e
@@ -107,8 +123,8 @@ def _cut_variance(mean: np.ndarray, spread: np.ndarray, top: float) -> np.ndarra
     return second - first**2
 
 
-def _patterns(name: str, found: EmvaCamera, bench: EmvaBench, sensor: SensorPlan) -> list[Gate]:
-    """DSNU and PRNU against the fixed variances of the stages."""
+def _check_nonuniformity(name: str, found: EmvaCamera, bench: EmvaBench, sensor: SensorPlan) -> list[ToleranceCheck]:
+    """Check DSNU and PRNU against the fixed variances of the sensor's stages."""
     plane, gain_dn_per_e = found.planes[name], expected_gain(bench.camera, bench.iso, sensor)
     dark, half = sensor.moments(0.0), sensor.moments(HALF * bench.colors[COLOR_OF[name]].saturation_e)
     dsnu_dn = math.sqrt(dark.fixed_variance)
@@ -117,17 +133,28 @@ def _patterns(name: str, found: EmvaCamera, bench: EmvaBench, sensor: SensorPlan
     few = "defect photosites are part of it, so few that chance decides" if defects else ""
     small = f"below {LEAST_READ_NOISE_DN} DN, where rounding hides it" if dsnu_dn < LEAST_READ_NOISE_DN else ""
     weak = f"below {100 * LEAST_PRNU} %" if prnu < LEAST_PRNU else ""
-    dsnu_error, prnu_error = (_pattern_error(one, found.dark_stacks[name].mean_dn.shape) for one in (plane.dsnu, plane.prnu))
-    tolerances = [max(PATTERN_TOLERANCE, LEAST_SIGMAS * error) for error in (dsnu_error, prnu_error)]
-    dsnu_hidden, prnu_hidden = few or small or read_noise_hidden(sensor), few or weak
+    dsnu_error, prnu_error = (
+        _nonuniformity_error(one, found.dark_stacks[name].mean_dn.shape) for one in (plane.dsnu, plane.prnu)
+    )
+    tolerances = [max(NONUNIFORMITY_TOLERANCE, LEAST_SIGMAS * error) for error in (dsnu_error, prnu_error)]
+    dsnu_reason, prnu_reason = few or small or reason_read_noise_is_unmeasurable(sensor), few or weak
     return [
-        Gate("DSNU", name, plane.dsnu.total, dsnu_dn / gain_dn_per_e, tolerances[0], dsnu_error, "e-", ungated=dsnu_hidden),
-        Gate("PRNU", name, plane.prnu.total, prnu, tolerances[1], prnu_error, "", ungated=prnu_hidden),
+        ToleranceCheck(
+            "DSNU",
+            name,
+            plane.dsnu.total,
+            dsnu_dn / gain_dn_per_e,
+            tolerances[0],
+            dsnu_error,
+            "e-",
+            reason_unchecked=dsnu_reason,
+        ),
+        ToleranceCheck("PRNU", name, plane.prnu.total, prnu, tolerances[1], prnu_error, "", reason_unchecked=prnu_reason),
     ]
 
 
-def _pattern_error(pattern: Pattern, shape: tuple[int, int]) -> float:
-    """Relative standard error of a pattern's total, since this body is one draw: few rows and columns scatter more."""
+def _nonuniformity_error(pattern: Nonuniformity, shape: tuple[int, int]) -> float:
+    """Relative standard error of a total nonuniformity: the body is one random draw, and it has few rows and columns."""
     if pattern.total == 0:
         return 0.0
     rows, columns = shape
@@ -136,19 +163,19 @@ def _pattern_error(pattern: Pattern, shape: tuple[int, int]) -> float:
     return math.hypot(*parts, 2.0 * pattern.pixel * pattern.error) / (2.0 * pattern.total**2)
 
 
-def _dark_current(name: str, found: EmvaCamera, bench: EmvaBench) -> list[Gate]:
-    """Dark current by mean and by variance."""
+def _check_dark_current(name: str, found: EmvaCamera, bench: EmvaBench) -> list[ToleranceCheck]:
+    """Check the dark current found from the mean and from the variance of dark frames."""
     if name not in found.dark_current_e_per_s:
         return []
     moments = [bench.dark(time).sensor.moments(0.0) for time in bench.dark_times_s()]
     gain, span = expected_gain(bench.camera, bench.iso, bench.white.sensor), bench.dark_times_s()[-1] - bench.dark_times_s()[0]
     by_mean = (moments[-1].mean - moments[0].mean) / gain / span
     by_variance = (moments[-1].variance - moments[0].variance) / gain**2 / span
-    gates = []
+    checks = []
     for kind, interval, expected in zip(
         ("mean", "variance"), found.dark_current_e_per_s[name], (by_mean, by_variance), strict=True
     ):
         error = (interval.high - interval.low) / 6.36 / expected  # Student's t of three degrees of freedom: +- 3.18
         tolerance = max(DARK_CURRENT_TOLERANCE, LEAST_SIGMAS * error)
-        gates.append(Gate(f"dark current by {kind}", name, interval.value, expected, tolerance, error, "e-/s"))
-    return gates
+        checks.append(ToleranceCheck(f"dark current by {kind}", name, interval.value, expected, tolerance, error, "e-/s"))
+    return checks

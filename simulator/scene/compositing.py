@@ -1,0 +1,54 @@
+"""Compositing of a scene's layers: the picture, and the depth, that a pinhole camera sees of them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from simulator.scene.scene import Layer, Scene
+
+
+def flatten_layers(scene: Scene) -> Scene:
+    """Return the scene as one layer: the composite of all, at `visible_depth_m`. A scene of one layer is returned as it is."""
+    if not scene.behind:
+        return scene
+    planes, coverage = composite_planes(scene.layers)
+    return replace(scene, planes=planes, depth_m=visible_depth_m(scene), coverage=coverage, behind=())
+
+
+def composite_planes(layers: tuple[Layer, ...]) -> tuple[np.ndarray, np.ndarray | None]:
+    """Composite layers, nearest first: the sum of planes * product of (1 - coverage) of all nearer layers; and its coverage.
+
+    The operator "over" of Porter and Duff 1984, for planes that are multiplied by coverage. Returns (height, width, bands) and
+    (height, width), float32; of one layer, the layer's own arrays.
+    """
+    first, *behind = layers
+    if not behind:
+        return first.planes, first.coverage
+    planes, transmittance = first.planes.copy(), _uncovered(first.coverage, first.planes.shape[:2])
+    for layer in behind:
+        for row, light in enumerate(layer.planes):  # row by row, so that no temporary array is as large as the picture
+            planes[row] += light * transmittance[row, :, None]
+        transmittance *= _uncovered(layer.coverage, transmittance.shape)
+    return planes, 1.0 - transmittance
+
+
+def visible_depth_m(scene: Scene) -> float | np.ndarray:
+    """Return the distance of the visible surface at each pixel [m], (height, width) float32, or a float for one distance.
+
+    It is that of the first layer at which this layer and all nearer ones cover more than half the pixel; infinity where all
+    layers together cover no more than half.
+    """
+    if scene.coverage is None:
+        return scene.depth_m
+    shape = scene.planes.shape[:2]
+    depth, transmittance = np.full(shape, np.inf, np.float32), np.ones(shape, np.float32)
+    for layer in scene.layers:
+        was_open = transmittance >= 0.5
+        transmittance *= _uncovered(layer.coverage, shape)
+        np.copyto(depth, np.float32(layer.depth_m), where=was_open & (transmittance < 0.5))
+    return depth
+
+
+def _uncovered(coverage: np.ndarray | None, shape: tuple[int, ...]) -> np.ndarray:
+    """Return 1 - coverage, (height, width) float32; 0 for a layer that covers every pixel."""
+    return np.zeros(shape, np.float32) if coverage is None else 1.0 - coverage

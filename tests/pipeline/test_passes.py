@@ -1,0 +1,119 @@
+"""The passes of a plan: the same as the executor runs, with sizes, shares and costs that add up."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.camera_builders import every_stage, small_camera
+from helpers.scene_builders import band_scene
+
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.distortion import Distortion
+from simulator.optics.lens.pinhole import Pinhole
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.passes import Pass
+from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import execute
+from simulator.pipeline.stopwatch import Stopwatch
+from simulator.sensor.camera.crosstalk import Crosstalk
+from simulator.sensor.camera.optical_black import OpticalBlack
+
+RANDOM = np.random.default_rng(11)
+PLANES = RANDOM.uniform(0.1, 1.0, (24, 32, 3))
+SLOPE_M = np.linspace(1.9, 2.1, 32)[None, :].repeat(24, axis=0)
+EDGE_M = np.where(np.arange(32) < 16, 1.9, 2.1)[None, :].repeat(24, axis=0)
+IDEAL = ThinLens(50.0, 2.0, 2.0, cos4=False)
+REAL = replace(IDEAL, veiling_glare=0.02, distortion=Distortion(k1=-0.01))
+TRUTH = ("variance", "depth", "blur", "rgb")
+
+
+def full_camera():
+    """Every stage, crosstalk of light and charge, optical black and a low-pass filter."""
+    return small_camera(
+        cfa="RGGB",
+        stages=every_stage(),
+        crosstalk=Crosstalk(0.02, 0.01, 0.01, 0.005),
+        optical_black=OpticalBlack(left_px=4, top_px=2),
+        low_pass_um=4.0,
+    )
+
+
+def shot_of(lens=REAL, depth_m=SLOPE_M, camera=None, truth=TRUTH, **settings) -> Shot:
+    return Shot(band_scene(PLANES, depth_m), lens, Exposure(0.01), camera or full_camera(), truth=truth, **settings)
+
+
+SHOTS = {
+    "everything": shot_of(),
+    "only the blur is asked for": shot_of(truth=("blur",)),
+    "rays instead of the blur": shot_of(lens=replace(IDEAL, f_number=8.0), camera=small_camera(16, 12, "RGGB"), tolerance=0.0),
+    "kernels stand for the blur": shot_of(lens=replace(REAL, f_number=8.0, diffraction=True), depth_m=EDGE_M),
+    "pinhole": shot_of(lens=Pinhole(0.2, 50.0), depth_m=2.0),
+    "sharp": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=()),
+}
+
+
+def by_name(planned: Plan) -> dict[str, Pass]:
+    return {one.name: one for one in planned.passes}
+
+
+@pytest.mark.parametrize("name", SHOTS)
+def test_the_executor_times_the_passes_that_the_plan_keeps(name, device):
+    """Two exceptions: `measure` finds out whether methods are chosen by tile, so it is always timed; and the blur that a point
+    spread function follows runs inside that pass, so its time is that pass's."""
+    shot, stopwatch = SHOTS[name], Stopwatch(running=True)
+    execute(plan(shot), shot, device, lambda what, share: None, stopwatch)
+    passes = by_name(measure(plan(shot), device))
+    expected = {one.name for one in passes.values() if one.kept} | {"radius statistics"}
+    assert set(stopwatch.times_ms) <= set(passes)
+    assert set(stopwatch.times_ms) == expected - ({"defocus"} if passes["point spread function"].kept else set())
+
+
+def test_the_shots_above_keep_every_pass_at_least_once():
+    kept = {one.name for shot in SHOTS.values() for one in plan(shot).passes if one.kept}
+    assert kept == {one.name for shot in SHOTS.values() for one in plan(shot).passes}
+
+
+@pytest.mark.parametrize("name", SHOTS)
+def test_sums_are_those_of_the_kept_passes_and_skipped_ones_cost_nothing(name, device):
+    planned = measure(plan(SHOTS[name]), device)
+    kept = [one for one in planned.passes if one.kept]
+    assert planned.memory_bytes() == sum(one.memory_bytes for one in kept) > 0
+    assert planned.cost_ms() == pytest.approx(math.fsum(one.cost_ms for one in kept))
+    for one in planned.passes:
+        assert one.method
+        if one.kept:
+            assert one.size > 0 and one.cost_ms > 0.0
+        else:
+            assert (one.size, one.memory_bytes, one.cost_ms, one.error_sigma) == (0, 0, 0.0, None)
+
+
+def test_where_kernels_stand_for_the_blur_no_method_is_chosen_by_tile(device):
+    planned = measure(plan(SHOTS["kernels stand for the blur"]), device)
+    passes = by_name(planned)
+    assert planned.tiles is None and planned.optics.defocus is not None
+    assert passes["point spread function"].kept
+    assert not passes["radius statistics"].kept and not passes["defocus"].kept
+
+
+def test_truth_in_every_colour_costs_the_light_and_the_truth_of_each(device):
+    planned = measure(plan(SHOTS["everything"]), device)
+    passes = by_name(planned)
+    names = list(passes)
+    light = [one for one in names[: names.index("sensor")] if one != "radius statistics"]
+    each = sum(passes[name].cost_ms for name in [*light, "truth"])
+    assert passes["truth: rgb"].cost_ms == pytest.approx(3 * each)
+    mono = by_name(plan(Shot(band_scene(PLANES[..., :1], 2.0), IDEAL, Exposure(0.01), small_camera(), truth=("rgb",))))
+    assert mono["truth: rgb"].cost_ms == pytest.approx(
+        sum(one.cost_ms for name, one in mono.items() if name not in ("sensor", "truth: rgb"))
+    )
+
+
+@pytest.mark.parametrize("name", ["everything", "two surfaces"])
+def test_shares_of_the_methods_add_up_to_the_whole_frame(name, device):
+    shot = SHOTS["everything"] if name == "everything" else shot_of(lens=IDEAL, depth_m=EDGE_M)
+    tiles = measure(plan(shot), device).tiles
+    assert tiles is not None
+    shares = tiles.shares()
+    assert sum(shares.values()) == pytest.approx(1.0) and min(shares.values()) >= 0.0
