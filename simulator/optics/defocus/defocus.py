@@ -141,7 +141,7 @@ def _radius_px(lens: Lens, pixel_pitch_um: float, depth_m: float | np.ndarray) -
     _check_size(signed, depth_m, lens)
     if np.ndim(signed) == 0 or signed.min() == signed.max():
         return float(np.min(signed))
-    return signed.astype(np.float32)
+    return np.asarray(signed).astype(np.float32)
 
 
 def _check_size(signed_px: float | np.ndarray, depth_m: float | np.ndarray, lens: Lens) -> None:

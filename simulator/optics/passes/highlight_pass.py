@@ -74,7 +74,7 @@ class HighlightPass:
         """Remove the highlights' excess radiance from the band's sampled planes, in place."""
         band, highlights = self.band, self.highlights
         plane = highlights.layers * band.layer_planes + np.arange(band.channels)[:, None]
-        element = band.layout.element(plane, highlights.rows, highlights.columns).ravel()
+        element = np.ravel(band.layout.element(plane, highlights.rows, highlights.columns))
         left = self.sampled.reshape(-1)[element] - highlights.excess.ravel()
         self._run("highlights_take", (len(element),), {"places": element.astype(np.uint32), "left": left.astype(np.float32)})
 
