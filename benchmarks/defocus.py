@@ -28,8 +28,8 @@ from rich.console import Console
 from simulator import load_shot
 from simulator.device import Buffer, Device, open_device
 from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.accuracy import BRIGHT
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.error_laws import BRIGHT
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.pipeline.planner import Plan, measure, plan

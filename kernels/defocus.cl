@@ -11,8 +11,8 @@
 //          errors small. Last row: the column's minimum.
 // radius:  (maps, 2, map_rows, set_columns) float32, signed blur radius [photosites], > 0 behind the plane in focus; OVER 1.
 // light:   (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
-// open:    (height, width) float32, share of light that the nearer surfaces let through. COMPOSITE 1: this surface is laid behind
-//          them, and its own mean coverage is taken from `open`. COMPOSITE 0: not read.
+// open:    (height, width) float32, share of light that the nearer surfaces let through. COMPOSITE 1: this surface is composited
+//          behind them, and `open` is multiplied by one minus its mean coverage. COMPOSITE 0: not read.
 // tiles:   (tiles) struct tile. nodes: (nodes) struct node, taps: (taps) struct tap, of all nodes (aperture_mean.h).
 // corners: (tiles, 2, TILE_ZONES + 1) uint32, first place in `entries` of each corner of a tile's zones (zones.h); ZONE 0: not read.
 // entries: (corners, nodes that tiles name) int32, place in `nodes` of the node that holds at that corner; ZONE 0: not read.

@@ -1,4 +1,4 @@
-// ReadoutGeometry of sample planes in interleaved columns, which every kernel of the lens blur reads and writes.
+// Layout of sample planes in interleaved columns, which every kernel of the lens blur reads and writes.
 //
 // A photosite has OVER x OVER samples. Photosites of one colour lie two photosites, that is COLUMN_SETS = 2 OVER samples, apart.
 // A plane (rows, columns) is therefore stored as COLUMN_SETS sets of columns, (COLUMN_SETS, rows, set_columns):

@@ -1,5 +1,5 @@
-// Lens blur where surfaces hide each other. The aperture is sampled at points that all photosites of a block share. Through each
-// point a photosite sees along a straight line, on which the layers are composited front to back:
+// Lens blur where surfaces occlude each other. The aperture is sampled at points that all photosites of a block share. Through
+// each point a photosite sees along a ray, on which the layers are composited front to back:
 //   light(x) = mean over points u of sum over layers l of colour_l(x + s_l u) * product over j < l of (1 - coverage_j(x + s_j u))
 // A layer is one slab of constant signed blur radius s, or several: the parts of it whose radius lies in one range. A slab is read
 // bilinearly at the middle of its range, less the samples whose radius lies outside. Ranges shift from point to point (phase, 0 to
@@ -15,7 +15,7 @@
 // slabs:  (slabs, 5) float32, layer by layer, nearest first: layer, map (-1: constant radius), and three radii [photosites]: at
 //         phase 0 the slab's range goes from the first to the second, at phase 1 from the second to the third.
 // points: (points, 5) float32, sets of point_count: u in x and y [pupil radii], x and y in the photosite from its centre, phase.
-// normalise: 1: light is divided by the share of lines that meet a surface, so that lines that meet none do not darken it.
+// normalise: 1: light is divided by the share of rays that meet a surface, so that rays that meet none do not darken it.
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
@@ -50,7 +50,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
         for (uint i = 0; i < SIZE; i++) before[i] = 1.0f - (covered[i] = 0.0f);
         for (uint k = block[2]; k < end; k++) {
             global const float *slab = slabs + 5 * k;
-            if ((int)slab[0] != current) // what the layers before leave open
+            if ((int)slab[0] != current) // transmittance of the layers in front
                 for (uint i = 0; i < SIZE; i++) {
                     before[i] *= 1.0f - covered[i];
                     missed[i] = 1.0f;
@@ -58,7 +58,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
                 }
             current = (int)slab[0];
             const float low = slab[2] + (slab[3] - slab[2]) * point[4], high = slab[3] + (slab[4] - slab[3]) * point[4];
-            const float middle = 0.5f * (low + high), s = middle > -0.5f && middle < 0.5f ? 0.0f : middle; // in its photosite
+            const float middle = 0.5f * (low + high), s = middle > -0.5f && middle < 0.5f ? 0.0f : middle; // the blur circle lies inside the photosite
             const float u = OVER * (s * point[0] + point[2] + 0.5f) - 0.5f, v = OVER * (s * point[1] + point[3] + 0.5f) - 0.5f;
             const int dx = whole(u), dy = whole(v), left = OVER * parity + dx, right = left + 1;
             const float f = u - (float)dx, g = v - (float)dy;
@@ -68,7 +68,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             const long second = column_set(right) * plane + line + column_in_set(right);
             global const float *layer = planes + current * COLUMN_SETS * (CHANNELS + COVERAGE) * plane;
             global const float *map = radius + (slab[1] < 0.0f ? 0 : COLUMN_SETS * (long)slab[1] * plane);
-            const float least = slab[1] < 0.0f ? -1e30f : low - 0.25f * (high - low); // a little in front: no cracks on slopes
+            const float least = slab[1] < 0.0f ? -1e30f : low - 0.25f * (high - low); // overlaps the slab in front, so that slopes show no gaps
             const float most = slab[1] < 0.0f ? 1e30f : high;
             uint left_over = 0;
             for (uint j = 0; j < ROWS; j++) {
@@ -91,7 +91,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
                     left_over |= missed[m] > 1e-3f ? 1u : 0u;
                 }
             }
-            while (!left_over && k + 1 < end && (int)slabs[5 * k + 5] == current) k++; // nothing is left of this layer's
+            while (!left_over && k + 1 < end && (int)slabs[5 * k + 5] == current) k++; // the ray is fully covered by this layer: skip its other slabs
         }
     }
     for (uint m = 0; m < SIZE; m++) {
@@ -99,7 +99,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
         if (x >= band.width || down >= band.height) continue;
         global float *result = light + (size_t)down * band.width + x;
         const float count = point_count, found = normalise ? (all_seen[m] > 1e-6f ? all_seen[m] : 1e-6f) : count;
-        float apart_sum = 0.0f, open = 1.0f; // of the layers' means laid over one another
+        float apart_sum = 0.0f, open = 1.0f; // of the layers' means, composited
         for (uint l = 0; l < LAYERS; l++) {
             apart_sum += open * sum[l * SIZE + m];
             open *= 1.0f - seen[l * SIZE + m] / count;

@@ -3,7 +3,7 @@
 //
 // map:     (maps, COLUMN_SETS, rows, set_columns) float32, signed blur radius [photosites], in interleaved columns with OVER 1; map
 //          number first_plane is measured.
-// radius_statistics:  (5, rows / PATCH_ROWS, set_columns / HALF_PATCH) float32: least, greatest [photosites]; greatest absolute difference to
+// radius_statistics: (5, rows / PATCH_ROWS, set_columns / HALF_PATCH) float32: least, greatest [photosites]; greatest absolute difference to
 //          the photosite on the right or below [photosites]; mean slope to the right, and down [photosites per photosite].
 // present: (2, rows / PATCH_ROWS, set_columns / HALF_PATCH) uint32, 64 bits, one for each class of radii from first_class on, set
 //          where the patch holds one. A class is the whole part of classes_per_unit * asinh(radius / CLASS_UNIT), so that classes

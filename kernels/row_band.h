@@ -5,7 +5,7 @@
 struct row_band {
     uint sample_rows; // rows of samples in the band and its margins: OVER times its rows of photosites
     uint set_columns; // columns of each column set (interleaved_columns.h): half the band's columns of photosites
-    int frame_x;      // column of the frame at the band's first photosite; negative: that many photosites of margin lie left of the frame
+    int frame_x;      // column of the frame at the band's first photosite; negative where it lies in the margin left of the frame
     int frame_y;      // row of the frame at the band's first photosite; negative in the margin above the frame
     uint width;       // columns of the frame [photosites]
     uint height;      // rows of the frame [photosites]

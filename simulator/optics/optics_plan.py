@@ -7,8 +7,8 @@ from typing import Self
 import numpy as np
 
 from simulator.errors import PhotositeError
+from simulator.optics.defocus.accuracy import Accuracy, brightest_electrons
 from simulator.optics.defocus.defocus import Defocus, plan_defocus
-from simulator.optics.defocus.error_laws import Accuracy, brightest_electrons
 from simulator.optics.geometry.projection import Projection, plan_projection
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens

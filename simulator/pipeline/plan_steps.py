@@ -2,7 +2,7 @@
 
 import math
 
-from simulator.optics.defocus.predicted_error import told as told_errors
+from simulator.optics.defocus.predicted_error import describe_errors
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.distortion import Warp
 from simulator.optics.lens.lens import Lens
@@ -49,7 +49,7 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, 
     method = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
     steps.append(Step("binning", binning is not None, method))
     if optics.defocus is not None:
-        steps += [_occluded_background_step(optics), Step("blur accuracy", True, told_errors(optics.defocus.of_scene()))]
+        steps += [_occluded_background_step(optics), Step("blur accuracy", True, describe_errors(optics.defocus.of_scene()))]
     return tuple(steps)
 
 

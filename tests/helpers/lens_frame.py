@@ -10,7 +10,7 @@ from helpers.lens_truths import Case
 from helpers.scene_builders import FixedScene
 from simulator.device import open_device
 from simulator.exposure.settings import Exposure
-from simulator.optics.defocus.error_laws import Accuracy
+from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot

@@ -1,1 +1,1 @@
-"""The blur of surfaces out of focus: its plan and its passes."""
+"""Plans the defocus blur of a scene's surfaces and tabulates what the kernels need for it."""

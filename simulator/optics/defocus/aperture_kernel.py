@@ -1,7 +1,7 @@
-"""The image of a point out of focus: which share of its light each photosite gets, and how a kernel adds that up quickly.
+"""The point spread function of defocus as photosite weights, and the taps with which a kernel sums it quickly.
 
-A point's image is the shape of the aperture, scaled to the blur circle. Weights are the exact area that the shape has in common
-with each photosite's square (of 1 px), divided by their own sum.
+The image of a defocused point is the shape of the aperture, scaled to the blur circle. The weight of a photosite is the exact
+area of the shape inside its square (of 1 px), divided by the sum of all weights.
 """
 
 import math
@@ -13,16 +13,16 @@ from simulator.optics.defocus.clipped_kernel import shape_weights
 from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 
-SLICES = 64  # rows per photosite into which an aperture with blades is cut
-MOST_AT_ONCE, MOST_WEIGHTS = 16, 4e6  # images of the clipped aperture that are computed together, and their weights
-DIRECT = 49  # weights of a kernel up to which it takes no more reads than running sums do
+SLICES = 64  # rows per photosite into which the image of an aperture with blades is cut
+MOST_AT_ONCE, MOST_WEIGHTS = 16, 4e6  # largest batch of images of the clipped aperture: images, and weights
+DIRECT = 49  # most weights of a kernel for which reading samples needs no more reads than reading running sums
 CHUNK = 8  # taps that kernels/defocus.cl adds up at a time
 
 
 def disk_weights(radius_px: float) -> np.ndarray:
-    """Weights of a disk about a photosite's centre: (2 n + 1, 2 n + 1) float64, sum 1; [[1]] where it stays inside.
+    """Weights of a disk centred on a photosite: (2 n + 1, 2 n + 1) float64, sum 1; [[1]] where the disk fits in the photosite.
 
-    The area of disk and square is exact: differences of F(x, y), the disk's area left of x and above y.
+    The areas are exact: second differences of F(x, y), the area of the part of the disk left of x and above y.
     """
     radius_px = abs(radius_px)
     if radius_px <= 0.5:
@@ -37,8 +37,8 @@ def disk_weights(radius_px: float) -> np.ndarray:
 def aperture_weights(pupil: Pupil, radius_px: float) -> np.ndarray:
     """Weights of the aperture's image of this signed radius [px] on the axis, (2 n + 1, 2 n + 1) float64, sum 1.
 
-    A photosite at x sees the point x + radius u through the place u of the pupil (`Pupil`). A pupil with blades is cut into
-    SLICES rows per photosite, each with its exact length in each photosite.
+    A photosite at x sees the point x + radius u through the point u of the pupil (`Pupil`). The image of a pupil with blades is
+    cut into SLICES rows per photosite; the length of each row within each photosite is exact.
     """
     if pupil.opening == (Disk(0.0, 0.0, 1.0),):
         return disk_weights(radius_px)
@@ -56,41 +56,42 @@ def aperture_weights(pupil: Pupil, radius_px: float) -> np.ndarray:
     return weights / weights.sum()
 
 
-def photosite_weights(pupil: Pupil, radius_px: float, over: int) -> np.ndarray:
-    """What a photosite sees of `over` x `over` points per photosite when a point's image has this radius [photosites].
+def photosite_weights(pupil: Pupil, radius_px: float, samples_per_axis: int) -> np.ndarray:
+    """Weights of the samples that a photosite sees through the aperture: (n, n) float64, sum 1.
 
-    The aperture on the points' own squares, and the mean over the photosite's points: (n, n) float64, sum 1, n odd for an odd
-    `over`; even sizes have the photosite's centre between their middle points.
+    radius_px: signed blur radius [photosites]. samples_per_axis: samples per photosite and axis. The weights are the
+    aperture's image on the grid of samples, averaged over the photosite's own samples. n is odd where samples_per_axis is;
+    where n is even, the photosite's centre lies between the middle samples.
     """
-    return over_a_photosite(aperture_weights(pupil, over * radius_px), over)
+    return mean_over_photosite(aperture_weights(pupil, samples_per_axis * radius_px), samples_per_axis)
 
 
-def clipped_weights(pupil: Pupil, fields: np.ndarray, radii_px: np.ndarray, over: int) -> list[np.ndarray]:
-    """What `photosite_weights` says of the pupil as its stops cut it at each of the fields (n, 2), with signed radii (n,)."""
-    order, found = np.argsort(np.abs(radii_px)), [None] * len(radii_px)
-    largest = 2.0 * over * pupil.corner_radius * float(np.abs(radii_px).max(initial=0.0)) + 3.0
+def clipped_weights(pupil: Pupil, fields: np.ndarray, radii_px: np.ndarray, samples_per_axis: int) -> list[np.ndarray]:
+    """`photosite_weights` of the pupil as its stops clip it, for each field (n, 2) and its signed radius (n,) [photosites]."""
+    order, weights = np.argsort(np.abs(radii_px)), [np.empty(0)] * len(radii_px)
+    largest = 2.0 * samples_per_axis * pupil.corner_radius * float(np.abs(radii_px).max(initial=0.0)) + 3.0
     batch = max(1, min(MOST_AT_ONCE, int(MOST_WEIGHTS / largest**2)))
-    for start in range(0, len(order), batch):  # images of nearly one size
+    for start in range(0, len(order), batch):  # images of similar size, because a batch is padded to its largest
         some = order[start : start + batch]
-        images = over_a_photosite(shape_weights(pupil, fields[some], over * radii_px[some]), over)
+        images = mean_over_photosite(shape_weights(pupil, fields[some], samples_per_axis * radii_px[some]), samples_per_axis)
         for number, image in zip(some, images, strict=True):
-            found[number] = image
-    return found
+            weights[number] = image
+    return weights
 
 
-def over_a_photosite(weights: np.ndarray, over: int) -> np.ndarray:
-    """Mean of weights (..., n, n) over the `over` x `over` points of a photosite: (..., n + over - 1, n + over - 1)."""
+def mean_over_photosite(weights: np.ndarray, samples_per_axis: int) -> np.ndarray:
+    """Mean of weights (..., n, n) over the samples of a photosite: (..., m, m) with m = n + samples_per_axis - 1."""
     size = weights.shape[-1]
-    spread = np.zeros((*weights.shape[:-2], size + over - 1, size + over - 1))
-    for down in range(over):
-        for right in range(over):
+    spread = np.zeros((*weights.shape[:-2], size + samples_per_axis - 1, size + samples_per_axis - 1))
+    for down in range(samples_per_axis):
+        for right in range(samples_per_axis):
             spread[..., down : down + size, right : right + size] += weights
-    return spread / over**2
+    return spread / samples_per_axis**2
 
 
 def _corner_area(x: np.ndarray, y: np.ndarray, radius: float) -> np.ndarray:
-    """Area of the part of a disk about the origin with coordinates below x and y."""
-    corner = np.sqrt(np.maximum(radius**2 - y**2, 0.0))  # where the line y leaves the disk
+    """Area of the part of a disk about the origin whose coordinates are below x and y."""
+    corner = np.sqrt(np.maximum(radius**2 - y**2, 0.0))  # half of the chord that the line y cuts from the disk
     left, right = np.minimum(x, -corner), np.minimum(x, corner)
     outer = _half_segment(left, radius) - _half_segment(-radius, radius)
     outer = outer + _half_segment(np.maximum(x, corner), radius) - _half_segment(corner, radius)
@@ -99,20 +100,20 @@ def _corner_area(x: np.ndarray, y: np.ndarray, radius: float) -> np.ndarray:
     return np.where(y > 0, 2.0 * outer, 0.0) + np.where(np.abs(y) < radius, inner, 0.0)
 
 
-def _half_segment(t, radius: float) -> np.ndarray:
-    """Integral of sqrt(radius^2 - t^2) from 0 to t, which is held within the disk."""
+def _half_segment(t: float | np.ndarray, radius: float) -> np.ndarray:
+    """Integral of sqrt(radius^2 - t^2) from 0 to t; t is clipped to the disk."""
     t = np.clip(t, -radius, radius)
     return 0.5 * (t * np.sqrt(np.maximum(radius**2 - t**2, 0.0)) + radius**2 * np.arcsin(t / radius))
 
 
 @dataclass(frozen=True)
 class Taps:
-    """A weighted sum over an area: of the values, or of running sums down the columns.
+    """Reads (taps) whose weighted sum is a weighted sum over an area: of samples, or of prefix sums down the columns.
 
-    rows, columns: (taps,) offset from the photosite [px] at which a value, or a column's running sum, is read; the sum at an
-        offset holds all photosites above it. weights: (taps,) what it counts.
-    sides: (columns,) offsets of the columns; totals: (columns,) the weights of each, added up. None are needed for values.
-    direct: whether values are read.
+    rows, columns: (taps,) offsets [samples] from the photosite's first sample to the sample or prefix sum that is read; a
+        prefix sum holds all samples above it in its column. weights: (taps,) factor of each read.
+    sides: (columns,) offsets of the kernel's columns; totals: (columns,) sum of the weights of each. Empty for samples.
+    direct: whether samples are read instead of prefix sums.
     """
 
     rows: np.ndarray
@@ -123,17 +124,17 @@ class Taps:
     direct: bool = False
 
 
-def taps_of(weights: np.ndarray, over: int = 1, direct: int = DIRECT) -> Taps:
-    """Taps of a kernel (n, n): where a column's weight changes, a running sum is read.
+def make_taps(weights: np.ndarray, samples_per_axis: int = 1, direct: int = DIRECT) -> Taps:
+    """Taps of a kernel (n, n): a prefix sum is read wherever the weight changes down a column.
 
-    The photosite's own `over` x `over` points are its middle; its first one is element (n - over) // 2.
+    The photosite's own samples lie in the middle of the kernel; the first is element (n - samples_per_axis) // 2 of each axis.
 
-    The sum over w[i] v[i] is the sum over (w[i - 1] - w[i]) S[i], S[i] = v[0] + ... + v[i - 1] (summation by parts). Where the
-    aperture is evenly bright a column changes at its two ends only: the work grows with the radius, not with its square.
-    Of a small kernel the values themselves are read: as quick, and exact beside lights that a running sum drags along.
-    direct: weights of the largest such kernel.
+    The sum over w[i] v[i] is the sum over (w[i - 1] - w[i]) S[i], S[i] = v[0] + ... + v[i - 1] (summation by parts). An evenly
+    bright aperture has only two such changes per column, so that the work grows with the radius instead of its square.
+    A small kernel reads the samples themselves: as quick, and without the rounding errors of prefix sums beside highlights.
+    direct: number of weights of the largest kernel that reads samples.
     """
-    reach = (weights.shape[0] - over) // 2
+    reach = (weights.shape[0] - samples_per_axis) // 2
     if weights.size <= direct:
         rows, columns = np.nonzero(weights)
         return Taps(rows - reach, columns - reach, weights[rows, columns], np.zeros(0, int), np.zeros(0), direct=True)

@@ -1,55 +1,57 @@
-"""Points of the aperture that all photosites of a tile share."""
+"""Sample points of the aperture that all photosites of a block share."""
 
 import math
 from functools import lru_cache
 
 import numpy as np
 
+from simulator.optics.defocus.accuracy import FEWEST, MOST
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.error_laws import FEWEST, MOST
 from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.pupil.pupil_points import points_of
 
-SAVED_ON_GUESSES = 4  # where what lies behind edges is guessed, which costs more than the points
+SAVED_ON_GUESSES = 4  # divides the number where the occluded background is assumed, whose error exceeds the sampling error
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
 
 
-def points_wanted(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
-    """Points for blur circles of this radius [photosites]: several for each scene pixel or photosite in it; powers of two.
+def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
+    """Aperture samples for blur circles of this radius [photosites]: several per scene pixel or photosite in it, powers of two.
 
-    More or fewer for another tolerance than Accuracy's MEASURED; not more where what lies behind edges is guessed.
+    The number follows the tolerance; it is not raised where the occluded background is assumed (`Defocus.guessed`).
     """
-    each = 4.0 * min(max(2.0 * defocus.scale, 0.5), 1.0)  # fewer where a scene pixel spreads over several photosites
-    wanted = np.clip(each * np.pi * (radius_px * min(defocus.scale, 1.0) + 1.0) ** 2, FEWEST, MOST)
-    count, factor = 2.0 ** np.ceil(np.log2(wanted)), defocus.accuracy.points_factor
+    each = 4.0 * min(max(2.0 * defocus.scale, 0.5), 1.0)  # fewer where a scene pixel covers several photosites
+    target = np.clip(each * np.pi * (radius_px * min(defocus.scale, 1.0) + 1.0) ** 2, FEWEST, MOST)
+    count, factor = 2.0 ** np.ceil(np.log2(target)), defocus.accuracy.points_factor
     if defocus.guessed:
         count, factor = np.maximum(count / SAVED_ON_GUESSES, FEWEST), min(factor, 1.0)
     return 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - 1e-9).astype(int)
 
 
 @lru_cache
-def lens_points(pupil: Pupil, count: int, over: int) -> np.ndarray:
-    """Points of low discrepancy: (count, 5) float32 x, y in the pupil; x, y in the photosite; phase from 0 to 1.
+def aperture_samples(pupil: Pupil, count: int, samples_per_axis: int) -> np.ndarray:
+    """Samples of low discrepancy, (count, 5) float32: x, y in the pupil; x, y in the photosite; phase from 0 to 1.
 
-    Sobol' points in five dimensions; a pupil with blades takes its own (`Pupil.points`) for the first two. The places in the
-    photosite have the variance of its over x over points. count: a power of two.
+    They are Sobol' points in five dimensions; a pupil with blades takes the first two from `Pupil.points`. Positions in the
+    photosite have the variance of its samples_per_axis x samples_per_axis grid. count: a power of two.
     """
     from scipy.stats import qmc  # slow to import
 
-    square = qmc.Sobol(5, seed=1).random_base2(int(count).bit_length() - 1)
+    # SciPy before 1.15 has no `rng`, and its newer stubs leave out `seed`, which it still takes.
+    sobol = qmc.Sobol(5, seed=1)  # pyright: ignore[reportCallIssue]
+    square = sobol.random_base2(int(count).bit_length() - 1)
     if pupil.opening == (Disk(0.0, 0.0, 1.0),):
         y, x = disk_of_square(square[:, 0], square[:, 1])
     else:
         x, y = pupil.points(count).T
-    width = np.sqrt(1.0 - 1.0 / over**2)
+    width = np.sqrt(1.0 - 1.0 / samples_per_axis**2)
     place = width * (square[:, 2:4] - 0.5)
     return np.stack([x, y, *place.T, square[:, 4]], axis=-1).astype(np.float32)
 
 
-def lens_points_of(pupil: Pupil, fields: np.ndarray, count: int, over: int) -> np.ndarray:
-    """Such points for each field (n, 2), as `Pupil` has it: (n, count, 5). Near fields have near points, one by one."""
-    points = np.repeat(lens_points(pupil, count, over)[None], len(fields), axis=0)
+def aperture_samples_at(pupil: Pupil, fields: np.ndarray, count: int, samples_per_axis: int) -> np.ndarray:
+    """Aperture samples at each field (n, 2) as in `Pupil`: (n, count, 5). A sample moves continuously with the field."""
+    points = np.repeat(aperture_samples(pupil, count, samples_per_axis)[None], len(fields), axis=0)
     points[..., :2] = points_of(pupil, fields, count)
     return points
 

@@ -1,8 +1,8 @@
-"""Area that images of the pupil share with photosites, for many fields and radii at once.
+"""Weights of images of the clipped pupil, for many fields and radii at once: the area of each image in each photosite.
 
-Every column of photosites is cut into slices. Along a slice each part of the pupil (`Pupil.parts`) has its mean upper and lower
-end in closed form, and the shape lies between the lowest upper and the highest lower one. An end within a photosite counts for
-that photosite with the share it leaves.
+Every column of photosites is cut into slices. The mean upper and lower end of each part of the pupil (`Pupil.parts`) along a
+slice has a closed form. The image of the intersection lies between the innermost of them. A photosite that an end divides gets
+the share on the image's side.
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 from simulator.optics.pupil.convex_area import Disk, HalfPlane
 from simulator.optics.pupil.pupil import Pupil
 
-SLICES = ((8.0, 64), (32.0, 32), (math.inf, 16))  # up to this radius so many per photosite
+SLICES = ((8.0, 64), (32.0, 32), (math.inf, 16))  # (largest radius [photosites], slices per photosite)
 LEAST_PX = 0.25  # below it the image stays inside its photosite
 
 
@@ -36,8 +36,10 @@ def shape_weights(pupil: Pupil, fields: np.ndarray, radii_px: np.ndarray) -> np.
     return weights / np.where(total > 0.0, total, 1.0)
 
 
-def _ends(pupil: Pupil, fields, radii_px, borders) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Upper and lower end of each slice (n, slices), and how much of its width lies in the pupil (0 to 1)."""
+def _ends(
+    pupil: Pupil, fields: np.ndarray, radii_px: np.ndarray, borders: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Upper and lower end of the image in each slice (n, slices), and the share of its width that the image covers."""
     shape = (len(radii_px), len(borders) - 1)
     low, high, inside = np.full(shape, -np.inf), np.full(shape, np.inf), np.ones(shape)
     moving = [(stop.shift * fields[:, :1], stop.shift * fields[:, 1:], stop.radius) for stop in pupil.stops]
@@ -48,7 +50,7 @@ def _ends(pupil: Pupil, fields, radii_px, borders) -> tuple[np.ndarray, np.ndarr
     for part in pupil.opening:
         if isinstance(part, HalfPlane):
             nx, ny, offset = part.nx * np.sign(radii_px), part.ny * np.sign(radii_px), part.offset * np.abs(radii_px)
-            if abs(part.ny) < 1e-9:  # upright: it ends within a slice
+            if abs(part.ny) < 1e-9:  # a vertical edge cuts within a slice
                 covered = np.clip((offset - np.minimum(nx * borders[1:], nx * borders[:-1])) / np.diff(borders), 0.0, 1.0)
                 inside *= covered
                 continue
@@ -57,21 +59,21 @@ def _ends(pupil: Pupil, fields, radii_px, borders) -> tuple[np.ndarray, np.ndarr
     return low, high, inside
 
 
-def _mean_half_chord(borders, radius) -> np.ndarray:
-    """Mean over each slice of sqrt(radius^2 - t^2), which is 0 beyond the disk: differences of its integral."""
+def _mean_half_chord(borders: np.ndarray, radius: float | np.ndarray) -> np.ndarray:
+    """Mean of sqrt(radius^2 - t^2), 0 outside the disk, over each slice: differences of its integral."""
     t = np.clip(borders, -radius, radius)
     integral = 0.5 * (t * np.sqrt(radius**2 - t**2) + radius**2 * np.arcsin(t / np.where(radius > 0, radius, 1.0)))
     return np.diff(integral, axis=1) / (borders[..., 1:2] - borders[..., :1])
 
 
-def _steps(end, inside, slices: int, size: int) -> np.ndarray:
-    """Change of the weights from row to row at these ends, (n, columns, size + 2): an end within a row counts for its rest."""
+def _steps(end: np.ndarray, inside: np.ndarray, slices: int, size: int) -> np.ndarray:
+    """Change of the weights from row to row at these ends, (n, columns, size + 2); an end within a row is split between two."""
     rows = end.astype(np.int64)
     share = end - rows
     columns = np.arange(end.size).reshape(end.shape) // slices * (size + 2)
     places = (columns + rows).ravel()
     count = end.size // slices * (size + 2)
-    found = np.bincount(places, ((1.0 - share) * inside).ravel(), count) + np.bincount(
+    changes = np.bincount(places, ((1.0 - share) * inside).ravel(), count) + np.bincount(
         places + 1, (share * inside).ravel(), count
     )
-    return found.reshape(len(end), size, size + 2)
+    return changes.reshape(len(end), size, size + 2)

@@ -1,11 +1,11 @@
-"""Planning of the lens blur: the radius of each surface's blur circle, and which tile of the frame needs which method.
+"""Planning of the lens blur: the radius of each surface's blur circle, and the statistics of radii by which tiles get a method.
 
-A tile is as cheap as what it sees allows: copied where it is sharp, one mean over the aperture's image where a single surface
-fills its surroundings, and points of the aperture where surfaces hide each other.
+Each tile gets the cheapest method that is exact enough: it is copied where it is sharp, averaged over the aperture's image
+where a single surface surrounds it, and sampled through points of the aperture where surfaces occlude each other.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
@@ -14,20 +14,20 @@ from typing import Self
 import numpy as np
 
 from simulator.errors import require
-from simulator.optics.defocus.error_laws import Accuracy
+from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.field_pupil import CatsEyes, plan_cats_eyes
-from simulator.optics.defocus.patch_reach import far_reaching
+from simulator.optics.defocus.patch_reach import merge_far_patches
 from simulator.optics.lens.lens import Lens
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.scene import Scene
 
-LARGEST_PX = 1024  # of a blur circle; larger ones hardly show a picture, and take minutes
+LARGEST_PX = 1024  # largest blur radius; beyond it an image is hardly recognisable and takes minutes
 TILE_COLUMNS, TILE_ROWS = 128, 16
-BLOCK_COLUMNS, BLOCK_ROWS = 32, 8  # where points of the aperture are needed is decided block by block
-PATCH_COLUMNS, PATCH_ROWS = 8, 8  # what reaches a tile or a block is found out patch by patch
-PATCHWISE_PX = 66.0  # reach up to which every pair of patches is looked at
-STEEPEST_PX = 0.2  # change of the radius from photosite to photosite up to which a surface counts as one
-CLASSES = 64  # of radii, one bit each in a 64-bit mask
+BLOCK_COLUMNS, BLOCK_ROWS = 32, 8  # unit in which aperture sampling is chosen
+PATCH_COLUMNS, PATCH_ROWS = 8, 8  # unit of the radius statistics
+PATCHWISE_PX = 66.0  # largest reach for which pairs of patches are compared one by one
+STEEPEST_PX = 0.2  # largest change of the radius between photosites of one continuous surface
+CLASSES = 64  # classes of radii, one bit each of a 64-bit mask
 _USUAL = Accuracy()
 CLASS_UNIT_PX = 4.0  # up to about this radius all classes are equally wide
 
@@ -37,9 +37,9 @@ class Method(IntEnum):
 
     COPY = 0  # sharp
     MEAN = 1  # one surface: mean over the aperture's image
-    COMPOSITE = 2  # smooth surfaces laid over one another, each with its mean; exact while only one is out of focus
-    CORRECTED = 3  # the same, and what the surfaces have to do with each other, from points of the aperture
-    OCCLUSION = 4  # points of the aperture alone: surfaces that hide parts of themselves
+    COMPOSITE = 2  # means of smooth surfaces, composited; exact while only one surface is out of focus
+    CORRECTED = 3  # the same plus the surfaces' covariance over the aperture, from aperture samples
+    OCCLUSION = 4  # aperture samples alone: surfaces that occlude parts of themselves
 
 
 @dataclass(frozen=True)
@@ -48,11 +48,11 @@ class Defocus:
 
     radii_px: signed radius of each layer's blur circle on the scene's grid [photosites], > 0 behind the plane in focus: a float
         or (height, width) float32.
-    opaque: whether a layer covers everything, so that no line through the aperture ends in the dark.
+    opaque: whether a layer covers the whole scene, so that every ray through the aperture meets a surface.
     scale: scene pixels per photosite.
-    pupil: shape of the aperture. eyes: how rims cut it by place on the sensor; None: nowhere.
-    accuracy: how exact the blur has to be.
-    guessed: whether what lies behind edges is not in the scene, so that nobody can tell what is right there.
+    pupil: shape of the aperture. eyes: how rims clip it by position on the sensor (cat's eye vignetting); None: nowhere.
+    accuracy: error that the blur may have.
+    guessed: whether the background behind edges is assumed, because the scene does not contain it.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
@@ -75,7 +75,7 @@ class Defocus:
 
     @property
     def largest_px(self) -> float:
-        """Largest blur circle's radius."""
+        """Radius of the largest blur circle."""
         return max(abs(self.least_px), abs(self.greatest_px))
 
     def of_scene(self) -> Self:
@@ -84,12 +84,12 @@ class Defocus:
 
     @property
     def maps(self) -> int:
-        """Layers whose radius differs from place to place."""
+        """Number of layers whose radius varies over the scene."""
         return sum(np.ndim(radius) > 0 for radius in self.radii_px)
 
     @property
     def reach_px(self) -> int:
-        """Photosites that a blur needs on either side."""
+        """Margin that the blur needs on each side [photosites]."""
         class_px = (self.largest_px + CLASS_UNIT_PX) / self.classes_per_unit
         return math.ceil(self.pupil.corner_radius * (self.largest_px + 2.0 * class_px)) + 2
 
@@ -97,8 +97,8 @@ class Defocus:
     def classes_per_unit(self) -> float:
         """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
 
-        Twelve make them a third of a photosite wide in focus, a twelfth of large radii; half of that where four photosites or
-        more show one scene pixel. A loose tolerance makes them wider.
+        With twelve, a class is a third of a photosite wide in focus and a twelfth of the radius for large radii. There are half
+        as many where four photosites or more show one scene pixel, and fewer for a loose tolerance.
         """
         span = math.asinh(self.greatest_px / CLASS_UNIT_PX) - math.asinh(self.least_px / CLASS_UNIT_PX)
         finest = 12.0 * min(max(2.0 * self.scale, 0.5), 1.0) / self.accuracy.coarser
@@ -106,7 +106,7 @@ class Defocus:
 
     @cached_property
     def first_class(self) -> float:
-        """Border of the classes below the least radius: two before it, since slabs of a class begin one before."""
+        """Class number before the least radius: two before its class, because the slabs of a class begin one class earlier."""
         return math.floor(self.classes_per_unit * math.asinh(self.least_px / CLASS_UNIT_PX)) - 1.0
 
     def class_border_px(self, number: int) -> float:
@@ -136,29 +136,31 @@ def plan_defocus(
 
 
 def _radius_px(lens: Lens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> float | np.ndarray:
+    """Signed blur radius of a layer [photosites]: a float where it is the same everywhere, else a float32 map."""
     signed = lens.blur_radius_um(depth_m) / pixel_pitch_um
     _check_size(signed, depth_m, lens)
     if np.ndim(signed) == 0 or signed.min() == signed.max():
         return float(np.min(signed))
-    return signed.astype(np.float32)
+    return np.asarray(signed).astype(np.float32)
 
 
-def _check_size(signed_px: np.ndarray, depth_m: float | np.ndarray, lens: Lens) -> None:
+def _check_size(signed_px: float | np.ndarray, depth_m: float | np.ndarray, lens: Lens) -> None:
     worst = np.argmax(np.abs(signed_px))
     radius_px, depth = abs(float(np.ravel(signed_px)[worst])), float(np.ravel(depth_m)[worst])
-    over = 1.005 * radius_px / LARGEST_PX  # what is advised has three digits, and is enough
-    key, value, fix = lens.smaller_aperture(over)
-    told = f"blurs what stands at {depth:.3g} m to a radius of {radius_px:.4g} photosites, at most {LARGEST_PX} are computed"
-    require(radius_px <= LARGEST_PX, key, value, f"{told}; give {fix}, or correct its depth")
+    excess = 1.005 * radius_px / LARGEST_PX  # 0.5 % more, so that the advised value suffices when rounded to three digits
+    key, value, fix = lens.smaller_aperture(excess)
+    rule = f"blurs what stands at {depth:.3g} m to a radius of {radius_px:.4g} photosites, at most {LARGEST_PX} are computed"
+    require(radius_px <= LARGEST_PX, key, value, f"{rule}; give {fix}, or correct its depth")
 
 
 @dataclass(frozen=True)
 class RadiusStatistics:
-    """What patches of a frame hold of one layer, (patch rows, patch columns) each; or tiles, or what reaches them.
+    """Statistics of a layer's blur radius and coverage in each patch, tile or block: arrays of (rows, columns).
 
-    least_px, greatest_px: signed radius. steepest_px: greatest step of it between neighbours. slope_x, slope_y: mean step to
-        the right and down; `seen_from` leaves a tile its own.
-    classes: which classes of radii occur, one bit each. covered: greatest coverage. filled: least coverage.
+    least_px, greatest_px: range of the signed radius [photosites]. steepest_px: greatest absolute difference between
+        neighbouring photosites. slope_x, slope_y: mean change to the right and down [photosites per photosite];
+        `merge_within_reach` does not change them.
+    classes: classes of radii that occur, one bit each. covered: greatest coverage. filled: least coverage.
     """
 
     least_px: np.ndarray
@@ -171,25 +173,30 @@ class RadiusStatistics:
     filled: np.ndarray
 
     def of_tiles(self) -> "RadiusStatistics":
-        """Put the patches of each tile together."""
-        return self._joined(TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS)
+        """Merge the patches of each tile."""
+        return self._merge(TILE_ROWS // PATCH_ROWS, TILE_COLUMNS // PATCH_COLUMNS)
 
     def of_blocks(self) -> "RadiusStatistics":
-        """Put the patches of each block together."""
-        return self._joined(BLOCK_ROWS // PATCH_ROWS, BLOCK_COLUMNS // PATCH_COLUMNS)
+        """Merge the patches of each block."""
+        return self._merge(BLOCK_ROWS // PATCH_ROWS, BLOCK_COLUMNS // PATCH_COLUMNS)
 
-    def _joined(self, rows: int, columns: int) -> "RadiusStatistics":
-        joins = _JOIN | dict.fromkeys(_SLOPES, _mean_of_two)
-        return RadiusStatistics(**{name: _halved(plane, joins[name], rows, columns) for name, plane in vars(self).items()})
+    def _merge(self, rows: int, columns: int) -> "RadiusStatistics":
+        joins: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]]
+        joins = {**_JOIN, **dict.fromkeys(_SLOPES, _mean_of_two)}
+        return RadiusStatistics(
+            **{name: _merge_neighbours(plane, joins[name], rows, columns) for name, plane in vars(self).items()}
+        )
 
 
 def _mean_of_two(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return 0.5 * (a + b)
 
 
-def _halved(plane: np.ndarray, join: Callable, rows: int, columns: int) -> np.ndarray:
-    """Neighbours joined two by two until so many, powers of two, are one."""
-    if _even(plane):
+def _merge_neighbours(
+    plane: np.ndarray, join: Callable[[np.ndarray, np.ndarray], np.ndarray], rows: int, columns: int
+) -> np.ndarray:
+    """Merge groups of rows x columns neighbours, both powers of two, pairwise."""
+    if _is_constant(plane):
         return plane[::rows, ::columns]
     while columns > 1:
         plane, columns = join(plane[:, ::2], plane[:, 1::2]), columns // 2
@@ -198,11 +205,11 @@ def _halved(plane: np.ndarray, join: Callable, rows: int, columns: int) -> np.nd
     return plane
 
 
-def _even(plane: np.ndarray) -> bool:
+def _is_constant(plane: np.ndarray) -> bool:
     return bool(plane.min() == plane.max())
 
 
-_JOIN = {
+_JOIN: Mapping[str, np.ufunc] = {  # how the statistics of two patches merge
     "least_px": np.minimum,
     "greatest_px": np.maximum,
     "steepest_px": np.maximum,
@@ -213,23 +220,23 @@ _JOIN = {
 _SLOPES = ("slope_x", "slope_y")
 
 
-def seen_from(
+def merge_within_reach(
     radius_statistics: RadiusStatistics, corner_radius: float = 1.0, largest_px: float = math.inf
 ) -> RadiusStatistics:
-    """Return, for each patch, what can reach it: patches whose blur circles touch its own, and all that its own touch.
+    """Merge into each patch the statistics of all patches that its blur circles reach or whose blur circles reach it.
 
-    corner_radius: of the pupil, how far a spot reaches beyond its blur circle. largest_px: radius of the largest blur circle of
-        the scene, so that a part of the frame finds what the whole finds.
+    corner_radius: largest radius of the pupil's shape in blur radii. largest_px: largest blur radius of the scene, so that a
+        crop of the frame gets the same statistics as the whole frame.
     """
     reach = np.maximum(np.abs(radius_statistics.least_px), np.abs(radius_statistics.greatest_px)) * corner_radius + 2.0
     largest = np.where(reach <= PATCHWISE_PX, reach, 0.0)
     rows, columns = (math.ceil(float(largest.max()) / size) for size in (PATCH_ROWS, PATCH_COLUMNS))
-    joined = {name: getattr(radius_statistics, name) for name in _JOIN if not _even(getattr(radius_statistics, name))}
-    found = {name: plane.copy() for name, plane in joined.items()}
-    if not found:
+    varying = {name: getattr(radius_statistics, name) for name in _JOIN if not _is_constant(getattr(radius_statistics, name))}
+    merged = {name: plane.copy() for name, plane in varying.items()}
+    if not merged:
         return radius_statistics
     padding = ((rows, rows), (columns, columns))
-    padded = {name: np.pad(plane, padding, mode="edge") for name, plane in found.items()}
+    padded = {name: np.pad(plane, padding, mode="edge") for name, plane in merged.items()}
     padded_largest = np.pad(largest, padding, mode="edge")
     height, width = largest.shape
     for down in range(-rows, rows + 1):
@@ -237,8 +244,8 @@ def seen_from(
             gap = math.hypot(max(abs(down) - 1, 0) * PATCH_ROWS, max(abs(right) - 1, 0) * PATCH_COLUMNS)
             window = slice(rows + down, rows + down + height), slice(columns + right, columns + right + width)
             near = np.maximum(padded_largest[window], largest) > gap
-            for name, plane in found.items():
+            for name, plane in merged.items():
                 _JOIN[name](plane, padded[name][window], out=plane, where=near)
     far = np.where(largest > 0, 0.0, reach)
-    far_reaching(joined, _JOIN, found, far, largest_px * corner_radius + 2.0, (PATCH_ROWS, PATCH_COLUMNS))
-    return replace(radius_statistics, **found)
+    merge_far_patches(varying, _JOIN, merged, far, largest_px * corner_radius + 2.0, (PATCH_ROWS, PATCH_COLUMNS))
+    return replace(radius_statistics, **merged)

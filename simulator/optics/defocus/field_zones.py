@@ -1,15 +1,15 @@
-"""Zones of cat's eyes under the tiles of a frame, and the tables of their corners."""
+"""Zones of the field under the tiles of a frame, where rims clip the pupil, and the tables of their corners."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from simulator.optics.defocus.aperture_kernel import clipped_weights, taps_of
-from simulator.optics.defocus.aperture_samples import lens_points_of
+from simulator.optics.defocus.aperture_kernel import Taps, clipped_weights, make_taps
+from simulator.optics.defocus.aperture_mean_tables import Image, aperture_taps
+from simulator.optics.defocus.aperture_samples import aperture_samples_at
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
 from simulator.optics.defocus.field_pupil import CatsEyes
-from simulator.optics.defocus.running_sum_tables import Image, aperture_taps
 from simulator.optics.defocus.tile_methods import TileChoice
 
 
@@ -45,37 +45,41 @@ class Zones:
 
     @cached_property
     def first_corner(self) -> np.ndarray:
-        """Number of the upper left corner of each tile's zones, -1 where no rim hides anything: (rows, columns)."""
+        """Number of the upper left corner of each tile's zones, -1 where no rim clips the pupil: (rows, columns)."""
         rows, columns = self.tiles
         above = (self.y + np.arange(rows) * TILE_ROWS) // self.eyes.zone_px - self._first_row
         first = above[:, None] * self.fields.shape[1] + np.arange(columns) * self.across
         return np.where(self._clips[self.corners(first.ravel())].any(axis=(1, 2)).reshape(first.shape), first, -1)
 
     def corners(self, first_corners: np.ndarray) -> np.ndarray:
-        """Numbers of the corners above and below the zones of tiles whose first is given (tiles,): (tiles, 2, across + 1)."""
+        """Numbers of all corners of the tiles' zones, from the upper left one of each tile (tiles,): (tiles, 2, across + 1)."""
         below, right = self.fields.shape[1] * np.arange(2)[:, None], np.arange(self.across + 1)
         return first_corners[:, None, None] + below + right
 
-    def images(self, chosen: TileChoice, images: list[Image], places: np.ndarray, over: int):
-        """Taps that clipped tiles need, their radii's numbers, and which corner has which: (corners, images) int32.
+    def images(
+        self, chosen: TileChoice, images: list[Image], places: np.ndarray, samples_per_axis: int
+    ) -> tuple[list[Taps], list[int], np.ndarray]:
+        """Taps of clipped tiles, the node number of each, and the taps' index by corner and image: (corners, images) int32.
 
-        images, places: as `TileChoice.table` says. Where a rim hides something, a tilted surface has the image of an even one.
+        images, places: of `TileChoice.table`. Where a rim clips the pupil, the slope of a surface is ignored.
         """
         needed = self._needed(chosen, len(images), places)
         whole, cut = np.nonzero((needed & ~self._clips[:, None]).any(axis=0))[0], np.nonzero(needed & self._clips[:, None])
-        taps = [aperture_taps(self.eyes.pupil, images[index].radius_px, images[index].slope, over) for index in whole]
+        taps = [
+            aperture_taps(self.eyes.pupil, images[index].radius_px, images[index].slope, samples_per_axis) for index in whole
+        ]
         entries = np.zeros(needed.shape, np.int32)
         entries[:, whole] = np.arange(len(whole))
         entries[cut] = len(whole) + np.arange(len(cut[0]))
         radii_px, nodes = (np.array([getattr(image, name) for image in images]) for name in ("radius_px", "node"))
-        cut_images = clipped_weights(self.eyes.pupil, self._open_fields(cut[0]), radii_px[cut[1]], over)
+        cut_images = clipped_weights(self.eyes.pupil, self._open_fields(cut[0]), radii_px[cut[1]], samples_per_axis)
         numbers = [*nodes[whole], *nodes[cut[1]]]
-        return taps + [taps_of(image, over) for image in cut_images], numbers, entries
+        return taps + [make_taps(image, samples_per_axis) for image in cut_images], numbers, entries
 
     def _needed(self, chosen: TileChoice, images: int, places: np.ndarray) -> np.ndarray:
-        """Images that the tiles around each corner hold: (corners, images) bool."""
+        """Which images the tiles around each corner use: (corners, images) bool."""
         needed = np.zeros((len(self._clips), images), bool)
-        mean = chosen.with_method(Method.MEAN, Method.COMPOSITE, Method.CORRECTED) & (chosen.zone >= 0)
+        mean = chosen.tiles_with(Method.MEAN, Method.COMPOSITE, Method.CORRECTED) & (chosen.zone >= 0)
         for layer, visible in enumerate(chosen.visible):
             tiles = mean & visible
             corners = self.corners(chosen.zone[tiles]).reshape(-1, 2 * (self.across + 1))
@@ -91,7 +95,7 @@ class Zones:
         return self.eyes.open_fields(fields).reshape(-1, 2)[index]
 
     def around_blocks(self, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Corners around the middle of these blocks, (blocks, 4), -1 where no rim hides anything; and their shares there."""
+        """Corners around the middle of each block, (blocks, 4), -1 where no rim clips the pupil, and their bilinear weights."""
         side = self.eyes.zone_px
         down, y = np.divmod(self.y + (rows + 0.5) * BLOCK_ROWS, side)
         right, x = np.divmod((columns + 0.5) * BLOCK_COLUMNS, side)
@@ -100,10 +104,10 @@ class Zones:
         shares = np.stack([side - y, y], axis=1)[:, :, None] * np.stack([side - x, x], axis=1)[:, None, :] / side**2
         return np.where(self._clips[corners].any(axis=1, keepdims=True), corners, -1), shares.reshape(-1, 4)
 
-    def points(self, corners: np.ndarray, shares: np.ndarray, count: int, over: int) -> np.ndarray:
-        """Points (blocks, count, 5) as `lens_points` that each block's photosites share, between those of its corners."""
+    def points(self, corners: np.ndarray, shares: np.ndarray, count: int, samples_per_axis: int) -> np.ndarray:
+        """Aperture samples of each block, (blocks, count, 5), interpolated between the samples of its corners."""
         numbers, sets = np.unique(corners, return_inverse=True)
-        known = lens_points_of(self.eyes.pupil, self._open_fields(numbers), count, over)
+        known = aperture_samples_at(self.eyes.pupil, self._open_fields(numbers), count, samples_per_axis)
         points = np.repeat(known[:1], len(corners), axis=0)
         places = zip(sets.reshape(corners.shape).T, shares.astype(np.float32).T, strict=True)
         points[..., :2] = sum(known[own, :, :2] * share[:, None, None] for own, share in places)

@@ -1,4 +1,4 @@
-"""Points of light: samples so bright that the few points of the aperture would make dots of their spots."""
+"""Highlights: samples so bright that their blur spots would show each aperture sample as a separate dot."""
 
 from dataclasses import dataclass
 
@@ -10,17 +10,17 @@ from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.scene import Scene
 
-BRIGHT = 8.0  # times the mean of the scene
-SMALLEST_PX = 1.0  # radius of spots from which dots could be seen
-CELL_PX = 32  # of the sensor, on which the brightest lights are chosen
+BRIGHT = 8.0  # threshold in units of the scene's mean radiance
+SMALLEST_PX = 1.0  # blur radius from which dots would be visible [photosites]
+CELL_PX = 32  # side of the sensor's cells in which the brightest highlights are selected [photosites]
 MOST_PER_CELL = 16
-STEPS_PER_PX = 32  # radii that lie closer share their weights
+STEPS_PER_PX = 32  # resolution of radii [1 / photosite]; equal rounded radii share weights
 
 
-def bright_limit(scene: Scene, weights: np.ndarray) -> np.ndarray | None:
-    """Electron radiance of each channel above which a sample is a light, (channels,) [e- s^-1 um^-2 sr^-1]; None: no sample is.
+def highlight_threshold(scene: Scene, weights: np.ndarray) -> np.ndarray | None:
+    """Electron radiance of each channel above which a sample is a highlight, (channels,) float32, or None.
 
-    weights: (bands, channels) [e- s^-1 um^-2 sr^-1].
+    None: no sample of the scene is one. Unit: e- s^-1 um^-2 sr^-1. weights: (bands, channels) [e- s^-1 um^-2 sr^-1].
     """
     means, most = (np.stack([ends(layer.planes) @ weights for layer in scene.layers]).max(axis=0) for ends in (_mean, _most))
     limit = BRIGHT * means
@@ -28,7 +28,7 @@ def bright_limit(scene: Scene, weights: np.ndarray) -> np.ndarray | None:
 
 
 def _mean(planes: np.ndarray) -> np.ndarray:
-    """Mean of each band, down the columns first, which is quick."""
+    """Mean of each band; columns are summed first, because that is faster."""
     rows, columns, bands = planes.shape
     return planes.reshape(rows, -1).sum(axis=0).reshape(columns, bands).mean(axis=0, dtype=np.float64) / rows
 
@@ -40,11 +40,12 @@ def _most(planes: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Lights:
-    """Lights of a strip.
+class Highlights:
+    """Highlights of a row band.
 
-    rows, columns: (lights,) place of the sample in the strip. layers: (lights,) of the scene.
-    radii_px: (lights,) signed radius [photosites]. excess: (channels, lights) float32, what is taken of each colour.
+    rows, columns: (highlights,) position of the sample in the band. layers: (highlights,) layer of the scene.
+    radii_px: (highlights,) signed blur radius [photosites].
+    excess: (channels, highlights) float32, radiance that is taken out and blurred separately [e- s^-1 um^-2 sr^-1].
     """
 
     rows: np.ndarray
@@ -53,60 +54,70 @@ class Lights:
     radii_px: np.ndarray
     excess: np.ndarray
 
-    def of(self, kept: np.ndarray) -> "Lights":
-        """Some of them, by index or mask."""
-        return Lights(*(values[..., kept] for values in vars(self).values()))
+    def select(self, kept: np.ndarray) -> "Highlights":
+        """Select highlights by index or mask."""
+        return Highlights(*(values[..., kept] for values in vars(self).values()))
 
 
-def brightest(lights: Lights, over: int, first_row: int) -> Lights:
-    """Return at most MOST_PER_CELL of each cell of the sensor, the brightest.
+def select_brightest(highlights: Highlights, samples_per_axis: int, first_row: int) -> Highlights:
+    """Select the brightest highlights, at most MOST_PER_CELL in each cell of the sensor.
 
-    over: samples per photosite. first_row: row of the sensor at the strip's first; its first column lies on a cell's border.
+    samples_per_axis: samples per photosite. first_row: row of the sensor at the band's first row;
+        the band's first column lies on a cell's border.
     """
-    cell = over * CELL_PX
-    cells = (lights.rows + over * first_row) // cell * (1 << 20) + lights.columns // cell
-    order = np.lexsort((-lights.excess.sum(axis=0), cells))
+    cell = samples_per_axis * CELL_PX
+    cells = (highlights.rows + samples_per_axis * first_row) // cell * (1 << 20) + highlights.columns // cell
+    order = np.lexsort((-highlights.excess.sum(axis=0), cells))
     _, first, index = np.unique(cells[order], return_index=True, return_inverse=True)
-    return lights.of(order[np.arange(len(order)) - first[index.reshape(-1)] < MOST_PER_CELL])
+    return highlights.select(order[np.arange(len(order)) - first[index.reshape(-1)] < MOST_PER_CELL])
 
 
-def reaching(lights: Lights, pupil: Pupil, over: int, block_rows: np.ndarray, block_columns: np.ndarray) -> list[np.ndarray]:
-    """Return, for each block, which lights reach it: indices.
+def find_reaching(
+    highlights: Highlights, pupil: Pupil, samples_per_axis: int, block_rows: np.ndarray, block_columns: np.ndarray
+) -> list[np.ndarray]:
+    """Find the highlights whose spots reach each block: indices.
 
-    block_rows, block_columns: (blocks,) photosite of the strip at a block's corner.
+    block_rows, block_columns: (blocks,) first photosite of each block in the band.
     """
-    reach = np.abs(lights.radii_px) * pupil.corner_radius + 1.5
-    rows, columns = (lights.rows + 0.5) / over, (lights.columns + 0.5) / over
-    found = []
+    reach = np.abs(highlights.radii_px) * pupil.corner_radius + 1.5
+    rows, columns = (highlights.rows + 0.5) / samples_per_axis, (highlights.columns + 0.5) / samples_per_axis
+    reached_by = []
     for top, left in zip(block_rows, block_columns, strict=True):
         down = np.maximum(np.maximum(top - rows, rows - (top + BLOCK_ROWS)), 0.0)
         across = np.maximum(np.maximum(left - columns, columns - (left + BLOCK_COLUMNS)), 0.0)
-        found.append(np.flatnonzero(np.hypot(down, across) <= reach))
-    return found
+        reached_by.append(np.flatnonzero(np.hypot(down, across) <= reach))
+    return reached_by
 
 
 def spot_weights(
-    lights: Lights, pupil: Pupil, over: int, eyes: CatsEyes | None = None, origin_px: tuple[int, int] = (0, 0)
+    highlights: Highlights,
+    pupil: Pupil,
+    samples_per_axis: int,
+    eyes: CatsEyes | None = None,
+    origin_px: tuple[int, int] = (0, 0),
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Weights of all spots in a row, float32, and each light's first element and side.
+    """Weights of all spots, concatenated, float32, and each highlight's first element and side among them.
 
-    eyes: rims cut each spot, those of near lights alike. origin_px: (x, y) on the sensor of the strip's first photosite.
+    eyes: clips the spots; highlights in one square of the sensor share a shape. origin_px: (x, y) on the sensor of the band's
+        first photosite.
     """
-    steps = np.rint(lights.radii_px * STEPS_PER_PX).astype(int)
+    steps = np.rint(highlights.radii_px * STEPS_PER_PX).astype(int)
     fields = np.zeros((2, len(steps)))
     if eyes is not None:
         side = eyes.alike_px
-        places = zip((lights.columns, lights.rows), origin_px, strict=True)
-        found = eyes.fields(*(side * ((place / over + origin) // side + 0.5) for place, origin in places))
-        fields = np.where(eyes.clips(found)[:, None], found, 0.0).T
+        places = zip((highlights.columns, highlights.rows), origin_px, strict=True)
+        at_squares = eyes.fields(*(side * ((place / samples_per_axis + origin) // side + 0.5) for place, origin in places))
+        fields = np.where(eyes.clips(at_squares)[:, None], at_squares, 0.0).T
     kinds, index = np.unique(np.stack([steps, *fields]), axis=1, return_inverse=True)
-    radii_px, clipped = kinds[0] / STEPS_PER_PX, kinds[1:].any(axis=0)
-    spots = [None if is_cut else photosite_weights(pupil, px, over) for px, is_cut in zip(radii_px, clipped, strict=True)]
-    if clipped.any():
-        images = clipped_weights(eyes.pupil, eyes.open_fields(kinds[1:, clipped].T), radii_px[clipped], over)
-        for number, image in zip(np.flatnonzero(clipped), images, strict=True):
-            spots[number] = image
+    radii_px, clipped = kinds[0] / STEPS_PER_PX, np.logical_or.reduce(kinds[1:], axis=0)
+    spots: dict[int, np.ndarray] = {}
+    for number in np.flatnonzero(~clipped).tolist():
+        spots[number] = photosite_weights(pupil, radii_px[number], samples_per_axis)
+    if eyes is not None and clipped.any():
+        images = clipped_weights(eyes.pupil, eyes.open_fields(kinds[1:, clipped].T), radii_px[clipped], samples_per_axis)
+        spots |= zip(np.flatnonzero(clipped).tolist(), images, strict=True)
+    shapes = [spots[number] for number in range(len(radii_px))]
     index = index.reshape(-1)
-    first = np.cumsum([0, *(spot.size for spot in spots)])[:-1]
-    sides = np.array([len(spot) for spot in spots])
-    return np.concatenate([spot.ravel() for spot in spots]).astype(np.float32), first[index], sides[index]
+    first = np.cumsum([0, *(spot.size for spot in shapes)])[:-1]
+    sides = np.array([len(spot) for spot in shapes])
+    return np.concatenate([spot.ravel() for spot in shapes]).astype(np.float32), first[index], sides[index]

@@ -1,9 +1,12 @@
-"""Which method each tile of a blurred frame gets, and which images of the aperture its means need."""
+"""Chooses the blur method of each tile of a frame, and the images of the aperture that its means need."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.optics.defocus.accuracy import product_error
+from simulator.optics.defocus.aperture_mean_tables import Image
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
@@ -13,14 +16,12 @@ from simulator.optics.defocus.defocus import (
     Defocus,
     Method,
     RadiusStatistics,
-    seen_from,
+    merge_within_reach,
 )
-from simulator.optics.defocus.error_laws import product_error
-from simulator.optics.defocus.radius_slabs import BlockChoice, even_radius
-from simulator.optics.defocus.running_sum_tables import Image
+from simulator.optics.defocus.radius_slabs import BlockChoice, find_even_radius
 
-NODES_PER_PX = 2  # between two nodes the mean is a cubic in the radius
-CONSTANT_NODES_PER_PX = 32  # radii at which a tile of one radius is computed
+NODES_PER_PX = 2  # tabulated radii per photosite of radius; the mean is interpolated between them by a cubic
+CONSTANT_NODES_PER_PX = 32  # resolution of the radius of a tile that has a single one
 ROWS_IN_TILE, COLUMNS_IN_TILE = TILE_ROWS // BLOCK_ROWS, TILE_COLUMNS // BLOCK_COLUMNS  # blocks
 
 
@@ -28,19 +29,19 @@ ROWS_IN_TILE, COLUMNS_IN_TILE = TILE_ROWS // BLOCK_ROWS, TILE_COLUMNS // BLOCK_C
 class TileChoice:
     """Method of each tile; arrays of (tile rows, tile columns), some with the layers as first axis.
 
-    wanted: whether it is computed. methods: of Method; OCCLUSION where points of the aperture compute all of the tile.
-    over: points per photosite and axis.
-    visible: (layers, ...) whether a layer can be seen from the tile.
-    constant: (layers, ...) whether one blur circle is enough.
+    computed: whether the tile is computed. methods: values of Method; OCCLUSION where aperture samples compute the whole tile.
+    samples_per_axis: samples per photosite and axis.
+    visible: (layers, ...) whether a layer is visible from the tile, that is, not fully occluded by nearer ones.
+    constant: (layers, ...) whether one blur radius is exact enough.
     first_image, images: (layers, ...) where the tile's images of the aperture begin in `all_images`, and how many it has: one,
         or one for each 1 / NODES_PER_PX photosites of signed radius.
-    blocks: what the tiles' blocks need in addition.
-    zone: number of the upper left corner of zones around it (`zones.Zones`); -1 where no rim hides anything.
+    blocks: choices of the tiles' blocks.
+    zone: number of the upper left corner of the tile's zones (`field_zones.Zones`); -1 where no rim clips the pupil.
     """
 
-    wanted: np.ndarray
+    computed: np.ndarray
     methods: np.ndarray
-    over: np.ndarray
+    samples_per_axis: np.ndarray
     visible: np.ndarray
     constant: np.ndarray
     first_image: np.ndarray
@@ -49,25 +50,25 @@ class TileChoice:
     blocks: BlockChoice
     zone: np.ndarray
 
-    def overs(self) -> list[int]:
-        """Return the numbers of points per photosite and axis that occur."""
-        return np.unique(self.over[self.wanted]).tolist()
+    def sample_grids(self) -> list[int]:
+        """Numbers of samples per photosite and axis that occur in computed tiles."""
+        return np.unique(self.samples_per_axis[self.computed]).tolist()
 
-    def part(self, rows: slice, over: int) -> "TileChoice":
-        """Rows of tiles; wanted are those with this many points."""
+    def part(self, rows: slice, samples_per_axis: int) -> "TileChoice":
+        """Select rows of tiles; those with another number of samples per photosite and axis are not computed."""
         whole = ("all_images", "blocks")
         kept = {name: plane[..., rows, :] for name, plane in vars(self).items() if name not in whole}
-        kept["wanted"] = kept["wanted"] & (kept["over"] == over)
-        blocks = self.blocks.part(slice(rows.start * ROWS_IN_TILE, rows.stop * ROWS_IN_TILE), _each_block(kept["wanted"]))
+        kept["computed"] = kept["computed"] & (kept["samples_per_axis"] == samples_per_axis)
+        blocks = self.blocks.part(slice(rows.start * ROWS_IN_TILE, rows.stop * ROWS_IN_TILE), _each_block(kept["computed"]))
         return TileChoice(**kept, all_images=self.all_images, blocks=blocks)
 
-    def with_method(self, *methods: Method) -> np.ndarray:
-        """Wanted tiles that get one of these methods."""
-        return self.wanted & np.isin(self.methods, methods)
+    def tiles_with(self, *methods: Method) -> np.ndarray:
+        """Mask of the computed tiles that have one of these methods."""
+        return self.computed & np.isin(self.methods, methods)
 
     def table(self) -> tuple[list[Image], np.ndarray]:
-        """Images that wanted tiles need, and the place of each of `all_images` among them."""
-        meant = self.visible & self.with_method(Method.COPY, Method.MEAN, Method.COMPOSITE, Method.CORRECTED)
+        """Images that the computed tiles need, and the index of each of `all_images` among them."""
+        meant = self.visible & self.tiles_with(Method.COPY, Method.MEAN, Method.COMPOSITE, Method.CORRECTED)
         needed = np.zeros(len(self.all_images) + 1, int)
         np.add.at(needed, self.first_image[meant], 1)
         np.add.at(needed, (self.first_image + self.images)[meant], -1)
@@ -75,76 +76,81 @@ class TileChoice:
         return [self.all_images[index] for index in np.flatnonzero(needed)], np.cumsum(needed) - 1
 
 
-def choose(defocus: Defocus, layer_statistics: list[RadiusStatistics], wanted: np.ndarray) -> TileChoice:
-    """Cheapest method for each tile, and each of its blocks, that keeps the error below the tolerance's.
+def choose_methods(defocus: Defocus, layer_statistics: list[RadiusStatistics], computed: np.ndarray) -> TileChoice:
+    """Choose for each tile, and each of its blocks, the cheapest method whose error stays below the tolerance.
 
-    layer_statistics: of each layer's patches. wanted: (tile rows, tile columns) bool.
+    layer_statistics: statistics of each layer's patches. computed: (tile rows, tile columns) bool, tiles to compute.
     """
     around = [
-        seen_from(radius_statistics, defocus.pupil.corner_radius, defocus.largest_px) for radius_statistics in layer_statistics
+        merge_within_reach(radius_statistics, defocus.pupil.corner_radius, defocus.largest_px)
+        for radius_statistics in layer_statistics
     ]
     tiles, blocks = ([getattr(seen, part)() for seen in around] for part in ("of_tiles", "of_blocks"))
-    methods, over, visible, largest, single = _methods(defocus, tiles)
-    block_methods, _, block_visible, block_largest, _ = _methods(defocus, blocks)
+    methods, samples_per_axis, visible, largest, single = _classify(defocus, tiles)
+    block_methods, _, block_visible, block_largest, _ = _classify(defocus, blocks)
     hard = block_methods == Method.OCCLUSION
     some = (methods == Method.OCCLUSION) & ~_all_blocks(hard)
     methods = np.where(some, np.where(single, Method.MEAN, Method.COMPOSITE), methods)
-    over = np.where(methods == Method.COPY, 1, over)
-    images = _images(defocus, [r.of_blocks() for r in layer_statistics], ~hard, visible & wanted)
+    samples_per_axis = np.where(methods == Method.COPY, 1, samples_per_axis)
+    images = _choose_images(defocus, [r.of_blocks() for r in layer_statistics], ~hard, visible & computed)
     present = np.where(block_visible, np.stack([seen.classes for seen in blocks]), np.uint64(0))
-    even = np.stack([even_radius(defocus, seen, block_methods) for seen in blocks])
-    points = BlockChoice(_each_block(wanted), block_methods, block_largest, present, even)
-    return TileChoice(wanted, methods, over, visible, *images, points, np.full(over.shape, -1))
+    even = np.stack([find_even_radius(defocus, seen, block_methods) for seen in blocks])
+    points = BlockChoice(_each_block(computed), block_methods, block_largest, present, even)
+    return TileChoice(computed, methods, samples_per_axis, visible, *images, points, np.full(samples_per_axis.shape, -1))
 
 
 def _each_block(tiles: np.ndarray) -> np.ndarray:
-    """A plane of tiles, as a plane of their blocks."""
+    """Repeat the value of each tile for all its blocks."""
     return tiles.repeat(ROWS_IN_TILE, axis=0).repeat(COLUMNS_IN_TILE, axis=1)
 
 
 def _all_blocks(blocks: np.ndarray) -> np.ndarray:
-    """Whether it holds for all blocks of each tile."""
-    return blocks.reshape(blocks.shape[0] // ROWS_IN_TILE, ROWS_IN_TILE, -1, COLUMNS_IN_TILE).all(axis=(1, 3))
+    """Whether the mask is set for all blocks of each tile."""
+    split = blocks.reshape(blocks.shape[0] // ROWS_IN_TILE, ROWS_IN_TILE, -1, COLUMNS_IN_TILE)
+    return np.logical_and.reduce(split, axis=(1, 3))
 
 
-def _methods(defocus: Defocus, around: list[RadiusStatistics]) -> tuple[np.ndarray, ...]:
-    """Method of each place, points per photosite and axis, which layers are visible, largest radius, whether one fills it."""
-    accuracy, (visible, largest) = defocus.accuracy, _visible(around)
+def _classify(defocus: Defocus, around: list[RadiusStatistics]) -> tuple[np.ndarray, ...]:
+    """Method of each tile or block, samples per axis, visible layers, largest radius, and whether one opaque layer fills it."""
+    accuracy, (visible, largest) = defocus.accuracy, _find_visible(around)
     smooth = (~visible | (np.stack([seen.steepest_px for seen in around]) <= STEEPEST_PX)).all(axis=0)
     single = (visible.sum(axis=0) == 1) & (~visible | (np.stack([seen.filled for seen in around]) >= 1.0)).all(axis=0)
     reach = np.stack([np.maximum(np.abs(seen.least_px), np.abs(seen.greatest_px)) for seen in around])
     several = (visible & (reach > accuracy.sharp_px)).sum(axis=0) > 1
-    over = accuracy.over(_smallest(around, visible), largest, defocus.scale)
-    apart = ~several & ((over == 1) | (product_error(largest) <= accuracy.allowed))
-    cases = [(single & (largest <= accuracy.sharp_px), Method.COPY), (single & smooth, Method.MEAN)]
-    cases += [(smooth & apart, Method.COMPOSITE), (smooth, Method.CORRECTED)]
-    return np.select(*zip(*cases, strict=True), Method.OCCLUSION), over, visible, largest, single
+    samples_per_axis = accuracy.samples_per_axis(_smallest_radius(around, visible), largest, defocus.scale)
+    apart = ~several & ((samples_per_axis == 1) | (product_error(largest) <= accuracy.allowed))
+    conditions = [single & (largest <= accuracy.sharp_px), single & smooth, smooth & apart, smooth]
+    methods = [Method.COPY, Method.MEAN, Method.COMPOSITE, Method.CORRECTED]
+    return np.select(conditions, methods, Method.OCCLUSION), samples_per_axis, visible, largest, single
 
 
-def _smallest(around: list[RadiusStatistics], visible: np.ndarray) -> np.ndarray:
-    """Radius of the smallest blur circle of a surface that can be seen from each tile; 0 where one is in focus."""
+def _smallest_radius(around: list[RadiusStatistics], visible: np.ndarray) -> np.ndarray:
+    """Smallest blur radius of the surfaces visible from each tile; 0 where one is in focus."""
     least = [np.maximum(np.maximum(seen.least_px, -seen.greatest_px), 0.0) for seen in around]
     return np.where(visible, np.stack(least), np.inf).min(axis=0)
 
 
-def _visible(around: list[RadiusStatistics]) -> tuple[np.ndarray, np.ndarray]:
-    """Whether each layer can be seen from each place, and the largest blur circle's radius."""
-    open_, largest, found = np.ones(around[0].least_px.shape, bool), np.zeros(around[0].least_px.shape), []
+def _find_visible(around: list[RadiusStatistics]) -> tuple[np.ndarray, np.ndarray]:
+    """Which layers are visible from each tile or block, and the largest blur radius of those."""
+    open_, largest, visible_layers = np.ones(around[0].least_px.shape, bool), np.zeros(around[0].least_px.shape), []
     for seen in around:
         visible = open_ & (seen.covered > 0.0)
-        found.append(visible)
+        visible_layers.append(visible)
         reach = np.maximum(np.abs(seen.least_px), np.abs(seen.greatest_px))
         largest = np.where(visible, np.maximum(largest, reach), largest)
         open_ &= seen.filled < 1.0
-    return np.stack(found), largest
+    return np.stack(visible_layers), largest
 
 
-def _images(defocus: Defocus, layer_statistics: list[RadiusStatistics], kept: np.ndarray, needed: np.ndarray) -> tuple:
-    """Fields constant, first_image, images and all_images of TileChoice; tiles that are not needed get none.
+def _choose_images(
+    defocus: Defocus, layer_statistics: list[RadiusStatistics], kept: np.ndarray, needed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[Image, ...]]:
+    """Fields constant, first_image, images and all_images of TileChoice; tiles that are not needed get no images.
 
-    layer_statistics: of each layer's blocks. kept: blocks whose radii count. needed: (layers, tile rows, tile columns) bool.
+    layer_statistics: statistics of each layer's blocks. kept: blocks whose radii count.
+    needed: (layers, tile rows, tile columns) bool.
     """
-    held = kept | ~_each_block(~_all_blocks(~kept))  # tiles without any get some number
+    held = kept | ~_each_block(~_all_blocks(~kept))  # a tile without any counts all its blocks, so that its values are finite
     least, greatest = (
         _over_blocks(layer_statistics, held, "least_px", np.min),
         _over_blocks(layer_statistics, held, "greatest_px", np.max),
@@ -176,9 +182,8 @@ def _images(defocus: Defocus, layer_statistics: list[RadiusStatistics], kept: np
 def _slopes(defocus: Defocus, layer_statistics: list[RadiusStatistics], held: np.ndarray, largest_px: np.ndarray) -> np.ndarray:
     """Slopes of the tiles in x and y, whole multiples of `Accuracy.slope_step`: (2, layers, tile rows, tile columns) int.
 
-    held: blocks that count. largest_px: blur radius of each tile. A slope that would reach beyond the margin is less: no
-    surface has such a radius. Where the slope changes inside a tile it is not told more exactly than a quarter of that: fewer
-    images are needed.
+    held: blocks that count. largest_px: largest blur radius of each tile. Slopes are limited so that the blur stays within the
+    margin. Where the slope varies inside a tile, it is rounded to a quarter of its range, so that tiles share images.
     """
     names, (corner, step) = ("slope_x", "slope_y"), (defocus.pupil.corner_radius, defocus.accuracy.slope_step)
     slope, least, greatest = (
@@ -191,7 +196,9 @@ def _slopes(defocus: Defocus, layer_statistics: list[RadiusStatistics], held: np
     return np.where(length > most, np.trunc(whole * most / np.maximum(length, 1e-9)), whole).astype(int)
 
 
-def _over_blocks(layer_statistics: list[RadiusStatistics], held: np.ndarray, name: str, join) -> np.ndarray:
+def _over_blocks(
+    layer_statistics: list[RadiusStatistics], held: np.ndarray, name: str, join: Callable[..., np.ndarray]
+) -> np.ndarray:
     """Least, greatest or mean value over the blocks of each tile that count: (layers, tile rows, tile columns)."""
     shape = (len(layer_statistics), held.shape[0] // ROWS_IN_TILE, ROWS_IN_TILE, -1, COLUMNS_IN_TILE)
     values = np.stack([getattr(radius_statistics, name) for radius_statistics in layer_statistics]).reshape(shape)

@@ -57,7 +57,9 @@ class InterleavedColumns:
         return element(plane, row, column, self.over, self.rows, self.set_columns)
 
 
-def element(plane: IntOrArray, row: IntOrArray, column: IntOrArray, over: int, rows: int, set_columns: int) -> IntOrArray:
+def element(
+    plane: IntOrArray, row: IntOrArray, column: IntOrArray, over: int, rows: int | np.ndarray, set_columns: int
+) -> IntOrArray:
     """Index of sample [plane, row, column] in a buffer of stored planes; the column may be negative."""
     sets = 2 * over
     return ((plane * sets + column % sets) * rows + row) * set_columns + column // sets

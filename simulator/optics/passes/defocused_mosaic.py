@@ -6,8 +6,8 @@ import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.optics.defocus.defocus import Method
-from simulator.optics.passes.device_tables import BlurTables
-from simulator.optics.passes.row_band import Strip
+from simulator.optics.passes.device_tables import DeviceTables
+from simulator.optics.passes.row_band import RowBand
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
 
@@ -22,13 +22,13 @@ def defocused_mosaic(
     """
     window, area, chosen = tiles.optics.window, tiles.area, tiles.chosen
     light = device.zeros((window.height, window.width), np.float32)
-    composite = chosen.with_method(Method.COMPOSITE, Method.CORRECTED).any()
+    composite = chosen.tiles_with(Method.COMPOSITE, Method.CORRECTED).any()
     open_ = device.ones((window.height, window.width) if composite else (1,), np.float32)
-    tables = [BlurTables(tiles, device, over) for over in chosen.overs()]
-    strips = [Strip(tiles, cfa, device, one, planes, open_) for one in tables]
+    tables = [DeviceTables(tiles, device, samples_per_axis) for samples_per_axis in chosen.sample_grids()]
+    row_bands = [RowBand(tiles, cfa, device, one, planes, open_) for one in tables]
     for band in range(area.bands):
-        for strip in strips:
-            strip.band(band, light)
+        for row_band in row_bands:
+            row_band.compute(band, light)
         device.finish()
         progress((band + 1) / area.bands)
     return light

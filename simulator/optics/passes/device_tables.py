@@ -1,74 +1,85 @@
-"""Tables of kernels/defocus.cl on the device: of the pupil that is the same everywhere, and of zones of the field."""
+"""Tables of kernels/defocus.cl on the device: of the unclipped pupil, and of the clipped pupil in zones of the field."""
 
 from functools import cache
 
 import numpy as np
 
-from simulator.device import Device
-from simulator.optics.defocus.aperture_samples import lens_points
+from simulator.device import Buffer, Device
+from simulator.optics.defocus.aperture_mean_tables import aperture_taps, blur_table
+from simulator.optics.defocus.aperture_samples import aperture_samples
 from simulator.optics.defocus.defocus import TILE_COLUMNS
-from simulator.optics.defocus.running_sum_tables import aperture_taps, blur_table
+from simulator.optics.defocus.field_zones import Zones
 from simulator.optics.passes.tile_plan import TilePlan
 
 
-class BlurTables:
-    """Tables for strips of `over` x `over` samples per photosite.
+class DeviceTables:
+    """Tables for row bands with so many samples per photosite and axis.
 
-    tiles: the methods that the frame's tiles get, and the zones of the field.
+    tiles: methods of the frame's tiles, and zones of the field.
     """
 
-    def __init__(self, tiles: TilePlan, device: Device, over: int):
-        self._device, self._pupil, self._zones, self.over = device, tiles.optics.defocus.pupil, tiles.zones, over
-        self._chosen = tiles.chosen.part(slice(0, len(tiles.chosen.wanted)), over)
-        self._size = over, over * tiles.area.strip_rows, tiles.area.set_columns
-        self._nothing = device.zeros((1,), np.int32)
+    def __init__(self, tiles: TilePlan, device: Device, samples_per_axis: int) -> None:
+        self._device, self._pupil, self._zones = device, tiles.defocus.pupil, tiles.zones
+        self.samples_per_axis = samples_per_axis
+        self._chosen = tiles.chosen.part(slice(0, len(tiles.chosen.computed)), samples_per_axis)
+        self._size = samples_per_axis, samples_per_axis * tiles.area.rows_with_margins, tiles.area.set_columns
+        self._unread = device.zeros((1,), np.int32)
         self.of_tiles, self._images = cache(self._of_tiles), cache(self._chosen.table)
 
-    def _of_tiles(self, clipped: bool) -> tuple[dict[str, object], np.ndarray, bool]:
-        """Arguments of kernels/defocus.cl, the place in them of each of `TileChoice.all_images`, whether any reads sums.
+    @property
+    def zones(self) -> Zones:
+        """Zones of the field; only clipped tiles and blocks ask for them."""
+        assert self._zones is not None  # without zones nothing is clipped
+        return self._zones
 
-        clipped: of the tiles in zones.
+    def _of_tiles(self, clipped: bool) -> tuple[dict[str, Buffer], np.ndarray, bool]:
+        """Table arguments of kernels/defocus.cl, the index in them of each of `TileChoice.all_images`, whether any reads sums.
+
+        clipped: whether the table is that of tiles in zones, where rims clip the pupil.
         """
         images, places = self._images()
         if clipped:
-            taps, numbers, entries = self._zones.images(self._chosen, images, places, self.over)
+            taps, numbers, entries = self.zones.images(self._chosen, images, places, self.samples_per_axis)
         else:
-            taps, entries = [aperture_taps(self._pupil, image.radius_px, image.slope, self.over) for image in images], None
+            taps, entries = (
+                [aperture_taps(self._pupil, image.radius_px, image.slope, self.samples_per_axis) for image in images],
+                None,
+            )
             numbers = [image.node for image in images]
         table = blur_table(taps, numbers, *self._size)
         buffers = {name: self._device.upload(array) for name, array in vars(table).items()}
-        buffers["entries"] = self._nothing if entries is None else self._device.upload(entries)
+        buffers["entries"] = self._unread if entries is None else self._device.upload(entries)
         sums = not all(image.direct for image in taps)
         return buffers, places, sums
 
-    def corners(self, first_corners: np.ndarray | None):
-        """Device buffer of the corners of tiles, as kernels/zones.h has them; without zones one that nobody reads.
+    def corners(self, first_corners: np.ndarray | None) -> Buffer:
+        """Device buffer of the corners of tiles for kernels/zones.h; a buffer that is not read where there are no zones.
 
-        first_corners: (tiles,) of TileChoice.zone.
+        first_corners: (tiles,) of TileChoice.zone; None: no zones.
         """
         if first_corners is None:
-            return self._nothing
+            return self._unread
         images, _ = self._images()
-        return self._device.upload((len(images) * self._zones.corners(first_corners)).astype(np.uint32))
+        return self._device.upload((len(images) * self.zones.corners(first_corners)).astype(np.uint32))
 
     def points(self, count: int, around: tuple[np.ndarray, np.ndarray] | None) -> np.ndarray:
-        """Points of kernels/occlusion.cl for blocks, (blocks, count, 5), or (1, count, 5) for all of them.
+        """Aperture samples of kernels/occlusion.cl for blocks, (blocks, count, 5), or (1, count, 5) shared by all.
 
-        around: what `Zones.around_blocks` says of the blocks; None: no rim hides anything.
+        around: `Zones.around_blocks` of the blocks; None: no rim clips the pupil.
         """
         if around is None:
-            return lens_points(self._pupil, count, self.over)[None]
-        return self._zones.points(*around, count, self.over)
+            return aperture_samples(self._pupil, count, self.samples_per_axis)[None]
+        return self.zones.points(*around, count, self.samples_per_axis)
 
     def around_blocks(self, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """`Zones.around_blocks`, without zones as well."""
+        """`Zones.around_blocks`, or corners of -1 where there are no zones."""
         if self._zones is None:
             return np.full((len(rows), 4), -1), np.zeros((len(rows), 4))
         return self._zones.around_blocks(rows, columns)
 
     def defines(self, clipped: bool) -> dict[str, int]:
-        """Macros of kernels/zones.h. The photosites of a work-item lie in one zone."""
+        """Macros of kernels/zones.h; SPAN is limited so that the photosites of a work-item lie in one zone."""
         if not clipped:
             return {"ZONE": 0, "SPAN": self._device.span}
-        zone_px = self._zones.eyes.zone_px
+        zone_px = self.zones.eyes.zone_px
         return {"ZONE": zone_px, "TILE_ZONES": TILE_COLUMNS // zone_px, "SPAN": min(self._device.span, zone_px // 2)}

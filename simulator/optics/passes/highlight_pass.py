@@ -1,76 +1,107 @@
-"""Takes points of light out of a strip's planes, and spreads them over the blocks that they reach."""
+"""Removes highlights from a row band's sampled planes, and adds their blur spots to the blocks that they reach."""
+
+from typing import Protocol
 
 import numpy as np
 
-from simulator.device import Buffer
-from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS
-from simulator.optics.defocus.highlights import BRIGHT, SMALLEST_PX, Lights, brightest, reaching, spot_weights
-from simulator.optics.geometry.interleaved_columns import column_of
+from simulator.device import Buffer, Device
+from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Defocus
+from simulator.optics.defocus.highlights import BRIGHT, SMALLEST_PX, Highlights, find_reaching, select_brightest, spot_weights
+from simulator.optics.geometry.interleaved_columns import InterleavedColumns, column_of
+from simulator.optics.passes.radius_statistics import RadiusMaps
+from simulator.optics.passes.tile_grid import TileGrid
+from simulator.optics.pupil.pupil import Pupil
 
 
-class StripLights:
-    """Lights of a strip (`simulator.optics.passes.row_band.Strip`) and which of its blocks they reach.
+class Band(Protocol):
+    """What the pass reads of a row band, `simulator.optics.passes.row_band.RowBand`."""
 
-    strip_row: row of the area at which the strip begins. places: (blocks, 4) uint32 as kernels/occlusion.cl has them.
-    limit: (channels,) above which a sample is a light.
+    device: Device
+    defocus: Defocus
+    area: TileGrid
+    maps: RadiusMaps
+    planes: list[Buffer]
+    layout: InterleavedColumns
+    samples_per_axis: int
+    channels: int
+    layer_planes: int
+    sampled: Buffer
+    radius: Buffer
+    defines: dict[str, object]
+
+
+class HighlightPass:
+    """Highlights of a row band and the blocks that they reach.
+
+    band_start: first row of the band in the area. places: (blocks, 4) uint32 as in kernels/highlights.cl.
+    limit: (channels,) electron radiance above which a sample is a highlight [e- s^-1 um^-2 sr^-1].
     """
 
-    def __init__(self, strip, strip_row: int, places: np.ndarray, limit: np.ndarray):
-        self.strip, self.places = strip, places
-        self.origin_px = strip.area.x, strip.area.y + strip_row
-        shape = strip.layout.shape(len(strip.planes) * strip.layer_planes)
-        self.sampled = strip.device.download(strip.sampled, shape, np.float32)
-        self.lights = brightest(self._bright(limit), strip.over, strip.area.y + strip_row)
-        self.lists = reaching(self.lights, self._pupil, strip.over, places[:, 1].astype(int), 2 * places[:, 0].astype(int))
+    def __init__(self, band: Band, band_start: int, places: np.ndarray, limit: np.ndarray) -> None:
+        self.band, self.places = band, places
+        self.origin_px = band.area.x, band.area.y + band_start
+        shape = band.layout.shape(len(band.planes) * band.layer_planes)
+        self.sampled = band.device.download(band.sampled, shape, np.float32)
+        self.highlights = select_brightest(self._find_highlights(limit), band.samples_per_axis, band.area.y + band_start)
+        self.lists = find_reaching(
+            self.highlights, self._pupil, band.samples_per_axis, places[:, 1].astype(int), 2 * places[:, 0].astype(int)
+        )
         self.reached = np.array([len(own) > 0 for own in self.lists])
 
     @property
-    def _pupil(self):
-        return self.strip.defocus.pupil
+    def _pupil(self) -> Pupil:
+        return self.band.defocus.pupil
 
-    def _bright(self, limit: np.ndarray) -> Lights:
+    def _find_highlights(self, limit: np.ndarray) -> Highlights:
         """Samples above the limit whose spots are larger than a photosite."""
-        strip, radii = self.strip, self.strip.defocus.radii_px
-        shape = strip.layout.shape(max(len(strip.maps.scene_radius), 1))
-        radius = strip.device.download(strip.radius, shape, np.float32)
-        found, maps = [], 0
+        band, radii = self.band, self.band.defocus.radii_px
+        shape = band.layout.shape(max(len(band.maps.scene_radius), 1))
+        radius = band.device.download(band.radius, shape, np.float32)
+        parts_by_layer, maps = [], 0
         for layer, px in enumerate(radii):
-            light = self.sampled[layer * strip.layer_planes :][: strip.channels]
-            place = np.nonzero((light > limit[:, None, None, None]).any(axis=0))
-            column_set, row, column = place
-            excess = np.maximum(light[:, *place] - limit[:, None] / BRIGHT, 0.0)  # the scene's mean stays
-            own = radius[maps, *place] if np.ndim(px) else np.full(len(row), px, np.float32)
-            found.append((row, column_of(column_set, column, strip.over), np.full(len(row), layer), own, excess))
+            light = self.sampled[layer * band.layer_planes :][: band.channels]
+            column_set, row, column = np.nonzero(np.logical_or.reduce(light > limit[:, None, None, None], axis=0))
+            mean = limit[:, None] / BRIGHT  # radiance that the sample keeps
+            excess = np.maximum(light[:, column_set, row, column] - mean, 0.0)
+            own = radius[maps, column_set, row, column] if np.ndim(px) else np.full(len(row), px, np.float32)
+            columns = column_of(column_set, column, band.samples_per_axis)
+            parts_by_layer.append((row, columns, np.full(len(row), layer), own, excess))
             maps += np.ndim(px) > 0
-        lights = Lights(*(np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True)))
-        return lights.of(np.abs(lights.radii_px) > SMALLEST_PX)
+        highlights = Highlights(*(np.concatenate(parts, axis=-1) for parts in zip(*parts_by_layer, strict=True)))
+        return highlights.select(np.abs(highlights.radii_px) > SMALLEST_PX)
 
     def take(self) -> None:
-        """Take what is too bright out of the strip's planes."""
-        strip, lights = self.strip, self.lights
-        plane = lights.layers * strip.layer_planes + np.arange(strip.channels)[:, None]
-        element = strip.layout.element(plane, lights.rows, lights.columns).ravel()
-        left = self.sampled.reshape(-1)[element] - lights.excess.ravel()
-        self._run("lights_take", (len(element),), {"places": element.astype(np.uint32), "left": left.astype(np.float32)})
+        """Remove the highlights' excess radiance from the band's sampled planes, in place."""
+        band, highlights = self.band, self.highlights
+        plane = highlights.layers * band.layer_planes + np.arange(band.channels)[:, None]
+        element = np.ravel(band.layout.element(plane, highlights.rows, highlights.columns))
+        left = self.sampled.reshape(-1)[element] - highlights.excess.ravel()
+        self._run("highlights_take", (len(element),), {"places": element.astype(np.uint32), "left": left.astype(np.float32)})
 
     def spread(self, slabs: Buffer, light: Buffer, band: dict[str, int]) -> None:
-        """Give the photosites of the reached blocks their share. band: fields of `struct row_band` of kernels/row_band.h."""
-        lights, lists = self.lights, [own for own in self.lists if len(own)]
+        """Add the highlights' spots to `light` in the blocks that they reach.
+
+        band: fields of `struct row_band` of kernels/row_band.h.
+        """
+        highlights, lists = self.highlights, [own for own in self.lists if len(own)]
         counts = np.array([len(own) for own in lists])
-        weights, first, side = spot_weights(lights, self._pupil, self.strip.over, self.strip.defocus.eyes, self.origin_px)
+        weights, first, side = spot_weights(
+            highlights, self._pupil, self.band.samples_per_axis, self.band.defocus.eyes, self.origin_px
+        )
+        spots = [highlights.columns, highlights.rows, highlights.layers, first, side]
         arrays = {
             "blocks": self.places[self.reached],
             "ranges": np.stack([np.cumsum(counts) - counts, counts], axis=-1).astype(np.uint32),
             "reaching": np.concatenate(lists).astype(np.uint32),
-            "lights": np.stack([lights.columns, lights.rows, lights.layers, first, side], axis=-1).astype(np.int32),
-            "excess": np.concatenate([lights.radii_px[:, None], lights.excess.T], axis=-1).astype(np.float32),
+            "highlights": np.stack(spots, axis=-1).astype(np.int32),
+            "excess": np.concatenate([highlights.radii_px[:, None], highlights.excess.T], axis=-1).astype(np.float32),
             "weights": weights,
         }
         size = (BLOCK_COLUMNS // 2, 2 * BLOCK_ROWS, len(lists))
-        self._run("lights_spread", size, arrays, radius=self.strip.radius, slabs=slabs, light=light, band=band)
+        self._run("highlights_spread", size, arrays, radius=self.band.radius, slabs=slabs, light=light, band=band)
 
-    def _run(self, name: str, size: tuple[int, ...], arrays: dict[str, np.ndarray], **arguments) -> None:
-        device = self.strip.device
+    def _run(self, name: str, size: tuple[int, ...], arrays: dict[str, np.ndarray], **arguments: object) -> None:
+        device = self.band.device
         buffers = {key: device.upload(np.ascontiguousarray(array)) for key, array in arrays.items()}
-        kernel = device.kernel(name, self.strip.defines, file="lights.cl")
-        device.run(kernel, size, None, sampled=self.strip.sampled, **buffers, **arguments)
+        kernel = device.kernel(name, self.band.defines, file="highlights.cl")
+        device.run(kernel, size, None, sampled=self.band.sampled, **buffers, **arguments)

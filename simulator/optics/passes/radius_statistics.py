@@ -1,22 +1,23 @@
-"""Measures on the device what each patch of a blurred frame holds of each layer."""
+"""Measures on the device the statistics of the blur radius in each patch of a frame, layer by layer."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.defocus.defocus import CLASS_UNIT_PX, PATCH_COLUMNS, PATCH_ROWS, RadiusStatistics
+from simulator.optics.defocus.defocus import CLASS_UNIT_PX, PATCH_COLUMNS, PATCH_ROWS, Defocus, RadiusStatistics
 from simulator.optics.geometry.projection import Projection, project_radius
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.tile_grid import BlurFrame
+from simulator.optics.passes.tile_grid import TileGrid
 
 
 @dataclass(frozen=True)
-class Maps:
-    """Radius maps of the layers that have one, one after the other on the device, and each layer's radius_statistics.
+class RadiusMaps:
+    """Radius maps of the layers whose radius varies, one after the other on the device, and the statistics of every layer.
 
     radius: buffer (maps, 2, rows, set columns) float32 [photosites], in interleaved columns.
-    scene_radius: the same of each mapped layer on the scene's grid, buffers (height, width) float32.
+    scene_radius: the maps on the scene's grid, a buffer (height, width) float32 [photosites] each.
+    layer_statistics: statistics of each layer's patches.
     """
 
     radius: Buffer
@@ -24,42 +25,45 @@ class Maps:
     layer_statistics: list[RadiusStatistics]
 
 
-def measured_maps(optics: OpticsPlan, device: Device, area: BlurFrame) -> Maps:
-    """Radius on the photosites of every layer, and what its tiles hold."""
-    defocus, layer_statistics, scene_radius = optics.defocus, [], []
+def measure_radius_maps(optics: OpticsPlan, defocus: Defocus, device: Device, area: TileGrid) -> RadiusMaps:
+    """Project the radius maps onto the photosites and measure the patches of every layer."""
+    layer_statistics: list[RadiusStatistics] = []
+    scene_radius: list[Buffer] = []
     radius = device.empty(area.layout.shape(max(defocus.maps, 1)), np.float32)
     for layer, px in zip(optics.scene.layers, defocus.radii_px, strict=True):
-        if np.ndim(px):
+        filled, covered = _coverage(optics.projection, area, layer.coverage)
+        if isinstance(px, np.ndarray):
             number = len(scene_radius)
             scene_radius.append(device.upload(px))
             project_radius(device, optics.projection, scene_radius[-1], radius, number, area.layout, (area.x, area.y))
-            *measured, classes = _measured(optics, device, area, radius, number)
+            radius_parts, classes = _measure(optics, defocus, device, area, radius, number)
         else:
             level, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
-            measured = [level + np.float32(px), level + np.float32(px), level, level, level]
-        filled, covered = _coverage(optics.projection, area, layer.coverage)
-        layer_statistics.append(RadiusStatistics(*measured, classes, covered, filled))
-    return Maps(radius, scene_radius, layer_statistics)
+            radius_parts = level + np.float32(px), level + np.float32(px), level, level, level
+        least, greatest, steepest, slope_x, slope_y = radius_parts
+        layer_statistics.append(RadiusStatistics(least, greatest, steepest, slope_x, slope_y, classes, covered, filled))
+    return RadiusMaps(radius, scene_radius, layer_statistics)
 
 
-def _measured(optics: OpticsPlan, device: Device, area: BlurFrame, radius: Buffer, number: int) -> tuple[np.ndarray, ...]:
-    """Least, greatest and steepest radius of each patch, its slopes, and its classes, of map `number`."""
-    defocus = optics.defocus
+def _measure(
+    optics: OpticsPlan, defocus: Defocus, device: Device, area: TileGrid, radius: Buffer, number: int
+) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
+    """Least and greatest radius, steepest step and slopes in x and y of each patch of map `number`; and its classes."""
     classes = {"first_class": defocus.first_class, "classes_per_unit": defocus.classes_per_unit}
-    radius_statistics, present = patch_statistics(device, radius, area.rows, area.set_columns, number, **classes)
-    *measured, slope_x, slope_y = radius_statistics
+    radius_statistics, present = measure_patches(device, radius, area.rows, area.set_columns, number, **classes)
+    least, greatest, steepest, slope_x, slope_y = radius_statistics
     rows, columns = _on_sensor(optics.sensor_px, area)
-    slopes = [slope[rows[:, None], columns] for slope in (slope_x, slope_y)]
-    return *measured, *slopes, present
+    slope_x, slope_y = slope_x[rows[:, None], columns], slope_y[rows[:, None], columns]
+    return (least, greatest, steepest, slope_x, slope_y), present
 
 
-def patch_statistics(
+def measure_patches(
     device: Device, radius: Buffer, rows: int, set_columns: int, number: int, *, first_class: float, classes_per_unit: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Measure the patches of a radius map: (5, patch rows, patch columns) float32, and their classes as bits of uint64.
+    """Measure the patches of map `number`: (5, patch rows, patch columns) float32, and their classes as bits of uint64.
 
-    The five: least and greatest radius, steepest step, slopes in x and y.
-    radius: device buffer as kernels/radius_statistics.cl says.
+    The five statistics: least and greatest radius, steepest step, slopes in x and y. Units and the layout of `radius` are those
+    of kernels/radius_statistics.cl.
     """
     patches = rows // PATCH_ROWS, 2 * set_columns // PATCH_COLUMNS
     radius_statistics, present = device.empty((5, *patches), np.float32), device.empty((2, *patches), np.uint32)
@@ -81,8 +85,8 @@ def patch_statistics(
     return device.download(radius_statistics, (5, *patches), np.float32), near | far << np.uint64(32)
 
 
-def _on_sensor(sensor_px: tuple[int, int], area: BlurFrame) -> tuple[np.ndarray, np.ndarray]:
-    """For each row and column of patches the nearest that lies wholly on the sensor: beyond its edge a surface goes on."""
+def _on_sensor(sensor_px: tuple[int, int], area: TileGrid) -> tuple[np.ndarray, np.ndarray]:
+    """Nearest row and column of patches on the sensor for each of the area; beyond the edge a surface keeps its slope."""
     width, height = sensor_px
     sides = (area.y, PATCH_ROWS, area.patches[0], height), (area.x, PATCH_COLUMNS, area.patches[1], width)
     nearest = []
@@ -92,11 +96,11 @@ def _on_sensor(sensor_px: tuple[int, int], area: BlurFrame) -> tuple[np.ndarray,
     return nearest[0], nearest[1]
 
 
-def _coverage(projection: Projection, area: BlurFrame, coverage: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+def _coverage(projection: Projection, area: TileGrid, coverage: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest coverage of each patch, from all scene pixels that its photosites may read."""
     if coverage is None:
         return np.ones(area.patches, np.float32), np.ones(area.patches, np.float32)
-    if projection.warp is not None:  # a tile's border is no straight line in the scene: what holds everywhere
+    if projection.warp is not None:  # a warped tile has no straight border in the scene, so the bounds of the whole layer hold
         return np.full(area.patches, coverage.min(), np.float32), np.full(area.patches, coverage.max(), np.float32)
     least = greatest = coverage
     sides = (

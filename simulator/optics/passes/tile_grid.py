@@ -1,4 +1,4 @@
-"""Geometry of a blurred frame: its margin, the bands of rows that are computed one after the other, and their tiles."""
+"""Geometry of a blurred frame: its margin, the row bands that are computed one after the other, and their tiles."""
 
 from functools import cached_property
 
@@ -8,14 +8,15 @@ from simulator.optics.defocus.defocus import PATCH_COLUMNS, PATCH_ROWS, TILE_COL
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.sensor.camera.camera_sections import Window
 
-BAND_ROWS = 128  # rows that share running sums
+BAND_ROWS = 128  # rows that share prefix sums [photosites]
 HALF_TILE = TILE_COLUMNS // 2
 
 
-class BlurFrame:
-    """Geometry of the frame with its margin, cut along bands and tiles of the whole sensor.
+class TileGrid:
+    """Bands and tiles of a frame with its margin (the area), aligned with those of the whole sensor.
 
-    frame: photosites to compute. reach: margin that the blur needs on either side [photosites].
+    frame: photosites to compute. reach: margin that the blur needs on each side [photosites].
+    x, y: the area's first photosite on the sensor. rows: rows of the area.
     set_columns: columns of each column set (`InterleavedColumns`), whatever the samples per photosite.
     """
 
@@ -34,38 +35,38 @@ class BlurFrame:
 
     @property
     def layout(self) -> InterleavedColumns:
-        """Of maps with one sample per photosite."""
+        """Layout of maps of the area with one sample per photosite."""
         return InterleavedColumns(1, self.rows, self.set_columns)
 
-    def strip_layout(self, over: int) -> InterleavedColumns:
-        """Of a band with its margins at `over` x `over` samples per photosite."""
-        return InterleavedColumns(over, over * self.strip_rows, self.set_columns)
+    def band_layout(self, samples_per_axis: int) -> InterleavedColumns:
+        """Layout of a band with its margins, at so many samples per photosite and axis."""
+        return InterleavedColumns(samples_per_axis, samples_per_axis * self.rows_with_margins, self.set_columns)
 
     @property
-    def strip_rows(self) -> int:
+    def rows_with_margins(self) -> int:
         """Rows of photosites of a band with its margins."""
         return BAND_ROWS + 2 * self.reach
 
-    def strip_row(self, band: int) -> int:
-        """Row of the area at which a band's strip begins."""
+    def band_start(self, band: int) -> int:
+        """First row of a band with its margin, in the area."""
         return self.first_band + band * BAND_ROWS - self.reach - self.y
 
     def band_tiles(self, band: int) -> slice:
-        """Tile rows of a band."""
-        first = (self.strip_row(band) + self.reach) // TILE_ROWS
+        """Range of the tile rows of a band."""
+        first = (self.band_start(band) + self.reach) // TILE_ROWS
         return slice(first, first + BAND_ROWS // TILE_ROWS)
 
     @cached_property
     def grid(self) -> tuple[int, int]:
-        """Tile rows and columns."""
+        """Number of tile rows and columns."""
         return self.rows // TILE_ROWS, self.set_columns // HALF_TILE
 
     @property
     def patches(self) -> tuple[int, int]:
-        """Patch rows and columns."""
+        """Number of patch rows and columns."""
         return self.rows // PATCH_ROWS, 2 * self.set_columns // PATCH_COLUMNS
 
-    def inside(self) -> np.ndarray:
+    def tiles_in_frame(self) -> np.ndarray:
         """Tiles that hold photosites of the frame: (tile rows, tile columns) bool."""
         first_rows = np.arange(self.grid[0]) * TILE_ROWS - self.margin_y
         first_columns = np.arange(self.grid[1]) * TILE_COLUMNS - self.margin_x

@@ -1,4 +1,4 @@
-"""The measured part of a plan: which method each tile of a blurred frame gets, by what the tile sees of the scene's depths."""
+"""The measured part of a plan: the blur method of each tile of a frame, by the radius statistics around it."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -6,55 +6,62 @@ from functools import cached_property
 import numpy as np
 
 from simulator.device import Device
-from simulator.optics.defocus.defocus import Method
+from simulator.optics.defocus.defocus import Defocus, Method
 from simulator.optics.defocus.field_zones import Zones
-from simulator.optics.defocus.highlights import bright_limit
-from simulator.optics.defocus.tile_methods import TileChoice, choose
+from simulator.optics.defocus.highlights import highlight_threshold
+from simulator.optics.defocus.tile_methods import TileChoice, choose_methods
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.radius_statistics import Maps, measured_maps
-from simulator.optics.passes.tile_grid import BlurFrame
+from simulator.optics.passes.radius_statistics import RadiusMaps, measure_radius_maps
+from simulator.optics.passes.tile_grid import TileGrid
 
 
 @dataclass(frozen=True)
 class TilePlan:
-    """Methods of a blurred frame's tiles, and the maps they follow from.
+    """Methods of a blurred frame's tiles, and the radius maps by which they were chosen.
 
-    optics: of the photosites that are blurred, which are more than the plan's where a point spread function follows.
+    optics: its window is larger than the frame's where a point spread function follows, which needs a margin.
     area: geometry of tiles and bands. maps: blur radii on the device. chosen: method of each tile and block.
-    zones: of the field, where rims cut the pupil; None: it is the same everywhere.
+    zones: zones of the field, where rims clip the pupil; None: the pupil is the same everywhere.
     """
 
     optics: OpticsPlan
-    area: BlurFrame
-    maps: Maps
+    area: TileGrid
+    maps: RadiusMaps
     chosen: TileChoice
     zones: Zones | None
 
+    @property
+    def defocus(self) -> Defocus:
+        """Blur of the scene's layers."""
+        assert self.optics.defocus is not None  # plan_tiles plans no tiles without it
+        return self.optics.defocus
+
     def shares(self) -> dict[Method, float]:
-        """Share of the frame's tiles that each method computes; blocks of points count as parts of their tile."""
+        """Share of the frame that each method computes; blocks that sample the aperture count as parts of their tile."""
         blocks = self.chosen.blocks
-        pointed, wanted = blocks.wanted & (blocks.methods == Method.OCCLUSION), max(int(blocks.wanted.sum()), 1)
-        tile_of_block = self.chosen.methods.repeat(blocks.wanted.shape[0] // self.chosen.methods.shape[0], axis=0)
-        tile_of_block = tile_of_block.repeat(blocks.wanted.shape[1] // self.chosen.methods.shape[1], axis=1)
-        methods = np.where(pointed, Method.OCCLUSION, tile_of_block)
-        return {method: float((blocks.wanted & (methods == method)).sum() / wanted) for method in Method}
+        sampled, total = blocks.computed & (blocks.methods == Method.OCCLUSION), max(int(blocks.computed.sum()), 1)
+        tile_of_block = self.chosen.methods.repeat(blocks.computed.shape[0] // self.chosen.methods.shape[0], axis=0)
+        tile_of_block = tile_of_block.repeat(blocks.computed.shape[1] // self.chosen.methods.shape[1], axis=1)
+        methods = np.where(sampled, Method.OCCLUSION, tile_of_block)
+        return {method: float((blocks.computed & (methods == method)).sum() / total) for method in Method}
 
     @cached_property
     def highlight_limit(self) -> np.ndarray | None:
         """Electron radiance above which a sample is a highlight, (channels,); None: no sample of the scene is."""
-        return bright_limit(self.optics.scene, self.optics.weights)
+        return highlight_threshold(self.optics.scene, self.optics.weights)
 
 
 def plan_tiles(optics: OpticsPlan, device: Device) -> TilePlan | None:
-    """Measure the blur radii of a frame on a device and choose the methods; None where no method is chosen by tile."""
+    """Measure the blur radii of a frame on a device and choose each tile's method; None where methods do not differ by tile."""
     psf = optics.psf
-    if optics.defocus is None or optics.accuracy.tolerance == 0.0 or (psf is not None and psf.by_distance):
+    defocus = optics.defocus
+    if defocus is None or optics.accuracy.tolerance == 0.0 or (psf is not None and psf.by_distance):
         return None
     optics = replace(optics, window=optics.blur_window())
-    area = BlurFrame(optics.window, optics.defocus.reach_px)
-    maps = measured_maps(optics, device, area)
-    chosen, zones = choose(optics.defocus, maps.layer_statistics, area.inside()), None
-    if optics.defocus.eyes is not None:
-        zones = Zones(optics.defocus.eyes, area.x, area.y, area.grid)
+    area = TileGrid(optics.window, defocus.reach_px)
+    maps = measure_radius_maps(optics, defocus, device, area)
+    chosen, zones = choose_methods(defocus, maps.layer_statistics, area.tiles_in_frame()), None
+    if defocus.eyes is not None:
+        zones = Zones(defocus.eyes, area.x, area.y, area.grid)
         chosen = replace(chosen, zone=zones.first_corner)
     return TilePlan(optics, area, maps, chosen, zones)

@@ -8,8 +8,8 @@ import numpy as np
 
 from simulator.color.spectra import efficiency_on
 from simulator.errors import require
+from simulator.optics.defocus.accuracy import SHARP_PX
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.error_laws import SHARP_PX
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.field_psf import FAR_AIRY, FieldPsf, airy_radius_px, slab_radii_px

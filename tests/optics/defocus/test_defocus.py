@@ -15,9 +15,9 @@ from scipy.signal import convolve2d, oaconvolve
 
 from simulator.device import Device
 from simulator.exposure.settings import Exposure
-from simulator.optics.defocus.aperture_kernel import aperture_weights, photosite_weights, taps_of
+from simulator.optics.defocus.accuracy import SHARP_PX
+from simulator.optics.defocus.aperture_kernel import aperture_weights, make_taps, photosite_weights
 from simulator.optics.defocus.defocus import plan_defocus
-from simulator.optics.defocus.error_laws import SHARP_PX
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.pupil import Aperture, Pupil
 from simulator.pipeline.shot import Shot
@@ -38,13 +38,13 @@ def electrons(planes, depth_m, lens, camera) -> np.ndarray:
     return simulate(Shot(band_scene(planes, depth_m), lens, EXPOSURE, camera)).mean_electrons.astype(np.float64)
 
 
-def disk(radius: float, over: int = 1) -> np.ndarray:
-    """What a photosite sees of `over` x `over` points per photosite through a round aperture, in float64.
+def disk(radius: float, samples_per_axis: int = 1) -> np.ndarray:
+    """Weights of the samples that a photosite sees through a round aperture, in float64.
 
     Each weight is the area that the disk has in common with a point's square, by quadrature over its columns; the photosite's
     points are added up.
     """
-    radius, half = radius * over, math.ceil(radius * over) + 1
+    radius, half = radius * samples_per_axis, math.ceil(radius * samples_per_axis) + 1
     weights = np.zeros((2 * half + 1, 2 * half + 1))
 
     def column(x, low, high):
@@ -57,7 +57,7 @@ def disk(radius: float, over: int = 1) -> np.ndarray:
             if math.hypot(max(abs(x) - 0.5, 0.0), max(abs(row) - 0.5, 0.0)) < radius:
                 area = quad(column, x - 0.5, x + 0.5, (row - 0.5, row + 0.5), points=edges or None, epsabs=1e-12)[0]
                 weights[row + half, x + half] = area
-    weights = convolve2d(weights, np.ones((over, over)))
+    weights = convolve2d(weights, np.ones((samples_per_axis, samples_per_axis)))
     return weights / weights.sum()
 
 
@@ -67,10 +67,10 @@ def _bends(radius: float, row: int) -> list[float]:
     return [side * place for place in [*crossings, radius] for side in (-1.0, 1.0)]
 
 
-@pytest.mark.parametrize("over", [1, 2])
+@pytest.mark.parametrize("samples_per_axis", [1, 2])
 @pytest.mark.parametrize("radius", [0.55, 0.7, 1.5, 3.3, 7.6])
-def test_weights_are_the_areas_that_disk_and_photosites_share(radius, over):
-    found, expected = photosite_weights(Pupil(), radius, over), disk(radius, over)
+def test_weights_are_the_areas_that_disk_and_photosites_share(radius, samples_per_axis):
+    found, expected = photosite_weights(Pupil(), radius, samples_per_axis), disk(radius, samples_per_axis)
     spare = (expected.shape[0] - found.shape[0]) // 2
     assert found.sum() == pytest.approx(1.0, abs=1e-12)
     assert np.abs(np.pad(found, spare) - expected).max() < 1e-8
@@ -118,7 +118,7 @@ def test_a_point_shows_the_blades():
 def test_values_or_sums_down_the_columns_give_any_weighted_sum(shape, direct):
     rng = np.random.default_rng(3)
     weights, picture = rng.random(shape), rng.random((20, 20))
-    taps, centre = taps_of(weights, direct=direct), (shape[0] - 1) // 2
+    taps, centre = make_taps(weights, direct=direct), (shape[0] - 1) // 2
     sums = np.concatenate([np.zeros((1, 20)), np.cumsum(picture, axis=0)])
     assert taps.direct == bool(direct)
     found = sum(taps.weights * (picture if direct else sums)[10 + taps.rows, 10 + taps.columns])
@@ -208,8 +208,8 @@ def test_radii_are_signed_and_end_at_infinity():
     assert np.allclose(planned.radii_px[0], expected, rtol=1e-5) and np.all(np.diff(planned.radii_px[0]) > 0)
 
 
-@pytest.mark.parametrize("over", [1, 2])
-def test_closed_forms_are_met(over):
+@pytest.mark.parametrize("samples_per_axis", [1, 2])
+def test_closed_forms_are_met(samples_per_axis):
     """A tenth of the noise of 2000 e- where the scene has as much detail as its surfaces' grid can hold (`lens_truths`).
 
     At one point per photosite a wave of 9 photosites, a straight edge over fractions of a photosite and a small light lie
@@ -218,9 +218,11 @@ def test_closed_forms_are_met(over):
     coarse = {"sinusoid_0.7_9", "sinusoid_3.3_9", "square_light_2.4", "square_light_7.6", "penumbra_-3.4_0.3"}
     coarse |= {"uniform_layers_-5_6", "stripes_4_9_10", "slanted_plane_0.05_0.11"}
     fine = {"square_light_2.4", "square_light_7.6"}
-    for case in cases(over):
+    for case in cases(samples_per_axis):
         worst = statistics(z_scores(blurred_case(case), case.truth, 2000.0)).p99_9
-        limit = 0.1 if case.name not in (coarse if over == 1 else fine) else KNOWN_LIMITS[over][case.name]
+        limit = (
+            0.1 if case.name not in (coarse if samples_per_axis == 1 else fine) else KNOWN_LIMITS[samples_per_axis][case.name]
+        )
         assert worst < limit, (case.name, worst)
 
 

@@ -1,4 +1,4 @@
-"""Surfaces that hide each other behind a lens: against closed forms, the reference path and a ray tracer."""
+"""Surfaces that occlude each other, out of focus: against closed forms, the reference path and a ray tracer."""
 
 import dataclasses
 from pathlib import Path
@@ -10,10 +10,10 @@ from helpers.lens_frame import LENS, blurred_case, case_plan, executed_case
 from helpers.lens_truths import Case, slanted_plane, stripes, uniform_layers
 from scipy.ndimage import maximum_filter
 
-from simulator.optics.defocus.aperture_samples import lens_points as tile_points
+from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.aperture_samples import aperture_samples as tile_points
 from simulator.optics.defocus.defocus import Method, plan_defocus
-from simulator.optics.defocus.error_laws import Accuracy
-from simulator.optics.defocus.radius_slabs import slab_lists
+from simulator.optics.defocus.radius_slabs import make_slab_lists
 from simulator.optics.passes.tile_plan import plan_tiles
 from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
@@ -25,7 +25,7 @@ RENDERS = Path(__file__).parents[4] / "shared" / "data" / "mitsuba"
 def hardest(case: Case, bench) -> Method:
     """The most expensive method that a block of the case's frame gets."""
     chosen = plan_tiles(case_plan(case).optics, bench.device).chosen
-    return Method(chosen.blocks.methods[chosen.blocks.wanted].max())
+    return Method(chosen.blocks.methods[chosen.blocks.computed].max())
 
 
 def test_each_scene_gets_the_cheapest_method_that_is_right(bench):
@@ -114,7 +114,7 @@ def test_what_is_skipped_would_change_nothing():
 def test_slabs_of_a_class_follow_one_another_without_a_gap():
     planned = case_plan(slanted_plane((0.02, 0.03))).optics.defocus
     classes, several = np.array([[0b0110, 0b1000, 0b1000]], np.uint64), np.array([[np.nan, np.nan, 1.5]], np.float32)
-    lists = slab_lists(planned, classes, several)
+    lists = make_slab_lists(planned, classes, several)
     own = lists.slabs[lists.first[0] : lists.first[0] + lists.count[0]]
     assert lists.count.tolist() == [3, 2, 1] and np.all(own[:, :2] == [0, 0]) and lists.mapped.tolist() == [True, True, False]
     assert lists.slabs[lists.first[2]].tolist() == [0, -1, 1.5, 1.5, 1.5]  # one radius all around

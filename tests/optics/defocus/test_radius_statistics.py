@@ -1,4 +1,4 @@
-"""What tiles hold of a map, against NumPy; and what can reach a tile."""
+"""Radius statistics of patches against NumPy, and their merge over all patches within reach."""
 
 import numpy as np
 import pytest
@@ -10,10 +10,10 @@ from simulator.optics.defocus.defocus import (
     TILE_COLUMNS,
     TILE_ROWS,
     RadiusStatistics,
-    seen_from,
+    merge_within_reach,
 )
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
-from simulator.optics.passes.radius_statistics import patch_statistics
+from simulator.optics.passes.radius_statistics import measure_patches
 
 ROWS, HALF = 32, 64
 FIRST_CLASS, PER_UNIT = -30.0, 12.0
@@ -26,7 +26,7 @@ def measured(bench):
     picture = (rng.normal(0.0, 6.0, (ROWS, 2 * HALF)) * (rng.random((ROWS, 2 * HALF)) > 0.5)).astype(np.float32)
     maps = InterleavedColumns(1, ROWS, HALF).encode(np.stack([0.0 * picture, picture]))
     classes = {"first_class": FIRST_CLASS, "classes_per_unit": PER_UNIT}
-    return picture, *patch_statistics(bench.device, bench.device.upload(maps), ROWS, HALF, 1, **classes)
+    return picture, *measure_patches(bench.device, bench.device.upload(maps), ROWS, HALF, 1, **classes)
 
 
 def patches(picture: np.ndarray) -> np.ndarray:
@@ -69,7 +69,7 @@ def test_a_tile_knows_what_reaches_it_and_no_more():
     radius, classes = flat.copy(), np.ones(shape, np.uint64)
     row, columns_of_it = 7, slice(18, 20)  # photosites 56 to 63 and 144 to 159
     radius[row, columns_of_it], classes[row, columns_of_it] = -20.0, 2
-    seen = seen_from(
+    seen = merge_within_reach(
         RadiusStatistics(radius, np.maximum(radius, 0.0), flat, flat, flat, classes, flat + 1, flat + 1)
     ).of_tiles()
     rows, columns = np.arange(8) * TILE_ROWS, np.arange(4) * TILE_COLUMNS
@@ -91,7 +91,7 @@ def test_a_blur_circle_of_many_patches_is_seen_wherever_it_reaches():
     gap_x = np.maximum(np.maximum(592 - (columns + TILE_COLUMNS), columns - 608), 0)[None, :]
     for own, others in ((400.0, 0.0), (0.0, 400.0)):
         radius = np.where(classes == 2, own, others).astype(np.float32)
-        seen = seen_from(
+        seen = merge_within_reach(
             RadiusStatistics(radius, radius, flat, flat, flat, classes, flat + 1, flat + 1), largest_px=400.0
         ).of_tiles()
         reached = seen.classes == 3

@@ -14,9 +14,9 @@ from simulator.config.shot_file import load_shot
 from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
-from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, points_wanted
+from simulator.optics.defocus.accuracy import MOST, Accuracy, grid_error, points_error, product_error, slope_error
+from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, sample_count
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.error_laws import MOST, Accuracy, grid_error, points_error, product_error, slope_error
 from simulator.optics.defocus.predicted_error import predicted_errors
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.passes.reference_mosaic import BAND_ROWS
@@ -37,11 +37,11 @@ def worst(case, electrons: float, tolerance: float = 0.1) -> float:
     return statistics(z_scores(blurred_case(case, electrons, tolerance), case.truth, electrons)).p99_9
 
 
-@pytest.mark.parametrize(("electrons", "over"), [(2000.0, 2), (20000.0, 4)])
-def test_a_tenth_of_the_noise_is_kept(electrons, over):
+@pytest.mark.parametrize(("electrons", "samples_per_axis"), [(2000.0, 2), (20000.0, 4)])
+def test_a_tenth_of_the_noise_is_kept(electrons, samples_per_axis):
     """On every closed form but the lights of one sample, of which nobody knows whether they are points or squares."""
     missed = {}
-    for case in cases(over):
+    for case in cases(samples_per_axis):
         if not case.name.startswith("square_light"):
             missed[case.name] = worst(case, electrons)
     assert len(missed) > 12 and max(missed.values()) <= 0.1, missed
@@ -59,10 +59,10 @@ def test_a_loose_tolerance_needs_less_work():
 
     def planned_work(tolerance):
         defocus = case_plan(case, 20000.0, tolerance).optics.defocus
-        return points_wanted(radius, defocus), defocus.accuracy.over(radius, radius, defocus.scale)
+        return sample_count(radius, defocus), defocus.accuracy.samples_per_axis(radius, radius, defocus.scale)
 
-    (points, over), (loose_points, loose_over) = planned_work(0.1), planned_work(1.0)
-    assert (points >= 16 * loose_points).all() and (over > loose_over).all()
+    (points, samples_per_axis), (loose_points, loose_over) = planned_work(0.1), planned_work(1.0)
+    assert (points >= 16 * loose_points).all() and (samples_per_axis > loose_over).all()
 
 
 def taller(case: Case, rows: int) -> Case:
@@ -79,40 +79,40 @@ def share(case, found) -> float:
     return float(np.quantile(np.abs(found - case.truth), 0.999))
 
 
-@pytest.mark.parametrize("over", [1, 2, 4])
-def test_the_law_of_the_grid_bounds_what_is_found(over):
+@pytest.mark.parametrize("samples_per_axis", [1, 2, 4])
+def test_the_law_of_the_grid_bounds_what_is_found(samples_per_axis):
     """With many points of the aperture, on waves and two layers, the scene as fine as the points."""
 
     class OnThisGrid(Accuracy):
         points_factor = 8.0
 
-        def over(self, least_px, largest_px, scale):
-            return np.full(least_px.shape, over)
+        def samples_per_axis(self, least_px, largest_px, scale):
+            return np.full(least_px.shape, samples_per_axis)
 
-    scenes = [sinusoid(radius, 9.0, over) for radius in (0.7, 3.3, 7.6)]
-    for case, radius in zip([*scenes, uniform_layers(-5.0, 6.0, over)], (0.7, 3.3, 7.6, 5.0), strict=True):
+    scenes = [sinusoid(radius, 9.0, samples_per_axis) for radius in (0.7, 3.3, 7.6)]
+    for case, radius in zip([*scenes, uniform_layers(-5.0, 6.0, samples_per_axis)], (0.7, 3.3, 7.6, 5.0), strict=True):
         found = executed_case(case, with_accuracy(case_plan(case), OnThisGrid))
-        assert share(case, found) < grid_error(radius, over, over), case.name
+        assert share(case, found) < grid_error(radius, samples_per_axis, samples_per_axis), case.name
 
 
-@pytest.mark.parametrize("over", [1, 2])
-def test_the_law_of_the_points_bounds_what_is_found(over):
+@pytest.mark.parametrize("samples_per_axis", [1, 2])
+def test_the_law_of_the_points_bounds_what_is_found(samples_per_axis):
     """The covariance of edge and stripes over the aperture, against the most points that a plan may ask for."""
-    case = stripes(4.0, 9.0, 10.0, over)
-    saved = POINTS_SAVED if over == 1 else 1
+    case = stripes(4.0, 9.0, 10.0, samples_per_axis)
+    saved = POINTS_SAVED if samples_per_axis == 1 else 1
 
     def found(points):
         class WithPoints(Accuracy):
             points_factor = saved * points / MOST
 
         planned = with_accuracy(case_plan(case), WithPoints)
-        assert points_wanted(np.array([9.0]), planned.optics.defocus) == saved * points
+        assert sample_count(np.array([9.0]), planned.optics.defocus) == saved * points
         return executed_case(case, planned)
 
     truth = found(MOST_OF_ALL // saved)
     for points in (32, 128, 512):
         error = float(np.quantile(np.abs(found(points) - truth), 0.999))
-        assert 0.02 * points_error(points, over) < error < points_error(points, over), points
+        assert 0.02 * points_error(points, samples_per_axis) < error < points_error(points, samples_per_axis), points
 
 
 def test_the_laws_of_product_and_slope_bound_what_is_found():
@@ -159,12 +159,14 @@ def test_settings_follow_the_error_that_is_allowed():
     for name in ("sharp_px", "same_px", "slope_step"):
         assert getattr(bright, name) < getattr(usual, name) < getattr(loose, name), name
     blurs = [Defocus((8.0,), True, 1.0, accuracy=one) for one in (loose, usual, bright)]
-    counts = [int(points_wanted(np.array(8.0), one)) for one in blurs]
+    counts = [int(sample_count(np.array(8.0), one)) for one in blurs]
     assert counts == sorted(set(counts)) and counts[1] == 1024
-    assert int(points_wanted(np.array(8.0), dataclasses.replace(blurs[2], guessed=True))) == 256  # a guess stays a guess
+    assert int(sample_count(np.array(8.0), dataclasses.replace(blurs[2], guessed=True))) == 256  # a guess stays a guess
     focus = np.zeros(1)
-    assert [int(one.over(focus, focus + 9.0, 4.0)[0]) for one in (dataclasses.replace(loose, tolerance=5.0), usual)] == [1, 4]
-    assert int(usual.over(focus + 5.0, focus + 9.0, 1.0)[0]) == 1  # the scene has no more
+    assert [
+        int(one.samples_per_axis(focus, focus + 9.0, 4.0)[0]) for one in (dataclasses.replace(loose, tolerance=5.0), usual)
+    ] == [1, 4]
+    assert int(usual.samples_per_axis(focus + 5.0, focus + 9.0, 1.0)[0]) == 1  # the scene has no more
 
 
 def test_the_plan_tells_the_predicted_error():

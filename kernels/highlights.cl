@@ -1,5 +1,5 @@
-// Highlights where surfaces hide each other. A highlight is a sample so bright that through a few points of the aperture it would
-// show as separate dots. lights_take takes it out of the planes that occlusion.cl samples. lights_spread then adds to each photosite
+// Highlights where surfaces occlude each other. A highlight is a sample so bright that through a few points of the aperture it would
+// show as separate dots. highlights_take takes it out of the planes that occlusion.cl samples. highlights_spread then adds to each photosite
 // its share of the highlight's blur spot:
 //   light(x) += sum over highlights p of excess_p * weight(p - x) * product over nearer surfaces j of (1 - coverage_j(x + s_j u))
 // A photosite sees the highlight through the one point u = (p - x) / s_p of the aperture.
@@ -8,9 +8,9 @@
 // places:  (samples) uint32, elements of `sampled` that are changed. left: (samples) float32, the values that they get.
 // radius, light, slabs: as in occlusion.cl. blocks: (blocks, 4) uint32, as the first four numbers there.
 // ranges:  (blocks, 2) uint32: first entry of a block in `reaching`, and number of entries.
-// reaching: (entries) uint32: which of `lights` reach the block.
-// lights:  (lights, 5) int32: column and row of the highlight's sample in the band, layer, first element and side of its weights.
-// excess:  (lights, 1 + CHANNELS) float32: signed blur radius [photosites], and the radiance taken out of each colour
+// reaching: (entries) uint32: which of `highlights` reach the block.
+// highlights: (highlights, 5) int32: column and row of the highlight's sample in the band, layer, first element and side of its weights.
+// excess:  (highlights, 1 + CHANNELS) float32: signed blur radius [photosites], and the radiance taken out of each colour
 //          [e- s^-1 um^-2 sr^-1].
 // weights: (elements) float32, squares of `side`: share of a highlight that a photosite gets, by the offset in samples from the
 //          photosite's first sample to the highlight's.
@@ -22,7 +22,7 @@
 
 #define NEARER 1.0f // least difference in blur radius by which a slab of the highlight's own layer lies before it [photosites]
 
-kernel void lights_take(global float *restrict sampled, global const uint *restrict places, global const float *restrict left) {
+kernel void highlights_take(global float *restrict sampled, global const uint *restrict places, global const float *restrict left) {
     sampled[places[get_global_id(0)]] = left[get_global_id(0)];
 }
 
@@ -32,10 +32,10 @@ INLINE float sample_at(global const float *plane, const int column, const int ro
 }
 
 // Dimension 0: photosites of a row and parity in a block; 1: its rows, each as even and odd columns; 2: blocks.
-kernel void lights_spread(global const float *restrict sampled, global const float *restrict radius, global float *restrict light,
+kernel void highlights_spread(global const float *restrict sampled, global const float *restrict radius, global float *restrict light,
                           global const uint *restrict blocks, global const float *restrict slabs,
                           global const uint *restrict ranges, global const uint *restrict reaching,
-                          global const int *restrict lights, global const float *restrict excess,
+                          global const int *restrict highlights, global const float *restrict excess,
                           global const float *restrict weights, const struct row_band band) {
     global const uint *block = blocks + 4 * get_global_id(2), *range = ranges + 2 * get_global_id(2);
     const int across = (int)(2 * (block[0] + get_global_id(0)) + (get_global_id(1) & 1)), down = (int)(block[1] + get_global_id(1) / 2);
@@ -44,7 +44,7 @@ kernel void lights_spread(global const float *restrict sampled, global const flo
     const size_t plane = row_start(COLUMN_SETS, 0, band.sample_rows, band.set_columns); // elements
     float sum = 0.0f;
     for (uint n = range[0]; n < range[0] + range[1]; n++) {
-        global const int *point = lights + 5 * reaching[n];
+        global const int *point = highlights + 5 * reaching[n];
         global const float *own = excess + (1 + CHANNELS) * reaching[n];
         const int middle = (point[4] - OVER) / 2, i = point[0] - OVER * across + middle, j = point[1] - OVER * down + middle;
         if (i < 0 || j < 0 || i >= point[4] || j >= point[4]) continue;

@@ -1,4 +1,4 @@
-"""Small bright lights where surfaces hide each other: their spots against the one line through the aperture that shows them."""
+"""Highlights where surfaces occlude each other: their spots against the one ray through the aperture that shows them."""
 
 import dataclasses
 
@@ -9,7 +9,14 @@ from helpers.lens_frame import blurred_case, case_plan
 from helpers.lens_truths import Case
 
 from simulator.optics.defocus.aperture_kernel import disk_weights
-from simulator.optics.defocus.highlights import MOST_PER_CELL, Lights, bright_limit, brightest, reaching, spot_weights
+from simulator.optics.defocus.highlights import (
+    MOST_PER_CELL,
+    Highlights,
+    find_reaching,
+    highlight_threshold,
+    select_brightest,
+    spot_weights,
+)
 from simulator.optics.pupil.pupil import Pupil
 
 ROWS, COLUMNS, MARGIN, EDGE = 96, 192, 24, 110
@@ -31,7 +38,7 @@ def half_plane_before_lights(single: bool, lights: dict[tuple[int, int], float])
 
 
 def spots(lights: dict[tuple[int, int], float]) -> np.ndarray:
-    """Light of the spots, by the exact disk and by whether the half-plane cuts the line from photosite to light."""
+    """Light of the spots, by the exact disk and by whether the half-plane cuts the ray from photosite to light."""
     weights = disk_weights(FAR_PX)
     reach, found = len(weights) // 2, np.zeros((ROWS, COLUMNS))
     x = np.arange(COLUMNS) + 0.5
@@ -63,42 +70,42 @@ def test_a_spot_that_nothing_hides_is_that_of_a_frame_without_edges():
     assert np.abs(z_scores(found[:, beyond], mean[:, beyond], 2000.0)).max() < 0.3
 
 
-def test_only_what_stands_out_of_the_scene_is_a_light():
+def test_only_what_stands_out_of_the_scene_is_a_highlight():
     plain = case_plan(half_plane_before_lights(False, {}))
-    assert bright_limit(plain.optics.scene, plain.optics.weights) is None
+    assert highlight_threshold(plain.optics.scene, plain.optics.weights) is None
     lit = case_plan(half_plane_before_lights(False, {(48, 120): 500.0}))
-    limit = bright_limit(lit.optics.scene, lit.optics.weights)
+    limit = highlight_threshold(lit.optics.scene, lit.optics.weights)
     wall = lit.optics.scene.layers[1].planes.astype(float)
     assert np.allclose(
         limit, 8.0 * max(wall.mean(), lit.optics.scene.planes.mean(dtype=float)) * lit.optics.weights.sum(axis=0), rtol=1e-4
     )
 
 
-def some_lights(rows, columns, radii) -> Lights:
+def some_highlights(rows, columns, radii) -> Highlights:
     count = len(rows)
     excess = np.arange(1.0, count + 1.0, dtype=np.float32)[None]
-    return Lights(np.array(rows), np.array(columns), np.zeros(count, int), np.array(radii, np.float32), excess)
+    return Highlights(np.array(rows), np.array(columns), np.zeros(count, int), np.array(radii, np.float32), excess)
 
 
-def test_the_brightest_of_each_cell_are_kept_wherever_the_strip_begins():
+def test_the_brightest_of_each_cell_are_kept_wherever_the_band_begins():
     rng = np.random.default_rng(3)
     rows, columns = rng.integers(0, 96, 200), rng.integers(0, 64, 200)
-    lights = some_lights(rows, columns, np.full(200, 5.0))
-    kept = brightest(lights, 1, 0)
+    lights = some_highlights(rows, columns, np.full(200, 5.0))
+    kept = select_brightest(lights, 1, 0)
     cells = lights.rows // 32 * 2 + lights.columns // 32
     for cell in range(6):
         own = np.sort(lights.excess[0][cells == cell])[::-1][:MOST_PER_CELL]
         there = kept.rows // 32 * 2 + kept.columns // 32 == cell
         assert np.array_equal(np.sort(kept.excess[0][there])[::-1], own)
-    later = lights.of(lights.rows >= 32)
+    later = lights.select(lights.rows >= 32)
     later = dataclasses.replace(later, rows=later.rows - 32)
-    assert set(brightest(later, 1, 32).excess[0]) == set(kept.excess[0][kept.rows >= 32])
+    assert set(select_brightest(later, 1, 32).excess[0]) == set(kept.excess[0][kept.rows >= 32])
 
 
-def test_a_light_reaches_the_blocks_that_its_spot_touches():
-    lights = some_lights([100], [200], [20.0])
+def test_a_highlight_reaches_the_blocks_that_its_spot_touches():
+    lights = some_highlights([100], [200], [20.0])
     corners = np.array([(row, column) for row in range(0, 200, 8) for column in range(0, 400, 32)])
-    lists = reaching(lights, Pupil(), 1, corners[:, 0], corners[:, 1])
+    lists = find_reaching(lights, Pupil(), 1, corners[:, 0], corners[:, 1])
     y, x = np.mgrid[:200, :400]
     touched = np.hypot(x - 200, y - 100) <= 20.0
     for (row, column), own in zip(corners, lists, strict=True):
@@ -107,10 +114,10 @@ def test_a_light_reaches_the_blocks_that_its_spot_touches():
     assert sum(len(own) for own in lists) < 40  # of 325
 
 
-@pytest.mark.parametrize("over", [1, 2])
-def test_every_spot_gives_all_of_its_light(over):
-    lights = some_lights([5, 6, 7], [1, 2, 3], [-3.0, 8.25, 8.26])
-    weights, first, side = spot_weights(lights, Pupil(6), over)
+@pytest.mark.parametrize("samples_per_axis", [1, 2])
+def test_every_spot_gives_all_of_its_light(samples_per_axis):
+    lights = some_highlights([5, 6, 7], [1, 2, 3], [-3.0, 8.25, 8.26])
+    weights, first, side = spot_weights(lights, Pupil(6), samples_per_axis)
     assert first[1] == first[2] and side.tolist()[1] > side.tolist()[0]
     for start, size in zip(first, side, strict=True):
         assert np.isclose(weights[start : start + size**2].sum(), 1.0, rtol=1e-6)

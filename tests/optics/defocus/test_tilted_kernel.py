@@ -1,4 +1,4 @@
-"""What a photosite sees of a tilted surface: against lines through the pupil, closed forms and rays."""
+"""The aperture's image on a tilted surface: against lines through the pupil, closed forms and rays."""
 
 import dataclasses
 import math
@@ -12,7 +12,7 @@ from helpers.lens_truths import Case, slanted_plane
 from helpers.scene_builders import band_scene
 
 from simulator.exposure.settings import Exposure
-from simulator.optics.defocus.aperture_kernel import photosite_weights, taps_of
+from simulator.optics.defocus.aperture_kernel import make_taps, photosite_weights
 from simulator.optics.defocus.tilted_kernel import tilted_weights
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.pupil import Pupil
@@ -49,16 +49,19 @@ def test_weights_are_the_share_of_the_lines_that_meet_a_point(pupil, radius, slo
     assert (found * rows.T).sum() == pytest.approx((expected * rows.T).sum(), abs=5e-3)
 
 
-@pytest.mark.parametrize(("radius", "over"), [(0.7, 2), (3.3, 1), (-7.6, 2)])
-def test_without_a_slope_it_is_the_image_of_the_aperture(radius, over):
-    flat, tilted = photosite_weights(Pupil(), radius, over), tilted_weights(Pupil(), radius, (0.0, 0.0), over)
+@pytest.mark.parametrize(("radius", "samples_per_axis"), [(0.7, 2), (3.3, 1), (-7.6, 2)])
+def test_without_a_slope_it_is_the_image_of_the_aperture(radius, samples_per_axis):
+    flat, tilted = (
+        photosite_weights(Pupil(), radius, samples_per_axis),
+        tilted_weights(Pupil(), radius, (0.0, 0.0), samples_per_axis),
+    )
     spare = (tilted.shape[0] - flat.shape[0]) // 2
     assert np.abs(np.pad(flat, spare) - tilted).max() < 4e-3 * flat.max()
 
 
 def test_a_large_image_needs_few_taps():
     """Weights change from row to row; as steps they take a number of taps that grows with the radius, not with its square."""
-    taps = [len(taps_of(tilted_weights(Pupil(), radius, (0.1, 0.1), 1)).weights) for radius in (10.0, 20.0, 40.0)]
+    taps = [len(make_taps(tilted_weights(Pupil(), radius, (0.1, 0.1), 1)).weights) for radius in (10.0, 20.0, 40.0)]
     assert taps[1] < 2.2 * taps[0] and taps[2] < 2.2 * taps[1]
 
 
@@ -71,15 +74,15 @@ def test_a_tilted_plane_is_met(slope):
 
 def test_a_curved_surface_follows_its_rays(bench):
     """The slope changes from tile to tile and inside them; 8192 rays per photosite."""
-    rows, columns, margin, over = 64, 144, 12, 2
-    y, x = ((np.arange(size * over) + 0.5) / over for size in (rows, columns))
+    rows, columns, margin, samples_per_axis = 64, 144, 12, 2
+    y, x = ((np.arange(size * samples_per_axis) + 0.5) / samples_per_axis for size in (rows, columns))
     y, x = y[:, None], x[None, :]
     radius = 6.0 - 0.0011 * ((x - 20.0) ** 2 + (y - 60.0) ** 2) ** 0.5 * 40.0
     wave = np.cos(2.0 * math.pi * (0.06 * x + 0.02 * y)) + np.sin(2.0 * math.pi * (0.03 * x - 0.07 * y))
     light = 0.5 + 0.2 * wave
     inner = (rows - 2 * margin, columns - 2 * margin)
-    case = Case("bowl", light[None], np.ones((1, *light.shape)), radius[None], np.zeros(inner), margin, over, False)
-    surfaces = upload_surfaces(bench.device, light[None, None], case.coverage, case.radius_px, margin, over)
+    case = Case("bowl", light[None], np.ones((1, *light.shape)), radius[None], np.zeros(inner), margin, samples_per_axis, False)
+    surfaces = upload_surfaces(bench.device, light[None, None], case.coverage, case.radius_px, margin, samples_per_axis)
     rays = sample_lens(bench.device, surfaces, ray_samples(8192), Window(0, 0, inner[1], inner[0]), cells=False)
     expected = bench.device.download(rays, inner, np.float32)
     found = statistics(z_scores(blurred_case(case), expected, 2000.0))

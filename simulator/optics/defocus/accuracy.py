@@ -1,0 +1,160 @@
+"""Accuracy that the lens blur needs, and the cheapest settings that reach it.
+
+An error well below the noise of the raw is invisible. The allowed error, as a share of the brightest light, is
+tolerance * sigma / electrons, with sigma^2 = electrons + read noise^2 (EMVA 1288). The laws below give the error of each method
+for light that varies between zero and its maximum. They bound what was measured in float64 and on the closed forms of
+tests/helpers/lens_truths.py; docs/lens_accuracy.md has the figures.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+
+from simulator.scene.scene import Scene
+
+MEASURED = 0.1 * math.sqrt(2004.0) / 2000.0  # allowed error at which the settings below were found: 0.1 sigma of 2000 e-
+SHARP_PX = 0.3  # largest blur radius that may be ignored [photosites]
+SAME_PX = 0.02  # largest difference of radii that share one blur circle [photosites]
+SLOPE_STEP = 0.03  # step to which slopes of the radius are rounded [photosites per photosite]
+RAYS = 16384  # per photosite: p99.9 of |z| is below 0.1 at 2000 e- on the closed forms without highlights
+FINE_PX = 12.0  # blur circles up to this radius keep detail finer than a photosite
+FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and the largest radius
+BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
+_SAMPLES = 400  # places per axis at which the scene's radiance is sampled
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Error that the lens blur may have.
+
+    tolerance: allowed error in standard deviations of a frame's noise at the brightest light; 0: rays, the reference path.
+    electrons: of the brightest light [e-]. read_noise_e: of a photosite [e-].
+    peak: radiance of the brightest scene pixel, in units of the brightest light. rays: per photosite where the tolerance is 0.
+    """
+
+    tolerance: float = 0.1
+    electrons: float = 2000.0
+    read_noise_e: float = 2.0
+    peak: float = 1.0
+    rays: int = RAYS
+
+    @property
+    def sigma(self) -> float:
+        """One standard deviation, as a share of the brightest light."""
+        return math.sqrt(self.electrons + self.read_noise_e**2) / self.electrons
+
+    @property
+    def allowed(self) -> float:
+        """Error that is allowed, as a share of the brightest light."""
+        return self.tolerance * self.sigma
+
+    @property
+    def looser(self) -> float:
+        """Allowed error in units of MEASURED."""
+        return max(self.allowed / MEASURED, 1e-6)
+
+    @property
+    def sharp_px(self) -> float:
+        """Largest blur radius that may be ignored [photosites]: the loss of contrast of a sinusoid grows with its square."""
+        return min(SHARP_PX * math.sqrt(self.looser), 0.4)
+
+    @property
+    def same_px(self) -> float:
+        """Largest difference of radii that share one blur circle [photosites]; the error is proportional to it."""
+        return SAME_PX * min(self.looser, 2.0)
+
+    @property
+    def slope_step(self) -> float:
+        """Step to which slopes of the radius are rounded [photosites per photosite]; the error is proportional to it."""
+        return max(SLOPE_STEP * min(self.looser, 2.0), 0.002)
+
+    @property
+    def points_factor(self) -> float:
+        """Factor on the number of aperture samples at MEASURED; their error falls as their number to the power of -0.8."""
+        return self.looser**-1.25
+
+    @property
+    def coarser(self) -> float:
+        """Factor on the width of the radius slabs at MEASURED; it is at least 1 because narrower slabs were not measured."""
+        return min(max(0.5 * self.looser, 1.0), 4.0)
+
+    def samples_per_axis(self, least_px: np.ndarray, largest_px: np.ndarray, scale: float) -> np.ndarray:
+        """Samples per photosite and axis, 1, 2 or 4, for blur circles between these radii [photosites].
+
+        A grid is never finer than the scene.
+
+        scale: scene pixels per photosite.
+        """
+        good = [grid_error(least_px, count, scale) <= self.allowed for count in (1, 2)]
+        good[0] &= lamp_error(self.peak, least_px, scale) <= self.allowed
+        needed = np.where(good[0], 1, np.where(good[1], 2, 4))
+        there = 4 if scale >= 3.0 else 2 if scale >= 1.5 else 1
+        return np.where(largest_px * min(self.looser, 1.0) <= FINE_PX, np.minimum(needed, there), 1)
+
+    def in_sigma(self, share: float) -> float:
+        """Convert an error from a share of the brightest light to standard deviations."""
+        return share / self.sigma
+
+
+@overload
+def grid_error(radius_px: float, samples_per_axis: int, scale: float) -> float: ...
+@overload
+def grid_error(radius_px: np.ndarray, samples_per_axis: int, scale: float) -> np.ndarray: ...
+def grid_error(radius_px: float | np.ndarray, samples_per_axis: int, scale: float) -> float | np.ndarray:
+    """Error of sampling a photosite at a grid of points, as a share of the brightest light.
+
+    It bounds sinusoids of 9 photosites and edges for radii of 0.7 to 15.5 photosites. It is larger where the scene, of `scale`
+    pixels per photosite, is finer than the grid, because samples are then means over scene pixels instead of values.
+    """
+    return (0.025 if samples_per_axis >= scale else 0.04) / (samples_per_axis**2 * (np.abs(radius_px) + 1.0))
+
+
+def lamp_error(peak: float, radius_px: np.ndarray, scale: float) -> np.ndarray:
+    """Error of one sample per photosite at the edge of the blur spot of a lamp that covers one scene pixel."""
+    return 0.5 * (peak - 1.0) / (max(scale, 1.0) ** 2 * math.pi * np.maximum(radius_px, 0.5) ** 2)
+
+
+def copy_error(radius_px: float) -> float:
+    """Error of ignoring a blur circle, for a sinusoid of 9 photosites whose amplitude is half of the light.
+
+    The blur removes 1 - 2 J1(a)/a = a^2 / 8 of the amplitude, with a = 2 pi radius / period.
+    """
+    return 0.5 * (2.0 * math.pi * radius_px / 9.0) ** 2 / 8.0
+
+
+def slope_error(step: float) -> float:
+    """Error of rounding slopes to multiples of `step`, for sinusoids of 14 and 16 photosites: 0.05 per unit of slope."""
+    return 0.05 * step / math.sqrt(2.0)
+
+
+@overload
+def product_error(radius_px: float) -> float: ...
+@overload
+def product_error(radius_px: np.ndarray) -> np.ndarray: ...
+def product_error(radius_px: float | np.ndarray) -> float | np.ndarray:
+    """Error of replacing the mean of a product of two layers over a photosite's area by the product of their means.
+
+    The slope of a penumbra, 2 / (pi R), times the slope of a sinusoid of 24 photosites and a fifth of the light, over 12.
+    """
+    return 0.0027 / np.maximum(np.abs(radius_px), 0.5)
+
+
+def points_error(points: int, samples_per_axis: int) -> float:
+    """Error of the layers' covariance over the aperture from so many samples, for an edge before stripes of contrast 0.58."""
+    return 0.4 / points if samples_per_axis == 1 else 0.32 * points**-0.8
+
+
+def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) -> tuple[float, float]:
+    """Electrons of the brightest light (greatest BRIGHT quantile of all layers and channels) and of the brightest pixel.
+
+    weights: (bands, channels) of scene planes in electron radiance. per_radiance: electrons per electron radiance.
+    """
+    brightest = peak = 0.0
+    for layer in scene.layers:
+        step_y, step_x = (-(-size // _SAMPLES) for size in layer.planes.shape[:2])
+        light = layer.planes[::step_y, ::step_x].reshape(-1, layer.planes.shape[2]) @ weights
+        brightest = max(brightest, float(np.quantile(light, BRIGHT, axis=0).max()))
+        peak = max(peak, float((layer.planes.max(axis=(0, 1)) @ weights).max()))
+    return float(brightest * per_radiance), float(peak * per_radiance)

@@ -1,0 +1,90 @@
+"""Tables of kernels/defocus.cl: for each blur radius, the taps whose weighted sum is the mean over the aperture's image."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from simulator.device import declared_struct, kernel_source
+from simulator.optics.defocus.aperture_kernel import CHUNK, Taps, make_taps, photosite_weights
+from simulator.optics.defocus.tilted_kernel import tilted_weights
+from simulator.optics.geometry.interleaved_columns import element
+from simulator.optics.pupil.pupil import Pupil
+
+
+@dataclass(frozen=True)
+class Image:
+    """An image of the aperture: signed blur radius [photosites], and slope of the radius in x and y [photosites per photosite].
+
+    node: number of the tabulated radius, where the mean is interpolated between radii.
+    """
+
+    radius_px: float
+    slope: tuple[float, float] = (0.0, 0.0)
+    node: int = 0
+
+
+@dataclass(frozen=True)
+class BlurTable:
+    """Nodes and taps of images of the aperture, one node each, as kernels/aperture_mean.h declares them.
+
+    nodes: (nodes,) of `struct node`. taps: (taps,) of `struct tap`.
+    """
+
+    nodes: np.ndarray
+    taps: np.ndarray
+
+
+@lru_cache(maxsize=4096)
+def aperture_taps(pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int) -> Taps:
+    """Taps of the aperture's image on the optical axis, for a surface of this slope."""
+    if any(slope):
+        return make_taps(tilted_weights(pupil, radius_px, slope, samples_per_axis), samples_per_axis)
+    return make_taps(photosite_weights(pupil, radius_px, samples_per_axis), samples_per_axis)
+
+
+def blur_table(images: Sequence[Taps], numbers: Sequence[int], samples_per_axis: int, rows: int, set_columns: int) -> BlurTable:
+    """Table of these images.
+
+    numbers: `Image.node` of each. rows: rows of samples in the band. set_columns: columns of each column set.
+    The taps of all nodes come first, then the taps of the columns' minima.
+    """
+    # A plane of prefix sums has two rows more than one of samples: the sum of all rows, and the columns' minima.
+    taps = [(image.rows, image.columns, image.weights, rows if image.direct else rows + 2) for image in images]
+    sides = [(0 * image.sides, image.sides, image.totals, rows + 2) for image in images]
+    counts = np.array([_whole_chunks(len(part[0])) for part in taps + sides])
+    first, (all_taps, all_sides) = np.cumsum(counts) - counts, np.split(counts, 2)
+    nodes = np.zeros(len(images), declared_struct(kernel_source("aperture_mean.h"), "node"))
+    nodes["first_tap"], nodes["first_side"] = np.split(first, 2)
+    nodes["taps"], nodes["sides"] = all_taps, all_sides
+    nodes["radius"], nodes["direct"] = numbers, [image.direct for image in images]
+    return BlurTable(nodes, _taps(taps + sides, counts, samples_per_axis, set_columns))
+
+
+def _taps(
+    parts: list[tuple[np.ndarray, np.ndarray, np.ndarray, int]], counts: np.ndarray, samples_per_axis: int, set_columns: int
+) -> np.ndarray:
+    """Taps (taps,) of `struct tap`.
+
+    parts: row and column offsets from the photosite's first sample, weights, and rows of the plane that is read.
+    counts: taps of each part, including the taps of weight 0 that pad it to whole chunks.
+    """
+    taps = np.zeros(int(counts.sum()) + CHUNK, declared_struct(kernel_source("aperture_mean.h"), "tap"))  # no buffer is empty
+    down, right = _padded([part[0] for part in parts]), _padded([part[1] for part in parts])
+    height = np.repeat([*(part[3] for part in parts), 0], [*counts, CHUNK])
+    for parity in (0, 1):
+        taps["offset"][:, parity] = element(0, down, samples_per_axis * parity + right, samples_per_axis, height, set_columns)
+    taps["weight"] = _padded([part[2] for part in parts])
+    return taps
+
+
+def _whole_chunks(count: int) -> int:
+    """Count, rounded up to a multiple of CHUNK."""
+    return -(-count // CHUNK) * CHUNK
+
+
+def _padded(parts: list[np.ndarray]) -> np.ndarray:
+    """Concatenate all parts, each padded with zeros to whole chunks, and append a chunk of zeros."""
+    filled = [np.pad(part, (0, _whole_chunks(len(part)) - len(part))) for part in parts]
+    return np.concatenate([*filled, np.zeros(CHUNK, filled[0].dtype)])
