@@ -95,7 +95,7 @@ def _text(content: Mapping, shard: str, pictures: bool) -> str:
         *(_table(title, content[kind]) for kind, title in _TITLES.items()),
         "## How to read it",
         f"In this folder, with Python:\n\n```python\n{snippet(content['format'], shard)}```",
-        "`data_gen.storage.reading.read_samples(FOLDER)` gives the samples of any format. "
+        "`photosite.dataset.read_samples(FOLDER)` gives the samples of any format. "
         "`photosite dataset --verify` compares every "
         "byte with manifest.json.",
     ]

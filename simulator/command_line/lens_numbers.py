@@ -51,7 +51,7 @@ def _pinhole_facts(lens: Pinhole, shot: Shot, planned: Plan) -> list[Fact]:
         Fact("sharpest hole", f"{lens.sharpest_diameter_mm():.3f} mm", advised),
         Fact("sharpest, Rayleigh", f"{lens.sharpest_diameter_mm(constant=RAYLEIGH):.3f} mm", f"{RAYLEIGH} sqrt(lambda v) {at}"),
         Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.4g} sr", "pi / (1 + 4 N^2)"),
-        _corner_fact(shot.camera, planned.sensor.stage("irradiance")),
+        _corner_fact(shot.camera, planned.sensor.irradiance),
     ]
 
 
@@ -71,7 +71,7 @@ def _thin_lens_facts(lens: ThinLens, shot: Shot, planned: Plan) -> list[Fact]:
         Fact("working f-number", f"f/{lens.working_f_number:.4g}", "N_w = N (1 + m)"),
         Fact("T-stop", f"T/{lens.t_number:.4g}", f"T = N / sqrt(tau), tau = {lens.effective_transmittance:.4g}"),
         Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.5f} sr", _irradiance_formula(lens.irradiance)),
-        _corner_fact(shot.camera, planned.sensor.stage("irradiance")),
+        _corner_fact(shot.camera, planned.sensor.irradiance),
     ]
 
 

@@ -24,8 +24,6 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
 from simulator.sensor.sensor_plan import SensorPlan
-from simulator.sensor.stages.exposure import Integration
-from simulator.sensor.stages.irradiance import Irradiance
 
 
 @dataclass(frozen=True)
@@ -95,7 +93,7 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
         raise PhotositeError(rule, key="camera.response", joint=" ")
     _check_light(scene, weights, lens, sensor)
     projection = plan_projection(scene, lens, camera)
-    glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, _irradiance_of(sensor))
+    glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, sensor.irradiance)
     planned = OpticsPlan(
         scene=scene,
         weights=weights.astype(np.float32),
@@ -123,12 +121,11 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance:
     dark, gain = sensor.moments(0.0), sensor.gain_dn_per_e()
     if gain <= 0.0:  # dark current alone fills the well: the frame shows nothing
         return Accuracy(tolerance)
-    exposure, camera = _exposure_of(sensor), sensor.camera
+    exposure, camera = sensor.exposure, sensor.camera
     per_radiance = lens.irradiance_per_radiance_sr() * exposure.time_s
     per_radiance *= camera.pixel_pitch_um**2 * camera.fill_factor
-    full_e = (sensor.white_level_dn() - sensor.black_level_dn) / gain
     brightest_e, peak_e = brightest_electrons(optics.scene, optics.weights, per_radiance)
-    electrons = max(min(brightest_e, full_e), 1.0)
+    electrons = max(min(brightest_e, sensor.electrons_at_white()), 1.0)
     return Accuracy(tolerance, electrons, math.sqrt(dark.variance) / gain, max(peak_e / electrons, 1.0))
 
 
@@ -151,7 +148,7 @@ def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera
 
 def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
     """Return the plan with the point spread function, unless its effect is invisible."""
-    exposure, irradiance = _exposure_of(sensor), _irradiance_of(sensor)
+    exposure, irradiance = sensor.exposure, sensor.irradiance
     factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
     contrast = contrast_sigma(planned.scene, factor * planned.weights, sensor.moments)
     if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
@@ -165,24 +162,10 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:
     """Raise PhotositeError for light near the range of single precision, whose largest number is 3e38."""
     radiance = float(scene.planes.max()) * float(weights.sum(axis=0).max())
-    per_radiance = lens.irradiance_per_radiance_sr() * _exposure_of(sensor).time_s * sensor.camera.pixel_pitch_um**2
+    per_radiance = lens.irradiance_per_radiance_sr() * sensor.exposure.time_s * sensor.camera.pixel_pitch_um**2
     if max(radiance, radiance * per_radiance) > MOST_ELECTRONS:
         raise PhotositeError(
             f"the brightest place gives {radiance * per_radiance:.2g} electrons per photosite, more than the "
             f"{MOST_ELECTRONS:g} that single precision counts safely; lower scene.luminance or exposure.time",
             key="scene",
         )
-
-
-def _exposure_of(sensor: SensorPlan) -> Integration:
-    """Exposure stage of a sensor plan, which every shot has."""
-    stage = sensor.stage("exposure")
-    assert isinstance(stage, Integration)
-    return stage
-
-
-def _irradiance_of(sensor: SensorPlan) -> Irradiance:
-    """Irradiance stage of a sensor plan, which every shot has."""
-    stage = sensor.stage("irradiance")
-    assert isinstance(stage, Irradiance)
-    return stage

@@ -23,7 +23,6 @@ from simulator.sensor.kernel.kernel_launch import FrameSetting
 from simulator.sensor.kernel.noise_free import mean_charge, noise_free
 from simulator.sensor.readout import darken_optical_black, download_averaged, read_out, share_charge, share_with_neighbors
 from simulator.sensor.sensor_plan import SensorPlan
-from simulator.sensor.stages.irradiance import Irradiance
 
 
 def simulate(
@@ -99,9 +98,7 @@ def expose(
             mosaic = project(device, optics.projection, optics.cfa, optics.window, planes[0])
     if (glare := optics.veiling_glare) is not None:
         with timed("veiling glare", device):
-            irradiance = planned.sensor.stage("irradiance")
-            assert isinstance(irradiance, Irradiance)  # `light_stages` gives every plan one
-            add_veiling_glare(device, mosaic, glare, irradiance, optics.cfa_macros(), optics.window)
+            add_veiling_glare(device, mosaic, glare, planned.sensor.irradiance, optics.cfa_macros(), optics.window)
     if any(shares := layout.crosstalk.optical_shares):
         with timed("crosstalk of light", device):
             mosaic = share_with_neighbors(device, mosaic, optics.window, shares)

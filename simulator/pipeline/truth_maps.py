@@ -67,7 +67,7 @@ def blur_map(sensor: SensorPlan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:
     binning = sensor.readout.binning
     pitch_um = sensor.camera.pixel_pitch_um * (1 if binning is None else binning.factor)
     if depth_m.min() == depth_m.max():
-        return np.full(depth_m.shape, abs(lens.blur_radius_um(depth_m.flat[0])) / pitch_um, np.float32)
+        return np.full(depth_m.shape, abs(float(lens.blur_radius_um(depth_m.flat[0]))) / pitch_um, np.float32)
     return np.abs(lens.blur_radius_um(depth_m) / pitch_um).astype(np.float32)
 
 

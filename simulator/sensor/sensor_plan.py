@@ -11,6 +11,8 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.readout_window import ReadoutGeometry, plan_readout
 from simulator.sensor.kernel.kernel_program import in_order, signal_steps, white_level_dn
 from simulator.sensor.stages.adc import Adc
+from simulator.sensor.stages.exposure import Integration
+from simulator.sensor.stages.irradiance import Irradiance
 from simulator.sensor.stages.stage import Moments, SignalStep, Stage
 
 
@@ -29,6 +31,20 @@ class SensorPlan:
     def stage(self, stem: str) -> Stage | None:
         """Return the stage of this stem, or None when the plan has none."""
         return next((stage for stage in self.stages if stage.stem == stem), None)
+
+    @property
+    def irradiance(self) -> Irradiance:
+        """Stage that turns radiance into irradiance, which every shot has."""
+        stage = self.stage("irradiance")
+        assert isinstance(stage, Irradiance)
+        return stage
+
+    @property
+    def exposure(self) -> Integration:
+        """Stage that integrates irradiance over area and time, which every shot has."""
+        stage = self.stage("exposure")
+        assert isinstance(stage, Integration)
+        return stage
 
     def with_stages(self, stages: Iterable[Stage]) -> Self:
         """Return the plan with these stages instead; those without effect are left out."""

@@ -19,8 +19,6 @@ from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera, Window
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.sensor_plan import SensorPlan
-from simulator.sensor.stages.exposure import Integration
-from simulator.sensor.stages.irradiance import Irradiance
 
 BODY_SEED = 1288
 
@@ -107,16 +105,12 @@ class FlatBench:
     @cached_property
     def illuminance_per_radiance(self) -> float:
         """Irradiance on the sensor over radiance of the scene, on the optical axis [sr]."""
-        irradiance = self.sensor.stage("irradiance")
-        assert isinstance(irradiance, Irradiance)  # every planned shot has this stage
-        return irradiance.effective_solid_angle_sr
+        return self.sensor.irradiance.effective_solid_angle_sr
 
     @cached_property
     def electrons(self) -> np.ndarray:
         """Mean photoelectrons of a photosite per colour channel at factor 1, (channels,) [e-]."""
-        exposure = self.sensor.stage("exposure")
-        assert isinstance(exposure, Integration)  # every planned shot has this stage
-        area_s = exposure.collecting_area_um2 * self.exposure_time_s
+        area_s = self.sensor.exposure.collecting_area_um2 * self.exposure_time_s
         return self.planned.optics.weights[0].astype(np.float64) * self.illuminance_per_radiance * area_s
 
     @cached_property
