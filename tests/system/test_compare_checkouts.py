@@ -47,9 +47,9 @@ def test_another_json_file_keeps_its_versions(tmp_path):
 
 
 def test_the_checkout_is_masked_as_a_whole_path_only(tmp_path):
-    old = of_json(tmp_path, "/tmp/old", shot={"file": "/tmp/old/configs/a.yaml", "work": "/tmp/old-2/b"})[0]
-    new = of_json(tmp_path, "/tmp/new", shot={"file": "/tmp/new/configs/a.yaml", "work": "/tmp/old-2/b"})[0]
-    assert old == new and old["shot"] == {"file": "<checkout>/configs/a.yaml", "work": "/tmp/old-2/b"}
+    old = of_json(tmp_path, "/checkouts/old", shot={"file": "/checkouts/old/configs/a.yaml", "work": "/checkouts/old-2/b"})[0]
+    new = of_json(tmp_path, "/tmp/new", shot={"file": "/tmp/new/configs/a.yaml", "work": "/checkouts/old-2/b"})[0]
+    assert old == new and old["shot"] == {"file": "<checkout>/configs/a.yaml", "work": "/checkouts/old-2/b"}
 
 
 def test_a_sweep_may_take_longer_but_not_fail(tmp_path):
@@ -86,8 +86,8 @@ def test_plain_data_keeps_the_last_bit():
 
 
 def test_printed_text_loses_the_time_of_a_bar_and_no_number():
-    text = "sweep 0:00:12, 1/200 s of /tmp/old/a.yaml"
-    assert printed(text, "/tmp/old") == "sweep <time>, 1/200 s of <checkout>/a.yaml"
+    text = "sweep 0:00:12, 1/200 s of /checkouts/old/a.yaml"
+    assert printed(text, "/checkouts/old") == "sweep <time>, 1/200 s of <checkout>/a.yaml"
 
 
 def test_a_message_loses_the_address_of_an_object_and_no_number():
