@@ -19,22 +19,23 @@ from simulator.sensor.sensor_plan import SensorPlan
 LAUNCH_MS = 0.1  # of any pass, however small
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {
-    "scene planes": 0.6,  # per scene pixel, spectral band and colour
-    "projection": 4.0,  # for each point that a photosite averages
-    "radius statistics": 6.0,  # for each surface with a map of blur radii
+    "scene planes": 0.15,  # per scene pixel, spectral band and colour
+    "projection": 1.6,  # for each point that a photosite averages
+    "radius statistics": 10.0,  # for each surface with a map of blur radii
     "copy": 6.0,
-    "mean": 14.0,
-    "mean per px": 2.5,  # for each photosite of blur radius
-    "points": 40.0,
-    "points per px": 12.0,  # for each photosite of blur radius
-    "rays": 60000.0,
-    "psf": 600.0,  # for each colour and slab of blur radius
+    "mean": 20.0,
+    "mean per px": 3.5,  # for each photosite of blur radius
+    "points": 60.0,
+    "points per px": 17.0,  # for each photosite of blur radius
+    "rays": 160000.0,
+    "psf": 30.0,  # for each colour
+    "psf slab": 120.0,  # for each colour and slab of blur radius, where there are several
     "veiling glare": 3.0,
     "optical black": 1.0,
     "crosstalk": 4.0,
-    "sensor": 5.0,
-    "sensor stage": 1.0,  # for each stage
-    "truth": 8.0,
+    "sensor": 2.2,
+    "sensor stage": 0.25,  # for each stage
+    "truth": 6.0,
     "variance": 8.0,
     "depth": 10.0,
     "blur": 10.0,
@@ -166,7 +167,8 @@ def _psf(optics: OpticsPlan) -> Pass:
     bytes_each = 4 + 8 * optics.channels * (not psf.by_distance) + 4 * (optics.defocus is None or psf.by_distance)
     if optics.defocus is not None and psf.by_distance:
         bytes_each += 4 * optics.defocus.maps
-    cost = _ms(pixels * optics.channels * len(psf.radii_px), COST_NS["psf"])
+    count = len(psf.radii_px)
+    cost = _ms(pixels * optics.channels, COST_NS["psf"] if count == 1 else COST_NS["psf slab"] * count)
     return Pass("point spread function", True, method, pixels, bytes_each * pixels, cost_ms=cost)
 
 
