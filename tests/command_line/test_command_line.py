@@ -53,7 +53,7 @@ print(*[name for name in sys.modules if name.startswith(("simulator", "data_gen"
 
 def test_importing_the_package_imports_nothing_heavy():
     code = f"import sys, simulator; print([name for name in {HEAVY!r} if name in sys.modules], simulator.__version__)"
-    assert in_fresh_process(code).strip() == "[] 0.1.0"
+    assert in_fresh_process(code).strip() == "[] 0.2.0"
 
 
 def test_the_packages_names_are_what_they_say():
