@@ -13,7 +13,7 @@ from typing import Any
 from data_gen.storage.shards import RECORD, Shard, ShardRecord, find_problem, finished_shards, record_path, remove_leftovers
 from data_gen.storage.writers.writer import WriterOptions
 from simulator.atomic_files import atomic_write
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, reading
 from simulator.progress import Progress, Steps, silent
 from simulator.raw.software import software
 
@@ -56,13 +56,11 @@ def write_manifest(
 def read_manifest(folder: Path) -> dict[str, Any]:
     """Return the content of `manifest.json`, `shards` as ShardRecord. Raises PhotositeError when it is missing or damaged."""
     path = folder / MANIFEST
-    try:
+    if not path.exists():
+        raise PhotositeError("is missing: the data set is not complete; run the same command again", file=path)
+    with reading(path, "run the same command again"):
         content = json.loads(path.read_text(encoding="utf-8"))
         content["shards"] = [ShardRecord(**record) for record in content["shards"]]
-    except FileNotFoundError:
-        raise PhotositeError("is missing: the data set is not complete; run the same command again", file=path) from None
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        raise PhotositeError(f"cannot be read: {error}; run the same command again", file=path) from error
     return content
 
 

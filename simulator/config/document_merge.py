@@ -33,14 +33,14 @@ def merge(base: Document, over: Document) -> Document:
     if not (isinstance(base.data, dict) and isinstance(over.data, dict)):
         return over
     result = base
-    for key, value in over.data.items():
-        key = find_key(base.data, key)
+    for written, value in over.data.items():
+        key, section = find_key(base.data, written), select_section(over, written)
         if value is None and key in base.data:
             result = remove_key(result, (key,))
         elif key in base.data:
-            result = replace_section(result, key, merge(select_section(base, key), select_section(over, key)))
+            result = replace_section(result, key, merge(select_section(base, key), section))
         else:
-            result = replace_section(result, key, select_section(over, key))
+            result = replace_section(result, key, section)
     return result
 
 
