@@ -6,7 +6,6 @@ what has a record counts as finished. So a run killed at any time is continued b
 
 import hashlib
 import json
-import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -15,7 +14,7 @@ from pathlib import Path
 from data_gen.samples.sample import Sample
 from data_gen.storage.summary import Summary
 from data_gen.storage.writers.writer import AS_IT_IS, Writer, WriterOptions
-from simulator.atomic_files import LEFTOVER, atomic_folder, atomic_write
+from simulator.atomic_files import atomic_folder, atomic_write
 from simulator.errors import PhotositeError, reading, require
 
 RECORD = ".record.json"
@@ -149,15 +148,6 @@ def sha256_of(path: Path) -> str:
             return hashlib.file_digest(file, "sha256").hexdigest()
     lines = (f"{sha256_of(one)}  {one.relative_to(path).as_posix()}\n" for one in _files(path))
     return hashlib.sha256("".join(lines).encode()).hexdigest()
-
-
-def remove_leftovers(folder: Path) -> None:
-    """Remove what killed runs were writing. Only when no other process writes into the folder."""
-    for path in folder.glob(f"{LEFTOVER}*"):
-        if path.is_dir():
-            shutil.rmtree(path, ignore_errors=True)
-        else:
-            path.unlink(missing_ok=True)
 
 
 def read_summary(folder: Path, record: ShardRecord) -> dict[str, dict[str, int]]:
