@@ -10,6 +10,7 @@ import hashlib
 import os
 import platform
 import shutil
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
@@ -46,7 +47,7 @@ def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
     """
     target = Path(os.path.realpath(path))
     # Renaming over a device such as /dev/null would replace the device.
-    if target.exists() and not target.is_file():
+    if not stat.S_ISREG(_mode(target, stat.S_IFREG)):
         raise PhotositeError("cannot be written: it is not a plain file; choose another name", file=path)
     try:
         with _workplace(target) as folder:
@@ -67,7 +68,7 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
     Raises PhotositeError as `atomic_write` does, and when the target is there and is no folder.
     """
     target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_dir():
+    if not stat.S_ISDIR(_mode(target, stat.S_IFDIR)):
         raise PhotositeError("cannot be written: it is not a folder; choose another name", file=path)
     try:
         with _workplace(target) as folder:
@@ -79,6 +80,14 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
             _put_in_place(temporary, target, folder / "old")
     except OSError as error:
         raise _write_error(path, error) from error
+
+
+def _mode(path: Path, otherwise: int) -> int:
+    """Return the mode of what lies at a path, asked once: another process may take it away; `otherwise` where nothing does."""
+    try:
+        return path.stat().st_mode
+    except OSError:
+        return otherwise
 
 
 def remove_abandoned(folder: Path) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from simulator.atomic_files import LEFTOVER, atomic_write, remove_abandoned
+from simulator.atomic_files import LEFTOVER, atomic_folder, atomic_write, remove_abandoned
 from simulator.config import load_sweep
 from simulator.studies.sweep_runner import run_sweep
 
@@ -416,3 +416,49 @@ def test_a_sweep_killed_while_it_writes_leaves_nothing_that_the_next_run_does_no
     assert {row.error for row in run_sweep(sweep, out)} == {None}
     ends = ("dng", "json", "truth.exr", "yaml")
     assert sorted(os.listdir(out)) == ["manifest.csv"] + [f"s_000{point}.{end}" for point in range(3) for end in ends]
+
+
+CROWD = """
+import os, random, signal, time
+from simulator.atomic_files import LEFTOVER, atomic_folder, atomic_write
+failed = folder / "failed"
+def start(number):
+    child = os.fork()
+    if child:
+        return child
+    try:
+        while True:
+            with atomic_write(folder / "a.bin") as temporary:
+                temporary.write_bytes(bytes([number % 256]) * 5000)
+            with atomic_folder(folder / "b") as temporary:
+                temporary.mkdir()
+                (temporary / "c").write_bytes(bytes([number % 256]) * 3000)
+    except BaseException as error:
+        with open(failed, "a") as file:
+            file.write(f"{error!r}\\\\n")
+        os._exit(1)
+choice, children = random.Random(5), [start(number) for number in range(5)]
+for number in range(5, 305):
+    time.sleep(choice.uniform(0.001, 0.02))
+    place = choice.randrange(len(children))
+    os.kill(children[place], signal.SIGKILL)
+    os.waitpid(children[place], 0)
+    children[place] = start(number)
+    if (folder / "a.bin").exists():
+        content = (folder / "a.bin").read_bytes()
+        assert len(content) == 5000 and len(set(content)) == 1
+for child in children:
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+print(failed.read_text() if failed.exists() else "none failed")
+"""
+
+
+@pytest.mark.slow
+def test_those_that_live_are_never_disturbed_by_those_that_are_killed(tmp_path):
+    """Five processes write one file and one folder; 300 times one of them is killed and another takes its place."""
+    assert python(CROWD, tmp_path) == "none failed\n"
+    write(tmp_path / "a.bin")
+    with atomic_folder(tmp_path / "b") as temporary:
+        temporary.mkdir()
+    assert sorted(os.listdir(tmp_path)) == ["a.bin", "b"]
