@@ -46,7 +46,6 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
     for note in resolved["notes"]:
         log.print(f"note: {escape(note)}")
-    log.print(f"device: {escape(resolved['device']['name'])} [dim]({escape(resolved['device']['version'])})[/dim]")
     for file in (files.dng, files.twin, files.sidecar):
         print(file)
 

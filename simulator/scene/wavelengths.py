@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from simulator.color.spectra import WAVELENGTHS_NM, step_nm
-from simulator.errors import PhotositeError, require
+from simulator.errors import PhotositeError, reading, require
 from simulator.scene.pixel_file import PixelFile, load_array
 
 FIRST_NM, LAST_NM = WAVELENGTHS_NM[0], WAVELENGTHS_NM[-1]
@@ -42,15 +42,11 @@ def read_wavelengths(path: Path) -> np.ndarray:
     require(Path(path).is_file(), "scene.wavelengths", path, "no such file; check the path")
     if Path(path).suffix.lower() == ".npy":
         return load_array(path, "scene.wavelengths").astype(np.float64).ravel()
-    try:
+    with reading(path, "write one number in nm per line", key="scene.wavelengths"):
         lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
         if lines and re.search(r"[A-Za-z_]{2,}", lines[0]):
             del lines[0]
         return np.array([float(word) for line in lines for word in re.split(r"[,;\s]+", line) if word])
-    except (OSError, ValueError) as error:
-        raise PhotositeError(
-            f"cannot be read ({error}); write one number in nm per line", key="scene.wavelengths", value=path
-        ) from error
 
 
 def common_grid(own_nm: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[str, ...]]:
