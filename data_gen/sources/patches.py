@@ -88,7 +88,8 @@ def choose_crop(
         first + step * min(int(share * count), count - 1)
         for first, share, count in zip((first_y, first_x), place, places, strict=True)
     )
-    return Crop(top, left, *(size[::-1] if augmentation.transpose else size), augmentation)
+    height, width = size[::-1] if augmentation.transpose else size
+    return Crop(top, left, height, width, augmentation)
 
 
 def cut_patch(picture: CleanImage, crop: Crop, cfa: CfaName) -> np.ndarray:
