@@ -1,6 +1,8 @@
 """Spectra: light sources, the eye's luminous efficiency, reflectance bases, and quantum efficiency on a grid.
 
-All integrals over wavelength are sums over an evenly spaced grid times its step (CIE 15:2018, 7.2.1).
+One rule holds for all spectra: a table is a function of wavelength, linear between its entries and zero outside them, and
+integrals of products of two tables are those of these functions, without further error (`integral_weights`). So the same light
+gives the same electrons on any grid that holds it, and a band's ends count as far as the band reaches.
 Tabulated data come from colour-science, which names their origin; reading them costs about a second,
 so they are read on first use.
 """
@@ -33,17 +35,6 @@ UPSAMPLING_METHODS = ("mallett2019",)
 _BLACKBODY = re.compile(r"(?:blackbody\s+)?([0-9]+(?:\.[0-9]+)?)\s*K")
 
 
-def step_nm(wavelengths_nm: np.ndarray) -> float:
-    """Distance between neighbours of an evenly spaced grid [nm].
-
-    Raises PhotositeError unless the grid has two or more ascending, evenly spaced wavelengths.
-    """
-    steps = np.diff(np.asarray(wavelengths_nm, dtype=np.float64))
-    even = steps.size > 0 and steps.min() > 0 and np.ptp(steps) <= 1e-4 * steps.mean()
-    require(even, "wavelengths", f"{np.asarray(wavelengths_nm)} nm", "give two or more ascending wavelengths at even distances")
-    return float(steps.mean())
-
-
 def photons_per_joule(wavelengths_nm: np.ndarray) -> np.ndarray:
     """Photons in one joule of light: lambda / (h c) [1/J], same shape as the wavelengths [nm]."""
     return np.asarray(wavelengths_nm, dtype=np.float64) * 1e-9 / (PLANCK_J_S * LIGHT_SPEED_M_S)
@@ -70,13 +61,48 @@ def luminous_efficiency(wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarr
     return color_matching_functions(wavelengths_nm)[:, 1]
 
 
+def integral_weights(
+    grid_nm: np.ndarray, wavelengths_nm: np.ndarray, curves: np.ndarray, *, of_photons: bool = False
+) -> np.ndarray:
+    """Weights that turn samples of a spectrum into its integrals with some curves, (grid, channels) float64 [nm].
+
+    samples (..., grid) @ weights = integral of s(lambda) c(lambda) dlambda, where s and c are linear between their entries and
+    zero outside them. Between neighbouring entries of either table the product is a polynomial of degree 2, or 3 with the
+    factor lambda / (h c), which the two-point Gauss-Legendre rule integrates exactly (Abramowitz and Stegun 25.4.29).
+    grid_nm: (grid,) where the spectrum is sampled, ascending [nm]. wavelengths_nm, curves: (wavelengths,) ascending [nm] and
+        (wavelengths, channels). of_photons: multiply by the photons in a joule, lambda / (h c) [1/J].
+    Raises PhotositeError unless both grids ascend and have two entries at least.
+    """
+    grid, own = (np.asarray(each, dtype=np.float64) for each in (grid_nm, wavelengths_nm))
+    table = np.asarray(curves, dtype=np.float64)
+    for each in (grid, own):
+        ascends = each.ndim == 1 and each.size > 1 and bool((np.diff(each) > 0).all())
+        require(ascends, "wavelengths", f"{each} nm", "give two or more ascending wavelengths")
+    knots = np.union1d(grid, own)
+    knots = knots[(knots >= max(grid[0], own[0])) & (knots <= min(grid[-1], own[-1]))]
+    middle, half = (knots[1:] + knots[:-1]) / 2.0, np.diff(knots) / 2.0
+    nodes_nm = np.concatenate([middle - half / np.sqrt(3.0), middle + half / np.sqrt(3.0)])
+    factors = np.tile(half, 2) * (photons_per_joule(nodes_nm) if of_photons else 1.0)
+    values = np.stack([np.interp(nodes_nm, own, curve) for curve in table.T], axis=-1) * factors[:, np.newaxis]
+    left = np.searchsorted(grid, nodes_nm) - 1
+    share = ((nodes_nm - grid[left]) / np.diff(grid)[left])[:, np.newaxis]
+    weights = np.zeros((grid.size, table.shape[1]))
+    np.add.at(weights, left, values * (1.0 - share))
+    np.add.at(weights, left + 1, values * share)
+    return weights
+
+
+def tristimulus(spectra: np.ndarray, wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarray:
+    """Integrals of spectra (..., wavelengths) with x-bar, y-bar and z-bar of the CIE 1931 observer, (..., 3), times nm."""
+    return np.asarray(spectra) @ integral_weights(wavelengths_nm, *_observer_table())
+
+
 def luminance_cd_m2(spectrum_w_m2_sr_nm: np.ndarray, wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarray:
-    """Luminance of spectral radiances (..., wavelengths): 683 lm/W times the sum of L V dlambda [cd m^-2].
+    """Luminance of spectral radiances (..., wavelengths): 683 lm/W times the integral of L V dlambda [cd m^-2].
 
     With irradiance in place of radiance the result is the illuminance [lx].
     """
-    visible = np.asarray(spectrum_w_m2_sr_nm) @ luminous_efficiency(wavelengths_nm)
-    return LUMINOUS_EFFICACY_LM_W * step_nm(wavelengths_nm) * visible
+    return LUMINOUS_EFFICACY_LM_W * tristimulus(spectrum_w_m2_sr_nm, wavelengths_nm)[..., 1]
 
 
 def blackbody_temperature_k(name: str) -> float | None:

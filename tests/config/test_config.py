@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import textwrap
 from pathlib import Path
 
@@ -11,8 +12,9 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from simulator.config import dump_yaml, load_shot, shot_warnings
+from simulator.config import dump_yaml, frame_warnings, load_shot, shot_warnings
 from simulator.errors import PhotositeError
+from simulator.pipeline.simulate import simulate
 
 SHOT = """\
 scene:
@@ -408,3 +410,52 @@ def test_infinity_is_a_distance(folder):
     assert math.isinf(shot.lens.focus_distance_m)
     assert shot.resolved["lens"]["focus_distance"] == "infinity"
     yaml.safe_load(textwrap.dedent(dump_yaml(shot.resolved)))  # any YAML reader takes it
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("lens.f_number=f/22", r"lens.f_number = f/22: its Airy disk is \d+ photosites .* write lens.diffraction: true"),
+        (
+            "lens={pinhole: {diameter: 0.3 mm, distance: 50 mm, diffraction: false}}",
+            r"lens.pinhole.diameter = 0.3 mm: its Airy disk .* write lens.pinhole.diffraction: true",
+        ),
+    ],
+)
+def test_a_lens_too_small_for_light_without_diffraction_is_warned_of(folder, setting, says):
+    found = shot_warnings(load_shot(write(folder), ["camera.pixel_pitch=4 um", setting]))
+    assert len(found) == 1 and re.search(says, found[0])
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        "lens.f_number=f/2.8",
+        "lens={bare_sensor: {}}",
+        "lens={pinhole: {diameter: 0.3 mm, distance: 50 mm}}",
+        ["lens.f_number=f/22", "lens.diffraction=true"],
+    ],
+)
+def test_a_lens_as_sharp_as_light_allows_is_not_warned_of(folder, setting):
+    settings = ["camera.pixel_pitch=4 um", *([setting] if isinstance(setting, str) else setting)]
+    assert shot_warnings(load_shot(write(folder), settings)) == []
+
+
+@pytest.mark.parametrize(
+    ("time", "says"),
+    [
+        ("10 s", r"exposure.time = 10 s: 100 % of the photosites clip, the frame shows nothing; with [\d.e-]+ s"),
+        (
+            "1e-9 s",
+            r"exposure.time = 1e-09 s: no photosite's signal .* reaches the noise in the dark .* the frame is black; with",
+        ),
+    ],
+)
+def test_a_frame_that_shows_nothing_is_warned_of_with_a_time_that_shows_something(time, says):
+    settings = ["camera.window={x: 0, y: 0, width: 64, height: 48}", "exposure.iso=100"]
+    found = frame_warnings(simulate(load_shot("flat_field", [*settings, f"exposure.time={time}"])))
+    assert len(found) == 1 and re.search(says, found[0])
+    better = re.search(r"with ([\d.e+-]+) s", found[0])[1]
+    raw = simulate(load_shot("flat_field", [*settings, f"exposure.time={better} s"]))
+    assert frame_warnings(raw) == []
+    assert 0.9 < (np.percentile(raw.noise_free_dn, 99) - raw.black_level_dn) / (raw.white_level_dn - raw.black_level_dn) <= 1.0
