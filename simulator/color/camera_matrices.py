@@ -1,9 +1,12 @@
 """Colour of a camera as a raw converter needs it (DNG ColorMatrix, ForwardMatrix, AsShotNeutral)."""
 
+import hashlib
 from functools import cache
 
 import numpy as np
 
+from simulator.color import color_tables
+from simulator.color.color_tables import read_forward_matrices, read_spectra
 from simulator.color.colour_science import colour_science
 from simulator.color.spectra import (
     WAVELENGTHS_NM,
@@ -13,15 +16,16 @@ from simulator.color.spectra import (
 )
 from simulator.errors import PhotositeError, require
 
-TRAINING_REFLECTANCES = "ColorChecker N Ohta"  # 24 patches, 380-780 nm by 5 nm; Ohta 1997, in colour-science
+TRAINING_REFLECTANCES = "ColorChecker N Ohta"  # 24 patches, 380-780 nm by 5 nm; Ohta 1997
+CALIBRATION_LIGHTS = ("D65", "A")  # of the matrices in a DNG
 CONNECTION_SPACE_WHITE = (0.9642, 1.0, 0.8249)  # XYZ of D50 (ICC.1:2010, 7.2.16)
 _SMOOTHING = 0.05  # Delta E below which a patch hardly counts: the search needs a derivative where a colour is exact
 
 
 def chart_reflectances(wavelengths_nm: np.ndarray) -> np.ndarray:
     """Measured reflectances of a ColorChecker, (24, wavelengths), linear between entries, held beyond the ends."""
-    patches = colour_science().SDS_COLOURCHECKERS[TRAINING_REFLECTANCES].values()
-    return np.stack([np.interp(wavelengths_nm, patch.wavelengths, patch.values) for patch in patches])
+    table = read_spectra(color_tables.COLOR_CHECKER)
+    return np.stack([np.interp(wavelengths_nm, *table.curve(patch)) for patch in table.curves])
 
 
 def camera_response(
@@ -65,16 +69,34 @@ def forward_matrix(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray, l
     quantum_efficiency, light: as `color_matrix` takes them. Raises PhotositeError as it does.
     """
     _check_three_channels(quantum_efficiency)
-    own, table = (np.ascontiguousarray(each, dtype=np.float64) for each in (wavelengths_nm, quantum_efficiency))
-    return np.array(_forward_matrix(own.tobytes(), table.tobytes(), light))
+    known = read_forward_matrices().get((response_key(wavelengths_nm, quantum_efficiency), light))
+    if known is None:
+        own, table = (np.ascontiguousarray(each, dtype=np.float64) for each in (wavelengths_nm, quantum_efficiency))
+        known = _found_once(own.tobytes(), table.tobytes(), light)
+    return np.array(known)
+
+
+def response_key(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> str:
+    """Return a text that is another for every response."""
+    digest = hashlib.sha256()
+    for each in (wavelengths_nm, quantum_efficiency):
+        digest.update(np.ascontiguousarray(each, dtype="<f8").tobytes())
+    return digest.hexdigest()[:32]
 
 
 @cache
-def _forward_matrix(wavelengths: bytes, efficiency: bytes, light: str) -> tuple[tuple[float, ...], ...]:
+def _found_once(wavelengths: bytes, efficiency: bytes, light: str) -> tuple[tuple[float, ...], ...]:
     """Search for the forward matrix of a response, of which the bytes of float64 arrays are given: a shot asks each time."""
-    from scipy.optimize import minimize  # slow to import
+    return search_forward_matrix(np.frombuffer(wavelengths), np.frombuffer(efficiency).reshape(-1, 3), light)
 
-    curves = np.frombuffer(wavelengths), np.frombuffer(efficiency).reshape(-1, 3)
+
+def search_forward_matrix(
+    wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray, light: str
+) -> tuple[tuple[float, ...], ...]:
+    """Search for `forward_matrix`, in some tenths of a second; colour-science and SciPy's optimisers are imported for it."""
+    from scipy.optimize import minimize
+
+    curves = wavelengths_nm, quantum_efficiency
     camera, white = _balanced_camera(light, *curves), np.array(CONNECTION_SPACE_WHITE)
     true_xyz = adapted_to_d50(_balanced_xyz(light) * tristimulus(illuminant(light)), light)
     start = _white_preserving_fit(camera, true_xyz / white)

@@ -3,17 +3,16 @@
 One rule holds for all spectra: a table is a function of wavelength, linear between its entries and zero outside them, and
 integrals of products of two tables are those of these functions, without further error (`integral_weights`). So the same light
 gives the same electrons on any grid that holds it, and a band's ends count as far as the band reaches.
-Tabulated data come from colour-science, which names their origin; reading them costs about a second,
-so they are read on first use.
+Tabulated data are those of `color_tables`, whose files name their origin.
 """
 
 import difflib
 import re
-from functools import cache
 
 import numpy as np
 
-from simulator.color.colour_science import colour_science
+from simulator.color import color_tables
+from simulator.color.color_tables import read_spectra
 from simulator.errors import PhotositeError, require
 
 WAVELENGTHS_NM = np.arange(380.0, 781.0, 5.0)
@@ -40,16 +39,15 @@ def photons_per_joule(wavelengths_nm: np.ndarray) -> np.ndarray:
     return np.asarray(wavelengths_nm, dtype=np.float64) * 1e-9 / (PLANCK_J_S * LIGHT_SPEED_M_S)
 
 
-@cache
 def _observer_table() -> tuple[np.ndarray, np.ndarray]:
-    observer = colour_science().MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    return observer.wavelengths, observer.values
+    observer = read_spectra(color_tables.OBSERVER)
+    return observer.wavelengths_nm, observer.columns()
 
 
 def color_matching_functions(wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarray:
     """CIE 1931 2 degree x-bar, y-bar, z-bar, (wavelengths, 3), linear between the 1 nm entries, zero outside 360-830 nm.
 
-    Source: CIE 018:2019 table, from colour-science.
+    Source: CIE 018:2019 table.
     """
     grid, values = _observer_table()
     columns = [np.interp(wavelengths_nm, grid, values[:, column], left=0.0, right=0.0) for column in range(3)]
@@ -136,9 +134,9 @@ def illuminant(name: str, wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.nda
     wavelengths_nm = np.asarray(wavelengths_nm, dtype=np.float64)
     if temperature_k is not None:
         return _planck(wavelengths_nm, temperature_k) / _planck(np.float64(560.0), temperature_k)
-    table = colour_science().SDS_ILLUMINANTS[name]
-    power = np.interp(wavelengths_nm, table.wavelengths, table.values, left=0.0, right=0.0)
-    return power / np.interp(560.0, table.wavelengths, table.values)
+    grid_nm, values = read_spectra(color_tables.ILLUMINANTS).curve(name)
+    power = np.interp(wavelengths_nm, grid_nm, values, left=0.0, right=0.0)
+    return power / np.interp(560.0, grid_nm, values)
 
 
 def _planck(wavelengths_nm: np.ndarray | np.float64, temperature_k: float) -> np.ndarray:
@@ -152,12 +150,12 @@ def reflectance_basis(method: str) -> np.ndarray:
 
     A colour's reflectance is its linear RGB times these, so a picture stays three planes.
     method: "mallett2019": Mallett and Yuksel 2019, "Spectral Primary Decomposition for Rendering with sRGB
-        Reflectance"; data from colour-science, divided by their sum, which differs from 1 by 1e-5 at most.
+        Reflectance", divided by their sum, which differs from 1 by 1e-5 at most.
     Raises PhotositeError for an unknown method.
     """
     known = ", ".join(UPSAMPLING_METHODS)
     require(method in UPSAMPLING_METHODS, "upsampling", method, f"no such method; known: {known}")
-    basis = colour_science().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019.values.T
+    basis = read_spectra(color_tables.BASIS).columns().T
     return basis / basis.sum(axis=0)
 
 

@@ -3,13 +3,9 @@
 from pathlib import Path
 from typing import Any
 
+from simulator.color.color_tables import CONFIGS
 from simulator.config.document import Document, Keys, Place, parse_document
 from simulator.errors import PhotositeError
-
-CONFIGS = next(
-    (folder for parent in Path(__file__).resolve().parents[1:3] if (folder := parent / "configs").is_dir()),
-    Path(__file__).resolve().parents[2] / "configs",
-)
 
 MERGE = "merge"  # key in a table that lays it over the base's
 

@@ -5,7 +5,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
-from simulator.config.unit_words import SHORT, WORDS, get_unit_registry, name_quantity, write_example
+from simulator.config.unit_words import COMMON_FACTORS, SHORT, WORDS, get_unit_registry, name_quantity, write_example
 from simulator.units import Unit
 
 if TYPE_CHECKING:
@@ -74,6 +74,9 @@ def split_quantity(text: str) -> tuple[float, str]:
 
 def convert(number: float, unit_text: str, symbol: str, wanted: str) -> float:
     """Convert a number of one unit to the unit `symbol`. Raises ValueError, which names `wanted`, where that is impossible."""
+    factor = COMMON_FACTORS.get(symbol, {}).get(unit_text)
+    if factor is not None and (math.isinf(number) or math.isfinite(number * factor)):
+        return number * factor
     given, target = parse_unit(unit_text, wanted), parse_unit(symbol, wanted)
     if given.dimensionality != target.dimensionality:
         raise ValueError(f"is {_name_dimension(given)}; {wanted} is wanted here")

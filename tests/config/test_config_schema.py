@@ -5,8 +5,8 @@ import copy
 import pytest
 import yaml
 
+from simulator.color.color_tables import CONFIGS
 from simulator.config import schema
-from simulator.config.document_merge import CONFIGS
 
 jsonschema = pytest.importorskip("jsonschema", reason="the test extra jsonschema is not installed")
 SHOTS = sorted((CONFIGS / "shots").glob("*.yaml"))

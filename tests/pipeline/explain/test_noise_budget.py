@@ -9,9 +9,9 @@ from helpers.randomness import accept, mean_p, variance_p
 from helpers.scene_builders import FixedScene
 
 from simulator import load_shot, simulate
+from simulator.color.color_tables import CONFIGS
 from simulator.color.spectra import luminous_efficiency
 from simulator.command_line.patch_numbers import budget_table, shown_isos
-from simulator.config.document_merge import CONFIGS
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
