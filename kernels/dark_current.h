@@ -6,9 +6,10 @@
 
 INLINE float dark_current(const float electrons, const float normal, const uint word, constant float *parameters) {
 #if DARK_CURRENT_VARIANT == LARGE_MEANS || DARK_CURRENT_VARIANT == BRIGHT_MEANS
-    const float dark_e = poisson_expansion(DARK_CURRENT_MEAN_E, DARK_CURRENT_ROOT, normal, DARK_CURRENT_VARIANT);
+    const float later = as_float(as_uint(normal) ^ zero_after(electrons)); // after the shot noise, see zero_after
+    const float dark_e = poisson_expansion(DARK_CURRENT_MEAN_E, DARK_CURRENT_ROOT, later, DARK_CURRENT_VARIANT);
 #else
-    const float share = fine_uniform(word ^ (zero_after(electrons) << 16));
+    const float share = fine_uniform(word ^ (zero_after(electrons) << 16)); // << 16: fine_uniform drops the lowest bit
     const float dark_e = poisson_inversion(DARK_CURRENT_MEAN_E, share, DARK_CURRENT_VARIANT);
 #endif
     return electrons + apart(dark_e);
