@@ -11,6 +11,7 @@ struct sample_grid {
 struct rays {
     uint patterns;             // number of patterns of rays; a photosite's place on the sensor chooses one
     uint samples;              // rays of a pattern
+    uint width;                // of the frame [photosites]
     int origin_x, origin_y;    // photosite of the sensor at [0, 0] of the frame
     float centre_x, centre_y;  // middle of the sensor [photosites from its upper left corner]
     float tangent_per_px;      // tangent of the field angle per photosite from the middle

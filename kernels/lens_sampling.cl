@@ -11,9 +11,10 @@
 // radius:   (layers, grid) float32, signed blur radius s [photosites], > 0 behind the plane in focus.
 // points:   (patterns, samples, 4) float32: x, y from the photosite's upper left corner [photosites]; x, y on the pupil [pupil radii].
 // stops:    (STOPS, 2) float32, rims that hide parts of the pupil (lens_rays.h); the mean is that of the rays that pass.
-// light:    (planes, height, width) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
+// light:    (planes, photosites) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
 // iterations: fixed-point steps; 0 where every layer has one radius. OVERSAMPLING: samples per photosite and axis.
-// Dimension 0: columns of photosites; 1: rows; 2: planes of `light`.
+// places: (photosites) uint32, row * width + column of the frame: those that are computed.
+// Dimension 0: entries of `places`; 1: planes of `light`.
 #include "cfa.h"
 #include "lens_rays.h"
 
@@ -29,10 +30,11 @@ INLINE float surface(global const float *plane, const int row, const int column,
 
 kernel void lens_sampling(global const float *restrict colour, global const float *restrict coverage,
                           global const float *restrict radius, global const float *restrict points,
-                          global const float *restrict stops, global float *restrict light, const uint layers, const uint channels,
-                          const uint iterations, const struct sample_grid grid, const struct rays rays) {
-    const size_t x_index = get_global_id(0), y_index = get_global_id(1), width = get_global_size(0), height = get_global_size(1);
-    const uint channel = MOSAIC ? cfa_plane(x_index, y_index) : get_global_id(2);
+                          global const float *restrict stops, global const uint *restrict places, global float *restrict light,
+                          const uint layers, const uint channels, const uint iterations, const struct sample_grid grid,
+                          const struct rays rays) {
+    const uint place = places[get_global_id(0)], x_index = place % rays.width, y_index = place / rays.width;
+    const uint channel = MOSAIC ? cfa_plane(x_index, y_index) : get_global_id(1);
     const int row = (int)((grid.margin + y_index) * OVERSAMPLING), column = (int)((grid.margin + x_index) * OVERSAMPLING);
     const size_t area = (size_t)grid.rows * grid.columns;
     const int sensor_x = rays.origin_x + (int)x_index, sensor_y = rays.origin_y + (int)y_index;
@@ -64,5 +66,5 @@ kernel void lens_sampling(global const float *restrict colour, global const floa
         lost = (next - sum) - added;
         sum = next;
     }
-    light[(get_global_id(2) * height + y_index) * width + x_index] = taken ? sum / (float)taken : 0.0f;
+    light[get_global_id(1) * get_global_size(0) + get_global_id(0)] = taken ? sum / (float)taken : 0.0f;
 }

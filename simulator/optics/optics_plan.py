@@ -126,7 +126,13 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance:
     per_radiance *= camera.pixel_pitch_um**2 * camera.fill_factor
     brightest_e, peak_e = brightest_electrons(optics.scene, optics.weights, per_radiance)
     electrons = max(min(brightest_e, sensor.electrons_at_white()), 1.0)
-    return Accuracy(tolerance, electrons, math.sqrt(dark.variance) / gain, max(peak_e / electrons, 1.0))
+    return Accuracy(
+        tolerance,
+        electrons,
+        math.sqrt(dark.variance) / gain,
+        max(peak_e / electrons, 1.0),
+        electrons_per_radiance=per_radiance,
+    )
 
 
 def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera) -> OpticsPlan:

@@ -12,8 +12,8 @@ from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.pupil import Pupil, PupilStop
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
-from simulator.optics.ray_reference.height_field_rays import sample_height_field
-from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.height_field_rays import HeightField, sample_height_field
+from simulator.optics.ray_reference.layered_rays import LayeredRays, ray_samples, sample_lens, upload_surfaces
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.scene.scene import Layer
@@ -67,6 +67,12 @@ def follow_rays() -> None:
         for cells in (True, False):
             sample_lens(device, surfaces, points, frame, cfa, cells, eyes if cells else None)
         sample_height_field(device, colour[0], rough, 2, points, frame, 2, cfa, eyes if cfa else None)
+    lights = np.array([[9, 11, 1, 8.0, 0.0, 0.1], [0, 0, 1, -3.0, 0.0, 0.0]], np.float32)
+    settings = device, 2, frame, 2, ((0, 1), (1, 2)), eyes
+    for rays in (LayeredRays(surfaces, *settings), HeightField(colour[0], rough.astype(np.float32), *settings)):
+        lost = rays.lights_lost(lights, Pupil(6))
+        assert lost is not None
+        lost(ray_samples(8, patterns=3, pupil=None), np.array([[0, 0], [62, 1]]))
     device.finish()
     print("done", devices()[0].name)
 

@@ -52,8 +52,13 @@ class TilePlan:
 
     @cached_property
     def lamp_limit(self) -> np.ndarray | None:
-        """Electron radiance above which a sample would leave rounding errors in running sums, (channels,); None: none is."""
-        return None if self.highlight_limit is None else highlight_threshold(self.optics.scene, self.optics.weights, LAMP)
+        """Electron radiance above which a sample would leave rounding errors in running sums, (channels,); None: none is.
+
+        None behind rims, too: a spot has the pupil of its light, but a mean has that of each photosite.
+        """
+        if self.highlight_limit is None or self.zones is not None:
+            return None
+        return highlight_threshold(self.optics.scene, self.optics.weights, LAMP)
 
 
 def plan_tiles(optics: OpticsPlan, device: Device) -> TilePlan | None:
