@@ -3,6 +3,7 @@
 // Lost is the mean over points q of the cell and x of the photosite of (1 - g u) (1 - T), where u = (q - x) / s lies in the pupil: T is
 // the share that nearer surfaces and stops let through, g the slope of the light's radius.
 //
+// lost:   (pairs) float32.
 // pairs:  (pairs, 2) uint32: place of the photosite in the frame (row * width + column), and number of the light.
 // lights: (lights, 6) float32: row and column of the cell on the grid of samples, layer, signed blur radius s [photosites], its slopes in
 //         x and y [photosites per photosite].
@@ -11,6 +12,7 @@
 #define LENS_LIGHTS_H
 #include "lens_rays.h"
 
+#ifdef SPAN_ROWS
 struct light_ray {
     float y, x;           // place on the photosite [samples]
     float step_y, step_x; // direction [samples per photosite of radius]
@@ -35,5 +37,6 @@ INLINE struct light_ray ray_of(global const float *light, global const float *po
     ray.tilt = open ? 1.0f - light[4] * ray.u_x - light[5] * ray.u_y : 0.0f;
     return ray;
 }
+#endif
 
 #endif

@@ -212,7 +212,7 @@ class LayeredRays:
         surfaces = self.surfaces
         arrays = {"coverage": surfaces.coverage, "radius": surfaces.radius_px, "iterations": surfaces.iterations}
         grid = {"rows": surfaces.rows, "columns": surfaces.columns, "margin": surfaces.margin_px}
-        defines = ray_defines(self.oversampling, None, self.eyes)
+        defines = ray_defines(self.oversampling, None, self.eyes) | {"CELLS": 1}
         return lights_sampler(self, "lens_sampling_lights", lights, pupil, defines, {**arrays, "grid": grid})
 
 
@@ -240,7 +240,7 @@ def lights_sampler(
 ) -> LightsLost:
     """Return the function of `LayeredRays.lights_lost` by a kernel of this name; arguments: those that its scene needs."""
     device, (spans, macros) = rays.device, pupil_spans(pupil)
-    kernel = device.kernel(name, defines | macros)
+    kernel = device.kernel(name, defines | macros, file=f"{name.removesuffix('_lights')}.cl")
     shared = {"lights": device.upload(lights), "spans": device.upload(spans), **arguments}
 
     def lost(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
