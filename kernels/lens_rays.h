@@ -2,6 +2,7 @@
 #ifndef LENS_RAYS_H
 #define LENS_RAYS_H
 #include "conventions.h"
+#include "plain_math.h"
 
 struct sample_grid {
     uint rows, columns; // of samples
@@ -19,8 +20,6 @@ struct rays {
 
 // Index i, limited to 0 ... count - 1: beyond the grid its edge continues.
 INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
-// Largest integer that is not above v.
-INLINE int whole(const float v) { return (int)v - (v < (float)(int)v ? 1 : 0); }
 
 // Value of a plane at (y, x) [samples], counted from the corner of sample [row, column]: small numbers lose no digits on a large grid.
 // Sample i covers [i, i + 1), and its value is that at i + 1/2.

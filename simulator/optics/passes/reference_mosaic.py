@@ -16,6 +16,7 @@ from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.ray_reference.convergence import REPLICATIONS, RaySet, follow_until_converged
+from simulator.optics.ray_reference.deep_rays import DeepPicture
 from simulator.optics.ray_reference.height_field_rays import HeightField
 from simulator.optics.ray_reference.layered_rays import LayeredRays, ray_samples, upload_surfaces
 from simulator.optics.ray_reference.small_lights import LightSpots, SmallLights, light_pairs, open_share, take_lights
@@ -32,18 +33,18 @@ def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], p
     """Device buffer (height, width) float32: the mosaic of electron radiance behind the defocused lens.
 
     planes: as for `defocused_mosaic`. Rays intersect several layers, or one at a single distance, front to back
-    (`lens_sampling`); one picture with depth is a surface that continues behind its edges (`lens_height_field`). Rays are added
+    (`lens_sampling`); one picture with depth is a surface that continues behind its edges (`lens_height_field`); of a deep
+    picture they intersect the samples of each pixel, which no layer has merged (`lens_deep`). Rays are added
     until the estimated standard error of a photosite is `Accuracy.ray_error` of its noise; small bright lights send their own.
     Warns of photosites that do not get there. Raises PhotositeError for layers too steep to be met once.
     """
     frame, accuracy = optics.window, optics.accuracy
     light = np.empty((frame.height, frame.width), np.float32)
-    grid, limit = Grid(optics, device, planes), light_limit(optics.scene, optics.weights)
+    rays_of = _rays_of(optics, device, planes)
     left, worst = 0, 0.0
     for window in _bands(frame):
-        band = BandRays(grid, window, limit)
         found = follow_until_converged(
-            band.sample, window.height * window.width, accuracy.allowed_ray_error, most=accuracy.rays
+            rays_of(window), window.height * window.width, accuracy.allowed_ray_error, most=accuracy.rays
         )
         first = window.y - frame.y
         light[first : first + window.height] = found.light.reshape(window.height, window.width)
@@ -57,6 +58,29 @@ def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], p
             stacklevel=2,
         )
     return device.upload(light)
+
+
+Sample = Callable[[RaySet, np.ndarray], np.ndarray]
+
+
+def _rays_of(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Callable[[Window], Sample]:
+    """Function that gives, for a band of rows, the function that samples its light."""
+    deep, blur, defocus = optics.scene.deep, optics.deep_blur, _defocus_of(optics)
+    if deep is None or blur is None:
+        grid, limit = Grid(optics, device, planes), light_limit(optics.scene, optics.weights)
+        return lambda window: BandRays(grid, window, limit).sample
+    picture = DeepPicture(device, deep, blur, optics.weights, optics.projection)
+
+    def of_band(window: Window) -> Sample:
+        block = optics.cfa.block(window.x, window.y)
+
+        def sample(rays: RaySet, places: np.ndarray) -> np.ndarray:
+            points = _points(rays.rays, rays.seed, defocus.pupil, False)
+            return picture.sample(points, window, block, places, defocus.eyes)
+
+        return sample
+
+    return of_band
 
 
 def _worst_sigma(accuracy: Accuracy, light: np.ndarray, error: np.ndarray) -> float:
