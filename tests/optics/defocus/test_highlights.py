@@ -8,6 +8,7 @@ from helpers.lens_error import z_scores
 from helpers.lens_frame import blurred_case, case_plan
 from helpers.lens_truths import Case
 
+from simulator.device import open_device
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.highlights import (
     MOST_PER_CELL,
@@ -18,6 +19,9 @@ from simulator.optics.defocus.highlights import (
     spot_weights,
 )
 from simulator.optics.pupil.pupil import Pupil
+from simulator.pipeline.planner import measure
+from simulator.pipeline.simulate import expose
+from simulator.sensor.camera.camera import Window
 
 ROWS, COLUMNS, MARGIN, EDGE = 96, 192, 24, 110
 NEAR_PX, FAR_PX = -6.0, 10.0
@@ -174,3 +178,17 @@ def test_every_spot_gives_all_of_its_light(samples_per_axis):
     assert first[1] == first[2] and side.tolist()[1] > side.tolist()[0]
     for start, size in zip(first, side, strict=True):
         assert np.isclose(weights[start : start + size**2].sum(), 1.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.0])
+@pytest.mark.parametrize("single", [False, True])
+def test_a_crop_beside_lamps_has_the_bits_of_the_whole_frame(single, tolerance):
+    """Lamps inside the crop, and outside it where their spots reach into it or only share its columns."""
+    brightest = 1e9 if tolerance else 1e3
+    lights = {(48, 120): 500.0, (40, 131): brightest, (70, 126): 80.0, (30, 80): 0.1 * brightest}
+    planned = case_plan(half_plane_before_lights(single, lights), 20.0, tolerance)
+    device, frames = open_device(), []
+    for window in (Window(90, 30, 60, 40), Window(112, 40, 20, 12)):
+        here = dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, window=window))
+        frames.append(device.download(expose(measure(here, device), device), (window.height, window.width), np.float32))
+    np.testing.assert_array_equal(frames[1], frames[0][10:22, 22:42])
