@@ -1,8 +1,9 @@
 // Highlights where surfaces occlude each other. A highlight is a sample so bright that through a few points of the aperture it would
 // show as separate dots. highlights_take takes it out of the planes that occlusion.cl samples. highlights_spread then adds to each photosite
 // its share of the highlight's blur spot:
-//   light(x) += sum over highlights p of excess_p * weight(p - x) * product over nearer surfaces j of (1 - coverage_j(x + s_j u))
-// A photosite sees the highlight through the one point u = (p - x) / s_p of the aperture.
+//   light(x) += sum over highlights p of excess_p * weight(p - x) * (1 - g_p u) * product over nearer j of (1 - coverage_j(x + s_j u))
+// A photosite sees the highlight through the one point u = (p - x) / s_p of the aperture. With the slope g of its surface's radius an
+// area dp of the surface fills du = (1 - g u) dp / s^2 of the aperture.
 //
 // sampled: (LAYERS, CHANNELS + COVERAGE, COLUMN_SETS, sample_rows, set_columns) float32, as `planes` of occlusion.cl.
 // places:  (samples) uint32, elements of `sampled` that are changed. left: (samples) float32, the values that they get.
@@ -10,8 +11,8 @@
 // ranges:  (blocks, 2) uint32: first entry of a block in `reaching`, and number of entries.
 // reaching: (entries) uint32: which of `highlights` reach the block.
 // highlights: (highlights, 5) int32: column and row of the highlight's sample in the band, layer, first element and side of its weights.
-// excess:  (highlights, 1 + CHANNELS) float32: signed blur radius [photosites], and the radiance taken out of each colour
-//          [e- s^-1 um^-2 sr^-1].
+// excess:  (highlights, 3 + CHANNELS) float32: signed blur radius [photosites], its slopes g in x and y [photosites per photosite], and
+//          the radiance taken out of each colour [e- s^-1 um^-2 sr^-1].
 // weights: (elements) float32, squares of `side`: share of a highlight that a photosite gets, by the offset in samples from the
 //          photosite's first sample to the highlight's.
 #include "conventions.h"
@@ -20,6 +21,7 @@
 #include "plain_math.h"
 #include "row_band.h"
 
+#define LEAST 0.5f  // blur radius below which the spot is that of the photosite [photosites]
 #define NEARER 1.0f // least difference in blur radius by which a slab of the highlight's own layer lies before it [photosites]
 
 kernel void highlights_take(global float *restrict sampled, global const uint *restrict places, global const float *restrict left) {
@@ -45,12 +47,14 @@ kernel void highlights_spread(global const float *restrict sampled, global const
     float sum = 0.0f;
     for (uint n = range[0]; n < range[0] + range[1]; n++) {
         global const int *point = highlights + 5 * reaching[n];
-        global const float *own = excess + (1 + CHANNELS) * reaching[n];
+        global const float *own = excess + (3 + CHANNELS) * reaching[n];
         const int middle = (point[4] - OVER) / 2, i = point[0] - OVER * across + middle, j = point[1] - OVER * down + middle;
         if (i < 0 || j < 0 || i >= point[4] || j >= point[4]) continue;
-        const float share = weights[point[3] + j * point[4] + i] * own[1 + cfa_plane(x, y)];
-        const float towards_x = (((float)point[0] + 0.5f) * (1.0f / OVER) - ((float)across + 0.5f)) / own[0];
-        const float towards_y = (((float)point[1] + 0.5f) * (1.0f / OVER) - ((float)down + 0.5f)) / own[0];
+        const float size = own[0] < 0.0f ? smaller(own[0], -LEAST) : larger(own[0], LEAST);
+        const float towards_x = (((float)point[0] + 0.5f) * (1.0f / OVER) - ((float)across + 0.5f)) / size;
+        const float towards_y = (((float)point[1] + 0.5f) * (1.0f / OVER) - ((float)down + 0.5f)) / size;
+        const float tilt = larger(1.0f - own[1] * towards_x - own[2] * towards_y, 0.0f);
+        const float share = weights[point[3] + j * point[4] + i] * tilt * own[3 + cfa_plane(x, y)];
         float open = 1.0f, missed = 1.0f, covered = 0.0f;
         int current = -1;
         for (uint k = block[2]; k < block[2] + block[3] && (int)slabs[5 * k] <= point[2]; k++) {

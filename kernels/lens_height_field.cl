@@ -7,53 +7,22 @@
 // radius: (rows, columns) float32, signed blur radius s [photosites], > 0 behind the plane in focus.
 // points: (patterns, samples, 4) float32: x, y from the photosite's upper left corner [photosites]; x, y on the pupil [pupil radii].
 // stops:  (STOPS, 2) float32, rims that hide parts of the pupil (lens_rays.h); the mean is that of the rays that pass.
-// light:  (planes, height, width) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
+// light:  (planes, photosites) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
 // first, last: steps of t, from before the least radius to beyond the greatest [1 / (2 OVERSAMPLING) photosites]. All frames of a
 //         picture share them, so a crop has the bits of the whole. OVERSAMPLING: samples per photosite and axis.
-// Dimension 0: columns of photosites; 1: rows; 2: planes of `light`.
+// places: (photosites) uint32, row * width + column of the frame: those that are computed.
+// Dimension 0: entries of `places`; 1: planes of `light`.
 #include "cfa.h"
+#include "height_field.h"
+#include "lens_lights.h"
 #include "lens_rays.h"
 
-// Element of the sample that (y, x) [samples from the corner of sample [row, column]] falls into.
-INLINE size_t cell(const int row, const int column, const float y, const float x, const struct sample_grid grid) {
-    return (size_t)clamped(row + whole(y), grid.rows) * grid.columns + clamped(column + whole(x), grid.columns);
-}
-
-// Whether two samples with these radii belong to one surface: they differ by less than a diagonal step, with room for rounding.
-INLINE bool same(const float a, const float b) { return a - b < 1.5f / OVERSAMPLING && b - a < 1.5f / OVERSAMPLING; }
-
-// Element of the sample on which a ray ends that starts at (y, x) [samples] in direction (step_y, step_x) [samples per photosite of
-// radius]. The ray meets a surface at the surface's own radius, and may come onto it or leave it between two steps of t.
-INLINE size_t seen(global const float *radius, const int row, const int column, const float y, const float x, const float step_y,
-                   const float step_x, const int first, const int last, const struct sample_grid grid) {
-    float front_radius = 3.0e38f; // of the surface that the ray was last in front of
-    size_t front = 0;
-    for (int i = first; i <= last; i++) {
-        const float t = (float)i * (0.5f / OVERSAMPLING);
-        const size_t here = cell(row, column, y + t * step_y, x + t * step_x, grid);
-        const float s = radius[here];
-        if (t >= front_radius && s > front_radius && !same(s, front_radius)) {
-            const size_t met = cell(row, column, y + front_radius * step_y, x + front_radius * step_x, grid);
-            if (same(radius[met], front_radius)) return met;
-        }
-        if (t < s) {
-            front_radius = s;
-            front = here;
-            continue;
-        }
-        const size_t met = cell(row, column, y + s * step_y, x + s * step_x, grid);
-        if (s > front_radius || same(s, front_radius)) return same(radius[met], s) ? met : here;
-        if (t - 0.5f / OVERSAMPLING < s && same(radius[met], s)) return met;
-        if (t >= front_radius) return front;
-    }
-    return front;
-}
-
 kernel void lens_height_field(global const float *restrict colour, global const float *restrict radius,
-                              global const float *restrict points, global const float *restrict stops, global float *restrict light,
-                              const int first, const int last, const struct sample_grid grid, const struct rays rays) {
-    const size_t x_index = get_global_id(0), y_index = get_global_id(1), width = get_global_size(0), height = get_global_size(1);
-    const uint channel = MOSAIC ? cfa_plane(x_index, y_index) : get_global_id(2);
+                              global const float *restrict points, global const float *restrict stops,
+                              global const uint *restrict places, global float *restrict light, const int first,
+                              const int last, const struct sample_grid grid, const struct rays rays) {
+    const uint place = places[get_global_id(0)], x_index = place % rays.width, y_index = place / rays.width;
+    const uint channel = MOSAIC ? cfa_plane(x_index, y_index) : get_global_id(1);
     const int row = (int)((grid.margin + y_index) * OVERSAMPLING), column = (int)((grid.margin + x_index) * OVERSAMPLING);
     const int sensor_x = rays.origin_x + (int)x_index, sensor_y = rays.origin_y + (int)y_index;
     const uint pattern = place_bits((uint)sensor_x, (uint)sensor_y) % rays.patterns;
@@ -74,5 +43,38 @@ kernel void lens_height_field(global const float *restrict colour, global const 
         lost = (next - sum) - added;
         sum = next;
     }
-    light[(get_global_id(2) * height + y_index) * width + x_index] = taken ? sum / (float)taken : 0.0f;
+    light[get_global_id(1) * get_global_size(0) + get_global_id(0)] = taken ? sum / (float)taken : 0.0f;
 }
+
+#ifdef SPAN_ROWS
+// Which part of the light from small bright lights is hidden; points: the last two numbers are x, y in the light's cell, 0 to 1.
+// pairs, lights, spans, lost: as in lens_lights.h. Dimension 0: pairs.
+#define NEAR 2 // samples that a ray may end beside the light on the light's own surface, whose steps the tilt 1 - g u accounts for
+
+kernel void lens_height_field_lights(global const float *restrict radius, global const float *restrict points,
+                                     global const float *restrict stops, global const uint *restrict pairs,
+                                     global const float *restrict lights, global const float *restrict spans,
+                                     global float *restrict lost, const int first, const int last, const struct sample_grid grid,
+                                     const struct rays rays) {
+    const uint place = pairs[2 * get_global_id(0)], x_index = place % rays.width, y_index = place / rays.width;
+    global const float *light = lights + 6 * pairs[2 * get_global_id(0) + 1];
+    const int row = (int)((grid.margin + y_index) * OVERSAMPLING), column = (int)((grid.margin + x_index) * OVERSAMPLING);
+    const int sensor_x = rays.origin_x + (int)x_index, sensor_y = rays.origin_y + (int)y_index;
+    global const float *point = points + (size_t)(place_bits((uint)sensor_x, (uint)sensor_y) % rays.patterns) * rays.samples * 4;
+    float sum = 0.0f;
+    for (uint i = 0; i < rays.samples; i++, point += 4) {
+        const struct light_ray ray = ray_of(light, point, spans, row, column);
+        if (ray.tilt == 0.0f) continue;
+        const size_t end = seen(radius, row, column, ray.y, ray.x, ray.step_y, ray.step_x, first, last, grid);
+        const int down = (int)(end / grid.columns) - (int)light[0], right = (int)(end % grid.columns) - (int)light[1];
+        bool through = down <= NEAR && down >= -NEAR && right <= NEAR && right >= -NEAR && same(radius[end], light[3]);
+#if STOPS
+        const float off_x = (float)sensor_x - rays.centre_x, off_y = (float)sensor_y - rays.centre_y;
+        const float field_y = rays.tangent_per_px * (off_y + point[1]), field_x = rays.tangent_per_px * (off_x + point[0]);
+        through = through && passes(stops, ray.u_y, ray.u_x, field_y, field_x);
+#endif
+        sum += through ? 0.0f : ray.tilt;
+    }
+    lost[get_global_id(0)] = sum / (float)rays.samples;
+}
+#endif

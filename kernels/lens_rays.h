@@ -2,6 +2,7 @@
 #ifndef LENS_RAYS_H
 #define LENS_RAYS_H
 #include "conventions.h"
+#include "plain_math.h"
 
 struct sample_grid {
     uint rows, columns; // of samples
@@ -11,6 +12,7 @@ struct sample_grid {
 struct rays {
     uint patterns;             // number of patterns of rays; a photosite's place on the sensor chooses one
     uint samples;              // rays of a pattern
+    uint width;                // of the frame [photosites]
     int origin_x, origin_y;    // photosite of the sensor at [0, 0] of the frame
     float centre_x, centre_y;  // middle of the sensor [photosites from its upper left corner]
     float tangent_per_px;      // tangent of the field angle per photosite from the middle
@@ -18,8 +20,6 @@ struct rays {
 
 // Index i, limited to 0 ... count - 1: beyond the grid its edge continues.
 INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
-// Largest integer that is not above v.
-INLINE int whole(const float v) { return (int)v - (v < (float)(int)v ? 1 : 0); }
 
 // Value of a plane at (y, x) [samples], counted from the corner of sample [row, column]: small numbers lose no digits on a large grid.
 // Sample i covers [i, i + 1), and its value is that at i + 1/2.

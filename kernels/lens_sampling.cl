@@ -11,10 +11,12 @@
 // radius:   (layers, grid) float32, signed blur radius s [photosites], > 0 behind the plane in focus.
 // points:   (patterns, samples, 4) float32: x, y from the photosite's upper left corner [photosites]; x, y on the pupil [pupil radii].
 // stops:    (STOPS, 2) float32, rims that hide parts of the pupil (lens_rays.h); the mean is that of the rays that pass.
-// light:    (planes, height, width) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
+// light:    (planes, photosites) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
 // iterations: fixed-point steps; 0 where every layer has one radius. OVERSAMPLING: samples per photosite and axis.
-// Dimension 0: columns of photosites; 1: rows; 2: planes of `light`.
+// places: (photosites) uint32, row * width + column of the frame: those that are computed.
+// Dimension 0: entries of `places`; 1: planes of `light`.
 #include "cfa.h"
+#include "lens_lights.h"
 #include "lens_rays.h"
 
 // Colour or coverage at (y, x) [samples], counted from the corner of sample [row, column].
@@ -29,10 +31,11 @@ INLINE float surface(global const float *plane, const int row, const int column,
 
 kernel void lens_sampling(global const float *restrict colour, global const float *restrict coverage,
                           global const float *restrict radius, global const float *restrict points,
-                          global const float *restrict stops, global float *restrict light, const uint layers, const uint channels,
-                          const uint iterations, const struct sample_grid grid, const struct rays rays) {
-    const size_t x_index = get_global_id(0), y_index = get_global_id(1), width = get_global_size(0), height = get_global_size(1);
-    const uint channel = MOSAIC ? cfa_plane(x_index, y_index) : get_global_id(2);
+                          global const float *restrict stops, global const uint *restrict places, global float *restrict light,
+                          const uint layers, const uint channels, const uint iterations, const struct sample_grid grid,
+                          const struct rays rays) {
+    const uint place = places[get_global_id(0)], x_index = place % rays.width, y_index = place / rays.width;
+    const uint channel = MOSAIC ? cfa_plane(x_index, y_index) : get_global_id(1);
     const int row = (int)((grid.margin + y_index) * OVERSAMPLING), column = (int)((grid.margin + x_index) * OVERSAMPLING);
     const size_t area = (size_t)grid.rows * grid.columns;
     const int sensor_x = rays.origin_x + (int)x_index, sensor_y = rays.origin_y + (int)y_index;
@@ -64,5 +67,42 @@ kernel void lens_sampling(global const float *restrict colour, global const floa
         lost = (next - sum) - added;
         sum = next;
     }
-    light[(get_global_id(2) * height + y_index) * width + x_index] = taken ? sum / (float)taken : 0.0f;
+    light[get_global_id(1) * get_global_size(0) + get_global_id(0)] = taken ? sum / (float)taken : 0.0f;
 }
+
+#ifdef SPAN_ROWS
+// Which part of the light from small bright lights is hidden; points: the last two numbers are x, y in the light's cell, 0 to 1.
+// pairs, lights, spans, lost: as in lens_lights.h. Dimension 0: pairs.
+kernel void lens_sampling_lights(global const float *restrict coverage, global const float *restrict radius,
+                                 global const float *restrict points, global const float *restrict stops,
+                                 global const uint *restrict pairs, global const float *restrict lights,
+                                 global const float *restrict spans, global float *restrict lost, const uint iterations,
+                                 const struct sample_grid grid, const struct rays rays) {
+    const uint place = pairs[2 * get_global_id(0)], x_index = place % rays.width, y_index = place / rays.width;
+    global const float *light = lights + 6 * pairs[2 * get_global_id(0) + 1];
+    const int row = (int)((grid.margin + y_index) * OVERSAMPLING), column = (int)((grid.margin + x_index) * OVERSAMPLING);
+    const size_t area = (size_t)grid.rows * grid.columns;
+    const int sensor_x = rays.origin_x + (int)x_index, sensor_y = rays.origin_y + (int)y_index;
+    global const float *point = points + (size_t)(place_bits((uint)sensor_x, (uint)sensor_y) % rays.patterns) * rays.samples * 4;
+    float sum = 0.0f;
+    for (uint i = 0; i < rays.samples; i++, point += 4) {
+        const struct light_ray ray = ray_of(light, point, spans, row, column);
+        float through = 1.0f;
+        for (uint layer = 0; layer < (uint)light[2] && through > 0.0f; layer++) {
+            global const float *map = radius + layer * area;
+            float s = bilinear(map, row, column, ray.y, ray.x, grid);
+            for (uint step = 0; step < iterations; step++)
+                s = bilinear(map, row, column, ray.y + s * ray.step_y, ray.x + s * ray.step_x, grid);
+            const int at_row = row + whole(ray.y + s * ray.step_y), at_column = column + whole(ray.x + s * ray.step_x);
+            through *= 1.0f - coverage[layer * area + (size_t)clamped(at_row, grid.rows) * grid.columns + clamped(at_column, grid.columns)];
+        }
+#if STOPS
+        const float off_x = (float)sensor_x - rays.centre_x, off_y = (float)sensor_y - rays.centre_y;
+        if (!passes(stops, ray.u_y, ray.u_x, rays.tangent_per_px * (off_y + point[1]), rays.tangent_per_px * (off_x + point[0])))
+            through = 0.0f;
+#endif
+        sum += ray.tilt * (1.0f - through);
+    }
+    lost[get_global_id(0)] = sum / (float)rays.samples;
+}
+#endif

@@ -14,8 +14,9 @@ from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.psf_planning import contrast_sigma, plan_visible_psf
+from simulator.optics.ray_reference.deep_rays import STEEPEST, DeepBlur
 from simulator.optics.veiling_glare import VeilingGlare, plan_veiling_glare
-from simulator.scene.compositing import flatten_layers
+from simulator.scene.compositing import deep_pixels_of, flatten_layers
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.occluded_background import disoccluded_share, extend_background
 from simulator.scene.scene import Scene
@@ -36,6 +37,7 @@ class OpticsPlan:
     defocus: blur of the ideal lens; None: sharp everywhere.
     psf: kernels of diffraction, aberrations, low-pass filter and aperture of the photosites; None: none are needed.
     disoccluded_share: fraction of the picture that sees background which is occluded in the scene; None: its layers contain it.
+    deep_blur: blur of the samples of a deep picture, where rays are followed (tolerance 0); None: the layers are blurred.
     psf_skip_reason: why a point spread function is left out, with its predicted error; None: it is not.
     """
 
@@ -50,6 +52,7 @@ class OpticsPlan:
     veiling_glare: VeilingGlare | None = None
     psf: FieldPsf | None = None
     disoccluded_share: float | None = None
+    deep_blur: DeepBlur | None = None
     psf_skip_reason: str | None = None
 
     @property
@@ -126,7 +129,13 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance:
     per_radiance *= camera.pixel_pitch_um**2 * camera.fill_factor
     brightest_e, peak_e = brightest_electrons(optics.scene, optics.weights, per_radiance)
     electrons = max(min(brightest_e, sensor.electrons_at_white()), 1.0)
-    return Accuracy(tolerance, electrons, math.sqrt(dark.variance) / gain, max(peak_e / electrons, 1.0))
+    return Accuracy(
+        tolerance,
+        electrons,
+        math.sqrt(dark.variance) / gain,
+        max(peak_e / electrons, 1.0),
+        electrons_per_radiance=per_radiance,
+    )
 
 
 def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera) -> OpticsPlan:
@@ -143,7 +152,28 @@ def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera
         extended = plan_defocus(lens, pitch_um, scene, scale, accuracy, planned.sensor_px)
         assert extended is not None  # an extended background keeps the foreground that is blurred
         defocus = replace(extended, guessed=defocus.guessed)
-    return replace(planned, scene=scene, defocus=defocus, disoccluded_share=share)
+    if accuracy.tolerance == 0.0 and scene.deep is None and scene.behind and _is_steep(defocus, scale):
+        scene = replace(scene, deep=deep_pixels_of(scene.layers))
+    deep_blur = None if accuracy.tolerance else _blur_deep(scene, lens, pitch_um)
+    return replace(planned, scene=scene, defocus=defocus, disoccluded_share=share, deep_blur=deep_blur)
+
+
+def _is_steep(defocus: Defocus, scale: float) -> bool:
+    """Whether a ray may meet one of the layers several times, so that no iteration finds where (`needed_iterations`)."""
+    steps = [
+        math.hypot(*(float(np.abs(np.diff(radius, axis=axis)).max(initial=0.0)) for axis in (0, 1)))
+        for radius in defocus.radii_px
+        if isinstance(radius, np.ndarray)
+    ]
+    return scale * max(steps, default=0.0) > STEEPEST
+
+
+def _blur_deep(scene: Scene, lens: Lens, pixel_pitch_um: float) -> DeepBlur | None:
+    """Blur of the samples of a deep picture; None where the scene is none."""
+    if scene.deep is None:
+        return None
+    near, far = (np.asarray(lens.blur_radius_um(depth_m)) / pixel_pitch_um for depth_m in (scene.deep.near_m, scene.deep.far_m))
+    return DeepBlur(near, far, float(lens.blur_radius_um(math.inf)) / pixel_pitch_um)
 
 
 def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:

@@ -131,7 +131,15 @@ def _defocus(optics: OpticsPlan, tiles: TilePlan | None) -> Pass:
         return Pass("defocus", False, "part of the point spread function")
     memory = pixels * (4 + 4 * defocus.maps)
     if optics.accuracy.tolerance == 0.0:
-        return Pass("defocus", True, "rays through lens and scene", pixels, memory, 0.0, _ms(pixels, COST_NS["rays"]))
+        return Pass(
+            "defocus",
+            True,
+            "rays through lens and scene",
+            pixels,
+            memory,
+            optics.accuracy.ray_error,
+            _ms(pixels, COST_NS["rays"]),
+        )
     shares, methods = _estimated_shares(optics.scene, defocus), "methods by tile not measured yet"
     if tiles is not None:
         shares = tiles.shares()

@@ -11,7 +11,7 @@ from simulator.errors import require
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.color_channels import to_linear
 from simulator.scene.deep_file import DeepSamples, read_deep
-from simulator.scene.deep_layers import deep_layers
+from simulator.scene.deep_layers import deep_layers, deep_pixels
 from simulator.scene.depth import METRES_PER_UNIT, Along, LengthUnit, axis_per_ray, check_along, check_scale
 from simulator.scene.picture_light import Illuminant, LuminanceOf, Negative, Upsampling, clip_negative, light_scene
 from simulator.scene.pixel_file import PixelFile, memory_for
@@ -70,7 +70,8 @@ class DeepScene:
             samples, colour_notes = self._in_metres_and_light(samples, chromaticities)
             layers, joined = deep_layers(samples, self.most_layers)
             summary = f"{len(layers)} layers; in {100 * joined:.1f} % of its pixels one joins depths over 1 % apart"
-            return light_scene(self, layers, self.deep, (*notes, *colour_notes, f"{self.deep.name}: {summary}"))
+            scene = light_scene(self, layers, self.deep, (*notes, *colour_notes, f"{self.deep.name}: {summary}"))
+            return replace(scene, deep=deep_pixels(samples))
 
     def _in_metres_and_light(
         self, samples: DeepSamples, chromaticities: tuple[float, ...] | None

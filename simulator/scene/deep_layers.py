@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.scene.deep_file import DeepSamples
+from simulator.scene.deep_pixels import DeepPixels
 from simulator.scene.depth_holes import nearest_known
 from simulator.scene.scene import Layer
 
@@ -34,6 +35,15 @@ def deep_layers(samples: DeepSamples, most: int) -> tuple[tuple[Layer, ...], flo
         if chosen.any():
             layers.append(_layer(_select(samples, chosen), joined))
     return tuple(layers), float(joined.sum() / len(np.unique(samples.pixel)))
+
+
+def deep_pixels(samples: DeepSamples) -> DeepPixels:
+    """Return the samples sorted by pixel and from front to back, unmerged but for volumes that overlap, which are split."""
+    samples = _merge(_split(samples, np.empty(0)))
+    count = np.bincount(samples.pixel, minlength=samples.size[0] * samples.size[1])
+    starts = np.concatenate([[0], np.cumsum(count)])
+    planes, alpha = samples.colour.astype(np.float32), samples.alpha.astype(np.float32)
+    return DeepPixels(starts, samples.size[1], planes, alpha, samples.near, samples.far)
 
 
 def _borders_m(samples: DeepSamples, most: int) -> np.ndarray:

@@ -10,6 +10,8 @@ from typing import Literal, TypeGuard
 
 import numpy as np
 
+from simulator.scene.deep_pixels import DeepPixels
+
 
 def is_depth_map(depth_m: float | np.ndarray) -> TypeGuard[np.ndarray]:
     """Whether depth is given for each pixel, not one distance for all."""
@@ -46,6 +48,7 @@ class Scene:
     field_of_view_deg: full horizontal angle of the grid [deg]; None: the grid fills the sensor.
     interpolation: how the grid is sampled.
     notes: what was assumed while reading, for the log.
+    deep: samples of a deep picture as they are, of which the layers are composites; None: the layers are the scene.
     hidden: whether the background is continued behind the edges of near objects, see `extend_background`.
     """
 
@@ -60,6 +63,7 @@ class Scene:
     coverage: np.ndarray | None = None
     behind: tuple[Layer, ...] = ()
     hidden: Literal["none", "extend"] = "none"
+    deep: DeepPixels | None = None
 
     def load(self) -> "Scene":
         """Return the scene itself, so that a `Scene` can be given as `Shot.scene`."""

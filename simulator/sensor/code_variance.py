@@ -23,21 +23,23 @@ def code_variance(steps: Sequence[SignalStep], mean_electrons: np.ndarray, count
     steps: effect on mean and variance of everything from the photoelectrons to the code, in physical order; the last that
         clips sets the range of the codes.
     mean_electrons: (height, width) float32, mean photoelectrons of each pixel [e-], the sum over `count` photosites.
-    The steps are evaluated at 16384 electron counts and interpolated linearly, which is exact for shot noise.
+    The steps are evaluated at 16384 electron counts and interpolated linearly, which is exact for shot noise. The counts belong
+    to the sensor, not to the frame, so that a crop has the bits of the whole frame. They are evenly spaced in the square root,
+    as shot noise is.
     """
-    top_e = min(float(mean_electrons.max()), count * _clipping_electrons(steps))
-    if top_e <= 0.0:
-        return np.full(mean_electrons.shape, _variance(steps, np.zeros(1))[0], np.float32)
-    nodes = _variance(steps, np.linspace(0.0, top_e / count, _NODES)).astype(np.float32)
-    slopes = np.append(np.diff(nodes), np.float32(0.0))
+    top_e = count * _clipping_electrons(steps)
+    electrons = np.linspace(0.0, math.sqrt(top_e), _NODES) ** 2
+    nodes = _variance(steps, electrons / count).astype(np.float32)
+    slopes = np.append(np.diff(nodes) / np.diff(electrons), 0.0).astype(np.float32)
+    starts = electrons.astype(np.float32)
     result = np.empty(mean_electrons.shape, np.float32)
-    scale, last = np.float32((_NODES - 1) / top_e), np.float32(_NODES - 1)
+    scale, top, last = np.float32((_NODES - 1) / math.sqrt(top_e)), np.float32(top_e), np.float32(_NODES - 1)
     rows = max(1, _AT_ONCE // mean_electrons.shape[1])
     for first in range(0, len(result), rows):
         part = slice(first, first + rows)
-        place = np.minimum(mean_electrons[part] * scale, last)
-        index = place.astype(np.intp)
-        place -= index.astype(np.float32)  # fraction of the interval between two nodes
+        place = np.minimum(mean_electrons[part], top)
+        index = np.minimum(scale * np.sqrt(place), last).astype(np.intp)
+        place -= starts.take(index)  # beyond the node at which the interval starts
         place *= slopes.take(index)
         np.add(nodes.take(index), place, out=result[part])
     return result

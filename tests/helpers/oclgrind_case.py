@@ -9,13 +9,16 @@ from helpers.scene_builders import band_scene
 from simulator.device import devices, open_device
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.field_pupil import CatsEyes
+from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.pupil import Pupil, PupilStop
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
-from simulator.optics.ray_reference.height_field_rays import sample_height_field
-from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
+from simulator.optics.ray_reference.deep_rays import DeepBlur, DeepPicture
+from simulator.optics.ray_reference.height_field_rays import HeightField, sample_height_field
+from simulator.optics.ray_reference.layered_rays import LayeredRays, ray_samples, sample_lens, upload_surfaces
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
+from simulator.scene.deep_pixels import DeepPixels
 from simulator.scene.scene import Layer
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import IsoSetting, Window
@@ -67,6 +70,17 @@ def follow_rays() -> None:
         for cells in (True, False):
             sample_lens(device, surfaces, points, frame, cfa, cells, eyes if cells else None)
         sample_height_field(device, colour[0], rough, 2, points, frame, 2, cfa, eyes if cfa else None)
+    lights = np.array([[9, 11, 1, 8.0, 0.0, 0.1], [0, 0, 1, -3.0, 0.0, 0.0]], np.float32)
+    settings = device, 2, frame, 2, ((0, 1), (1, 2)), eyes
+    for rays in (LayeredRays(surfaces, *settings), HeightField(colour[0], rough.astype(np.float32), *settings)):
+        lost = rays.lights_lost(lights, Pupil(6))
+        assert lost is not None
+        lost(ray_samples(8, patterns=3, pupil=None), np.array([[0, 0], [62, 1]]))
+    near = rng.uniform(-3.0, 3.0, 60)
+    pixels = DeepPixels(np.arange(0, 61, 3), 5, rng.random((60, 3)), rng.random(60), np.ones(60), np.ones(60) + (near > 1.0))
+    blur = DeepBlur(np.sort(near.reshape(20, 3)).ravel(), np.sort(near.reshape(20, 3)).ravel() + (near > 1.0), 8.0)
+    picture = DeepPicture(device, pixels, blur, np.eye(3), Projection(0.7, -1.0, -0.5, 5, 4, 1, False))
+    picture.sample(points, frame, ((0, 1), (1, 2)), np.arange(63), eyes)
     device.finish()
     print("done", devices()[0].name)
 

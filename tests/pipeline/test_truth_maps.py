@@ -85,6 +85,22 @@ def test_variance_of_binned_frames_is_that_of_their_codes(mode):
     accept({"variance": variance_p(residual, 1.0, 1 / 1000)})
 
 
+@pytest.mark.parametrize("changes", [{}, {"f_number": 16.0, "diffraction": True}], ids=["ideal", "diffracting"])
+def test_every_map_of_a_window_has_the_bits_of_the_whole_frame(changes):
+    """The brightest photosite lies outside the window."""
+    lens = dataclasses.replace(LENS, **changes)
+    planes, depth_m = RANDOM.uniform(0.0, 0.02, (30, 40, 3)), RANDOM.uniform(2.0, 4.0, (30, 40))
+    planes[:6] *= 5.0
+    shot = dataclasses.replace(shot_of(planes, depth_m, truth=("variance", "depth", "blur", "rgb")), lens=lens)
+    window = Window(40, 60, 100, 70)
+    whole, part = simulate(shot), simulate(replace(shot, camera=replace(shot.camera, window=window)))
+    inside = slice(window.y, window.y + window.height), slice(window.x, window.x + window.width)
+    assert part.mean_electrons.max() < 0.5 * whole.mean_electrons.max()
+    np.testing.assert_array_equal(part.mean_electrons, whole.mean_electrons[inside])
+    for name, plane in part.truth.items():
+        np.testing.assert_array_equal(plane, whole.truth[name][inside], err_msg=name)
+
+
 def test_depth_is_the_scenes_at_the_pixels_centre_and_never_a_mean():
     depth_m = RANDOM.uniform(1.0, 9.0, (15, 20))
     depth_m[3, 4] = math.inf

@@ -18,7 +18,8 @@ MEASURED = 0.1 * math.sqrt(2004.0) / 2000.0  # allowed error at which the settin
 SHARP_PX = 0.3  # largest blur radius that may be ignored [photosites]
 SAME_PX = 0.02  # largest difference of radii that share one blur circle [photosites]
 SLOPE_STEP = 0.03  # step to which slopes of the radius are rounded [photosites per photosite]
-RAYS = 16384  # per photosite: p99.9 of |z| is below 0.1 at 2000 e- on the closed forms without highlights
+RAYS = 131072  # most rays of a photosite in each of the reference's replications
+RAY_ERROR = 0.015  # largest standard error of the reference [standard deviations of the photosite's noise]: 0.05 is 3.3 of them
 FINE_PX = 12.0  # blur circles up to this radius keep detail finer than a photosite
 FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and the largest radius
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
@@ -31,7 +32,10 @@ class Accuracy:
 
     tolerance: allowed error in standard deviations of a frame's noise at the brightest light; 0: rays, the reference path.
     electrons: of the brightest light [e-]. read_noise_e: of a photosite [e-].
-    peak: radiance of the brightest scene pixel, in units of the brightest light. rays: per photosite where the tolerance is 0.
+    peak: radiance of the brightest scene pixel, in units of the brightest light.
+    rays: most of a photosite and replication where the tolerance is 0 (`follow_until_converged`). ray_error: standard error
+        [standard deviations of the noise] at which they suffice. electrons_per_radiance: of a photosite [e- per unit of the
+        mosaic, e- s^-1 um^-2 sr^-1].
     """
 
     tolerance: float = 0.1
@@ -39,6 +43,8 @@ class Accuracy:
     read_noise_e: float = 2.0
     peak: float = 1.0
     rays: int = RAYS
+    ray_error: float = RAY_ERROR
+    electrons_per_radiance: float = 1.0
 
     @property
     def sigma(self) -> float:
@@ -92,6 +98,11 @@ class Accuracy:
         needed = np.where(good[0], 1, np.where(good[1], 2, 4))
         there = 4 if scale >= 3.0 else 2 if scale >= 1.5 else 1
         return np.where(largest_px * min(self.looser, 1.0) <= FINE_PX, np.minimum(needed, there), 1)
+
+    def allowed_ray_error(self, light: np.ndarray) -> np.ndarray:
+        """Largest standard error of the light of photosites by rays, in its unit; noise below 1 e- counts as 1 e-."""
+        variance_e = self.electrons_per_radiance * np.maximum(light, 0.0) + self.read_noise_e**2
+        return self.ray_error * np.sqrt(np.maximum(variance_e, 1.0)) / self.electrons_per_radiance
 
     def in_sigma(self, share: float) -> float:
         """Convert an error from a share of the brightest light to standard deviations."""

@@ -34,6 +34,16 @@ def disk_weights(radius_px: float) -> np.ndarray:
     return weights / weights.sum()
 
 
+def disk_shares(x: np.ndarray, y: np.ndarray, radius_px: float, width_px: int) -> np.ndarray:
+    """Share of a disk about the origin in squares of this whole width, exact: (len(y) - width_px, len(x) - width_px) float64.
+
+    x, y: evenly spaced borders [px], 1 / width_px of a square apart, so that square i lies between borders i and i + width_px.
+    """
+    area = _corner_area(x[None, :], y[:, None], abs(radius_px))
+    strips = area[width_px:] - area[:-width_px]
+    return np.maximum(strips[:, width_px:] - strips[:, :-width_px], 0.0) / (math.pi * radius_px**2)
+
+
 def aperture_weights(pupil: Pupil, radius_px: float) -> np.ndarray:
     """Weights of the aperture's image of this signed radius [px] on the axis, (2 n + 1, 2 n + 1) float64, sum 1.
 

@@ -11,26 +11,33 @@ from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.scene import Scene
 
 BRIGHT = 8.0  # threshold in units of the scene's mean radiance
+LAMP = 1e4  # the same, above which a sample leaves rounding errors in the running sums of its columns
 SMALLEST_PX = 1.0  # blur radius from which dots would be visible [photosites]
+CAPPED = 0.99  # quantile of the radiance at which the brightest samples count for the mean, so that no lamp hides another
+_SAMPLES = 400  # places per axis at which that mean is taken
+STEEPEST = 0.9  # largest change of the radius between photosites of one surface
 CELL_PX = 32  # side of the sensor's cells in which the brightest highlights are selected [photosites]
 MOST_PER_CELL = 16
 STEPS_PER_PX = 32  # resolution of radii [1 / photosite]; equal rounded radii share weights
 
 
-def highlight_threshold(scene: Scene, weights: np.ndarray) -> np.ndarray | None:
+def highlight_threshold(scene: Scene, weights: np.ndarray, times: float = BRIGHT) -> np.ndarray | None:
     """Electron radiance of each channel above which a sample is a highlight, (channels,) float32, or None.
 
     None: no sample of the scene is one. Unit: e- s^-1 um^-2 sr^-1. weights: (bands, channels) [e- s^-1 um^-2 sr^-1].
+    times: threshold in units of the scene's mean radiance, in which the brightest CAPPED count as much as their least.
     """
-    means, most = (np.stack([ends(layer.planes) @ weights for layer in scene.layers]).max(axis=0) for ends in (_mean, _most))
-    limit = BRIGHT * means
+    means = np.stack([_capped_mean(layer.planes, weights) for layer in scene.layers]).max(axis=0)
+    most = np.stack([_most(layer.planes) @ weights for layer in scene.layers]).max(axis=0)
+    limit = times * means
     return limit.astype(np.float32) if (most > limit).any() else None
 
 
-def _mean(planes: np.ndarray) -> np.ndarray:
-    """Mean of each band; columns are summed first, because that is faster."""
-    rows, columns, bands = planes.shape
-    return planes.reshape(rows, -1).sum(axis=0).reshape(columns, bands).mean(axis=0, dtype=np.float64) / rows
+def _capped_mean(planes: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Mean radiance of each channel, of samples on a coarse grid, each at most the quantile CAPPED."""
+    step_y, step_x = (-(-size // _SAMPLES) for size in planes.shape[:2])
+    light = planes[::step_y, ::step_x].reshape(-1, planes.shape[2]) @ weights
+    return np.minimum(light, np.quantile(light, CAPPED, axis=0)).mean(axis=0)
 
 
 def _most(planes: np.ndarray) -> np.ndarray:
@@ -44,7 +51,9 @@ class Highlights:
     """Highlights of a row band.
 
     rows, columns: (highlights,) position of the sample in the band. layers: (highlights,) layer of the scene.
-    radii_px: (highlights,) signed blur radius [photosites].
+    radii_px: (highlights,) signed blur radius [photosites]. slopes: (2, highlights) its change to the right and down
+        [photosites per photosite].
+    exact: (highlights,) whether the radius is that of the whole layer, so that it need not be rounded to share weights.
     excess: (channels, highlights) float32, radiance that is taken out and blurred separately [e- s^-1 um^-2 sr^-1].
     """
 
@@ -52,6 +61,8 @@ class Highlights:
     columns: np.ndarray
     layers: np.ndarray
     radii_px: np.ndarray
+    slopes: np.ndarray
+    exact: np.ndarray
     excess: np.ndarray
 
     def select(self, kept: np.ndarray) -> "Highlights":
@@ -70,6 +81,24 @@ def select_brightest(highlights: Highlights, samples_per_axis: int, first_row: i
     order = np.lexsort((-highlights.excess.sum(axis=0), cells))
     _, first, index = np.unique(cells[order], return_index=True, return_inverse=True)
     return highlights.select(order[np.arange(len(order)) - first[index.reshape(-1)] < MOST_PER_CELL])
+
+
+def radius_slopes(radius_px: np.ndarray, rows: np.ndarray, columns: np.ndarray, samples_per_axis: int) -> np.ndarray:
+    """Change of the radius to the right and down at samples [photosites per photosite], (2, samples).
+
+    The smaller of the differences to both neighbours, because the other may reach over an edge; 0 beside edges on both sides.
+    radius_px: (rows, columns) of samples.
+    """
+    own, slopes = radius_px[rows, columns].astype(float), []
+    for down, right in ((0, 1), (1, 0)):
+        before = radius_px[np.maximum(rows - down, 0), np.maximum(columns - right, 0)]
+        after = radius_px[np.minimum(rows + down, len(radius_px) - 1), np.minimum(columns + right, radius_px.shape[1] - 1)]
+        near, far = own - before, after - own
+        slope = np.where(np.abs(near) < np.abs(far), near, far)
+        close = np.abs(near - far) < 0.1 / samples_per_axis  # one surface on both sides: their mean
+        slope = samples_per_axis * np.where(close, 0.5 * (near + far), slope)
+        slopes.append(np.where(np.abs(slope) < STEEPEST, slope, 0.0))
+    return np.stack(slopes)
 
 
 def find_reaching(
@@ -101,15 +130,16 @@ def spot_weights(
     eyes: clips the spots; highlights in one square of the sensor share a shape. origin_px: (x, y) on the sensor of the band's
         first photosite.
     """
-    steps = np.rint(highlights.radii_px * STEPS_PER_PX).astype(int)
-    fields = np.zeros((2, len(steps)))
+    rounded = np.rint(highlights.radii_px * STEPS_PER_PX) / STEPS_PER_PX
+    radius = np.where(highlights.exact, highlights.radii_px, rounded)
+    fields = np.zeros((2, len(radius)))
     if eyes is not None:
         side = eyes.alike_px
         places = zip((highlights.columns, highlights.rows), origin_px, strict=True)
         at_squares = eyes.fields(*(side * ((place / samples_per_axis + origin) // side + 0.5) for place, origin in places))
         fields = np.where(eyes.clips(at_squares)[:, None], at_squares, 0.0).T
-    kinds, index = np.unique(np.stack([steps, *fields]), axis=1, return_inverse=True)
-    radii_px, clipped = kinds[0] / STEPS_PER_PX, np.logical_or.reduce(kinds[1:], axis=0)
+    kinds, index = np.unique(np.stack([radius, *fields]), axis=1, return_inverse=True)
+    radii_px, clipped = kinds[0], np.logical_or.reduce(kinds[1:], axis=0)
     spots: dict[int, np.ndarray] = {}
     for number in np.flatnonzero(~clipped).tolist():
         spots[number] = photosite_weights(pupil, radii_px[number], samples_per_axis)

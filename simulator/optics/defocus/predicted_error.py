@@ -35,7 +35,7 @@ def describe_errors(defocus: Defocus) -> str:
     accuracy = defocus.accuracy
     light = f"brightest light {accuracy.electrons:.3g} e-, noise {accuracy.sigma * accuracy.electrons:.3g} e-"
     if accuracy.tolerance == 0.0:
-        return f"{light}; every photosite by rays"
+        return f"{light}; every photosite by rays, until their standard error is {accuracy.ray_error:g} sigma of its own light"
     errors = ", ".join(f"{method} {error:.2g}" for method, error in predicted_errors(defocus).items())
     guessed = "; what lies behind edges is not in the scene" if defocus.guessed and np.ndim(defocus.radii_px[0]) else ""
     return f"{light}; predicted errors up to, in sigma: {errors}{guessed}"

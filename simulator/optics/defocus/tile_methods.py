@@ -1,7 +1,7 @@
 """Chooses the blur method of each tile of a frame, and the images of the aperture that its means need."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,8 +59,12 @@ class TileChoice:
         whole = ("all_images", "blocks")
         kept = {name: plane[..., rows, :] for name, plane in vars(self).items() if name not in whole}
         kept["computed"] = kept["computed"] & (kept["samples_per_axis"] == samples_per_axis)
-        blocks = self.blocks.part(slice(rows.start * ROWS_IN_TILE, rows.stop * ROWS_IN_TILE), _each_block(kept["computed"]))
+        blocks = self.blocks.part(slice(rows.start * ROWS_IN_TILE, rows.stop * ROWS_IN_TILE), each_block(kept["computed"]))
         return TileChoice(**kept, all_images=self.all_images, blocks=blocks)
+
+    def without(self, tiles: np.ndarray) -> "TileChoice":
+        """Return the choice in which these tiles (a mask) are not computed."""
+        return replace(self, computed=self.computed & ~tiles)
 
     def tiles_with(self, *methods: Method) -> np.ndarray:
         """Mask of the computed tiles that have one of these methods."""
@@ -95,11 +99,11 @@ def choose_methods(defocus: Defocus, layer_statistics: list[RadiusStatistics], c
     images = _choose_images(defocus, [r.of_blocks() for r in layer_statistics], ~hard, visible & computed)
     present = np.where(block_visible, np.stack([seen.classes for seen in blocks]), np.uint64(0))
     even = np.stack([find_even_radius(defocus, seen, block_methods) for seen in blocks])
-    points = BlockChoice(_each_block(computed), block_methods, block_largest, present, even)
+    points = BlockChoice(each_block(computed), block_methods, block_largest, present, even)
     return TileChoice(computed, methods, samples_per_axis, visible, *images, points, np.full(samples_per_axis.shape, -1))
 
 
-def _each_block(tiles: np.ndarray) -> np.ndarray:
+def each_block(tiles: np.ndarray) -> np.ndarray:
     """Repeat the value of each tile for all its blocks."""
     return tiles.repeat(ROWS_IN_TILE, axis=0).repeat(COLUMNS_IN_TILE, axis=1)
 
@@ -150,7 +154,7 @@ def _choose_images(
     layer_statistics: statistics of each layer's blocks. kept: blocks whose radii count.
     needed: (layers, tile rows, tile columns) bool.
     """
-    held = kept | ~_each_block(~_all_blocks(~kept))  # a tile without any counts all its blocks, so that its values are finite
+    held = kept | ~each_block(~_all_blocks(~kept))  # a tile without any counts all its blocks, so that its values are finite
     least, greatest = (
         _over_blocks(layer_statistics, held, "least_px", np.min),
         _over_blocks(layer_statistics, held, "greatest_px", np.max),

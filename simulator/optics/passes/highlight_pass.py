@@ -6,7 +6,16 @@ import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Defocus
-from simulator.optics.defocus.highlights import BRIGHT, SMALLEST_PX, Highlights, find_reaching, select_brightest, spot_weights
+from simulator.optics.defocus.highlights import (
+    BRIGHT,
+    LAMP,
+    SMALLEST_PX,
+    Highlights,
+    find_reaching,
+    radius_slopes,
+    select_brightest,
+    spot_weights,
+)
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns, column_of
 from simulator.optics.passes.radius_statistics import RadiusMaps
 from simulator.optics.passes.tile_grid import TileGrid
@@ -35,25 +44,34 @@ class HighlightPass:
 
     band_start: first row of the band in the area. places: (blocks, 4) uint32 as in kernels/highlights.cl.
     limit: (channels,) electron radiance above which a sample is a highlight [e- s^-1 um^-2 sr^-1].
+    lamps: whether the limit is that of lamps, LAMP times the mean: all of them are highlights, whatever their radius.
     """
 
-    def __init__(self, band: Band, band_start: int, places: np.ndarray, limit: np.ndarray) -> None:
+    def __init__(self, band: Band, band_start: int, places: np.ndarray, limit: np.ndarray, *, lamps: bool) -> None:
         self.band, self.places = band, places
         self.origin_px = band.area.x, band.area.y + band_start
         shape = band.layout.shape(len(band.planes) * band.layer_planes)
         self.sampled = band.device.download(band.sampled, shape, np.float32)
-        self.highlights = select_brightest(self._find_highlights(limit), band.samples_per_axis, band.area.y + band_start)
+        self.highlights = self._find_highlights(limit, limit / (LAMP if lamps else BRIGHT))
+        if not lamps:
+            visible = self.highlights.select(np.abs(self.highlights.radii_px) > SMALLEST_PX)
+            self.highlights = select_brightest(visible, band.samples_per_axis, band.area.y + band_start)
         self.lists = find_reaching(
             self.highlights, self._pupil, band.samples_per_axis, places[:, 1].astype(int), 2 * places[:, 0].astype(int)
         )
         self.reached = np.array([len(own) > 0 for own in self.lists])
 
     @property
+    def any(self) -> bool:
+        """Whether there is any highlight."""
+        return len(self.highlights.rows) > 0
+
+    @property
     def _pupil(self) -> Pupil:
         return self.band.defocus.pupil
 
-    def _find_highlights(self, limit: np.ndarray) -> Highlights:
-        """Samples above the limit whose spots are larger than a photosite."""
+    def _find_highlights(self, limit: np.ndarray, mean: np.ndarray) -> Highlights:
+        """Samples above the limit. mean: radiance that they keep."""
         band, radii = self.band, self.band.defocus.radii_px
         shape = band.layout.shape(max(len(band.maps.scene_radius), 1))
         radius = band.device.download(band.radius, shape, np.float32)
@@ -61,14 +79,17 @@ class HighlightPass:
         for layer, px in enumerate(radii):
             light = self.sampled[layer * band.layer_planes :][: band.channels]
             column_set, row, column = np.nonzero(np.logical_or.reduce(light > limit[:, None, None, None], axis=0))
-            mean = limit[:, None] / BRIGHT  # radiance that the sample keeps
-            excess = np.maximum(light[:, column_set, row, column] - mean, 0.0)
-            own = radius[maps, column_set, row, column] if np.ndim(px) else np.full(len(row), px, np.float32)
-            columns = column_of(column_set, column, band.samples_per_axis)
-            parts_by_layer.append((row, columns, np.full(len(row), layer), own, excess))
-            maps += np.ndim(px) > 0
-        highlights = Highlights(*(np.concatenate(parts, axis=-1) for parts in zip(*parts_by_layer, strict=True)))
-        return highlights.select(np.abs(highlights.radii_px) > SMALLEST_PX)
+            excess = np.maximum(light[:, column_set, row, column] - mean[:, None], 0.0)
+            columns, layers = np.asarray(column_of(column_set, column, band.samples_per_axis)), np.full(len(row), layer)
+            if isinstance(px, np.ndarray):
+                own = radius[maps, column_set, row, column]
+                slopes = radius_slopes(band.layout.decode(radius[maps]), row, columns, band.samples_per_axis)
+                maps += 1
+            else:
+                own, slopes = np.full(len(row), px, np.float32), np.zeros((2, len(row)))
+            exact = np.full(len(row), np.ndim(px) == 0)
+            parts_by_layer.append((row, columns, layers, own, slopes, exact, excess))
+        return Highlights(*(np.concatenate(parts, axis=-1) for parts in zip(*parts_by_layer, strict=True)))
 
     def take(self) -> None:
         """Remove the highlights' excess radiance from the band's sampled planes, in place."""
@@ -84,6 +105,8 @@ class HighlightPass:
         band: fields of `struct row_band` of kernels/row_band.h.
         """
         highlights, lists = self.highlights, [own for own in self.lists if len(own)]
+        if not lists:
+            return
         counts = np.array([len(own) for own in lists])
         weights, first, side = spot_weights(
             highlights, self._pupil, self.band.samples_per_axis, self.band.defocus.eyes, self.origin_px
@@ -94,7 +117,7 @@ class HighlightPass:
             "ranges": np.stack([np.cumsum(counts) - counts, counts], axis=-1).astype(np.uint32),
             "reaching": np.concatenate(lists).astype(np.uint32),
             "highlights": np.stack(spots, axis=-1).astype(np.int32),
-            "excess": np.concatenate([highlights.radii_px[:, None], highlights.excess.T], axis=-1).astype(np.float32),
+            "excess": np.vstack([highlights.radii_px, highlights.slopes, highlights.excess]).T.astype(np.float32),
             "weights": weights,
         }
         size = (BLOCK_COLUMNS // 2, 2 * BLOCK_ROWS, len(lists))

@@ -1,54 +1,164 @@
 """Executes the reference blur, without tolerance: traces rays through the lens for every photosite, in bands of rows."""
 
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from simulator.device import Buffer, Device
+from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.highlights import BRIGHT, highlight_threshold
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.ray_reference.height_field_rays import sample_height_field
-from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
+from simulator.optics.pupil.pupil import Pupil
+from simulator.optics.ray_reference.convergence import REPLICATIONS, RaySet, follow_until_converged
+from simulator.optics.ray_reference.deep_rays import DeepPicture
+from simulator.optics.ray_reference.height_field_rays import HeightField
+from simulator.optics.ray_reference.layered_rays import LayeredRays, ray_samples, upload_surfaces
+from simulator.optics.ray_reference.small_lights import LightSpots, SmallLights, light_pairs, open_share, take_lights
+from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Window
 
 BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins with the same colours
+MOST_LIGHTS = 4096  # scene pixels that count as small lights, the brightest
+RAYS_PER_LIGHT_RAY = 4  # rays of a photosite for each from one of its small lights
+PATTERNS, FEWEST_PATTERNS, PATTERN_RAYS = 32, 4, 131072  # patterns of a set of rays: fewer of many rays
 
 
 def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], progress: Callable[[float], None]) -> Buffer:
     """Device buffer (height, width) float32: the mosaic of electron radiance behind the defocused lens.
 
     planes: as for `defocused_mosaic`. Rays intersect several layers, or one at a single distance, front to back
-    (`lens_sampling`); one picture with depth is a surface that continues behind its edges (`lens_height_field`).
-    Raises PhotositeError for layers too steep to be met once.
+    (`lens_sampling`); one picture with depth is a surface that continues behind its edges (`lens_height_field`); of a deep
+    picture they intersect the samples of each pixel, which no layer has merged (`lens_deep`). Rays are added
+    until the estimated standard error of a photosite is `Accuracy.ray_error` of its noise; small bright lights send their own.
+    Warns of photosites that do not get there. Raises PhotositeError for layers too steep to be met once.
     """
-    frame, block = optics.window, optics.cfa.block(optics.window.x, optics.window.y)
-    defocus = _defocus_of(optics)
-    single = len(planes) == 1 and np.ndim(defocus.radii_px[0]) > 0
+    frame, accuracy = optics.window, optics.accuracy
     light = np.empty((frame.height, frame.width), np.float32)
-    grid = Grid(optics, device, planes)
-    points = ray_samples(optics.accuracy.rays, pupil=defocus.pupil)
-    if grid.over == 1:
-        points[..., :2] = 0.5  # samples are means over photosites: the area of the photosite counts once
+    rays_of = _rays_of(optics, device, planes)
+    left, worst = 0, 0.0
     for window in _bands(frame):
-        colour, coverage, radius = grid.band(window)
-        if single:
-            found = sample_height_field(device, colour[0], radius[0], grid.margin_px, points, window, grid.over, block)
-        else:
-            surfaces = upload_surfaces(device, colour, coverage, radius, grid.margin_px, grid.over)
-            found = sample_lens(device, surfaces, points, window, cfa=block)
+        found = follow_until_converged(
+            rays_of(window), window.height * window.width, accuracy.allowed_ray_error, most=accuracy.rays
+        )
         first = window.y - frame.y
-        light[first : first + window.height] = device.download(found, (window.height, window.width), np.float32)
+        light[first : first + window.height] = found.light.reshape(window.height, window.width)
+        left += int((~found.good).sum())
+        worst = max(worst, _worst_sigma(accuracy, found.light[~found.good], found.error[~found.good]))
         progress((first + window.height) / frame.height)
+    if left:
+        warnings.warn(
+            f"{left} of {light.size} photosites have an estimated error above {accuracy.ray_error:g} sigma after "
+            f"{REPLICATIONS * accuracy.rays} rays each, at most {worst:.2g} sigma",
+            stacklevel=2,
+        )
     return device.upload(light)
+
+
+Sample = Callable[[RaySet, np.ndarray], np.ndarray]
+
+
+def _rays_of(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Callable[[Window], Sample]:
+    """Function that gives, for a band of rows, the function that samples its light."""
+    deep, blur, defocus = optics.scene.deep, optics.deep_blur, _defocus_of(optics)
+    if deep is None or blur is None:
+        grid, limit = Grid(optics, device, planes), light_limit(optics.scene, optics.weights)
+        return lambda window: BandRays(grid, window, limit).sample
+    picture = DeepPicture(device, deep, blur, optics.weights, optics.projection)
+
+    def of_band(window: Window) -> Sample:
+        block = optics.cfa.block(window.x, window.y)
+
+        def sample(rays: RaySet, places: np.ndarray) -> np.ndarray:
+            points = _points(rays.rays, rays.seed, defocus.pupil, False)
+            return picture.sample(points, window, block, places, defocus.eyes)
+
+        return sample
+
+    return of_band
+
+
+def _worst_sigma(accuracy: Accuracy, light: np.ndarray, error: np.ndarray) -> float:
+    """Greatest standard error, in standard deviations of the noise."""
+    return float((error / accuracy.allowed_ray_error(light)).max(initial=0.0)) * accuracy.ray_error
+
+
+def light_limit(scene: Scene, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Electron radiance of each channel above which a sample is a small light, and the radiance that it keeps: (channels,).
+
+    None: the scene has none. weights: as of `highlight_threshold`. A scene of many highlights has the brightest MOST_LIGHTS.
+    """
+    limit = highlight_threshold(scene, weights)
+    if limit is None:
+        return None
+    ratio = np.concatenate([((layer.planes @ weights) / limit).max(axis=2).ravel() for layer in scene.layers])
+    most = min(MOST_LIGHTS, len(ratio) - 1)
+    factor = max(1.0, float(np.partition(ratio, len(ratio) - 1 - most)[len(ratio) - 1 - most]))
+    return limit * np.float32(factor), limit / BRIGHT
 
 
 def _bands(frame: Window) -> Iterator[Window]:
     """Split a frame into windows of at most BAND_ROWS rows."""
     for first in range(0, frame.height, BAND_ROWS):
         yield Window(frame.x, frame.y + first, frame.width, min(BAND_ROWS, frame.height - first))
+
+
+@lru_cache(maxsize=8 * REPLICATIONS)
+def _points(rays: int, seed: int, pupil: Pupil | None, centred: bool) -> np.ndarray:
+    """Rays of a set. pupil: None: the last two numbers are places in the light's cell. centred: see `BandRays`."""
+    patterns = max(FEWEST_PATTERNS, min(PATTERNS, PATTERN_RAYS // rays))
+    points = ray_samples(rays, patterns, seed, pupil)
+    if centred:
+        points[..., :2] = 0.5
+    return points
+
+
+class BandRays:
+    """Rays of a band of rows.
+
+    limit: of `light_limit`. Samples of a grid with one per photosite are means over photosites, so that the area of the
+    photosite counts once: rays start from its centre.
+    """
+
+    def __init__(self, grid: "Grid", window: Window, limit: tuple[np.ndarray, np.ndarray] | None) -> None:
+        optics, defocus = grid.optics, _defocus_of(grid.optics)
+        block = optics.cfa.block(window.x, window.y)
+        colour, coverage, radius = grid.band(window)
+        self._pupil, self._centred = defocus.pupil, grid.over == 1
+        lights = None if limit is None else take_lights(colour, radius, *limit, grid.over)
+        args = grid.device, grid.margin_px, window, grid.over, block, defocus.eyes
+        self._rays: HeightField | LayeredRays
+        if len(grid.planes) == 1 and np.ndim(defocus.radii_px[0]) > 0:
+            self._rays = HeightField(colour[0], radius[0], *args)
+        else:
+            surfaces = upload_surfaces(grid.device, colour, coverage, radius, grid.margin_px, grid.over)
+            self._rays = LayeredRays(surfaces, *args)
+        self._spots = None if lights is None or not len(lights.rows) else self._light_spots(lights, window, grid)
+        self._unhidden = None if self._spots is None else self._spots.unhidden()
+
+    def _light_spots(self, lights: SmallLights, window: Window, grid: "Grid") -> LightSpots:
+        pairs, shares = light_pairs(lights, self._pupil, window, grid.margin_px, grid.over)
+        optics, defocus = grid.optics, _defocus_of(grid.optics)
+        block = np.array(optics.cfa.block(window.x, window.y))
+        y, x = np.divmod(pairs[:, 0], window.width)
+        excess = lights.excess[block[y % 2, x % 2], pairs[:, 1]]
+        whole = 1.0 / (np.pi * (lights.radii_px * grid.over) ** 2)  # a pupil has the area pi
+        open_ = open_share(defocus.eyes, window, pairs[:, 0])
+        lost = self._rays.lights_lost(lights.table(), self._pupil)
+        return LightSpots(window.height * window.width, pairs, shares, excess, whole[pairs[:, 1]], open_, lost)
+
+    def sample(self, rays: RaySet, places: np.ndarray) -> np.ndarray:
+        """Mean light of some photosites (n,), by a set of rays."""
+        light = self._rays.sample(_points(rays.rays, rays.seed, self._pupil, self._centred), places).astype(np.float64)
+        if self._spots is None or self._unhidden is None:
+            return light
+        points = _points(max(rays.rays // RAYS_PER_LIGHT_RAY, 1), rays.seed, None, self._centred)
+        return light + self._unhidden[places] - self._spots.lost_light(points, places, rays.doubling == 0)
 
 
 @dataclass

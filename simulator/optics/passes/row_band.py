@@ -7,8 +7,8 @@ import numpy as np
 from simulator.device import Buffer, Device
 from simulator.optics.defocus.aperture_samples import sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
-from simulator.optics.defocus.radius_slabs import BlockChoice, make_slab_lists
-from simulator.optics.defocus.tile_methods import NODES_PER_PX, TileChoice
+from simulator.optics.defocus.radius_slabs import BlockChoice, SlabLists, make_slab_lists
+from simulator.optics.defocus.tile_methods import NODES_PER_PX, TileChoice, each_block
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.passes.highlight_pass import HighlightPass
@@ -17,6 +17,26 @@ from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
 
 POINTS_SAVED = 4  # divides the aperture samples of a correction at one sample per photosite: they do not sample its area too
+
+
+class BlockSlabs:
+    """Slabs of the blocks of a band.
+
+    blocks: mask of the band's blocks that have a list. buffer: all lists on the device, as `slabs` of kernels/occlusion.cl.
+    """
+
+    def __init__(self, blocks: np.ndarray, buffer: Buffer, lists: SlabLists) -> None:
+        self.blocks, self.buffer, self.mapped = blocks, buffer, lists.mapped
+        self._first, self._count = lists.first, lists.count
+
+    def number(self, some: np.ndarray) -> np.ndarray:
+        """Number of each of some blocks (a mask) among those that have a list."""
+        return np.flatnonzero(some[self.blocks])
+
+    def ranges(self, some: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """First slab of some blocks (a mask), and their number of slabs."""
+        number = self.number(some)
+        return self._first[number], self._count[number]
 
 
 class RowBand:
@@ -50,9 +70,50 @@ class RowBand:
             return
         band_start = self.area.band_start(band)
         self._project_planes(band_start)
-        for layer in range(len(self.planes)):
-            self._compute_means(chosen, layer, band_start, light)
-        self._sample_aperture(chosen.blocks, band_start, light)
+        slabs = self._list_slabs(chosen)
+        if slabs.mapped.any() or (self.tiles.highlight_limit is not None and slabs.blocks.any()):
+            self._project_radius(band_start)
+        # A spot is added to every block whose means and samples are made without its light, and to no other.
+        corrected = chosen.tiles_with(Method.CORRECTED)
+        lamps = self._find(self.tiles.lamp_limit, slabs, each_block(chosen.computed), band_start, lamps=True)
+        if lamps is not None:
+            lamps.take()
+        some = chosen.blocks.sampled() | each_block(corrected)
+        highlights = self._find(self.tiles.highlight_limit, slabs, some, band_start, lamps=False)
+        self._compute_means(chosen if highlights is None else chosen.without(corrected), band_start, light)
+        if highlights is not None:
+            highlights.take()
+            self._compute_means(chosen.without(~corrected), band_start, light)
+        self._sample_aperture(chosen.blocks, slabs, band_start, light)
+        for found in (lamps, highlights):
+            if found is not None:
+                found.spread(slabs.buffer, light, self._row_band(band_start))
+
+    def _list_slabs(self, chosen: TileChoice) -> "BlockSlabs":
+        """List the slabs of the blocks that sample the aperture or may get spots."""
+        blocks = chosen.blocks.sampled()
+        if self.tiles.lamp_limit is not None:
+            blocks = each_block(chosen.computed)
+        elif self.tiles.highlight_limit is not None:
+            blocks = blocks | each_block(chosen.tiles_with(Method.CORRECTED))
+        if not blocks.any():
+            return BlockSlabs(blocks, self.open, SlabLists(*np.zeros((4, 0), int)))
+        lists = make_slab_lists(self.defocus, chosen.blocks.present[:, blocks], chosen.blocks.even_px[:, blocks])
+        return BlockSlabs(blocks, self.device.upload(lists.slabs), lists)
+
+    def _find(
+        self, limit: np.ndarray | None, slabs: "BlockSlabs", blocks: np.ndarray, band_start: int, *, lamps: bool
+    ) -> HighlightPass | None:
+        """Highlights of the band; None: it has none, or no block to which their spots are added.
+
+        All are taken out, also those that reach no block of this frame, so that a crop has the running sums of the whole frame.
+        blocks: mask of the blocks that spots are added to. The other arguments are those of `HighlightPass`.
+        """
+        if limit is None or not blocks.any():
+            return None
+        places = self._places(blocks, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(blocks))
+        found = HighlightPass(self, band_start, places, limit, lamps=lamps)
+        return found if found.any else None
 
     def _row_band(self, band_start: int) -> dict[str, int]:
         """Fields of `struct row_band` of kernels/row_band.h for the band that begins at this row of the area."""
@@ -72,7 +133,12 @@ class RowBand:
         for layer, planes in enumerate(self.planes):
             project_planes(self.device, self.projection, planes, count, self.sampled, layer * count, self.layout, origin)
 
-    def _compute_means(self, chosen: TileChoice, layer: int, band_start: int, light: Buffer) -> None:
+    def _compute_means(self, chosen: TileChoice, band_start: int, light: Buffer) -> None:
+        """Compute the means of all layers, nearest first."""
+        for layer in range(len(self.planes)):
+            self._compute_layer(chosen, layer, band_start, light)
+
+    def _compute_layer(self, chosen: TileChoice, layer: int, band_start: int, light: Buffer) -> None:
         """Compute a layer's tiles: copied, averaged over the aperture's image, or composited behind nearer layers."""
         here = chosen.visible[layer]
         copied, mean = (here & chosen.tiles_with(method) for method in (Method.COPY, Method.MEAN))
@@ -138,34 +204,22 @@ class RowBand:
             **table,
         )
 
-    def _sample_aperture(self, chosen: BlockChoice, band_start: int, light: Buffer) -> None:
-        """Compute the blocks where surfaces occlude each other, with their highlights."""
+    def _sample_aperture(self, chosen: BlockChoice, slabs: "BlockSlabs", band_start: int, light: Buffer) -> None:
+        """Compute the blocks where surfaces occlude each other."""
         sampled = chosen.sampled()
         if not sampled.any():
             return
-        lists = make_slab_lists(self.defocus, chosen.present[:, sampled], chosen.even_px[:, sampled])
-        if lists.mapped.any():
-            self._project_radius(band_start)
-        slabs, places = (
-            self.device.upload(lists.slabs),
-            self._places(sampled, BLOCK_ROWS, BLOCK_COLUMNS, lists.first, lists.count),
-        )
-        corrected = chosen.methods[sampled] == Method.CORRECTED
-        limit, row_band = self.tiles.highlight_limit, self._row_band(band_start)
-        highlights = None if limit is None else HighlightPass(self, band_start, places, limit)
-        if highlights is not None and highlights.reached.any():
-            highlights.take()
-            corrected &= ~highlights.reached  # the means contain the highlights, so samples compute the whole block
+        places = self._places(sampled, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(sampled))
+        corrected, mapped = chosen.methods[sampled] == Method.CORRECTED, slabs.mapped[slabs.number(sampled)]
         points = sample_count(chosen.largest_px[sampled], self.defocus)
         points = np.where(corrected & (self.samples_per_axis == 1), points // POINTS_SAVED, points)
         rows, columns = np.nonzero(sampled)
         corners, shares = self.tables.around_blocks((band_start + self.area.reach) // BLOCK_ROWS + rows, columns)
-        kinds = np.stack([points, corrected, lists.mapped, corners[:, 0] >= 0])
+        kinds = np.stack([points, corrected, mapped, corners[:, 0] >= 0])
         for kind in np.unique(kinds, axis=1).T:
             selected = (kinds == kind[:, None]).all(axis=0)
-            self._run_occlusion(kind.tolist(), places[selected], (corners[selected], shares[selected]), slabs, light, row_band)
-        if highlights is not None and highlights.reached.any():
-            highlights.spread(slabs, light, row_band)
+            around = corners[selected], shares[selected]
+            self._run_occlusion(kind.tolist(), places[selected], around, slabs.buffer, light, self._row_band(band_start))
 
     def _run_occlusion(
         self,

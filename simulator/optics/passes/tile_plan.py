@@ -8,7 +8,7 @@ import numpy as np
 from simulator.device import Device
 from simulator.optics.defocus.defocus import Defocus, Method
 from simulator.optics.defocus.field_zones import Zones
-from simulator.optics.defocus.highlights import highlight_threshold
+from simulator.optics.defocus.highlights import LAMP, highlight_threshold
 from simulator.optics.defocus.tile_methods import TileChoice, choose_methods
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.radius_statistics import RadiusMaps, measure_radius_maps
@@ -49,6 +49,16 @@ class TilePlan:
     def highlight_limit(self) -> np.ndarray | None:
         """Electron radiance above which a sample is a highlight, (channels,); None: no sample of the scene is."""
         return highlight_threshold(self.optics.scene, self.optics.weights)
+
+    @cached_property
+    def lamp_limit(self) -> np.ndarray | None:
+        """Electron radiance above which a sample would leave rounding errors in running sums, (channels,); None: none is.
+
+        None behind rims, too: a spot has the pupil of its light, but a mean has that of each photosite.
+        """
+        if self.highlight_limit is None or self.zones is not None:
+            return None
+        return highlight_threshold(self.optics.scene, self.optics.weights, LAMP)
 
 
 def plan_tiles(optics: OpticsPlan, device: Device) -> TilePlan | None:

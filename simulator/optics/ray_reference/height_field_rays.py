@@ -6,6 +6,7 @@ surface continues with the radius and colour at which the ray last saw it. This 
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +14,16 @@ from numpy.typing import ArrayLike
 from simulator.device import Buffer, Device
 from simulator.errors import require
 from simulator.optics.defocus.field_pupil import CatsEyes
-from simulator.optics.ray_reference.layered_rays import CfaBlock, check_grid, ray_arguments, ray_defines
+from simulator.optics.pupil.pupil import Pupil
+from simulator.optics.ray_reference.layered_rays import (
+    CfaBlock,
+    LightsLost,
+    all_places,
+    check_grid,
+    lights_sampler,
+    ray_arguments,
+    ray_defines,
+)
 from simulator.sensor.camera.camera import Window
 
 
@@ -27,11 +37,12 @@ def sample_height_field(
     oversampling: int = 1,
     cfa: CfaBlock | None = None,
     eyes: CatsEyes | None = None,
+    places: np.ndarray | None = None,
 ) -> Buffer:
     """Device buffer float32, the light of a frame, (1, height, width), in each photosite's own colour, or (channels, ...).
 
     colour: (channels, rows, columns) radiance, means over samples. radius_px: (rows, columns) signed blur radius [photosites].
-    rows, columns: (frame + 2 margin_px) * oversampling. points: of `ray_samples`. cfa, eyes: as in `sample_lens`.
+    rows, columns: (frame + 2 margin_px) * oversampling. points: of `ray_samples`. cfa, eyes, places: as in `sample_lens`.
     Neighbours whose radii differ by more than 1.5 times their distance are an edge. Raises PhotositeError for NaN and infinity.
     """
     light_in, radius = np.asarray(colour, dtype=np.float32), np.asarray(radius_px, dtype=np.float32)
@@ -50,19 +61,54 @@ def sample_height_field(
         "give (channels, rows, columns), (rows, columns)",
     )
     check_grid((radius.shape[0], radius.shape[1]), frame, margin_px, oversampling)
-    steps = 2 * oversampling  # per photosite of radius
-    planes = 1 if cfa is not None else light_in.shape[0]
-    light = device.empty((planes, frame.height, frame.width), np.float32)
+    planes, computed = 1 if cfa is not None else light_in.shape[0], all_places(frame) if places is None else places
+    light = device.empty((planes, len(computed)), np.float32)
     device.run(
         device.kernel("lens_height_field", ray_defines(oversampling, cfa, eyes)),
-        (frame.width, frame.height, planes),
+        (len(computed), planes),
         None,
+        places=device.upload(computed.astype(np.uint32)),
         colour=device.upload(light_in),
         radius=device.upload(radius),
         light=light,
         grid={"rows": light_in.shape[1], "columns": light_in.shape[2], "margin": margin_px},
-        first=math.floor(steps * float(radius.min())) - 1,
-        last=math.ceil(steps * float(radius.max())) + 1,
+        **_steps(radius, oversampling),
         **ray_arguments(device, points, frame, eyes),
     )
     return light
+
+
+def _steps(radius_px: np.ndarray, oversampling: int) -> dict[str, int]:
+    """First and last step of a ray, from before the least radius to beyond the greatest."""
+    steps = 2 * oversampling  # per photosite of radius
+    return {"first": math.floor(steps * float(radius_px.min())) - 1, "last": math.ceil(steps * float(radius_px.max())) + 1}
+
+
+@dataclass(frozen=True)
+class HeightField:
+    """Rays of a frame through one picture with distances, and rays of its small lights; arguments of `sample_height_field`."""
+
+    colour: np.ndarray
+    radius_px: np.ndarray
+    device: Device
+    margin_px: int
+    frame: Window
+    oversampling: int
+    cfa: CfaBlock
+    eyes: CatsEyes | None
+
+    def sample(self, points: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Mean light of some photosites, (n,) float32. points: of `ray_samples`."""
+        scene = self.colour, self.radius_px, self.margin_px
+        light = sample_height_field(
+            self.device, *scene, points, self.frame, self.oversampling, self.cfa, self.eyes, places=places
+        )
+        return self.device.download(light, places.shape, np.float32)
+
+    def lights_lost(self, lights: np.ndarray, pupil: Pupil) -> LightsLost | None:
+        """As `LayeredRays.lights_lost`."""
+        rows, columns = self.radius_px.shape
+        grid = {"rows": rows, "columns": columns, "margin": self.margin_px}
+        scene = {"radius": self.device.upload(self.radius_px), "grid": grid, **_steps(self.radius_px, self.oversampling)}
+        defines = ray_defines(self.oversampling, None, self.eyes)
+        return lights_sampler(self, "lens_height_field_lights", lights, pupil, defines, scene)

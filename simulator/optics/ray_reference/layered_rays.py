@@ -5,7 +5,9 @@ radius s = a f_px (1/z_focus - 1/z) [photosites], linear in the inverse distance
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +17,7 @@ from simulator.errors import require
 from simulator.optics.defocus.aperture_samples import disk_of_square
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.pupil.pupil import Pupil
+from simulator.optics.ray_reference.small_lights import pupil_spans
 from simulator.sensor.camera.camera import Window
 
 POSITION_ERROR_PX = 1e-3  # of the intersection of a ray with a tilted surface
@@ -22,6 +25,7 @@ MOST_ITERATIONS = 64
 ROUND = Pupil()
 PATTERNS = 32  # of rays, so that neighbouring photosites rarely share one; a pattern of 1024 rays takes 16 KiB
 
+LightsLost = Callable[[np.ndarray, np.ndarray], np.ndarray]
 CfaBlock = tuple[tuple[int, int], tuple[int, int]]  # colour planes of the upper left 2 x 2 photosites
 
 
@@ -115,8 +119,10 @@ def needed_iterations(radius_px: np.ndarray, oversampling: int = 1) -> int:
     return min(max(1, math.ceil(steps)), MOST_ITERATIONS)
 
 
-def ray_samples(samples: int, patterns: int = PATTERNS, seed: int = 1, pupil: Pupil = ROUND) -> np.ndarray:
+def ray_samples(samples: int, patterns: int = PATTERNS, seed: int = 1, pupil: Pupil | None = ROUND) -> np.ndarray:
     """Patterns of rays (patterns, samples, 4) float32: x, y in a photosite, 0 to 1; x, y on the pupil [pupil radii].
+
+    pupil: None: the last two numbers are x, y in the unit square.
 
     Each pattern is a Sobol' sequence in four dimensions with its own scrambling (Matousek 1998, as in SciPy), which is most
     uniform for powers of two. The pupil is sampled through area-preserving maps of the unit square.
@@ -127,7 +133,9 @@ def ray_samples(samples: int, patterns: int = PATTERNS, seed: int = 1, pupil: Pu
     # SciPy's annotations lack `seed`; `rng` may give other numbers.
     sobol = (qmc.Sobol(4, seed=seed + 1000 * i) for i in range(patterns))  # pyright: ignore[reportCallIssue]
     square = np.stack([sequence.random_base2(power)[:samples] for sequence in sobol])
-    if pupil.corner_radius == 1.0:  # round
+    if pupil is None:
+        y, x = square[..., 2], square[..., 3]
+    elif pupil.corner_radius == 1.0:  # round
         y, x = disk_of_square(square[..., 2], square[..., 3])
     else:
         x, y = pupil.map_unit_square(square[..., 2], square[..., 3])
@@ -142,9 +150,11 @@ def sample_lens(
     cfa: CfaBlock | None = None,
     cells: bool = True,
     eyes: CatsEyes | None = None,
+    places: np.ndarray | None = None,
 ) -> Buffer:
     """Device buffer float32, the light of a frame, (1, height, width), in each photosite's own colour, or (channels, ...).
 
+    places: photosites to compute, row * width + column, (n,); the buffer is then (1, n). None: all.
     points: of `ray_samples`. cfa: planes ((p00, p01), (p10, p11)) of the frame's upper left corner; None: all channels.
     cells: colour and coverage are means over their samples; False: values at their centres, interpolated bilinearly.
     eyes: stops that clip the pupil by field; each ray is tested, and a photosite that no ray reaches is dark.
@@ -152,12 +162,13 @@ def sample_lens(
     """
     check_grid((surfaces.rows, surfaces.columns), frame, surfaces.margin_px, surfaces.oversampling)
     defines = ray_defines(surfaces.oversampling, cfa, eyes) | {"CELLS": int(cells)}
-    planes = 1 if cfa is not None else surfaces.channels
-    light = device.empty((planes, frame.height, frame.width), np.float32)
+    planes, computed = 1 if cfa is not None else surfaces.channels, all_places(frame) if places is None else places
+    light = device.empty((planes, len(computed)), np.float32)
     device.run(
         device.kernel("lens_sampling", defines),
-        (frame.width, frame.height, planes),
+        (len(computed), planes),
         None,
+        places=device.upload(computed.astype(np.uint32)),
         colour=surfaces.colour,
         coverage=surfaces.coverage,
         radius=surfaces.radius_px,
@@ -169,6 +180,81 @@ def sample_lens(
         **ray_arguments(device, points, frame, eyes),
     )
     return light
+
+
+@dataclass(frozen=True)
+class LayeredRays:
+    """Rays of a frame through layers, and rays of their small lights.
+
+    The fields are arguments of `sample_lens`; margin_px, oversampling: as in `Surfaces`.
+    """
+
+    surfaces: Surfaces
+    device: Device
+    margin_px: int
+    frame: Window
+    oversampling: int
+    cfa: CfaBlock
+    eyes: CatsEyes | None
+
+    def sample(self, points: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Mean light of some photosites, (n,) float32. points: of `ray_samples`."""
+        light = sample_lens(self.device, self.surfaces, points, self.frame, self.cfa, eyes=self.eyes, places=places)
+        return self.device.download(light, places.shape, np.float32)
+
+    def lights_lost(self, lights: np.ndarray, pupil: Pupil) -> LightsLost | None:
+        """Return the function that samples what is lost of small lights, (n,) float32; None: nothing can be.
+
+        lights: (lights, 6) as in kernels/lens_lights.h. The function takes points of `ray_samples` without a pupil, and pairs.
+        """
+        if self.eyes is None and not lights[:, 2].any():
+            return None
+        surfaces = self.surfaces
+        arrays = {"coverage": surfaces.coverage, "radius": surfaces.radius_px, "iterations": surfaces.iterations}
+        grid = {"rows": surfaces.rows, "columns": surfaces.columns, "margin": surfaces.margin_px}
+        defines = ray_defines(self.oversampling, None, self.eyes) | {"CELLS": 1}
+        return lights_sampler(self, "lens_sampling_lights", lights, pupil, defines, {**arrays, "grid": grid})
+
+
+class FrameRays(Protocol):
+    """What `lights_sampler` reads of rays of a frame."""
+
+    @property
+    def device(self) -> Device:
+        """Device of the buffers."""
+        ...
+
+    @property
+    def frame(self) -> Window:
+        """Photosites from which rays start."""
+        ...
+
+    @property
+    def eyes(self) -> CatsEyes | None:
+        """Stops."""
+        ...
+
+
+def lights_sampler(
+    rays: FrameRays, name: str, lights: np.ndarray, pupil: Pupil, defines: dict[str, object], arguments: dict[str, object]
+) -> LightsLost:
+    """Return the function of `LayeredRays.lights_lost` by a kernel of this name; arguments: those that its scene needs."""
+    device, (spans, macros) = rays.device, pupil_spans(pupil)
+    kernel = device.kernel(name, defines | macros, file=f"{name.removesuffix('_lights')}.cl")
+    shared = {"lights": device.upload(lights), "spans": device.upload(spans), **arguments}
+
+    def lost(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+        found = device.empty((len(pairs),), np.float32)
+        of_rays = ray_arguments(device, points, rays.frame, rays.eyes)
+        device.run(kernel, (len(pairs),), None, pairs=device.upload(pairs.astype(np.uint32)), lost=found, **shared, **of_rays)
+        return device.download(found, (len(pairs),), np.float32)
+
+    return lost
+
+
+def all_places(frame: Window) -> np.ndarray:
+    """Places of all photosites of a frame: row * width + column."""
+    return np.arange(frame.height * frame.width)
 
 
 def check_grid(shape: tuple[int, int], frame: Window, margin_px: int, oversampling: int) -> None:
@@ -191,6 +277,7 @@ def ray_arguments(device: Device, points: np.ndarray, frame: Window, eyes: CatsE
     rays = {
         "patterns": points.shape[0],
         "samples": points.shape[1],
+        "width": frame.width,
         "origin_x": frame.x,
         "origin_y": frame.y,
         "centre_x": 0.5 * width,

@@ -8,6 +8,7 @@ from helpers.lens_error import z_scores
 from helpers.lens_frame import blurred_case, case_plan
 from helpers.lens_truths import Case
 
+from simulator.device import open_device
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.highlights import (
     MOST_PER_CELL,
@@ -18,6 +19,9 @@ from simulator.optics.defocus.highlights import (
     spot_weights,
 )
 from simulator.optics.pupil.pupil import Pupil
+from simulator.pipeline.planner import measure
+from simulator.pipeline.simulate import expose
+from simulator.sensor.camera.camera import Window
 
 ROWS, COLUMNS, MARGIN, EDGE = 96, 192, 24, 110
 NEAR_PX, FAR_PX = -6.0, 10.0
@@ -70,21 +74,74 @@ def test_a_spot_that_nothing_hides_is_that_of_a_frame_without_edges():
     assert np.abs(z_scores(found[:, beyond], mean[:, beyond], 2000.0)).max() < 0.3
 
 
+def test_a_hidden_lamp_leaves_the_sharp_surface_before_it_as_it_is():
+    """Stripes in focus, two samples per photosite, before a blurred wall: the lamp is hidden, so it changes nothing."""
+    y, x = np.mgrid[: 2 * ROWS, : 2 * COLUMNS]
+    near = (x < 2 * EDGE).astype(float)
+    stripes = near * (0.5 + 0.3 * np.cos(2.0 * np.pi * (0.8 * x + 0.6 * y) / 9.0))
+    radius = np.stack([0.5 * np.ones_like(near), FAR_PX * np.ones_like(near)])
+    inner, light = np.zeros((ROWS - 2 * MARGIN, COLUMNS - 2 * MARGIN)), []
+    for radiance in (0.0, 2000.0):
+        far = np.full(near.shape, 0.3)
+        far[ROWS + 3, 2 * (EDGE - 14)] += radiance
+        light.append(
+            blurred_case(
+                Case("hidden", np.stack([stripes, far]), np.stack([near, 0 * near + 1]), radius, inner, MARGIN, 2, True)
+            )
+        )
+    assert np.abs(z_scores(light[1], light[0], 2000.0)).max() < 0.01
+
+
+@pytest.mark.parametrize("tilted", [False, True])
+def test_a_lamp_leaves_nothing_in_its_columns(tilted):
+    """A lamp of 10^9 times the wall: outside its spot the wall is what it is without the lamp, inside it has all its light."""
+    rows, light = 160, []
+    radius = FAR_PX + (0.05 * (np.arange(COLUMNS) - 90) * np.ones((rows, 1)) if tilted else np.zeros((rows, COLUMNS)))
+    inner = np.zeros((rows - 2 * MARGIN, COLUMNS - 2 * MARGIN))
+    for radiance in (0.0, 1e9):
+        wall = np.full((rows, COLUMNS), 0.5)
+        wall[80, 90] += radiance
+        light.append(blurred_case(Case("lamp", wall[None], 0 * wall[None] + 1, radius[None], inner, MARGIN, 1, True)))
+    y, x = np.mgrid[: inner.shape[0], : inner.shape[1]]
+    spot = np.hypot(y + MARGIN - 80, x + MARGIN - 90) < FAR_PX + 2
+    assert np.abs(z_scores(light[1], light[0], 2000.0))[~spot].max() < 0.01
+    assert light[1][spot].sum() == pytest.approx(1e9, rel=1e-4)
+
+
+def test_the_spot_of_a_lamp_on_a_tilted_surface_is_brighter_where_the_surface_recedes():
+    """An area dp of a surface with the slope g fills (1 - g u) dp / s^2 of the aperture; 0.5 sigma of even light in it."""
+    rows, slope = 160, 0.05
+    radius = FAR_PX + slope * (np.arange(COLUMNS) - 90) * np.ones((rows, 1))
+    wall = np.full((rows, COLUMNS), 0.5)
+    wall[80, 90] += 1e6
+    inner = np.zeros((rows - 2 * MARGIN, COLUMNS - 2 * MARGIN))
+    found = blurred_case(Case("lamp", wall[None], 0 * wall[None] + 1, radius[None], inner, MARGIN, 1, True))
+    y, x = np.mgrid[: inner.shape[0], : inner.shape[1]]
+    across, down = 90 - x - MARGIN, 80 - y - MARGIN
+    inside = np.hypot(across, down) < FAR_PX - 1
+    truth = 0.5 + 1e6 / (np.pi * FAR_PX**2) * (1 - slope * across / FAR_PX)
+    assert np.abs(z_scores(found, truth, 0.02)[inside]).max() < 0.1
+
+
 def test_only_what_stands_out_of_the_scene_is_a_highlight():
     plain = case_plan(half_plane_before_lights(False, {}))
     assert highlight_threshold(plain.optics.scene, plain.optics.weights) is None
     lit = case_plan(half_plane_before_lights(False, {(48, 120): 500.0}))
     limit = highlight_threshold(lit.optics.scene, lit.optics.weights)
-    wall = lit.optics.scene.layers[1].planes.astype(float)
-    assert np.allclose(
-        limit, 8.0 * max(wall.mean(), lit.optics.scene.planes.mean(dtype=float)) * lit.optics.weights.sum(axis=0), rtol=1e-4
-    )
+    near, wall = (layer.planes.astype(float) for layer in lit.optics.scene.layers)
+    wall = np.minimum(wall, np.quantile(wall, 0.99))
+    assert np.allclose(limit, 8.0 * max(wall.mean(), near.mean()) * lit.optics.weights.sum(axis=0), rtol=1e-4)
+    brighter = case_plan(half_plane_before_lights(False, {(48, 120): 500.0, (48, 140): 1e9}))
+    found = highlight_threshold(brighter.optics.scene, brighter.optics.weights)
+    assert np.allclose(found / brighter.optics.weights.sum(axis=0), limit / lit.optics.weights.sum(axis=0), rtol=1e-3)
 
 
 def some_highlights(rows, columns, radii) -> Highlights:
     count = len(rows)
     excess = np.arange(1.0, count + 1.0, dtype=np.float32)[None]
-    return Highlights(np.array(rows), np.array(columns), np.zeros(count, int), np.array(radii, np.float32), excess)
+    radii_px = np.array(radii, np.float32)
+    where = np.array(rows), np.array(columns), np.zeros(count, int)
+    return Highlights(*where, radii_px, np.zeros((2, count)), np.zeros(count, bool), excess)
 
 
 def test_the_brightest_of_each_cell_are_kept_wherever_the_band_begins():
@@ -121,3 +178,17 @@ def test_every_spot_gives_all_of_its_light(samples_per_axis):
     assert first[1] == first[2] and side.tolist()[1] > side.tolist()[0]
     for start, size in zip(first, side, strict=True):
         assert np.isclose(weights[start : start + size**2].sum(), 1.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 0.0])
+@pytest.mark.parametrize("single", [False, True])
+def test_a_crop_beside_lamps_has_the_bits_of_the_whole_frame(single, tolerance):
+    """Lamps inside the crop, and outside it where their spots reach into it or only share its columns."""
+    brightest = 1e9 if tolerance else 1e3
+    lights = {(48, 120): 500.0, (40, 131): brightest, (70, 126): 80.0, (30, 80): 0.1 * brightest}
+    planned = case_plan(half_plane_before_lights(single, lights), 20.0, tolerance)
+    device, frames = open_device(), []
+    for window in (Window(90, 30, 60, 40), Window(112, 40, 20, 12)):
+        here = dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, window=window))
+        frames.append(device.download(expose(measure(here, device), device), (window.height, window.width), np.float32))
+    np.testing.assert_array_equal(frames[1], frames[0][10:22, 22:42])

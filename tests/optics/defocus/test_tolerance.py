@@ -202,9 +202,9 @@ def test_without_tolerance_rays_are_followed(bench):
     surfaces = upload_surfaces(bench.device, case.colour[:, None], case.coverage, case.radius_px, case.margin, 2)
     rays = sample_lens(bench.device, surfaces, ray_samples(2048), Window(case.margin, case.margin, 48, 144))
     expected = bench.device.download(rays, (144, 48), np.float32)
-    found = executed_case(case, with_accuracy(case_plan(case, tolerance=0.0), Accuracy, rays=2048))
-    assert np.abs(found - expected).max() < 1e-3 * expected.max()
-    assert statistics(z_scores(found, case.truth, 2000.0)).p99_9 < 0.3
+    found = executed_case(case, case_plan(case, tolerance=0.0))
+    assert np.abs(found - expected).max() < 1e-2 * expected.max()
+    assert statistics(z_scores(found, case.truth, 2000.0)).p99_9 < 0.15
 
 
 def test_without_tolerance_one_picture_is_a_height_field(bench):
@@ -212,8 +212,8 @@ def test_without_tolerance_one_picture_is_a_height_field(bench):
     window, points = Window(case.margin, case.margin, 48, 24), ray_samples(2048)
     rays = sample_height_field(bench.device, case.colour, case.radius_px[0], case.margin, points, window, 2)
     expected = bench.device.download(rays, (24, 48), np.float32)
-    found = executed_case(case, with_accuracy(case_plan(case, tolerance=0.0), Accuracy, rays=2048))
-    assert np.abs(found - expected).max() < 2e-3 * expected.max()
+    found = executed_case(case, case_plan(case, tolerance=0.0))
+    assert np.abs(found - expected).max() < 1e-2 * expected.max()
 
 
 def test_without_tolerance_any_lens_and_filter_is_followed():

@@ -1,0 +1,41 @@
+// The first intersection of a ray with the surface of one picture with distances; lens_height_field.cl says by which rule.
+#ifndef HEIGHT_FIELD_H
+#define HEIGHT_FIELD_H
+#include "lens_rays.h"
+
+// Element of the sample that (y, x) [samples from the corner of sample [row, column]] falls into.
+INLINE size_t cell(const int row, const int column, const float y, const float x, const struct sample_grid grid) {
+    return (size_t)clamped(row + whole(y), grid.rows) * grid.columns + clamped(column + whole(x), grid.columns);
+}
+
+// Whether two samples with these radii belong to one surface: they differ by less than a diagonal step, with room for rounding.
+INLINE bool same(const float a, const float b) { return a - b < 1.5f / OVERSAMPLING && b - a < 1.5f / OVERSAMPLING; }
+
+// Element of the sample on which a ray ends that starts at (y, x) [samples] in direction (step_y, step_x) [samples per photosite of
+// radius]. The ray meets a surface at the surface's own radius, and may come onto it or leave it between two steps of t.
+INLINE size_t seen(global const float *radius, const int row, const int column, const float y, const float x, const float step_y,
+                   const float step_x, const int first, const int last, const struct sample_grid grid) {
+    float front_radius = 3.0e38f; // of the surface that the ray was last in front of
+    size_t front = 0;
+    for (int i = first; i <= last; i++) {
+        const float t = (float)i * (0.5f / OVERSAMPLING);
+        const size_t here = cell(row, column, y + t * step_y, x + t * step_x, grid);
+        const float s = radius[here];
+        if (t >= front_radius && s > front_radius && !same(s, front_radius)) {
+            const size_t met = cell(row, column, y + front_radius * step_y, x + front_radius * step_x, grid);
+            if (same(radius[met], front_radius)) return met;
+        }
+        if (t < s) {
+            front_radius = s;
+            front = here;
+            continue;
+        }
+        const size_t met = cell(row, column, y + s * step_y, x + s * step_x, grid);
+        if (s > front_radius || same(s, front_radius)) return same(radius[met], s) ? met : here;
+        if (t - 0.5f / OVERSAMPLING < s && same(radius[met], s)) return met;
+        if (t >= front_radius) return front;
+    }
+    return front;
+}
+
+#endif

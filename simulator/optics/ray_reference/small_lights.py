@@ -1,0 +1,196 @@
+"""Small bright lights in the reference blur: few rays from a photosite meet them, so rays start from them instead.
+
+A cell with the excess radiance E and the blur radius s adds E times the share of the pupil's image on it, which is exact, less
+what nearer surfaces and the lens's stops take away. Only that is sampled, so that a light that nothing hides has no noise.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from simulator.optics.defocus.aperture_kernel import aperture_weights, disk_shares
+from simulator.optics.defocus.field_pupil import CatsEyes
+from simulator.optics.defocus.highlights import radius_slopes
+from simulator.optics.pupil.convex_area import Disk
+from simulator.optics.pupil.pupil import Pupil
+from simulator.sensor.camera.camera import Window
+
+SMALLEST_PX = 0.5  # blur radius from which a cell can be a light [photosites]
+LEAST_OPEN = 1e-6  # share of the pupil below which a photosite counts as dark
+SPAN_ROWS = 2048  # rows of the table of the pupil's shape
+MOST_FINE = 400.0  # largest radius of an image of the pupil from which shares are made [cells]
+NODES = 8  # of the quadrature over a cell, per axis
+SUBDIVISIONS = (4, 2, 1)  # points per sample and axis of a photosite's area
+
+
+@dataclass(frozen=True)
+class SmallLights:
+    """Cells that are lights, on a grid of samples around a frame.
+
+    rows, columns, layers: (lights,) cell and layer. radii_px: (lights,) signed blur radius [photosites].
+    slopes: (2, lights) its change to the right and down [photosites per photosite].
+    excess: (channels, lights) radiance that is taken out of the grid.
+    """
+
+    rows: np.ndarray
+    columns: np.ndarray
+    layers: np.ndarray
+    radii_px: np.ndarray
+    slopes: np.ndarray
+    excess: np.ndarray
+
+    def table(self) -> np.ndarray:
+        """`lights` of kernels/lens_lights.h, (lights, 6) float32."""
+        return np.stack([self.rows, self.columns, self.layers, self.radii_px, *self.slopes], axis=-1).astype(np.float32)
+
+
+def take_lights(
+    colour: np.ndarray, radius_px: np.ndarray, limit: np.ndarray, mean: np.ndarray, oversampling: int
+) -> SmallLights:
+    """Take the radiance of cells above a limit out of the grid, in place, down to a mean.
+
+    colour: (layers, channels, rows, columns) radiance. radius_px: (layers, rows, columns) signed blur radius [photosites].
+    limit, mean: (channels,). A cell whose blur circle is small stays, because many rays meet it.
+    """
+    parts = []
+    for layer, (light, radius) in enumerate(zip(colour, radius_px, strict=True)):
+        bright = np.logical_or.reduce(light > limit[:, None, None], axis=0) & (np.abs(radius) > SMALLEST_PX)
+        rows, columns = np.nonzero(bright)
+        excess = np.maximum(light[:, rows, columns] - mean[:, None], 0.0).astype(np.float64)
+        light[:, rows, columns] -= excess.astype(np.float32)
+        slopes = radius_slopes(radius, rows, columns, oversampling)
+        parts.append((rows, columns, np.full(len(rows), layer), radius[rows, columns].astype(float), slopes, excess))
+    return SmallLights(*(np.concatenate(values, axis=-1) for values in zip(*parts, strict=True)))
+
+
+@cache
+def cell_shares(pupil: Pupil, radius_px: float, oversampling: int) -> tuple[np.ndarray, int]:
+    """Share of the pupil's image on a cell, for each cell around a photosite: (n, n) float64, and the first cell's offset.
+
+    Element [i, j] is that of the cell `offset + i` rows and `offset + j` columns from the photosite's first sample. It is the
+    mean over the photosite's area, and at one sample per photosite that at the photosite's centre. A round pupil's area in a
+    photosite is exact, its mean over a cell by Gauss-Legendre quadrature; blades are cut as `aperture_weights` does.
+    """
+    if oversampling == 1:
+        weights = aperture_weights(pupil, radius_px)
+        return weights, -(len(weights) // 2)
+    if pupil.opening == (Disk(0.0, 0.0, 1.0),):
+        return _round_shares(abs(radius_px), oversampling)
+    reach = abs(radius_px) * pupil.corner_radius * oversampling
+    fine = next((count for count in SUBDIVISIONS if count * reach <= MOST_FINE), 1)
+    weights = aperture_weights(pupil, radius_px * oversampling * fine)  # shares of cells `fine` times as fine
+    points, half = oversampling * fine, len(weights) // 2
+    offset = -(half // fine) - 1
+    first = fine * np.arange(offset, -offset + oversampling)[:, None]  # fine cell with which a cell begins
+    apart = np.arange(len(weights)) - half  # from a point of the photosite to a fine cell
+    # Number of points from which a fine cell of the cell lies so far apart.
+    count = np.minimum(points, first + fine - apart) - np.maximum(0, first - apart)
+    mean = np.maximum(count, 0) / points
+    return mean @ weights @ mean.T, offset
+
+
+def _round_shares(radius_px: float, oversampling: int) -> tuple[np.ndarray, int]:
+    """`cell_shares` of a round pupil."""
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    reach = math.ceil(radius_px * oversampling) + 1
+    cells = np.arange(-reach, reach + oversampling)
+    shares = np.zeros((len(cells), len(cells)))
+    for place_y, weight_y in zip(0.5 * nodes + 0.5, 0.5 * weights, strict=True):
+        for place_x, weight_x in zip(0.5 * nodes + 0.5, 0.5 * weights, strict=True):
+            # Borders of the photosite from a point of each cell, first the left ones, in reverse order of the cells.
+            borders = np.arange(-cells[-1], -cells[0] + oversampling + 1)
+            y, x = (borders - place_y) / oversampling, (borders - place_x) / oversampling
+            shares += (
+                weight_y * weight_x * disk_shares(x, y, radius_px, oversampling)[len(cells) - 1 :: -1, len(cells) - 1 :: -1]
+            )
+    return shares / oversampling**2, int(cells[0])
+
+
+def light_pairs(
+    lights: SmallLights, pupil: Pupil, frame: Window, margin_px: int, oversampling: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of a photosite and a light that it sees, (pairs, 2) int (place, light), and the share of each, (pairs,) float64.
+
+    A share is that of the pupil's image on the light's cell, times 1 - g u for the slope g of its radius. Sorted by place.
+    """
+    pairs, shares = [np.empty((0, 2), int)], [np.empty(0)]
+    for number, (row, column, radius) in enumerate(zip(lights.rows, lights.columns, lights.radii_px, strict=True)):
+        weights, offset = cell_shares(pupil, float(radius), oversampling)
+        from_y, from_x = (
+            int(at) - (np.arange(size) + margin_px) * oversampling for at, size in ((row, frame.height), (column, frame.width))
+        )  # cells from the first sample of each row and column of photosites
+        y, x = (np.flatnonzero((away >= offset) & (away < offset + len(weights))) for away in (from_y, from_x))
+        share = weights[np.ix_(from_y[y] - offset, from_x[x] - offset)]
+        middle, scale = 0.5 - 0.5 * oversampling, 1.0 / (float(radius) * oversampling)
+        u_y, u_x = scale * (from_y[y] + middle)[:, None], scale * (from_x[x] + middle)
+        share = share * (1.0 - lights.slopes[0, number] * u_x - lights.slopes[1, number] * u_y)
+        i, j = np.nonzero(share > 0.0)
+        pairs.append(np.stack([y[i] * frame.width + x[j], np.full(len(i), number)], axis=-1))
+        shares.append(share[i, j])
+    joined, share = np.concatenate(pairs), np.concatenate(shares)
+    order = np.argsort(joined[:, 0], kind="stable")
+    return joined[order], share[order]
+
+
+@dataclass
+class LightSpots:
+    """Light of the small lights on the photosites of a frame.
+
+    pairs, shares: of `light_pairs`. excess: (pairs,) radiance of the light in the photosite's own colour.
+    lost: function that samples, for some pairs (n, 2), by a set of rays, the mean lost on the way (kernels/lens_lights.h).
+    whole: (pairs,) area of a light's cell in its pupil's image. open: (photosites,) share of the pupil that stops leave open.
+    """
+
+    photosites: int
+    pairs: np.ndarray
+    shares: np.ndarray
+    excess: np.ndarray
+    whole: np.ndarray
+    open: np.ndarray
+    lost: Callable[[np.ndarray, np.ndarray], np.ndarray] | None
+
+    def __post_init__(self) -> None:
+        self.hidden = np.zeros(len(self.pairs), bool)  # whether anything of the pair has been seen to be hidden
+
+    def unhidden(self) -> np.ndarray:
+        """Light without anything that hides it, (photosites,) float64."""
+        return np.bincount(self.pairs[:, 0], self.shares * self.excess, self.photosites) / self.open
+
+    def lost_light(self, points: np.ndarray, places: np.ndarray, first: bool) -> np.ndarray:
+        """Sample the light that is hidden from some photosites (n,), float64. first: whether these are the first rays."""
+        if self.lost is None or not len(self.pairs):
+            return np.zeros(len(places))
+        wanted = np.zeros(self.photosites, bool)
+        wanted[places] = True
+        chosen = np.flatnonzero(wanted[self.pairs[:, 0]] & (first | self.hidden))
+        if not len(chosen):
+            return np.zeros(len(places))
+        lost = self.lost(points, self.pairs[chosen]).astype(np.float64)
+        self.hidden[chosen[lost > 0.0]] = True
+        light = np.bincount(self.pairs[chosen, 0], lost * self.whole[chosen] * self.excess[chosen], self.photosites)
+        return (light / self.open)[places]
+
+
+def pupil_spans(pupil: Pupil) -> tuple[np.ndarray, dict[str, object]]:
+    """`spans` of kernels/lens_lights.h, the shape of the pupil without stops, (SPAN_ROWS, 2) float32; and its macros."""
+    rows, left, right = pupil.spans()
+    reach = float(np.abs(rows).max()) + 1e-3
+    y = reach * ((2.0 * np.arange(SPAN_ROWS) + 1.0) / SPAN_ROWS - 1.0)
+    inside = (y >= rows[0]) & (y <= rows[-1])
+    low, high = np.interp(y, rows, left), np.interp(y, rows, right)
+    spans = np.stack([np.where(inside, low, 1.0), np.where(inside, high, -1.0)], axis=-1).astype(np.float32)
+    return spans, {"SPAN_ROWS": SPAN_ROWS, "SPAN_REACH": f"{reach:.9g}f"}
+
+
+def open_share(eyes: CatsEyes | None, frame: Window, places: np.ndarray) -> np.ndarray:
+    """Share of the pupil that stops leave open at each photosite, (photosites,) float64; 1 at those that are not asked for."""
+    share = np.ones(frame.height * frame.width)
+    if eyes is not None:
+        y, x = np.divmod(np.unique(places), frame.width)
+        fields = eyes.fields(frame.x + x + 0.5, frame.y + y + 0.5)
+        for place in np.flatnonzero(eyes.clips(fields)):
+            share[y[place] * frame.width + x[place]] = max(eyes.pupil.area(fields[place]) / math.pi, LEAST_OPEN)
+    return share

@@ -1,0 +1,96 @@
+"""Small bright lights in the reference blur, against quadrature in float64."""
+
+import dataclasses
+import warnings
+
+import numpy as np
+import pytest
+from helpers.lens_error import statistics, z_scores
+from helpers.lens_frame import blurred_case, case_plan, executed_case
+from helpers.lens_truths import Case, square_light
+from scipy.stats import qmc
+
+from simulator.optics.pupil.pupil import Pupil
+from simulator.optics.ray_reference.small_lights import cell_shares
+
+ROWS, COLUMNS, MARGIN, OVER = 38, 46, 13, 4
+EDGE, LIGHT = 22, (19 * OVER + 1, 25 * OVER + 2)  # of the near half-plane [photosites]; cell of the light
+NEAR_PX, FAR_PX = -5.0, 8.0
+
+
+def penumbra() -> np.ndarray:
+    """Share of the near half-plane on each photosite of a row: the mean over its columns of the closed form."""
+    columns = np.arange(MARGIN, COLUMNS - MARGIN)[:, None] + (np.arange(64) + 0.5) / 64
+    t = np.clip((EDGE - columns) / abs(NEAR_PX), -1.0, 1.0)
+    return (0.5 + (t * np.sqrt(1.0 - t**2) + np.arcsin(t)) / np.pi).mean(axis=1)
+
+
+def spot() -> np.ndarray:
+    """Share of the light on each photosite: points of photosite and light whose ray meets the pupil and not the half-plane."""
+    points = qmc.Sobol(4, seed=3).random_base2(16).T
+    shares = np.zeros((ROWS - 2 * MARGIN, COLUMNS - 2 * MARGIN))
+    for (row, column), _ in np.ndenumerate(shares):
+        y, x = row + MARGIN + points[0], column + MARGIN + points[1]
+        u_y, u_x = (((at + q) / OVER - p) / FAR_PX for at, q, p in ((LIGHT[0], points[2], y), (LIGHT[1], points[3], x)))
+        shares[row, column] = np.mean((u_y**2 + u_x**2 <= 1.0) & (x + NEAR_PX * u_x >= EDGE))
+    return shares / (OVER**2 * np.pi * FAR_PX**2)
+
+
+def half_plane_before_a_light(single: bool, radiance: float) -> Case:
+    """A near half-plane of 0.5 before a wall of 0.3 with one bright cell; as one picture or as layers."""
+    near = np.broadcast_to(np.arange(COLUMNS * OVER) < EDGE * OVER, (ROWS * OVER, COLUMNS * OVER)).astype(float)
+    far, whole = np.full(near.shape, 0.3), np.ones_like(near)
+    far[LIGHT] += radiance
+    truth = 0.3 + 0.2 * penumbra() + radiance * spot()
+    if single:
+        colour, radius = np.where(near > 0, 0.5, far), np.where(near > 0, NEAR_PX, FAR_PX)
+        return Case("single", colour[None], whole[None], radius[None], truth, MARGIN, OVER, True)
+    radius = np.stack([NEAR_PX * whole, FAR_PX * whole])
+    return Case("layers", np.stack([0.5 * near, far]), np.stack([near, whole]), radius, truth, MARGIN, OVER, True)
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_a_light_half_hidden_by_an_edge_is_right_to_a_tenth_of_the_noise(single):
+    """A light of 3000 on a wall of 0.3: rays alone would meet it so rarely that they were off by tens of sigma."""
+    case = half_plane_before_a_light(single, 3000.0)
+    found = statistics(z_scores(blurred_case(case, 2000.0, tolerance=0.0), case.truth, 2000.0))
+    assert found.p99 < 0.1 and found.p99_9 < 0.15
+
+
+@pytest.mark.parametrize("radius", [2.4, 7.6])
+def test_the_spot_of_a_square_light_has_no_noise(radius):
+    case = square_light(radius, OVER)
+    assert np.abs(z_scores(blurred_case(case, 2000.0, tolerance=0.0), case.truth, 2000.0)).max() < 0.1
+
+
+def test_what_rays_cannot_reach_is_told():
+    planned = case_plan(half_plane_before_a_light(False, 3000.0), 2000.0, tolerance=0.0)
+    few = dataclasses.replace(planned.optics.accuracy, rays=1024, ray_error=1e-3)
+    planned = dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, accuracy=few))
+    with pytest.warns(UserWarning, match="photosites have an estimated error above 0.001 sigma after 8192 rays each"):
+        executed_case(half_plane_before_a_light(False, 3000.0), planned)
+
+
+def test_enough_rays_are_no_reason_to_warn():
+    with warnings.catch_warnings(action="error"):
+        blurred_case(square_light(2.4, OVER), 2000.0, tolerance=0.0)
+
+
+@pytest.mark.parametrize("oversampling", [1, 2, 4])
+@pytest.mark.parametrize("pupil", [Pupil(), Pupil(6, 20.0)])
+@pytest.mark.parametrize("radius", [0.6, -3.3, 8.0])
+def test_shares_are_the_areas_of_the_pupils_image_in_cells(pupil, radius, oversampling):
+    """Points of photosite and cell are counted on a fine grid; at one sample per photosite the photosite is its centre."""
+    shares, offset = cell_shares(pupil, radius, oversampling)
+    fine = 24 if abs(radius) < 1.0 else 10
+    cells = (np.arange(len(shares) * fine) + 0.5) / (fine * oversampling) + offset / oversampling
+    places = np.array([0.5]) if oversampling == 1 else (np.arange(5) + 0.5) / 5
+    counted = np.zeros_like(shares)
+    for y in places:
+        for x in places:
+            points = np.stack(np.broadcast_arrays((cells - x)[None, :], (cells - y)[:, None]), axis=-1) / radius
+            inside = pupil.contains(points, (0.0, 0.0)).reshape(len(shares), fine, len(shares), fine)
+            counted += inside.mean(axis=(1, 3)) / len(places) ** 2
+    expected = counted / (np.pi * (radius * oversampling) ** 2)
+    assert np.isclose(shares.sum(), 1.0, atol=1e-6)
+    assert np.abs(shares - expected).max() < 0.02 * shares.max() + 0.002 * expected.max()
