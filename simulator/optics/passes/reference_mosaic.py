@@ -32,6 +32,7 @@ def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], p
     points = ray_samples(optics.accuracy.rays, pupil=defocus.pupil)
     if grid.over == 1:
         points[..., :2] = 0.5  # samples are means over photosites: the area of the photosite counts once
+    points[..., :2] = 0.5 + optics.projection.open_side * (points[..., :2] - 0.5)
     for window in _bands(frame):
         colour, coverage, radius = grid.band(window)
         if single:
