@@ -135,6 +135,7 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance:
     if not _gathers_squares(optics.projection, lens, camera):
         return accuracy
     detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)
+    detail /= camera.fill_factor  # a smaller square averages fewer pixels
     return replace(accuracy, detail=detail, whole_pixels=optics.projection.whole_pixels(SAMPLES_PER_AXIS))
 
 

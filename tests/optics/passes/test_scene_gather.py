@@ -138,12 +138,12 @@ def test_a_circle_that_is_left_out_is_told_with_its_error():
     assert plan(fine_shot(fine_scene("noise", 2.0, SHAPE), SHAPE, 0.02, 2000.0)).optics.defocus is not None
 
 
-@pytest.mark.parametrize("scale", [2.7, 5.0])
-def test_predicted_errors_bound_what_is_found(scale):
+@pytest.mark.parametrize(("scale", "fill_factor"), [(2.7, 1.0), (2.7, 0.6), (5.0, 1.0)])
+def test_predicted_errors_bound_what_is_found(scale, fill_factor):
     pixels = fine_scene("noise", scale, SHAPE)
     for radius in (0.1, 0.3, 0.6, 1.0, 2.0):
-        told = max(predicted_errors(plan(fine_shot(pixels, SHAPE, radius, 2000.0)).optics.defocus).values())
-        assert worst(pixels, radius, 2000.0) <= told, radius
+        told = max(predicted_errors(plan(fine_shot(pixels, SHAPE, radius, 2000.0, fill_factor)).optics.defocus).values())
+        assert worst(pixels, radius, 2000.0, fill_factor) <= told, radius
 
 
 @pytest.mark.parametrize("name", ["Desk", "StillLife", "Carrots"])
