@@ -1,16 +1,14 @@
 // Mean of the scene over the area of a photosite, or of a sample of one. Beyond the scene's grid its edge pixels continue.
-// TAPS > 0, a scene finer than the photosites: a scene pixel is an even square, and the mean is exact. The area touches at most TAPS
-// pixels on either axis. Where a lens distorts, it is the rectangle between the images of its sides' middles, without their tilt.
+// TAPS > 0, a scene finer than the photosites: a scene pixel is an even square, and the mean is exact. Where a lens distorts, the area
+// is a parallelogram, of SPLIT x SPLIT upright rectangles. One touches at most TAPS pixels on either axis.
 // TAPS 0, a coarser scene: the mean over SAMPLES x SAMPLES points of the area. Each is read bilinearly, which is the mean of even
 // squares over one scene pixel's area around the point, or from the nearest pixel where NEAREST is 1.
 #ifndef PHOTOSITE_AREA_H
 #define PHOTOSITE_AREA_H
-#include "conventions.h"
 #include "plain_math.h"
 #if DISTORTION
 #include "distortion.h"
 #endif
-
 // Where the sensor lies in the scene. Kernels take it as scalars: PoCL 3.1 vectorises over work-items 1.6 times worse with a struct.
 struct projection {
     uint scene_width, scene_height; // of the scene's grid [px]
@@ -35,7 +33,7 @@ INLINE float point(global const float *plane, const float u, const float v, cons
 #endif
 }
 
-// Turn a place on the sensor [photosites from its upper left corner] into the scene position [px] that a channel sees there.
+// Turn a place on the sensor [photosites] into the scene position [px] that a channel sees there.
 INLINE void scene_place(float *x, float *y, const uint channel, const struct projection p) {
 #if DISTORTION
     undistort(x, y, channel);
@@ -51,50 +49,52 @@ INLINE float overlap(const float low, const float high, const uint number) {
 }
 
 struct area {
-    float left, top, wide, tall; // in the scene [px]
+    float left, top, wide, tall;    // in the scene [px]
+    float tilt_right, tilt_down;    // how far the lower side lies right of the upper, and the right side below the left [px]
 };
 
 // The scene's area that a channel sees in a square of `size` photosites whose upper left corner lies at (x, y) on the sensor.
 INLINE struct area area_of(const float x, const float y, const float size, const uint channel, const struct projection p) {
     float left = x, top = y;
 #if DISTORTION
-    float right = x + size, bottom = y + size;
-    const float middle_x = x + 0.5f * size, middle_y = y + 0.5f * size;
-    float a = middle_y, b = middle_x, c = middle_y, d = middle_x;
-    scene_place(&left, &a, channel, p);
-    scene_place(&right, &c, channel, p);
-    scene_place(&b, &top, channel, p);
-    scene_place(&d, &bottom, channel, p);
-    const struct area found = {left, top, right - left, bottom - top};
+    float right = x + size, bottom = y + size, left_y = y + 0.5f * size, top_x = x + 0.5f * size, right_y = left_y, bottom_x = top_x;
+    scene_place(&left, &left_y, channel, p);
+    scene_place(&right, &right_y, channel, p);
+    scene_place(&top_x, &top, channel, p);
+    scene_place(&bottom_x, &bottom, channel, p);
+    const struct area found = {left, top, right - left, bottom - top, bottom_x - top_x, right_y - left_y};
 #else
     scene_place(&left, &top, channel, p);
-    const struct area found = {left, top, p.scale * size, p.scale * size};
+    const struct area found = {left, top, p.scale * size, p.scale * size, 0.0f, 0.0f};
 #endif
     return found;
 }
 
 // Mean of a plane over a square of `size` photosites whose upper left corner lies at (x, y) on the sensor [photosites].
 #if TAPS
-INLINE float square(global const float *plane, const float x, const float y, const float size, const uint channel,
-                    const struct projection p) {
+INLINE float square(global const float *plane, const float x, const float y, const float size, const uint channel, const struct projection p) {
     const struct area area = area_of(x, y, size, channel, p);
-    const int column = whole(area.left), row = whole(area.top);
-    const float low_x = area.left - (float)column, low_y = area.top - (float)row;
+    const float wide = area.wide * (1.0f / SPLIT), tall = area.tall * (1.0f / SPLIT);
     float sum = 0.0f;
-    __attribute__((opencl_unroll_hint(TAPS)))
-    for (uint j = 0; j < TAPS; j++) {
-        global const float *line = plane + (size_t)clamped(row + (int)j, p.scene_height) * p.scene_width;
-        float across = 0.0f;
+    for (uint part = 0; part < SPLIT * SPLIT; part++) {
+        const float m = (float)(part % SPLIT), n = (float)(part / SPLIT), middle = 0.5f * (SPLIT - 1);
+        const float left = area.left + m * wide + (n - middle) * (area.tilt_right * (1.0f / SPLIT));
+        const float top = area.top + n * tall + (m - middle) * (area.tilt_down * (1.0f / SPLIT));
+        const int column = whole(left), row = whole(top);
+        const float low_x = left - (float)column, low_y = top - (float)row;
         __attribute__((opencl_unroll_hint(TAPS)))
-        for (uint i = 0; i < TAPS; i++)
-            across += overlap(low_x, low_x + area.wide, i) * line[clamped(column + (int)i, p.scene_width)];
-        sum += overlap(low_y, low_y + area.tall, j) * across;
+        for (uint j = 0; j < TAPS; j++) {
+            global const float *line = plane + (size_t)clamped(row + (int)j, p.scene_height) * p.scene_width;
+            float across = 0.0f;
+            for (uint i = 0; i < TAPS; i++)
+                across += overlap(low_x, low_x + wide, i) * line[clamped(column + (int)i, p.scene_width)];
+            sum += overlap(low_y, low_y + tall, j) * across;
+        }
     }
     return sum / (area.wide * area.tall);
 }
 #else
-INLINE float square(global const float *plane, const float x, const float y, const float size, const uint channel,
-                    const struct projection p) {
+INLINE float square(global const float *plane, const float x, const float y, const float size, const uint channel, const struct projection p) {
     float sum = 0.0f;
     for (uint j = 0; j < SAMPLES; j++)
         __attribute__((opencl_unroll_hint(8)))

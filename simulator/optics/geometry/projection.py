@@ -17,6 +17,7 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
+TILTED_PARTS = 4  # upright parts per axis of a photosite whose sides distortion tilts
 EDGE_PX = 1.0  # difference in blur radius above which neighbouring scene pixels belong to two surfaces
 
 
@@ -75,7 +76,8 @@ class Projection:
 
         cfa_macros: of kernels/cfa.h, for the output's upper left corner. inset: of a mosaic's open area [photosites].
         """
-        area = {"TAPS": self.taps((1.0 - 2.0 * inset) / over), "INSET": f"{inset:.9e}f"}
+        split = max(1, TILTED_PARTS // over) if self.warp is not None else 1
+        area = {"TAPS": self.taps((1.0 - 2.0 * inset) / over / split), "SPLIT": split, "INSET": f"{inset:.9e}f"}
         distortion = {"DISTORTION": 0} if self.warp is None else {"DISTORTION": 1, **self.warp.macros()}
         return {
             "SAMPLES": -(-self.samples // over),
