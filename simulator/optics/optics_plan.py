@@ -7,8 +7,9 @@ from typing import Self
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.optics.defocus.accuracy import Accuracy, brightest_electrons
-from simulator.optics.defocus.defocus import Defocus, plan_defocus
+from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
+from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
+from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.geometry.projection import Projection, plan_projection
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
@@ -39,6 +40,7 @@ class OpticsPlan:
     disoccluded_share: fraction of the picture that sees background which is occluded in the scene; None: its layers contain it.
     deep_blur: blur of the samples of a deep picture, where rays are followed (tolerance 0); None: the layers are blurred.
     psf_skip_reason: why a point spread function is left out, with its predicted error; None: it is not.
+    ignored_px: largest blur radius that is left out where `defocus` is None [photosites].
     """
 
     scene: Scene
@@ -54,6 +56,7 @@ class OpticsPlan:
     disoccluded_share: float | None = None
     deep_blur: DeepBlur | None = None
     psf_skip_reason: str | None = None
+    ignored_px: float = 0.0
 
     @property
     def channels(self) -> int:
@@ -96,6 +99,8 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
         raise PhotositeError(rule, key="camera.response", joint=" ")
     _check_light(scene, weights, lens, sensor)
     projection = plan_projection(scene, lens, camera)
+    if _gathers_squares(projection, lens, camera):
+        projection = replace(projection, open_side=math.sqrt(camera.fill_factor))
     glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, sensor.irradiance)
     planned = OpticsPlan(
         scene=scene,
@@ -129,27 +134,45 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance:
     per_radiance *= camera.pixel_pitch_um**2 * camera.fill_factor
     brightest_e, peak_e = brightest_electrons(optics.scene, optics.weights, per_radiance)
     electrons = max(min(brightest_e, sensor.electrons_at_white()), 1.0)
-    return Accuracy(
+    accuracy = Accuracy(
         tolerance,
         electrons,
         math.sqrt(dark.variance) / gain,
         max(peak_e / electrons, 1.0),
         electrons_per_radiance=per_radiance,
     )
+    if not _gathers_squares(optics.projection, lens, camera):
+        return accuracy
+    detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)
+    detail /= camera.fill_factor  # a smaller square averages fewer pixels
+    return replace(accuracy, detail=detail, whole_pixels=optics.projection.whole_pixels(SAMPLES_PER_AXIS))
+
+
+def _gathers_squares(projection: Projection, lens: Lens, camera: Camera) -> bool:
+    """Whether photosites gather the even squares of a fine scene directly, over their open area.
+
+    Behind a lens or a filter with a point spread function its kernels hold the aperture of the photosites. A scene coarser than
+    the photosites shows nothing inside them.
+    """
+    has_psf = lens.psf is not None or lens.has_diffraction or camera.low_pass_um > 0.0
+    return projection.is_fine and not has_psf
 
 
 def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera) -> OpticsPlan:
     """Return the plan with the blur of the scene's surfaces, and with the background that shows beside blurred edges."""
     pitch_um, scale, accuracy = camera.pixel_pitch_um, planned.projection.scale, planned.accuracy
-    defocus = plan_defocus(lens, pitch_um, loaded, scale, accuracy, planned.sensor_px)
+    area = PhotositeArea(
+        _gathers_squares(planned.projection, lens, camera), accuracy.whole_pixels, planned.projection.open_side
+    )
+    defocus = plan_defocus(lens, pitch_um, loaded, scale, accuracy, planned.sensor_px, area)
     if defocus is None:
-        return planned
+        return replace(planned, ignored_px=largest_radius_px(lens, pitch_um, loaded))
     per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
     if not loaded.behind and isinstance(loaded.depth_m, np.ndarray):
         share = disoccluded_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
     scene = extend_background(loaded, per_dioptre) if accuracy.tolerance else loaded
     if scene is not loaded:
-        extended = plan_defocus(lens, pitch_um, scene, scale, accuracy, planned.sensor_px)
+        extended = plan_defocus(lens, pitch_um, scene, scale, accuracy, planned.sensor_px, area)
         assert extended is not None  # an extended background keeps the foreground that is blurred
         defocus = replace(extended, guessed=defocus.guessed)
     if accuracy.tolerance == 0.0 and scene.deep is None and scene.behind and _is_steep(defocus, scale):
@@ -178,6 +201,8 @@ def _blur_deep(scene: Scene, lens: Lens, pixel_pitch_um: float) -> DeepBlur | No
 
 def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
     """Return the plan with the point spread function, unless its effect is invisible."""
+    if planned.projection.open_side < 1.0:
+        return planned  # the scene is integrated over the open area of each photosite
     exposure, irradiance = sensor.exposure, sensor.irradiance
     factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
     contrast = contrast_sigma(planned.scene, factor * planned.weights, sensor.moments)

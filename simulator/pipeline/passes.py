@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.optics.defocus.defocus import Defocus, Method
-from simulator.optics.defocus.predicted_error import predicted_errors
+from simulator.optics.defocus.predicted_error import describe_ignored, predicted_errors
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.scene.scene import Scene
@@ -21,6 +21,7 @@ LAUNCH_MS = 0.1  # of any pass, however small
 COST_NS = {
     "scene planes": 0.15,  # per scene pixel, spectral band and colour
     "projection": 1.6,  # for each point that a photosite averages
+    "projection pixel": 0.5,  # for each scene pixel that a photosite averages
     "radius statistics": 10.0,  # for each surface with a map of blur radii
     "copy": 6.0,
     "mean": 20.0,
@@ -105,10 +106,15 @@ def _scene_planes(optics: OpticsPlan) -> Pass:
 def _projection(optics: OpticsPlan) -> Pass:
     if optics.defocus is not None or optics.psf is not None:
         return Pass("projection", False, "part of the blur, which needs the scene around each photosite")
-    points, pixels = optics.projection.samples**2, _pixels(optics)
-    method = "nearest pixel" if optics.projection.nearest else "bilinear"
-    cost = _ms(pixels * points, COST_NS["projection"])
-    return Pass("projection", True, f"{method}, {points} points per photosite", pixels, 4 * pixels, cost_ms=cost)
+    projection, pixels = optics.projection, _pixels(optics)
+    if projection.is_fine:
+        reads = projection.taps(projection.open_side) ** 2
+        method, cost = "exact mean over each photosite's area", _ms(pixels * reads, COST_NS["projection pixel"])
+    else:
+        points = projection.samples**2
+        kind = "nearest pixel" if projection.nearest else "bilinear"
+        method, cost = f"{kind}, {points} points per photosite", _ms(pixels * points, COST_NS["projection"])
+    return Pass("projection", True, method, pixels, 4 * pixels, cost_ms=cost)
 
 
 def _radius_statistics(optics: OpticsPlan, defocus: Pass) -> Pass:
@@ -126,7 +132,8 @@ def _radius_statistics(optics: OpticsPlan, defocus: Pass) -> Pass:
 def _defocus(optics: OpticsPlan, tiles: TilePlan | None) -> Pass:
     defocus, pixels = optics.defocus, _pixels(optics)
     if defocus is None:
-        return Pass("defocus", False, f"no blur circle has a radius above {optics.accuracy.sharp_px:.2g} photosites")
+        error = optics.accuracy.in_sigma(optics.accuracy.ignoring_error(optics.ignored_px)) if optics.ignored_px else None
+        return Pass("defocus", False, describe_ignored(optics.accuracy, optics.ignored_px), error_sigma=error)
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")
     memory = pixels * (4 + 4 * defocus.maps)
@@ -167,7 +174,10 @@ def _estimated_shares(scene: Scene, defocus: Defocus) -> dict[Method, float]:
 def _psf(optics: OpticsPlan) -> Pass:
     psf, pixels = optics.psf, _pixels(optics)
     if psf is None:
-        why = optics.psf_skip_reason or "the lens is ideal and photosites are sensitive all over"
+        ideal = "the lens is ideal and photosites are sensitive all over"
+        if optics.projection.open_side < 1.0:
+            ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
+        why = optics.psf_skip_reason or ideal
         return Pass("point spread function", False, why)
     places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"
     slabs = f", {len(psf.radii_px)} slabs of blur radius" if len(psf.radii_px) > 1 else ""

@@ -2,7 +2,7 @@
 
 import math
 
-from simulator.optics.defocus.predicted_error import describe_errors
+from simulator.optics.defocus.predicted_error import describe_errors, describe_ignored
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.distortion import Warp
 from simulator.optics.lens.lens import Lens
@@ -73,6 +73,9 @@ def _number(value: float | tuple[float, ...]) -> str:
 
 
 def _samples(projection: Projection) -> str:
+    if projection.is_fine:
+        side = "" if projection.open_side == 1.0 else f", a square of side {projection.open_side:.3g}"
+        return f"each the exact mean over its area{side}"
     return "one sample each" if projection.samples == 1 else f"{projection.samples} x {projection.samples} samples each"
 
 
@@ -99,7 +102,7 @@ def _defocus_step(optics: OpticsPlan, lens: Lens) -> Step:
     if not lens.forms_image:
         return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
     if defocus is None:
-        return Step("defocus", False, f"no blur circle has a radius above {optics.accuracy.sharp_px:.2g} photosites")
+        return Step("defocus", False, describe_ignored(optics.accuracy, optics.ignored_px))
     defocus = defocus.of_scene()
     surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"
     near, far = defocus.least_px, defocus.greatest_px

@@ -37,10 +37,13 @@ class Case:
     means: bool
 
 
-def cases(oversampling: int = 1) -> list[Case]:
-    """Every scene, its surfaces sampled this many times per photosite and axis."""
+def cases(oversampling: int = 1, squares: bool = False) -> list[Case]:
+    """Every scene, its surfaces sampled this many times per photosite and axis.
+
+    squares: samples are even squares, and those of a wave have the height whose squares hold the wave.
+    """
     return [
-        *(sinusoid(radius, period, oversampling) for radius in (0.7, 3.3, -7.6, 15.5) for period in (24.0, 9.0)),
+        *(sinusoid(radius, period, oversampling, squares) for radius in (0.7, 3.3, -7.6, 15.5) for period in (24.0, 9.0)),
         *(point(radius, oversampling) for radius in (0.7, 2.4, 7.6)),
         *(square_light(radius, oversampling) for radius in (2.4, 7.6)),
         penumbra(-11.0, 0.0, oversampling),
@@ -52,8 +55,11 @@ def cases(oversampling: int = 1) -> list[Case]:
     ]
 
 
-def sinusoid(radius: float, period_px: float, oversampling: int = 1) -> Case:
-    """An oblique wave at one distance: its amplitude times 2 J1(2 pi q R)/(2 pi q R), times the photosite's sinc in x and y."""
+def sinusoid(radius: float, period_px: float, oversampling: int = 1, squares: bool = False) -> Case:
+    """An oblique wave at one distance: its amplitude times 2 J1(2 pi q R)/(2 pi q R), times the photosite's sinc in x and y.
+
+    squares: as of `cases`; even squares show a wave lower by their own sinc in x and y.
+    """
     qy, qx = np.array([0.6, 0.8]) / period_px
     angle = 2.0 * math.pi * abs(radius) / period_px
     amplitude = 0.45 * 2.0 * float(j1(angle)) / angle * np.sinc(qx) * np.sinc(qy)
@@ -64,8 +70,9 @@ def sinusoid(radius: float, period_px: float, oversampling: int = 1) -> Case:
     margin = math.ceil(abs(radius)) + 2
     y, x = _centres(margin, oversampling)
     truth = 0.5 + amplitude * wave(*_centres(0, 1))
+    height = 0.45 / float(np.sinc(qx / oversampling) * np.sinc(qy / oversampling)) if squares else 0.45
     return _case(
-        f"sinusoid_{radius:g}_{period_px:g}", [(0.5 + 0.45 * wave(y, x), 1.0, radius)], truth, margin, oversampling, False
+        f"sinusoid_{radius:g}_{period_px:g}", [(0.5 + height * wave(y, x), 1.0, radius)], truth, margin, oversampling, False
     )
 
 

@@ -23,6 +23,7 @@ RAY_ERROR = 0.015  # largest standard error of the reference [standard deviation
 FINE_PX = 12.0  # blur circles up to this radius keep detail finer than a photosite
 FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and the largest radius
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
+SAMPLES_PER_AXIS = (1, 2, 4)  # samples per photosite and axis that kernels know
 _SAMPLES = 400  # places per axis at which the scene's radiance is sampled
 
 
@@ -36,6 +37,8 @@ class Accuracy:
     rays: most of a photosite and replication where the tolerance is 0 (`follow_until_converged`). ray_error: standard error
         [standard deviations of the noise] at which they suffice. electrons_per_radiance: of a photosite [e- per unit of the
         mosaic, e- s^-1 um^-2 sr^-1].
+    detail: difference between neighbouring pixels of a scene finer than the photosites, of `scene_detail`; 0: a coarser scene.
+    whole_pixels: least samples per photosite and axis that divide each pixel of a fine scene into whole samples; 0: none do.
     """
 
     tolerance: float = 0.1
@@ -45,6 +48,8 @@ class Accuracy:
     rays: int = RAYS
     ray_error: float = RAY_ERROR
     electrons_per_radiance: float = 1.0
+    detail: float = 0.0
+    whole_pixels: int = 0
 
     @property
     def sigma(self) -> float:
@@ -63,13 +68,19 @@ class Accuracy:
 
     @property
     def sharp_px(self) -> float:
-        """Largest blur radius that may be ignored [photosites]: the loss of contrast of a sinusoid grows with its square."""
-        return min(SHARP_PX * math.sqrt(self.looser), 0.4)
+        """Largest blur radius that may be ignored [photosites].
+
+        The loss of contrast of a sinusoid grows with the square of the radius, the light that crosses the borders of
+        photosites in a fine scene with the radius.
+        """
+        smooth_px = min(SHARP_PX * math.sqrt(self.looser), 0.4)
+        return min(smooth_px, self.allowed / crossing_error(1.0, self.detail)) if self.detail else smooth_px
 
     @property
     def same_px(self) -> float:
         """Largest difference of radii that share one blur circle [photosites]; the error is proportional to it."""
-        return SAME_PX * min(self.looser, 2.0)
+        smooth_px = SAME_PX * min(self.looser, 2.0)
+        return min(smooth_px, self.allowed / crossing_error(1.0, self.detail)) if self.detail else smooth_px
 
     @property
     def slope_step(self) -> float:
@@ -89,10 +100,12 @@ class Accuracy:
     def samples_per_axis(self, least_px: np.ndarray, largest_px: np.ndarray, scale: float) -> np.ndarray:
         """Samples per photosite and axis, 1, 2 or 4, for blur circles between these radii [photosites].
 
-        A grid is never finer than the scene.
+        A grid is never finer than the scene, unless borders of the scene's pixels would cross its samples.
 
         scale: scene pixels per photosite.
         """
+        if self.detail:
+            return self._samples_of_squares(least_px, largest_px, scale)
         good = [grid_error(least_px, count, scale) <= self.allowed for count in (1, 2)]
         good[0] &= lamp_error(self.peak, least_px, scale) <= self.allowed
         needed = np.where(good[0], 1, np.where(good[1], 2, 4))
@@ -103,6 +116,32 @@ class Accuracy:
         """Largest standard error of the light of photosites by rays, in its unit; noise below 1 e- counts as 1 e-."""
         variance_e = self.electrons_per_radiance * np.maximum(light, 0.0) + self.read_noise_e**2
         return self.ray_error * np.sqrt(np.maximum(variance_e, 1.0)) / self.electrons_per_radiance
+
+    def _samples_of_squares(self, least_px: np.ndarray, largest_px: np.ndarray, scale: float) -> np.ndarray:
+        """`samples_per_axis` of a scene finer than the photosites, whose pixels are even squares."""
+        counts = [count for count in SAMPLES_PER_AXIS if not self.whole_pixels or count <= self.whole_pixels]
+        good = [self.sampling_error(least_px, count, scale) <= self.allowed for count in counts[:-1]]
+        for count, is_good in zip(counts[:-1], good, strict=True):
+            is_good &= (count > 1 and not self.whole_pixels) | (lamp_error(self.peak, least_px, scale) <= self.allowed * count)
+        needed = np.select(good, counts[:-1], counts[-1]) if good else np.full(least_px.shape, counts[-1])
+        return np.where(largest_px * min(self.looser, 1.0) <= FINE_PX, needed, 1)
+
+    def sampling_error(self, radius_px: np.ndarray, samples_per_axis: int, scale: float) -> np.ndarray:
+        """Error of so many samples per photosite and axis, as a share of the brightest light."""
+        if not self.detail:
+            return grid_error(radius_px, samples_per_axis, scale)
+        if self.whole_pixels and samples_per_axis >= self.whole_pixels:
+            return 0.0 * radius_px
+        smooth = grid_error(radius_px, samples_per_axis, scale)
+        return np.maximum(smooth, square_error(radius_px, samples_per_axis, scale, self.detail))
+
+    def gathering_error(self) -> float:
+        """Error of gathering the scene's pixels through an aperture of rectangles, as a share of the brightest light."""
+        return 4e-4 * self.detail
+
+    def ignoring_error(self, radius_px: float) -> float:
+        """Error of ignoring a blur circle, as a share of the brightest light."""
+        return max(copy_error(radius_px), crossing_error(radius_px, self.detail))
 
     def in_sigma(self, share: float) -> float:
         """Convert an error from a share of the brightest light to standard deviations."""
@@ -133,6 +172,26 @@ def copy_error(radius_px: float) -> float:
     The blur removes 1 - 2 J1(a)/a = a^2 / 8 of the amplitude, with a = 2 pi radius / period.
     """
     return 0.5 * (2.0 * math.pi * radius_px / 9.0) ** 2 / 8.0
+
+
+def crossing_error(radius_px: float, detail: float) -> float:
+    """Error of ignoring a small blur circle in a fine scene: light that crosses the borders of photosites.
+
+    At an edge along a border it is the mean of |x| over half the disk, 2 / (3 pi) radii. Four borders, and 99 % of the
+    photosites of a scene of random pixels, stay below half of a radius.
+    """
+    return 0.5 * radius_px * detail
+
+
+def square_error(radius_px: np.ndarray, samples_per_axis: int, scale: float, detail: float) -> np.ndarray:
+    """Error of samples that mix several pixels of a fine scene or parts of them, as a share of the brightest light.
+
+    It bounds 99 % of the photosites of a scene of random pixels for radii of 0.1 to 4 photosites. A sample with more than two
+    pixels on a side averages their differences.
+    """
+    mixed = min(1.0, 2.0 * samples_per_axis / scale)
+    far = 0.08 / (samples_per_axis**2 * np.maximum(np.abs(radius_px), 1e-3) ** 1.5)
+    return detail * mixed * np.minimum(0.14 / samples_per_axis**1.5, far)
 
 
 def slope_error(step: float) -> float:
@@ -169,3 +228,34 @@ def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) 
         brightest = max(brightest, float(np.quantile(light, BRIGHT, axis=0).max()))
         peak = max(peak, float((layer.planes.max(axis=(0, 1)) @ weights).max()))
     return float(brightest * per_radiance), float(peak * per_radiance)
+
+
+def scene_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy) -> float:
+    """Difference between neighbouring pixels of the scene, as a share of the brightest light: the BRIGHT quantile, above 0.
+
+    A difference counts as much as one that is seen at the brightest light as clearly as it is seen in the noise at its own
+    place, at the darker pixel with a tenth of the difference. weights, per_radiance: as of `brightest_electrons`.
+    accuracy: of the scene's brightest light.
+    """
+    noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
+    found = [1e-6]
+    for layer in scene.layers:
+        steps = [max(1, -(-size // _SAMPLES)) for size in layer.planes.shape[:2]]
+        for axis in (0, 1):
+            first = [slice(None, size - (axis == side), step) for side, (size, step) in _sides(layer.planes, steps)]
+            next_ = [slice(int(axis == side), size, step) for side, (size, step) in _sides(layer.planes, steps)]
+            here, there = (per_radiance * (layer.planes[*place] @ weights) for place in (first, next_))
+            if not here.size:
+                continue
+            step = np.abs(here - there)
+            noise = np.minimum(here, there) + 0.1 * step + accuracy.read_noise_e**2
+            seen = step * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
+            found.append(float(np.quantile(seen, BRIGHT, axis=(0, 1)).max()))
+            if layer.coverage is not None:
+                found.append(float(np.quantile(np.abs(layer.coverage[*first] - layer.coverage[*next_]), BRIGHT)))
+    return max(found)
+
+
+def _sides(planes: np.ndarray, steps: list[int]) -> list[tuple[int, tuple[int, int]]]:
+    """Number, size and step of the first two axes."""
+    return list(enumerate(zip(planes.shape[:2], steps, strict=True)))

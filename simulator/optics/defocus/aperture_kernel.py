@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.optics.defocus.clipped_kernel import shape_weights
+from simulator.optics.defocus.photosite_area import FINEST, WHOLE, PhotositeArea
 from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 
@@ -66,37 +67,37 @@ def aperture_weights(pupil: Pupil, radius_px: float) -> np.ndarray:
     return weights / weights.sum()
 
 
-def photosite_weights(pupil: Pupil, radius_px: float, samples_per_axis: int) -> np.ndarray:
+def photosite_weights(pupil: Pupil, radius_px: float, samples_per_axis: int, area: PhotositeArea = WHOLE) -> np.ndarray:
     """Weights of the samples that a photosite sees through the aperture: (n, n) float64, sum 1.
 
     radius_px: signed blur radius [photosites]. samples_per_axis: samples per photosite and axis. The weights are the
-    aperture's image on the grid of samples, averaged over the photosite's own samples. n is odd where samples_per_axis is;
-    where n is even, the photosite's centre lies between the middle samples.
+    aperture's image on the grid of samples, averaged over the photosite's own samples, or exact where samples are even squares
+    (`PhotositeArea`). n is odd where samples_per_axis is; where n is even, the photosite's centre lies between the middle ones.
     """
-    return mean_over_photosite(aperture_weights(pupil, samples_per_axis * radius_px), samples_per_axis)
+
+    def gather(radius_px: float, samples: int) -> np.ndarray:
+        return area.mean(aperture_weights(pupil, samples * radius_px), samples)
+
+    return area.weights(gather, radius_px, samples_per_axis)
 
 
-def clipped_weights(pupil: Pupil, fields: np.ndarray, radii_px: np.ndarray, samples_per_axis: int) -> list[np.ndarray]:
+def clipped_weights(
+    pupil: Pupil, fields: np.ndarray, radii_px: np.ndarray, samples_per_axis: int, area: PhotositeArea = WHOLE
+) -> list[np.ndarray]:
     """`photosite_weights` of the pupil as its stops clip it, for each field (n, 2) and its signed radius (n,) [photosites]."""
     order, weights = np.argsort(np.abs(radii_px)), [np.empty(0)] * len(radii_px)
     largest = 2.0 * samples_per_axis * pupil.corner_radius * float(np.abs(radii_px).max(initial=0.0)) + 3.0
     batch = max(1, min(MOST_AT_ONCE, int(MOST_WEIGHTS / largest**2)))
     for start in range(0, len(order), batch):  # images of similar size, because a batch is padded to its largest
         some = order[start : start + batch]
-        images = mean_over_photosite(shape_weights(pupil, fields[some], samples_per_axis * radii_px[some]), samples_per_axis)
+
+        def gather(_: float, samples: int, some: np.ndarray = some) -> np.ndarray:
+            return area.mean(shape_weights(pupil, fields[some], samples * radii_px[some]), samples)
+
+        images = area.weights(gather, max(float(np.abs(radii_px[some]).min()), 1.0 / FINEST), samples_per_axis)
         for number, image in zip(some, images, strict=True):
             weights[number] = image
     return weights
-
-
-def mean_over_photosite(weights: np.ndarray, samples_per_axis: int) -> np.ndarray:
-    """Mean of weights (..., n, n) over the samples of a photosite: (..., m, m) with m = n + samples_per_axis - 1."""
-    size = weights.shape[-1]
-    spread = np.zeros((*weights.shape[:-2], size + samples_per_axis - 1, size + samples_per_axis - 1))
-    for down in range(samples_per_axis):
-        for right in range(samples_per_axis):
-            spread[..., down : down + size, right : right + size] += weights
-    return spread / samples_per_axis**2
 
 
 def _corner_area(x: np.ndarray, y: np.ndarray, radius: float) -> np.ndarray:

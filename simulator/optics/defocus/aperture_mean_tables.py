@@ -8,6 +8,7 @@ import numpy as np
 
 from simulator.device import declared_struct, kernel_source
 from simulator.optics.defocus.aperture_kernel import CHUNK, Taps, make_taps, photosite_weights
+from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.defocus.tilted_kernel import tilted_weights
 from simulator.optics.geometry.interleaved_columns import element
 from simulator.optics.pupil.pupil import Pupil
@@ -37,11 +38,13 @@ class BlurTable:
 
 
 @lru_cache(maxsize=4096)
-def aperture_taps(pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int) -> Taps:
+def aperture_taps(
+    pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int, area: PhotositeArea = WHOLE
+) -> Taps:
     """Taps of the aperture's image on the optical axis, for a surface of this slope."""
     if any(slope):
-        return make_taps(tilted_weights(pupil, radius_px, slope, samples_per_axis), samples_per_axis)
-    return make_taps(photosite_weights(pupil, radius_px, samples_per_axis), samples_per_axis)
+        return make_taps(tilted_weights(pupil, radius_px, slope, samples_per_axis, area), samples_per_axis)
+    return make_taps(photosite_weights(pupil, radius_px, samples_per_axis, area), samples_per_axis)
 
 
 def blur_table(images: Sequence[Taps], numbers: Sequence[int], samples_per_axis: int, rows: int, set_columns: int) -> BlurTable:

@@ -29,11 +29,12 @@ def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
 
 
 @lru_cache
-def aperture_samples(pupil: Pupil, count: int, samples_per_axis: int) -> np.ndarray:
+def aperture_samples(pupil: Pupil, count: int, samples_per_axis: int, open_side: float = 1.0) -> np.ndarray:
     """Samples of low discrepancy, (count, 5) float32: x, y in the pupil; x, y in the photosite; phase from 0 to 1.
 
     They are Sobol' points in five dimensions; a pupil with blades takes the first two from `Pupil.points`. Positions in the
-    photosite have the variance of its samples_per_axis x samples_per_axis grid. count: a power of two.
+    photosite have the variance of its samples_per_axis x samples_per_axis grid, less what lies outside its light-sensitive
+    square of this side [photosites]. count: a power of two.
     """
     from scipy.stats import qmc  # slow to import
 
@@ -44,14 +45,16 @@ def aperture_samples(pupil: Pupil, count: int, samples_per_axis: int) -> np.ndar
         y, x = disk_of_square(square[:, 0], square[:, 1])
     else:
         x, y = pupil.points(count).T
-    width = np.sqrt(1.0 - 1.0 / samples_per_axis**2)
+    width = np.sqrt(max(open_side**2 - 1.0 / samples_per_axis**2, 0.0))
     place = width * (square[:, 2:4] - 0.5)
     return np.stack([x, y, *place.T, square[:, 4]], axis=-1).astype(np.float32)
 
 
-def aperture_samples_at(pupil: Pupil, fields: np.ndarray, count: int, samples_per_axis: int) -> np.ndarray:
+def aperture_samples_at(
+    pupil: Pupil, fields: np.ndarray, count: int, samples_per_axis: int, open_side: float = 1.0
+) -> np.ndarray:
     """Aperture samples at each field (n, 2) as in `Pupil`: (n, count, 5). A sample moves continuously with the field."""
-    points = np.repeat(aperture_samples(pupil, count, samples_per_axis)[None], len(fields), axis=0)
+    points = np.repeat(aperture_samples(pupil, count, samples_per_axis, open_side)[None], len(fields), axis=0)
     points[..., :2] = points_of(pupil, fields, count)
     return points
 

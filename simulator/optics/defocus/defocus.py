@@ -14,9 +14,11 @@ from typing import Self
 import numpy as np
 
 from simulator.errors import require
-from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy
+from simulator.optics.defocus.aperture_rectangles import rectangle_count
 from simulator.optics.defocus.field_pupil import CatsEyes, plan_cats_eyes
 from simulator.optics.defocus.patch_reach import merge_far_patches
+from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.lens.lens import Lens
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.scene import Scene
@@ -27,6 +29,9 @@ BLOCK_COLUMNS, BLOCK_ROWS = 32, 8  # unit in which aperture sampling is chosen
 PATCH_COLUMNS, PATCH_ROWS = 8, 8  # unit of the radius statistics
 PATCHWISE_PX = 66.0  # largest reach for which pairs of patches are compared one by one
 STEEPEST_PX = 0.2  # largest change of the radius between photosites of one continuous surface
+NODES_PER_PX = 2  # tabulated radii per photosite of radius; the mean is interpolated between them by a cubic
+FINE_NODES_PER_PX = 8  # the same for scenes finer than the photosites near the focus
+MOST_GATHERED = 4000.0  # most scene pixels, once for each rectangle of the aperture, that a photosite gathers one by one
 CLASSES = 64  # classes of radii, one bit each of a 64-bit mask
 _USUAL = Accuracy()
 CLASS_UNIT_PX = 4.0  # up to about this radius all classes are equally wide
@@ -53,6 +58,7 @@ class Defocus:
     pupil: shape of the aperture. eyes: how rims clip it by position on the sensor (cat's eye vignetting); None: nowhere.
     accuracy: error that the blur may have.
     guessed: whether the background behind edges is assumed, because the scene does not contain it.
+    area: how a photosite gathers the samples around it.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
@@ -62,6 +68,7 @@ class Defocus:
     accuracy: Accuracy = Accuracy()
     guessed: bool = False
     eyes: CatsEyes | None = None
+    area: PhotositeArea = WHOLE
 
     @cached_property
     def least_px(self) -> float:
@@ -77,6 +84,32 @@ class Defocus:
     def largest_px(self) -> float:
         """Radius of the largest blur circle."""
         return max(abs(self.least_px), abs(self.greatest_px))
+
+    @property
+    def copied_px(self) -> float:
+        """Largest blur radius of a tile that may be copied [photosites]; -1: none, since a copy is the mean over all of it."""
+        return self.accuracy.sharp_px if self.area.open_side == 1.0 else -1.0
+
+    def samples_per_axis(self, least_px: np.ndarray, largest_px: np.ndarray) -> np.ndarray:
+        """`Accuracy.samples_per_axis`."""
+        return self.accuracy.samples_per_axis(least_px, largest_px, self.scale)
+
+    def gathers_scene(self, least_px: np.ndarray, largest_px: np.ndarray) -> np.ndarray:
+        """Whether tiles of one surface with blur circles between these radii are gathered from the scene's pixels.
+
+        They are where no grid of samples is exact enough in a scene finer than the photosites, and few pixels are reached.
+        """
+        if not self.area.fine or self.eyes is not None:
+            return np.zeros(largest_px.shape, bool)
+        reached = self.scale * (self.area.open_side + 2.0 * self.pupil.corner_radius * largest_px) + 2.0
+        is_few = rectangle_count(largest_px) * reached**2 <= MOST_GATHERED
+        return is_few & (self.accuracy.sampling_error(least_px, SAMPLES_PER_AXIS[-1], self.scale) > self.accuracy.allowed)
+
+    @property
+    def nodes_per_px(self) -> int:
+        """Tabulated radii per photosite of radius; light of a fine scene bends where blur circles cross its pixels' borders."""
+        near_focus = not self.least_px > 2.0 and not self.greatest_px < -2.0
+        return FINE_NODES_PER_PX if self.area.whole_pixels and near_focus else NODES_PER_PX
 
     def of_scene(self) -> Self:
         """Return the blur of the scene's own surfaces, without a background that is only assumed."""
@@ -121,18 +154,25 @@ def plan_defocus(
     scale: float,
     accuracy: Accuracy = _USUAL,
     sensor_px: tuple[int, int] = (0, 0),
+    area: PhotositeArea = WHOLE,
 ) -> Defocus | None:
     """Blur of a scene with so many pixels per photosite, or None when no blur circle is as large as `Accuracy.sharp_px`.
 
+    area: how a photosite gathers the samples around it.
     sensor_px: (width, height) of the whole sensor, whose middle lies on the axis; (0, 0): all of it is seen from the axis.
     Raises PhotositeError for blur circles above LARGEST_PX.
     """
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
     opaque, pupil = any(layer.coverage is None for layer in scene.layers), replace(lens.pupil, stops=())
-    planned = Defocus(radii, opaque, scale, pupil, accuracy, guessed=not scene.behind)
+    planned = Defocus(radii, opaque, scale, pupil, accuracy, guessed=not scene.behind, area=area)
     if planned.largest_px <= accuracy.sharp_px:
         return None
     return replace(planned, eyes=plan_cats_eyes(lens, pixel_pitch_um, sensor_px, planned.largest_px))
+
+
+def largest_radius_px(lens: Lens, pixel_pitch_um: float, scene: Scene) -> float:
+    """Radius of the largest blur circle of a scene [photosites]."""
+    return max(float(np.max(np.abs(_radius_px(lens, pixel_pitch_um, layer.depth_m)))) for layer in scene.layers)
 
 
 def _radius_px(lens: Lens, pixel_pitch_um: float, depth_m: float | np.ndarray) -> float | np.ndarray:

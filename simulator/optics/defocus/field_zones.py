@@ -10,6 +10,7 @@ from simulator.optics.defocus.aperture_mean_tables import Image, aperture_taps
 from simulator.optics.defocus.aperture_samples import aperture_samples_at
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
 from simulator.optics.defocus.field_pupil import CatsEyes
+from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.defocus.tile_methods import TileChoice
 
 
@@ -57,7 +58,12 @@ class Zones:
         return first_corners[:, None, None] + below + right
 
     def images(
-        self, chosen: TileChoice, images: list[Image], places: np.ndarray, samples_per_axis: int
+        self,
+        chosen: TileChoice,
+        images: list[Image],
+        places: np.ndarray,
+        samples_per_axis: int,
+        area: PhotositeArea = WHOLE,
     ) -> tuple[list[Taps], list[int], np.ndarray]:
         """Taps of clipped tiles, the node number of each, and the taps' index by corner and image: (corners, images) int32.
 
@@ -66,13 +72,14 @@ class Zones:
         needed = self._needed(chosen, len(images), places)
         whole, cut = np.nonzero((needed & ~self._clips[:, None]).any(axis=0))[0], np.nonzero(needed & self._clips[:, None])
         taps = [
-            aperture_taps(self.eyes.pupil, images[index].radius_px, images[index].slope, samples_per_axis) for index in whole
+            aperture_taps(self.eyes.pupil, images[index].radius_px, images[index].slope, samples_per_axis, area)
+            for index in whole
         ]
         entries = np.zeros(needed.shape, np.int32)
         entries[:, whole] = np.arange(len(whole))
         entries[cut] = len(whole) + np.arange(len(cut[0]))
         radii_px, nodes = (np.array([getattr(image, name) for image in images]) for name in ("radius_px", "node"))
-        cut_images = clipped_weights(self.eyes.pupil, self._open_fields(cut[0]), radii_px[cut[1]], samples_per_axis)
+        cut_images = clipped_weights(self.eyes.pupil, self._open_fields(cut[0]), radii_px[cut[1]], samples_per_axis, area)
         numbers = [*nodes[whole], *nodes[cut[1]]]
         return taps + [make_taps(image, samples_per_axis) for image in cut_images], numbers, entries
 
@@ -104,10 +111,12 @@ class Zones:
         shares = np.stack([side - y, y], axis=1)[:, :, None] * np.stack([side - x, x], axis=1)[:, None, :] / side**2
         return np.where(self._clips[corners].any(axis=1, keepdims=True), corners, -1), shares.reshape(-1, 4)
 
-    def points(self, corners: np.ndarray, shares: np.ndarray, count: int, samples_per_axis: int) -> np.ndarray:
+    def points(
+        self, corners: np.ndarray, shares: np.ndarray, count: int, samples_per_axis: int, area: PhotositeArea = WHOLE
+    ) -> np.ndarray:
         """Aperture samples of each block, (blocks, count, 5), interpolated between the samples of its corners."""
         numbers, sets = np.unique(corners, return_inverse=True)
-        known = aperture_samples_at(self.eyes.pupil, self._open_fields(numbers), count, samples_per_axis)
+        known = aperture_samples_at(self.eyes.pupil, self._open_fields(numbers), count, samples_per_axis, area.open_side)
         points = np.repeat(known[:1], len(corners), axis=0)
         places = zip(sets.reshape(corners.shape).T, shares.astype(np.float32).T, strict=True)
         points[..., :2] = sum(known[own, :, :2] * share[:, None, None] for own, share in places)

@@ -7,6 +7,7 @@ import numpy as np
 from simulator.optics.defocus.aperture_kernel import clipped_weights, photosite_weights
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS
 from simulator.optics.defocus.field_pupil import CatsEyes
+from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.scene import Scene
 
@@ -124,11 +125,12 @@ def spot_weights(
     samples_per_axis: int,
     eyes: CatsEyes | None = None,
     origin_px: tuple[int, int] = (0, 0),
+    area: PhotositeArea = WHOLE,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Weights of all spots, concatenated, float32, and each highlight's first element and side among them.
 
     eyes: clips the spots; highlights in one square of the sensor share a shape. origin_px: (x, y) on the sensor of the band's
-        first photosite.
+        first photosite. area: of a photosite on the samples.
     """
     rounded = np.rint(highlights.radii_px * STEPS_PER_PX) / STEPS_PER_PX
     radius = np.where(highlights.exact, highlights.radii_px, rounded)
@@ -142,9 +144,9 @@ def spot_weights(
     radii_px, clipped = kinds[0], np.logical_or.reduce(kinds[1:], axis=0)
     spots: dict[int, np.ndarray] = {}
     for number in np.flatnonzero(~clipped).tolist():
-        spots[number] = photosite_weights(pupil, radii_px[number], samples_per_axis)
+        spots[number] = photosite_weights(pupil, radii_px[number], samples_per_axis, area)
     if eyes is not None and clipped.any():
-        images = clipped_weights(eyes.pupil, eyes.open_fields(kinds[1:, clipped].T), radii_px[clipped], samples_per_axis)
+        images = clipped_weights(eyes.pupil, eyes.open_fields(kinds[1:, clipped].T), radii_px[clipped], samples_per_axis, area)
         spots |= zip(np.flatnonzero(clipped).tolist(), images, strict=True)
     shapes = [spots[number] for number in range(len(radii_px))]
     index = index.reshape(-1)

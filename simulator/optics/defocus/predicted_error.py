@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import copy_error, grid_error, points_error, slope_error
+from simulator.optics.defocus.accuracy import Accuracy, points_error, slope_error
 from simulator.optics.defocus.aperture_samples import sample_count
 from simulator.optics.defocus.defocus import Defocus
 
@@ -16,18 +16,30 @@ def predicted_errors(defocus: Defocus) -> dict[str, float]:
     least = min(float(np.min(radius)) for radius in radii)
     sloped, several = any(np.ndim(radius) > 0 for radius in radii), len(radii) > 1
     shares = {}
-    if least <= accuracy.sharp_px:
-        shares[f"no blur up to a radius of {accuracy.sharp_px:.2g}"] = copy_error(accuracy.sharp_px)
-    finest = int(accuracy.samples_per_axis(np.array(least), np.array(least), defocus.scale))
-    shares[f"means on {finest} x {finest} points per photosite"] = grid_error(
-        max(least, accuracy.sharp_px), finest, defocus.scale
-    )
+    if least <= defocus.copied_px:
+        shares[f"no blur up to a radius of {defocus.copied_px:.2g}"] = accuracy.ignoring_error(defocus.copied_px)
+    finest, smallest = int(defocus.samples_per_axis(np.array(least), np.array(least))), max(least, defocus.copied_px)
+    if defocus.gathers_scene(np.array([smallest]), np.array([smallest])).any() and not several:
+        shares["means over the scene's pixels"] = accuracy.gathering_error()
+    else:
+        shares[f"means on {finest} x {finest} points per photosite"] = float(
+            accuracy.sampling_error(np.array(smallest), finest, defocus.scale)
+        )
     if sloped:
         shares[f"slopes in steps of {accuracy.slope_step:.2g}"] = slope_error(accuracy.slope_step)
     if several:
         points = int(sample_count(np.array(defocus.largest_px), defocus))
         shares[f"{points} points of the aperture"] = points_error(points, finest)
     return {method: accuracy.in_sigma(share) for method, share in shares.items()}
+
+
+def describe_ignored(accuracy: Accuracy, radius_px: float) -> str:
+    """Describe why no blur is computed where the largest blur circle has this radius [photosites], with the predicted error."""
+    told = f"no blur circle has a radius above {accuracy.sharp_px:.2g} photosites"
+    if radius_px == 0.0:
+        return told
+    error = accuracy.in_sigma(accuracy.ignoring_error(radius_px))
+    return f"{told}; without that of radius {radius_px:.2g} the light is off by up to {error:.2g} sigma"
 
 
 def describe_errors(defocus: Defocus) -> str:

@@ -20,7 +20,6 @@ from simulator.optics.defocus.defocus import (
 )
 from simulator.optics.defocus.radius_slabs import BlockChoice, find_even_radius
 
-NODES_PER_PX = 2  # tabulated radii per photosite of radius; the mean is interpolated between them by a cubic
 CONSTANT_NODES_PER_PX = 32  # resolution of the radius of a tile that has a single one
 ROWS_IN_TILE, COLUMNS_IN_TILE = TILE_ROWS // BLOCK_ROWS, TILE_COLUMNS // BLOCK_COLUMNS  # blocks
 
@@ -30,11 +29,12 @@ class TileChoice:
     """Method of each tile; arrays of (tile rows, tile columns), some with the layers as first axis.
 
     computed: whether the tile is computed. methods: values of Method; OCCLUSION where aperture samples compute the whole tile.
-    samples_per_axis: samples per photosite and axis.
+    samples_per_axis: samples per photosite and axis; 0: the tile is gathered from the scene's pixels (`scene_gather`).
+    largest_px: largest radius of the blur circles that reach the tile [photosites].
     visible: (layers, ...) whether a layer is visible from the tile, that is, not fully occluded by nearer ones.
     constant: (layers, ...) whether one blur radius is exact enough.
     first_image, images: (layers, ...) where the tile's images of the aperture begin in `all_images`, and how many it has: one,
-        or one for each 1 / NODES_PER_PX photosites of signed radius.
+        or one for each 1 / Defocus.nodes_per_px photosites of signed radius.
     blocks: choices of the tiles' blocks.
     zone: number of the upper left corner of the tile's zones (`field_zones.Zones`); -1 where no rim clips the pupil.
     """
@@ -42,6 +42,7 @@ class TileChoice:
     computed: np.ndarray
     methods: np.ndarray
     samples_per_axis: np.ndarray
+    largest_px: np.ndarray
     visible: np.ndarray
     constant: np.ndarray
     first_image: np.ndarray
@@ -52,7 +53,7 @@ class TileChoice:
 
     def sample_grids(self) -> list[int]:
         """Numbers of samples per photosite and axis that occur in computed tiles."""
-        return np.unique(self.samples_per_axis[self.computed]).tolist()
+        return [count for count in np.unique(self.samples_per_axis[self.computed]).tolist() if count]
 
     def part(self, rows: slice, samples_per_axis: int) -> "TileChoice":
         """Select rows of tiles; those with another number of samples per photosite and axis are not computed."""
@@ -96,11 +97,15 @@ def choose_methods(defocus: Defocus, layer_statistics: list[RadiusStatistics], c
     some = (methods == Method.OCCLUSION) & ~_all_blocks(hard)
     methods = np.where(some, np.where(single, Method.MEAN, Method.COMPOSITE), methods)
     samples_per_axis = np.where(methods == Method.COPY, 1, samples_per_axis)
+    gathered = (methods == Method.MEAN) & ~some & defocus.gathers_scene(_smallest_radius(tiles, visible), largest)
+    samples_per_axis = np.where(gathered, 0, samples_per_axis)
     images = _choose_images(defocus, [r.of_blocks() for r in layer_statistics], ~hard, visible & computed)
     present = np.where(block_visible, np.stack([seen.classes for seen in blocks]), np.uint64(0))
     even = np.stack([find_even_radius(defocus, seen, block_methods) for seen in blocks])
     points = BlockChoice(each_block(computed), block_methods, block_largest, present, even)
-    return TileChoice(computed, methods, samples_per_axis, visible, *images, points, np.full(samples_per_axis.shape, -1))
+    return TileChoice(
+        computed, methods, samples_per_axis, largest, visible, *images, points, np.full(samples_per_axis.shape, -1)
+    )
 
 
 def each_block(tiles: np.ndarray) -> np.ndarray:
@@ -121,9 +126,9 @@ def _classify(defocus: Defocus, around: list[RadiusStatistics]) -> tuple[np.ndar
     single = (visible.sum(axis=0) == 1) & (~visible | (np.stack([seen.filled for seen in around]) >= 1.0)).all(axis=0)
     reach = np.stack([np.maximum(np.abs(seen.least_px), np.abs(seen.greatest_px)) for seen in around])
     several = (visible & (reach > accuracy.sharp_px)).sum(axis=0) > 1
-    samples_per_axis = accuracy.samples_per_axis(_smallest_radius(around, visible), largest, defocus.scale)
+    samples_per_axis = defocus.samples_per_axis(_smallest_radius(around, visible), largest)
     apart = ~several & ((samples_per_axis == 1) | (product_error(largest) <= accuracy.allowed))
-    conditions = [single & (largest <= accuracy.sharp_px), single & smooth, smooth & apart, smooth]
+    conditions = [single & (largest <= defocus.copied_px), single & smooth, smooth & apart, smooth]
     methods = [Method.COPY, Method.MEAN, Method.COMPOSITE, Method.CORRECTED]
     return np.select(conditions, methods, Method.OCCLUSION), samples_per_axis, visible, largest, single
 
@@ -164,8 +169,9 @@ def _choose_images(
         if np.ndim(own) == 0:
             radius[layer] = own
     constant = np.maximum(greatest - radius, radius - least) <= defocus.accuracy.same_px
-    first, last = np.floor(least * NODES_PER_PX).astype(int) - 1, np.floor(greatest * NODES_PER_PX).astype(int) + 2
-    slopes = _slopes(defocus, layer_statistics, held, np.maximum(-first, last) / NODES_PER_PX)
+    per_px = defocus.nodes_per_px
+    first, last = np.floor(least * per_px).astype(int) - 1, np.floor(greatest * per_px).astype(int) + 2
+    slopes = _slopes(defocus, layer_statistics, held, np.maximum(-first, last) / per_px)
     one, graded = needed & constant, needed & ~constant
     constants, index = np.unique(radius[one], return_inverse=True)
     first_image, count = np.zeros(constant.shape, int), np.zeros(constant.shape, int)
@@ -179,7 +185,7 @@ def _choose_images(
     first_image[graded] = [places[start] for start in starts]
     images = [Image(value) for value in constants.tolist()]
     step = defocus.accuracy.slope_step
-    images += [Image(node / NODES_PER_PX, (step * x, step * y), node) for x, y, node in keys]
+    images += [Image(node / per_px, (step * x, step * y), node) for x, y, node in keys]
     return constant, first_image, count, tuple(images)
 
 

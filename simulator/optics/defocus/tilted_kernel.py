@@ -10,6 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from simulator.optics.defocus.photosite_area import TILTED_IN_PARTS, WHOLE, PhotositeArea
 from simulator.optics.pupil.pupil import Pupil
 
 OUTLINE_POINTS = 1024  # vertices of the pupil's outline: a polygon within 1e-5 of its radius
@@ -18,7 +19,9 @@ MOST_SLICES = 64  # largest number of them in one sample
 STEP = 0.15  # largest relative change of the weight within one step down a column
 
 
-def tilted_weights(pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int) -> np.ndarray:
+def tilted_weights(
+    pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int, area: PhotositeArea = WHOLE
+) -> np.ndarray:
     """Weights of the samples of a tilted plane that a photosite sees, (n, n) float64, sum 1, as `photosite_weights`.
 
     radius_px: signed radius at the photosite's centre [photosites]; each of its samples has its own. slope: (x, y) of the
@@ -26,6 +29,17 @@ def tilted_weights(pupil: Pupil, radius_px: float, slope: tuple[float, float], s
     Inside the image, weights are rounded to steps down the columns, so that `make_taps` needs few taps. Columns step at
     different rows, and each keeps its sum and its centroid.
     """
+
+    def gather(radius_px: float, samples: int) -> np.ndarray:
+        return _gathered(pupil, radius_px, slope, samples, area.shares(samples))
+
+    return area.weights(gather, radius_px, samples_per_axis, TILTED_IN_PARTS)
+
+
+def _gathered(
+    pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int, shares: np.ndarray
+) -> np.ndarray:
+    """`tilted_weights` of samples that are values. shares: of a photosite's open side on each of its samples."""
     corner = pupil.corner_radius
     places = np.arange(samples_per_axis) - 0.5 * (samples_per_axis - 1)
     radii = samples_per_axis * radius_px + slope[0] * places[None, :] + slope[1] * places[:, None]
@@ -35,6 +49,7 @@ def tilted_weights(pupil: Pupil, radius_px: float, slope: tuple[float, float], s
     spread, inside = np.zeros((size, size)), np.zeros((size, size))
     for (down, right), radius in np.ndenumerate(radii):
         weights, covered = _cells(pupil, float(radius), slope, reach)
+        weights = weights * (shares[down] * shares[right])
         spread[down : down + 2 * reach + 1, right : right + 2 * reach + 1] += weights
         inside[down : down + 2 * reach + 1, right : right + 2 * reach + 1] += covered
     rows = math.floor(samples_per_axis * abs(radius_px) * min(STEP / max(3.0 * abs(slope[1]), 1e-9), 0.5))

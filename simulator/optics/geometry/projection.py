@@ -1,6 +1,7 @@
 """Projection of the scene's grid onto the sensor's photosites."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
+TILTED_PARTS = 4  # upright parts per axis of a photosite whose sides distortion tilts
 EDGE_PX = 1.0  # difference in blur radius above which neighbouring scene pixels belong to two surfaces
 
 
@@ -23,10 +25,16 @@ EDGE_PX = 1.0  # difference in blur radius above which neighbouring scene pixels
 class Projection:
     """Resampling of the scene's grid by the photosites.
 
+    A photosite is the mean of the scene over its area. In a scene finer than the photosites each pixel is an even square, and
+    the mean is exact. A coarser scene is read bilinearly between the centres of its pixels: the mean of even squares over the
+    area of one scene pixel. Both agree at one scene pixel per photosite.
+
     scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's upper left corner.
     scene_width, scene_height: of the scene's grid [px].
-    samples: points per photosite and axis that are averaged. nearest: nearest pixel instead of bilinear interpolation.
-    warp: distortion of the lens, applied before the scale; None: none.
+    samples: points per photosite and axis that are averaged where the scene is coarse.
+    nearest: a coarse scene is read at its nearest pixel instead of bilinearly.
+    stretch: largest local magnification of `warp`. warp: distortion of the lens, applied before the scale; None: none.
+    open_side: side of the light-sensitive square in the middle of a photosite [photosites] that `project` averages.
     """
 
     scale: float
@@ -37,14 +45,48 @@ class Projection:
     samples: int
     nearest: bool
     warp: Warp | None = None
+    stretch: float = 1.0
+    open_side: float = 1.0
 
-    def defines(self, cfa_macros: dict[str, int], over: int = 1) -> dict[str, object]:
+    @property
+    def is_fine(self) -> bool:
+        """Whether the scene has more than one pixel per photosite and axis."""
+        return self.scale > 1.0 + 1e-6
+
+    def whole_pixels(self, counts: Sequence[int]) -> int:
+        """First of these samples per photosite and axis that divides each scene pixel into whole samples; 0: none."""
+        for count in counts if self.warp is None else ():
+            per_pixel = count / self.scale
+            wholes = per_pixel, per_pixel * self.offset_x, per_pixel * self.offset_y
+            if per_pixel > 0.5 and all(abs(number - round(number)) < 1e-4 for number in wholes):
+                return count
+        return 0
+
+    def taps(self, side: float) -> int:
+        """Most scene pixels per axis that an area of this side [photosites] touches; 0 where the scene is coarse."""
+        if not self.is_fine:
+            return 0
+        wide = side * self.scale * self.stretch
+        places = self.offset_x, self.offset_y, self.scale, side * self.scale
+        begins_on_pixels = self.warp is None and self.open_side == 1.0 and all(place == round(place) for place in places)
+        return math.ceil(wide - 1e-4) + (not begins_on_pixels)
+
+    def defines(self, cfa_macros: dict[str, int], over: int = 1, inset: float = 0.0) -> dict[str, object]:
         """Macros of kernels/projection.cl, for planes of `over` x `over` samples per photosite.
 
-        cfa_macros: of kernels/cfa.h, for the output's upper left corner.
+        cfa_macros: of kernels/cfa.h, for the output's upper left corner. inset: of a mosaic's open area [photosites].
         """
+        split = max(1, TILTED_PARTS // over) if self.warp is not None else 1
+        area = {"TAPS": self.taps((1.0 - 2.0 * inset) / over / split), "SPLIT": split, "INSET": f"{inset:.9e}f"}
         distortion = {"DISTORTION": 0} if self.warp is None else {"DISTORTION": 1, **self.warp.macros()}
-        return {"SAMPLES": -(-self.samples // over), "NEAREST": int(self.nearest), "OVER": over, **distortion, **cfa_macros}
+        return {
+            "SAMPLES": -(-self.samples // over),
+            "NEAREST": int(self.nearest),
+            "OVER": over,
+            **area,
+            **distortion,
+            **cfa_macros,
+        }
 
     def arguments(self, origin_x: int, origin_y: int) -> dict[str, float]:
         """Scalar arguments of kernels/projection.cl for an output whose first photosite is this one of the sensor."""
@@ -85,6 +127,7 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
         samples=max(1, math.ceil(scale * stretch - 1e-6)),
         nearest=scene.interpolation == "nearest",
         warp=warp,
+        stretch=stretch,
     )
 
 
@@ -94,7 +137,8 @@ def project(device: Device, projection: Projection, cfa: Cfa, window: Window, pl
     planes: device buffer (channels, scene height, scene width) float32 [e- s^-1 um^-2 sr^-1]. window: photosites to compute.
     """
     mosaic = device.empty((window.height, window.width), np.float32)
-    kernel = device.kernel("projection_mosaic", projection.defines(cfa.macros(window.x, window.y)), file="projection.cl")
+    defines = projection.defines(cfa.macros(window.x, window.y), inset=0.5 * (1.0 - projection.open_side))
+    kernel = device.kernel("projection_mosaic", defines, file="projection.cl")
     arguments = projection.arguments(window.x, window.y)
     device.run(kernel, (window.width, window.height), None, planes=planes, mosaic=mosaic, **arguments)
     return mosaic

@@ -8,6 +8,7 @@ from simulator.device import Buffer, Device
 from simulator.optics.defocus.defocus import Method
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.passes.row_band import RowBand
+from simulator.optics.passes.scene_gather import gather_scene
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
 
@@ -24,6 +25,7 @@ def defocused_mosaic(
     light = device.zeros((window.height, window.width), np.float32)
     composite = chosen.tiles_with(Method.COMPOSITE, Method.CORRECTED).any()
     open_ = device.ones((window.height, window.width) if composite else (1,), np.float32)
+    gather_scene(tiles, cfa, device, planes, light)
     tables = [DeviceTables(tiles, device, samples_per_axis) for samples_per_axis in chosen.sample_grids()]
     row_bands = [RowBand(tiles, cfa, device, one, planes, open_) for one in tables]
     for band in range(area.bands):

@@ -19,7 +19,7 @@ class DeviceTables:
     """
 
     def __init__(self, tiles: TilePlan, device: Device, samples_per_axis: int) -> None:
-        self._device, self._pupil, self._zones = device, tiles.defocus.pupil, tiles.zones
+        self._device, self._pupil, self._zones, self._area = device, tiles.defocus.pupil, tiles.zones, tiles.defocus.area
         self.samples_per_axis = samples_per_axis
         self._chosen = tiles.chosen.part(slice(0, len(tiles.chosen.computed)), samples_per_axis)
         self._size = samples_per_axis, samples_per_axis * tiles.area.rows_with_margins, tiles.area.set_columns
@@ -39,10 +39,13 @@ class DeviceTables:
         """
         images, places = self._images()
         if clipped:
-            taps, numbers, entries = self.zones.images(self._chosen, images, places, self.samples_per_axis)
+            taps, numbers, entries = self.zones.images(self._chosen, images, places, self.samples_per_axis, self._area)
         else:
             taps, entries = (
-                [aperture_taps(self._pupil, image.radius_px, image.slope, self.samples_per_axis) for image in images],
+                [
+                    aperture_taps(self._pupil, image.radius_px, image.slope, self.samples_per_axis, self._area)
+                    for image in images
+                ],
                 None,
             )
             numbers = [image.node for image in images]
@@ -68,8 +71,8 @@ class DeviceTables:
         around: `Zones.around_blocks` of the blocks; None: no rim clips the pupil.
         """
         if around is None:
-            return aperture_samples(self._pupil, count, self.samples_per_axis)[None]
-        return self.zones.points(*around, count, self.samples_per_axis)
+            return aperture_samples(self._pupil, count, self.samples_per_axis, self._area.open_side)[None]
+        return self.zones.points(*around, count, self.samples_per_axis, self._area)
 
     def around_blocks(self, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """`Zones.around_blocks`, or corners of -1 where there are no zones."""

@@ -109,7 +109,12 @@ class HighlightPass:
             return
         counts = np.array([len(own) for own in lists])
         weights, first, side = spot_weights(
-            highlights, self._pupil, self.band.samples_per_axis, self.band.defocus.eyes, self.origin_px
+            highlights,
+            self._pupil,
+            self.band.samples_per_axis,
+            self.band.defocus.eyes,
+            self.origin_px,
+            self.band.defocus.area,
         )
         spots = [highlights.columns, highlights.rows, highlights.layers, first, side]
         arrays = {

@@ -75,7 +75,7 @@ def _rays_of(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Callab
         block = optics.cfa.block(window.x, window.y)
 
         def sample(rays: RaySet, places: np.ndarray) -> np.ndarray:
-            points = _points(rays.rays, rays.seed, defocus.pupil, False)
+            points = _points(rays.rays, rays.seed, defocus.pupil, optics.projection.open_side)
             return picture.sample(points, window, block, places, defocus.eyes)
 
         return sample
@@ -109,12 +109,11 @@ def _bands(frame: Window) -> Iterator[Window]:
 
 
 @lru_cache(maxsize=8 * REPLICATIONS)
-def _points(rays: int, seed: int, pupil: Pupil | None, centred: bool) -> np.ndarray:
-    """Rays of a set. pupil: None: the last two numbers are places in the light's cell. centred: see `BandRays`."""
+def _points(rays: int, seed: int, pupil: Pupil | None, side: float) -> np.ndarray:
+    """Rays of a set. pupil: None: the last two numbers are places in the light's cell. side: of the square they start from [px]."""
     patterns = max(FEWEST_PATTERNS, min(PATTERNS, PATTERN_RAYS // rays))
     points = ray_samples(rays, patterns, seed, pupil)
-    if centred:
-        points[..., :2] = 0.5
+    points[..., :2] = 0.5 + side * (points[..., :2] - 0.5)
     return points
 
 
@@ -129,7 +128,7 @@ class BandRays:
         optics, defocus = grid.optics, _defocus_of(grid.optics)
         block = optics.cfa.block(window.x, window.y)
         colour, coverage, radius = grid.band(window)
-        self._pupil, self._centred = defocus.pupil, grid.over == 1
+        self._pupil, self._side = defocus.pupil, 0.0 if grid.over == 1 else optics.projection.open_side
         lights = None if limit is None else take_lights(colour, radius, *limit, grid.over)
         args = grid.device, grid.margin_px, window, grid.over, block, defocus.eyes
         self._rays: HeightField | LayeredRays
@@ -154,10 +153,10 @@ class BandRays:
 
     def sample(self, rays: RaySet, places: np.ndarray) -> np.ndarray:
         """Mean light of some photosites (n,), by a set of rays."""
-        light = self._rays.sample(_points(rays.rays, rays.seed, self._pupil, self._centred), places).astype(np.float64)
+        light = self._rays.sample(_points(rays.rays, rays.seed, self._pupil, self._side), places).astype(np.float64)
         if self._spots is None or self._unhidden is None:
             return light
-        points = _points(max(rays.rays // RAYS_PER_LIGHT_RAY, 1), rays.seed, None, self._centred)
+        points = _points(max(rays.rays // RAYS_PER_LIGHT_RAY, 1), rays.seed, None, self._side)
         return light + self._unhidden[places] - self._spots.lost_light(points, places, rays.doubling == 0)
 
 

@@ -8,7 +8,7 @@ from simulator.device import Buffer, Device
 from simulator.optics.defocus.aperture_samples import sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
 from simulator.optics.defocus.radius_slabs import BlockChoice, SlabLists, make_slab_lists
-from simulator.optics.defocus.tile_methods import NODES_PER_PX, TileChoice, each_block
+from simulator.optics.defocus.tile_methods import TileChoice, each_block
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.passes.highlight_pass import HighlightPass
@@ -60,7 +60,10 @@ class RowBand:
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
         self.defines: dict[str, object] = {**cfa.macros(area.frame.x, area.frame.y), **held}
-        self.defines |= {"NODES_PER_PX": f"{NODES_PER_PX}.0f", "SPAN": device.span}
+        linear = (
+            1 if self.defocus.area.has_squares(samples_per_axis) else self.defocus.nodes_per_px if samples_per_axis == 1 else 0
+        )
+        self.defines |= {"NODES_PER_PX": f"{self.defocus.nodes_per_px}.0f", "LINEAR_NODES": f"{linear}.0f", "SPAN": device.span}
 
     def compute(self, band: int, light: Buffer) -> None:
         """Compute one band of rows of the mosaic `light`, in place."""

@@ -1,0 +1,110 @@
+// Mean of the scene over the area of a photosite, or of a sample of one. Beyond the scene's grid its edge pixels continue.
+// TAPS > 0, a scene finer than the photosites: a scene pixel is an even square, and the mean is exact. Where a lens distorts, the area
+// is a parallelogram, of SPLIT x SPLIT upright rectangles. One touches at most TAPS pixels on either axis.
+// TAPS 0, a coarser scene: the mean over SAMPLES x SAMPLES points of the area. Each is read bilinearly, which is the mean of even
+// squares over one scene pixel's area around the point, or from the nearest pixel where NEAREST is 1.
+#ifndef PHOTOSITE_AREA_H
+#define PHOTOSITE_AREA_H
+#include "plain_math.h"
+#if DISTORTION
+#include "distortion.h"
+#endif
+// Where the sensor lies in the scene. Kernels take it as scalars: PoCL 3.1 vectorises over work-items 1.6 times worse with a struct.
+struct projection {
+    uint scene_width, scene_height; // of the scene's grid [px]
+    float scale;                    // scene pixels per photosite
+    float offset_x, offset_y;       // scene position of the sensor's upper left corner [px]
+};
+
+INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
+
+// Value of a plane at the scene position (u, v) [px]. Pixel i covers [i, i + 1), and its value is that at i + 1/2.
+INLINE float point(global const float *plane, const float u, const float v, const struct projection p) {
+#if NEAREST
+    return plane[(size_t)clamped(whole(v), p.scene_height) * p.scene_width + clamped(whole(u), p.scene_width)];
+#else
+    const int left = whole(u - 0.5f), top = whole(v - 0.5f);
+    const float s = (u - 0.5f) - (float)left, t = (v - 0.5f) - (float)top;
+    const size_t x0 = clamped(left, p.scene_width), x1 = clamped(left + 1, p.scene_width);
+    const size_t y0 = (size_t)clamped(top, p.scene_height) * p.scene_width, y1 = (size_t)clamped(top + 1, p.scene_height) * p.scene_width;
+    const float upper = plane[y0 + x0] + s * (plane[y0 + x1] - plane[y0 + x0]);
+    const float lower = plane[y1 + x0] + s * (plane[y1 + x1] - plane[y1 + x0]);
+    return upper + t * (lower - upper);
+#endif
+}
+
+// Turn a place on the sensor [photosites] into the scene position [px] that a channel sees there.
+INLINE void scene_place(float *x, float *y, const uint channel, const struct projection p) {
+#if DISTORTION
+    undistort(x, y, channel);
+#endif
+    *x = p.offset_x + p.scale * *x;
+    *y = p.offset_y + p.scale * *y;
+}
+
+// Part of pixel `number` [counted from `first`] that lies between `low` and `high` [px from the start of `first`].
+INLINE float overlap(const float low, const float high, const uint number) {
+    const float part = smaller(high, (float)(number + 1)) - larger(low, (float)number);
+    return part > 0.0f ? part : 0.0f;
+}
+
+struct area {
+    float left, top, wide, tall;    // in the scene [px]
+    float tilt_right, tilt_down;    // how far the lower side lies right of the upper, and the right side below the left [px]
+};
+
+// The scene's area that a channel sees in a square of `size` photosites whose upper left corner lies at (x, y) on the sensor.
+INLINE struct area area_of(const float x, const float y, const float size, const uint channel, const struct projection p) {
+    float left = x, top = y;
+#if DISTORTION
+    float right = x + size, bottom = y + size, left_y = y + 0.5f * size, top_x = x + 0.5f * size, right_y = left_y, bottom_x = top_x;
+    scene_place(&left, &left_y, channel, p);
+    scene_place(&right, &right_y, channel, p);
+    scene_place(&top_x, &top, channel, p);
+    scene_place(&bottom_x, &bottom, channel, p);
+    const struct area found = {left, top, right - left, bottom - top, bottom_x - top_x, right_y - left_y};
+#else
+    scene_place(&left, &top, channel, p);
+    const struct area found = {left, top, p.scale * size, p.scale * size, 0.0f, 0.0f};
+#endif
+    return found;
+}
+
+// Mean of a plane over a square of `size` photosites whose upper left corner lies at (x, y) on the sensor [photosites].
+#if TAPS
+INLINE float square(global const float *plane, const float x, const float y, const float size, const uint channel, const struct projection p) {
+    const struct area area = area_of(x, y, size, channel, p);
+    const float wide = area.wide * (1.0f / SPLIT), tall = area.tall * (1.0f / SPLIT);
+    float sum = 0.0f;
+    for (uint part = 0; part < SPLIT * SPLIT; part++) {
+        const float m = (float)(part % SPLIT), n = (float)(part / SPLIT), middle = 0.5f * (SPLIT - 1);
+        const float left = area.left + m * wide + (n - middle) * (area.tilt_right * (1.0f / SPLIT));
+        const float top = area.top + n * tall + (m - middle) * (area.tilt_down * (1.0f / SPLIT));
+        const int column = whole(left), row = whole(top);
+        const float low_x = left - (float)column, low_y = top - (float)row;
+        __attribute__((opencl_unroll_hint(TAPS)))
+        for (uint j = 0; j < TAPS; j++) {
+            global const float *line = plane + (size_t)clamped(row + (int)j, p.scene_height) * p.scene_width;
+            float across = 0.0f;
+            for (uint i = 0; i < TAPS; i++)
+                across += overlap(low_x, low_x + wide, i) * line[clamped(column + (int)i, p.scene_width)];
+            sum += overlap(low_y, low_y + tall, j) * across;
+        }
+    }
+    return sum / (area.wide * area.tall);
+}
+#else
+INLINE float square(global const float *plane, const float x, const float y, const float size, const uint channel, const struct projection p) {
+    float sum = 0.0f;
+    for (uint j = 0; j < SAMPLES; j++)
+        __attribute__((opencl_unroll_hint(8)))
+        for (uint i = 0; i < SAMPLES; i++) {
+            float u = x + size * (((float)i + 0.5f) * (1.0f / SAMPLES)), v = y + size * (((float)j + 0.5f) * (1.0f / SAMPLES));
+            scene_place(&u, &v, channel, p);
+            sum += point(plane, u, v, p);
+        }
+    return sum * (1.0f / (SAMPLES * SAMPLES));
+}
+#endif
+
+#endif

@@ -1,0 +1,99 @@
+// Lens blur of small circles in a scene finer than the photosites: the exact mean over a photosite's area and the image of the
+// aperture, from the scene's pixels, each of them an even square (photosite_area.h). The aperture is a sum of rectangles:
+//   light(x) = sum over rectangles k of share_k * mean of the scene over the photosite's square moved by all of s(x) * rectangle k
+// in which the mean over a rectangle is separable and has a closed form. A surface that tilts moves the middle of its image by
+// s grad(s) / 4 (simulator/optics/defocus/tilted_kernel.py, to the first order of the slope).
+//
+// planes:     (channels, scene height, scene width) float32, electron radiance [e- s^-1 um^-2 sr^-1].
+// radius:     (maps, 2, map_rows, set_columns) float32, signed blur radius [photosites] in interleaved columns, OVER 1; GRADED 0: not
+//             read, and each tile has its own.
+// light:      (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
+// tiles:      (tiles) struct gathered_tile. rectangles: (RECTANGLES) struct rectangle.
+// TAPS:       most scene pixels on either axis that a photosite and its blur circle touch. INSET as in projection.cl.
+#include "conventions.h"
+#include "cfa.h"
+#include "interleaved_columns.h"
+#include "plain_math.h"
+#include "photosite_area.h"
+
+struct gathered_tile {
+    int column, row; // first photosite in the frame; negative where it lies in the margin
+    float radius;    // signed, of all its photosites [photosites]
+};
+
+// Part of the aperture.
+struct rectangle {
+    float x, y;             // its middle [pupil radii]
+    float reach_x, reach_y; // half of its width and of its height [pupil radii]
+    float share;            // of the aperture's area
+};
+
+struct gather {
+    int origin_x, origin_y;   // photosite of the sensor at [0, 0] of the frame
+    uint width, height;       // of the frame
+    uint map;                 // of `radius`
+    int map_column, map_row;  // photosite of the map at [0, 0] of the frame
+    uint map_rows, set_columns; // rows of each map, and columns of each of its column sets
+};
+
+// Mean of max(place + t, 0) over t from -half to half.
+INLINE float ramp(const float place, const float range) {
+    const float above = place + range, bent = above * above / (4.0f * range);
+    return place >= range ? place : (above > 0.0f ? bent : 0.0f);
+}
+
+// Share of each of TAPS pixels in the mean over the interval of width `wide` that begins at `low`, moved by all of -range
+// to range [px from the start of the first pixel].
+INLINE void overlaps(const float low, const float wide, const float range, float *shares) {
+    const float moved = larger(range, 0.004f);
+    float before = ramp(low + wide, moved) - ramp(low, moved);
+    for (uint i = 0; i < TAPS; i++) {
+        const float number = (float)(i + 1), after = ramp(low + wide - number, moved) - ramp(low - number, moved);
+        shares[i] = (before - after) / wide;
+        before = after;
+    }
+}
+
+// Dimension 0: columns of a tile; 1: its rows; 2: tiles.
+kernel void scene_gather(global const float *restrict planes, global const float *restrict radius, global float *restrict light,
+                         global const struct gathered_tile *restrict tiles, global const struct rectangle *restrict rectangles,
+                         const uint scene_width, const uint scene_height, const float scale, const float offset_x,
+                         const float offset_y, const struct gather frame) {
+    const struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
+    const struct gathered_tile tile = tiles[get_global_id(2)];
+    const int column = tile.column + (int)get_global_id(0), row = tile.row + (int)get_global_id(1);
+    if (column < 0 || row < 0 || column >= (int)frame.width || row >= (int)frame.height) return;
+    float blur = tile.radius, tilt_x = 0.0f, tilt_y = 0.0f;
+#if GRADED
+    const int x = frame.map_column + column, y = frame.map_row + row;
+    global const float *own = radius + row_start(2 * frame.map, (size_t)y, frame.map_rows, frame.set_columns);
+    const size_t plane = (size_t)frame.map_rows * frame.set_columns;
+    blur = own[(x & 1) * plane + (x >> 1)];
+    tilt_x = 0.5f * (own[((x + 1) & 1) * plane + ((x + 1) >> 1)] - own[((x - 1) & 1) * plane + ((x - 1) >> 1)]);
+    tilt_y = 0.5f * (own[(x & 1) * plane + (x >> 1) + frame.set_columns] - own[(x & 1) * plane + (x >> 1) - frame.set_columns]);
+#endif
+    const uint channel = cfa_plane((uint)column, (uint)row);
+    global const float *plane_of_channel = planes + (size_t)channel * scene_width * scene_height;
+    const float size = 1.0f - 2.0f * INSET;
+    const struct area area = area_of((float)(frame.origin_x + column) + INSET, (float)(frame.origin_y + row) + INSET, size, channel,
+                                     projection);
+    const float across = area.wide / size * blur, down = area.tall / size * blur; // radius of the aperture's image [px]
+    const float image_x = REACH * (across < 0.0f ? -across : across), image_y = REACH * (down < 0.0f ? -down : down);
+    const float middle_x = area.left + 0.25f * across * tilt_x, middle_y = area.top + 0.25f * down * tilt_y;
+    const int first_x = whole(middle_x - image_x), first_y = whole(middle_y - image_y);
+    float sum = 0.0f, wide[TAPS], tall[TAPS];
+    for (uint k = 0; k < RECTANGLES; k++) {
+        const struct rectangle part = rectangles[k];
+        overlaps(middle_x + across * part.x - (float)first_x, area.wide, image_x / REACH * part.reach_x, wide);
+        overlaps(middle_y + down * part.y - (float)first_y, area.tall, image_y / REACH * part.reach_y, tall);
+        float seen = 0.0f;
+        for (uint j = 0; j < TAPS; j++) {
+            global const float *line = plane_of_channel + (size_t)clamped(first_y + (int)j, scene_height) * scene_width;
+            float mean = 0.0f;
+            for (uint i = 0; i < TAPS; i++) mean += wide[i] * line[clamped(first_x + (int)i, scene_width)];
+            seen += tall[j] * mean;
+        }
+        sum += part.share * seen;
+    }
+    light[(size_t)row * frame.width + column] = sum;
+}

@@ -1,0 +1,102 @@
+"""The area of a photosite on a grid of samples, and the weights of samples that are even squares.
+
+A photosite at x sees the light L of a surface, blurred by the image D of the aperture, over its open area B: (L * D * B)(x),
+with * the convolution. Where samples are even squares Q, a sample's weight is (D * B * Q) at its centre, which is exact. Where
+samples are values of smooth light, B becomes the mean over the places of the photosite's own samples, and a weight the mean of
+D * Q over them.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+FINEST = 64  # most parts per photosite and axis on which weights of even squares are computed
+RADIUS_IN_PARTS = 24.0  # least blur radius in these parts, if FINEST allows
+PART_OPEN = 2  # factor on both for photosites whose open area ends within parts
+TILTED_IN_PARTS = 1.5  # the same for tilted surfaces, whose weights take longer
+SQUARE = np.array([1.0, 22.0, 1.0]) / 24.0  # an even square, as three points one side apart with its variance of 1/12
+
+Gather = Callable[[float, int], np.ndarray]
+
+
+@dataclass(frozen=True)
+class PhotositeArea:
+    """How a photosite gathers the samples around it.
+
+    fine: whether the scene is finer than the photosites: even squares.
+    whole_pixels: least samples per photosite and axis that divide each pixel of a fine scene into whole samples, which are even
+        squares, too; 0: none do. Other samples count as values of smooth light.
+    open_side: side of its light-sensitive square [photosites].
+    """
+
+    fine: bool = False
+    whole_pixels: int = 0
+    open_side: float = 1.0
+
+    def has_squares(self, samples_per_axis: int) -> bool:
+        """Whether samples are even squares."""
+        return 0 < self.whole_pixels <= samples_per_axis
+
+    def shares(self, samples_per_axis: int) -> np.ndarray:
+        """Share of the open side on each of the photosite's own samples along one axis, float64, sum 1."""
+        half = 0.5 * self.open_side
+        borders = np.clip(np.arange(samples_per_axis + 1) / samples_per_axis - 0.5, -half, half)
+        return np.diff(borders) / self.open_side
+
+    def mean(self, weights: np.ndarray, samples_per_axis: int) -> np.ndarray:
+        """Mean of weights (..., n, n) over the photosite's own samples: (..., m, m) with m = n + samples_per_axis - 1."""
+        shares, size = self.shares(samples_per_axis), weights.shape[-1]
+        spread = np.zeros((*weights.shape[:-2], size + samples_per_axis - 1, size + samples_per_axis - 1))
+        for down, share_down in enumerate(shares.tolist()):
+            for right, share in enumerate(shares.tolist()):
+                spread[..., down : down + size, right : right + size] += share_down * share * weights
+        return spread
+
+    def weights(
+        self, gather: Gather, radius_px: float, samples_per_axis: int, least_parts: float = RADIUS_IN_PARTS
+    ) -> np.ndarray:
+        """Weights of the samples around a photosite, (n, n) or (images, n, n), from `gather`.
+
+        gather: weights of samples that are values of smooth light, by blur radius [photosites] and samples per photosite and
+        axis. least_parts: least radius in parts on which weights of even squares are computed.
+        """
+        if not self.has_squares(samples_per_axis) or radius_px == 0.0:
+            return gather(radius_px, samples_per_axis)
+        finest, least_parts = ((1, PART_OPEN)[self.open_side < 1.0] * number for number in (FINEST, least_parts))
+        least_px = 1.0 / finest
+        if abs(radius_px) < least_px:  # light crosses the borders of squares in proportion to the radius
+            none, some = (
+                gather(0.0, samples_per_axis),
+                self.weights(gather, math.copysign(least_px, radius_px), samples_per_axis),
+            )
+            share, reach = abs(radius_px) / least_px, (some.shape[-1] - none.shape[-1]) // 2
+            return share * some + (1.0 - share) * _pad(none, reach)
+        wanted = math.ceil(least_parts / (abs(radius_px) * samples_per_axis))
+        parts = max(1, min(wanted, int(finest) // samples_per_axis))
+        return _add_parts(_blur_by_square(gather(radius_px, samples_per_axis * parts)), samples_per_axis, parts)
+
+
+WHOLE = PhotositeArea()
+
+
+def _pad(weights: np.ndarray, reach: int) -> np.ndarray:
+    """Weights with `reach` more zeros on each side of the last two axes."""
+    return np.pad(weights, [(0, 0)] * (weights.ndim - 2) + [(reach, reach)] * 2)
+
+
+def _blur_by_square(weights: np.ndarray) -> np.ndarray:
+    """Convolve weights (..., n, n) with an even square of one sample: (..., n + 2, n + 2)."""
+    padded = _pad(weights, 2)
+    before, own, after = SQUARE.tolist()
+    rows = before * padded[..., :-2, :] + own * padded[..., 1:-1, :] + after * padded[..., 2:, :]
+    return before * rows[..., :-2] + own * rows[..., 1:-1] + after * rows[..., 2:]
+
+
+def _add_parts(weights: np.ndarray, samples_per_axis: int, parts: int) -> np.ndarray:
+    """Sums of weights (..., n, n) over parts x parts, the photosite's own in the middle of the result."""
+    reach = (weights.shape[-1] - samples_per_axis * parts) // 2
+    weights = _pad(weights, -reach % parts)
+    size = weights.shape[-1] // parts
+    return weights.reshape(*weights.shape[:-2], size, parts, size, parts).sum(axis=(-3, -1))

@@ -1,0 +1,70 @@
+"""Photosites as areas, in float64: exact means of a scene of even square pixels behind a lens out of focus.
+
+The aperture is a disk, cut into chords: along a chord the mean of the overlap of photosite and pixel has a closed form, and the
+chords are summed by the midpoint rule in the angle at which they begin.
+"""
+
+import math
+
+import numpy as np
+
+CHORDS = 256
+
+
+def photosite_means(
+    pixels: np.ndarray, shape: tuple[int, int], radius_px: float = 0.0, fill_factor: float = 1.0, chords: int = CHORDS
+) -> np.ndarray:
+    """Mean of each photosite's open area, (rows, columns) float64, of a scene that covers the sensor.
+
+    pixels: (height, width) radiance of even squares, 0 beyond them; as many per photosite in y as in x. shape: rows and columns
+    of photosites. radius_px: blur radius [photosites].
+    """
+    scale, side = pixels.shape[1] / shape[1], math.sqrt(fill_factor)
+    assert math.isclose(scale, pixels.shape[0] / shape[0])
+
+    def overlaps(axis: int, shift_px: float, half_chord_px: float) -> np.ndarray:
+        return _overlaps(shape[axis], pixels.shape[axis], scale, side, scale * shift_px, scale * half_chord_px)
+
+    if radius_px == 0.0:
+        return overlaps(0, 0.0, 0.0) @ pixels @ overlaps(1, 0.0, 0.0).T
+    angles = math.pi * ((np.arange(chords) + 0.5) / chords - 0.5)
+    shares = np.cos(angles) ** 2 / np.sum(np.cos(angles) ** 2)
+    means = np.zeros(shape)
+    for angle, share in zip(angles.tolist(), shares.tolist(), strict=True):
+        across = overlaps(1, 0.0, radius_px * math.cos(angle))
+        means += share * (overlaps(0, radius_px * math.sin(angle), 0.0) @ pixels @ across.T)
+    return means
+
+
+def _overlaps(count: int, pixels: int, scale: float, side: float, shift: float, half_chord: float) -> np.ndarray:
+    """Share of each photosite's side on each pixel, (photosites, pixels), mean over shifts by up to half_chord [pixels]."""
+    middle = scale * (np.arange(count) + 0.5)[:, None] + shift - np.arange(pixels)
+    low, high = middle - 0.5 * scale * side, middle + 0.5 * scale * side
+    return (_ramp(high, half_chord) - _ramp(high - 1, half_chord) - _ramp(low, half_chord) + _ramp(low - 1, half_chord)) / (
+        scale * side
+    )
+
+
+def _ramp(place: np.ndarray, half: float) -> np.ndarray:
+    """Mean of max(place + t, 0) over t from -half to half."""
+    if half == 0.0:
+        return np.maximum(place, 0.0)
+    return (np.maximum(place + half, 0.0) ** 2 - np.maximum(place - half, 0.0) ** 2) / (4.0 * half)
+
+
+def fine_scene(kind: str, scale: float, shape: tuple[int, int], seed: int = 0) -> np.ndarray:
+    """Scene of `scale` pixels per photosite, (height, width) radiance around 1 at most, but for lamps.
+
+    kind: noise: independent pixels. edges: rectangles at any place and of any light. lamps: single pixels of 30 on 0.1.
+    """
+    rng = np.random.default_rng(seed)
+    height, width = (round(scale * side) for side in shape)
+    if kind == "noise":
+        return rng.uniform(0.0, 1.0, (height, width))
+    if kind == "lamps":
+        return 0.1 + 30.0 * (rng.uniform(size=(height, width)) < 0.02 / scale**2)
+    pixels = np.full((height, width), 0.5)
+    for _ in range(60):
+        y, x = rng.integers(0, height), rng.integers(0, width)
+        pixels[y : y + rng.integers(2, height // 3), x : x + rng.integers(2, width // 3)] = rng.uniform()
+    return pixels

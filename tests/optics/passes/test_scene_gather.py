@@ -1,0 +1,160 @@
+"""A photosite is an area: scenes finer than the photosites, sharp and behind small blur circles, against exact means."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.area_truth import fine_scene, photosite_means
+from helpers.fine_frame import fine_shot, frame_radiance
+from helpers.lens_error import z_scores
+from helpers.lens_frame import LENS
+from scipy.special import j1
+
+from simulator.device import open_device
+from simulator.optics.defocus.aperture_rectangles import aperture_rectangles, rectangle_count
+from simulator.optics.defocus.predicted_error import predicted_errors
+from simulator.optics.pupil.pupil import Aperture, Pupil
+from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.simulate import expose
+from simulator.scene.image import ImageScene
+from simulator.sensor.camera.camera import Window
+
+SHAPE, MARGIN = (40, 50), 7
+PICTURES = Path(__file__).parents[4] / "shared/data/openexr-images"
+
+
+def worst(pixels, radius, electrons, fill_factor=1.0, shape=SHAPE, **settings) -> float:
+    """p99 of |z|, without the margin that sees past the scene."""
+    found, _ = frame_radiance(fine_shot(pixels, shape, radius, electrons, fill_factor, **settings))
+    truth = photosite_means(pixels, shape, radius, fill_factor, chords=96)
+    inner = slice(MARGIN, -MARGIN), slice(MARGIN, -MARGIN)
+    return float(np.quantile(np.abs(z_scores(found[inner], truth[inner], electrons)), 0.99))
+
+
+def test_the_truth_is_the_transform():
+    """A wave of square pixels: sinc of pixel, jinc of the disk and sinc of the photosite, and the aliases of the pixels."""
+    scale, radius, cycles = 4, 0.9, 0.15
+    pixels = 1.0 + 0.5 * np.cos(2.0 * np.pi * cycles * (np.arange(48 * scale) + 0.5) / scale)[None, :].repeat(48 * scale, 0)
+    found = photosite_means(pixels, (48, 48), radius, 0.7)
+    places, expected = np.arange(48) + 0.5, np.ones(48)
+    for order in range(-200, 201):
+        q = cycles + scale * order
+        angle = 2.0 * np.pi * q * radius
+        transfer = 2.0 * j1(angle) / angle * np.sinc(q / scale) * np.sinc(q * math.sqrt(0.7))
+        expected += 0.5 * transfer * (-1) ** order * np.cos(2.0 * np.pi * q * places)
+    assert np.abs(found[20, 8:-8] - expected[8:-8]).max() < 1e-5
+
+
+@pytest.mark.parametrize("electrons", [2000.0, 20000.0])
+@pytest.mark.parametrize("scale", [2.0, 2.7, 4.0])
+@pytest.mark.parametrize("kind", ["noise", "edges"])
+def test_fine_scenes_keep_a_tenth_of_the_noise(kind, scale, electrons):
+    """Random pixels and edges, at every radius; where pixels do not divide into samples, up to 1 at 20,000 electrons."""
+    pixels = fine_scene(kind, scale, SHAPE)
+    radii = (0.0, 0.2, 0.3, 0.6, 1.0) + ((2.0, 5.0) if scale != 2.7 or electrons == 2000.0 else ())
+    missed = {radius: worst(pixels, radius, electrons) for radius in radii}
+    assert max(missed.values()) <= 0.1, missed
+
+
+@pytest.mark.parametrize("scale", [2.0, 2.7])
+def test_lamps_of_one_pixel_keep_the_noise(scale):
+    """Lamps 300 times brighter than their surroundings, whose spots are told from the dark by 300 sigma."""
+    pixels = fine_scene("lamps", scale, SHAPE)
+    missed = {radius: worst(pixels, radius, 2000.0) for radius in (0.0, 0.2, 0.3, 0.6)}
+    assert max(missed.values()) <= 0.1, missed
+
+
+@pytest.mark.parametrize("scale", [2.0, 2.7, 4.0])
+def test_the_open_area_of_a_photosite_is_integrated(scale):
+    """A fill factor of 0.6: less light is no matter here, but finer detail; no point spread function is needed."""
+    pixels = fine_scene("noise", scale, SHAPE)
+    missed = {radius: worst(pixels, radius, 2000.0, 0.6) for radius in (0.0, 0.2, 0.3, 0.6, 1.0)}
+    assert max(missed.values()) <= 0.1, missed
+    assert plan(fine_shot(pixels, SHAPE, 0.0, 2000.0, 0.6)).optics.psf is None
+
+
+def test_a_surface_that_tilts_through_the_focus():
+    """Radii from -0.6 to 0.6: each photosite as one of a flat surface of its own radius, 0.003 photosites aside at most."""
+    scale = 2.7
+    pixels = fine_scene("noise", scale, SHAPE)
+    radius = np.linspace(-0.6, 0.6, pixels.shape[1])[None, :].repeat(pixels.shape[0], 0)
+    found, planned = frame_radiance(fine_shot(pixels, SHAPE, radius, 2000.0))
+    assert 0 in planned.tiles.chosen.samples_per_axis[planned.tiles.chosen.computed]
+    for column in (10, 17, 24, 31, 38):
+        own = float(np.interp((column + 0.5) * scale, np.arange(pixels.shape[1]) + 0.5, radius[0]))
+        truth = photosite_means(pixels, SHAPE, abs(own), chords=96)[MARGIN:-MARGIN, column]
+        z = z_scores(found[MARGIN:-MARGIN, column], truth, 2000.0)
+        assert np.quantile(np.abs(z), 0.9) < 0.1, (column, own)
+
+
+def test_a_pupil_with_blades_is_gathered_as_on_a_grid():
+    """The sum over rectangles of a pentagon against its exact areas on samples that divide the pixels."""
+    shot = fine_shot(fine_scene("noise", 4.0, SHAPE), SHAPE, 0.7, 2000.0, lens=replace(LENS, aperture=Aperture(5, 12.0)))
+    device, planned = open_device(), plan(shot)
+    optics, defocus, frames = planned.optics, planned.optics.defocus, []
+    assert defocus.area.whole_pixels == 4
+    for whole_pixels, samples in ((4, 4), (0, 0)):
+        accuracy, area = (replace(part, whole_pixels=whole_pixels) for part in (optics.accuracy, defocus.area))
+        own = replace(optics, accuracy=accuracy, defocus=replace(defocus, accuracy=accuracy, area=area))
+        measured = measure(replace(planned, optics=own), device)
+        assert (measured.tiles.chosen.samples_per_axis[measured.tiles.chosen.computed] == samples).all()
+        frames.append(device.download(expose(measured, device), SHAPE, np.float32) / optics.weights.sum())
+    assert np.quantile(np.abs(z_scores(*frames, 2000.0)), 0.99) < 0.05
+
+
+def test_rectangles_have_the_moments_of_the_aperture():
+    for pupil in (Pupil(), Pupil(5, rotation_deg=12.0)):
+        x, y, half_width, half_height, share = aperture_rectangles(pupil, 8).T
+        points = pupil.points(1 << 14)
+        assert share.sum() == pytest.approx(1.0)
+        assert (share @ x, share @ y) == pytest.approx(tuple(points.mean(axis=0)), abs=2e-3)
+        variances = share @ (x**2 + half_width**2 / 3.0), share @ (y**2 + half_height**2 / 3.0)
+        assert variances == pytest.approx(tuple((points**2).mean(axis=0)), rel=5e-3)
+    assert rectangle_count(np.array([0.1, 0.5, 0.6, 1.5])).tolist() == [8, 8, 16, 24]
+
+
+def test_a_crop_has_the_bits_of_the_frame():
+    shot = fine_shot(fine_scene("noise", 2.7, SHAPE), SHAPE, 0.4, 2000.0)
+    whole, _ = frame_radiance(shot)
+    crop, planned = frame_radiance(replace(shot, camera=replace(shot.camera, window=Window(7, 9, 30, 25))))
+    assert planned.tiles.chosen.samples_per_axis.max() == 0
+    assert np.array_equal(crop, whole[9:34, 7:37])
+
+
+def test_a_circle_that_is_left_out_is_told_with_its_error():
+    """Smooth light: what is left out is below the tolerance, and said; light between random pixels is never left out."""
+    y, x = np.mgrid[: 40 * 2, : 50 * 2]
+    smooth = 0.5 + 0.2 * np.cos(2.0 * np.pi * (x + y) / 150.0)
+    shot = fine_shot(smooth, SHAPE, 0.02, 2000.0)
+    planned, truth = plan(shot), photosite_means(smooth, SHAPE, 0.02)
+    assert planned.optics.defocus is None
+    told = next(one for one in planned.passes if one.name == "defocus")
+    device = open_device()
+    found = device.download(expose(planned, device), SHAPE, np.float32) / planned.optics.weights.sum()
+    z = np.abs(z_scores(found, truth, 2000.0))[MARGIN:-MARGIN, MARGIN:-MARGIN]
+    assert z.max() < told.error_sigma < 0.1 and "without that of radius 0.02" in told.method
+    assert plan(fine_shot(fine_scene("noise", 2.0, SHAPE), SHAPE, 0.02, 2000.0)).optics.defocus is not None
+
+
+@pytest.mark.parametrize(("scale", "fill_factor"), [(2.7, 1.0), (2.7, 0.6), (5.0, 1.0)])
+def test_predicted_errors_bound_what_is_found(scale, fill_factor):
+    pixels = fine_scene("noise", scale, SHAPE)
+    for radius in (0.1, 0.3, 0.6, 1.0, 2.0):
+        told = max(predicted_errors(plan(fine_shot(pixels, SHAPE, radius, 2000.0, fill_factor)).optics.defocus).values())
+        assert worst(pixels, radius, 2000.0, fill_factor) <= told, radius
+
+
+@pytest.mark.parametrize("name", ["Desk", "StillLife", "Carrots"])
+def test_pictures_of_high_dynamic_range(name):
+    """The middle of three pictures at 2.7 pixels per photosite: without blur, and with a radius of a quarter of a photosite."""
+    path = PICTURES / f"{name}.exr"
+    if not path.is_file():
+        pytest.skip(f"{path} is not there: the OpenEXR project's pictures are no part of the repository")
+    planes = ImageScene(path, 100.0, negative="clip").load().planes
+    top, left = (planes.shape[0] - 270) // 2, (planes.shape[1] - 324) // 2
+    pixels = planes[top : top + 270, left : left + 324].mean(axis=2, dtype=np.float64)
+    pixels = np.maximum(pixels / np.quantile(pixels, 0.99), 0.0)
+    for radius in (0.0, 0.25):
+        assert worst(pixels, radius, 2000.0, shape=(100, 120)) <= 0.1, radius
