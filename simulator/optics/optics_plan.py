@@ -75,6 +75,20 @@ class OpticsPlan:
         """Return the plan of a sensor whose photosites all have this colour."""
         return replace(self, cfa=Cfa.uniform(plane))
 
+    def on_wider_photosites(self) -> Self:
+        """Return the plan of the same blur on photosites twice as wide, which cover the window and one more on each side."""
+        assert self.defocus is not None  # only a blur is computed on wider photosites
+        x, y = self.window.x // 2 - 1, self.window.y // 2 - 1
+        right, bottom = (self.window.x + self.window.width + 1) // 2 + 1, (self.window.y + self.window.height + 1) // 2 + 1
+        width, height = self.sensor_px
+        return replace(
+            self,
+            projection=self.projection.on_wider_photosites(),
+            window=Window(x, y, right - x, bottom - y),
+            sensor_px=((width + 1) // 2, (height + 1) // 2),
+            defocus=self.defocus.on_wider_photosites(),
+        )
+
     def cfa_macros(self) -> dict[str, int]:
         """Macros of kernels/cfa.h for the window."""
         return self.cfa.macros(self.window.x, self.window.y)

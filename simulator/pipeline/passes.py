@@ -145,6 +145,7 @@ def _defocus(optics: OpticsPlan, tiles: TilePlan | None) -> Pass:
         Method.COMPOSITE: means * len(defocus.radii_px),
         Method.CORRECTED: means * len(defocus.radii_px) + points,
         Method.OCCLUSION: points,
+        Method.WIDE: 0.25 * optics.channels * points,
     }
     cost_ms = _ms(pixels, sum(share * cost[method] for method, share in shares.items()))
     return Pass("defocus", True, methods, pixels, memory, max(predicted_errors(defocus).values()), cost_ms)

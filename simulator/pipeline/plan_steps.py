@@ -59,7 +59,9 @@ def _occluded_background_step(optics: OpticsPlan) -> Step:
     if share is None:
         return Step("hidden surfaces", bool(scene.behind), f"the scene has {len(scene.layers)} layers")
     assumption = (
-        "is not shown by the scene, and none is assumed" if scene.hidden == "none" else "is assumed to go on behind edges"
+        "is not shown by the scene, and none is assumed"
+        if scene.hidden == "none"
+        else "is assumed to go on behind edges as the mean of what lies beside them, without its detail"
     )
     return Step(
         "hidden surfaces",

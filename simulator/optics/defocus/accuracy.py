@@ -21,6 +21,8 @@ SLOPE_STEP = 0.03  # step to which slopes of the radius are rounded [photosites 
 RAYS = 16384  # per photosite: p99.9 of |z| is below 0.1 at 2000 e- on the closed forms without highlights
 FINE_PX = 12.0  # blur circles up to this radius keep detail finer than a photosite
 FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and the largest radius
+MOST_WIDE = 4096  # the same for the largest radius on photosites that are wider than the camera's
+WIDE_PX = 24.0  # smallest blur radius at MEASURED for which light is computed on photosites twice as wide [photosites]
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
 _SAMPLES = 400  # places per axis at which the scene's radiance is sampled
 

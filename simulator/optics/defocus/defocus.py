@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 
 from simulator.errors import require
-from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.accuracy import WIDE_PX, Accuracy
 from simulator.optics.defocus.field_pupil import CatsEyes, plan_cats_eyes
 from simulator.optics.defocus.patch_reach import merge_far_patches
 from simulator.optics.lens.lens import Lens
@@ -40,6 +40,7 @@ class Method(IntEnum):
     COMPOSITE = 2  # means of smooth surfaces, composited; exact while only one surface is out of focus
     CORRECTED = 3  # the same plus the surfaces' covariance over the aperture, from aperture samples
     OCCLUSION = 4  # aperture samples alone: surfaces that occlude parts of themselves
+    WIDE = 5  # the same where all blur circles are wide: from the blur on photosites twice as wide
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,7 @@ class Defocus:
     pupil: shape of the aperture. eyes: how rims clip it by position on the sensor (cat's eye vignetting); None: nowhere.
     accuracy: error that the blur may have.
     guessed: whether the background behind edges is assumed, because the scene does not contain it.
+    wider: width of the photosites of this blur, in photosites of the camera; a power of two.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
@@ -62,6 +64,7 @@ class Defocus:
     accuracy: Accuracy = Accuracy()
     guessed: bool = False
     eyes: CatsEyes | None = None
+    wider: int = 1
 
     @cached_property
     def least_px(self) -> float:
@@ -78,6 +81,12 @@ class Defocus:
         """Radius of the largest blur circle."""
         return max(abs(self.least_px), abs(self.greatest_px))
 
+    def on_wider_photosites(self) -> Self:
+        """Return the blur as photosites see it that are twice as wide."""
+        radii = tuple(0.5 * radius for radius in self.radii_px)
+        eyes = None if self.eyes is None else self.eyes.on_wider_photosites(0.5 * self.largest_px)
+        return replace(self, radii_px=radii, scale=2.0 * self.scale, eyes=eyes, wider=2 * self.wider)
+
     def of_scene(self) -> Self:
         """Return the blur of the scene's own surfaces, without a background that is only assumed."""
         return replace(self, radii_px=self.radii_px[:1]) if self.guessed else self
@@ -93,15 +102,24 @@ class Defocus:
         class_px = (self.largest_px + CLASS_UNIT_PX) / self.classes_per_unit
         return math.ceil(self.pupil.corner_radius * (self.largest_px + 2.0 * class_px)) + 2
 
+    @property
+    def wide_px(self) -> float:
+        """Smallest blur radius from which light is computed on photosites twice as wide [photosites].
+
+        At the end of a penumbra of radius R light grows as the 1.5th power of the distance over R, which no polynomial follows.
+        """
+        looser = max(self.accuracy.looser, 1.0) if self.guessed else self.accuracy.looser
+        return WIDE_PX * looser ** (-2.0 / 3.0)
+
     @cached_property
     def classes_per_unit(self) -> float:
         """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
 
-        With twelve, a class is a third of a photosite wide in focus and a twelfth of the radius for large radii. There are half
-        as many where four photosites or more show one scene pixel, and fewer for a loose tolerance.
+        With twelve, a class is a third of a photosite wide in focus and a twelfth of the radius for large radii. There are
+        twice as many where all radii are large, and fewer for a loose tolerance.
         """
         span = math.asinh(self.greatest_px / CLASS_UNIT_PX) - math.asinh(self.least_px / CLASS_UNIT_PX)
-        finest = 12.0 * min(max(2.0 * self.scale, 0.5), 1.0) / self.accuracy.coarser
+        finest = (12.0 if self.wider == 1 else 24.0) / self.accuracy.coarser
         return min(finest, (CLASSES - 3) / span) if span else finest
 
     @cached_property

@@ -1,7 +1,8 @@
 """Projection of the scene's grid onto the sensor's photosites."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -27,6 +28,7 @@ class Projection:
     scene_width, scene_height: of the scene's grid [px].
     samples: points per photosite and axis that are averaged. nearest: nearest pixel instead of bilinear interpolation.
     warp: distortion of the lens, applied before the scale; None: none.
+    edge_px: difference in blur radius above which neighbouring scene pixels belong to two surfaces [photosites].
     """
 
     scale: float
@@ -37,6 +39,13 @@ class Projection:
     samples: int
     nearest: bool
     warp: Warp | None = None
+    edge_px: float = EDGE_PX
+
+    def on_wider_photosites(self) -> Self:
+        """Return the resampling of the same scene by photosites twice as wide, from the same corner of the sensor on."""
+        warp = None if self.warp is None else self.warp.on_wider_photosites()
+        samples = min(2 * self.samples, max(1, math.ceil(4.0 * self.scale)))  # more than two per scene pixel tell nothing
+        return replace(self, scale=2.0 * self.scale, samples=samples, warp=warp, edge_px=0.5 * self.edge_px)
 
     def defines(self, cfa_macros: dict[str, int], over: int = 1) -> dict[str, object]:
         """Macros of kernels/projection.cl, for planes of `over` x `over` samples per photosite.
@@ -135,7 +144,7 @@ def project_radius(
     `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample.
     """
     kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"edge": EDGE_PX, "first_plane": number, **projection.arguments(*origin)}
+    settings = {"edge": projection.edge_px, "first_plane": number, **projection.arguments(*origin)}
     device.run(kernel, layout.work_size(1), None, scene_radius=scene_radius, radius=radius, **settings)
 
 
