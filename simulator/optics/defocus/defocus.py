@@ -15,7 +15,7 @@ import numpy as np
 
 from simulator.errors import require
 from simulator.optics.defocus.accuracy import WIDE_PX, Accuracy
-from simulator.optics.defocus.field_pupil import CatsEyes, plan_cats_eyes
+from simulator.optics.defocus.field_pupil import MOST_MOVED, CatsEyes, plan_cats_eyes
 from simulator.optics.defocus.patch_reach import merge_far_patches
 from simulator.optics.lens.lens import Lens
 from simulator.optics.pupil.pupil import Pupil
@@ -107,7 +107,10 @@ class Defocus:
         """Smallest blur radius from which light is computed on photosites twice as wide [photosites].
 
         At the end of a penumbra of radius R light grows as the 1.5th power of the distance over R, which no polynomial follows.
+        A block of wider photosites has one pupil, so there are none where rims clip it differently across the block.
         """
+        if self.eyes is not None and self.eyes.movement(2 * BLOCK_COLUMNS) > MOST_MOVED:
+            return math.inf
         looser = max(self.accuracy.looser, 1.0) if self.guessed else self.accuracy.looser
         return WIDE_PX * looser ** (-2.0 / 3.0)
 
