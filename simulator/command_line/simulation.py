@@ -46,6 +46,8 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
     for note in resolved["notes"]:
         log.print(f"note: {escape(note)}")
+    for warning in resolved["warnings"]:
+        log.print(f"warning: {escape(warning)}")
     log.print(f"device: {escape(resolved['device']['name'])} [dim]({escape(resolved['device']['version'])})[/dim]")
     for file in (files.dng, files.twin, files.sidecar):
         print(file)

@@ -9,6 +9,7 @@ import numpy as np
 from simulator.errors import PhotositeError
 from simulator.optics.defocus.accuracy import Accuracy, brightest_electrons
 from simulator.optics.defocus.defocus import Defocus, plan_defocus
+from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
 from simulator.optics.geometry.projection import Projection, plan_projection
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
@@ -19,7 +20,6 @@ from simulator.scene.compositing import flatten_layers
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.occluded_background import disoccluded_share, extend_background
 from simulator.scene.scene import Scene
-from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
@@ -37,6 +37,7 @@ class OpticsPlan:
     psf: kernels of diffraction, aberrations, low-pass filter and aperture of the photosites; None: none are needed.
     disoccluded_share: fraction of the picture that sees background which is occluded in the scene; None: its layers contain it.
     psf_skip_reason: why a point spread function is left out, with its predicted error; None: it is not.
+    contrast: of the scene, on which the error of the blur depends; that of the laws where there is no blur.
     """
 
     scene: Scene
@@ -51,6 +52,7 @@ class OpticsPlan:
     psf: FieldPsf | None = None
     disoccluded_share: float | None = None
     psf_skip_reason: str | None = None
+    contrast: SceneContrast = SceneContrast()
 
     @property
     def channels(self) -> int:
@@ -120,7 +122,7 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
     )
     if lens.forms_image:
         accuracy = plan_accuracy(planned, lens, sensor, tolerance)
-        planned = _with_defocus(replace(planned, accuracy=accuracy), loaded, lens, camera)
+        planned = _with_defocus(replace(planned, accuracy=accuracy), loaded, lens, sensor)
     return _with_psf(planned, lens, sensor)
 
 
@@ -135,29 +137,35 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance:
     dark, gain = sensor.moments(0.0), sensor.gain_dn_per_e()
     if gain <= 0.0:  # dark current alone fills the well: the frame shows nothing
         return Accuracy(tolerance)
-    exposure, camera = sensor.exposure, sensor.camera
-    per_radiance = lens.irradiance_per_radiance_sr() * exposure.time_s
-    per_radiance *= camera.pixel_pitch_um**2 * camera.fill_factor
+    per_radiance = _electrons_per_radiance(lens, sensor)
     brightest_e, peak_e = brightest_electrons(optics.scene, optics.weights, per_radiance)
     electrons = max(min(brightest_e, sensor.electrons_at_white()), 1.0)
     return Accuracy(tolerance, electrons, math.sqrt(dark.variance) / gain, max(peak_e / electrons, 1.0))
 
 
-def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera) -> OpticsPlan:
+def _electrons_per_radiance(lens: Lens, sensor: SensorPlan) -> float:
+    """Electrons of a photosite on the axis per electron radiance [e- / (e- s^-1 um^-2 sr^-1)]."""
+    exposure, camera = sensor.exposure, sensor.camera
+    return lens.irradiance_per_radiance_sr() * exposure.time_s * camera.pixel_pitch_um**2 * camera.fill_factor
+
+
+def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
     """Return the plan with the blur of the scene's surfaces, and with the background that shows beside blurred edges."""
-    pitch_um, scale, accuracy = camera.pixel_pitch_um, planned.projection.scale, planned.accuracy
+    pitch_um, scale, accuracy = sensor.camera.pixel_pitch_um, planned.projection.scale, planned.accuracy
     defocus = plan_defocus(lens, pitch_um, loaded, scale, accuracy, planned.sensor_px)
     if defocus is None:
         return planned
     per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
     if not loaded.behind and isinstance(loaded.depth_m, np.ndarray):
         share = disoccluded_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
+    per_share = _electrons_per_radiance(lens, sensor) / accuracy.electrons
+    contrast = scene_contrast(loaded, planned.weights, per_share, defocus)
     scene = extend_background(loaded, per_dioptre) if accuracy.tolerance else loaded
     if scene is not loaded:
         extended = plan_defocus(lens, pitch_um, scene, scale, accuracy, planned.sensor_px)
         assert extended is not None  # an extended background keeps the foreground that is blurred
         defocus = replace(extended, guessed=defocus.guessed)
-    return replace(planned, scene=scene, defocus=defocus, disoccluded_share=share)
+    return replace(planned, scene=scene, defocus=defocus, disoccluded_share=share, contrast=contrast)
 
 
 def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:

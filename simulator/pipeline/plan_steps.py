@@ -49,7 +49,8 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, 
     method = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
     steps.append(Step("binning", binning is not None, method))
     if optics.defocus is not None:
-        steps += [_occluded_background_step(optics), Step("blur accuracy", True, describe_errors(optics.defocus.of_scene()))]
+        accuracy = describe_errors(optics.defocus, optics.contrast)
+        steps += [_occluded_background_step(optics), Step("blur accuracy", True, accuracy)]
     return tuple(steps)
 
 
