@@ -16,6 +16,7 @@ from simulator.optics.defocus.accuracy import (
     points_error,
     slab_error,
     slope_error,
+    spot_error,
     wide_error,
 )
 from simulator.optics.defocus.aperture_samples import sample_count
@@ -65,7 +66,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     if any(np.ndim(radius) > 0 for radius in radii):
         add(f"slopes in steps of {accuracy.slope_step:.2g}", slope_error(accuracy.slope_step), TIGHTER)
     if contrast.lamp > 0.0:
-        add("edges of the spots of lamps", 0.5 * contrast.lamp, FINER_SCENE)
+        add("edges of the spots of lamps", spot_error(contrast.lamp), FINER_SCENE)
     points = int(sample_count(np.array(own.largest_px), defocus))
     if contrast.has_steps:
         add(f"{points} points of the aperture beside steps in depth", occlusion_error(points), TIGHTER)

@@ -53,7 +53,7 @@ def test_it_is_not_below_what_one_picture_before_a_uniform_wall_has():
 
 
 def test_it_is_not_below_what_closed_forms_and_lamps_have():
-    for case in [*cases(2), square_light(2.4, 2, 2000.0), square_light(7.6, 1, 2000.0)]:
+    for case in [*cases(2), *(square_light(radius, n, 2000.0) for radius in (2.4, 12.0) for n in (1, 2, 4))]:
         check(case, case, 2000.0, quantile=0.999)
 
 
