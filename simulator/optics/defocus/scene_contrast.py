@@ -84,7 +84,8 @@ def _brightest_spot(layer: Layer, to_share: np.ndarray, radius_px: float | np.nd
     light = np.where(light > LAMP, light, 0.0)
     own = radius_px[rows, columns] if isinstance(radius_px, np.ndarray) else radius_px
     spot_px = math.pi * np.maximum(np.abs(own), 0.5) ** 2
-    return float((np.maximum(light - 1.0, 0.0) / (spot_px * max(scale, 1.0) ** 2)).max())
+    narrow = min(scale, 1.0 / scale) ** 2  # a pixel wider than a photosite has soft edges, one that is narrower little light
+    return narrow * float((np.maximum(light - 1.0, 0.0) / spot_px).max())
 
 
 def _has_steps(radius_px: float | np.ndarray, scale: float) -> bool:

@@ -23,7 +23,7 @@ def test_wide_blur_shows_no_copies_of_edges():
     """A textured disk before a wall, radii 60 and 100: few points of the aperture would each copy the disk and its texture."""
     case = textured_planes((60.0, 60.0, 100.0), (320, 360), finest_px=6.0, margin=110)
     case.colour[2], case.colour[1], case.coverage[1] = 0.8, 0.0, 0.0
-    case = with_truth_of_rays(case, open_device())
+    case = with_truth_of_rays(case, open_device(), rays=4096)
     flat = one_picture(case)
     tiles = measure(case_plan(flat, hidden="extend"), open_device()).tiles
     assert tiles is not None and tiles.shares()[Method.WIDE] > 0.5
