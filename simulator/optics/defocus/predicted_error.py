@@ -24,7 +24,7 @@ from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.scene_contrast import SceneContrast
 
 WORST = SceneContrast()  # detail that varies between zero and the brightest light, without steps in depth
-FINER_SCENE = "give a scene of more pixels"
+FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 TIGHTER = "give a smaller tolerance, or tolerance: 0 for rays"
 LAYERS = "give the scene as layers, which hold what lies behind edges"
 
