@@ -10,7 +10,7 @@ from data_gen.recipe.random_streams import RandomStream
 from data_gen.recipe.recipe import Recipe, choose_picture, draw_recipe
 from data_gen.samples.sample import Sample
 from data_gen.sources.collections import open_collection
-from data_gen.sources.patches import Crop, apply_cfa, choose_crop, cut_patch
+from data_gen.sources.patches import AUGMENTATIONS, Crop, apply_cfa, choose_crop, cut_patch
 from data_gen.sources.source import CleanImage, PictureSource
 from simulator.device import Device
 from simulator.errors import PhotositeError
@@ -106,8 +106,9 @@ class Generator:
     def _cut_frames(self, one: Recipe, picture: CleanImage, name: str) -> tuple[np.ndarray, Crop]:
         """Cut the mosaics (frames, height, width) of a sample from its picture; return them and the crop."""
         cfa, size = one.setting.camera.cfa, self.config.crop_px
+        others = AUGMENTATIONS if self.config.augment else ()
         if self.config.mode != "burst":
-            crop = choose_crop(picture, size, cfa, one.place, one.augmentation, name)
+            crop = choose_crop(picture, size, cfa, one.place, one.augmentation, name, others)
             return cut_patch(picture, crop, cfa)[np.newaxis], crop
         if picture.cfa is not None:
             raise PhotositeError(
@@ -115,10 +116,10 @@ class Generator:
             )
         reach = margin_px(self.config)
         around = (size[0] + 2 * reach, size[1] + 2 * reach)
-        crop = choose_crop(picture, around, cfa, one.place, one.augmentation, name)
+        crop = choose_crop(picture, around, cfa, one.place, one.augmentation, name, others)
         planes = crop.of(picture.signal)
         frames = np.stack([apply_cfa(shift_planes(planes, offset, reach), cfa) for offset in one.offsets_px])
-        inner = Crop(crop.top + reach, crop.left + reach, crop.height - 2 * reach, crop.width - 2 * reach, one.augmentation)
+        inner = Crop(crop.top + reach, crop.left + reach, crop.height - 2 * reach, crop.width - 2 * reach, crop.augmentation)
         return frames, inner
 
     def _assemble(

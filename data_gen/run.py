@@ -28,7 +28,7 @@ from simulator import __version__
 from simulator.atomic_files import atomic_write
 from simulator.config import dump_yaml
 from simulator.device import open_device
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, reading
 from simulator.progress import Progress, Steps, silent
 from simulator.sensor.camera.cfa import CfaName
 
@@ -253,6 +253,6 @@ def _all_problems(folder: Path, plan: Iterable[Shard]) -> dict[str, int]:
     found: Counter[str] = Counter()
     for path in (folder / _problems_name(shard) for shard in plan):
         if path.is_file():
-            for message, drew in json.loads(path.read_text(encoding="utf-8")).items():
-                found[message] += len(drew)
+            with reading(path, "delete it and its shard, and run the same command again"):
+                found.update({message: len(drew) for message, drew in json.loads(path.read_text(encoding="utf-8")).items()})
     return dict(sorted(found.items()))

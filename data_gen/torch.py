@@ -155,15 +155,19 @@ def loader(
 ) -> DataLoader:
     """`DataLoader` whose batches are the same for any number of workers, in a random order that is new in every epoch.
 
-    Its workers are started by a fork server and live from epoch to epoch, so OpenCL may be used before. A script that uses
-    workers needs `if __name__ == "__main__":`, as always with this method.
+    Its workers are started by a fork server, on Windows anew, and live from epoch to epoch, so OpenCL may be used before. A
+    script that uses workers needs `if __name__ == "__main__":`, as always with this method.
     seed: of the order. options: passed on to DataLoader, in place of what is said here.
     """
     if shuffle and "sampler" not in options:
         options["sampler"] = EpochOrder(pairs, seed)
     if num_workers:
-        context = multiprocessing.get_context("forkserver")
-        context.set_forkserver_preload(["__main__", __name__])  # workers begin with all modules, which takes seconds to load
+        method = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+        context = multiprocessing.get_context(method)
+        if method == "forkserver":
+            context.set_forkserver_preload(
+                ["__main__", __name__]
+            )  # workers begin with all modules, which takes seconds to load
         options = {"multiprocessing_context": context, "persistent_workers": True} | options
     return DataLoader(pairs, batch_size, num_workers=num_workers, **options)
 

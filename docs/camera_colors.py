@@ -4,7 +4,7 @@ import numpy as np
 
 from simulator.color.camera_matrices import camera_response, chart_reflectances, color_matrix
 from simulator.color.colour_science import colour_science
-from simulator.color.spectra import WAVELENGTHS_NM, color_matching_functions, efficiency_on, illuminant
+from simulator.color.spectra import WAVELENGTHS_NM, illuminant, tristimulus
 from simulator.sensor.camera.camera import Camera
 
 
@@ -15,11 +15,10 @@ def matrix_errors(camera: Camera) -> tuple[float, float]:
     scaled so that the camera's white becomes the white of D65 (DNG 1.4, LibRaw).
     """
     response = camera.response
-    light, observer = illuminant("D65"), color_matching_functions()
-    efficiency = efficiency_on(WAVELENGTHS_NM, response.wavelengths_nm, response.quantum_efficiency)
+    light, curves = illuminant("D65"), (response.wavelengths_nm, response.quantum_efficiency)
     lit = chart_reflectances(WAVELENGTHS_NM) * light
-    true_xyz, white_xyz = lit @ observer / (light @ observer[:, 1]), light @ observer / (light @ observer[:, 1])
-    signal = camera_response(lit, WAVELENGTHS_NM, efficiency) / camera_response(light[None], WAVELENGTHS_NM, efficiency)
+    true_xyz, white_xyz = (tristimulus(each) / tristimulus(light)[1] for each in (lit, light))
+    signal = camera_response(lit, WAVELENGTHS_NM, *curves) / camera_response(light, WAVELENGTHS_NM, *curves)
     matrices = color_matrix(response.wavelengths_nm, response.quantum_efficiency), camera.color_matrix.xyz_to_camera
     return tuple(_mean_error(np.array(matrix), signal, true_xyz, white_xyz) for matrix in matrices)
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from camera_colors import matrix_errors
 
+from simulator.color.color_tables import CONFIGS
 from simulator.config import load_camera, read_camera_document
-from simulator.config.document_merge import CONFIGS
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import IsoSetting
 

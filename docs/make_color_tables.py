@@ -9,16 +9,26 @@ from pathlib import Path
 
 import numpy as np
 
-from simulator import develop, load_shot, simulate
-from simulator.color.camera_matrices import color_matrix
+from simulator import develop, load_camera, load_shot, simulate
+from simulator.color.camera_matrices import (
+    adapted_to_d50,
+    as_shot_neutral,
+    camera_response,
+    chart_reflectances,
+    color_matrix,
+    delta_e_in_d50,
+    forward_matrix,
+)
 from simulator.color.colour_science import colour_science
 from simulator.color.root_polynomials import fit_color_correction
+from simulator.color.spectra import WAVELENGTHS_NM, illuminant, tristimulus
 from simulator.raw.dng.writer import write_dng
 from simulator.sensor.camera.camera_sections import SpectralResponse
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "raw_files.md"
-MARKS = "<!-- table by docs/make_color_tables.py -->\n", "<!-- end of table -->\n"
+END = "<!-- end of table -->\n"
+FORWARD, CORRECTED = (f"<!-- {name} by docs/make_color_tables.py -->\n" for name in ("forward matrices", "table"))
 CAMERAS = {
     "sony_a7s2": "Sony A7S II",
     "sony_a7_iii": "Sony A7 III",
@@ -26,6 +36,8 @@ CAMERAS = {
     "canon_5d_mark_iv": "Canon 5D Mark IV",
 }
 LIGHTS = ("A", "D50", "D65")
+READ_LIGHTS = ("A", "D50", "D65", "FL2", "FL11", "LED-B1", "LED-B3")
+ENDS_K = {"A": 2850.0, "D65": 6500.0}  # as Adobe's DNG SDK has them
 SIZE = 720, 480
 
 
@@ -97,16 +109,58 @@ def table() -> str:
     return "\n".join(lines) + "\n"
 
 
-def written_table() -> str:
-    """The table as it stands in the page."""
-    return PAGE.read_text(encoding="utf-8").partition(MARKS[0])[2].partition(MARKS[1])[0]
+def read_as_dng(response: SpectralResponse, light: str) -> np.ndarray:
+    """XYZ under D50 (24, 3) that a DNG reader gives to the chart in a light, by ColorMatrix and ForwardMatrix for A and D65.
+
+    DNG 1.7.1, chapter 6: the light's temperature is where the interpolated ColorMatrix takes its chromaticity to AsShotNeutral;
+    ForwardMatrix is interpolated over the reciprocal temperature, and multiplies the camera values divided by AsShotNeutral.
+    """
+    colour, curves = colour_science(), (response.wavelengths_nm, response.quantum_efficiency)
+    neutral = as_shot_neutral(illuminant(light), *curves, WAVELENGTHS_NM)
+    colors, forwards = ([function(*curves, end) for end in ENDS_K] for function in (color_matrix, forward_matrix))
+    share = 0.5  # of A
+    for _ in range(50):
+        xyz = np.linalg.solve(share * colors[0] + (1.0 - share) * colors[1], neutral)
+        kelvin = float(colour.xy_to_CCT(xyz[:2] / xyz.sum(), method="Hernandez 1999"))
+        warm, cold = (1.0 / ENDS_K[end] for end in ("A", "D65"))
+        share = float(np.clip((1.0 / kelvin - cold) / (warm - cold), 0.0, 1.0))
+    power = illuminant(light)
+    spectra = np.vstack([power, chart_reflectances(WAVELENGTHS_NM) * power])
+    white, *patches = camera_response(spectra, WAVELENGTHS_NM, *curves)
+    return np.array(patches) / white @ (share * forwards[0] + (1.0 - share) * forwards[1]).T
+
+
+def forward_table() -> str:
+    """Mean and largest difference of a DNG reader, and the mean with the forward matrix of that very light, as Markdown."""
+    lines = ["| camera | " + " | ".join(READ_LIGHTS) + " |", "|---" * (1 + len(READ_LIGHTS)) + "|"]
+    for camera, name in CAMERAS.items():
+        response, cells = load_camera(camera).response, []
+        for light in READ_LIGHTS:
+            power = illuminant(light)
+            true_xyz = adapted_to_d50(tristimulus(chart_reflectances(WAVELENGTHS_NM) * power), light)
+            found = delta_e_in_d50(read_as_dng(response, light), true_xyz)
+            spectra = np.vstack([power, chart_reflectances(WAVELENGTHS_NM) * power])
+            curves = response.wavelengths_nm, response.quantum_efficiency
+            white, *patches = camera_response(spectra, WAVELENGTHS_NM, *curves)
+            least = delta_e_in_d50(np.array(patches) / white @ forward_matrix(*curves, light).T, true_xyz)
+            cells.append(f"{found.mean():.2f}, {found.max():.1f} ({least.mean():.2f})")
+        lines.append(" | ".join([f"| {name}", *cells]) + " |")
+    return "\n".join(lines) + "\n"
+
+
+TABLES = {FORWARD: forward_table, CORRECTED: table}
+
+
+def written_table(mark: str) -> str:
+    """A table as it stands in the page, by the line above it."""
+    return PAGE.read_text(encoding="utf-8").partition(mark)[2].partition(END)[0]
 
 
 def main() -> None:
-    """Compute the table and put it into the page."""
-    before, _, rest = PAGE.read_text(encoding="utf-8").partition(MARKS[0])
-    after = rest.partition(MARKS[1])[2]
-    PAGE.write_text(before + MARKS[0] + table() + MARKS[1] + after, encoding="utf-8")
+    """Compute the tables and put them into the page."""
+    for mark, make in TABLES.items():
+        before, _, rest = PAGE.read_text(encoding="utf-8").partition(mark)
+        PAGE.write_text(before + mark + make() + END + rest.partition(END)[2], encoding="utf-8")
     print(f"wrote {PAGE}")
 
 

@@ -42,7 +42,13 @@ def run(out: Path, steps: int, seeds: int, device: Device, progress: Progress) -
     there = {name: photographs(files, out / name) for name, files in (("seen", TRAINED_ON), ("held_out", HELD_OUT))}
     test = held_out_pairs(held_out_set(there["held_out"]), device, HELD_OUT_PAIRS)
     noisy = test.noisy[PUBLISHED]
-    found = {"steps": steps, "noisy": psnr_db(noisy, test.clean).tolist(), "isos": test.isos.tolist(), "runs": []}
+    found = {
+        "steps": steps,
+        "watched": WATCHED,
+        "noisy": psnr_db(noisy, test.clean).tolist(),
+        "isos": test.isos.tolist(),
+        "runs": [],
+    }
     task = progress.add_task("training", total=steps * seeds)
     for seed in range(1, seeds + 1):
         pairs = batches(training_set(seed, there["seen"]), device, BATCH)

@@ -15,7 +15,7 @@ GAP_PX = 4
 
 
 def write_curve(path: Path, found: dict) -> None:
-    """PSNR on pairs held out against steps: a thin line for each seed, a thick one for their mean."""
+    """PSNR on the pairs that watch the training against steps: a thin line for each seed, a thick one for their mean."""
     figure, (axes,) = new_figure(1, 1, 7.5, 4.5)
     for name, color in COLORS.items():
         curves = np.array([one["curve"] for one in found["runs"] if one["noise"] == name])
@@ -23,7 +23,11 @@ def write_curve(path: Path, found: dict) -> None:
         for curve in curves:
             axes.plot(*curve.T, dashes, color=color, linewidth=0.6, alpha=0.5)
         axes.plot(*curves.mean(axis=0).T, dashes, color=color, linewidth=2.0, label=f"learned from {name}")
-    axes.set(xlabel="step", ylabel="PSNR on scenes held out [dB]", title="Denoising the published noise of the Sony A7S II")
+    axes.set(
+        xlabel="step",
+        ylabel=f"PSNR on {found['watched']} of {len(found['noisy'])} pairs held out [dB]",
+        title="Denoising the published noise of the Sony A7S II",
+    )
     axes.legend()
     with atomic_write(path) as beside:
         figure.savefig(beside, dpi=110)

@@ -8,8 +8,8 @@ INLINE float dark_current(const float electrons, const float normal, const uint 
 #if DARK_CURRENT_VARIANT == LARGE_MEANS || DARK_CURRENT_VARIANT == BRIGHT_MEANS
     const float dark_e = poisson_expansion(DARK_CURRENT_MEAN_E, DARK_CURRENT_ROOT, normal, DARK_CURRENT_VARIANT);
 #else
-    const float u = smaller(uniform(word ^ zero_after(electrons)), 0.999999f);
-    const float dark_e = poisson_inversion(DARK_CURRENT_MEAN_E, u, DARK_CURRENT_VARIANT);
+    const float share = fine_uniform(word ^ (zero_after(electrons) << 16));
+    const float dark_e = poisson_inversion(DARK_CURRENT_MEAN_E, share, DARK_CURRENT_VARIANT);
 #endif
     return electrons + apart(dark_e);
 }

@@ -2,13 +2,11 @@
 // uses. Philox (philox.h) computes a block of four words a, b, c, d from the counter {first, second, 0, stream} and the key:
 // (frame_seed, 0) for temporal noise, (body_seed, 1) for fixed patterns of a camera body. x, y: photosite on the sensor.
 // STREAM_...: see below; STEM_STREAM: CRC-32 of the stage's stem (kernel_program.py). A block at y / 2 serves a pair of rows.
-//
 //   stream                         key    first  second  words
-//   STREAM_FRAME                   frame  y / 2  x       a, d: shot noise, two normal numbers; b, d << 11: both read noises of
-//                                                        the even row; c, d << 22: of the odd row
+//   STREAM_FRAME                   frame  y / 2  x       a, shared angle: shot noise, two normal numbers; b, c with the angles
+//                                                        of the even and the odd row: their read noises
 //   STREAM_COUNT                   frame  y / 2  x       a, b: shot noise, small counts of either row
-//   STREAM_BODY                    body   y / 2  x       b, d << 11: response and dark offset (PRNU, DSNU) of the even row;
-//                                                        c, d << 22: of the odd row
+//   STREAM_BODY                    body   y / 2  x       b, c likewise: response and dark offset (PRNU, DSNU) of either row
 //   DARK_CURRENT_STREAM            frame  y / 2  x       a, b: two normal numbers; c, d: small counts
 //   HOT_PIXELS_STREAM              frame  y / 2  x       a, b: two normal numbers; c, d: small counts
 //   HOT_PIXELS_STREAM              body   y / 2  x       a, b: whether hot; c, d: mean
@@ -20,8 +18,9 @@
 //   RANDOM_TELEGRAPH_NOISE_STREAM  body   y      x       a: whether there is a trap; b: amplitude
 //   RANDOM_TELEGRAPH_NOISE_STREAM  frame  y      x       a: two lowest bits, the jump
 //
-// d << 11 and d << 22 are Box-Muller angles. Only their upper eleven (ten) bits are independent; the lower ones, finer than
-// 1/1000 turn, are shared with the next angle or a radius. Each pair of numbers depends on the one before it (zero_after).
+// Where a block gives three pairs of normal numbers, a, b and c are their radii (normal.h), and d with the low bits of another
+// radius their angles. The upper 21 bits of the angles and of a, 22 of b and c, are 128 independent bits. What is shared lies below
+// 2^-21 of a radius' uniform number: seen beyond 5 sigma only. Each pair depends on the one before it (zero_after).
 #ifndef RANDOM_NUMBERS_H
 #define RANDOM_NUMBERS_H
 #include "normal.h"
@@ -55,9 +54,10 @@
 #define HOT_MEAN 4   // of the body: its mean dark electrons
 #define BITS 5
 
-// Angles of the Box-Muller method for the even and the odd row of a pair, see above.
-INLINE uint angle_of_first(const struct words block) { return block.d << 11; }
-INLINE uint angle_of_second(const struct words block) { return (block.d << 22) | (block.c & 0x003FFFFFu); }
+// Angles of the Box-Muller method, see above: of the pair that both rows share, of the even and of the odd row's pair.
+INLINE uint shared_angle(const struct words block) { return block.d ^ (block.b << 11); }
+INLINE uint angle_of_first(const struct words block) { return (block.d ^ block.c) << 11; }
+INLINE uint angle_of_second(const struct words block) { return (block.d << 22) ^ (block.a << 11); }
 
 // Random words of the pair of rows of photosite (x, y). y comes first: what x does not change is then computed once per row.
 INLINE struct words block_of(const uint x, const uint y, const uint stream, const uint key0, const uint key1) {
@@ -75,7 +75,7 @@ INLINE float draw_pair_of_block(const struct words block, const float before, co
 // Row noise, the same along a row, does not depend on other numbers, so that it is computed once per row.
 INLINE uint draw_normals_of_pair(const uint x, const uint y, const struct words frame, const uint frame_seed,
                                  const uint body_seed, float *first, float *second) {
-    normal_two(frame.a, frame.d, &first[SHOT], &second[SHOT]);
+    normal_two(frame.a, shared_angle(frame), &first[SHOT], &second[SHOT]);
     float last = second[SHOT];
     if (DARK_CURRENT) last = draw_pair_of_block(block_of(x, y, DARK_CURRENT_STREAM, frame_seed, 0u), last, DARK, first, second);
     if (HOT_PIXELS) last = draw_pair_of_block(block_of(x, y, HOT_PIXELS_STREAM, frame_seed, 0u), last, HOT, first, second);

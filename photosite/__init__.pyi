@@ -4,6 +4,7 @@ from photosite import stages as stages
 from photosite import torch as torch
 from simulator.config import Sweep as Sweep
 from simulator.config import SweepPoint as SweepPoint
+from simulator.config import frame_warnings as frame_warnings
 from simulator.config import load_camera as load_camera
 from simulator.config import load_shot as load_shot
 from simulator.config import load_sweep as load_sweep

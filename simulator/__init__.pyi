@@ -1,5 +1,6 @@
 from collections.abc import Callable
 
+from simulator.config import frame_warnings as frame_warnings
 from simulator.config import load_camera as load_camera
 from simulator.config import load_shot as load_shot
 from simulator.config import load_sweep as load_sweep

@@ -1,16 +1,27 @@
-"""Whole files or none: write beside the target, then rename."""
+"""Whole files or none: write beside the target, then rename. What a killed process leaves is removed by the next write.
+
+A target such as `a.dng` is written in a hidden folder `.photosite-a.dng.0` beside it. The file `owner` in that folder names the
+process and is locked by it. The kernel drops the lock when the process ends, however it ends, and never before: a folder whose
+`owner` can be locked belongs to nobody. That holds between machines, too, where the file system has locks.
+"""
 
 import errno
+import hashlib
 import os
-import secrets
+import platform
 import shutil
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 
 from simulator.errors import PhotositeError
 
-LEFTOVER = ".photosite-"  # begins the name of what is being written; a killed process leaves it behind
+LEFTOVER = ".photosite-"  # begins the name of a folder in which something is being written
+_OWNER, _UNLOCKED = "owner", "unlocked"  # names of the file that is locked, or cannot be
+_PLACES = 8  # folders of one target that are looked at; a folder beyond them is left to `remove_abandoned`
+_LABEL_BYTES = 150  # of a target's name within the folder's; file systems allow 255 for all of it
 _FIX = {
     errno.ENOSPC: "free some space or choose another disk",
     errno.EDQUOT: "your disk quota is used up: free some space or choose another disk",
@@ -28,26 +39,24 @@ _FIX = {
 def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
     """Yield a temporary path; on success it replaces `path`, on any failure it is removed.
 
-    The temporary file lies in the target's folder (a rename works only within one file system)
-    and has its suffix (writers choose the format by it). A missing folder is made. A link is followed.
+    The temporary file lies in a folder beside the target (a rename works only within one file system) and has the target's
+    suffix (writers choose the format by it). A missing folder is made. A link is followed. What killed processes left of the
+    same target is removed.
     Raises PhotositeError when the folder cannot be made or written to, the target is not a plain file,
     or the block raises OSError (disk full).
     """
     target = Path(os.path.realpath(path))
     # Renaming over a device such as /dev/null would replace the device.
-    if target.exists() and not target.is_file():
+    if not stat.S_ISREG(_mode(target, stat.S_IFREG)):
         raise PhotositeError("cannot be written: it is not a plain file; choose another name", file=path)
-    temporary = target.with_name(f"{LEFTOVER}{secrets.token_hex(8)}{target.suffix}")
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        yield temporary
-        _to_disk(temporary)
-        os.replace(temporary, target)
+        with _workplace(target) as folder:
+            temporary = folder / f"new{target.suffix}"
+            yield temporary
+            _to_disk(temporary)
+            os.replace(temporary, target)
     except OSError as error:
         raise _write_error(path, error) from error
-    finally:
-        with suppress(OSError):
-            temporary.unlink()
 
 
 @contextmanager
@@ -59,21 +68,144 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
     Raises PhotositeError as `atomic_write` does, and when the target is there and is no folder.
     """
     target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_dir():
+    if not stat.S_ISDIR(_mode(target, stat.S_IFDIR)):
         raise PhotositeError("cannot be written: it is not a folder; choose another name", file=path)
-    temporary, old = (target.with_name(f"{LEFTOVER}{secrets.token_hex(8)}{kind}") for kind in ("", ".old"))
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        yield temporary
-        for file in temporary.rglob("*"):
-            if file.is_file():
-                _to_disk(file)
-        _put_in_place(temporary, target, old)
+        with _workplace(target) as folder:
+            temporary = folder / "new"
+            yield temporary
+            for file in temporary.rglob("*"):
+                if file.is_file():
+                    _to_disk(file)
+            _put_in_place(temporary, target, folder / "old")
     except OSError as error:
         raise _write_error(path, error) from error
+
+
+def _mode(path: Path, otherwise: int) -> int:
+    """Return the mode of what lies at a path, asked once: another process may take it away; `otherwise` where nothing does."""
+    try:
+        return path.stat().st_mode
+    except OSError:
+        return otherwise
+
+
+def remove_abandoned(folder: Path) -> None:
+    """Remove what killed processes were writing in a folder, whatever the target; what a living process writes stays."""
+    for place in folder.glob(f"{LEFTOVER}*"):
+        _remove_if_abandoned(place)
+
+
+@contextmanager
+def _workplace(target: Path) -> Iterator[Path]:
+    """Yield a new folder beside the target in which this process alone works, and remove it in the end. Raises OSError.
+
+    Before that, folders of this target whose processes have ended are removed.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    for number in range(_PLACES):
+        _remove_if_abandoned(_place(target, number))
+    claims = (_claim(_place(target, number)) for number in count())
+    folder, descriptor, is_locked = next(claim for claim in claims if claim is not None)
+    try:
+        yield folder
     finally:
-        for folder in (temporary, old):
-            shutil.rmtree(folder, ignore_errors=True)
+        if not is_locked:  # Windows removes no open file
+            os.close(descriptor)
+        _remove(folder)
+        if is_locked:
+            os.close(descriptor)
+
+
+def _place(target: Path, number: int) -> Path:
+    """Return the path of a target's working folder."""
+    label = target.name
+    if len(os.fsencode(label)) > _LABEL_BYTES:
+        label = hashlib.sha256(os.fsencode(label)).hexdigest()
+    return target.with_name(f"{LEFTOVER}{label}.{number}")
+
+
+def _claim(folder: Path) -> tuple[Path, int, bool] | None:
+    """Make a working folder; return it, the descriptor of its `owner` and whether that is locked. None: another has it."""
+    try:
+        folder.mkdir()
+    except FileExistsError:
+        return None
+    try:
+        descriptor = os.open(folder / _OWNER, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+    except (FileExistsError, FileNotFoundError):  # it was taken for an abandoned one while it was empty
+        return None
+    except OSError:
+        with suppress(OSError):
+            folder.rmdir()
+        raise
+    is_locked = _lock(descriptor)
+    if is_locked is False or not _is_still(descriptor, folder / _OWNER):
+        os.close(descriptor)
+        return None
+    if is_locked is None:  # nobody can tell whether this process lives, so nobody may remove the folder
+        with suppress(OSError):
+            os.replace(folder / _OWNER, folder / _UNLOCKED)
+    with suppress(OSError):  # of a full disk; the text is for people
+        os.write(descriptor, f"process {os.getpid()} on {platform.node()}\n".encode("utf-8", "replace"))
+    return folder, descriptor, bool(is_locked)
+
+
+def _lock(descriptor: int) -> bool | None:
+    """Lock an open file: whether that was possible; None where there are no locks (Windows, some network file systems)."""
+    try:
+        import fcntl
+    except ImportError:
+        return None
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return None
+    return True
+
+
+def _is_still(descriptor: int, path: Path) -> bool:
+    """Return whether a path names the file that is open: another process may have removed it before it was locked."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _remove_if_abandoned(folder: Path) -> None:
+    """Remove a working folder whose process has ended."""
+    try:
+        descriptor = os.open(folder / _OWNER, os.O_RDWR)
+    except FileNotFoundError:
+        with suppress(
+            OSError
+        ):  # it is not there, or its process was killed before it wrote `owner`, or the folder is not empty
+            folder.rmdir()
+        return
+    except OSError:  # another user's, or no folder
+        return
+    try:
+        if _lock(descriptor) and _is_still(descriptor, folder / _OWNER):
+            _remove(folder)
+    finally:
+        os.close(descriptor)
+
+
+def _remove(folder: Path) -> None:
+    """Remove a working folder, `owner` last: while it is there, the next process can go on where this one is killed."""
+    with suppress(OSError):
+        for path in folder.iterdir():
+            if path.name == _OWNER:
+                continue
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink()
+    with suppress(OSError):
+        (folder / _OWNER).unlink(missing_ok=True)
+        folder.rmdir()
 
 
 def reserve(path: str | os.PathLike, size_bytes: int) -> None:

@@ -5,6 +5,7 @@ Arguments and fields of structs are bound by name, so that a missing or misspelt
 """
 
 import functools
+import logging
 import os
 import re
 import warnings
@@ -71,7 +72,7 @@ def _info(device: cl.Device) -> DeviceInfo:
 
 def _memory_bytes(device: cl.Device) -> int:
     """Return the memory of a device; for a CPU that of the machine, of which some drivers report only a part."""
-    if device.type & cl.device_type.CPU and "SC_PHYS_PAGES" in os.sysconf_names:
+    if device.type & cl.device_type.CPU and "SC_PHYS_PAGES" in getattr(os, "sysconf_names", ()):  # Windows has none
         return max(device.global_mem_size, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     return device.global_mem_size
 
@@ -80,6 +81,20 @@ def _pocl_version(device: cl.Device) -> tuple[int, ...]:
     """Return major and minor version of a PoCL device; (-1,) for other drivers."""
     found = re.search(r"PoCL (\d+)\.(\d+)", device.platform.version)
     return tuple(int(number) for number in found.groups()) if found else (-1,)
+
+
+def default_order(device: cl.Device) -> tuple[int, int, int]:
+    """Sort key of the devices, the default first.
+
+    GPUs come first, on their makers' drivers before PoCL's; then CPUs, the newest PoCL first and other drivers last; then other
+    accelerators; then what cannot build kernels. Equal ones stay in the loader's order.
+    """
+    major, minor = (*_pocl_version(device), 0)[:2]
+    if not (device.available and device.compiler_available):
+        return 3, 0, 0
+    if device.type & cl.device_type.GPU:
+        return 0, int(major >= 0), 0
+    return 1 if device.type & cl.device_type.CPU else 2, -major, -minor
 
 
 _drivers_of: int | None = None  # id of the process that loaded the OpenCL drivers
@@ -96,7 +111,7 @@ def _require_living_drivers() -> None:
 
 
 def _all_devices() -> list[cl.Device]:
-    """Return all devices, the default first: PoCL, newest version first, then the others in the loader's order."""
+    """Return all devices in the default order."""
     global _drivers_of
     _require_living_drivers()
     _drivers_of = os.getpid()
@@ -106,7 +121,7 @@ def _all_devices() -> list[cl.Device]:
         raise PhotositeError(f"no OpenCL platform found ({error}); {INSTALL_HINT}") from None
     if not found:
         raise PhotositeError(f"no OpenCL device found; {INSTALL_HINT}")
-    return sorted(found, key=_pocl_version, reverse=True)
+    return sorted(found, key=default_order)
 
 
 def devices() -> list[DeviceInfo]:
@@ -331,16 +346,24 @@ class Device:
 
 
 @functools.cache
-def open_device(name: str | None = None) -> Device:
-    """Return the device whose label contains `name` (case-insensitive); default: $PHOTOSITE_DEVICE, else the newest PoCL.
+def _log_choice(label: str) -> None:
+    logging.getLogger(__name__).info("device: %s", label)
 
-    A forked process opens a device of its own, which works unless its parent process has used OpenCL.
+
+@functools.cache
+def open_device(name: str | None = None) -> Device:
+    """Return the device whose label contains `name` (case-insensitive).
+
+    name: by default $PHOTOSITE_DEVICE, else the first device in `default_order` is taken.
+    The log `simulator.device` names the device once in a process. A forked process opens a device of its own, which works
+    unless its parent process has used OpenCL.
     Raises PhotositeError when nothing matches, listing all devices, and in a process forked after its parent used OpenCL.
     """
     wanted = name or os.environ.get("PHOTOSITE_DEVICE", "")
     found = _all_devices()
     for device in found:
         if wanted.lower() in _info(device).label.lower():
+            _log_choice(_info(device).label)
             return Device(device)
     labels = "\n  ".join(_info(device).label for device in found)
     raise PhotositeError(f"no OpenCL device matches {wanted!r}; give a part of one of these names:\n  {labels}")

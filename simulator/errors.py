@@ -1,7 +1,9 @@
-"""The exception for faults that a user can correct: its fields as data, and a message that needs no traceback."""
+"""The exception for faults that a user can correct, and the door through which files are read that may be damaged."""
 
 import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Self
 
 
@@ -46,7 +48,9 @@ class PhotositeError(Exception):
             before.append(place_text(self.file, self.line, self.via))
         if self.part is not None:
             before.append(self.part)
-        return ": ".join([*before, f"{self._about()}{self.rule}"])
+        text = ": ".join([*before, f"{self._about()}{self.rule}"])
+        # Names and texts in a damaged file may hold anything, also what would steer a terminal.
+        return "".join(letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1] for letter in text)
 
     def _about(self) -> str:
         """Key, value, and what joins them to the rule."""
@@ -97,3 +101,44 @@ def require(
     """Raise PhotositeError `key = value: rule`, after the file and the part it is of, unless the condition holds."""
     if not condition:
         raise PhotositeError(rule, file=file, part=part, key=key, value="None" if value is None else value)
+
+
+@contextmanager
+def reading(file: str | os.PathLike, fix: str, *, key: str | None = None) -> Iterator[None]:
+    """Turn whatever a library raises in the block, which reads a user's file, into PhotositeError.
+
+    All files that others made are read inside such a block: libraries document few of the exceptions that damaged bytes cause.
+    file: named by the message, as the value of `key` where one is given. fix: what helps, such as "export it again".
+    The block holds the reading and no more, since a fault of our own code inside it would be called one of the file.
+    """
+    try:
+        yield
+    except PhotositeError:
+        raise
+    except MemoryError as error:
+        detail = f" ({_one_line(error)})" if str(error) else ""
+        raise file_error(f"does not fit into memory{detail}; scale it down or end other programs", file, key) from error
+    except Exception as error:
+        raise file_error(f"cannot be read ({_one_line(error)}); {fix}", file, key) from error
+
+
+def file_error(rule: str, file: str | os.PathLike, key: str | None = None) -> PhotositeError:
+    """Return an error about a file, which is the value of `key` where one is given."""
+    return PhotositeError(rule, file=file) if key is None else PhotositeError(rule, key=key, value=file)
+
+
+def _one_line(error: Exception) -> str:
+    """Return what a library says, one line that can be printed."""
+    if isinstance(error, UnicodeEncodeError):
+        return "its path is no UTF-8 text: rename it"
+    if isinstance(error, UnicodeError):
+        return "text in it is damaged"  # the error's own text has neither the file nor the place
+    if isinstance(error, RecursionError):
+        return "nested too deeply"
+    told = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return first_line(told) or type(error).__name__
+
+
+def first_line(text: str) -> str:
+    """Return the first line of what a library says, without blanks at its ends."""
+    return (text.strip().splitlines() or [""])[0][:300]

@@ -113,7 +113,7 @@ def lens_items(inputs: Path) -> Iterator[Item]:
     )
     yield shot("glare", scene, {"veiling_glare": 0.03})
     yield shot("glare_layers", layers(inputs), {"veiling_glare": 0.03, "f_number": "f/1.4"})
-    pinhole = {"diameter": "0.1 mm", "distance": "8 mm"}
+    pinhole = {"diameter": "0.1 mm", "distance": "8 mm", "diffraction": False}
     long = {"time": "2 s", "iso": 800}
     yield shot("pinhole", scene, {"pinhole": pinhole}, exposure=long)
     yield shot("pinhole_glare", scene, {"pinhole": {**pinhole, "veiling_glare": 0.02, "cos4": False}}, exposure=long)

@@ -2,9 +2,10 @@
 
 A sampler is deterministic in a random number: a normal w or a uniform word. Its distribution follows without sampling:
 where the count steps from k - 1 to k in w is found by bisection with the sampler's own arithmetic, and the probability
-between two steps is the normal distribution's in float64; uniform words are all tried.
+between two steps is the normal distribution's in float64, or the number of words between them.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -118,28 +119,37 @@ def _floats(order: np.ndarray) -> np.ndarray:
     return np.where(order < 0, -order | 0x80000000, order).astype(np.uint32).view(np.float32)
 
 
-def from_normals(probe: Probe, mean: float) -> tuple[np.ndarray, np.ndarray]:
-    """Counts and their probabilities (float64) of a sampler that counts from a normal number, which it need not do in order."""
-    grid = np.linspace(-FARTHEST, FARTHEST, 2**18, dtype=np.float32)  # far finer than the steps at a mean of 1e6
+def _steps(probe: Probe, mean: float, grid: np.ndarray, order: Callable, value: Callable) -> tuple[np.ndarray, ...]:
+    """Counts before each step, found by bisection of a grid, and the values on both sides of it as `order` numbers them."""
     counts = probe.of(mean, grid).astype(np.int64)
     steps = np.flatnonzero(np.diff(counts))
-    low, high, left = _ordered(grid[steps]), _ordered(grid[steps + 1]), counts[steps]
+    low, high, left = order(grid[steps]), order(grid[steps + 1]), counts[steps]
     while len(low) and (high - low > 1).any():  # the count leaves `left` in (low, high]
         middle = (low + high) // 2
-        stays = probe.of(mean, _floats(middle)) == left
+        stays = probe.of(mean, value(middle)) == left
         low, high = np.where(stays, middle, low), np.where(stays, high, middle)
-    below = special.ndtr(0.5 * (_floats(low).astype(np.float64) + _floats(high)))
+    return np.concatenate([left, counts[-1:]]), low, high
+
+
+def _distribution(values: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Counts and their probabilities from the probability before each step."""
     shares = np.diff(np.concatenate([[0.0], below, [1.0]]))
-    values = np.concatenate([left, counts[-1:]])
     support = np.arange(values.min(), values.max() + 1)
     return support, np.bincount(values - values.min(), weights=shares)
 
 
+def from_normals(probe: Probe, mean: float) -> tuple[np.ndarray, np.ndarray]:
+    """Counts and their probabilities (float64) of a sampler that counts from a normal number, which it need not do in order."""
+    grid = np.linspace(-FARTHEST, FARTHEST, 2**18, dtype=np.float32)  # far finer than the steps at a mean of 1e6
+    values, low, high = _steps(probe, mean, grid, _ordered, _floats)
+    return _distribution(values, special.ndtr(0.5 * (_floats(low).astype(np.float64) + _floats(high))))
+
+
 def from_words(probe: Probe, mean: float) -> tuple[np.ndarray, np.ndarray]:
-    """The same for one that counts from the top 24 bits of a word: all of them are tried."""
-    counts = probe.of(mean, np.arange(2**24, dtype=np.uint32) << 8).astype(np.int64)
-    found = np.bincount(counts)
-    return np.arange(len(found)), found / 2**24
+    """The same for one that counts from a word: a grid that is finer towards its least words, where counts are large."""
+    grid = np.unique(np.concatenate([[0], np.geomspace(1, 2**32 - 1, 2**18)]).astype(np.uint32))
+    values, _, high = _steps(probe, mean, grid, lambda words: words.astype(np.int64), lambda order: order.astype(np.uint32))
+    return _distribution(values, high / 2.0**32)
 
 
 def errors(counts: np.ndarray, shares: np.ndarray, mean: float) -> tuple[float, float]:

@@ -32,11 +32,19 @@ class MeasuredIsos:
     measured: the lowest and the highest ISO; all when left out.
     """
 
-    measured: tuple[int, int] = (1, 10**9)
+    measured: tuple[int, int] | None = None
 
     def within_range(self, camera: Camera) -> tuple[int, ...]:
-        """Return the measured ISOs within the range, ascending. Raises PhotositeError when there is none."""
+        """Return the measured ISOs within the range, ascending.
+
+        Raises PhotositeError when there is none, and when the range goes beyond the camera's.
+        """
+        if self.measured is None:
+            return camera.isos
         low, high = self.measured
+        first, last = camera.isos[0], camera.isos[-1]
+        beyond = f"the {camera.make} {camera.model} was measured from ISO {first} to {last}; give a range within these"
+        require(not (low < first <= high or low <= last < high), "measured", list(self.measured), beyond)
         isos = tuple(iso for iso in camera.isos if low <= iso <= high)
         measured = ", ".join(map(str, camera.isos))
         rule = (

@@ -26,6 +26,7 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.published_noise_model import noise_model_stages
 from simulator.sensor.kernel.kernel_program import in_order
 from simulator.sensor.stages.stage import Stage
+from simulator.sensor.stages.tukey_lambda_polynomial import tukey_lambda_deviation
 
 PriorName = Literal["unprocessing", "cycleisp", "eld", "pmn", "led"]
 
@@ -76,7 +77,7 @@ class LinePrior:
         row_dn = _draw_on_line(camera.row, ln_gain, stream.uniform("row noise"))
         return camera.name, noise_model_stages(
             _round(math.exp(ln_gain)),
-            _round(scale_dn * unit_deviation(shape)),
+            _round(scale_dn * tukey_lambda_deviation(shape)),
             bit_depth=self.bit_depth,
             black_level_dn=self.black_level_dn,
             tukey_lambda=shape,
@@ -131,13 +132,6 @@ class PriorNoise:
     def table(self) -> list[tuple[str, str]]:
         """Return the prior's name and what it has in place of ISOs, as text for a table on the screen."""
         return [(self.prior, "no ISO: K and noise are drawn")]
-
-
-def unit_deviation(shape: float) -> float:
-    """Standard deviation of the Tukey-lambda distribution of scale 1, which published scales must be multiplied by."""
-    from scipy.stats import tukeylambda
-
-    return float(tukeylambda.std(shape))
 
 
 def _draw_on_line(line: tuple[float, float, float], ln_gain: float, probability: float) -> float:

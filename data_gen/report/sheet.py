@@ -42,7 +42,10 @@ def sample_figure(samples: Sequence[Sample]) -> "Figure":
 
 
 def linear_picture(sample: Sample, mosaic_dn: np.ndarray) -> np.ndarray:
-    """Linear sRGB (height / 2, width / 2, 3), 1 where green is at white; grey for MONO."""
+    """Linear sRGB (height / 2, width / 2, 3), 1 where green is at white; grey for MONO.
+
+    Balanced colours are clipped where the first of them saturates, so that what is saturated in all is white.
+    """
     signal = (mosaic_dn.astype(np.float64) - sample.black_level_dn) / (sample.white_level_dn - sample.black_level_dn)
     height, width = (side // 2 * 2 for side in signal.shape)
     signal = signal[:height, :width]
@@ -50,7 +53,8 @@ def linear_picture(sample: Sample, mosaic_dn: np.ndarray) -> np.ndarray:
         grey = signal.reshape(height // 2, 2, width // 2, 2).mean(axis=(1, 3))
         return np.repeat(grey[..., np.newaxis], 3, axis=2)
     red, green_red, green_blue, blue = pack(signal, sample.cfa, "rggb")
-    camera = np.stack([red, 0.5 * (green_red + green_blue), blue], axis=-1) * np.array(sample.white_balance)
+    balance = np.array(sample.white_balance)
+    camera = np.minimum(np.stack([red, 0.5 * (green_red + green_blue), blue], axis=-1) * balance, balance.min())
     return camera @ camera_to_srgb(sample.color_matrix).T
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from data_gen.sources.source import CleanImage
 from simulator.color.camera_matrices import as_shot_neutral
-from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, efficiency_on, illuminant
+from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, illuminant
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_color import matrix_under_d65
@@ -55,11 +55,6 @@ def camera_view(
     white = as_shot_neutral(power, response.wavelengths_nm, response.quantum_efficiency, grid_nm)
     matrix = matrix_under_d65(camera)
     return CameraView(camera, light, white, None if matrix is None else tuple(tuple(map(float, row)) for row in matrix))
-
-
-def efficiency_of(camera: Camera) -> np.ndarray:
-    """Electrons per photon on WAVELENGTHS_NM, (81, channels)."""
-    return efficiency_on(WAVELENGTHS_NM, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
 
 
 def check_illuminants(names: Iterable[str], key: str) -> None:

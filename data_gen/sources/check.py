@@ -2,9 +2,8 @@
 
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -60,7 +59,7 @@ def check_sources(
 ) -> SourceReport:
     """Read every picture of all sources and note what is wrong, without stopping.
 
-    size: height and width of the patches; a picture must hold one that begins with each of `cfas` after each augmentation.
+    size: height and width of the patches; a picture must hold one that begins with each of `cfas`, after some augmentation.
     progress: called after each picture.
     """
     listed: list[tuple[int, PictureSource, str]] = []
@@ -70,7 +69,7 @@ def check_sources(
             listed += [(number, source, name) for name in source.names()]
         except PhotositeError as error:
             problems.append(Problem(number, "", "not listed", str(error)))
-    wanted = list(product(cfas, augmentations))
+    wanted, symmetries = tuple(cfas), tuple(augmentations)
     composed: dict[str, int] = {}  # first source of each name, in Unicode's composed form
     steps = Steps(progress, len(listed))
     for number, source, name in listed:
@@ -78,23 +77,23 @@ def check_sources(
         if first != number:
             message = f"{name}: in source {first + 1} and in source {number + 1}; rename one, or its folder"
             problems.append(Problem(number, name, "duplicate name", message))
-        elif (problem := _problem(source, name, size, wanted)) is not None:
+        elif (problem := _problem(source, name, size, wanted, symmetries)) is not None:
             problems.append(Problem(number, name, *problem))
         steps.add("pictures looked at")
     return SourceReport(len(listed), tuple(problems))
 
 
 def _problem(
-    source: PictureSource, name: str, size: tuple[int, int], wanted: list[tuple[CfaName, Augmentation]]
+    source: PictureSource, name: str, size: tuple[int, int], cfas: Sequence[CfaName], augmentations: Sequence[Augmentation]
 ) -> tuple[ProblemKind, str] | None:
-    """Read a picture and choose each wanted crop; return the kind of problem and its message, None without one."""
+    """Read a picture and choose a crop for each filter array; return the kind of problem and its message, None without one."""
     try:
         picture = source.read(name, np.random.default_rng(0))
     except PhotositeError as error:
         return "unreadable", str(error)
     try:
-        for cfa, augmentation in wanted:
-            choose_crop(picture, size, cfa, augmentation=augmentation, name=name)
+        for cfa in cfas:
+            choose_crop(picture, size, cfa, augmentation=augmentations[0], name=name, others=augmentations)
     except PhotositeError as error:
         return "too small", str(error)
     return None

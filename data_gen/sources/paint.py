@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_gen.sources.camera_view import efficiency_of
 from simulator.color.camera_matrices import camera_response, chart_reflectances
 from simulator.color.spectra import WAVELENGTHS_NM, illuminant
 from simulator.sensor.camera.camera import Camera
@@ -46,9 +45,9 @@ def paint_for(camera: Camera, light: str) -> Paint:
     Surfaces: the 24 patches of the ColorChecker as Ohta measured them (1997, in colour-science). Lamps: blackbodies of
     LAMP_TEMPERATURES_K (Planck), which most lamps resemble.
     """
-    efficiency, power = efficiency_of(camera), illuminant(light)
-    white = camera_response(power[None], WAVELENGTHS_NM, efficiency)
-    surfaces = camera_response(chart_reflectances(WAVELENGTHS_NM) * power, WAVELENGTHS_NM, efficiency) / white.max()
+    curves, power = (camera.response.wavelengths_nm, camera.response.quantum_efficiency), illuminant(light)
+    white = camera_response(power, WAVELENGTHS_NM, *curves)
+    surfaces = camera_response(chart_reflectances(WAVELENGTHS_NM) * power, WAVELENGTHS_NM, *curves) / white.max()
     blackbodies = np.stack([illuminant(f"{kelvin} K") for kelvin in LAMP_TEMPERATURES_K])
-    lamps = camera_response(blackbodies, WAVELENGTHS_NM, efficiency)
+    lamps = camera_response(blackbodies, WAVELENGTHS_NM, *curves)
     return Paint(surfaces, lamps / lamps.max(axis=1, keepdims=True))

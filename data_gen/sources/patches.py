@@ -5,6 +5,7 @@ in the corner without touching a value (Liu et al., "Learning Raw Image Denoisin
 Preserving Augmentation", CVPR Workshops 2019). Nothing here is random: every patch is a function of numbers in [0, 1).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,18 +63,22 @@ def choose_crop(
     place: tuple[float, float] = (0.0, 0.0),
     augmentation: Augmentation = AUGMENTATIONS[0],
     name: str = "picture",
+    others: Sequence[Augmentation] = (),
 ) -> Crop:
     """Return the crop that gives a patch of this height and width whose mosaic begins with `cfa`.
 
+    others: augmentations of which one is taken where the picture has no room for the wanted one, such as for a flip of a mosaic
+        that is no larger than the patch.
     place: two numbers in [0, 1): how far down and right, over all places that fit; even draws give even places.
     name: of the picture, for messages.
     Raises PhotositeError when the picture is too small, or when its mosaic cannot begin with `cfa`.
     """
-    height, width = size[::-1] if augmentation.transpose else size
-    first_y, first_x, step = _first_place(picture, size, cfa, augmentation, name)
-    rows, columns = picture.signal.shape[:2]
-    places = [(rows - height - first_y) // step + 1, (columns - width - first_x) // step + 1]
+    (first_y, first_x, step), places = _places(picture, size, cfa, augmentation, name)
     if min(places) < 1:
+        fitting = [other for other in others if min(_places(picture, size, cfa, other, name)[1]) >= 1]
+        if fitting:  # which of them follows from the wanted one, so that it is as random as that is
+            return choose_crop(picture, size, cfa, place, fitting[AUGMENTATIONS.index(augmentation) % len(fitting)], name)
+        (rows, columns), (height, width) = picture.signal.shape[:2], size[::-1] if augmentation.transpose else size
         raise PhotositeError(
             f"{columns} x {rows} pixels are too few for a patch of {width} x {height} that begins with {cfa}; "
             "give a larger picture or ask for smaller patches",
@@ -83,6 +88,7 @@ def choose_crop(
         first + step * min(int(share * count), count - 1)
         for first, share, count in zip((first_y, first_x), place, places, strict=True)
     )
+    height, width = size[::-1] if augmentation.transpose else size
     return Crop(top, left, height, width, augmentation)
 
 
@@ -99,6 +105,16 @@ def apply_cfa(planes: np.ndarray, cfa: CfaName) -> np.ndarray:
         row, column = divmod(place, 2)
         mosaic[row::2, column::2] = planes[row::2, column::2, "RGB".index(letter)]
     return mosaic
+
+
+def _places(
+    picture: CleanImage, size: tuple[int, int], cfa: CfaName, augmentation: Augmentation, name: str
+) -> tuple[tuple[int, int, int], tuple[int, int]]:
+    """Return row, column and step of `_first_place`, and how many places there are down and right; below 1: no room."""
+    height, width = size[::-1] if augmentation.transpose else size
+    first_y, first_x, step = _first_place(picture, size, cfa, augmentation, name)
+    rows, columns = picture.signal.shape[:2]
+    return (first_y, first_x, step), ((rows - height - first_y) // step + 1, (columns - width - first_x) // step + 1)
 
 
 def _first_place(

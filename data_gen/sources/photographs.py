@@ -64,7 +64,8 @@ class Photographs(FolderSource):
     def read(self, name: str, rng: np.random.Generator) -> CleanImage:
         """Read one picture; `rng` gives light, matrix, gains and brightness.
 
-        Raises PhotositeError for a file that is missing, damaged, grey, of floats, or larger than memory.
+        A grey picture is one of neutral surfaces.
+        Raises PhotositeError for a file that is missing, damaged, of floats, or larger than memory.
         """
         path = self.photographs / name
         with memory_for(path, KEY):
@@ -94,16 +95,17 @@ class Photographs(FolderSource):
 
 
 def _rgb_codes(path: Path) -> np.ndarray:
-    """Codes (height, width, 3) uint8 or uint16 of a picture, alpha left out."""
+    """Codes (height, width, 3) uint8 or uint16 of a picture, alpha left out; those of a grey one three times."""
     file = read_pixels(path, KEY)
     colours = [name for index, name in enumerate(file.channels) if index != file.alpha]
-    kind = "grey, without colours" if len(colours) == 1 else f"of {len(colours)} channels ({', '.join(colours[:6])})"
-    require(colours == ["R", "G", "B"], KEY, path, f"the picture is {kind}; give R, G, B, or take it out of the folder")
+    kind = f"of {len(colours)} channels ({', '.join(colours[:6])})"
+    good = len(colours) == 1 or colours == ["R", "G", "B"]
+    require(good, KEY, path, f"the picture is {kind}; give R, G, B or grey, or take it out of the folder")
     if file.pixels.dtype not in (np.uint8, np.uint16):
         raise PhotositeError(
             f"holds {file.pixels.dtype}, no 8 or 16 bit codes; take linear_images for such files", key=KEY, value=path
         )
-    return file.pixels[..., [file.channels.index(name) for name in "RGB"]]
+    return file.pixels[..., [file.channels.index(name) for name in (colours if len(colours) == 3 else colours * 3)]]
 
 
 def _decode(codes: np.ndarray, inverse_isp: str) -> np.ndarray:

@@ -10,10 +10,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from data_gen.storage.shards import RECORD, Shard, ShardRecord, find_problem, finished_shards, record_path, remove_leftovers
+from data_gen.storage.shards import RECORD, Shard, ShardRecord, find_problem, finished_shards, record_path
 from data_gen.storage.writers.writer import WriterOptions
-from simulator.atomic_files import atomic_write
-from simulator.errors import PhotositeError
+from simulator.atomic_files import atomic_write, remove_abandoned
+from simulator.errors import PhotositeError, reading
 from simulator.progress import Progress, Steps, silent
 from simulator.raw.software import software
 
@@ -26,7 +26,7 @@ def write_manifest(
     """Write `manifest.json` for a folder whose shards are all finished, and remove what killed runs left there.
 
     dataset: hash of the configuration. problems: one line for each picture that was left out or file that was refused.
-    Call it when no other process writes into the folder. Raises PhotositeError when a shard is missing.
+    Raises PhotositeError when a shard is missing.
     """
     records = finished_shards(folder, dataset)
     missing = [shard.index for shard in plan if shard.index not in records]
@@ -46,7 +46,7 @@ def write_manifest(
         "problem_count": len(listed),
         "problems": listed,
     }
-    remove_leftovers(folder)
+    remove_abandoned(folder)
     path = folder / MANIFEST
     with atomic_write(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1, sort_keys=True, allow_nan=False) + "\n", encoding="utf-8")
@@ -56,13 +56,11 @@ def write_manifest(
 def read_manifest(folder: Path) -> dict[str, Any]:
     """Return the content of `manifest.json`, `shards` as ShardRecord. Raises PhotositeError when it is missing or damaged."""
     path = folder / MANIFEST
-    try:
+    if not path.exists():
+        raise PhotositeError("is missing: the data set is not complete; run the same command again", file=path)
+    with reading(path, "run the same command again"):
         content = json.loads(path.read_text(encoding="utf-8"))
         content["shards"] = [ShardRecord(**record) for record in content["shards"]]
-    except FileNotFoundError:
-        raise PhotositeError("is missing: the data set is not complete; run the same command again", file=path) from None
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        raise PhotositeError(f"cannot be read: {error}; run the same command again", file=path) from error
     return content
 
 

@@ -9,7 +9,7 @@ from data_gen.samples.sample import Sample
 from data_gen.storage.manifest import MANIFEST, read_manifest
 from data_gen.storage.shards import ShardRecord, finished_shards
 from data_gen.storage.writers.writer import find_writer
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, reading
 
 
 class SampleFolder:
@@ -47,13 +47,8 @@ class SampleFolder:
         """
         for record, group in groupby(self.indices if indices is None else indices, self._shard):
             source, path = find_writer(record.format), self.folder / record.name
-            try:
+            with reading(path, "check it with `photosite dataset --verify`"):
                 yield from source.read(path, [index - record.first for index in group])
-            except PhotositeError:
-                raise
-            except Exception as error:  # of a damaged file, and every library has its own
-                fix = "check it with `photosite dataset --verify`"
-                raise PhotositeError(f"cannot be read: {error}; {fix}", file=path) from error
 
     def _shard(self, index: int) -> ShardRecord:
         record = self.records[max(bisect_right(self._starts, index) - 1, 0)]

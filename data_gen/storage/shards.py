@@ -6,7 +6,6 @@ what has a record counts as finished. So a run killed at any time is continued b
 
 import hashlib
 import json
-import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -15,8 +14,8 @@ from pathlib import Path
 from data_gen.samples.sample import Sample
 from data_gen.storage.summary import Summary
 from data_gen.storage.writers.writer import AS_IT_IS, Writer, WriterOptions
-from simulator.atomic_files import LEFTOVER, atomic_folder, atomic_write
-from simulator.errors import PhotositeError, require
+from simulator.atomic_files import atomic_folder, atomic_write
+from simulator.errors import PhotositeError, reading, require
 
 RECORD = ".record.json"
 
@@ -52,6 +51,11 @@ class ShardRecord:
     sha256: str
     format: str
     dataset: str = ""
+
+    def __post_init__(self) -> None:
+        numbers, texts = (self.index, self.first, self.count, self.bytes), (self.name, self.sha256, self.format, self.dataset)
+        if not all(type(one) is int for one in numbers) or not all(type(one) is str for one in texts):
+            raise TypeError("a record has whole numbers and texts")
 
 
 def plan_shards(count: int, per_shard: int) -> tuple[Shard, ...]:
@@ -146,18 +150,11 @@ def sha256_of(path: Path) -> str:
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
-def remove_leftovers(folder: Path) -> None:
-    """Remove what killed runs were writing. Only when no other process writes into the folder."""
-    for path in folder.glob(f"{LEFTOVER}*"):
-        if path.is_dir():
-            shutil.rmtree(path, ignore_errors=True)
-        else:
-            path.unlink(missing_ok=True)
-
-
 def read_summary(folder: Path, record: ShardRecord) -> dict[str, dict[str, int]]:
     """Counts of what a finished shard holds (`data_gen.storage.summary`), from the record beside it."""
-    return json.loads(record_path(folder / record.name).read_text(encoding="utf-8"))["summary"]
+    path = record_path(folder / record.name)
+    with reading(path, "delete it and run the same command again"):
+        return json.loads(path.read_text(encoding="utf-8"))["summary"]
 
 
 def _check_indices(shard: Shard, samples: Iterable[Sample], path: Path, summary: Summary) -> Iterator[Sample]:
@@ -190,8 +187,9 @@ def record_path(path: Path) -> Path:
 def _read_record(path: Path) -> ShardRecord | None:
     """Read a record; None for a file that is no valid record, so that its shard is made again."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        del content["summary"]
-        return ShardRecord(**content)
-    except (OSError, ValueError, TypeError, KeyError):
+        with reading(path, "its shard is made again"):
+            content = json.loads(path.read_text(encoding="utf-8"))
+            del content["summary"]
+            return ShardRecord(**content)
+    except PhotositeError:
         return None

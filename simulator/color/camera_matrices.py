@@ -1,34 +1,42 @@
 """Colour of a camera as a raw converter needs it (DNG ColorMatrix, ForwardMatrix, AsShotNeutral)."""
 
+import hashlib
+from functools import cache
+
 import numpy as np
 
+from simulator.color import color_tables
+from simulator.color.color_tables import read_forward_matrices, read_spectra
 from simulator.color.colour_science import colour_science
 from simulator.color.spectra import (
     WAVELENGTHS_NM,
-    color_matching_functions,
-    efficiency_on,
     illuminant,
-    photons_per_joule,
-    step_nm,
+    integral_weights,
+    tristimulus,
 )
 from simulator.errors import PhotositeError, require
 
-TRAINING_REFLECTANCES = "ColorChecker N Ohta"  # 24 patches, 380-780 nm by 5 nm; Ohta 1997, in colour-science
+TRAINING_REFLECTANCES = "ColorChecker N Ohta"  # 24 patches, 380-780 nm by 5 nm; Ohta 1997
+CALIBRATION_LIGHTS = ("D65", "A")  # of the matrices in a DNG
 CONNECTION_SPACE_WHITE = (0.9642, 1.0, 0.8249)  # XYZ of D50 (ICC.1:2010, 7.2.16)
+_SMOOTHING = 0.05  # Delta E below which a patch hardly counts: the search needs a derivative where a colour is exact
 
 
 def chart_reflectances(wavelengths_nm: np.ndarray) -> np.ndarray:
     """Measured reflectances of a ColorChecker, (24, wavelengths), linear between entries, held beyond the ends."""
-    patches = colour_science().SDS_COLOURCHECKERS[TRAINING_REFLECTANCES].values()
-    return np.stack([np.interp(wavelengths_nm, patch.wavelengths, patch.values) for patch in patches])
+    table = read_spectra(color_tables.COLOR_CHECKER)
+    return np.stack([np.interp(wavelengths_nm, *table.curve(patch)) for patch in table.curves])
 
 
-def camera_response(spectra: np.ndarray, wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> np.ndarray:
-    """Relative electrons per channel, (n, channels), of power spectra (n, wavelengths).
+def camera_response(
+    spectra: np.ndarray, grid_nm: np.ndarray, wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray
+) -> np.ndarray:
+    """Relative electrons per channel, (..., channels), of power spectra (..., grid) sampled on grid_nm.
 
-    quantum_efficiency: (wavelengths, channels) electrons per photon; photons per joule grow with the wavelength.
+    quantum_efficiency: (wavelengths, channels) electrons per photon, on wavelengths_nm; photons per joule grow with the
+        wavelength. The integral is that of all scenes (`integral_weights`).
     """
-    return spectra @ (photons_per_joule(wavelengths_nm)[:, None] * quantum_efficiency) * step_nm(wavelengths_nm)
+    return spectra @ integral_weights(grid_nm, wavelengths_nm, quantum_efficiency, of_photons=True)
 
 
 def color_matrix(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray, light: str = "D65") -> np.ndarray:
@@ -43,45 +51,105 @@ def color_matrix(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray, lig
     light: a name that `illuminant` knows.
     Raises PhotositeError unless there are three channels that see different colours.
     """
-    efficiency = _three_channels(wavelengths_nm, quantum_efficiency)
-    camera_to_xyz = _white_preserving_fit(_balanced_camera(light, efficiency), _balanced_xyz(light))
-    white_camera = as_shot_neutral(illuminant(light), WAVELENGTHS_NM, efficiency)
-    observer = color_matching_functions()
-    white_xyz = (illuminant(light) @ observer) / (illuminant(light) @ observer[:, 1])
+    _check_three_channels(quantum_efficiency)
+    camera = _balanced_camera(light, wavelengths_nm, quantum_efficiency)
+    camera_to_xyz = _white_preserving_fit(camera, _balanced_xyz(light))
+    white_camera = as_shot_neutral(illuminant(light), wavelengths_nm, quantum_efficiency, WAVELENGTHS_NM)
+    white_xyz = tristimulus(illuminant(light))
+    white_xyz /= white_xyz[1]
     return white_camera[:, None] * np.linalg.inv(camera_to_xyz) / white_xyz
 
 
 def forward_matrix(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray, light: str = "D65") -> np.ndarray:
-    """White-balanced camera under a light to XYZ of the same surfaces under D50, (3, 3) (DNG 1.4 ForwardMatrix).
+    """White-balanced camera under a light to XYZ in the profile connection space, (3, 3) (DNG 1.7.1 ForwardMatrix).
 
-    Least squares as in `color_matrix`. The surfaces are lit by D50 itself, not by a model of chromatic adaptation:
-    their spectra are known. Camera white, (1, 1, 1), becomes the D50 white of the profile connection space.
+    The true colours are those of the 24 ColorChecker reflectances in this light, adapted to D50 by linear Bradford, which is
+    the adaptation of DNG and ICC profiles. The matrix has nearly the least mean Delta E 2000 to them of all that take camera
+    white, (1, 1, 1), to the white of D50, as the tag demands. Entries are whole ten-thousandths, as camera makers write them.
     quantum_efficiency, light: as `color_matrix` takes them. Raises PhotositeError as it does.
     """
-    efficiency = _three_channels(wavelengths_nm, quantum_efficiency)
-    camera_to_xyz = _white_preserving_fit(_balanced_camera(light, efficiency), _balanced_xyz("D50"))
-    return np.array(CONNECTION_SPACE_WHITE)[:, None] * camera_to_xyz
+    _check_three_channels(quantum_efficiency)
+    known = read_forward_matrices().get((response_key(wavelengths_nm, quantum_efficiency), light))
+    if known is None:
+        own, table = (np.ascontiguousarray(each, dtype=np.float64) for each in (wavelengths_nm, quantum_efficiency))
+        known = _found_once(own.tobytes(), table.tobytes(), light)
+    return np.array(known)
 
 
-def _three_channels(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> np.ndarray:
-    """Return the quantum efficiency on WAVELENGTHS_NM, (81, 3). Raises PhotositeError unless it has three channels."""
-    quantum_efficiency = np.asarray(quantum_efficiency, dtype=np.float64)
-    shape = f"shape {quantum_efficiency.shape}"
-    require(quantum_efficiency.shape[1:] == (3,), "response", shape, "a colour matrix needs 3 channels")
-    return efficiency_on(WAVELENGTHS_NM, wavelengths_nm, quantum_efficiency)
+def response_key(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> str:
+    """Return a text that is another for every response."""
+    digest = hashlib.sha256()
+    for each in (wavelengths_nm, quantum_efficiency):
+        digest.update(np.ascontiguousarray(each, dtype="<f8").tobytes())
+    return digest.hexdigest()[:32]
 
 
-def _balanced_camera(light: str, efficiency: np.ndarray) -> np.ndarray:
+@cache
+def _found_once(wavelengths: bytes, efficiency: bytes, light: str) -> tuple[tuple[float, ...], ...]:
+    """Search for the forward matrix of a response, of which the bytes of float64 arrays are given: a shot asks each time."""
+    return search_forward_matrix(np.frombuffer(wavelengths), np.frombuffer(efficiency).reshape(-1, 3), light)
+
+
+def search_forward_matrix(
+    wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray, light: str
+) -> tuple[tuple[float, ...], ...]:
+    """Search for `forward_matrix`, in some tenths of a second; colour-science and SciPy's optimisers are imported for it."""
+    from scipy.optimize import minimize
+
+    curves = wavelengths_nm, quantum_efficiency
+    camera, white = _balanced_camera(light, *curves), np.array(CONNECTION_SPACE_WHITE)
+    true_xyz = adapted_to_d50(_balanced_xyz(light) * tristimulus(illuminant(light)), light)
+    start = _white_preserving_fit(camera, true_xyz / white)
+
+    def matrix_of(first_two: np.ndarray) -> np.ndarray:
+        free = first_two.reshape(3, 2)
+        return white[:, np.newaxis] * np.column_stack([free, 1.0 - free.sum(axis=1)])
+
+    def error_of(first_two: np.ndarray) -> float:
+        differences = delta_e_in_d50(camera @ matrix_of(first_two).T, true_xyz)
+        return float(np.mean(np.hypot(differences, _SMOOTHING)))
+
+    found = matrix_of(minimize(error_of, start[:, :2].ravel(), method="BFGS", options={"gtol": 1e-6}).x)
+    first_two = np.round(found[:, :2], 4)
+    rounded = np.column_stack([first_two, np.round(white - first_two.sum(axis=1), 4)])
+    return tuple(tuple(map(float, row)) for row in rounded)
+
+
+def adapted_to_d50(xyz: np.ndarray, light: str) -> np.ndarray:
+    """XYZ (..., 3) in a light, of any scale, to XYZ under D50 with white's Y = 1, by linear Bradford (ICC.1:2010, annex E)."""
+    white = tristimulus(illuminant(light))
+    adapt = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(
+        white / white[1], np.array(CONNECTION_SPACE_WHITE), "Bradford"
+    )
+    return xyz / white[1] @ adapt.T
+
+
+def delta_e_in_d50(one_xyz: np.ndarray, other_xyz: np.ndarray) -> np.ndarray:
+    """Delta E 2000 (CIE 142) of colours (..., 3) under D50, white's Y = 1: (...)."""
+    colour = colour_science()
+    white_xy = colour.XYZ_to_xy(np.array(CONNECTION_SPACE_WHITE))
+    pair = (colour.XYZ_to_Lab(np.maximum(xyz, 0.0), white_xy) for xyz in (one_xyz, other_xyz))
+    return colour.delta_E(*pair, method="CIE 2000")
+
+
+def _check_three_channels(quantum_efficiency: np.ndarray) -> None:
+    """Raise PhotositeError unless the response has three channels."""
+    shape = np.shape(quantum_efficiency)
+    require(shape[1:] == (3,), "response", f"shape {shape}", "a colour matrix needs 3 channels")
+
+
+def _balanced_camera(light: str, wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> np.ndarray:
     """Camera values of the training reflectances, white = 1: (24, 3)."""
     power = illuminant(light)
-    lit = camera_response(chart_reflectances(WAVELENGTHS_NM) * power, WAVELENGTHS_NM, efficiency)
-    return lit / camera_response(power[None], WAVELENGTHS_NM, efficiency)
+    spectra = np.vstack([power, chart_reflectances(WAVELENGTHS_NM) * power])
+    white, *lit = camera_response(spectra, WAVELENGTHS_NM, wavelengths_nm, quantum_efficiency)
+    return np.array(lit) / white
 
 
 def _balanced_xyz(light: str) -> np.ndarray:
     """XYZ of the training reflectances over that of white: (24, 3)."""
-    power, observer = illuminant(light), color_matching_functions()
-    return (chart_reflectances(WAVELENGTHS_NM) * power) @ observer / (power @ observer)
+    power = illuminant(light)
+    return tristimulus(chart_reflectances(WAVELENGTHS_NM) * power) / tristimulus(power)
 
 
 def _white_preserving_fit(camera: np.ndarray, xyz: np.ndarray) -> np.ndarray:
@@ -112,8 +180,7 @@ def as_shot_neutral(
     Raises PhotositeError when a channel sees nothing of the light: no white balance exists then.
     """
     grid = wavelengths_nm if illuminant_wavelengths_nm is None else illuminant_wavelengths_nm
-    efficiency = efficiency_on(grid, wavelengths_nm, quantum_efficiency)
-    white = camera_response(np.asarray(scene_illuminant, dtype=np.float64)[None], grid, efficiency)[0]
+    white = camera_response(np.asarray(scene_illuminant, dtype=np.float64), grid, wavelengths_nm, quantum_efficiency)
     require(
         bool((white > 0).all()),
         "illuminant",

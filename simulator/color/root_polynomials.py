@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.color.camera_matrices import camera_response, chart_reflectances
-from simulator.color.spectra import WAVELENGTHS_NM, color_matching_functions, efficiency_on, illuminant
+from simulator.color.spectra import WAVELENGTHS_NM, illuminant, tristimulus
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,11 @@ def fit_color_correction(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndar
     quantum_efficiency: (wavelengths, 3) electrons per photon, R, G, B; linear between, zero outside.
     Raises PhotositeError for an unknown illuminant.
     """
-    power, observer = illuminant(light), color_matching_functions()
-    efficiency = efficiency_on(WAVELENGTHS_NM, wavelengths_nm, quantum_efficiency)
+    power = illuminant(light)
     lit = chart_reflectances(WAVELENGTHS_NM) * power
-    white = camera_response(power[None], WAVELENGTHS_NM, efficiency)[0]
-    terms = _root_terms(camera_response(lit, WAVELENGTHS_NM, efficiency) / white)
-    xyz, white_xyz = lit @ observer, power @ observer
+    white = camera_response(power, WAVELENGTHS_NM, wavelengths_nm, quantum_efficiency)
+    terms = _root_terms(camera_response(lit, WAVELENGTHS_NM, wavelengths_nm, quantum_efficiency) / white)
+    xyz, white_xyz = tristimulus(lit), tristimulus(power)
     free, *_ = np.linalg.lstsq(terms[:, :5] - terms[:, 5:], xyz / white_xyz - terms[:, 5:], rcond=None)
     return ColorCorrection(white / white.max(), white_xyz / white_xyz[1], np.vstack([free, 1.0 - free.sum(axis=0)]))
 

@@ -1,17 +1,18 @@
 """Spectra: light sources, the eye's luminous efficiency, reflectance bases, and quantum efficiency on a grid.
 
-All integrals over wavelength are sums over an evenly spaced grid times its step (CIE 15:2018, 7.2.1).
-Tabulated data come from colour-science, which names their origin; reading them costs about a second,
-so they are read on first use.
+One rule holds for all spectra: a table is a function of wavelength, linear between its entries and zero outside them, and
+integrals of products of two tables are those of these functions, without further error (`integral_weights`). So the same light
+gives the same electrons on any grid that holds it, and a band's ends count as far as the band reaches.
+Tabulated data are those of `color_tables`, whose files name their origin.
 """
 
 import difflib
 import re
-from functools import cache
 
 import numpy as np
 
-from simulator.color.colour_science import colour_science
+from simulator.color import color_tables
+from simulator.color.color_tables import read_spectra
 from simulator.errors import PhotositeError, require
 
 WAVELENGTHS_NM = np.arange(380.0, 781.0, 5.0)
@@ -33,32 +34,20 @@ UPSAMPLING_METHODS = ("mallett2019",)
 _BLACKBODY = re.compile(r"(?:blackbody\s+)?([0-9]+(?:\.[0-9]+)?)\s*K")
 
 
-def step_nm(wavelengths_nm: np.ndarray) -> float:
-    """Distance between neighbours of an evenly spaced grid [nm].
-
-    Raises PhotositeError unless the grid has two or more ascending, evenly spaced wavelengths.
-    """
-    steps = np.diff(np.asarray(wavelengths_nm, dtype=np.float64))
-    even = steps.size > 0 and steps.min() > 0 and np.ptp(steps) <= 1e-4 * steps.mean()
-    require(even, "wavelengths", f"{np.asarray(wavelengths_nm)} nm", "give two or more ascending wavelengths at even distances")
-    return float(steps.mean())
-
-
 def photons_per_joule(wavelengths_nm: np.ndarray) -> np.ndarray:
     """Photons in one joule of light: lambda / (h c) [1/J], same shape as the wavelengths [nm]."""
     return np.asarray(wavelengths_nm, dtype=np.float64) * 1e-9 / (PLANCK_J_S * LIGHT_SPEED_M_S)
 
 
-@cache
 def _observer_table() -> tuple[np.ndarray, np.ndarray]:
-    observer = colour_science().MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    return observer.wavelengths, observer.values
+    observer = read_spectra(color_tables.OBSERVER)
+    return observer.wavelengths_nm, observer.columns()
 
 
 def color_matching_functions(wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarray:
     """CIE 1931 2 degree x-bar, y-bar, z-bar, (wavelengths, 3), linear between the 1 nm entries, zero outside 360-830 nm.
 
-    Source: CIE 018:2019 table, from colour-science.
+    Source: CIE 018:2019 table.
     """
     grid, values = _observer_table()
     columns = [np.interp(wavelengths_nm, grid, values[:, column], left=0.0, right=0.0) for column in range(3)]
@@ -70,13 +59,48 @@ def luminous_efficiency(wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarr
     return color_matching_functions(wavelengths_nm)[:, 1]
 
 
+def integral_weights(
+    grid_nm: np.ndarray, wavelengths_nm: np.ndarray, curves: np.ndarray, *, of_photons: bool = False
+) -> np.ndarray:
+    """Weights that turn samples of a spectrum into its integrals with some curves, (grid, channels) float64 [nm].
+
+    samples (..., grid) @ weights = integral of s(lambda) c(lambda) dlambda, where s and c are linear between their entries and
+    zero outside them. Between neighbouring entries of either table the product is a polynomial of degree 2, or 3 with the
+    factor lambda / (h c), which the two-point Gauss-Legendre rule integrates exactly (Abramowitz and Stegun 25.4.29).
+    grid_nm: (grid,) where the spectrum is sampled, ascending [nm]. wavelengths_nm, curves: (wavelengths,) ascending [nm] and
+        (wavelengths, channels). of_photons: multiply by the photons in a joule, lambda / (h c) [1/J].
+    Raises PhotositeError unless both grids ascend and have two entries at least.
+    """
+    grid, own = (np.asarray(each, dtype=np.float64) for each in (grid_nm, wavelengths_nm))
+    table = np.asarray(curves, dtype=np.float64)
+    for each in (grid, own):
+        ascends = each.ndim == 1 and each.size > 1 and bool((np.diff(each) > 0).all())
+        require(ascends, "wavelengths", f"{each} nm", "give two or more ascending wavelengths")
+    knots = np.union1d(grid, own)
+    knots = knots[(knots >= max(grid[0], own[0])) & (knots <= min(grid[-1], own[-1]))]
+    middle, half = (knots[1:] + knots[:-1]) / 2.0, np.diff(knots) / 2.0
+    nodes_nm = np.concatenate([middle - half / np.sqrt(3.0), middle + half / np.sqrt(3.0)])
+    factors = np.tile(half, 2) * (photons_per_joule(nodes_nm) if of_photons else 1.0)
+    values = np.stack([np.interp(nodes_nm, own, curve) for curve in table.T], axis=-1) * factors[:, np.newaxis]
+    left = np.searchsorted(grid, nodes_nm) - 1
+    share = ((nodes_nm - grid[left]) / np.diff(grid)[left])[:, np.newaxis]
+    weights = np.zeros((grid.size, table.shape[1]))
+    np.add.at(weights, left, values * (1.0 - share))
+    np.add.at(weights, left + 1, values * share)
+    return weights
+
+
+def tristimulus(spectra: np.ndarray, wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarray:
+    """Integrals of spectra (..., wavelengths) with x-bar, y-bar and z-bar of the CIE 1931 observer, (..., 3), times nm."""
+    return np.asarray(spectra) @ integral_weights(wavelengths_nm, *_observer_table())
+
+
 def luminance_cd_m2(spectrum_w_m2_sr_nm: np.ndarray, wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.ndarray:
-    """Luminance of spectral radiances (..., wavelengths): 683 lm/W times the sum of L V dlambda [cd m^-2].
+    """Luminance of spectral radiances (..., wavelengths): 683 lm/W times the integral of L V dlambda [cd m^-2].
 
     With irradiance in place of radiance the result is the illuminance [lx].
     """
-    visible = np.asarray(spectrum_w_m2_sr_nm) @ luminous_efficiency(wavelengths_nm)
-    return LUMINOUS_EFFICACY_LM_W * step_nm(wavelengths_nm) * visible
+    return LUMINOUS_EFFICACY_LM_W * tristimulus(spectrum_w_m2_sr_nm, wavelengths_nm)[..., 1]
 
 
 def blackbody_temperature_k(name: str) -> float | None:
@@ -110,9 +134,9 @@ def illuminant(name: str, wavelengths_nm: np.ndarray = WAVELENGTHS_NM) -> np.nda
     wavelengths_nm = np.asarray(wavelengths_nm, dtype=np.float64)
     if temperature_k is not None:
         return _planck(wavelengths_nm, temperature_k) / _planck(np.float64(560.0), temperature_k)
-    table = colour_science().SDS_ILLUMINANTS[name]
-    power = np.interp(wavelengths_nm, table.wavelengths, table.values, left=0.0, right=0.0)
-    return power / np.interp(560.0, table.wavelengths, table.values)
+    grid_nm, values = read_spectra(color_tables.ILLUMINANTS).curve(name)
+    power = np.interp(wavelengths_nm, grid_nm, values, left=0.0, right=0.0)
+    return power / np.interp(560.0, grid_nm, values)
 
 
 def _planck(wavelengths_nm: np.ndarray | np.float64, temperature_k: float) -> np.ndarray:
@@ -126,12 +150,12 @@ def reflectance_basis(method: str) -> np.ndarray:
 
     A colour's reflectance is its linear RGB times these, so a picture stays three planes.
     method: "mallett2019": Mallett and Yuksel 2019, "Spectral Primary Decomposition for Rendering with sRGB
-        Reflectance"; data from colour-science, divided by their sum, which differs from 1 by 1e-5 at most.
+        Reflectance", divided by their sum, which differs from 1 by 1e-5 at most.
     Raises PhotositeError for an unknown method.
     """
     known = ", ".join(UPSAMPLING_METHODS)
     require(method in UPSAMPLING_METHODS, "upsampling", method, f"no such method; known: {known}")
-    basis = colour_science().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019.values.T
+    basis = read_spectra(color_tables.BASIS).columns().T
     return basis / basis.sum(axis=0)
 
 

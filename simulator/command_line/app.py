@@ -47,6 +47,9 @@ def options(
     """Read the options that stand before the command."""
     if debug:
         os.environ["PHOTOSITE_DEBUG"] = "1"
+    from simulator.command_line.screen import show_log
+
+    show_log()
 
 
 @app.command(
@@ -127,7 +130,7 @@ def inspect(
 
 @app.command()
 def devices() -> None:
-    """List the OpenCL devices; the first is used unless --device or $PHOTOSITE_DEVICE names another."""
+    """List the OpenCL devices, GPUs first; the first is used unless --device or $PHOTOSITE_DEVICE names another."""
     from simulator.command_line.explain import show_devices
 
     show_devices()

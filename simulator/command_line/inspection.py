@@ -18,7 +18,7 @@ def inspect_file(path: Path, as_json: bool) -> None:
     """Print what a raw file says and holds. Raises PhotositeError."""
     found = inspect_raw(path)
     if as_json:
-        print(json.dumps(asdict(found), indent=2, ensure_ascii=False))
+        print(json.dumps(asdict(found), indent=2))  # ASCII: a path that is no UTF-8 has letters that cannot be printed
         return
     out = console()
     facts = Table(title=escape(found.path), show_header=False)

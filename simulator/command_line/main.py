@@ -3,6 +3,7 @@
 Heavy modules are imported inside the commands: `photosite --help` must not wait for OpenCL, pint or colour.
 """
 
+import io
 import os
 import sys
 
@@ -16,6 +17,8 @@ def main(arguments: list[str] | None = None) -> None:
     Exit status: 0 done, 1 an error of one line on stderr, 2 a wrong option, 130 interrupted.
     PHOTOSITE_DEBUG=1 in the environment shows the traceback of an error.
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # of letters that a terminal lacks, and of paths that are no UTF-8
     try:
         app(args=arguments, prog_name="photosite")
     except KeyboardInterrupt:

@@ -1,5 +1,6 @@
 """Consoles of the command line: results go to stdout, progress and notes to stderr."""
 
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -11,6 +12,21 @@ from rich.progress import Progress as Bars
 from simulator.progress import Progress
 
 log = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+class _LogHandler(logging.Handler):
+    """Prints what the simulator logs, such as the device it chose."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        log.print(escape(record.getMessage()))
+
+
+def show_log() -> None:
+    """Print on stderr what the simulator logs at level INFO and above."""
+    logger = logging.getLogger("simulator")
+    logger.setLevel(logging.INFO)
+    if not any(isinstance(handler, _LogHandler) for handler in logger.handlers):
+        logger.addHandler(_LogHandler())
 
 
 def console() -> Console:

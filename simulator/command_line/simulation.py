@@ -11,7 +11,7 @@ from rich.markup import escape
 
 from simulator.atomic_files import atomic_write
 from simulator.command_line.screen import log, show_progress
-from simulator.config import Sweep, load_shot, load_sweep, locate_errors, shot_warnings
+from simulator.config import Sweep, frame_warnings, load_shot, load_sweep, locate_errors, shot_warnings
 from simulator.errors import PhotositeError
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
@@ -46,9 +46,8 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
     for note in resolved["notes"]:
         log.print(f"note: {escape(note)}")
-    for warning in resolved["warnings"]:
+    for warning in [*resolved["warnings"], *frame_warnings(raw)]:
         log.print(f"warning: {escape(warning)}")
-    log.print(f"device: {escape(resolved['device']['name'])} [dim]({escape(resolved['device']['version'])})[/dim]")
     for file in (files.dng, files.twin, files.sidecar):
         print(file)
 

@@ -8,7 +8,7 @@ from simulator.config.json_schema import schema
 from simulator.config.option_values import camera_data, length_um, response_name
 from simulator.config.shot_file import build_shot_from_data, load_shot, locate_errors
 from simulator.config.sweep import Sweep, SweepPoint, load_sweep
-from simulator.config.warnings import shot_warnings
+from simulator.config.warnings import frame_warnings, shot_warnings
 from simulator.config.yaml_dialect import dump_yaml
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "camera_data",
     "defer_fields",
     "dump_yaml",
+    "frame_warnings",
     "length_um",
     "load_camera",
     "load_file",

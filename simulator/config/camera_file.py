@@ -11,7 +11,9 @@ from simulator.config.build import build, validate
 from simulator.config.dataclass_sections import CUSTOM_SECTIONS, make_custom_section
 from simulator.config.document import Document, Place, read_document
 from simulator.config.document_merge import (
+    MERGE,
     find_config,
+    is_table,
     merge,
     parse_override,
     remove_key,
@@ -95,8 +97,16 @@ def read_camera_document(name: str, overrides: Iterable[str] = ()) -> Document:
 
 
 def inline_camera(document: Document) -> Document:
-    """Replace `camera: name` and `camera: {base: name, ...}` by a full mapping: the base, overlaid by the other keys."""
-    return _inline_base(document, "camera", ())
+    """Replace `camera: name` and `camera: {base: name, ...}` by a full mapping: the base, overlaid by the other keys.
+
+    Raises PhotositeError for a table that is to be merged with none.
+    """
+    document = _inline_base(document, "camera", ())
+    for key, table in document.data.items() if isinstance(document.data, dict) else ():
+        if is_table(table) and MERGE in table:
+            rule = f"there is no {key} below to merge it with; leave it out, or name a base that has one"
+            raise document.problem((key, MERGE), rule, key=f"camera.{key}.{MERGE}")
+    return document
 
 
 def _inline_base(document: Document, key: str, seen: tuple[Path, ...]) -> Document:
@@ -113,7 +123,19 @@ def _inline_base(document: Document, key: str, seen: tuple[Path, ...]) -> Docume
     path = find_config("cameras", base, document.place(("base",)), key_of_base)
     if path in seen:
         raise document.problem(("base",), "the camera is its own base; name another", base, key=key_of_base)
-    return merge(_inline_base(read_document(path), key, (*seen, path)), remove_key(document, ("base",)))
+    return _lay_over(_inline_base(read_document(path), key, (*seen, path)), remove_key(document, ("base",)))
+
+
+def _lay_over(base: Document, over: Document) -> Document:
+    """Lay a camera on its base; the sources of the base's tables go with the tables that `over` replaces."""
+    sources = base.data.get("source")
+    for key, table in over.data.items():
+        if is_table(table) and table.get(MERGE) is not True and isinstance(sources, dict):
+            for names in sources:
+                kept = [name for name in str(names).split(", ") if name.partition(".")[0] != key]
+                if not kept:
+                    base = remove_key(base, ("source", names))
+    return merge(base, over)
 
 
 def inline_response(camera: Document) -> Document:

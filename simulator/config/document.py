@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from simulator.config.yaml_dialect import PlainLoader
-from simulator.errors import PhotositeError, place_text
+from simulator.errors import PhotositeError, place_text, reading
 
 Keys = tuple[str | int, ...]  # from the top of a document to a value: keys of mappings and numbers of list items
 MAX_NODES = 1_000_000  # limits nested aliases, which could otherwise expand exponentially
@@ -48,10 +48,12 @@ class Document:
     places: dict[Keys, Place] = field(default_factory=dict)
 
     def place(self, keys: Keys) -> Place:
-        """Return the place of a key, or of the innermost section around it that has one."""
-        while keys and keys not in self.places:
-            keys = keys[:-1]
-        return self.places[keys]
+        """Return the place of a key, or of the innermost section around it that has one; 100 and "100" are one key."""
+        if keys in self.places:
+            return self.places[keys]
+        by_text = {tuple(map(str, known)): place for known, place in self.places.items()}
+        texts = tuple(map(str, keys))
+        return next(by_text[texts[:length]] for length in range(len(texts), -1, -1) if texts[:length] in by_text)
 
     def problem(self, keys: Keys, rule: str, value: object = None, *, key: str | None = None) -> PhotositeError:
         """Return an error with file and line. key: how the message names the key; by default the keys joined by points."""
@@ -99,19 +101,20 @@ def _read_cached(path: Path, _modified: int, _size: int) -> Document:
 
 def parse_document(text: str, name: str, folder: Path, lines: bool = True) -> Document:
     """Parse a YAML text. Messages begin with `name`, and with the line unless `lines` is off."""
-    try:
-        node = yaml.compose(text, PlainLoader)
-    except RecursionError:
-        raise PhotositeError("broken YAML: nested too deeply; a shot has at most six levels", file=name) from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        reason = " ".join(str(getattr(error, "problem", None) or error).split())
-        line = mark.line + 1 if mark and lines else None
-        raise PhotositeError(f"broken YAML: {reason}; check indentation, colons and quotes", file=name, line=line) from None
-    reading = _Reading(name, folder)
-    data = None if node is None else reading.convert(node, ())
-    reading.places[()] = Place(name, folder)
-    return Document(data, reading.places)
+    found = _Reading(name, folder)
+    with reading(name, "check it for broken YAML"):
+        try:
+            node = yaml.compose(text, PlainLoader)
+            data = None if node is None else found.convert(node, ())
+        except RecursionError:
+            raise PhotositeError("broken YAML: nested too deeply; a shot has at most six levels", file=name) from None
+        except yaml.YAMLError as error:
+            mark = getattr(error, "problem_mark", None)
+            reason = " ".join(str(getattr(error, "problem", None) or error).split())
+            line = mark.line + 1 if mark and lines else None
+            raise PhotositeError(f"broken YAML: {reason}; check indentation, colons and quotes", file=name, line=line) from None
+    found.places[()] = Place(name, folder)
+    return Document(data, found.places)
 
 
 class _Reading:
@@ -159,12 +162,13 @@ class _Reading:
 
     def convert_mapping(self, node: yaml.MappingNode, keys: Keys) -> dict[str | int, Any]:
         result: dict[str | int, Any] = {}
+        written: dict[str, str | int] = {}  # 100 and "100" are one key, since JSON knows only text keys
         for key_node, value_node in node.value:
             key = self.convert(key_node, keys)
             if not isinstance(key, (str, int)) or isinstance(key, bool):
                 raise self.problem(key_node, f"`{key}` cannot be a key; quote it if it is meant as text")
-            if key in result:
-                first = self.places[keys + (key,)].text
+            if (same := written.setdefault(str(key), key)) in result:
+                first = self.places[keys + (same,)].text
                 raise self.problem(key_node, f"is written twice (first at {first}); keep one", join_keys((*keys, key)), " ")
             self.places[keys + (key,)] = Place(self.name, self.folder, key_node.start_mark.line + 1)
             result[key] = self.convert(value_node, keys + (key,))

@@ -3,13 +3,11 @@
 from pathlib import Path
 from typing import Any
 
+from simulator.color.color_tables import CONFIGS
 from simulator.config.document import Document, Keys, Place, parse_document
 from simulator.errors import PhotositeError
 
-CONFIGS = next(
-    (folder for parent in Path(__file__).resolve().parents[1:3] if (folder := parent / "configs").is_dir()),
-    Path(__file__).resolve().parents[2] / "configs",
-)
+MERGE = "merge"  # key in a table that lays it over the base's
 
 
 def select_section(document: Document, key: str | int) -> Document:
@@ -29,19 +27,41 @@ def replace_section(document: Document, key: str | int, section: Document) -> Do
 
 
 def merge(base: Document, over: Document) -> Document:
-    """Lay `over` on `base`: mappings are merged, other values replace those of the base, null removes a key of the base."""
+    """Lay `over` on `base`: mappings are merged, other values replace those of the base, null removes a key of the base.
+
+    A table, whose keys are whole numbers, replaces that of the base: the lines of an `iso_table` were measured together. With
+    `merge: true` in it, it is merged as any mapping.
+    """
     if not (isinstance(base.data, dict) and isinstance(over.data, dict)):
         return over
     result = base
-    for key, value in over.data.items():
-        key = find_key(base.data, key)
+    for written, value in over.data.items():
+        key, section = find_key(base.data, written), select_section(over, written)
         if value is None and key in base.data:
             result = remove_key(result, (key,))
-        elif key in base.data:
-            result = replace_section(result, key, merge(select_section(base, key), select_section(over, key)))
+        elif key not in base.data:
+            result = replace_section(result, key, section)
+        elif is_table(base.data[key]):
+            result = replace_section(result, key, _merge_table(select_section(base, key), section))
         else:
-            result = replace_section(result, key, select_section(over, key))
+            result = replace_section(result, key, merge(select_section(base, key), section))
     return result
+
+
+def is_table(data: object) -> bool:
+    """Whether a value is a mapping from whole numbers."""
+    return isinstance(data, dict) and bool(data) and all(str(key).isdecimal() for key in data if key != MERGE)
+
+
+def _merge_table(base: Document, over: Document) -> Document:
+    """Return the table `over`, merged with the base's where it says so."""
+    if not isinstance(over.data, dict) or MERGE not in over.data:
+        return over
+    wanted = over.data[MERGE]
+    if not isinstance(wanted, bool):
+        raise over.problem((MERGE,), "write true, or leave it out to replace the table of the base", wanted)
+    over = remove_key(over, (MERGE,))
+    return merge(base, over) if wanted else over
 
 
 def find_key(mapping: dict[str | int, Any], key: str | int) -> str | int:

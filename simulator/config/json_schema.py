@@ -30,6 +30,11 @@ def _make_camera_schema(full: dict[str, Any]) -> dict[str, Any]:
     for key, value in partial["properties"].items():
         if key != "base":  # beside a base every section may be partial, and null removes it
             partial["properties"][key] = {"description": value.get("description", key)}
+    partial["properties"]["iso_table"] |= {
+        "description": f"{full['properties']['iso_table'].get('description', '')} It replaces the base's table as a whole.",
+        "type": ["object", "null"],
+        "properties": {"merge": {"type": "boolean", "description": "true: lay these lines over those of the base"}},
+    }
     by_file = {
         "type": "object",
         "required": ["file"],

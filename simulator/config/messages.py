@@ -61,6 +61,10 @@ def _describe_finding(finding: ErrorDetails, keys: Keys, model: type[Section]) -
         choices = [
             str(choice) for choice in _list_literal_values(find_field(model, location) or find_field(model, location[:-1]))
         ]
+        if isinstance(given := finding["input"], dict) and len(given) == 1 and (choice := str(next(iter(given)))) in choices:
+            own = choice in list_known_keys(model, location[:-1])
+            beside = f", and its settings in a section of that name beside it, `{choice}:`" if own else ""
+            return PhotositeError(f"is a section: write `{keys[-1]}: {choice}`{beside}", key=key, joint=" ")
         return PhotositeError(suggest_nearest(str(finding["input"]), choices), key=key, value=value)
     if kind == "value_error" and "ctx" in finding:
         return PhotositeError(f"{finding['ctx']['error']}", key=key, value=value)

@@ -3,9 +3,10 @@
 from pathlib import Path
 from typing import Any
 
+from simulator.color.color_tables import CONFIGS
 from simulator.config.camera_file import inline_camera
 from simulator.config.document import Document, Place
-from simulator.config.document_merge import CONFIGS, find_config
+from simulator.config.document_merge import find_config
 from simulator.config.quantity import parse_quantity
 from simulator.errors import PhotositeError
 from simulator.units import Unit

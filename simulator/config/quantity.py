@@ -5,7 +5,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
-from simulator.config.unit_words import SHORT, WORDS, get_unit_registry, name_quantity, write_example
+from simulator.config.unit_words import COMMON_FACTORS, SHORT, WORDS, get_unit_registry, name_quantity, write_example
 from simulator.units import Unit
 
 if TYPE_CHECKING:
@@ -74,21 +74,27 @@ def split_quantity(text: str) -> tuple[float, str]:
 
 def convert(number: float, unit_text: str, symbol: str, wanted: str) -> float:
     """Convert a number of one unit to the unit `symbol`. Raises ValueError, which names `wanted`, where that is impossible."""
-    registry = get_unit_registry()
-    electrons = re.sub(r"(?<![A-Za-z])e[-−⁻](?![A-Za-z0-9])", "electron", unit_text.replace("°C", "degC"))
-    try:
-        given = registry.parse_units(electrons)
-    except Exception:  # pint raises tokenizer, attribute and value errors alike for text it cannot read
-        raise ValueError(f"`{unit_text}` is no unit known here; give {wanted}") from None
-    target = registry.parse_units(symbol)
+    factor = COMMON_FACTORS.get(symbol, {}).get(unit_text)
+    if factor is not None and (math.isinf(number) or math.isfinite(number * factor)):
+        return number * factor
+    given, target = parse_unit(unit_text, wanted), parse_unit(symbol, wanted)
     if given.dimensionality != target.dimensionality:
         raise ValueError(f"is {_name_dimension(given)}; {wanted} is wanted here")
     if given == target:
         return number
-    result = float(registry.Quantity(number, given).m_as(target))
+    result = float(get_unit_registry().Quantity(number, given).m_as(target))
     if math.isinf(result) and math.isfinite(number):
         raise ValueError(f"is too large; give {wanted}")
     return result
+
+
+def parse_unit(text: str, wanted: str) -> "PintUnit":
+    """Return the unit that a text names. Raises ValueError, which names `wanted`, for one that is not known."""
+    electrons = re.sub(r"(?<![A-Za-z])e[-−⁻](?![A-Za-z0-9])", "electron", text.replace("°C", "degC"))
+    try:
+        return get_unit_registry().parse_units(electrons)
+    except Exception:  # pint raises tokenizer, attribute and value errors alike for text it cannot read
+        raise ValueError(f"`{text}` is no unit known here; give {wanted}") from None
 
 
 def _name_dimension(given: "PintUnit") -> str:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -55,3 +56,15 @@ def spectral_response(
     rule = "the largest entry is 1; the scale belongs in peak_quantum_efficiency"
     require(math.isclose(largest, 1.0, abs_tol=1e-3), "response.relative", f"largest {largest:g}", rule)
     return SpectralResponse(wavelengths.start_nm + wavelengths.step_nm * np.arange(len(table)), peak * table)
+
+
+def response_text(response: SpectralResponse) -> dict[str, Any]:
+    """Return plain data from which `spectral_response` makes this response, bit for bit where it was made of such data."""
+    grid_nm, table = (np.asarray(values, dtype=np.float64) for values in (response.wavelengths_nm, response.quantum_efficiency))
+    peak = float(table.max())
+    relative = table / peak if peak > 0 else table
+    for candidate in (np.nextafter(relative, 0.0), np.nextafter(relative, 2.0)):
+        relative = np.where(peak * relative == table, relative, candidate)
+    start_nm, step_nm = float(grid_nm[0]), float(grid_nm[1] - grid_nm[0])
+    wavelengths = {"start": f"{start_nm!r} nm", "step": f"{step_nm!r} nm"}
+    return {"wavelengths": wavelengths, "peak_quantum_efficiency": peak, "relative": relative.tolist()}

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import MISSING, fields, is_dataclass, replace
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from functools import cache, partial, reduce
 from operator import or_
 from pathlib import Path
@@ -19,6 +19,7 @@ from simulator.config.document_merge import named_file, parse_override, replace_
 from simulator.config.lens_section import make_lens_field
 from simulator.config.messages import suggest_nearest
 from simulator.config.section_types import Section
+from simulator.config.shot_text import describe_changed, is_same
 from simulator.config.sweep_section import SweepSection
 from simulator.errors import PhotositeError
 from simulator.pipeline.shot import Shot
@@ -53,7 +54,7 @@ def make_shot_section() -> type[Section]:
     }
     hints = get_type_hints(Shot, include_extras=True)
     for field in fields(Shot):
-        if field.name in ("scene", "lens", "camera", "resolved"):
+        if field.name in ("scene", "lens", "camera", "origin"):
             continue
         default: dict[str, Any] = {} if field.default is MISSING else {"default_factory": partial(to_section, field.default)}
         text = (hints[field.name].__doc__ or "").partition("\n")[0] if is_dataclass(hints[field.name]) else None
@@ -139,7 +140,28 @@ def build_shot(document: Document) -> Shot:
     _check_scene_keys(document)
     values: Any = validate(make_shot_section(), document)  # its fields are made at run time
     _check_name(values.name, document)
-    return replace(build(values, (), document), resolved=dump_resolved(values))
+    shot: Shot = build(values, (), document)
+    return replace(shot, origin=LoadedShot(shot, dump_resolved(values)))
+
+
+@dataclass(frozen=True)
+class LoadedShot:
+    """A shot as it was read, and its full configuration, plain data."""
+
+    shot: Shot
+    text: dict[str, Any]
+
+    def describe(self, shot: Shot) -> dict[str, Any]:
+        """Return the full configuration of a shot made of this one by replacing parts; {} where no file can hold it."""
+        names = [field.name for field in fields(Shot) if field.compare]
+        if all(getattr(shot, name) is getattr(self.shot, name) for name in names):
+            return self.text
+        try:
+            text = describe_changed(shot, self.shot, self.text, make_shot_section())
+            again = build_shot(Document(text, {(): Place(shot.name, Path.cwd())}))
+        except (TypeError, PhotositeError):
+            return {}
+        return again.resolved if is_same(again, shot) else {}
 
 
 def dump_resolved(values: Section) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, overload
 
 from pydantic import Discriminator, Field, Tag
 
-from simulator.config.quantity import convert, format_quantity, split_quantity
+from simulator.config.quantity import convert, format_quantity, parse_unit, split_quantity
 from simulator.config.section_types import Section
 from simulator.units import Unit
 
@@ -56,7 +56,8 @@ class SweepSection(Section):
 class EvenSteps(Sequence[Number]):
     """The values of `Steps`, each computed when it is asked for.
 
-    Raises ValueError for ends of different dimension, infinite ends, and ends of a log2 scale that are not above 0.
+    Raises ValueError for unknown units, ends of different dimension, infinite ends, and ends of a log2 scale that are not
+    above 0.
     """
 
     def __init__(self, steps: Steps):
@@ -65,6 +66,8 @@ class EvenSteps(Sequence[Number]):
         self.last, unit = _split_end(steps.last)
         if bool(self.unit) != bool(unit):
             raise ValueError("give both ends a unit, or neither")
+        for name in filter(None, (self.unit, unit)):
+            parse_unit(name, "a quantity such as 50 mm or 1/125 s")
         if unit != self.unit:
             self.last = convert(self.last, unit, self.unit, f"a quantity in {self.unit}")
         if self.log and not (self.first > 0 and self.last > 0):

@@ -65,6 +65,23 @@ SHORT = {
     "DN": "DN",
     "DN / electron": "DN/e-",
 }
+# Factors of the units that photographers write, by the unit that the field holds: pint knows all others and what they are
+# worth together, and takes a fifth of a second to import.
+COMMON_FACTORS = {
+    "second": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
+    "metre": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "millimetre": {"mm": 1.0, "cm": 10.0, "um": 1e-3},
+    "micrometre": {"um": 1.0, "mm": 1e3},
+    "nanometre": {"nm": 1.0},
+    "degree": {"deg": 1.0},
+    "kelvin": {"K": 1.0},
+    "candela / metre**2": {"cd/m^2": 1.0},
+    "electron": {"e-": 1.0},
+    "electron / second": {"e-/s": 1.0},
+    "DN": {"DN": 1.0},
+    "DN / electron": {"DN/e-": 1.0},
+    "f_number": {"f_number": 1.0},
+}
 
 
 @functools.cache

@@ -1,11 +1,23 @@
-"""Warn of settings that are valid but rarely intended."""
+"""Warn of settings that are valid but rarely intended, and of frames that show nothing."""
+
+import math
+
+import numpy as np
 
 from simulator.pipeline.shot import Shot
+from simulator.raw.raw_image import Raw
 from simulator.sensor.stages.full_well import FullWell
+
+WIDE_AIRY_DISK_PX = 4.0  # photosites across the Airy disk from which a lens without diffraction is far too sharp
+CLIPPED_SHARE = 0.99  # of the photosites, from which a frame counts as wholly clipped
 
 
 def shot_warnings(shot: Shot) -> list[str]:
-    """Return a sentence for each level that clips where a photographer would not expect it; an empty list for none."""
+    """Return a sentence for each setting that has an effect which a photographer would not expect; an empty list for none.
+
+    A level clips below the ADC's range or in the dark, or diffraction is off though the lens spreads light over more than
+    WIDE_AIRY_DISK_PX photosites.
+    """
     camera, setting = shot.camera, shot.camera.iso_setting(shot.exposure.iso)
     assert setting.black_level_dn is not None and setting.white_level_dn is not None  # iso_setting fills them in
     adc_range_e = (setting.white_level_dn - setting.black_level_dn) / setting.gain_dn_per_e
@@ -21,4 +33,33 @@ def shot_warnings(shot: Shot) -> list[str]:
             f"camera.black_level = {setting.black_level_dn:g} DN: less than 4 sigma of the read noise "
             f"({setting.read_noise_dn:g} DN at ISO {shot.exposure.iso}), so the dark is clipped at code 0"
         )
+    lens = shot.lens
+    airy_px = lens.airy_diameter_um() / camera.pixel_pitch_um if lens.forms_image and lens.psf is None else 0.0
+    if airy_px > WIDE_AIRY_DISK_PX and not lens.has_diffraction:
+        key, value, _ = lens.smaller_aperture(1.0)
+        switch = "lens.pinhole.diffraction" if key.startswith("lens.pinhole") else "lens.diffraction"
+        warnings.append(
+            f"{key} = {value}: its Airy disk is {airy_px:.0f} photosites wide, but {switch} = false, so the picture is sharper "
+            f"than light allows; write {switch}: true"
+        )
     return warnings
+
+
+def frame_warnings(raw: Raw) -> list[str]:
+    """Return a sentence for a frame that shows nothing, wholly clipped or black, with the exposure time that would mend it."""
+    clean = raw.noise_free_dn[raw.active]
+    share = float(np.mean(clean >= raw.white_level_dn - 0.5))
+    span_dn = raw.white_level_dn - raw.black_level_dn
+    slope, offset = (max(row) for row in zip(*raw.noise_profile, strict=True))
+    dark_dn, peak_dn = math.sqrt(offset) * span_dn, float(clean.max()) - raw.black_level_dn
+    value, full_e = f"exposure.time = {raw.exposure_time_s:g} s", 1.0 / slope if slope > 0 else math.inf
+    light_e = float(np.percentile(raw.mean_electrons[raw.active], 99.0))
+    fix = "change exposure.time, the aperture or scene.luminance"
+    if 0 < full_e < math.inf and light_e > 0:
+        fix = f"with {raw.exposure_time_s * full_e / light_e:.2g} s the brightest hundredth would reach white; {fix}"
+    if share >= CLIPPED_SHARE:
+        return [f"{value}: {100 * share:.3g} % of the photosites clip, the frame shows nothing; {fix}"]
+    if peak_dn < dark_dn:
+        signal = f"no photosite's signal ({max(peak_dn, 0.0):.2g} DN at most)"
+        return [f"{value}: {signal} reaches the noise in the dark ({dark_dn:.2g} DN), the frame is black; {fix}"]
+    return []

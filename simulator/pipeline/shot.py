@@ -1,7 +1,7 @@
 """A shot: everything a photographer decides, in one frozen object."""
 
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 from simulator.errors import require
 from simulator.exposure.settings import Exposure
@@ -22,6 +22,14 @@ class SceneSource(Protocol):
         ...
 
 
+class ShotOrigin(Protocol):
+    """The file that a shot was read from; `describe` tells what that file would hold for this shot."""
+
+    def describe(self, shot: "Shot") -> dict[str, Any]:
+        """Return the full configuration of a shot some of whose parts may have been replaced; {} where no file can hold it."""
+        ...
+
+
 @dataclass(frozen=True)
 class Shot:
     """One photograph to take.
@@ -30,8 +38,7 @@ class Shot:
     truth: what the truth twin holds besides mean electrons and noise-free codes: variance, depth, blur, rgb; any of them.
     tolerance: error that the lens blur may have, in standard deviations of the noise of the scene's brightest light, 0 to 10;
         0 follows rays instead (slow).
-    resolved: the full configuration the shot was read from, plain data, for the sidecar file; empty for a shot made of objects,
-        and always for one whose scene is a `Scene`, which no file describes.
+    origin: the file it was read from, set by `load_shot`; None for a shot made of objects.
     Raises PhotositeError for an ISO outside those the camera was measured at, and a tolerance out of range.
     """
 
@@ -44,12 +51,19 @@ class Shot:
     name: str = "shot"
     truth: tuple[TruthPart, ...] = ()
     tolerance: float = 0.1
-    resolved: dict[str, object] = field(default_factory=dict)
+    origin: ShotOrigin | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if isinstance(self.scene, Scene):
-            object.__setattr__(self, "resolved", {})  # another scene's, when the shot was loaded and its scene replaced
         require(
             0 <= self.tolerance <= 10, "tolerance", self.tolerance, "give 0 to 10 standard deviations of the noise, such as 0.1"
         )
         self.camera.iso_setting(self.exposure.iso)
+
+    @property
+    def resolved(self) -> dict[str, Any]:
+        """The full configuration of this shot as it is, plain data, for the sidecar file.
+
+        Empty for a shot made of objects, for one whose scene is a `Scene`, and where another part that was replaced has no form
+        in a file.
+        """
+        return {} if self.origin is None or isinstance(self.scene, Scene) else self.origin.describe(self)

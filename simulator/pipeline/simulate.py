@@ -30,7 +30,7 @@ def simulate(
 ) -> Raw:
     """Simulate the raw frame of a shot, with its truth.
 
-    device: part of an OpenCL device's label; default: $PHOTOSITE_DEVICE, else the newest PoCL.
+    device: part of an OpenCL device's label; default: $PHOTOSITE_DEVICE, else a GPU before a CPU.
     progress: called with (current step, share done from 0 to 1). stopwatch: gets the time of each pass.
     Raises PhotositeError for every fault that the user can correct.
     """

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simulator.atomic_files import atomic_write, reserve
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, first_line, reading
 from simulator.raw.software import software
 
 if TYPE_CHECKING:
@@ -106,18 +106,27 @@ def read_parts(path: str | os.PathLike) -> Iterator[PicturePart]:
 
     if not os.path.isfile(path):
         raise PhotositeError("no such file; check the path", file=path)
-    source = OpenImageIO.ImageInput.open(str(path))
-    if source is None:
-        raise PhotositeError(f"not a picture file: {OpenImageIO.geterror().strip()}; check the path", file=path)
+    with reading(path, "the file is damaged or no picture: write or copy it again"):
+        source = OpenImageIO.ImageInput.open(str(path))
+        if source is None:
+            raise PhotositeError(f"not a picture file: {first_line(OpenImageIO.geterror())}; check the path", file=path)
     index = 0
     try:
-        while source.seek_subimage(index, 0):
-            spec = source.spec()
-            pixels = source.read_image(index, 0, 0, spec.nchannels, "float")
-            message = source.geterror().strip()
-            if pixels is None or message:
-                raise PhotositeError(f"damaged or cut short: {message}; write or copy it again", file=path)
-            yield PicturePart(spec.getattribute("oiio:subimagename") or "", pixels, tuple(spec.channelnames))
+        while (part := _read_part(source, index, path)) is not None:
+            yield part
             index += 1
     finally:
         source.close()
+
+
+def _read_part(source: "OpenImageIO.ImageInput", index: int, path: str | os.PathLike) -> PicturePart | None:
+    """Read one part of an open file; None behind the last one."""
+    with reading(path, "the file is damaged: write or copy it again"):
+        if not source.seek_subimage(index, 0):
+            return None
+        spec = source.spec()
+        pixels = source.read_image(index, 0, 0, spec.nchannels, "float")
+        message = source.geterror().strip()
+        if pixels is None or message:
+            raise PhotositeError(f"damaged or cut short: {first_line(message)}; write or copy it again", file=path)
+        return PicturePart(spec.getattribute("oiio:subimagename") or "", pixels, tuple(spec.channelnames))

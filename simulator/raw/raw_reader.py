@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, reading
 from simulator.raw.white_balance import xyz_to_camera
 
 if TYPE_CHECKING:
@@ -91,19 +91,20 @@ def read_raw_file(path: str | os.PathLike[str]) -> RawFile:
 
 @contextmanager
 def open_raw(source: str | bytes, label: str) -> Iterator["OpenRaw"]:
-    """Open a path, or the bytes of a file, with LibRaw; its failures, also inside the `with` block, become PhotositeError."""
+    """Open a path, or the bytes of a file, with LibRaw for a block that reads it; failures of both become PhotositeError."""
     import rawpy
 
     if isinstance(source, str) and not os.path.isfile(source):
         raise PhotositeError("no such file; check the path", file=label)
-    try:
-        with rawpy.imread(io.BytesIO(source) if isinstance(source, bytes) else source) as frame:
-            yield frame
-    except rawpy.LibRawFileUnsupportedError as error:
-        raise PhotositeError("not a raw file that LibRaw can read; give a DNG or another raw file", file=label) from error
-    except rawpy.LibRawError as error:
-        reason = error.args[0].decode() if error.args and isinstance(error.args[0], bytes) else error
-        raise PhotositeError(f"damaged or cut short ({reason}); write or copy it again", file=label) from error
+    with reading(label, "damaged or cut short: write or copy it again"):
+        try:
+            with rawpy.imread(io.BytesIO(source) if isinstance(source, bytes) else source) as frame:
+                yield frame
+        except rawpy.LibRawFileUnsupportedError as error:
+            raise PhotositeError("not a raw file that LibRaw can read; give a DNG or another raw file", file=label) from error
+        except rawpy.LibRawError as error:
+            reason = error.args[0].decode("utf-8", "replace") if error.args and isinstance(error.args[0], bytes) else error
+            raise PhotositeError(f"damaged or cut short ({reason}); write or copy it again", file=label) from error
 
 
 def _pattern(frame: "rawpy.RawPy", label: str) -> tuple[str, np.ndarray]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from simulator.color.spectra import ILLUMINANTS, blackbody_temperature_k, check_illuminant, color_matching_functions, illuminant
+from simulator.color.spectra import ILLUMINANTS, blackbody_temperature_k, check_illuminant, illuminant, tristimulus
 from simulator.errors import PhotositeError, require
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def _multipliers_for_illuminant(frame: "rawpy.RawPy", name: str, label: str) -> 
         raise PhotositeError(
             "the file holds no colour matrix; give a grey patch or multipliers", file=label, key=_KEY, value=name
         )
-    neutral = matrix @ (illuminant(name) @ color_matching_functions())
+    neutral = matrix @ tristimulus(illuminant(name))
     if not (neutral > 0).all():
         raise PhotositeError(
             "the file's colour matrix cannot see this light; give a grey patch", file=label, key=_KEY, value=name

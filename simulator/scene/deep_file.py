@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.errors import PhotositeError, require
+from simulator.errors import PhotositeError, reading, require
 from simulator.scene.alpha import SLACK
-from simulator.scene.pixel_file import first_fault, unreadable
+from simulator.scene.pixel_file import DAMAGED, first_fault, opened_picture, unreadable
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -46,13 +46,8 @@ def read_deep(path: Path) -> tuple[DeepSamples, tuple[float, ...] | None, tuple[
     Raises PhotositeError for a file that is missing, damaged or not deep, channels other than R, G, B or Y with Z, NaN,
     Inf, alpha outside 0 to 1, depth of 0 or less, and a ZBack that is infinite behind a finite Z.
     """
-    import OpenImageIO as oiio
-
     require(path.is_file(), KEY, path, "no such file; check the path")
-    source = oiio.ImageInput.open(str(path))
-    if source is None:
-        raise unreadable(KEY, path, oiio.geterror())
-    try:
+    with reading(path, DAMAGED, key=KEY), opened_picture(path, KEY) as source:
         spec = source.spec()
         require(spec.deep, KEY, path, "is no deep picture, it has one colour per pixel; write image: instead of deep:")
         data = source.read_native_deep_image(0, 0)
@@ -64,8 +59,6 @@ def read_deep(path: Path) -> tuple[DeepSamples, tuple[float, ...] | None, tuple[
         parts = spec.get_int_attribute("oiio:subimages", 1)
         notes += (f"{path.name}: has {parts} parts; only the first is read",) if parts > 1 else ()
         return samples, spec.getattribute("chromaticities"), notes
-    finally:
-        source.close()
 
 
 def _samples(data: "oiio.DeepData", spec: "oiio.ImageSpec", path: Path) -> tuple[DeepSamples, tuple[str, ...]]:

@@ -107,7 +107,8 @@ def load_depth(
             key=f"{key}.depth.image",
             value=path,
         )
-    depth = stored.astype(np.float32)
+    with np.errstate(over="ignore"):  # what float32 cannot hold is at infinity
+        depth = stored.astype(np.float32)
     depth *= np.float32(depth_m.scale * METRES_PER_UNIT[depth_m.unit])
     if coverage is not None:
         depth[coverage == 0] = np.inf  # nothing stands there: no hole

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.errors import PhotositeError, require
+from simulator.errors import PhotositeError, file_error, first_line, reading, require
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
+
+DAMAGED = "the file is damaged, cut short or no picture: export it again"
 
 
 @dataclass(frozen=True)
@@ -74,12 +76,8 @@ def read_pixels(path: str | os.PathLike, key: str) -> PixelFile:
 
 def load_array(path: Path, key: str) -> np.ndarray:
     """Read a .npy array of numbers; PhotositeError when it is missing or is none."""
-    try:
+    with reading(path, "save one array of numbers with numpy.save", key=key):
         array = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
-        raise PhotositeError(
-            f"cannot be read as a NumPy array ({error}); save it with numpy.save", key=key, value=path
-        ) from error
     plain = isinstance(array, np.ndarray) and array.dtype.kind in "fui" and array.size > 0
     require(plain, key, path, "holds no numbers; save one array of floats with numpy.save")
     return array
@@ -98,10 +96,7 @@ def _read_picture(path: Path, key: str) -> PixelFile:
 
     wishes = oiio.ImageSpec()
     wishes.attribute("oiio:UnassociatedAlpha", 1)  # else colours of PNG come multiplied by alpha
-    source = oiio.ImageInput.open(str(path), wishes)
-    if source is None:
-        raise unreadable(key, path, oiio.geterror())
-    try:
+    with reading(path, DAMAGED, key=key), opened_picture(path, key, wishes) as source:
         spec = source.spec()
         require(not spec.deep, key, path, "is a deep EXR; write deep: instead of image:, or flatten it first")
         pixels = source.read_image(0, 0, 0, spec.nchannels, oiio.UNKNOWN)
@@ -118,8 +113,6 @@ def _read_picture(path: Path, key: str) -> PixelFile:
             _notes(path.name, spec, parts),
             spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 1,
         )
-    finally:
-        source.close()
 
 
 def _notes(name: str, spec: "oiio.ImageSpec", parts: int) -> tuple[str, ...]:
@@ -133,12 +126,23 @@ def _notes(name: str, spec: "oiio.ImageSpec", parts: int) -> tuple[str, ...]:
     return tuple(notes)
 
 
+@contextmanager
+def opened_picture(path: Path, key: str, wishes: "oiio.ImageSpec | None" = None) -> Iterator["oiio.ImageInput"]:
+    """Open a picture with OpenImageIO for the block. wishes: how to read. Raises PhotositeError for a file that is none."""
+    import OpenImageIO as oiio
+
+    source = oiio.ImageInput.open(str(path)) if wishes is None else oiio.ImageInput.open(str(path), wishes)
+    if source is None:
+        raise unreadable(key, path, oiio.geterror())
+    try:
+        yield source
+    finally:
+        source.close()
+
+
 def unreadable(key: str, path: Path, reason: str) -> PhotositeError:
     """Error for a file that OpenImageIO cannot read; `reason` is what it said."""
-    first_line = (reason or "no reason given").strip().splitlines()[0]
-    return PhotositeError(
-        f"cannot be read ({first_line}); the file is damaged, cut short or no picture: export it again", key=key, value=path
-    )
+    return file_error(f"cannot be read ({first_line(reason) or 'no reason given'}); {DAMAGED}", path, key)
 
 
 def first_fault(fault: np.ndarray) -> str:

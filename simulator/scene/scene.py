@@ -38,8 +38,9 @@ class Scene:
 
     planes, depth_m, coverage: of the nearest layer, see `Layer`.
     behind: layers behind it, nearest first; where no layer covers there is no light.
-    spectra_w_m2_sr_nm: (bands, wavelengths) float64 radiance of weight 1 [W m^-2 sr^-1 nm^-1].
-    wavelengths_nm: (wavelengths,) float64, ascending, evenly spaced [nm].
+    spectra_w_m2_sr_nm: (bands, wavelengths) float64 radiance of weight 1 [W m^-2 sr^-1 nm^-1], linear between its samples and
+        zero outside them.
+    wavelengths_nm: (wavelengths,) float64, ascending [nm].
     illuminant: (wavelengths,) float64, relative power of the light that falls on the scene;
         its colour is what the camera's white balance neutralises.
     field_of_view_deg: full horizontal angle of the grid [deg]; None: the grid fills the sensor.

@@ -7,14 +7,14 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from simulator.color.spectra import check_illuminant, illuminant, luminance_cd_m2
+from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, illuminant, luminance_cd_m2
 from simulator.errors import PhotositeError, require
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.depth import Depth, check_depth, load_depth
 from simulator.scene.occluded_background import Hidden
 from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, memory_for, read_pixels
 from simulator.scene.scene import Scene
-from simulator.scene.wavelengths import common_grid, named_wavelengths, read_wavelengths
+from simulator.scene.wavelengths import common_grid, named_wavelengths, read_wavelengths, resample
 from simulator.units import CandelasPerSquareMetre, Degrees
 
 
@@ -24,6 +24,7 @@ class SpectralCubeScene:
 
     quantity: "radiance" is in W m^-2 sr^-1 nm^-1; with a luminance it is rescaled to that mean luminance, whatever
         its unit. "reflectance" is lit by the illuminant, and the luminance is that of the perfect white.
+        Both are linear between the cube's wavelengths and dark outside them.
     luminance_cd_m2: of white (reflectance) or the mean (radiance); left out, radiance is absolute.
     illuminant: for radiance it only states the light that the camera's white balance neutralises.
     depth_m: one distance, {image: FILE, ...}, or {channel: Z, ...} of the cube's own EXR.
@@ -79,6 +80,10 @@ class SpectralCubeScene:
             fault = first_fault(planes < 0)
             rule = f"negative in {fault}; light is never negative: clip it first"
             raise PhotositeError(rule, key=key, value=self.spectral_cube)
+        if self.quantity == "reflectance":  # the light may vary between the cube's wavelengths
+            between = WAVELENGTHS_NM[(WAVELENGTHS_NM > grid_nm[0]) & (WAVELENGTHS_NM < grid_nm[-1])]
+            finer_nm = np.union1d(grid_nm, between)
+            grid_nm, basis = finer_nm, resample(basis, grid_nm, finer_nm)
         light = illuminant(self.illuminant, grid_nm)
         return Scene(
             planes=planes,
@@ -106,7 +111,7 @@ class SpectralCubeScene:
 
     def _spectra(self, planes: np.ndarray, basis: np.ndarray, light: np.ndarray, grid_nm: np.ndarray) -> np.ndarray:
         if self.quantity == "reflectance":
-            return basis * light * (self.luminance_cd_m2 / luminance_cd_m2(light, grid_nm))
+            return basis * light * (self.luminance_cd_m2 / luminance_cd_m2(illuminant(self.illuminant)))
         if self.luminance_cd_m2 is None:
             return basis
         mean = float(planes.mean(axis=(0, 1), dtype=np.float64) @ luminance_cd_m2(basis, grid_nm))

@@ -1,12 +1,12 @@
-"""Wavelengths of a spectral cube: from channel names or a file, and onto a grid that sums can use."""
+"""Wavelengths of a spectral cube: from channel names or a file, cut to those that scenes may have."""
 
 import re
 from pathlib import Path
 
 import numpy as np
 
-from simulator.color.spectra import WAVELENGTHS_NM, step_nm
-from simulator.errors import PhotositeError, require
+from simulator.color.spectra import WAVELENGTHS_NM
+from simulator.errors import PhotositeError, reading, require
 from simulator.scene.pixel_file import PixelFile, load_array
 
 FIRST_NM, LAST_NM = WAVELENGTHS_NM[0], WAVELENGTHS_NM[-1]
@@ -42,22 +42,18 @@ def read_wavelengths(path: Path) -> np.ndarray:
     require(Path(path).is_file(), "scene.wavelengths", path, "no such file; check the path")
     if Path(path).suffix.lower() == ".npy":
         return load_array(path, "scene.wavelengths").astype(np.float64).ravel()
-    try:
+    with reading(path, "write one number in nm per line", key="scene.wavelengths"):
         lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
         if lines and re.search(r"[A-Za-z_]{2,}", lines[0]):
             del lines[0]
         return np.array([float(word) for line in lines for word in re.split(r"[,;\s]+", line) if word])
-    except (OSError, ValueError) as error:
-        raise PhotositeError(
-            f"cannot be read ({error}); write one number in nm per line", key="scene.wavelengths", value=path
-        ) from error
 
 
 def common_grid(own_nm: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[str, ...]]:
     """Which bands to keep, the scene's wavelengths [nm], each band's spectrum on them, and notes.
 
-    Even steps are kept and only cut to 380-780 nm. Other wavelengths become triangles on a 1 nm grid, which is
-    linear interpolation between neighbours without more planes.
+    A band's spectrum is a triangle: 1 at its own wavelength and 0 at the neighbours', so that the sum of all is linear between
+    samples. It is cut at 380 and 780 nm.
     """
     inside = (own_nm >= FIRST_NM) & (own_nm <= LAST_NM)
     if not inside.any() or (inside.sum() < 2 and np.ptp(own_nm) < 1):
@@ -72,18 +68,12 @@ def common_grid(own_nm: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray, 
         notes.append(f"{name}: taken as dark outside {low:g} to {high:g} nm")
     if not inside.all():
         notes.append(f"{name}: wavelengths outside {FIRST_NM:g} to {LAST_NM:g} nm left out")
-    if _is_even(own_nm) and inside.sum() > 1:
-        return np.flatnonzero(inside), own_nm[inside], np.eye(int(inside.sum())), tuple(notes)
-    grid_nm = np.arange(FIRST_NM, LAST_NM + 0.5)
-    triangles = np.stack([np.interp(grid_nm, own_nm, row, left=0.0, right=0.0) for row in np.eye(len(own_nm))])
+    grid_nm = np.unique(np.clip(own_nm, FIRST_NM, LAST_NM))
+    triangles = resample(np.eye(len(own_nm)), own_nm, grid_nm)
     keep = np.flatnonzero(triangles.any(axis=1))
-    notes.append(f"{name}: unevenly spaced wavelengths; linear between them")
     return keep, grid_nm, triangles[keep], tuple(notes)
 
 
-def _is_even(wavelengths_nm: np.ndarray) -> bool:
-    try:
-        step_nm(wavelengths_nm)
-    except PhotositeError:
-        return False
-    return True
+def resample(spectra: np.ndarray, own_nm: np.ndarray, grid_nm: np.ndarray) -> np.ndarray:
+    """Spectra (bands, wavelengths) on other wavelengths, (bands, grid): linear between samples, zero outside them."""
+    return np.stack([np.interp(grid_nm, own_nm, row, left=0.0, right=0.0) for row in spectra])

@@ -3,7 +3,7 @@
 import math
 
 from simulator.color.camera_matrices import camera_response
-from simulator.color.spectra import WAVELENGTHS_NM, efficiency_on, illuminant, luminance_cd_m2
+from simulator.color.spectra import WAVELENGTHS_NM, illuminant, luminance_cd_m2
 from simulator.sensor.sensor_plan import SensorPlan
 
 MIDDLE_GREY = 0.18  # of white: level 118 of 255 in sRGB, which defines the standard output sensitivity
@@ -17,8 +17,8 @@ def saturation_exposure_lx_s(sensor: SensorPlan) -> float:
     """
     camera, response = sensor.camera, sensor.camera.response
     light = illuminant("D55")
-    efficiency = efficiency_on(WAVELENGTHS_NM, response.wavelengths_nm, response.quantum_efficiency)
-    per_joule = camera_response(light[None], WAVELENGTHS_NM, efficiency).max()  # electrons per unit of light on a square metre
+    electrons = camera_response(light[None], WAVELENGTHS_NM, response.wavelengths_nm, response.quantum_efficiency)
+    per_joule = electrons.max()  # electrons per unit of light on a square metre
     electrons_per_lx_s = 1e-12 * camera.pixel_pitch_um**2 * camera.fill_factor * per_joule / luminance_cd_m2(light)
     dn_per_lx_s = sensor.gain_dn_per_e() * electrons_per_lx_s
     return sensor.full_scale_dn() / dn_per_lx_s if dn_per_lx_s > 0 else math.inf

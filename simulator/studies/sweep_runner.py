@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from simulator.atomic_files import atomic_write
+from simulator.atomic_files import atomic_write, remove_abandoned
 from simulator.config import Sweep, SweepPoint, dump_yaml
 from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import input_files
@@ -57,9 +57,11 @@ def run_sweep(
     take: simulates one shot and saves it. map: like the built-in; an executor's map spreads points over processes.
     redo: run also points whose files are up to date. report: called with each row as it is done.
     progress: called with the name of each point and the share done.
+    What a killed run was writing in `directory` is removed.
     A point that fails is a row whose status says why; three in a row end the run.
     Raises PhotositeError when that happens. The manifest is written whatever ends the run.
     """
+    remove_abandoned(Path(directory))
     rows, failures, steps = [], 0, Steps(progress, len(sweep))
     try:
         for row in map(partial(run_point, directory=Path(directory), take=take, redo=redo), sweep):

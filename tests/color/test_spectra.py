@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from scipy.integrate import quad
 
 from simulator.color.spectra import (
     ILLUMINANTS,
@@ -15,11 +16,11 @@ from simulator.color.spectra import (
     check_illuminant,
     color_matching_functions,
     illuminant,
+    integral_weights,
     luminance_cd_m2,
     luminous_efficiency,
     photons_per_joule,
     reflectance_basis,
-    step_nm,
 )
 from simulator.errors import PhotositeError
 from simulator.scene.electron_radiance import electron_radiance_weights
@@ -39,7 +40,7 @@ def equal_energy_scene(wavelengths_nm, luminance=1.0):
 
 def test_grid_is_380_to_780_nm_by_5():
     assert WAVELENGTHS_NM.shape == (81,) and WAVELENGTHS_NM[0] == 380 and WAVELENGTHS_NM[-1] == 780
-    assert step_nm(WAVELENGTHS_NM) == 5.0
+    assert set(np.diff(WAVELENGTHS_NM)) == {5.0}
 
 
 def test_luminous_efficiency_has_the_values_of_the_cie_table():
@@ -54,29 +55,58 @@ def test_one_lux_at_555_nm_is_4091_photons_per_um2_and_second():
     assert photons_per_joule(np.array([555.0]))[0] / 683e12 == pytest.approx(4090.68, rel=1e-6)
 
 
-def test_one_candela_per_m2_of_equal_energy_light_is_11765_photons_per_um2_second_and_steradian():
-    # 400-700 nm by 10 nm: sum(lambda / h c) / (683 * 10.6815) = 1.17651e16 per m^2; a detector of QE 1 counts them all
+def test_one_candela_per_m2_of_equal_energy_light_is_11388_photons_per_um2_second_and_steradian():
+    # 400 to 700 nm: the integral of lambda / (h c), over 683 times that of V, tabulated by 1 nm; QE 1 counts all photons.
     wavelengths = np.arange(400.0, 701.0, 10.0)
     weights = electron_radiance_weights(equal_energy_scene(wavelengths), np.array([300.0, 900.0]), np.ones((2, 1)))
+    photons = 165000e-9 / (6.62607015e-34 * 299792458)
+    visible = 683.0 * np.trapezoid(luminous_efficiency(np.arange(400.0, 701.0)), dx=1.0)
     assert weights.shape == (1, 1)
-    assert weights[0, 0] == pytest.approx(11765.1, rel=1e-5)
+    assert weights[0, 0] == pytest.approx(1e-12 * photons / visible, rel=1e-12)
+    assert weights[0, 0] == pytest.approx(11387.8, abs=0.1)
 
 
 def test_electrons_of_a_2_8_um_pixel_at_f4_match_the_hand_calculation():
-    # 100 cd/m^2, 10 ms, E/L = pi / (1 + 4 * 16) sr: 4458 electrons at QE 1
+    # 100 cd/m^2, 10 ms, E/L = pi / (1 + 4 * 16) sr: 11387.8 * 100 * pi / 65 * 2.8^2 * 0.01 = 4315.1 electrons at QE 1
     wavelengths = np.arange(400.0, 701.0, 10.0)
     scene = equal_energy_scene(wavelengths, luminance=100.0)
     weight = electron_radiance_weights(scene, np.array([300.0, 900.0]), np.ones((2, 1)))[0, 0]
-    assert weight * np.pi / 65 * 2.8**2 * 0.010 == pytest.approx(4458.0, abs=0.5)
+    assert weight * np.pi / 65 * 2.8**2 * 0.010 == pytest.approx(4315.1, abs=0.1)
 
 
 def test_response_is_linear_between_its_entries_and_zero_outside_them():
-    # Only 500 nm lies within the response, half way from 0.2 to 0.6; 400 and 600 nm count nothing.
+    # From 0.2 at 490 nm to 0.6 at 510 nm: the integral of (0.4 + 0.02 u)(500 + u) over u from -10 to 10 is 4000 + 40/3 nm^2.
     wavelengths = np.array([400.0, 500.0, 600.0])
     scene = Scene(np.ones((1, 1, 1), np.float32), np.ones((1, 3)), wavelengths, np.ones(3))
     weight = electron_radiance_weights(scene, np.array([490.0, 510.0]), np.array([[0.2], [0.6]]))[0, 0]
-    by_hand = 0.4 * 500e-9 / (6.62607015e-34 * 299792458) * 100 * 1e-12
+    by_hand = (4000.0 + 40.0 / 3.0) * 1e-9 / (6.62607015e-34 * 299792458) * 1e-12
     assert weight == pytest.approx(by_hand, rel=1e-12)
+
+
+def adaptive_integral(grid, samples, own, curve, low, high):
+    """Integral of s(lambda) c(lambda) lambda by adaptive quadrature in double precision, told where the functions bend."""
+    points = np.union1d(grid, own)
+    points = points[(points > low) & (points < high)]
+    edges = [low, *points, high]
+    return sum(
+        quad(lambda nm: np.interp(nm, grid, samples) * np.interp(nm, own, curve) * nm, one, other, epsabs=0.0, epsrel=1e-13)[0]
+        for one, other in zip(edges, edges[1:], strict=False)
+    )
+
+
+@pytest.mark.parametrize("grid", [np.arange(380.0, 781.0, 5.0), np.arange(403.0, 700.0, 11.0), np.array([390.0, 500.5, 777.0])])
+@pytest.mark.parametrize("own", [np.arange(400.0, 701.0, 10.0), np.arange(360.0, 831.0, 7.0)])
+def test_integrals_are_those_of_the_piecewise_linear_functions(grid, own):
+    rng = np.random.default_rng(5)
+    samples, curve = rng.random(grid.size), rng.random(own.size)
+    low, high = max(grid[0], own[0]), min(grid[-1], own[-1])
+    found = samples @ integral_weights(grid, own, curve[:, None], of_photons=True)
+    truth = adaptive_integral(grid, samples, own, curve, low, high) * photons_per_joule(np.array(1.0))
+    assert found == pytest.approx(truth, rel=1e-12)
+
+
+def test_bands_that_do_not_overlap_have_no_integral():
+    assert not integral_weights(np.array([400.0, 500.0]), np.array([600.0, 700.0]), np.ones((2, 3))).any()
 
 
 def test_bands_and_channels_keep_their_places():
@@ -84,14 +114,18 @@ def test_bands_and_channels_keep_their_places():
     scene = Scene(np.ones((1, 1, 2), np.float32), np.eye(2), wavelengths, np.ones(2))
     weights = electron_radiance_weights(scene, wavelengths, np.array([[1.0, 0.0, 0.5], [0.0, 2.0, 0.0]]))
     assert weights.shape == (2, 3)
-    assert weights[0, 1] == weights[1, 0] == weights[1, 2] == 0
-    assert weights[0, 0] == 2 * weights[0, 2] and weights[1, 1] / weights[0, 0] == pytest.approx(2 * 510 / 500)
+    # Channel 0 falls from 1 at 500 nm to 0 at 510 nm as band 0 does: integral of (1 - u)^2 (500 + 10 u), u from 0 to 1.
+    square, cross = 10 * (500 / 3 + 10 / 12), 10 * (500 / 6 + 10 / 12)
+    per_nm2 = 1e-21 / (6.62607015e-34 * 299792458)
+    assert weights[:, 0] == pytest.approx(per_nm2 * np.array([square, cross]), rel=1e-12)
+    assert weights[:, 2] == pytest.approx(0.5 * weights[:, 0], rel=1e-12)
+    assert weights[:, 1] == pytest.approx(2 * per_nm2 * np.array([cross, 10 * (500 / 3 + 10 / 4)]), rel=1e-12)
 
 
-@pytest.mark.parametrize("wavelengths", [[500.0], [500.0, 510.0, 530.0], [510.0, 500.0]])
-def test_uneven_wavelengths_are_refused(wavelengths):
-    with pytest.raises(PhotositeError, match="even distances"):
-        step_nm(np.array(wavelengths))
+@pytest.mark.parametrize("wavelengths", [[500.0], [500.0, 500.0, 510.0], [510.0, 500.0]])
+def test_wavelengths_that_do_not_ascend_are_refused(wavelengths):
+    with pytest.raises(PhotositeError, match="two or more ascending"):
+        integral_weights(np.array(wavelengths), np.array([400.0, 700.0]), np.ones((2, 1)))
 
 
 # CIE 15:2018, Table T.3 (2 degree observer); E is 1/3, 1/3 by definition.

@@ -10,8 +10,8 @@ import pytest
 from helpers.picture_files import put
 
 import simulator
+from simulator.color.color_tables import CONFIGS
 from simulator.command_line.main import main
-from simulator.config.document_merge import CONFIGS
 
 HEAVY = ("pyopencl", "matplotlib", "colour", "pydantic", "pint", "numpy", "OpenImageIO", "rawpy", "yaml", "scipy")
 FLAT = str(CONFIGS / "shots" / "flat_field.yaml")
@@ -56,6 +56,20 @@ print(*[name for name in sys.modules if name.startswith(("simulator", "data_gen"
 def test_importing_the_package_imports_nothing_heavy():
     code = f"import sys, simulator; print([name for name in {HEAVY!r} if name in sys.modules], simulator.__version__)"
     assert in_fresh_process(code).strip() == "[] 0.2.0"
+
+
+def test_a_shot_of_the_library_waits_for_no_package_that_it_does_not_need(tmp_path):
+    """Its tables, units and noise are at hand; colour-science, SciPy and pint take longer to import than its frame takes."""
+    code = f"""
+import sys
+from simulator.command_line.main import main
+try:
+    main(["simulate", {FLAT!r}, *{SMALL!r}, "--out", {str(tmp_path)!r}])
+except SystemExit as end:
+    assert not end.code
+print("HEAVY", [name for name in ("matplotlib", "colour", "pint", "scipy", "rawpy", "skimage") if name in sys.modules])
+"""
+    assert in_fresh_process(code).strip().endswith("HEAVY []")
 
 
 def test_the_packages_names_are_what_they_say():

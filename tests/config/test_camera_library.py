@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from simulator.color.color_tables import CONFIGS
 from simulator.color.spectra import WAVELENGTHS_NM, efficiency_on, illuminant, luminance_cd_m2, photons_per_joule
 from simulator.config import load_camera, load_shot, read_camera_document
-from simulator.config.document_merge import CONFIGS
 from simulator.errors import PhotositeError
 from simulator.sensor.stages.stage import Moments
 

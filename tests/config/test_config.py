@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import textwrap
 from pathlib import Path
 
@@ -11,8 +12,9 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from simulator.config import dump_yaml, load_shot, shot_warnings
+from simulator.config import dump_yaml, frame_warnings, load_shot, shot_warnings
 from simulator.errors import PhotositeError
+from simulator.pipeline.simulate import simulate
 
 SHOT = """\
 scene:
@@ -217,11 +219,77 @@ def test_overrides_reach_every_leaf(folder):
 
 
 def test_a_camera_on_a_base_overlays_keys_and_null_removes(folder):
-    camera = "camera: {base: tiny.yaml, bit_depth: 14, iso_table: {100: {gain: 0.6 DN/e-}}, stages: {full_well: null}}"
+    camera = (
+        "camera: {base: tiny.yaml, bit_depth: 14, iso_table: {merge: true, 100: {gain: 0.6 DN/e-}}, stages: {full_well: null}}"
+    )
     shot = load_shot(write(folder, SHOT.replace("camera: tiny", camera)))
     assert shot.camera.bit_depth == 14 and shot.camera.model == "Tiny"
     assert (shot.camera.iso_table[100].gain_dn_per_e, shot.camera.iso_table[100].read_noise_dn) == (0.6, 2.0)
     assert list(shot.camera.stages) == ["photon_shot_noise"]
+
+
+TABLES = {
+    "{200: {gain: 0.6 DN/e-, read_noise: 4 DN}}": {200: (0.6, 4.0, 0.0)},
+    "{merge: false, 200: {gain: 0.6 DN/e-, read_noise: 4 DN}}": {200: (0.6, 4.0, 0.0)},
+    '{"200": {gain: 0.6 DN/e-, read_noise: 4 DN}}': {200: (0.6, 4.0, 0.0)},
+    "{merge: true, 200: {gain: 0.6 DN/e-}}": {100: (0.5, 2.0, 0.1), 200: (0.6, 3.0, 0.2)},
+    "{merge: true, 400: {gain: 2 DN/e-, read_noise: 4 DN}}": {
+        100: (0.5, 2.0, 0.1),
+        200: (1.0, 3.0, 0.2),
+        400: (2.0, 4.0, 0.0),
+    },
+    "{merge: true, 100: null}": {200: (1.0, 3.0, 0.2)},
+    "{merge: true}": {100: (0.5, 2.0, 0.1), 200: (1.0, 3.0, 0.2)},
+}
+
+
+@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("way", ["shot", "file", "--set"])
+def test_a_table_replaces_that_of_the_base_unless_it_says_merge(folder, table, way):
+    """Gain, read noise and row noise; in a shot, in a camera file whose base has a base, and set by an option."""
+    rowed = CAMERA.replace("read_noise: 2 DN", "read_noise: 2 DN, row_noise: 0.1 DN")
+    (folder / "tiny.yaml").write_text(rowed.replace("read_noise: 3 DN", "read_noise: 3 DN, row_noise: 0.2 DN"))
+    camera, overrides = f"{{base: tiny.yaml, iso_table: {table}}}", []
+    if way == "file":
+        (folder / "middle.yaml").write_text(f"base: tiny.yaml\niso_table: {table}\n")
+        (folder / "top.yaml").write_text("base: middle.yaml\nmodel: Top\n")
+        camera = "top.yaml"
+    elif way == "--set":
+        camera, overrides = "tiny.yaml", [f"camera={{base: {folder}/tiny.yaml, iso_table: {table}}}"]
+    text = SHOT.replace("camera: tiny", f"camera: {camera}").replace("iso: 100", f"iso: {min(TABLES[table])}")
+    found = load_shot(write(folder, text), overrides).camera.iso_table
+    assert {iso: (line.gain_dn_per_e, line.read_noise_dn, line.row_noise_dn) for iso, line in found.items()} == TABLES[table]
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("{400: {gain: 2 DN/e-}}", r"second\.yaml:3: camera\.iso_table\.400\.read_noise is missing"),
+        ("{}", r"camera\.iso_table = \{\}: give at least one line"),
+        ("{merge: 1, 400: {gain: 2 DN/e-}}", r"second\.yaml:3: merge = 1: write true, or leave it out"),
+    ],
+)
+def test_a_table_beside_a_base_is_checked_as_any_other(folder, table, message):
+    (folder / "second.yaml").write_text(f"base: tiny.yaml\nmodel: Two\niso_table: {table}\n")
+    with pytest.raises(PhotositeError, match=message):
+        load_shot(write(folder, SHOT.replace("camera: tiny", "camera: second.yaml")))
+
+
+@pytest.mark.parametrize("base", ["", "base: tiny.yaml\niso_table: {merge: true, 100: {gain: 1 DN/e-}}\n"])
+def test_a_table_can_only_be_merged_with_one_below(folder, base):
+    (folder / "tiny.yaml").write_text(CAMERA.replace("iso_table:\n", "iso_table:\n  merge: true\n"))
+    (folder / "top.yaml").write_text(base or CAMERA.replace("iso_table:\n", "iso_table:\n  merge: true\n"))
+    with pytest.raises(PhotositeError, match=r"camera\.iso_table\.merge: there is no iso_table below to merge it with"):
+        load_shot(write(folder, SHOT.replace("camera: tiny", "camera: top.yaml")))
+
+
+def test_sources_of_a_table_go_with_it(folder):
+    sources = "source: {iso_table.gain: measured, 'iso_table.read_noise, width': both, cfa: known}\n"
+    (folder / "tiny.yaml").write_text(sources + CAMERA)
+    for merges, left in (("", 2), ("merge: true, ", 3)):
+        camera = f"{{base: tiny.yaml, iso_table: {{{merges}100: {{gain: 1 DN/e-, read_noise: 4 DN}}}}}}"
+        shot = load_shot(write(folder, SHOT.replace("camera: tiny", f"camera: {camera}")))
+        assert len(shot.resolved["camera"]["source"]) == left
 
 
 def test_another_camera_is_chosen_before_its_values_are_set(folder):
@@ -342,3 +410,52 @@ def test_infinity_is_a_distance(folder):
     assert math.isinf(shot.lens.focus_distance_m)
     assert shot.resolved["lens"]["focus_distance"] == "infinity"
     yaml.safe_load(textwrap.dedent(dump_yaml(shot.resolved)))  # any YAML reader takes it
+
+
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("lens.f_number=f/22", r"lens.f_number = f/22: its Airy disk is \d+ photosites .* write lens.diffraction: true"),
+        (
+            "lens={pinhole: {diameter: 0.3 mm, distance: 50 mm, diffraction: false}}",
+            r"lens.pinhole.diameter = 0.3 mm: its Airy disk .* write lens.pinhole.diffraction: true",
+        ),
+    ],
+)
+def test_a_lens_too_small_for_light_without_diffraction_is_warned_of(folder, setting, says):
+    found = shot_warnings(load_shot(write(folder), ["camera.pixel_pitch=4 um", setting]))
+    assert len(found) == 1 and re.search(says, found[0])
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        "lens.f_number=f/2.8",
+        "lens={bare_sensor: {}}",
+        "lens={pinhole: {diameter: 0.3 mm, distance: 50 mm}}",
+        ["lens.f_number=f/22", "lens.diffraction=true"],
+    ],
+)
+def test_a_lens_as_sharp_as_light_allows_is_not_warned_of(folder, setting):
+    settings = ["camera.pixel_pitch=4 um", *([setting] if isinstance(setting, str) else setting)]
+    assert shot_warnings(load_shot(write(folder), settings)) == []
+
+
+@pytest.mark.parametrize(
+    ("time", "says"),
+    [
+        ("10 s", r"exposure.time = 10 s: 100 % of the photosites clip, the frame shows nothing; with [\d.e-]+ s"),
+        (
+            "1e-9 s",
+            r"exposure.time = 1e-09 s: no photosite's signal .* reaches the noise in the dark .* the frame is black; with",
+        ),
+    ],
+)
+def test_a_frame_that_shows_nothing_is_warned_of_with_a_time_that_shows_something(time, says):
+    settings = ["camera.window={x: 0, y: 0, width: 64, height: 48}", "exposure.iso=100"]
+    found = frame_warnings(simulate(load_shot("flat_field", [*settings, f"exposure.time={time}"])))
+    assert len(found) == 1 and re.search(says, found[0])
+    better = re.search(r"with ([\d.e+-]+) s", found[0])[1]
+    raw = simulate(load_shot("flat_field", [*settings, f"exposure.time={better} s"]))
+    assert frame_warnings(raw) == []
+    assert 0.9 < (np.percentile(raw.noise_free_dn, 99) - raw.black_level_dn) / (raw.white_level_dn - raw.black_level_dn) <= 1.0

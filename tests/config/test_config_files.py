@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from simulator.color.color_tables import CONFIGS
 from simulator.config import load_camera, load_shot, shot_warnings
-from simulator.config.document_merge import CONFIGS
 
 SHOTS = sorted((CONFIGS / "shots").glob("*.yaml"))
 

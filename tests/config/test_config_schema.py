@@ -5,8 +5,8 @@ import copy
 import pytest
 import yaml
 
+from simulator.color.color_tables import CONFIGS
 from simulator.config import schema
-from simulator.config.document_merge import CONFIGS
 
 jsonschema = pytest.importorskip("jsonschema", reason="the test extra jsonschema is not installed")
 SHOTS = sorted((CONFIGS / "shots").glob("*.yaml"))
@@ -44,6 +44,7 @@ def test_a_resolved_shot_satisfies_the_schema(validator):
         (("scene", "chat"), "color_checker"),
         (("camera",), 3),
         (("camera",), {"bit_depth": 12}),
+        (("camera",), {"base": "sony_a7s2", "iso_table": {"merge": 1}}),
         (("sweep",), {"vary": {"exposure.iso": {"from": 100, "to": 200}}}),
         (("sweep",), {"mode": "cross", "vary": {"exposure.iso": [100]}}),
     ],
@@ -55,6 +56,13 @@ def test_the_schema_refuses_what_the_reader_refuses(validator, key, value):
         section = section[part]
     section[key[-1]] = value
     assert not validator.is_valid(shot)
+
+
+def test_a_table_beside_a_base_may_say_merge(validator):
+    shot = yaml.safe_load((CONFIGS / "shots" / "color_checker.yaml").read_text())
+    for table in ({"merge": True, "100": {"gain": "1 DN/e-"}}, {"100": {"gain": "1 DN/e-", "read_noise": "1 DN"}}, None):
+        shot["camera"] = {"base": "sony_a7s2", "iso_table": table}
+        validator.validate(shot)
 
 
 def test_units_and_meanings_stand_in_the_schema():

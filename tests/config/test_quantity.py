@@ -2,12 +2,14 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from simulator import units
 from simulator.config.quantity import format_quantity, parse_quantity, split_quantity
+from simulator.config.unit_words import COMMON_FACTORS, get_unit_registry
 
 UNITS = {name: kind.__metadata__[0] for name, kind in vars(units).items() if hasattr(kind, "__metadata__")}
 
@@ -116,3 +118,13 @@ def test_splitting_keeps_the_unit_as_written():
     assert split_quantity("1/4 s") == (0.25, "s")
     assert split_quantity("f/8") == (8.0, "f_number")
     assert split_quantity("3") == (3.0, "")
+
+
+@pytest.mark.parametrize(
+    ("symbol", "text", "factor"), [(symbol, *entry) for symbol, entries in COMMON_FACTORS.items() for entry in entries.items()]
+)
+def test_the_factors_of_common_units_are_those_of_pint(symbol, text, factor):
+    registry = get_unit_registry()
+    given = registry.parse_units(text.replace("e-", "electron"))
+    for number in np.random.default_rng(1).lognormal(0.0, 8.0, 200).tolist():
+        assert float(registry.Quantity(number, given).m_as(registry.parse_units(symbol))) == number * factor

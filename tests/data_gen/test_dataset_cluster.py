@@ -29,6 +29,15 @@ def test_two_workers_write_the_bytes_of_one(whole, tmp_path):
 
 
 @pytest.mark.slow
+def test_any_number_of_workers_writes_the_same_hdf5(tmp_path):
+    config = small_config(tmp_path, TEXT, "writer.format=hdf5", "variance=true")
+    folders = [tmp_path / f"out{index}" for index in range(3)]
+    for folder, workers in zip(folders, (1, 2, 3), strict=True):
+        run(config, folder, workers=workers)
+    assert all(content(folder) == content(folders[0]) for folder in folders[1:])
+
+
+@pytest.mark.slow
 def test_an_error_on_a_worker_is_one_message(tmp_path, capfd):
     (tmp_path / "photos").mkdir()
     (tmp_path / "photos" / "a.png").write_bytes(b"broken")

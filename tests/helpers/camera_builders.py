@@ -29,7 +29,7 @@ STAGE_NUMBERS = {  # of every stage that a camera file can switch on, all with a
 def small_camera(width: int = 64, height: int = 48, cfa: CfaName = "MONO", **settings: Any) -> Camera:
     """A small camera whose colours see separate thirds of the spectrum, with unit quantum efficiency."""
     wavelengths = np.arange(400.0, 701.0, 10.0)
-    thirds = np.stack([wavelengths >= 601, (wavelengths >= 501) & (wavelengths < 601), wavelengths < 501], axis=-1)
+    thirds = np.stack([wavelengths > 600, (wavelengths > 500) & (wavelengths < 600), wavelengths < 500], axis=-1)
     efficiency = np.ones((31, 1)) if cfa == "MONO" else thirds.astype(float)
     defaults = {
         "make": "Photosite",

@@ -23,19 +23,23 @@ def variance_p(sample: ArrayLike, variance: float, excess_kurtosis: float = 0.0)
     return float(2.0 * stats.norm.sf(abs(ratio - 1.0) / np.sqrt((2.0 + excess_kurtosis) / count)))
 
 
-def counts_p(sample: ArrayLike, mean: float) -> float:
-    """Chi-square test of a sample of counts against the Poisson distribution, bins of at least 20 expected."""
+def counts_p(sample: ArrayLike, mean: float, times: ArrayLike | None = None) -> float:
+    """Chi-square test of a sample of counts against the Poisson distribution, bins of at least 20 expected.
+
+    times: how often each count of the sample occurs; each once by default.
+    """
     sample = np.asarray(sample, dtype=np.int64).ravel()
+    size = sample.size if times is None else int(np.sum(times))
     support = np.arange(int(stats.poisson.ppf(1e-12, mean)), int(stats.poisson.ppf(1 - 1e-12, mean)) + 2)
     cumulative = stats.poisson.cdf(support, mean)
     edges, last = [], 0.0
     for value, share in zip(support, cumulative, strict=True):
-        if (share - last) * sample.size >= 20 and (1.0 - share) * sample.size >= 20:
+        if (share - last) * size >= 20 and (1.0 - share) * size >= 20:
             edges.append(value)
             last = share
     shares = np.diff(np.concatenate([[0.0], stats.poisson.cdf(edges, mean), [1.0]]))
-    observed = np.bincount(np.searchsorted(edges, sample), minlength=len(edges) + 1)
-    return float(stats.chisquare(observed, shares * sample.size).pvalue)
+    observed = np.bincount(np.searchsorted(edges, sample), times, minlength=len(edges) + 1)
+    return float(stats.chisquare(observed, shares * size).pvalue)
 
 
 def correlation_p(first: ArrayLike, second: ArrayLike) -> float:

@@ -20,12 +20,16 @@ class FixedScene:
 
 
 def band_scene(planes: ArrayLike, depth_m: float | np.ndarray = 2.0, **settings: Any) -> FixedScene:
-    """Planes (height, width[, bands]); each band is equal-energy light over a third of 400-700 nm, or all of it."""
+    """Planes (height, width[, bands]); each band is equal-energy light over a third of 400-700 nm, or all of it.
+
+    Three bands are dark at 500 and 600 nm, as the colours of `small_camera` are blind there: each reaches one colour alone.
+    """
     planes = np.asarray(planes, dtype=np.float32)
     planes = planes[..., None] if planes.ndim == 2 else planes
     wavelengths = np.arange(400.0, 701.0, 10.0)
-    edges = np.linspace(400.0, 701.0, planes.shape[2] + 1)
-    spectra = np.stack([(wavelengths >= low) & (wavelengths < high) for low, high in zip(edges[:-1], edges[1:], strict=True)])
+    inner = np.linspace(400.0, 700.0, planes.shape[2] + 1)[1:-1]
+    edges = [0.0, *inner, np.inf]
+    spectra = np.stack([(wavelengths > low) & (wavelengths < high) for low, high in zip(edges[:-1], edges[1:], strict=True)])
     return FixedScene(Scene(planes, 1e-3 * spectra, wavelengths, np.ones(31), depth_m=depth_m, **settings))
 
 

@@ -84,7 +84,7 @@ def cos4(lens, height=48, width=64) -> np.ndarray:
 
 
 @pytest.mark.parametrize("cfa", ["MONO", "RGGB", "GBRG"])
-@pytest.mark.parametrize("lens", [LENS, WIDE, Pinhole(0.001, 0.3)])
+@pytest.mark.parametrize("lens", [LENS, WIDE, Pinhole(0.001, 0.3, diffraction=False)])
 def test_the_veil_is_the_mean_of_the_irradiance_in_each_colour(cfa, lens):
     """Also behind a lens whose light falls off: what is scattered does not. Float64 from the picture and cos^4."""
     planes = texture(48, 64, 1) if cfa == "MONO" else texture(48, 64, 3) * [3.0, 0.1, 1.0]

@@ -49,7 +49,7 @@ SHOTS = {
     "only the blur is asked for": shot_of(truth=("blur",)),
     "rays instead of the blur": shot_of(lens=replace(IDEAL, f_number=8.0), camera=small_camera(16, 12, "RGGB"), tolerance=0.0),
     "kernels stand for the blur": shot_of(lens=replace(REAL, f_number=8.0, diffraction=True), depth_m=EDGE_M),
-    "pinhole": shot_of(lens=Pinhole(0.2, 50.0), depth_m=2.0),
+    "pinhole": shot_of(lens=Pinhole(0.2, 50.0, diffraction=False), depth_m=2.0),
     "sharp": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=()),
 }
 

@@ -12,8 +12,8 @@ import rawpy
 from helpers.raw_frame import random_frame
 
 import simulator
+from simulator.color.color_tables import CONFIGS
 from simulator.command_line.main import main
-from simulator.config.document_merge import CONFIGS
 from simulator.errors import PhotositeError
 from simulator.raw.dng.writer import dng_bytes, write_dng
 from simulator.raw.dng.xmp import read_provenance

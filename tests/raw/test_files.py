@@ -24,7 +24,7 @@ def test_a_write_that_succeeds_replaces_the_file_and_leaves_nothing_else(tmp_pat
     target = tmp_path / "new" / "folder" / "a.bin"
     for content in (b"first", b"second"):
         with atomic_write(target) as temporary:
-            assert temporary.parent == target.parent and temporary.suffix == ".bin"
+            assert temporary.parent.parent == target.parent and temporary.suffix == ".bin"
             temporary.write_bytes(content)
         assert target.read_bytes() == content
         assert names(target.parent) == ["a.bin"]

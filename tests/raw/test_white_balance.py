@@ -32,7 +32,7 @@ def test_a_white_surface_in_the_named_light_develops_grey(name):
     x, y = colour.CCS_ILLUMINANTS["CIE 1931 2 Degree Standard Observer"][name]
     camera = COLOR_MATRIX @ [x / y, 1.0, (1 - x - y) / y]
     picture = develop(flat(*np.rint(4000 * camera / camera.max())), output="camera", white_balance=name)[48, 64] / 65535
-    assert np.ptp(picture) / picture.mean() < 1e-3
+    assert np.ptp(picture) / picture.mean() < 1.5e-3  # the published chromaticities are sums over 5 nm; codes are rounded
     wrong = develop(flat(4000, 2000, 1000), output="camera", white_balance=name)[48, 64] / 65535
     assert np.ptp(wrong) / wrong.mean() > 0.2
 

@@ -3,10 +3,12 @@
 import colour
 import numpy as np
 import pytest
+from helpers.photometry import luminance_of_pixels
 
 from simulator.color.spectra import illuminant, luminance_cd_m2
 from simulator.errors import PhotositeError
 from simulator.scene.charts import ChartScene
+from simulator.scene.scene import Scene
 
 
 def inside(scene, box):
@@ -30,10 +32,12 @@ def test_color_checker_patches_are_in_order_with_one_plane_each():
 def test_color_checker_has_the_measured_reflectances_and_luminances():
     scene = ChartScene("color_checker", luminance_cd_m2=100.0, illuminant="D50").load()
     measured = colour.SDS_COLOURCHECKERS["ColorChecker N Ohta"]
-    shape = colour.SpectralShape(380, 780, 5)
-    light = colour.SDS_ILLUMINANTS["D50"].copy().align(shape)
-    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
-    truth = [colour.sd_to_XYZ(patch, observer, light, method="Integration")[1] for patch in measured.values()]
+    grid_nm = scene.wavelengths_nm
+    light = colour.SDS_ILLUMINANTS["D50"].copy().align(colour.SpectralShape(380, 780, 5)).values
+    spectra = np.stack([patch.values * light for patch in measured.values()])
+    lit = Scene(np.eye(24, dtype=np.float32)[np.newaxis], spectra, grid_nm, light)
+    white = Scene(np.ones((1, 1, 1), np.float32), light[np.newaxis], grid_nm, light)
+    truth = 100.0 * luminance_of_pixels(lit)[0] / luminance_of_pixels(white)[0]
     assert luminance_cd_m2(scene.spectra_w_m2_sr_nm[:24]) == pytest.approx(truth, rel=1e-6)
     assert luminance_cd_m2(scene.spectra_w_m2_sr_nm[24]) == pytest.approx(3.0, rel=1e-6)
     assert luminance_cd_m2(scene.spectra_w_m2_sr_nm[18]) > 88 and list(measured)[18].startswith("white")

@@ -10,8 +10,8 @@ from helpers.randomness import accept, variance_p
 from helpers.scene_builders import FixedScene, band_scene
 from scipy.stats import tukeylambda
 
+from simulator.color.color_tables import CONFIGS
 from simulator.config import load_camera, load_shot
-from simulator.config.document_merge import CONFIGS
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.shot import Shot

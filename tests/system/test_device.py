@@ -1,9 +1,16 @@
 """The device layer: choice of device, includes, binding by name, and its messages."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
 import numpy as np
+import pyopencl as cl
 import pytest
 
-from simulator.device import declared_arguments, declared_struct, devices, expanded, kernel_source, open_device
+from simulator.device import declared_arguments, declared_struct, default_order, devices, expanded, kernel_source, open_device
 from simulator.errors import PhotositeError
 
 
@@ -18,6 +25,85 @@ def test_the_environment_names_the_device(monkeypatch):
     with pytest.raises(PhotositeError, match="no such thing"):
         open_device()
     open_device.cache_clear()
+
+
+def test_each_device_can_be_named_by_the_environment(monkeypatch):
+    for info in devices():
+        monkeypatch.setenv("PHOTOSITE_DEVICE", info.label)
+        open_device.cache_clear()
+        assert open_device().info.label == info.label
+    monkeypatch.undo()
+    open_device.cache_clear()
+
+
+def listed(kind: str, version: str, **lacking: bool) -> SimpleNamespace:
+    """A device as pyopencl lists it."""
+    there = {"available": True, "compiler_available": True} | lacking
+    return SimpleNamespace(type=getattr(cl.device_type, kind), platform=SimpleNamespace(version=f"OpenCL {version}"), **there)
+
+
+def test_a_gpu_comes_before_a_cpu_and_a_newer_pocl_before_an_older():
+    expected = [
+        listed("GPU", "3.0 CUDA 12.4"),
+        listed("GPU", "2.1 AMD-APP"),
+        listed("GPU", "3.0 PoCL 6.0  Linux, CUDA"),
+        listed("CPU", "3.0 PoCL 10.0  Linux"),
+        listed("CPU", "3.0 PoCL 3.1+debian  Linux"),
+        listed("CPU", "3.0 PoCL 3.0-rc2  Linux"),
+        listed("CPU", "3.0 LINUX"),
+        listed("ACCELERATOR", "1.2 FPGA"),
+        listed("GPU", "3.0 CUDA 12.4", compiler_available=False),
+    ]
+    keys = [default_order(one) for one in expected]
+    assert keys == sorted(keys) and keys[0] == keys[1]  # makers' GPUs stay in the loader's order
+    assert len(set(keys)) == len(keys) - 1
+
+
+ROOT = Path(__file__).parents[2]
+SWEEP = """\
+scene: {chart: flat_field, luminance: 100 cd/m^2}
+lens: {focal_length: 50 mm, f_number: f/4, focus_distance: 2 m}
+exposure: {time: 1/60 s, iso: 100}
+camera: {base: sony_a7s2, window: {x: 0, y: 0, width: 64, height: 48}}
+sweep: {vary: {exposure.iso: [100, 200]}}
+"""
+# What Python lacks on Windows.
+WINDOWS = """
+import os, signal, sys
+posix = ("sysconf", "sysconf_names", "fork", "register_at_fork", "posix_fallocate", "sched_getaffinity", "getuid", "statvfs")
+for name in posix:
+    if hasattr(os, name):
+        delattr(os, name)
+for name in ("SIGKILL", "SIGALRM", "SIGUSR1", "SIGCHLD"):
+    delattr(signal, name)
+for name in ("fcntl", "resource", "pwd", "grp", "termios"):
+    sys.modules[name] = None
+"""
+
+
+@pytest.mark.parametrize("system", ["", WINDOWS], ids=["this system", "a system without POSIX"])
+def test_the_command_takes_a_sweep_and_names_its_device_once(tmp_path, system):
+    (tmp_path / "s.yaml").write_text(SWEEP)
+    program = system + "import sys\nfrom data_gen.command_line import main\nmain(sys.argv[1:])\n"
+    command = [sys.executable, "-c", program, "simulate", tmp_path / "s.yaml", "--out", tmp_path / "out"]
+    environment = os.environ | {"PYTHONPATH": f"{ROOT}"}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+    named = [line for line in done.stderr.splitlines() if line.startswith("device: ")]
+    assert done.returncode == 0 and len(named) == 1, done.stderr
+    assert named[0].removeprefix("device: ") in [info.label for info in devices()]
+    ends = ("dng", "json", "truth.exr", "yaml")
+    assert sorted(os.listdir(tmp_path / "out")) == ["manifest.csv"] + [f"s_000{one}.{end}" for one in (0, 1) for end in ends]
+
+
+def test_all_modules_can_be_imported_without_posix():
+    found = [path for house in ("simulator", "data_gen") for path in (ROOT / house).rglob("*.py")]
+    files = [path.relative_to(ROOT).with_suffix("") for path in found]
+    names = sorted(".".join(file.parts) for file in files if file.name not in ("__init__", "__main__", "torch"))
+    program = WINDOWS + "import importlib\nfor name in sys.argv[1:]:\n    importlib.import_module(name)\n"
+    environment = os.environ | {"PYTHONPATH": f"{ROOT}"}
+    command = [sys.executable, "-c", program, *names]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+    assert done.returncode == 0, done.stderr
 
 
 def test_an_unknown_device_lists_those_there_are():

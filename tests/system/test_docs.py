@@ -130,3 +130,32 @@ def test_commands_on_a_page_exist_with_their_options(page):
 def test_targets_of_make_on_a_page_exist(page):
     targets = re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     assert [words[0] for words in commands_on(page, "make") if words[0] not in targets] == []
+
+
+def tables_of(text: str) -> list[list[str]]:
+    """Return the rows of each Markdown table outside blocks of code, its heading first, the line of dashes left out."""
+    found = re.findall(r"(?:^ *\|.*\n?)+", re.sub(FENCED, "", text), re.MULTILINE)
+    return [[row.strip() for row in table.splitlines() if not re.fullmatch(r"[|:\s-]+", row)] for table in found]
+
+
+def rows_told_twice(text: str) -> list[str]:
+    """Return the rows that a table has twice, or whose keys, in backticks in the first column, another row of it explains."""
+    found = []
+    for heading, *rows in tables_of(text):
+        keys = [key for row in rows for key in re.findall(r"`([A-Za-z][^`]*)`", row.split("|")[1])]
+        if heading.split("|")[1].strip() in ("key", "folder", "tag"):
+            found += [key for key in dict.fromkeys(keys) if keys.count(key) > 1]
+        found += [row for row in dict.fromkeys(rows) if rows.count(row) > 1]
+    return found
+
+
+@pages
+def test_no_table_tells_a_row_twice(page):
+    assert rows_told_twice(text_of(page)) == []
+
+
+def test_rows_told_twice_are_found():
+    table = "| key | meaning |\n|---|---|\n| `a`, `b` | one |\n| `c` | two |\n"
+    assert rows_told_twice(table) == [] == rows_told_twice(f"{table}\n{table}")
+    assert rows_told_twice(f"{table}| `c` | two |\n") == ["c", "| `c` | two |"]
+    assert rows_told_twice(f"{table}| `b` | other |\n") == ["b"]

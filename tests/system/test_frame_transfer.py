@@ -110,5 +110,6 @@ def test_the_sharpest_hole_draws_the_smallest_points():
 
 def test_a_hole_without_diffraction_is_sharper_the_smaller_it_is():
     camera = green_camera(91, 91)
-    sizes = [half_light_px(point_frame(camera, Pinhole(diameter, 10.0, cos4=False))) for diameter in (0.05, 0.1, 0.15)]
+    holes = [Pinhole(diameter, 10.0, cos4=False, diffraction=False) for diameter in (0.05, 0.1, 0.15)]
+    sizes = [half_light_px(point_frame(camera, hole)) for hole in holes]
     assert sizes == sorted(sizes)

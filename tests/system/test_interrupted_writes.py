@@ -6,13 +6,27 @@ nothing needs to be unmounted.
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from simulator.atomic_files import LEFTOVER, atomic_folder, atomic_write, remove_abandoned
+from simulator.config import load_sweep
+from simulator.studies.sweep_runner import run_sweep
+
 ROOT = Path(__file__).parents[2]
+SHOT = """\
+scene: {chart: flat_field, luminance: 100 cd/m^2}
+lens: {focal_length: 50 mm, f_number: f/4, focus_distance: 2 m}
+exposure: {time: 1/60 s, iso: 100}
+camera: {base: sony_a7s2, window: {x: 0, y: 0, width: 64, height: 48}}
+"""
 NAMESPACE = ["unshare", "--map-root-user", "--mount"]
 START = """
 import sys
@@ -107,7 +121,7 @@ def test_a_full_disk_is_one_message_and_keeps_the_old_file(tmp_path, name):
 def test_a_disk_too_small_for_the_whole_set_takes_no_part_of_it(tmp_path):
     """The twin and the settings would fit, the raw file not any more."""
     height = 100  # twin 2 x 4 bytes and raw file 2 bytes for each of 40,000 photosites, and a thumbnail
-    message = python(stopped(WRITERS["frame.dng"], height=height), tmp_path, *on_disk("size=440k"))
+    message = python(stopped(WRITERS["frame.dng"], height=height), tmp_path, *on_disk("size=452k"))
     assert message.startswith(f"{tmp_path}/frame.dng: cannot be written: No space left")
 
 
@@ -179,10 +193,10 @@ for turn in range(1500):
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
     leftovers = list(folder.glob(".photosite-*"))
-    at_work += bool(leftovers)
-    for path in leftovers:
-        path.unlink()
+    at_work += len(leftovers) > 0
     check(turn)
+write_whole(versions[0])
+assert not list(folder.glob(".photosite-*"))
 print(at_work)
 """
 EVERY_STEP = """
@@ -209,6 +223,7 @@ while status != 0:
     status = os.waitpid(child, 0)[1]
     check(step)
 assert listing() == whole[1]
+assert not list(folder.glob(".photosite-*"))
 print(step - 1)
 """
 
@@ -228,3 +243,222 @@ def test_a_write_killed_at_a_random_moment_leaves_the_old_file_or_the_new_one(tm
 def test_a_write_killed_before_any_of_its_steps_leaves_the_old_file_or_the_new_one(tmp_path, name, steps):
     """Kill -9 before each call that brings a file to disk, renames it or takes it away."""
     assert int(python((VERSIONS + EVERY_STEP).replace("WRITE", WRITERS[name]), tmp_path)) == steps
+
+
+HOLD = """
+import time
+from simulator.atomic_files import atomic_folder, atomic_write
+BEFORE
+with WRITER(folder / "TARGET") as temporary:
+    if "WRITER" == "atomic_folder":
+        temporary.mkdir()
+        temporary = temporary / "file"
+    temporary.write_bytes(b"child")
+    print("writing", flush=True)
+    sys.stdin.readline()
+print("done", flush=True)
+"""
+
+
+@contextmanager
+def writing(folder: Path, target: str = "a.bin", writer: str = "atomic_write", before: str = "") -> Iterator[subprocess.Popen]:
+    """A process that writes a target and stands still in the middle of it until it gets a line; killed at the end."""
+    program = START + HOLD.replace("WRITER", writer).replace("TARGET", target).replace("BEFORE", before)
+    environment = os.environ | {"PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}
+    command = [sys.executable, "-c", program, str(folder)]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen(command, env=environment, **pipes) as process:
+        try:
+            assert process.stdout.readline() == "writing\n"
+            yield process
+        finally:
+            process.kill()
+
+
+def leftovers(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.glob(f"{LEFTOVER}*"))
+
+
+def write(path: Path) -> None:
+    with atomic_write(path) as temporary:
+        temporary.write_bytes(b"parent")
+
+
+@pytest.mark.parametrize("writer", ["atomic_write", "atomic_folder"])
+def test_the_next_write_of_a_target_removes_what_a_killed_process_left_of_it(tmp_path, writer):
+    with writing(tmp_path, writer=writer):
+        pass
+    with writing(tmp_path, "other.bin", writer):
+        pass
+    assert leftovers(tmp_path) == [".photosite-a.bin.0", ".photosite-other.bin.0"]
+    write(tmp_path / "a.bin")
+    assert leftovers(tmp_path) == [".photosite-other.bin.0"] and (tmp_path / "a.bin").read_bytes() == b"parent"
+    remove_abandoned(tmp_path)
+    assert os.listdir(tmp_path) == ["a.bin"]
+
+
+@pytest.mark.parametrize("writer", ["atomic_write", "atomic_folder"])
+def test_what_a_living_process_is_writing_stays(tmp_path, writer):
+    """Beside it another writes the same target; the last one to end wins."""
+    with writing(tmp_path, writer=writer) as process:
+        if writer == "atomic_write":
+            write(tmp_path / "a.bin")
+        remove_abandoned(tmp_path)
+        owner = (tmp_path / ".photosite-a.bin.0" / "owner").read_text()
+        assert owner.startswith(f"process {process.pid} on ")
+        process.stdin.write("\n")
+        process.stdin.flush()
+        assert process.stdout.readline() == "done\n"
+    assert os.listdir(tmp_path) == ["a.bin"]
+    written = tmp_path / "a.bin" / "file" if writer == "atomic_folder" else tmp_path / "a.bin"
+    assert written.read_bytes() == b"child"
+
+
+def test_a_killed_process_beside_a_living_one_leaves_nothing_for_long(tmp_path):
+    """The living one has the first place, the killed ones the others."""
+    with writing(tmp_path) as living:
+        for _ in range(3):
+            with writing(tmp_path):
+                pass
+        write(tmp_path / "a.bin")
+        assert leftovers(tmp_path) == [".photosite-a.bin.0"] and living.poll() is None
+
+
+def test_more_writers_of_one_target_than_places_do_not_harm_each_other(tmp_path):
+    with ThreadPoolExecutor(12) as pool:
+        list(pool.map(write, [tmp_path / "a.bin"] * 400))
+    assert os.listdir(tmp_path) == ["a.bin"] and (tmp_path / "a.bin").read_bytes() == b"parent"
+
+
+@pytest.mark.parametrize(
+    "step", ["os.mkdir", "os.open", "fcntl.flock", "os.write", "os.fsync", "os.replace", "os.unlink", "os.rmdir"]
+)
+def test_a_process_killed_before_any_step_of_a_write_is_cleared_away(tmp_path, step):
+    program = f"""
+import fcntl, os, signal
+from simulator.atomic_files import atomic_write
+with atomic_write(folder / "b.bin") as temporary:
+    temporary.write_bytes(b"child")
+def kill(*_, **__):
+    os.kill(os.getpid(), signal.SIGKILL)
+{step} = kill
+with atomic_write(folder / "a.bin") as temporary:
+    temporary.write_bytes(b"child")
+"""
+    environment = os.environ | {"PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}
+    done = subprocess.run([sys.executable, "-c", START + program, str(tmp_path)], env=environment, timeout=30)
+    assert done.returncode == -signal.SIGKILL
+    write(tmp_path / "a.bin")
+    assert sorted(os.listdir(tmp_path)) == ["a.bin", "b.bin"] and (tmp_path / "a.bin").read_bytes() == b"parent"
+
+
+NO_LOCKS = {
+    "Windows": "sys.modules['fcntl'] = None",
+    "a file system without locks": """
+import errno, fcntl
+def refuse(*_):
+    raise OSError(errno.ENOTSUP, "Operation not supported")
+fcntl.flock = refuse
+""",
+}
+
+
+@pytest.mark.parametrize("system", NO_LOCKS)
+def test_where_there_are_no_locks_files_are_written_and_nobody_s_folder_is_removed(tmp_path, system):
+    with writing(tmp_path, before=NO_LOCKS[system]) as process:
+        write(tmp_path / "a.bin")
+        remove_abandoned(tmp_path)
+        process.stdin.write("\n")
+        process.stdin.flush()
+        assert process.stdout.readline() == "done\n"
+    assert os.listdir(tmp_path) == ["a.bin"] and (tmp_path / "a.bin").read_bytes() == b"child"
+    with writing(tmp_path), writing(tmp_path, before=NO_LOCKS[system]) as process:
+        process.stdin.write("\n")
+        process.stdin.flush()
+        assert process.stdout.readline() == "done\n"
+        assert leftovers(tmp_path) == [".photosite-a.bin.0"]
+
+
+def test_a_target_may_have_the_longest_name(tmp_path):
+    name = "é" * 125 + ".bin"  # 254 bytes of 255
+    with writing(tmp_path, name):
+        pass
+    assert len(leftovers(tmp_path)) == 1
+    write(tmp_path / name)
+    assert os.listdir(tmp_path) == [name]
+
+
+SWEEP = """
+import os, signal
+from simulator.config import load_sweep
+from simulator.raw import save as saving
+from simulator.studies.sweep_runner import run_sweep, take
+sweep = load_sweep(folder / "s.yaml")
+def kill_in_the_middle(pieces, path):
+    path.write_bytes(pieces[0])
+    os.kill(os.getpid(), signal.SIGKILL)
+def take_or_die(shot, directory):
+    if shot.name == "s_0001":
+        saving.write_pieces = kill_in_the_middle
+    take(shot, directory)
+run_sweep(sweep, folder / "out", take=take_or_die)
+"""
+
+
+def test_a_sweep_killed_while_it_writes_leaves_nothing_that_the_next_run_does_not_remove(tmp_path):
+    (tmp_path / "s.yaml").write_text(SHOT + "sweep: {vary: {exposure.iso: [100, 200, 400]}}\n")
+    environment = os.environ | {"PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}
+    done = subprocess.run([sys.executable, "-c", START + SWEEP, str(tmp_path)], env=environment, timeout=120)
+    out = tmp_path / "out"
+    assert done.returncode == -signal.SIGKILL
+    assert leftovers(out) == [f".photosite-s_0001.{end}.0" for end in ("dng", "json", "truth.exr")]
+    sweep = load_sweep(tmp_path / "s.yaml")
+    assert {row.error for row in run_sweep(sweep, out)} == {None}
+    ends = ("dng", "json", "truth.exr", "yaml")
+    assert sorted(os.listdir(out)) == ["manifest.csv"] + [f"s_000{point}.{end}" for point in range(3) for end in ends]
+
+
+CROWD = """
+import os, random, signal, time
+from simulator.atomic_files import LEFTOVER, atomic_folder, atomic_write
+failed = folder / "failed"
+def start(number):
+    child = os.fork()
+    if child:
+        return child
+    try:
+        while True:
+            with atomic_write(folder / "a.bin") as temporary:
+                temporary.write_bytes(bytes([number % 256]) * 5000)
+            with atomic_folder(folder / "b") as temporary:
+                temporary.mkdir()
+                (temporary / "c").write_bytes(bytes([number % 256]) * 3000)
+    except BaseException as error:
+        with open(failed, "a") as file:
+            file.write(f"{error!r}\\\\n")
+        os._exit(1)
+choice, children = random.Random(5), [start(number) for number in range(5)]
+for number in range(5, 305):
+    time.sleep(choice.uniform(0.001, 0.02))
+    place = choice.randrange(len(children))
+    os.kill(children[place], signal.SIGKILL)
+    os.waitpid(children[place], 0)
+    children[place] = start(number)
+    if (folder / "a.bin").exists():
+        content = (folder / "a.bin").read_bytes()
+        assert len(content) == 5000 and len(set(content)) == 1
+for child in children:
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+print(failed.read_text() if failed.exists() else "none failed")
+"""
+
+
+@pytest.mark.slow
+def test_those_that_live_are_never_disturbed_by_those_that_are_killed(tmp_path):
+    """Five processes write one file and one folder; 300 times one of them is killed and another takes its place."""
+    assert python(CROWD, tmp_path) == "none failed\n"
+    write(tmp_path / "a.bin")
+    with atomic_folder(tmp_path / "b") as temporary:
+        temporary.mkdir()
+    assert sorted(os.listdir(tmp_path)) == ["a.bin", "b"]

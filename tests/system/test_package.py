@@ -59,6 +59,7 @@ def test_the_wheel_holds_the_source_tree_and_nothing_else(wheel):
         *files("kernels", "*.cl", "simulator/kernels"),
         *files("kernels", "*.h", "simulator/kernels"),
         *files("configs", "*.yaml", "simulator/configs"),
+        *files("configs", "*.csv", "simulator/configs"),
         *(name for package in PACKAGES for kind in ("*.py", "*.pyi", "py.typed") for name in files(package, kind, package)),
     }
     held = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
@@ -78,7 +79,7 @@ def test_the_metadata_say_what_is_true(wheel):
 
 
 def test_an_installed_photosite_uses_its_own_kernels_and_configs(installed, tmp_path):
-    code = "from simulator.device import KERNELS; from simulator.config.document_merge import CONFIGS; "
+    code = "from simulator.device import KERNELS; from simulator.color.color_tables import CONFIGS; "
     code += "print(KERNELS, CONFIGS, sep='\\n')"
     found = run(sys.executable, "-c", code, cwd=tmp_path, PYTHONPATH=str(installed)).splitlines()
     assert [Path(line) for line in found] == [installed / "simulator" / "kernels", installed / "simulator" / "configs"]

@@ -17,7 +17,7 @@ from data_gen.sources.exposed_scene import renamed_key
 from data_gen.sources.shots import Shots
 from simulator.command_line.simulation import simulate_file
 from simulator.config import load_camera, load_file, load_shot, load_sweep, locate_errors
-from simulator.errors import FIELDS, PhotositeError, require
+from simulator.errors import FIELDS, PhotositeError, reading, require
 from simulator.raw.dng.xmp import SettingsChanged
 from simulator.studies.sweep_runner import run_sweep
 
@@ -384,3 +384,63 @@ def test_no_program_reads_a_message():
             if name not in EDGE and (lines := readings(file.read_text(encoding="utf-8"))):
                 found[name] = lines
     assert found == {}
+
+
+@pytest.mark.parametrize(
+    ("raised", "told"),
+    [
+        (KeyError("a"), "cannot be read ('a')"),
+        (ValueError(), "cannot be read (ValueError)"),
+        (OSError(5, "Input/output error"), "cannot be read (Input/output error)"),
+        (UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid"), "cannot be read (text in it is damaged)"),
+        (UnicodeEncodeError("utf-8", "\udcff", 0, 1, "invalid"), "cannot be read (its path is no UTF-8 text: rename it)"),
+        (RecursionError(), "cannot be read (nested too deeply)"),
+        (RuntimeError("one\ntwo\x1b"), "cannot be read (one)"),
+        (AssertionError("\x1b[2J"), r"cannot be read (\x1b[2J)"),
+    ],
+)
+@pytest.mark.parametrize(("key", "start"), [(None, "a.exr: "), ("scene.image", "scene.image = a.exr: ")])
+def test_what_a_library_raises_while_it_reads_names_file_and_fix(raised, told, key, start):
+    with pytest.raises(PhotositeError) as found, reading("a.exr", "export it again", key=key):
+        raise raised
+    assert str(found.value) == f"{start}{told}; export it again" and found.value.__cause__ is raised
+
+
+def test_an_array_larger_than_the_memory_is_told_from_damage():
+    with pytest.raises(PhotositeError, match=r"^a\.npy: does not fit into memory \(8 TiB\); scale it down"):
+        with reading("a.npy", "export it again"):
+            raise MemoryError("8 TiB")
+
+
+@pytest.mark.parametrize("raised", [PhotositeError("no", key="a", value=1), KeyboardInterrupt(), SystemExit(2)])
+def test_what_is_no_failure_of_a_library_passes_the_door(raised):
+    with pytest.raises(type(raised)) as found, reading("a.exr", "export it again"):
+        raise raised
+    assert found.value is raised
+
+
+def test_a_message_steers_no_terminal():
+    error = PhotositeError("no such channel\x1b[2J;\nuse é", file="\udcff.exr")
+    assert str(error) == "\\udcff.exr: no such channel\\x1b[2J;\nuse é"
+
+
+READERS = {f"{name}.load" for name in ("np", "numpy")} | {
+    "rawpy.imread",
+    "json.loads",
+    "yaml.compose",
+    "ElementTree.fromstring",
+}
+READERS |= {f"{name}.ImageInput.open" for name in ("oiio", "OpenImageIO")}
+BEHIND_THE_DOOR = ("data_gen/storage/writers/", "data_gen/samples/record.py")  # data_gen/storage/reading.py calls them in it
+
+
+def test_whatever_reads_with_a_library_does_it_inside_the_door():
+    """Calls of a library's function that reads stand in modules that use `reading`."""
+    found = []
+    for folder in ("simulator", "data_gen"):
+        for file in sorted((ROOT / folder).rglob("*.py")):
+            text, name = file.read_text(encoding="utf-8"), file.relative_to(ROOT).as_posix()
+            calls = {ast.unparse(node.func) for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)}
+            if calls & READERS and "reading" not in calls and not name.startswith(BEHIND_THE_DOOR):
+                found.append(name)
+    assert found == []

@@ -25,25 +25,26 @@ from simulator.sensor.stages.registry import STAGES
 
 H, C, KM = 6.62607015e-34, 299792458.0, 683.0
 PRECISION = 1e-3  # 0.1 %, what the reference numbers are given to
-EE = np.arange(400.0, 701.0, 10.0)
+# The published numbers are sums over 31 bands of 10 nm with their middles at 400 to 700 nm: 395 to 705 nm.
+EE = np.arange(395.0, 706.0, 10.0)
 
 
 def equal_energy(luminance: float, depth_m=math.inf, size=4) -> FixedScene:
-    """Uniform equal-energy light, 400 to 700 nm in 10 nm steps, of this luminance [cd m^-2]."""
-    radiance = luminance / (KM * 10.0 * luminous_efficiency(EE).sum())  # W m^-2 sr^-1 nm^-1
-    return FixedScene(Scene(np.ones((size, size, 1), np.float32), np.full((1, 31), radiance), EE, np.ones(31), depth_m))
+    """Uniform equal-energy light from 395 to 705 nm of this luminance [cd m^-2]."""
+    radiance = luminance / (KM * 10.0 * luminous_efficiency(EE[:-1] + 5.0).sum())  # W m^-2 sr^-1 nm^-1
+    return FixedScene(Scene(np.ones((size, size, 1), np.float32), np.full((1, 32), radiance), EE, np.ones(32), depth_m))
 
 
 def green_line(luminance: float) -> FixedScene:
-    """Uniform light in one 10 nm band at 555 nm of this luminance."""
-    grid = np.array([545.0, 555.0, 565.0])
-    line = np.array([[0.0, luminance / (KM * 10.0 * luminous_efficiency(grid)[1]), 0.0]])
+    """Uniform light of 555 nm, a triangle of 1 nm at half its height, of this luminance."""
+    grid = np.array([554.0, 555.0, 556.0])
+    line = np.array([[0.0, luminance / (KM * luminous_efficiency(grid)[1]), 0.0]])
     return FixedScene(Scene(np.ones((4, 4, 1), np.float32), line, grid, np.ones(3), math.inf))
 
 
 def photon_counter(pitch_um=2.8, **settings):
-    """A camera with quantum efficiency 1 from 400 to 700 nm."""
-    return small_camera(pixel_pitch_um=pitch_um, response=SpectralResponse(EE, np.ones((31, 1))), **settings)
+    """A camera with quantum efficiency 1 from 395 to 705 nm."""
+    return small_camera(pixel_pitch_um=pitch_um, response=SpectralResponse(EE, np.ones((32, 1))), **settings)
 
 
 def mean_electrons(scene, lens, time_s, camera) -> float:

@@ -17,6 +17,7 @@ import numpy as np
 from data_gen.samples.record import UNITS, sample_arrays, sample_facts, sample_from, stackable_arrays
 from data_gen.samples.sample import Sample
 from data_gen.storage.writers.writer import WriterOptions
+from simulator.errors import require
 from simulator.raw.software import software
 
 if TYPE_CHECKING:
@@ -24,17 +25,26 @@ if TYPE_CHECKING:
     from typing_extensions import Buffer
 
 
+OLDEST_H5PY = (3, 15)
+
+
 class Hdf5Writer:
-    """One file per shard, without compression (noise has nothing to compress) and without times."""
+    """One file per shard, without compression (noise has nothing to compress) and without times.
+
+    The same samples give the same bytes in every process and on every worker. This needs h5py 3.15: those before store when the
+    root group was made, and with HDF5 before 1.14.6 bytes of memory that nobody has set.
+    """
 
     format = "hdf5"
     suffix = ".h5"
     folder = False
 
     def write(self, path: Path, samples: Iterable[Sample], options: WriterOptions) -> None:
-        """Write one file; see `Writer`. Raises PhotositeError unless all samples have one shape."""
+        """Write one file; see `Writer`. Raises PhotositeError for an old h5py, and unless all samples have one shape."""
         import h5py
 
+        rule = "its files differ from run to run; install 3.15 or newer: pip install 'photosite[dataset]'"
+        require(h5py.version.version_tuple[:2] >= OLDEST_H5PY, "version of h5py", h5py.version.version, rule)
         facts: list[str] = []
         datasets: dict[str, h5py.Dataset] = {}
         with _DeferredErrorFile(path) as target:
@@ -128,11 +138,13 @@ def _write_columns(file: "h5py.File", facts: list[str]) -> None:
 
 
 def _numbers(facts: list[dict[str, Any]]) -> dict[str, np.ndarray]:
-    """Columns of the facts that are numbers, or equally long lists of them, in every sample."""
+    """Columns of the facts that are numbers, or equally long lists of them, in every sample; whole numbers stay whole."""
     found = {}
     for name in facts[0]:
         values = [one[name] for one in facts]
-        leaves = chain.from_iterable(np.ravel(np.array(value, dtype=object)) for value in values)
+        leaves = list(chain.from_iterable(np.ravel(np.array(value, dtype=object)) for value in values))
         if len({np.shape(value) for value in values}) == 1 and all(type(leaf) in (int, float) for leaf in leaves):
-            found[name] = np.array(values)
+            # NumPy makes float64 of whole numbers on both sides of 2^63, such as seeds.
+            large = all(type(leaf) is int and leaf >= 0 for leaf in leaves) and max(leaves, default=0) >= 2**63
+            found[name] = np.array(values, dtype=np.uint64 if large else None)
     return found

@@ -8,7 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from simulator.color.spectra import WAVELENGTHS_NM, efficiency_on
-from simulator.measurement.noise_check.flat_bench import FlatBench, UniformLight, bench_camera, narrow_light, white_light
+from simulator.measurement.noise_check.flat_bench import (
+    NARROW_NM,
+    FlatBench,
+    UniformLight,
+    bench_camera,
+    narrow_light,
+    white_light,
+)
 from simulator.measurement.noise_check.frames import Pair
 from simulator.progress import Progress, Steps, silent
 from simulator.sensor.camera.camera import Camera
@@ -62,7 +69,8 @@ class EmvaBench:
         response = self.camera.response
         curves = efficiency_on(WAVELENGTHS_NM, response.wavelengths_nm, response.quantum_efficiency)
         names = "RGB" if self.camera.channels == 3 else ("MONO",)
-        peaks = WAVELENGTHS_NM[np.argmax(curves, axis=0)]
+        first_nm, last_nm = response.wavelengths_nm[0] + NARROW_NM, response.wavelengths_nm[-1] - NARROW_NM
+        peaks = np.clip(WAVELENGTHS_NM[np.argmax(curves, axis=0)], first_nm, last_nm)
         return {name: self._bench(narrow_light(float(peak))) for name, peak in zip(names, peaks, strict=True)}
 
     @cached_property
@@ -79,7 +87,8 @@ class EmvaBench:
 
     def wavelength_nm(self, color: str) -> float:
         """Wavelength of a colour's light [nm]."""
-        return float(WAVELENGTHS_NM[np.argmax(self.colors[color].light.spectrum_w_m2_sr_nm)])
+        light = self.colors[color].light
+        return float(light.wavelengths_nm[np.argmax(light.spectrum_w_m2_sr_nm)])
 
     def electrons(self, color: str) -> float:
         """Mean photoelectrons of the colour's own photosites at light factor 1 [e-]."""

@@ -1,6 +1,6 @@
 """Simulated camera test bench: frames of a uniformly lit sensor and dark frames, saved as DNG files."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -21,26 +21,28 @@ from simulator.sensor.seeds import Seeds
 from simulator.sensor.sensor_plan import SensorPlan
 
 BODY_SEED = 1288
+NARROW_NM = 0.1  # from the peak of a narrow light to its ends
 
 
 @dataclass(frozen=True)
 class UniformLight:
     """A scene of uniform radiance.
 
-    spectrum_w_m2_sr_nm: (81,) on WAVELENGTHS_NM.
+    spectrum_w_m2_sr_nm: (wavelengths,), linear between its entries. wavelengths_nm: ascending [nm].
     """
 
     spectrum_w_m2_sr_nm: np.ndarray
+    wavelengths_nm: np.ndarray = field(default_factory=lambda: WAVELENGTHS_NM)
 
     def load(self) -> Scene:
         """Make the scene; its white is that of equal energy, so that a narrow band does not divide by zero."""
         planes = np.ones((2, 2, 1), dtype=np.float32)
-        even = np.ones(WAVELENGTHS_NM.size)
-        return Scene(planes, self.spectrum_w_m2_sr_nm[np.newaxis], WAVELENGTHS_NM, even, interpolation="nearest")
+        grid_nm = self.wavelengths_nm
+        return Scene(planes, self.spectrum_w_m2_sr_nm[np.newaxis], grid_nm, np.ones(grid_nm.size), interpolation="nearest")
 
     def scaled(self, factor: float) -> "UniformLight":
         """The same light, stronger by this factor."""
-        return UniformLight(factor * self.spectrum_w_m2_sr_nm)
+        return replace(self, spectrum_w_m2_sr_nm=factor * self.spectrum_w_m2_sr_nm)
 
 
 def white_light() -> UniformLight:
@@ -50,8 +52,9 @@ def white_light() -> UniformLight:
 
 
 def narrow_light(wavelength_nm: float) -> UniformLight:
-    """Light of one wavelength of WAVELENGTHS_NM, a band of 5 nm, of 1 mW m^-2 sr^-1 nm^-1."""
-    return UniformLight(np.where(WAVELENGTHS_NM == wavelength_nm, 1e-3, 0.0))
+    """Light of one wavelength, a triangle of NARROW_NM at half its height, of 5 mW m^-2 sr^-1."""
+    peak_w_m2_sr_nm = 5e-3 / NARROW_NM
+    return UniformLight(np.array([0.0, peak_w_m2_sr_nm, 0.0]), wavelength_nm + NARROW_NM * np.array([-1.0, 0.0, 1.0]))
 
 
 def bench_camera(camera: Camera, width: int, height: int) -> Camera:
@@ -117,13 +120,14 @@ class FlatBench:
     def photons(self) -> float:
         """Mean photons on the whole area of a photosite at factor 1, whatever its fill factor (EMVA 1288: mu_p)."""
         scene = self.planned.optics.scene
-        per_um2_s_sr = electron_radiance_weights(scene, WAVELENGTHS_NM, np.ones((WAVELENGTHS_NM.size, 1)))[0, 0]
+        per_um2_s_sr = electron_radiance_weights(scene, scene.wavelengths_nm, np.ones((scene.wavelengths_nm.size, 1)))[0, 0]
         return per_um2_s_sr * self.illuminance_per_radiance * self.camera.pixel_pitch_um**2 * self.exposure_time_s
 
     @cached_property
     def luminous_exposure_lx_s(self) -> float:
         """Luminous exposure H of the sensor at factor 1 [lx s] (ISO 12232)."""
-        return float(luminance_cd_m2(self.light.spectrum_w_m2_sr_nm)) * self.illuminance_per_radiance * self.exposure_time_s
+        luminance = float(luminance_cd_m2(self.light.spectrum_w_m2_sr_nm, self.light.wavelengths_nm))
+        return luminance * self.illuminance_per_radiance * self.exposure_time_s
 
     @cached_property
     def saturation_e(self) -> float:

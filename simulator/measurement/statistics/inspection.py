@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, reading
 from simulator.measurement.statistics.single_frame_noise import LevelNoise, single_frame_noise
 from simulator.raw.dng.xmp import SettingsChanged, read_provenance
 from simulator.raw.raw_reader import open_raw, plane_places, positive_or_none
@@ -162,12 +162,16 @@ def _names(path: str) -> dict[str, str]:
     """Make, Model and Software of the first TIFF directory, without blanks at their ends; {} of a file not built like TIFF."""
     import OpenImageIO
 
-    source = OpenImageIO.ImageInput.open(path)
-    if source is None:
-        OpenImageIO.geterror()  # read, or it is printed when the program ends
+    try:
+        with reading(path, "give a raw file built like TIFF"):
+            source = OpenImageIO.ImageInput.open(path)
+            if source is None:
+                OpenImageIO.geterror()  # read, or it is printed when the program ends
+                return {}
+            texts = {name: str(source.spec().getattribute(name) or "").strip() for name in ("Make", "Model", "Software")}
+            source.close()
+    except PhotositeError:  # damaged names are not told; LibRaw reads the rest
         return {}
-    texts = {name: str(source.spec().getattribute(name) or "").strip() for name in ("Make", "Model", "Software")}
-    source.close()
     return {name: text for name, text in texts.items() if text}
 
 

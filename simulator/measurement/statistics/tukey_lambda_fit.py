@@ -13,10 +13,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, signal, stats
+from scipy import optimize, signal
 
 from simulator.measurement.statistics.interval import Interval, Z, normal_interval
-from simulator.sensor.stages.tukey_lambda_polynomial import GREATEST_LAMBDA, LEAST_LAMBDA
+from simulator.sensor.stages.tukey_lambda_polynomial import GREATEST_LAMBDA, LEAST_LAMBDA, tukey_lambda_deviation
 
 LEAST_SIGMA_DN = 0.2  # noise below it changes too few codes for a fit
 _CELLS_PER_SIGMA = 24
@@ -63,12 +63,7 @@ def fit_tukey_lambda(residuals_dn: np.ndarray) -> TukeyLambda | None:
     shape, sigma_dn = float(found.x[0]), math.exp(found.x[1])
     errors = _standard_errors(loss, found.x, 2.0 / math.sqrt(residuals_dn.size))
     sigma = Interval(sigma_dn, *(sigma_dn * math.exp(sign * Z * errors[1]) for sign in (-1, 1)))
-    return TukeyLambda(normal_interval(shape, errors[0]), sigma, sigma_dn / standard_deviation(shape))
-
-
-def standard_deviation(shape: float) -> float:
-    """Return the standard deviation of Tukey's lambda distribution at scale 1."""
-    return float(stats.tukeylambda.std(shape))
+    return TukeyLambda(normal_interval(shape, errors[0]), sigma, sigma_dn / tukey_lambda_deviation(shape))
 
 
 def rounding_doubt_dn2(shape: float, sigma_dn: float) -> float:
@@ -77,7 +72,7 @@ def rounding_doubt_dn2(shape: float, sigma_dn: float) -> float:
     The error depends on the position of the mean within a code and is at most (4 sigma^2 + 1/pi^2) phi(2 pi), with phi the
     characteristic function of the noise (Widrow and Kollar 2008, 4.1; first term of the series, Gaussian cross term).
     """
-    scale_dn = sigma_dn / standard_deviation(shape)
+    scale_dn = sigma_dn / tukey_lambda_deviation(shape)
     share = (np.arange(20000) + 0.5) / 20000
     quantile = np.log(share / (1.0 - share)) if abs(shape) < 1e-9 else (share**shape - (1.0 - share) ** shape) / shape
     phi = abs(float(np.mean(np.cos(2.0 * math.pi * scale_dn * quantile))))
@@ -91,7 +86,7 @@ def difference_shares(shape: float, sigma_dn: float, cell_dn: float, half: int) 
     """
     reach = half + math.ceil(1.0 / cell_dn) + 1
     edges_dn = (np.arange(-reach, reach + 2) - 0.5) * cell_dn
-    one = np.diff(_cumulative(shape, sigma_dn / standard_deviation(shape), edges_dn))
+    one = np.diff(_cumulative(shape, sigma_dn / tukey_lambda_deviation(shape), edges_dn))
     two = signal.fftconvolve(one, one[::-1], mode="same")
     whole = signal.fftconvolve(two, _triangle(cell_dn), mode="same")
     return whole[reach - half : reach + half + 1]

@@ -31,7 +31,7 @@ class Pinhole(Perspective):
     cos4: whether irradiance falls with the fourth power of the cosine of the field angle.
     veiling_glare: share of the light that is scattered evenly over the sensor, 0 <= share < 1 (ISO 9358).
     model: name for the file's metadata.
-    diffraction: whether the hole spreads light, by wave optics.
+    diffraction: whether the hole spreads light, by wave optics; true unless switched off, since a small hole spreads much.
     """
 
     pupil = Pupil()
@@ -47,7 +47,7 @@ class Pinhole(Perspective):
     cos4: bool = True
     model: str = "pinhole"
     veiling_glare: float = 0.0
-    diffraction: bool = False
+    diffraction: bool = True
 
     def __post_init__(self) -> None:
         distance_mm, diameter_mm, key = self.distance_mm, self.diameter_mm, "lens.pinhole"

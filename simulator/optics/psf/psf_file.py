@@ -2,12 +2,11 @@
 
 import os
 import re
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
-from simulator.errors import PhotositeError, require
+from simulator.errors import PhotositeError, reading, require
 from simulator.optics.psf.fraunhofer import odd
 from simulator.optics.psf.psf_table import PsfTable
 
@@ -32,10 +31,8 @@ def read_psf(path: str | os.PathLike[str], pitch_um: float) -> PsfTable:
     reader = readers.get(Path(label).suffix.lower())
     if reader is None:
         raise PhotositeError("no known kind of PSF file; give .npz, .npy or .txt", file=label)
-    try:
+    with reading(label, "it is damaged or no PSF: write it again"):
         return reader(label, pitch_um)
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise PhotositeError(f"cannot be read as a PSF ({error}); write it again", file=label) from error
 
 
 def _read_npz(label: str, pitch_um: float) -> PsfTable:

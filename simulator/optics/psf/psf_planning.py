@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from simulator.color.spectra import efficiency_on
+from simulator.color.spectra import efficiency_on, integral_weights
 from simulator.errors import require
 from simulator.optics.defocus.accuracy import SHARP_PX
 from simulator.optics.defocus.defocus import Defocus
@@ -115,8 +115,9 @@ def _plan_lens_psf(lens: Lens, camera: Camera, scene: Scene) -> WavefrontPsf | P
 
 def _channel_light(scene: Scene, camera: Camera) -> np.ndarray:
     """Photons of the illuminant that each channel detects, (wavelengths, channels); if none, its efficiency, or 1."""
-    efficiency = efficiency_on(scene.wavelengths_nm, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
-    counted = (scene.illuminant * scene.wavelengths_nm)[:, None] * efficiency
+    curves = camera.response.wavelengths_nm, camera.response.quantum_efficiency
+    counted = scene.illuminant[:, None] * integral_weights(scene.wavelengths_nm, *curves, of_photons=True)
+    efficiency = efficiency_on(scene.wavelengths_nm, *curves)
     counted = np.where(counted.sum(axis=0) > 0, counted, efficiency)
     return np.where(counted.sum(axis=0) > 0, counted, 1.0)
 

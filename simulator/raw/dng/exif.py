@@ -8,7 +8,7 @@ _LARGEST_SHORT = 65535
 
 
 def exif_directory(raw: Raw) -> dict[Tag, tiff.Field]:
-    """Return the Exif tags. Values that are unknown, not above 0, or too large for the file are left out."""
+    """Return the Exif tags. Values that are unknown, not above 0, or too small or large for the file are left out."""
     tags = {
         Tag.EXIF_VERSION: tiff.undefined(b"0230"),
         Tag.PHOTOGRAPHIC_SENSITIVITY: tiff.short(min(raw.iso, _LARGEST_SHORT)),
@@ -18,12 +18,12 @@ def exif_directory(raw: Raw) -> dict[Tag, tiff.Field]:
         tags[Tag.RECOMMENDED_EXPOSURE_INDEX] = tiff.long(raw.iso)
     numbers = {Tag.EXPOSURE_TIME: raw.exposure_time_s, Tag.F_NUMBER: raw.f_number, Tag.FOCAL_LENGTH: raw.focal_length_mm}
     for code, value in numbers.items():
-        if 0 < value < tiff.LARGEST_FILE_BYTES:
+        if tiff.LEAST_RATIONAL <= value < tiff.LARGEST_FILE_BYTES:
             tags[code] = tiff.rational(value)
-    if raw.focus_distance_m > 0:
+    if raw.focus_distance_m >= tiff.LEAST_RATIONAL:
         near = raw.focus_distance_m < tiff.LARGEST_FILE_BYTES
         tags[Tag.SUBJECT_DISTANCE] = tiff.rational(raw.focus_distance_m if near else tiff.INFINITE_RATIONAL)
-    if 0 < raw.focal_length_mm < tiff.LARGEST_FILE_BYTES:
+    if tiff.LEAST_RATIONAL <= raw.focal_length_mm < tiff.LARGEST_FILE_BYTES:
         # A lens that does not zoom; its widest aperture is not that of the shot.
         unknown = tiff.UNKNOWN_RATIONAL
         tags[Tag.LENS_SPECIFICATION] = tiff.rational(raw.focal_length_mm, raw.focal_length_mm, unknown, unknown)

@@ -4,7 +4,7 @@ import os
 import struct
 from typing import BinaryIO
 
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, reading
 from simulator.raw.dng.tags import FieldType
 
 _TYPE_BYTES = {
@@ -29,14 +29,14 @@ def read_tag(path: str | os.PathLike[str], code: int) -> bytes | None:
 
     Raises PhotositeError for a file that cannot be read, is not a TIFF or DNG, or is truncated.
     """
-    try:
-        with open(path, "rb") as file:
-            return _value(file, code)
-    except struct.error:
-        raise PhotositeError("not a DNG, or cut short; give a DNG file", file=path) from None
-    except OSError as error:
-        reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror
-        raise PhotositeError(f"{reason}; check the path", file=path) from None
+    if not os.path.exists(path):
+        raise PhotositeError("no such file; check the path", file=path)
+    with reading(path, "give a DNG file"):
+        try:
+            with open(path, "rb") as file:
+                return _value(file, code)
+        except struct.error:
+            raise PhotositeError("not a DNG, or cut short; give a DNG file", file=path) from None
 
 
 def _value(file: BinaryIO, code: int) -> bytes | None:

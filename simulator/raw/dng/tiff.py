@@ -11,6 +11,7 @@ from simulator.errors import PhotositeError
 from simulator.raw.dng.tags import FieldType, Tag
 
 LARGEST_FILE_BYTES = 2**32 - 1  # TIFF offsets are 32 bits wide
+LEAST_RATIONAL = 1 / LARGEST_FILE_BYTES  # above 0, since a denominator has 32 bits
 INFINITE_RATIONAL = (2**32 - 1, 1)  # Exif 2.3, SubjectDistance: numerator FFFFFFFF means infinity
 UNKNOWN_RATIONAL = (0, 0)  # Exif 2.3, LensSpecification
 _HEADER_BYTES = 8
@@ -91,8 +92,13 @@ def double(*values: float) -> Field:
 
 
 def nearest_fraction(value: float) -> tuple[int, int]:
-    """Return the simplest fraction within about 1e-6 of value >= 0, both parts below 2^32: 0.008 gives (1, 125)."""
+    """Return the simplest fraction within about 1e-6 of value >= 0, both parts below 2^32: 0.008 gives (1, 125).
+
+    A value between 0 and LEAST_RATIONAL becomes the nearer of the two.
+    """
     value = float(value)
+    if 0 < value < LEAST_RATIONAL:
+        return (1, LARGEST_FILE_BYTES) if value >= LEAST_RATIONAL / 2 else (0, 1)
     if 0 < value < 1:
         denominator, numerator = nearest_fraction(1.0 / value)
         return numerator, denominator

@@ -10,7 +10,7 @@ import os
 from dataclasses import dataclass
 
 from simulator import __version__
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, reading
 from simulator.raw.canonical_json import json_text
 from simulator.raw.dng.tag_reader import read_tag
 from simulator.raw.dng.tags import Tag
@@ -74,12 +74,13 @@ def read_provenance(path: str | os.PathLike) -> Provenance | None:
     settings whose hash differs from the one stored with them.
     """
     packet = read_tag(path, Tag.XMP)
-    found = {} if packet is None else _properties(packet)
+    with reading(path, "its XMP packet is damaged: use an untouched copy"):
+        found = {} if packet is None else _properties(packet)
     if "Shot" not in found:
         return None
     try:
         shot, inputs = json.loads(found["Shot"]), tuple(map(dict, json.loads(found["Inputs"])))
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError, KeyError, RecursionError):
         shot, inputs = None, ()
     named = all(isinstance(each.get(name), str) for each in inputs for name in ("key", "path", "sha256"))
     if not isinstance(shot, dict) or not named or _sha256(found["Shot"]) != found.get("ConfigSHA256"):

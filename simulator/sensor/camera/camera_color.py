@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simulator.color.camera_matrices import color_matrix, forward_matrix
+from simulator.color.camera_matrices import CALIBRATION_LIGHTS, color_matrix, forward_matrix
 from simulator.sensor.camera.camera import Camera
 
 
@@ -27,5 +27,5 @@ def matrices_under_two_lights(camera: Camera) -> dict[str, np.ndarray]:
     if camera.channels == 1 or (camera.color_matrix is not None and camera.color_matrix.in_dng):
         return {}
     curves = response.wavelengths_nm, response.quantum_efficiency
-    forward = {f"forward_matrix_{light.lower()}": forward_matrix(*curves, light) for light in ("D65", "A")}
+    forward = {f"forward_matrix_{light.lower()}": forward_matrix(*curves, light) for light in CALIBRATION_LIGHTS}
     return {"color_matrix_a": color_matrix(*curves, "A"), **forward}

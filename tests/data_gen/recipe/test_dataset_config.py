@@ -94,6 +94,12 @@ def test_shipped_configurations_load(path):
         ("sony_a7s2:", "sony_a7s3:", r"set.yaml:10: camera = sony_a7s3.*did you mean `sony_a7s2`"),
         ("[1600, 6400]", "[6401, 7000]", r"set.yaml:10: noise.cameras.sony_a7s2.measured = .*not measured between them"),
         (
+            "[1600, 6400]",
+            "[1600, 819200]",
+            r"set.yaml:10: .*measured = .*was measured from ISO 50 to 25600; give a range within",
+        ),
+        ("[1600, 6400]", "[25, 6400]", r"set.yaml:10: .*measured = .*was measured from ISO 50 to 25600; give a range within"),
+        (
             "log_uniform: [1600, 3200]",
             "uniform: [100, 3200]",
             r"set.yaml:13: noise.cameras.cropped.iso = 100: .*not measured there, but at 1600",
@@ -109,6 +115,11 @@ def test_shipped_configurations_load(path):
         ("[64, 96]", "[64, 97]", r"set.yaml:2: crop = \[64, 97\]: give height and width, even"),
         ("format: hdf5", "format: hdf6", r"set.yaml:17: writer.format = hdf6: give one of .*hdf5"),
         ("mode: burst", "mode: bursts", r"set.yaml:15: mode = bursts: did you mean `burst`"),
+        (
+            "mode: burst",
+            "mode: {burst: {frames: 4}}",
+            r"set.yaml:15: mode is a section: write `mode: burst`, and its .*`burst:`",
+        ),
         ("1/60 s", "1/60", r"set.yaml:8: noise.exposure_time = 1/60: has no unit"),
         ("count: 10", "count: 0", r"set.yaml:1: count = 0"),
     ],

@@ -101,3 +101,11 @@ def test_a_grey_surface_is_drawn_grey():
     picture = linear_picture(toy_sample(0), grey)
     np.testing.assert_allclose(picture, 3000 / 15871, rtol=1e-9)
     assert picture.shape == (12, 16, 3)
+
+
+@pytest.mark.parametrize("over", [1.0, 3.0])
+def test_a_saturated_surface_is_drawn_white(over):
+    white = np.full((24, 32), 16383.0)  # every photosite, of whatever colour, at the white level
+    np.testing.assert_allclose(linear_picture(toy_sample(0), white), 1.0, rtol=1e-9)
+    grey = 512 + np.minimum(over * 15871 / np.array([[2.1, 1.0], [1.0, 1.57]]), 15871)
+    np.testing.assert_allclose(linear_picture(toy_sample(0), np.tile(grey, (12, 16))), 1.0, rtol=1e-9)

@@ -58,6 +58,18 @@ def test_samples_of_stored_pictures_have_their_clean_frame_and_other_noise(store
     accept({"noise is drawn anew": correlation_p(new, old)})
 
 
+def test_stored_patches_of_the_wanted_size_are_all_used_in_the_ways_they_can_be_turned(stored, tmp_path, device):
+    """A flipped Bayer mosaic needs a row or a column more to begin with red, a transposed one does not."""
+    text = AGAIN.format(folder=stored).replace("augment: false", "augment: true")
+    config = small_config(tmp_path, text, "count=60", "crop=[16, 24]")
+    made = Generator(config, device)
+    samples = list(made.samples(range(60)))
+    assert made.problems == {} and {sample.augmentation for sample in samples} == {"none"}  # 16 x 24 stays so when not square
+    square = small_config(tmp_path / "square", text, "count=60", "crop=[16, 16]")
+    made = Generator(square, device)
+    assert len({sample.augmentation for sample in made.samples(range(60))}) > 2 and made.problems == {}
+
+
 def test_a_folder_without_a_data_set_is_told_with_the_key(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(PhotositeError, match=r"data_set = .*empty: holds no data set.*photosite dataset --out"):

@@ -186,14 +186,12 @@ def test_alpha_is_left_out(tmp_path, camera):
 
 def test_bad_files_are_refused_by_name(tmp_path, camera):
     source = Photographs(tmp_path, camera, extensions=(".png", ".tif", ".jpg"))
-    put(tmp_path / "grey.png", random_codes(channels=1))
     put(tmp_path / "float.tif", random_codes().astype(np.float32))
     (tmp_path / "text.png").write_text("no picture")
     for name in ("cut.png", "cut.jpg"):
         whole = put(tmp_path / name, random_codes(200, 300)).read_bytes()
         (tmp_path / name).write_bytes(whole[: len(whole) // 2])
     cases = {
-        "grey.png": r"grey\.png: the picture is grey",
         "float.tif": r"float\.tif: holds float32.*linear_images",
         "text.png": r"text\.png: cannot be read",
         "cut.png": r"cut\.png: cannot be read",
@@ -222,3 +220,14 @@ def test_bad_files_are_refused_by_name(tmp_path, camera):
 def test_wrong_settings_are_refused(tmp_path, camera, changes, message):
     with pytest.raises(PhotositeError, match=message):
         replace(Photographs(tmp_path, camera), **changes)
+
+
+@pytest.mark.parametrize("method", ["camera", "brooks2019"])
+def test_a_grey_picture_is_of_neutral_surfaces(tmp_path, camera, method):
+    codes = random_codes(20, 24, channels=1)
+    put(tmp_path / "grey.png", codes)
+    put(tmp_path / "rgb.png", np.repeat(codes.reshape(20, 24, 1), 3, axis=2))
+    pictures = [read(Photographs(tmp_path, camera, method), name) for name in ("grey.png", "rgb.png")]
+    np.testing.assert_array_equal(pictures[0].signal, pictures[1].signal)
+    dark = pictures[0].signal[(codes.reshape(20, 24) < 200)] * np.array(pictures[0].white_balance)
+    np.testing.assert_allclose(dark / dark[:, 1:2], 1.0, rtol=2e-3)

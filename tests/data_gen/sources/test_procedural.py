@@ -79,14 +79,16 @@ def test_a_neutral_surface_is_neutral_after_white_balance(camera, light):
 
 
 def test_surfaces_are_mixtures_of_measured_reflectances(camera):
-    """Found again by non-negative least squares over the integrals of reflectance, light and response."""
+    """Found again by non-negative least squares over the integrals of reflectance, light and response, by trapezoids."""
     from simulator.color.spectra import WAVELENGTHS_NM, illuminant
 
-    paint = paint_for(camera, "D65")
-    curves = [np.interp(WAVELENGTHS_NM, camera.response.wavelengths_nm, c, 0, 0) for c in camera.response.quantum_efficiency.T]
-    photons = np.stack(curves, axis=-1) * (illuminant("D65") * WAVELENGTHS_NM)[:, None]
-    expected = chart_reflectances(WAVELENGTHS_NM) @ photons / photons.sum(axis=0).max()
-    np.testing.assert_allclose(paint.measured, expected, rtol=1e-9)
+    paint, fine = paint_for(camera, "D65"), np.linspace(380.0, 780.0, 40001)
+    curves = [np.interp(fine, camera.response.wavelengths_nm, c, 0, 0) for c in camera.response.quantum_efficiency.T]
+    photons = np.stack(curves, axis=-1) * fine[:, None]
+    power = illuminant("D65")
+    lit = [np.interp(fine, WAVELENGTHS_NM, row * power) for row in chart_reflectances(WAVELENGTHS_NM)]
+    expected = np.stack(lit) @ photons / (np.interp(fine, WAVELENGTHS_NM, power) @ photons).max()
+    np.testing.assert_allclose(paint.measured, expected, rtol=1e-5)
     surfaces = paint.surfaces(np.random.default_rng(1), 300).astype(np.float64)
     for surface in surfaces:
         shares, residual = optimize.nnls(expected.T, surface)

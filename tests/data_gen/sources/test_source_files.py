@@ -66,25 +66,26 @@ def test_all_bad_pictures_are_listed_with_counts_and_good_ones_are_not(tmp_path)
         put(tmp_path / "a" / f"good_{index}.png", random_codes(34, 40, seed=index))
     put(tmp_path / "a" / "small.png", random_codes(20, 20))
     put(tmp_path / "a" / "grey.png", random_codes(34, 40, channels=1))
+    put(tmp_path / "a" / "floats.tif", random_codes(34, 40).astype(np.float32))
     (tmp_path / "a" / "broken.png").write_bytes(b"\x89PNG\r\n")
     put(tmp_path / "b" / "good_1.png", random_codes(34, 40))
     sources = [Photographs(tmp_path / "a", camera), Photographs(tmp_path / "b", camera), Photographs(tmp_path / "c", camera)]
     seen = []
     report = check_sources(sources, (24, 32), ("RGGB", "BGGR"), progress=lambda what, share: seen.append((what, share)))
-    assert report.pictures == 8 and seen[0] == ("pictures looked at, 1 of 8", 1 / 8) and seen[-1][1] == 1.0
+    assert report.pictures == 9 and seen[0] == ("pictures looked at, 1 of 9", 1 / 9) and seen[-1][1] == 1.0
     assert {(p.source, p.name, p.kind) for p in report.problems} == {
         (2, "", "not listed"),
         (0, "broken.png", "unreadable"),
-        (0, "grey.png", "unreadable"),
+        (0, "floats.tif", "unreadable"),
         (0, "small.png", "too small"),
         (1, "good_1.png", "duplicate name"),
     }
     assert report.counts() == {"not listed": 1, "unreadable": 2, "too small": 1, "duplicate name": 1}
-    with pytest.raises(PhotositeError, match=r"8 pictures, of which cannot be used: 1 not listed, 2 unreadable"):
+    with pytest.raises(PhotositeError, match=r"9 pictures, of which cannot be used: 1 not listed, 2 unreadable"):
         report.refuse()
 
 
-def test_a_mosaic_must_hold_the_patch_however_it_is_turned():
+def test_a_mosaic_must_hold_the_patch_in_one_of_the_ways_it_may_be_turned():
     class One:
         def __init__(self, height, width):
             self.signal = np.zeros((height, width), np.float32)
@@ -97,5 +98,7 @@ def test_a_mosaic_must_hold_the_patch_however_it_is_turned():
 
     assert check_sources([One(16, 16)], (16, 16), ("RGGB",), [AUGMENTATIONS[0]]).problems == ()
     assert check_sources([One(17, 17)], (16, 16), ("RGGB", "BGGR")).problems == ()
-    assert check_sources([One(16, 16)], (16, 16), ("RGGB",)).counts() == {"too small": 1}  # a flip needs a row more
+    assert check_sources([One(16, 16)], (16, 16), ("RGGB",)).problems == ()  # a flip needs a row more, a transposition none
+    assert check_sources([One(16, 16)], (16, 16), ("RGGB",), AUGMENTATIONS[1:3]).counts() == {"too small": 1}
+    assert check_sources([One(16, 16)], (16, 16), ("BGGR",)).problems == ()  # turned by 180 degrees
     check_sources([One(17, 17)], (16, 16), ("RGGB",)).refuse()

@@ -50,6 +50,7 @@ def test_killed_in_the_middle_of_a_shard_a_rerun_ends_with_the_same_bytes(tmp_pa
     assert second not in visible(folder) or 1 in there or sha256_of(folder / second) == sha256_of(whole / second)
     assert run(folder, name) == [index for index in range(4) if index not in there]
     assert verify(folder) == [] and sha256_of(folder) == sha256_of(whole)
+    assert not list(folder.glob(f"{LEFTOVER}*"))
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 from helpers.toy_samples import same, toy_sample
 
-from data_gen.storage.shards import Shard, finished_shards, plan_shards, remove_leftovers, sha256_of, shard_name, write_shard
+from data_gen.storage.shards import Shard, finished_shards, plan_shards, sha256_of, shard_name, write_shard
 from data_gen.storage.writers.writer import find_writer
 from simulator.errors import PhotositeError
 
@@ -82,11 +82,3 @@ def test_wrong_samples_leave_nothing_behind(tmp_path, indices, message):
     with pytest.raises(PhotositeError, match=message):
         write_shard(tmp_path, SHARD, NPZ, map(toy_sample, indices))
     assert list(tmp_path.iterdir()) == []
-
-
-def test_leftovers_of_a_killed_run_are_removed(tmp_path):
-    (tmp_path / ".photosite-0123").mkdir()
-    (tmp_path / ".photosite-4567.tar").write_bytes(b"half")
-    record = write_shard(tmp_path, SHARD, NPZ, samples())
-    remove_leftovers(tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {record.name, f"{record.name}.record.json"}

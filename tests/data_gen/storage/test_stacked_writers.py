@@ -4,12 +4,14 @@ import json
 
 import h5py
 import numpy as np
+import pytest
 import zarr
 from helpers.toy_samples import toy_sample
 
 from data_gen.samples.packing import pack
 from data_gen.storage.writers.writer import WriterOptions, find_writer
 from data_gen.storage.writers.zarr import ZarrWriter
+from simulator.errors import PhotositeError
 
 SAMPLES = [toy_sample(index, frame_seeds=(2**63 + index,)) for index in range(5)]
 NOISY = np.stack([pack(sample.noisy_dn, "RGGB", "rgbg") for sample in SAMPLES])
@@ -43,3 +45,18 @@ def test_zarr_begins_another_file_when_one_is_full(tmp_path):
     ZarrWriter(most_per_file=2).write(tmp_path / "a.zarr", SAMPLES, WriterOptions("rgbg"))
     assert len(list((tmp_path / "a.zarr" / "noisy" / "c").iterdir())) == 3
     np.testing.assert_array_equal(zarr.open_group(str(tmp_path / "a.zarr"), mode="r")["noisy"][:], NOISY)
+
+
+def test_seeds_on_both_sides_of_2_to_the_63_stay_whole_numbers(tmp_path):
+    seeds = [3, 2**63 + 1, 2**64 - 1]
+    samples = [toy_sample(index, frame_seeds=(seed,)) for index, seed in enumerate(seeds)]
+    find_writer("hdf5").write(tmp_path / "a.h5", samples, WriterOptions())
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["frame_seeds"][:, 0].tolist() == seeds and file["frame_seeds"].dtype == np.uint64
+
+
+def test_an_old_h5py_whose_files_differ_from_run_to_run_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("h5py.version.version_tuple", (3, 14, 0, "", "", ""))
+    with pytest.raises(PhotositeError, match=r"version of h5py = .*differ from run to run; install 3.15"):
+        find_writer("hdf5").write(tmp_path / "a.h5", SAMPLES, WriterOptions())
+    assert not (tmp_path / "a.h5").exists()

@@ -1,6 +1,7 @@
 """What every format keeps: each bit of a sample, the same bytes each time, and the size that was announced."""
 
 import hashlib
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -22,6 +23,16 @@ from pathlib import Path
 from helpers.toy_shards import write_toy_shard
 import data_gen.storage.writers.writer, os
 print(write_toy_shard(Path(sys.argv[1]), sys.argv[2]).sha256)
+"""
+# A worker makes whichever shards come to it, so what it wrote before must not matter.
+AFTER_OTHERS = """
+import sys; sys.path[:0] = ["tests"]
+from pathlib import Path
+from helpers.toy_shards import write_toy_shard
+folder, name, before = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
+for index in range(before):
+    write_toy_shard(folder / f"other{index}", name, 5 + 30 * index, height=32 + 32 * index, variance=index % 2 == 0)
+print(write_toy_shard(folder / "it", name).sha256)
 """
 
 
@@ -50,6 +61,17 @@ def test_the_bytes_are_the_same_in_a_new_process(tmp_path, name):
     command = [sys.executable, "-c", IN_A_NEW_PROCESS, str(tmp_path / "there"), name]
     finished = subprocess.run(command, cwd=ROOT, env=environment, umask=0o077, capture_output=True, text=True, check=True)
     assert finished.stdout.split()[-1] == write_toy_shard(tmp_path / "here", name).sha256
+
+
+@pytest.mark.parametrize("name", STACKED)
+def test_the_bytes_do_not_depend_on_what_memory_held_or_was_written_before(tmp_path, name):
+    here = write_toy_shard(tmp_path / "here", name).sha256
+    for before in (0, 3):
+        # glibc fills memory with this byte where it is asked for, and with its complement where it is given back.
+        environment = os.environ | {"MALLOC_PERTURB_": str(85 + before), "PYTHONPATH": str(ROOT)}
+        command = [sys.executable, "-c", AFTER_OTHERS, str(tmp_path / str(before)), name, str(before)]
+        finished = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+        assert finished.stdout.split()[-1] == here, before
 
 
 @pytest.mark.parametrize("name", sorted(FORMATS))

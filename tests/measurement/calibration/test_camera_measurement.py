@@ -9,9 +9,9 @@ from helpers.numpy_body import NumpyBody
 from helpers.randomness import accept
 from scipy import stats
 
+from simulator.color.color_tables import CONFIGS
 from simulator.command_line.main import main
 from simulator.config import dump_yaml, load_shot
-from simulator.config.document_merge import CONFIGS
 from simulator.errors import PhotositeError
 from simulator.measurement.calibration.assumed_numbers import assumed_numbers
 from simulator.measurement.calibration.camera_measurement import Calibration, measure_camera

@@ -92,9 +92,9 @@ def test_defects_are_named_as_the_reason_not_to_ask(tmp_path):
 
 
 def test_photons_are_counted_as_the_definition_says():
-    """mu_p = E A t lambda / (h c), E = pi L / (1 + 4 N^2) at infinity, L over a band of 5 nm."""
+    """mu_p = E A t lambda / (h c), E = pi L / (1 + 4 N^2) at infinity, L of 5 mW m^-2 sr^-1."""
     bench = EmvaBench(mono(), 100, None).colors["MONO"]
-    (wavelength_nm,) = np.arange(380.0, 781.0, 5.0)[bench.light.spectrum_w_m2_sr_nm > 0]
+    (wavelength_nm,) = bench.light.wavelengths_nm[bench.light.spectrum_w_m2_sr_nm > 0]
     irradiance = np.pi * 1e-3 * 5.0 / (1.0 + 4.0 * 4.0**2)
     expected = irradiance * (5e-6) ** 2 * 0.01 * wavelength_nm * 1e-9 / (PLANCK_J_S * LIGHT_SPEED_M_S)
     assert bench.photons == pytest.approx(expected, rel=1e-9)

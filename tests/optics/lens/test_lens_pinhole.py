@@ -96,7 +96,7 @@ def test_a_frame_through_a_pinhole_is_blurred_by_its_shadow():
     """A bright line through a hole 40 photosites wide, at 0.1 m: a chord profile of diameter 40 (1 + 50 / 100) = 60."""
     planes = np.zeros((96, 192))
     planes[:, 96] = 1.0
-    camera, hole = small_camera(192, 96, pixel_pitch_um=7.5), Pinhole(0.3, 50.0, cos4=False)
+    camera, hole = small_camera(192, 96, pixel_pitch_um=7.5), Pinhole(0.3, 50.0, cos4=False, diffraction=False)
     row = simulate(Shot(band_scene(planes, 0.1, interpolation="nearest"), hole, Exposure(1.0), camera)).mean_electrons[48]
     lit = np.flatnonzero(row > 0)
     assert lit[-1] - lit[0] + 1 == pytest.approx(61, abs=1)  # the line is one photosite wide
@@ -109,7 +109,7 @@ def test_a_frame_through_a_pinhole_is_blurred_by_its_shadow():
 
 def test_a_shot_file_states_a_pinhole_and_explain_shows_its_sharpest_size():
     shot = simulator.load_shot(CHART, {"lens": {"pinhole": {"diameter": "0.3 mm", "distance": "50 mm"}}})
-    assert shot.lens == Pinhole(0.3, 50.0)
+    assert shot.lens == Pinhole(0.3, 50.0) and shot.lens.has_diffraction
     told = {fact.quantity: fact.value for fact in lens_facts(shot, plan(shot))}
     assert told["sharpest hole"] == "0.248 mm"  # 1.4944 sqrt(0.00055 * 50)
     assert told["sharpest, Rayleigh"] == "0.315 mm"

@@ -173,8 +173,8 @@ def test_files_that_hold_no_psf_are_refused(tmp_path):
     with pytest.raises(PhotositeError, match="no such file"):
         read_psf(tmp_path / "none.npy", 4.0)
     refused("a.fits", b"SIMPLE", "no known kind of PSF file; give .npz, .npy or .txt")
-    refused("b.npy", b"nothing", "cannot be read as a PSF")
-    refused("c.npz", b"nothing", "cannot be read as a PSF")
+    refused("b.npy", b"nothing", "cannot be read")
+    refused("c.npz", b"nothing", "cannot be read")
     refused("d.npy", np.ones(5), "give one kernel")
     refused("e.npy", np.ones((5, 5), complex), "give real numbers")
     refused("f.txt", b"1 2 3\n4 5 6\n7 8 9\n", "Data spacing is 0.250 um")

@@ -9,9 +9,9 @@ from helpers.randomness import accept, mean_p, variance_p
 from helpers.scene_builders import FixedScene
 
 from simulator import load_shot, simulate
+from simulator.color.color_tables import CONFIGS
 from simulator.color.spectra import luminous_efficiency
 from simulator.command_line.patch_numbers import budget_table, shown_isos
-from simulator.config.document_merge import CONFIGS
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
@@ -71,11 +71,11 @@ def test_a_contribution_is_the_variance_of_all_less_that_without_it(left_out):
 
 def equal_energy_shot(luminance: float) -> Shot:
     """R6 of the physics tests: 100 cd/m^2 of equal-energy light, 2.8 um, 10 ms, f/4 in focus at infinity: 4458 photons."""
-    grid = np.arange(400.0, 701.0, 10.0)
-    radiance = luminance / (683.0 * 10.0 * luminous_efficiency(grid).sum())
-    source = FixedScene(Scene(np.ones((4, 4, 1), np.float32), np.full((1, 31), radiance), grid, np.ones(31), math.inf))
+    grid = np.arange(395.0, 706.0, 10.0)
+    radiance = luminance / (683.0 * 10.0 * luminous_efficiency(grid[:-1] + 5.0).sum())
+    source = FixedScene(Scene(np.ones((4, 4, 1), np.float32), np.full((1, 32), radiance), grid, np.ones(32), math.inf))
     source.luminance_cd_m2 = luminance
-    half = SpectralResponse(grid, np.full((31, 1), 0.5))
+    half = SpectralResponse(grid, np.full((32, 1), 0.5))
     camera = small_camera(pixel_pitch_um=2.8, response=half, fill_factor=0.8)
     return Shot(source, ThinLens(4.0, 4.0, cos4=False), Exposure(0.01, 100), camera)
 

@@ -11,7 +11,7 @@ from helpers.raw_frame import random_frame
 from helpers.scene_builders import band_scene
 
 import simulator
-from simulator.config.document_merge import CONFIGS
+from simulator.color.color_tables import CONFIGS
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.explain.grey_patch import grey_patch

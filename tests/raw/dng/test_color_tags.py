@@ -10,7 +10,7 @@ import rawpy
 from helpers.raw_frame import COLOR_MATRIX, random_frame
 
 import simulator
-from simulator.config.document_merge import CONFIGS
+from simulator.color.color_tables import CONFIGS
 from simulator.errors import PhotositeError
 from simulator.raw.dng.color_tags import color_tags
 from simulator.raw.dng.tags import Tag

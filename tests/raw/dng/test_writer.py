@@ -274,6 +274,20 @@ def test_a_fraction_is_the_one_a_photographer_writes(value, pair):
     assert nearest_fraction(value) == pair
 
 
+@pytest.mark.parametrize(("value", "pair"), [(1e-12, (0, 1)), (2e-10, (1, 2**32 - 1)), (2.4e-10, (1, 4166666667))])
+def test_a_fraction_below_the_least_of_32_bits_is_the_nearer_of_that_and_0(value, pair):
+    numerator, denominator = nearest_fraction(value)
+    assert (numerator, denominator) == pytest.approx(pair, rel=1e-6)
+
+
+@pytest.mark.parametrize("seconds", [1e-300, 1e-10, 2.3e-10, 2.4e-10])
+def test_a_time_too_short_for_exif_is_left_out_of_it(seconds):
+    """The least number of a RATIONAL is 1 / (2^32 - 1); LibRaw gives 0 where there is none."""
+    with rawpy.imread(io.BytesIO(dng_bytes(random_frame(exposure_time_s=seconds)))) as frame:
+        read_s = frame.other.shutter_speed
+    assert read_s == (0.0 if seconds < 1 / (2**32 - 1) else pytest.approx(seconds, rel=1e-6))
+
+
 def test_a_window_cut_from_a_larger_array_is_written_as_it_looks():
     whole = random_frame(200, 300)
     window = dataclasses.replace(whole, dn=whole.dn[2:102, 4:204])

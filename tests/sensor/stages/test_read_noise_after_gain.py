@@ -1,9 +1,11 @@
 """Read noise after the gain is Gaussian in codes, whatever the gain."""
 
+import math
+
 import numpy as np
 import pytest
 from helpers.randomness import accept, correlation_p, mean_p, variance_p
-from scipy import stats
+from scipy import integrate, stats
 
 from simulator.errors import PhotositeError
 from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
@@ -13,6 +15,7 @@ from simulator.sensor.stages.tukey_lambda_polynomial import (
     LEAST_LAMBDA,
     REACH,
     least_squares,
+    tukey_lambda_deviation,
     tukey_polynomial,
 )
 
@@ -79,3 +82,16 @@ def test_the_fit_of_the_polynomial_is_that_of_numpys_least_squares():
 def test_a_shape_that_was_not_fitted_is_refused():
     with pytest.raises(PhotositeError, match="tukey_lambda = -0.5: give -0.3 to 0.25"):
         ReadNoiseAfterGain(1.0, -0.5)
+
+
+@pytest.mark.parametrize(
+    "shape", [LEAST_LAMBDA, -0.1, -0.0051, -0.0049, -1e-9, 0.0, 1e-300, 1e-5, 0.0049, 0.0051, 0.14, GREATEST_LAMBDA]
+)
+def test_the_deviation_of_tukeys_lambda_is_that_of_its_quantiles(shape):
+    def quantile(p):
+        return math.log(p / (1 - p)) if abs(shape) < 1e-6 else (p**shape - (1 - p) ** shape) / shape
+
+    variance, _ = integrate.quad(
+        lambda t: 2 * quantile(math.exp(-t)) ** 2 * math.exp(-t), math.log(2), 700, epsrel=1e-12, limit=500
+    )
+    assert tukey_lambda_deviation(shape) == pytest.approx(math.sqrt(variance), rel=1e-8 if abs(shape) < 1e-6 else 3e-11)

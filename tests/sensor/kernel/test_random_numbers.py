@@ -1,0 +1,131 @@
+"""Random numbers of a pair of rows: which bits they are made of, and that no two of them know of each other."""
+
+import numpy as np
+import pytest
+from helpers.randomness import accept
+from scipy import stats
+
+from simulator.device import expanded
+
+NONE = dict.fromkeys(("DARK_CURRENT", "HOT_PIXELS", "COLUMN_OFFSET", "ROW_NOISE"), 0) | {
+    f"{stem}_STREAM": "9u" for stem in ("DARK_CURRENT", "HOT_PIXELS", "COLUMN_OFFSET", "ROW_NOISE")
+}
+# What of the words each normal number may count as its own: radius words, and angles of which 21 bits matter.
+OWN_BITS = {
+    "block.a": 21,
+    "block.b": 22,
+    "block.c": 22,
+    "shared_angle(block)": 21,
+    "angle_of_first(block)": 21,
+    "angle_of_second(block)": 21,
+}
+NAMES = ("shot", "before gain", "after gain", "response", "offset")
+PROBE = """#include "random_numbers.h"
+kernel void probe(global float *numbers, const uint count, const uint y, const uint seed) {
+    const uint x = get_global_id(0);
+    const struct words frame = block_of(x, y, STREAM_FRAME, seed, 0u), body = block_of(x, y, STREAM_BODY, seed, 1u);
+    float first[NORMALS], second[NORMALS];
+    draw_normals_of_pair(x, y, frame, seed, seed, first, second);
+    draw_normals_of_row(frame.b, angle_of_first(frame), body.b, angle_of_first(body), first);
+    draw_normals_of_row(frame.c, angle_of_second(frame), body.c, angle_of_second(body), second);
+    for (int i = SHOT; i <= OFFSET; i++) {
+        numbers[(size_t)i * count + x] = first[i];
+        numbers[(size_t)(i + 5) * count + x] = second[i];
+    }
+}"""
+
+
+def _rank(rows):
+    """Rank over the field of two elements; rows are Python integers."""
+    pivots = []
+    for row in rows:
+        for pivot in pivots:
+            row = min(row, row ^ pivot)
+        if row:
+            pivots.append(row)
+    return len(pivots)
+
+
+def test_the_bits_that_matter_of_all_numbers_of_a_block_are_independent(bench):
+    """Words are exclusive sums of the block's 128 bits: every bit's sum is read from what single bits do to it."""
+    single = np.zeros((4, 128), np.uint32)
+    for bit in range(128):
+        single[bit // 32, bit] = 1 << (bit % 32)
+    arrays = dict(zip("abcd", single, strict=True))
+    sums = []
+    for word, bits in OWN_BITS.items():
+        function = (
+            f"INLINE uint part(uint a, uint b, uint c, uint d) {{ const struct words block = {{a, b, c, d}}; return {word}; }}"
+        )
+        found = bench.header("random_numbers.h", "part(a, b, c, d)", arrays, NONE, np.uint32, function)
+        for place in range(31, 31 - bits, -1):
+            sums.append(sum(1 << int(bit) for bit in np.flatnonzero((found >> place) & 1)))
+    assert _rank(sums) == len(sums) == 128
+
+
+class _Draws:
+    """The ten normal numbers of pairs of rows, five of the even row and then five of the odd row, row after row."""
+
+    def __init__(self, device, count):
+        self.device, self.count = device, count
+        self.kernel = device.build(expanded(PROBE), "probe", NONE)
+        self.numbers = device.empty((10, count), np.float32)
+
+    def row(self, y, seed):
+        self.device.run(self.kernel, (self.count,), None, numbers=self.numbers, count=self.count, y=y, seed=seed)
+        return self.device.download(self.numbers, (10, self.count), np.float32)
+
+
+def _products(first, second):
+    """Sums of products of numbers, (20, n) each; in blocks, which one processor multiplies fastest."""
+    blocks = [part[:, : part.shape[1] // 1024 * 1024].reshape(20, -1, 1024).swapaxes(0, 1) for part in (first, second)]
+    return (blocks[0] @ blocks[1].swapaxes(1, 2)).sum(axis=0, dtype=np.float64)
+
+
+def _check(device, width, rows, seed):
+    """Test `rows` pairs of rows of `width` photosites.
+
+    Correlations of the ten numbers and of their squares, each with each, with the next column and with the next pair of rows;
+    numbers beyond 3, 4 and 5 sigma, below and above.
+    """
+    draws = _Draws(device, width)
+    limits = (3.0, 4.0, 5.0)
+    here, column, pair = (np.zeros((20, 20)) for _ in range(3))
+    above, below = np.zeros((3, 10)), np.zeros((3, 10))
+    last = np.zeros((20, width), np.float32)
+    for y in range(rows):
+        row = draws.row(2 * y, seed)
+        both = np.concatenate([row, (row * row - np.float32(1.0)) * np.float32(np.sqrt(0.5))])
+        here += _products(both, both)
+        column += _products(both, np.roll(both, 1, axis=1))
+        pair += _products(both, last)
+        last = both
+        for i, limit in enumerate(limits):
+            above[i] += np.count_nonzero(row > limit, axis=1)
+            below[i] += np.count_nonzero(row < -limit, axis=1)
+    count = width * rows
+    checks = {}
+    names = [f"{name}, row {row}" for row in (0, 1) for name in NAMES]
+    names += [f"square of {name}" for name in names]
+    for where, products in (("here", here), ("next column", column), ("next pair", pair)):
+        scores = products / np.sqrt(count)
+        if where == "here":
+            scores[np.arange(10, 20), np.arange(10)] /= np.sqrt(5.0)  # a number and its own square: E x^2 (x^2 - 1)^2 / 2 = 5
+        for i in range(20):
+            for j in range(i) if where == "here" else range(20):
+                checks[where, names[i], names[j]] = 2 * stats.norm.sf(abs(scores[i, j]))
+    for i, limit in enumerate(limits):
+        for k in range(10):
+            up, down = int(above[i, k]), int(below[i, k])
+            checks["sides", limit, names[k]] = stats.binomtest(up, up + down, 0.5).pvalue if up + down else 1.0
+            checks["beyond", limit, names[k]] = stats.binomtest(up + down, count, 2 * stats.norm.sf(limit)).pvalue
+    accept(checks)
+
+
+def test_numbers_of_a_pair_of_rows_are_independent_and_normal(device):
+    _check(device, 2**16, 64, seed=3)
+
+
+@pytest.mark.slow
+def test_no_correlation_is_found_in_2_4e9_photosites(device):
+    _check(device, 2**16, 18311, seed=4)
