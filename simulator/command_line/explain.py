@@ -59,7 +59,7 @@ def show_plan(path: Path, settings: list[str], reflectance: float, keep: Kept, d
     _show_patch(out, shot, planned, reflectance, keep)
     for note in planned.optics.scene.notes:
         out.print(f"note: {escape(note)}")
-    for warning in shot_warnings(shot):
+    for warning in [*shot_warnings(shot), *planned.warnings()]:
         out.print(f"warning: {escape(warning)}")
 
 

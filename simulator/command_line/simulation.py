@@ -46,7 +46,7 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
     for note in resolved["notes"]:
         log.print(f"note: {escape(note)}")
-    for warning in frame_warnings(raw):
+    for warning in [*resolved["warnings"], *frame_warnings(raw)]:
         log.print(f"warning: {escape(warning)}")
     for file in (files.dng, files.twin, files.sidecar):
         print(file)

@@ -10,6 +10,7 @@ from simulator.errors import PhotositeError
 from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
 from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
 from simulator.optics.defocus.photosite_area import PhotositeArea
+from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
 from simulator.optics.geometry.projection import Projection, plan_projection
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
@@ -41,6 +42,7 @@ class OpticsPlan:
     deep_blur: blur of the samples of a deep picture, where rays are followed (tolerance 0); None: the layers are blurred.
     psf_skip_reason: why a point spread function is left out, with its predicted error; None: it is not.
     ignored_px: largest blur radius that is left out where `defocus` is None [photosites].
+    contrast: of the scene, on which the error of the blur depends; that of the laws where there is no blur.
     """
 
     scene: Scene
@@ -57,6 +59,7 @@ class OpticsPlan:
     deep_blur: DeepBlur | None = None
     psf_skip_reason: str | None = None
     ignored_px: float = 0.0
+    contrast: SceneContrast = SceneContrast()
 
     @property
     def channels(self) -> int:
@@ -80,6 +83,20 @@ class OpticsPlan:
     def in_one_color(self, plane: int) -> Self:
         """Return the plan of a sensor whose photosites all have this colour."""
         return replace(self, cfa=Cfa.uniform(plane))
+
+    def on_wider_photosites(self) -> Self:
+        """Return the plan of the same blur on photosites twice as wide, which cover the window and one more on each side."""
+        assert self.defocus is not None  # only a blur is computed on wider photosites
+        x, y = self.window.x // 2 - 1, self.window.y // 2 - 1
+        right, bottom = (self.window.x + self.window.width + 1) // 2 + 1, (self.window.y + self.window.height + 1) // 2 + 1
+        width, height = self.sensor_px
+        return replace(
+            self,
+            projection=self.projection.on_wider_photosites(),
+            window=Window(x, y, right - x, bottom - y),
+            sensor_px=((width + 1) // 2, (height + 1) // 2),
+            defocus=self.defocus.on_wider_photosites(),
+        )
 
     def cfa_macros(self) -> dict[str, int]:
         """Macros of kernels/cfa.h for the window."""
@@ -114,7 +131,7 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
     )
     if lens.forms_image:
         accuracy = plan_accuracy(planned, lens, sensor, tolerance)
-        planned = _with_defocus(replace(planned, accuracy=accuracy), loaded, lens, camera)
+        planned = _with_defocus(replace(planned, accuracy=accuracy), loaded, lens, sensor)
     return _with_psf(planned, lens, sensor)
 
 
@@ -129,9 +146,7 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance:
     dark, gain = sensor.moments(0.0), sensor.gain_dn_per_e()
     if gain <= 0.0:  # dark current alone fills the well: the frame shows nothing
         return Accuracy(tolerance)
-    exposure, camera = sensor.exposure, sensor.camera
-    per_radiance = lens.irradiance_per_radiance_sr() * exposure.time_s
-    per_radiance *= camera.pixel_pitch_um**2 * camera.fill_factor
+    per_radiance = _electrons_per_radiance(lens, sensor)
     brightest_e, peak_e = brightest_electrons(optics.scene, optics.weights, per_radiance)
     electrons = max(min(brightest_e, sensor.electrons_at_white()), 1.0)
     accuracy = Accuracy(
@@ -141,10 +156,10 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance:
         max(peak_e / electrons, 1.0),
         electrons_per_radiance=per_radiance,
     )
-    if not _gathers_squares(optics.projection, lens, camera):
+    if not _gathers_squares(optics.projection, lens, sensor.camera):
         return accuracy
     detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)
-    detail /= camera.fill_factor  # a smaller square averages fewer pixels
+    detail /= sensor.camera.fill_factor  # a smaller square averages fewer pixels
     return replace(accuracy, detail=detail, whole_pixels=optics.projection.whole_pixels(SAMPLES_PER_AXIS))
 
 
@@ -158,9 +173,16 @@ def _gathers_squares(projection: Projection, lens: Lens, camera: Camera) -> bool
     return projection.is_fine and not has_psf
 
 
-def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera) -> OpticsPlan:
+def _electrons_per_radiance(lens: Lens, sensor: SensorPlan) -> float:
+    """Electrons of a photosite on the axis per electron radiance [e- / (e- s^-1 um^-2 sr^-1)]."""
+    exposure, camera = sensor.exposure, sensor.camera
+    return lens.irradiance_per_radiance_sr() * exposure.time_s * camera.pixel_pitch_um**2 * camera.fill_factor
+
+
+def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
     """Return the plan with the blur of the scene's surfaces, and with the background that shows beside blurred edges."""
-    pitch_um, scale, accuracy = camera.pixel_pitch_um, planned.projection.scale, planned.accuracy
+    camera, scale, accuracy = sensor.camera, planned.projection.scale, planned.accuracy
+    pitch_um = camera.pixel_pitch_um
     area = PhotositeArea(
         _gathers_squares(planned.projection, lens, camera), accuracy.whole_pixels, planned.projection.open_side
     )
@@ -170,6 +192,8 @@ def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera
     per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
     if not loaded.behind and isinstance(loaded.depth_m, np.ndarray):
         share = disoccluded_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
+    per_share = _electrons_per_radiance(lens, sensor) / accuracy.electrons
+    contrast = scene_contrast(loaded, planned.weights, per_share, defocus)
     scene = extend_background(loaded, per_dioptre) if accuracy.tolerance else loaded
     if scene is not loaded:
         extended = plan_defocus(lens, pitch_um, scene, scale, accuracy, planned.sensor_px, area)
@@ -178,7 +202,7 @@ def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, camera: Camera
     if accuracy.tolerance == 0.0 and scene.deep is None and scene.behind and _is_steep(defocus, scale):
         scene = replace(scene, deep=deep_pixels_of(scene.layers))
     deep_blur = None if accuracy.tolerance else _blur_deep(scene, lens, pitch_um)
-    return replace(planned, scene=scene, defocus=defocus, disoccluded_share=share, deep_blur=deep_blur)
+    return replace(planned, scene=scene, defocus=defocus, disoccluded_share=share, deep_blur=deep_blur, contrast=contrast)
 
 
 def _is_steep(defocus: Defocus, scale: float) -> bool:

@@ -94,6 +94,7 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, obje
         "seeds": asdict(shot.seeds),
         "plan": [asdict(step) for step in planned.steps],
         "notes": list(planned.optics.scene.notes),
+        "warnings": planned.warnings(),
         "device": asdict(device),
         "versions": _versions(),
     }

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.optics.defocus.defocus import Defocus, Method
-from simulator.optics.defocus.predicted_error import describe_ignored, predicted_errors
+from simulator.optics.defocus.predicted_error import describe_ignored, predicted_error
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.scene.scene import Scene
@@ -50,7 +50,7 @@ class Pass:
 
     kept: whether it runs; a pass that is skipped has no size, memory or cost. method: how it runs, or why it is skipped.
     size: photosites, or the unit that `method` names. memory_bytes: on device and host together.
-    error_sigma: largest predicted error, in standard deviations of the noise at the brightest light; None: exact except for
+    error_sigma: predicted error, in standard deviations of the noise at the brightest light; None: exact except for
     rounding. cost_ms: predicted time.
     """
 
@@ -160,9 +160,10 @@ def _defocus(optics: OpticsPlan, tiles: TilePlan | None) -> Pass:
         Method.COMPOSITE: means * len(defocus.radii_px),
         Method.CORRECTED: means * len(defocus.radii_px) + points,
         Method.OCCLUSION: points,
+        Method.WIDE: 0.25 * optics.channels * points,
     }
     cost_ms = _ms(pixels, sum(share * cost[method] for method, share in shares.items()))
-    return Pass("defocus", True, methods, pixels, memory, max(predicted_errors(defocus).values()), cost_ms)
+    return Pass("defocus", True, methods, pixels, memory, predicted_error(defocus, optics.contrast), cost_ms)
 
 
 def _estimated_shares(scene: Scene, defocus: Defocus) -> dict[Method, float]:

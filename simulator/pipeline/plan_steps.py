@@ -49,7 +49,8 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, 
     method = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
     steps.append(Step("binning", binning is not None, method))
     if optics.defocus is not None:
-        steps += [_occluded_background_step(optics), Step("blur accuracy", True, describe_errors(optics.defocus.of_scene()))]
+        accuracy = describe_errors(optics.defocus, optics.contrast)
+        steps += [_occluded_background_step(optics), Step("blur accuracy", True, accuracy)]
     return tuple(steps)
 
 
@@ -59,7 +60,9 @@ def _occluded_background_step(optics: OpticsPlan) -> Step:
     if share is None:
         return Step("hidden surfaces", bool(scene.behind), f"the scene has {len(scene.layers)} layers")
     assumption = (
-        "is not shown by the scene, and none is assumed" if scene.hidden == "none" else "is assumed to go on behind edges"
+        "is not shown by the scene, and none is assumed"
+        if scene.hidden == "none"
+        else "is assumed to go on behind edges as the mean of what lies beside them, without its detail"
     )
     return Step(
         "hidden surfaces",

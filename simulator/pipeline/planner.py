@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from simulator.device import Device
+from simulator.optics.defocus.predicted_error import error_warning
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_plan import TilePlan, plan_tiles
@@ -36,6 +37,14 @@ class Plan:
     def in_one_color(self, plane: int) -> Self:
         """Return the plan of a sensor whose photosites all see this colour plane; the methods of the tiles are the same."""
         return replace(self, optics=self.optics.in_one_color(plane))
+
+    def warnings(self) -> list[str]:
+        """Return a sentence for each promise that the plan may not keep."""
+        runs = any(one.name == "defocus" and one.kept for one in self.passes)
+        if self.optics.defocus is None or not runs:
+            return []
+        warning = error_warning(self.optics.defocus, self.optics.contrast)
+        return [] if warning is None else [warning]
 
     def memory_bytes(self) -> int:
         """Estimate the memory of a shot on device and host together [byte]; a CPU device shares the host's memory."""

@@ -95,8 +95,9 @@ def disoccluded_share(
 def occluded_background(planes: np.ndarray, depth_m: float | np.ndarray, reach_px: float, step: float) -> Layer | None:
     """Return the layer behind a picture (height, width, bands) with depth (height, width) [m]; None without depth edges.
 
-    It covers the near side's pixels up to `reach_px` from an edge, and nothing else. There it has the colour and the depth of
-    the background beyond the nearest point of the edge.
+    It covers the near side's pixels up to `reach_px` from an edge. There it has the colour and the depth of the background
+    beyond the nearest point of the edge. It also covers the far side's pixels at the edge, as the picture shows them, so that
+    between the two sides, where it is interpolated, no gap is left.
     reach_px: largest difference of the signed blur radii across an edge, so far does a lens see behind it [px].
     step: difference of 1/depth between neighbours above which they lie on two surfaces [1/m].
     """
@@ -118,6 +119,8 @@ def occluded_background(planes: np.ndarray, depth_m: float | np.ndarray, reach_p
     with np.errstate(divide="ignore"):
         filled[rows, columns], depth[rows, columns] = colour[occluded], 1.0 / behind[occluded]
     coverage[rows, columns] = 1.0
+    beside = edges.far & (coverage == 0.0)
+    filled[beside], coverage[beside] = planes[beside], 1.0
     return Layer(filled, depth, coverage)
 
 

@@ -5,7 +5,9 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+from helpers.picture_files import put
 
 import simulator
 from simulator.color.color_tables import CONFIGS
@@ -291,3 +293,22 @@ def test_debug_shows_the_traceback(monkeypatch):
 
 def test_a_wrong_option_ends_with_status_2(capsys):
     assert run(capsys, "simulate", FLAT, "--foo")[0] == 2
+
+
+@pytest.mark.parametrize("command", ["simulate", "explain"])
+def test_a_prediction_above_the_tolerance_is_a_warning(capsys, tmp_path, command):
+    """A picture with a step in depth: it does not show what the lens sees behind it. Written to the log; explain prints it."""
+    picture = np.random.default_rng(1).uniform(0.1, 1.0, (48, 64, 4)).astype(np.float32)
+    picture[..., 3] = np.where(np.arange(64) < 32, 1.0, 3.0)
+    put(tmp_path / "picture.exr", picture, ("R", "G", "B", "Z"))
+    (tmp_path / "shot.yaml").write_text(
+        "scene: {image: picture.exr, depth: {channel: Z, unit: m}, luminance: 100 cd/m^2}\n"
+        "lens: {focal_length: 50 mm, f_number: f/2, focus_distance: 2 m}\n"
+        "exposure: {time: 10 ms}\ncamera: {base: ideal, window: {x: 700, y: 400, width: 64, height: 48}}\n",
+        encoding="utf-8",
+    )
+    settings = ["--out", str(tmp_path)] if command == "simulate" else []
+    code, out, log = run(capsys, command, str(tmp_path / "shot.yaml"), *settings)
+    told = " ".join((log if command == "simulate" else out).split())
+    assert code == 0 and "warning: tolerance = 0.1: the lens blur may be wrong by" in told
+    assert "background behind edges" in told and "give the scene as layers" in told

@@ -16,6 +16,7 @@ from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import expose
 from simulator.scene.electron_radiance import electron_radiance_weights
+from simulator.scene.occluded_background import Hidden
 from simulator.scene.scene import Layer, Scene
 
 LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
@@ -28,10 +29,10 @@ def depth_of(radius_px: float | np.ndarray) -> float | np.ndarray:
     return float(depth.flat[0]) if np.ptp(depth) == 0.0 else depth
 
 
-def case_plan(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> Plan:
+def case_plan(case: Case, electrons: float = 2000.0, tolerance: float = 0.1, hidden: Hidden = "none") -> Plan:
     """Plan of a case whose samples become scene pixels, on a camera without colour filter.
 
-    electrons: of a photosite at radiance 1. tolerance: as in `Shot`.
+    electrons: of a photosite at radiance 1. tolerance: as in `Shot`. hidden: as in `Scene`.
     """
     layers = [
         Layer(
@@ -42,7 +43,14 @@ def case_plan(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> 
     first, *behind = layers
     spectrum, wavelengths = 1e-3 * np.ones((1, 31)), np.arange(400.0, 701.0, 10.0)
     scene = Scene(
-        first.planes, spectrum, wavelengths, np.ones(31), first.depth_m, coverage=first.coverage, behind=tuple(behind)
+        first.planes,
+        spectrum,
+        wavelengths,
+        np.ones(31),
+        first.depth_m,
+        coverage=first.coverage,
+        behind=tuple(behind),
+        hidden=hidden,
     )
     height, width = (side // case.oversampling for side in case.colour.shape[1:])
     camera = small_camera(width, height)
@@ -58,9 +66,9 @@ def with_accuracy(planned: Plan, kind: type[Accuracy], **settings: Any) -> Plan:
     return dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, accuracy=accuracy, defocus=defocus))
 
 
-def blurred_case(case: Case, electrons: float = 2000.0, tolerance: float = 0.1) -> np.ndarray:
+def blurred_case(case: Case, electrons: float = 2000.0, tolerance: float = 0.1, hidden: Hidden = "none") -> np.ndarray:
     """Radiance of each photosite behind the lens, of the shape of the case's truth."""
-    return executed_case(case, case_plan(case, electrons, tolerance))
+    return executed_case(case, case_plan(case, electrons, tolerance, hidden))
 
 
 def executed_case(case: Case, planned: Plan) -> np.ndarray:

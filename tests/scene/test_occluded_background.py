@@ -11,7 +11,13 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
-from simulator.scene.occluded_background import disoccluded_pixels, disoccluded_share, extend_background, occluded_background
+from simulator.scene.occluded_background import (
+    depth_edges,
+    disoccluded_pixels,
+    disoccluded_share,
+    extend_background,
+    occluded_background,
+)
 
 MITSUBA = Path(__file__).parents[3] / "shared" / "data" / "mitsuba"
 HEIGHT, WIDTH = 40, 60
@@ -43,14 +49,16 @@ SHAPES = {
 
 @pytest.mark.parametrize("shape", sorted(SHAPES))
 @pytest.mark.parametrize("reach", [1.5, 5.0, 9.0])
-def test_it_covers_the_near_side_within_reach_and_nothing_else(shape, reach):
+def test_it_covers_the_near_side_within_reach_and_the_edge_of_the_far_side_and_nothing_else(shape, reach):
     near = SHAPES[shape]
     layer = occluded_background(*two_planes(near), reach, 0.1)
     away = distance_to_other_side(near)
     covered = layer.coverage > 0
-    assert set(np.unique(layer.coverage)) <= {0.0, 1.0} and not covered[~near].any()
+    beside = covered & ~near
+    assert set(np.unique(layer.coverage)) <= {0.0, 1.0}
+    np.testing.assert_array_equal(beside, ~near & (distance_to_other_side(~near) == 1.0))
     assert covered[away <= reach].all()  # from the edge pixel it is at most a pixel less
-    assert not covered[away > reach + 1.5].any()
+    assert not covered[near & (away > reach + 1.5)].any()
     np.testing.assert_allclose(layer.planes[covered], 0.25, rtol=1e-6)
     np.testing.assert_allclose(layer.depth_m[covered], 5.0, rtol=1e-6)
     assert not layer.planes[~covered].any()
@@ -71,8 +79,8 @@ def test_a_sloping_ground_is_not_behind_itself_beside_a_post():
     depth = (1.0 / np.where(post, 0.1 + 0.005 * 30, ground)).astype(np.float32)
     layer = occluded_background(np.ones((HEIGHT, WIDTH, 1), np.float32), depth, 6.0, 0.012)
     covered = layer.coverage > 0
-    beside = ~post & (Y < 30)  # before the foot, at the ends of the edges, either is right
-    assert covered[:20, 26].all() and not covered[beside].any() and not covered[37:].any()
+    away = distance_to_other_side(~post)
+    assert covered[:20, 26].all() and not covered[~post & (away > 1.0) & (Y < 30)].any() and not covered[37:].any()
     np.testing.assert_allclose(1.0 / layer.depth_m[covered & post], ground[covered & post], atol=0.03)
 
 
@@ -85,7 +93,9 @@ def test_what_is_behind_comes_from_the_farther_side_alone():
     planes = inverse.astype(np.float32)[..., None]  # the colour tells where it comes from
     layer = occluded_background(planes, depth, 4.0, 0.1)
     covered = layer.coverage > 0
-    assert covered.any() and (layer.planes[..., 0] <= planes[..., 0] - 0.05)[covered].all()
+    is_own = layer.planes[..., 0] == planes[..., 0]  # the far side of an edge
+    assert (covered & ~is_own).any() and (layer.planes[..., 0] <= planes[..., 0] - 0.05)[covered & ~is_own].all()
+    assert not (covered & is_own & ~depth_edges(inverse.astype(np.float32), 0.1).far).any()
     np.testing.assert_allclose(1.0 / layer.depth_m[covered], layer.planes[covered][:, 0], atol=1e-6)
 
 

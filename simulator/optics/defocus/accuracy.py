@@ -14,6 +14,7 @@ import numpy as np
 
 from simulator.scene.scene import Scene
 
+WAVE_CURVATURE = 0.234  # second difference between photosites of a wave of 9 photosites that varies by the whole light
 MEASURED = 0.1 * math.sqrt(2004.0) / 2000.0  # allowed error at which the settings below were found: 0.1 sigma of 2000 e-
 SHARP_PX = 0.3  # largest blur radius that may be ignored [photosites]
 SAME_PX = 0.02  # largest difference of radii that share one blur circle [photosites]
@@ -22,6 +23,8 @@ RAYS = 131072  # most rays of a photosite in each of the reference's replication
 RAY_ERROR = 0.015  # largest standard error of the reference [standard deviations of the photosite's noise]: 0.05 is 3.3 of them
 FINE_PX = 12.0  # blur circles up to this radius keep detail finer than a photosite
 FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and the largest radius
+MOST_WIDE = 4096  # the same for the largest radius on photosites that are wider than the camera's
+WIDE_PX = 24.0  # smallest blur radius at MEASURED for which light is computed on photosites twice as wide [photosites]
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
 SAMPLES_PER_AXIS = (1, 2, 4)  # samples per photosite and axis that kernels know
 _SAMPLES = 400  # places per axis at which the scene's radiance is sampled
@@ -214,6 +217,45 @@ def product_error(radius_px: float | np.ndarray) -> float | np.ndarray:
 def points_error(points: int, samples_per_axis: int) -> float:
     """Error of the layers' covariance over the aperture from so many samples, for an edge before stripes of contrast 0.58."""
     return 0.4 / points if samples_per_axis == 1 else 0.32 * points**-0.8
+
+
+def occlusion_error(points: int) -> float:
+    """Error of surfaces that are sampled through so many points of the aperture where they occlude parts of themselves.
+
+    It bounds 99 % of the photosites of photographs with depth and of random textures, for 128 to 4096 points.
+    """
+    return 1.2 * points**-0.72
+
+
+def slab_error(classes_per_unit: float) -> float:
+    """Error of dividing a surface with steps in depth into slabs of radius (`Defocus.classes_per_unit`).
+
+    It bounds 99 % of the photosites of photographs with depth and of uniform layers, for 6 to 24 classes per unit.
+    """
+    return 0.1 / classes_per_unit
+
+
+def wide_error(wide_px: float) -> float:
+    """Error of light on photosites twice as wide, for the smallest blur radius (`Defocus.wide_px`): the end of a penumbra."""
+    return 0.0025 * (WIDE_PX / wide_px) ** 1.5
+
+
+def spot_error(lamp: float) -> float:
+    """Error at the edge of a lamp's spot, which is so much brighter than the brightest light, in whose noise it counts.
+
+    Half of the spot's light, over the growth of the noise by it. It bounds lamps of one scene pixel, for radii of 1.2 to 12
+    photosites, 1 to 4 scene pixels per photosite and axis, and lamps of 200 to 20,000 times the light around them.
+    """
+    return 0.5 * lamp / math.sqrt(1.0 + lamp)
+
+
+def hidden_error(contrast: float, is_extended: bool) -> float:
+    """Error of a background behind edges that the scene does not show, where the light there varies by so much.
+
+    Beside an edge up to half of the aperture sees it. Its mean is missed by the contrast; without any, the light of the near
+    side, which may differ twice as much, stands in.
+    """
+    return (0.5 if is_extended else 1.0) * contrast
 
 
 def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) -> tuple[float, float]:

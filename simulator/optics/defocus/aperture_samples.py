@@ -5,13 +5,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import FEWEST, MOST
+from simulator.optics.defocus.accuracy import FEWEST, MOST, MOST_WIDE
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.pupil.pupil_points import points_of
 
-SAVED_ON_GUESSES = 4  # divides the number where the occluded background is assumed, whose error exceeds the sampling error
+LEAST_SCALE = 0.25  # scene pixels per photosite that count at least: edges in depth are as sharp as the photosites
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
 
 
@@ -21,10 +21,12 @@ def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
     The number follows the tolerance; it is not raised where the occluded background is assumed (`Defocus.guessed`).
     """
     each = 4.0 * min(max(2.0 * defocus.scale, 0.5), 1.0)  # fewer where a scene pixel covers several photosites
-    target = np.clip(each * np.pi * (radius_px * min(defocus.scale, 1.0) + 1.0) ** 2, FEWEST, MOST)
+    finest = min(max(defocus.scale, LEAST_SCALE), 1.0)
+    most = MOST if defocus.wider == 1 else MOST_WIDE
+    target = np.clip(each * np.pi * (radius_px * finest + 1.0) ** 2, FEWEST, most)
     count, factor = 2.0 ** np.ceil(np.log2(target)), defocus.accuracy.points_factor
     if defocus.guessed:
-        count, factor = np.maximum(count / SAVED_ON_GUESSES, FEWEST), min(factor, 1.0)
+        factor = min(factor, 1.0)
     return 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - 1e-9).astype(int)
 
 

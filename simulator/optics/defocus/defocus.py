@@ -14,9 +14,9 @@ from typing import Self
 import numpy as np
 
 from simulator.errors import require
-from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy
+from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, WIDE_PX, Accuracy
 from simulator.optics.defocus.aperture_rectangles import rectangle_count
-from simulator.optics.defocus.field_pupil import CatsEyes, plan_cats_eyes
+from simulator.optics.defocus.field_pupil import MOST_MOVED, CatsEyes, plan_cats_eyes
 from simulator.optics.defocus.patch_reach import merge_far_patches
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.lens.lens import Lens
@@ -45,6 +45,7 @@ class Method(IntEnum):
     COMPOSITE = 2  # means of smooth surfaces, composited; exact while only one surface is out of focus
     CORRECTED = 3  # the same plus the surfaces' covariance over the aperture, from aperture samples
     OCCLUSION = 4  # aperture samples alone: surfaces that occlude parts of themselves
+    WIDE = 5  # the same where all blur circles are wide: from the blur on photosites twice as wide
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,7 @@ class Defocus:
     accuracy: error that the blur may have.
     guessed: whether the background behind edges is assumed, because the scene does not contain it.
     area: how a photosite gathers the samples around it.
+    wider: width of the photosites of this blur, in photosites of the camera; a power of two.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
@@ -69,6 +71,7 @@ class Defocus:
     guessed: bool = False
     eyes: CatsEyes | None = None
     area: PhotositeArea = WHOLE
+    wider: int = 1
 
     @cached_property
     def least_px(self) -> float:
@@ -111,6 +114,15 @@ class Defocus:
         near_focus = not self.least_px > 2.0 and not self.greatest_px < -2.0
         return FINE_NODES_PER_PX if self.area.whole_pixels and near_focus else NODES_PER_PX
 
+    def on_wider_photosites(self) -> Self:
+        """Return the blur as photosites see it that are twice as wide, which take means over all of their area."""
+        radii = tuple(0.5 * radius for radius in self.radii_px)
+        eyes = None if self.eyes is None else self.eyes.on_wider_photosites(0.5 * self.largest_px)
+        accuracy = replace(self.accuracy, detail=0.0, whole_pixels=0)  # nothing inside a pixel is seen at these radii
+        return replace(
+            self, radii_px=radii, scale=2.0 * self.scale, accuracy=accuracy, eyes=eyes, area=WHOLE, wider=2 * self.wider
+        )
+
     def of_scene(self) -> Self:
         """Return the blur of the scene's own surfaces, without a background that is only assumed."""
         return replace(self, radii_px=self.radii_px[:1]) if self.guessed else self
@@ -126,15 +138,27 @@ class Defocus:
         class_px = (self.largest_px + CLASS_UNIT_PX) / self.classes_per_unit
         return math.ceil(self.pupil.corner_radius * (self.largest_px + 2.0 * class_px)) + 2
 
+    @property
+    def wide_px(self) -> float:
+        """Smallest blur radius from which light is computed on photosites twice as wide [photosites].
+
+        At the end of a penumbra of radius R light grows as the 1.5th power of the distance over R, which no polynomial follows.
+        A block of wider photosites has one pupil, so there are none where rims clip it differently across the block.
+        """
+        if self.eyes is not None and self.eyes.movement(2 * BLOCK_COLUMNS) > MOST_MOVED:
+            return math.inf
+        looser = max(self.accuracy.looser, 1.0) if self.guessed else self.accuracy.looser
+        return WIDE_PX * looser ** (-2.0 / 3.0)
+
     @cached_property
     def classes_per_unit(self) -> float:
         """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
 
-        With twelve, a class is a third of a photosite wide in focus and a twelfth of the radius for large radii. There are half
-        as many where four photosites or more show one scene pixel, and fewer for a loose tolerance.
+        With twelve, a class is a third of a photosite wide in focus and a twelfth of the radius for large radii. There are
+        twice as many where all radii are large, and fewer for a loose tolerance.
         """
         span = math.asinh(self.greatest_px / CLASS_UNIT_PX) - math.asinh(self.least_px / CLASS_UNIT_PX)
-        finest = 12.0 * min(max(2.0 * self.scale, 0.5), 1.0) / self.accuracy.coarser
+        finest = (12.0 if self.wider == 1 else 24.0) / self.accuracy.coarser
         return min(finest, (CLASSES - 3) / span) if span else finest
 
     @cached_property

@@ -7,6 +7,7 @@ rim across a zone. Zones begin at the sensor's upper left corner, so that a crop
 
 import math
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -31,9 +32,24 @@ class CatsEyes:
 
     pupil: Pupil
     tangent_per_px: float
-    width_px: int
-    height_px: int
+    width_px: float
+    height_px: float
     zone_px: int = ZONES_PX[0]
+
+    def on_wider_photosites(self, largest_px: float) -> Self:
+        """Return the same pupils on photosites twice as wide; largest_px: radius of the largest blur circle on those."""
+        wider = replace(
+            self, tangent_per_px=2.0 * self.tangent_per_px, width_px=0.5 * self.width_px, height_px=0.5 * self.height_px
+        )
+        return wider.with_fine_zones(largest_px)
+
+    def with_fine_zones(self, largest_px: float) -> Self:
+        """Return the same pupils with the largest zones that are fine enough for blur circles up to this radius."""
+
+        def is_fine(zone_px: int) -> bool:
+            return self.movement(zone_px) <= MOST_MOVED or zone_px <= FINEST * largest_px
+
+        return replace(self, zone_px=next((zone_px for zone_px in ZONES_PX if is_fine(zone_px)), ZONES_PX[-1]))
 
     def fields(self, x_px: float | np.ndarray, y_px: float | np.ndarray) -> np.ndarray:
         """Tangents of the field angle, (..., 2), at a position from the sensor's upper left corner [photosites]."""
@@ -93,8 +109,4 @@ def plan_cats_eyes(lens: Lens, pixel_pitch_um: float, sensor_px: tuple[int, int]
     eyes = CatsEyes(lens.pupil, 1e-3 * pixel_pitch_um / lens.image_distance_mm, *sensor_px)
     if not eyes.clips(eyes.fields(0.0, 0.0)):
         return None
-
-    def is_fine(zone_px: int) -> bool:
-        return eyes.movement(zone_px) <= MOST_MOVED or zone_px <= FINEST * largest_px
-
-    return replace(eyes, zone_px=next((zone_px for zone_px in ZONES_PX if is_fine(zone_px)), ZONES_PX[-1]))
+    return eyes.with_fine_zones(largest_px)

@@ -1,36 +1,99 @@
-"""Predicts the error of the planned lens blur from its measured laws, before the frame is computed."""
+"""Predicts the error of the planned lens blur from its measured laws, before the frame is computed.
+
+The prediction is the sum of named terms, one for each cause. It shall not lie below what 99 % of the photosites have.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import Accuracy, points_error, slope_error
+from simulator.optics.defocus.accuracy import (
+    WAVE_CURVATURE,
+    Accuracy,
+    copy_error,
+    crossing_error,
+    grid_error,
+    hidden_error,
+    occlusion_error,
+    points_error,
+    slab_error,
+    slope_error,
+    spot_error,
+    wide_error,
+)
 from simulator.optics.defocus.aperture_samples import sample_count
 from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.scene_contrast import SceneContrast
+
+WORST = SceneContrast()  # detail that varies between zero and the brightest light, without steps in depth
+FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
+TIGHTER = "give a smaller tolerance, or tolerance: 0 for rays"
+LAYERS = "give the scene as layers, which hold what lies behind edges"
 
 
-def predicted_errors(defocus: Defocus) -> dict[str, float]:
-    """Predict the largest error of each method that the scene may need, in standard deviations at its brightest light.
+@dataclass(frozen=True)
+class ErrorTerm:
+    """One cause of error. method: what causes it. sigma: size [standard deviations at the brightest light]. fix: what helps."""
 
-    The laws assume detail that varies between zero and the brightest light (`simulator.optics.defocus.accuracy`).
+    method: str
+    sigma: float
+    fix: str
+
+
+def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[ErrorTerm]:
+    """Predict the error of each method that the scene may need. Without tolerance, rays have none of them.
+
+    defocus: blur of the scene's layers, with a background that is assumed. contrast: of the scene (`scene_contrast`).
     """
-    accuracy, radii = defocus.accuracy, [np.abs(radius) for radius in defocus.radii_px]
-    least = min(float(np.min(radius)) for radius in radii)
-    sloped, several = any(np.ndim(radius) > 0 for radius in radii), len(radii) > 1
-    shares = {}
-    if least <= defocus.copied_px:
-        shares[f"no blur up to a radius of {defocus.copied_px:.2g}"] = accuracy.ignoring_error(defocus.copied_px)
-    finest, smallest = int(defocus.samples_per_axis(np.array(least), np.array(least))), max(least, defocus.copied_px)
-    if defocus.gathers_scene(np.array([smallest]), np.array([smallest])).any() and not several:
-        shares["means over the scene's pixels"] = accuracy.gathering_error()
+    accuracy = defocus.accuracy
+    if accuracy.tolerance == 0.0:
+        return []
+    own = defocus.of_scene()
+    radii = [np.abs(radius) for radius in own.radii_px]
+    ranges = [(float(np.min(radius)), float(np.max(radius))) for radius in radii]
+    ignored = [min(most, own.copied_px) for least, most in ranges if least <= own.copied_px]
+    blurred = [max(least, own.copied_px) for least, most in ranges if most > own.copied_px]
+    detail = min(contrast.curvature / WAVE_CURVATURE, 1.0)
+    terms: list[ErrorTerm] = []
+
+    def add(method: str, share: float, fix: str) -> None:
+        terms.append(ErrorTerm(method, accuracy.in_sigma(share), fix))
+
+    if max(ignored, default=0.0) > 0.0:
+        left_out = max(detail * copy_error(max(ignored)), crossing_error(max(ignored), accuracy.detail))
+        add(f"no blur up to a radius of {max(ignored):.2g}", left_out, TIGHTER)
+    smallest, is_sloped = np.array([min(blurred)]), any(np.ndim(radius) > 0 for radius in radii)
+    finest = int(own.samples_per_axis(smallest, smallest)[0])
+    if len(defocus.radii_px) == 1 and own.gathers_scene(smallest, smallest).any():
+        add("means over the scene's pixels", accuracy.gathering_error(), TIGHTER)
     else:
-        shares[f"means on {finest} x {finest} points per photosite"] = float(
-            accuracy.sampling_error(np.array(smallest), finest, defocus.scale)
-        )
-    if sloped:
-        shares[f"slopes in steps of {accuracy.slope_step:.2g}"] = slope_error(accuracy.slope_step)
-    if several:
-        points = int(sample_count(np.array(defocus.largest_px), defocus))
-        shares[f"{points} points of the aperture"] = points_error(points, finest)
-    return {method: accuracy.in_sigma(share) for method, share in shares.items()}
+        smooth = contrast.curvature / (12.0 * finest**2)  # a parabola in both directions, against its values at the points
+        grid = min(smooth, grid_error(min(blurred), finest, defocus.scale))
+        if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
+            squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
+            grid = squares if len(defocus.radii_px) == 1 and not is_sloped else max(squares, grid)
+        add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE)
+    if is_sloped:
+        add(f"slopes in steps of {accuracy.slope_step:.2g}", slope_error(accuracy.slope_step), TIGHTER)
+    if contrast.lamp > 0.0:
+        add("edges of the spots of lamps", spot_error(contrast.lamp), FINER_SCENE)
+    points = int(sample_count(np.array(own.largest_px), defocus))
+    if contrast.has_steps:
+        add(f"{points} points of the aperture beside steps in depth", occlusion_error(points), TIGHTER)
+        add(f"{defocus.classes_per_unit:.2g} slabs of radius", slab_error(defocus.classes_per_unit), TIGHTER)
+        if own.largest_px >= defocus.wide_px:
+            add("wider photosites", wide_error(defocus.wide_px), TIGHTER)
+    elif len(radii) > 1:
+        add(f"{points} points of the aperture", points_error(points, finest), TIGHTER)
+    if contrast.behind > 0.0:
+        is_extended = len(defocus.radii_px) > len(radii)
+        add("background behind edges, which the scene does not show", hidden_error(contrast.behind, is_extended), LAYERS)
+    return terms
+
+
+def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
+    """Sum of the terms [standard deviations at the brightest light]."""
+    return sum(term.sigma for term in error_terms(defocus, contrast))
 
 
 def describe_ignored(accuracy: Accuracy, radius_px: float) -> str:
@@ -42,12 +105,24 @@ def describe_ignored(accuracy: Accuracy, radius_px: float) -> str:
     return f"{told}; without that of radius {radius_px:.2g} the light is off by up to {error:.2g} sigma"
 
 
-def describe_errors(defocus: Defocus) -> str:
+def describe_errors(defocus: Defocus, contrast: SceneContrast = WORST) -> str:
     """Describe the light that the errors refer to, and the predicted errors, for the printed plan."""
     accuracy = defocus.accuracy
     light = f"brightest light {accuracy.electrons:.3g} e-, noise {accuracy.sigma * accuracy.electrons:.3g} e-"
     if accuracy.tolerance == 0.0:
         return f"{light}; every photosite by rays, until their standard error is {accuracy.ray_error:g} sigma of its own light"
-    errors = ", ".join(f"{method} {error:.2g}" for method, error in predicted_errors(defocus).items())
-    guessed = "; what lies behind edges is not in the scene" if defocus.guessed and np.ndim(defocus.radii_px[0]) else ""
-    return f"{light}; predicted errors up to, in sigma: {errors}{guessed}"
+    errors = ", ".join(f"{term.method} {term.sigma:.2g}" for term in error_terms(defocus, contrast))
+    return f"{light}; predicted errors up to, in sigma: {errors}"
+
+
+def error_warning(defocus: Defocus, contrast: SceneContrast) -> str | None:
+    """Warn of a prediction above the tolerance: key, value, largest cause and fix; None: it is not above."""
+    terms, tolerance = error_terms(defocus, contrast), defocus.accuracy.tolerance
+    total = sum(term.sigma for term in terms)
+    if total <= tolerance:
+        return None
+    worst = max(terms, key=lambda term: term.sigma)
+    return (
+        f"tolerance = {tolerance:g}: the lens blur may be wrong by {total:.2g} sigma at the brightest light, "
+        f"{worst.sigma:.2g} of it by {worst.method}; {worst.fix}"
+    )

@@ -14,7 +14,8 @@ EVEN_STEPS_PER_PX = 8  # resolution of constant radii [1 / photosite]; blocks of
 class BlockChoice:
     """Blocks of all tiles; arrays of (block rows, block columns), some with the layers as first axis.
 
-    computed: whether the block is computed. methods: values of Method, CORRECTED or OCCLUSION where the aperture is sampled.
+    computed: whether the block is computed.
+    methods: values of Method: CORRECTED or OCCLUSION where the aperture is sampled, WIDE where wider photosites do it.
     largest_px: largest blur radius that reaches the block [photosites].
     present: (layers, ...) classes of radii that occur around the block; 0 where the layer is occluded or absent.
     even_px: (layers, ...) constant radius of the layer around the block [photosites]; NaN where the radius varies.
@@ -34,6 +35,10 @@ class BlockChoice:
     def sampled(self) -> np.ndarray:
         """Mask of the computed blocks that sample the aperture."""
         return self.computed & np.isin(self.methods, (Method.CORRECTED, Method.OCCLUSION))
+
+    def wide(self) -> np.ndarray:
+        """Mask of the computed blocks that come from the blur on photosites twice as wide."""
+        return self.computed & (self.methods == Method.WIDE)
 
 
 def find_even_radius(defocus: Defocus, seen: RadiusStatistics, methods: np.ndarray) -> np.ndarray:

@@ -92,9 +92,12 @@ def choose_methods(defocus: Defocus, layer_statistics: list[RadiusStatistics], c
     ]
     tiles, blocks = ([getattr(seen, part)() for seen in around] for part in ("of_tiles", "of_blocks"))
     methods, samples_per_axis, visible, largest, single = _classify(defocus, tiles)
-    block_methods, _, block_visible, block_largest, _ = _classify(defocus, blocks)
+    block_methods, _, block_visible, block_largest, block_single = _classify(defocus, blocks)
     hard = block_methods == Method.OCCLUSION
+    wide = _smallest_radius(blocks, block_visible) >= defocus.wide_px
     some = (methods == Method.OCCLUSION) & ~_all_blocks(hard)
+    visible &= ~some | _any_block(block_visible & ~hard)
+    single |= some & _all_blocks(block_single | hard) & (visible.sum(axis=0) == 1)
     methods = np.where(some, np.where(single, Method.MEAN, Method.COMPOSITE), methods)
     samples_per_axis = np.where(methods == Method.COPY, 1, samples_per_axis)
     gathered = (methods == Method.MEAN) & ~some & defocus.gathers_scene(_smallest_radius(tiles, visible), largest)
@@ -102,6 +105,7 @@ def choose_methods(defocus: Defocus, layer_statistics: list[RadiusStatistics], c
     images = _choose_images(defocus, [r.of_blocks() for r in layer_statistics], ~hard, visible & computed)
     present = np.where(block_visible, np.stack([seen.classes for seen in blocks]), np.uint64(0))
     even = np.stack([find_even_radius(defocus, seen, block_methods) for seen in blocks])
+    block_methods = np.where(hard & wide, Method.WIDE, block_methods)
     points = BlockChoice(each_block(computed), block_methods, block_largest, present, even)
     return TileChoice(
         computed, methods, samples_per_axis, largest, visible, *images, points, np.full(samples_per_axis.shape, -1)
@@ -113,10 +117,16 @@ def each_block(tiles: np.ndarray) -> np.ndarray:
     return tiles.repeat(ROWS_IN_TILE, axis=0).repeat(COLUMNS_IN_TILE, axis=1)
 
 
+def _any_block(blocks: np.ndarray) -> np.ndarray:
+    """Whether the mask (..., block rows, block columns) is set for any block of each tile."""
+    *layers, rows, _ = blocks.shape
+    split = blocks.reshape(*layers, rows // ROWS_IN_TILE, ROWS_IN_TILE, -1, COLUMNS_IN_TILE)
+    return np.logical_or.reduce(split, axis=(-3, -1))
+
+
 def _all_blocks(blocks: np.ndarray) -> np.ndarray:
-    """Whether the mask is set for all blocks of each tile."""
-    split = blocks.reshape(blocks.shape[0] // ROWS_IN_TILE, ROWS_IN_TILE, -1, COLUMNS_IN_TILE)
-    return np.logical_and.reduce(split, axis=(1, 3))
+    """Whether the mask (..., block rows, block columns) is set for all blocks of each tile."""
+    return ~_any_block(~blocks)
 
 
 def _classify(defocus: Defocus, around: list[RadiusStatistics]) -> tuple[np.ndarray, ...]:
@@ -127,6 +137,7 @@ def _classify(defocus: Defocus, around: list[RadiusStatistics]) -> tuple[np.ndar
     reach = np.stack([np.maximum(np.abs(seen.least_px), np.abs(seen.greatest_px)) for seen in around])
     several = (visible & (reach > accuracy.sharp_px)).sum(axis=0) > 1
     samples_per_axis = defocus.samples_per_axis(_smallest_radius(around, visible), largest)
+    samples_per_axis = np.maximum(samples_per_axis, min(defocus.wider, 4))  # edges stay where the camera's photosites show them
     apart = ~several & ((samples_per_axis == 1) | (product_error(largest) <= accuracy.allowed))
     conditions = [single & (largest <= defocus.copied_px), single & smooth, smooth & apart, smooth]
     methods = [Method.COPY, Method.MEAN, Method.COMPOSITE, Method.CORRECTED]
@@ -147,7 +158,7 @@ def _find_visible(around: list[RadiusStatistics]) -> tuple[np.ndarray, np.ndarra
         visible_layers.append(visible)
         reach = np.maximum(np.abs(seen.least_px), np.abs(seen.greatest_px))
         largest = np.where(visible, np.maximum(largest, reach), largest)
-        open_ &= seen.filled < 1.0
+        open_ &= (seen.filled < 1.0) | (seen.steepest_px > STEEPEST_PX)  # rays pass between the two sides of a step in depth
     return np.stack(visible_layers), largest
 
 

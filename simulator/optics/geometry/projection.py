@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -35,6 +36,7 @@ class Projection:
     nearest: a coarse scene is read at its nearest pixel instead of bilinearly.
     stretch: largest local magnification of `warp`. warp: distortion of the lens, applied before the scale; None: none.
     open_side: side of the light-sensitive square in the middle of a photosite [photosites] that `project` averages.
+    edge_px: difference in blur radius above which neighbouring scene pixels belong to two surfaces [photosites].
     """
 
     scale: float
@@ -47,6 +49,13 @@ class Projection:
     warp: Warp | None = None
     stretch: float = 1.0
     open_side: float = 1.0
+    edge_px: float = EDGE_PX
+
+    def on_wider_photosites(self) -> Self:
+        """Return the resampling of the same scene by photosites twice as wide, from the same corner of the sensor on."""
+        warp = None if self.warp is None else self.warp.on_wider_photosites()
+        samples = min(2 * self.samples, max(1, math.ceil(4.0 * self.scale)))  # more than two per scene pixel tell nothing
+        return replace(self, scale=2.0 * self.scale, samples=samples, warp=warp, open_side=1.0, edge_px=0.5 * self.edge_px)
 
     @property
     def is_fine(self) -> bool:
@@ -179,7 +188,7 @@ def project_radius(
     `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample.
     """
     kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"edge": EDGE_PX, "first_plane": number, **projection.arguments(*origin)}
+    settings = {"edge": projection.edge_px, "first_plane": number, **projection.arguments(*origin)}
     device.run(kernel, layout.work_size(1), None, scene_radius=scene_radius, radius=radius, **settings)
 
 

@@ -6,8 +6,8 @@ to the distorted one by the same polynomial, so that the file holds the coeffici
 """
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -95,6 +95,11 @@ class Warp:
         xx = radial + slope * a * a + 2.0 * d.p1 * b + 6.0 * d.p2 * a
         yy = radial + slope * b * b + 2.0 * d.p2 * a + 6.0 * d.p1 * b
         return new_a, new_b, xx, slope * a * b + 2.0 * d.p1 * a + 2.0 * d.p2 * b, yy
+
+    def on_wider_photosites(self) -> Self:
+        """Return the same distortion, counted in photosites twice as wide."""
+        centre = 0.5 * self.centre_x_px, 0.5 * self.centre_y_px
+        return replace(self, unit_px=0.5 * self.unit_px, centre_x_px=centre[0], centre_y_px=centre[1])
 
     def macros(self) -> dict[str, object]:
         """Macros of kernels/distortion.h."""

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.defocus.defocus import Method
+from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Method
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.passes.row_band import RowBand
 from simulator.optics.passes.scene_gather import gather_scene
@@ -33,4 +33,31 @@ def defocused_mosaic(
             row_band.compute(band, light)
         device.finish()
         progress((band + 1) / area.bands)
+    if tiles.wide is not None:
+        for channel in cfa.colors:
+            cells = defocused_mosaic(tiles.wide, Cfa.uniform(channel), device, planes, lambda share: None)
+            _write_wide(tiles, tiles.wide, cfa, channel, device, cells, light)
     return light
+
+
+def _write_wide(tiles: TilePlan, wide: TilePlan, cfa: Cfa, channel: int, device: Device, cells: Buffer, light: Buffer) -> None:
+    """Write the photosites of a colour in the blocks with the method WIDE; cells: mosaic of `wide` in this colour."""
+    window, area, of_cells = tiles.optics.window, tiles.area, wide.optics.window
+    rows, columns = np.nonzero(tiles.chosen.blocks.wide())
+    places = np.stack([BLOCK_COLUMNS * columns - area.margin_x, BLOCK_ROWS * rows - area.margin_y], axis=-1)
+    device.run(
+        device.kernel("wide_blur", {**cfa.macros(window.x, window.y)}),
+        (BLOCK_COLUMNS, BLOCK_ROWS, len(places)),
+        None,
+        cells=cells,
+        light=light,
+        blocks=device.upload(places.astype(np.int32)),
+        channel=channel,
+        cell_columns=of_cells.width,
+        cell_x=of_cells.x,
+        cell_y=of_cells.y,
+        frame_x=window.x,
+        frame_y=window.y,
+        width=window.width,
+        height=window.height,
+    )

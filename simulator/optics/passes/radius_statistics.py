@@ -41,6 +41,7 @@ def measure_radius_maps(optics: OpticsPlan, defocus: Defocus, device: Device, ar
             level, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
             radius_parts = level + np.float32(px), level + np.float32(px), level, level, level
         least, greatest, steepest, slope_x, slope_y = radius_parts
+        classes = np.where(covered > 0.0, classes, np.uint64(0))  # a layer shows no radius where it covers nothing
         layer_statistics.append(RadiusStatistics(least, greatest, steepest, slope_x, slope_y, classes, covered, filled))
     return RadiusMaps(radius, scene_radius, layer_statistics)
 

@@ -110,7 +110,7 @@ def _bands(frame: Window) -> Iterator[Window]:
 
 @lru_cache(maxsize=8 * REPLICATIONS)
 def _points(rays: int, seed: int, pupil: Pupil | None, side: float) -> np.ndarray:
-    """Rays of a set. pupil: None: the last two numbers are places in the light's cell. side: of the square they start from [px]."""
+    """Rays of a set. pupil: None: the last two numbers are places in the light's cell. side: of their square [px]."""
     patterns = max(FEWEST_PATTERNS, min(PATTERNS, PATTERN_RAYS // rays))
     points = ray_samples(rays, patterns, seed, pupil)
     points[..., :2] = 0.5 + side * (points[..., :2] - 0.5)

@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from simulator.device import Device
-from simulator.optics.defocus.defocus import Defocus, Method
+from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Defocus, Method
 from simulator.optics.defocus.field_zones import Zones
 from simulator.optics.defocus.highlights import LAMP, highlight_threshold
 from simulator.optics.defocus.tile_methods import TileChoice, choose_methods
@@ -22,6 +23,7 @@ class TilePlan:
     optics: its window is larger than the frame's where a point spread function follows, which needs a margin.
     area: geometry of tiles and bands. maps: blur radii on the device. chosen: method of each tile and block.
     zones: zones of the field, where rims clip the pupil; None: the pupil is the same everywhere.
+    wide: the same on photosites twice as wide, for the blocks with the method WIDE; None: there are none.
     """
 
     optics: OpticsPlan
@@ -29,6 +31,7 @@ class TilePlan:
     maps: RadiusMaps
     chosen: TileChoice
     zones: Zones | None
+    wide: Self | None = None
 
     @property
     def defocus(self) -> Defocus:
@@ -39,10 +42,10 @@ class TilePlan:
     def shares(self) -> dict[Method, float]:
         """Share of the frame that each method computes; blocks that sample the aperture count as parts of their tile."""
         blocks = self.chosen.blocks
-        sampled, total = blocks.computed & (blocks.methods == Method.OCCLUSION), max(int(blocks.computed.sum()), 1)
+        total = max(int(blocks.computed.sum()), 1)
         tile_of_block = self.chosen.methods.repeat(blocks.computed.shape[0] // self.chosen.methods.shape[0], axis=0)
         tile_of_block = tile_of_block.repeat(blocks.computed.shape[1] // self.chosen.methods.shape[1], axis=1)
-        methods = np.where(sampled, Method.OCCLUSION, tile_of_block)
+        methods = np.where(blocks.methods >= Method.OCCLUSION, blocks.methods, tile_of_block)
         return {method: float((blocks.computed & (methods == method)).sum() / total) for method in Method}
 
     @cached_property
@@ -67,11 +70,29 @@ def plan_tiles(optics: OpticsPlan, device: Device) -> TilePlan | None:
     defocus = optics.defocus
     if defocus is None or optics.accuracy.tolerance == 0.0 or (psf is not None and psf.by_distance):
         return None
-    optics = replace(optics, window=optics.blur_window())
+    return _plan_tiles(replace(optics, window=optics.blur_window()), defocus, device)
+
+
+def _plan_tiles(optics: OpticsPlan, defocus: Defocus, device: Device, needed: np.ndarray | None = None) -> TilePlan:
+    """Plan the tiles of a window.
+
+    needed: (photosites, 2) int, x and y on the sensor of photosites whose tiles are computed; None: all tiles of the window.
+    """
     area = TileGrid(optics.window, defocus.reach_px)
     maps = measure_radius_maps(optics, defocus, device, area)
-    chosen, zones = choose_methods(defocus, maps.layer_statistics, area.tiles_in_frame()), None
+    computed = area.tiles_in_frame()
+    if needed is not None:
+        held = np.zeros_like(computed)
+        held[(needed[:, 1] - area.y) // TILE_ROWS, (needed[:, 0] - area.x) // TILE_COLUMNS] = True
+        computed &= held
+    chosen, zones, wide = choose_methods(defocus, maps.layer_statistics, computed), None, None
     if defocus.eyes is not None:
         zones = Zones(defocus.eyes, area.x, area.y, area.grid)
         chosen = replace(chosen, zone=zones.first_corner)
-    return TilePlan(optics, area, maps, chosen, zones)
+    if len(places := np.argwhere(chosen.blocks.wide())):
+        x, y = area.x + BLOCK_COLUMNS * places[:, 1], area.y + BLOCK_ROWS * places[:, 0]
+        around = [(x // 2 + right, y // 2 + down) for down in (-1, BLOCK_ROWS // 2) for right in (-1, BLOCK_COLUMNS // 2)]
+        wider = optics.on_wider_photosites()
+        assert wider.defocus is not None  # it is that of `optics`
+        wide = _plan_tiles(wider, wider.defocus, device, np.concatenate([np.stack(corner, axis=-1) for corner in around]))
+    return TilePlan(optics, area, maps, chosen, zones, wide)

@@ -17,7 +17,7 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import MOST, Accuracy, grid_error, points_error, product_error, slope_error
 from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, sample_count
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.predicted_error import predicted_errors
+from simulator.optics.defocus.predicted_error import error_terms
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.passes.reference_mosaic import BAND_ROWS
 from simulator.optics.passes.row_band import POINTS_SAVED
@@ -164,7 +164,7 @@ def test_settings_follow_the_error_that_is_allowed():
     blurs = [Defocus((8.0,), True, 1.0, accuracy=one) for one in (loose, usual, bright)]
     counts = [int(sample_count(np.array(8.0), one)) for one in blurs]
     assert counts == sorted(set(counts)) and counts[1] == 1024
-    assert int(sample_count(np.array(8.0), dataclasses.replace(blurs[2], guessed=True))) == 256  # a guess stays a guess
+    assert int(sample_count(np.array(8.0), dataclasses.replace(blurs[2], guessed=True))) == 1024  # a guess stays a guess
     focus = np.zeros(1)
     assert [
         int(one.samples_per_axis(focus, focus + 9.0, 4.0)[0]) for one in (dataclasses.replace(loose, tolerance=5.0), usual)
@@ -172,10 +172,14 @@ def test_settings_follow_the_error_that_is_allowed():
     assert int(usual.samples_per_axis(focus + 5.0, focus + 9.0, 1.0)[0]) == 1  # the scene has no more
 
 
+def sigma_by_method(defocus: Defocus) -> dict[str, float]:
+    return {term.method: term.sigma for term in error_terms(defocus)}
+
+
 def test_the_plan_tells_the_predicted_error():
     """Of the methods that the scene may need, from the laws: two layers of constant radius, and a plane through the focus."""
     planned = case_plan(uniform_layers(-5.0, 6.0, 2), 20000.0)
-    errors, accuracy = predicted_errors(planned.optics.defocus), planned.optics.defocus.accuracy
+    errors, accuracy = sigma_by_method(planned.optics.defocus), planned.optics.defocus.accuracy
     expected = {
         "means on 2 x 2 points per photosite": 0.0,  # one for each pixel of the scene
         "8192 points of the aperture": points_error(8192, 2),  # 1024 times 3.16^1.25, as a power of two
@@ -183,7 +187,7 @@ def test_the_plan_tells_the_predicted_error():
     assert errors == pytest.approx({method: share / accuracy.sigma for method, share in expected.items()})
     told = next(step.why for step in planned.steps if step.stage == "blur accuracy")
     assert "brightest light 2e+04 e-" in told and "8192 points of the aperture 0.0" in told
-    plane = predicted_errors(case_plan(slanted_plane((0.05, 0.11), 2)).optics.defocus)
+    plane = sigma_by_method(case_plan(slanted_plane((0.05, 0.11), 2)).optics.defocus)
     assert len(plane) == 3 and any("slopes" in method for method in plane) and any("no blur" in method for method in plane)
 
 

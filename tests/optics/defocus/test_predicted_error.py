@@ -1,0 +1,88 @@
+"""The predicted error of the blur: not below what is found, small where the scene is smooth, and told where it is too large."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+from helpers.lens_error import statistics, z_scores
+from helpers.lens_frame import LENS, blurred_case, case_plan, depth_of
+from helpers.lens_truths import Case, cases, square_light, uniform_layers
+from helpers.scene_builders import band_scene
+from helpers.textured_planes import one_picture, textured_planes, with_truth_of_rays
+
+from simulator.device import open_device
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.predicted_error import LAYERS, error_terms, predicted_error
+from simulator.pipeline.planner import Plan, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.scene.occluded_background import Hidden
+
+LIGHTS = ("point", "square_light")
+
+
+def predicted(planned: Plan) -> float:
+    assert planned.optics.defocus is not None
+    return predicted_error(planned.optics.defocus, planned.optics.contrast)
+
+
+def check(case: Case, truth: Case, electrons: float, hidden: Hidden = "none", left: float = 0.0) -> None:
+    """The prediction is at least what 99 % of |z| are. left: what the scene itself is off, such as a wave of even squares."""
+    z = z_scores(blurred_case(case, electrons, hidden=hidden), truth.truth, electrons)
+    assert np.quantile(np.abs(z), 0.99) <= predicted(case_plan(case, electrons, hidden=hidden)) + left
+
+
+@pytest.mark.parametrize("radii_px", [(-12.0, -4.0, 6.0), (-8.0, 0.0, 8.0), (0.0, 6.0, 14.0)])
+def test_it_is_not_below_what_textured_planes_have(radii_px):
+    """As one picture with depth, with either background, and as layers."""
+    case = with_truth_of_rays(textured_planes(radii_px), open_device())
+    for electrons in (2000.0, 20000.0):
+        check(one_picture(case), case, electrons, "none")
+        check(one_picture(case), case, electrons, "extend")
+    check(case, case, 2000.0)
+
+
+def test_it_is_not_below_what_one_picture_before_a_uniform_wall_has():
+    case = textured_planes((-10.0, -10.0, 3.0))
+    case.colour[2], case.colour[1], case.coverage[1] = 0.8, 0.0, 0.0
+    case = with_truth_of_rays(case, open_device())
+    for hidden in ("none", "extend"):
+        check(one_picture(case), case, 2000.0, hidden)
+    for radii_px in ((-60.0, -30.0), (-50.0, 60.0)):
+        closed_form = uniform_layers(*radii_px)
+        check(one_picture(closed_form), closed_form, 2000.0, "extend")
+
+
+def test_it_is_not_below_what_closed_forms_and_lamps_have():
+    waves = [case for case in cases(2, squares=True) if not case.name.startswith(LIGHTS)]  # even squares hold no points
+    for case in [*waves, *(square_light(radius, n, 2000.0) for radius in (2.4, 12.0) for n in (1, 2, 4))]:
+        check(case, case, 2000.0, left=0.03)
+
+
+def test_it_is_small_where_the_scene_is_smooth():
+    """Light from 0.1 to 1 over 200 photosites, a plane tilted through the focus: within a third of the usual tolerance."""
+    y, x = np.mgrid[:96, :200]
+    scene = band_scene(0.1 + 0.9 * (x + y) / 294.0, np.asarray(depth_of((x - 100) / 20.0)))
+    planned = plan(Shot(scene, LENS, Exposure(0.001), small_camera(200, 96)))
+    usual = dataclasses.replace(planned.optics.defocus.accuracy, electrons=2000.0, read_noise_e=2.0)
+    defocus = dataclasses.replace(planned.optics.defocus, accuracy=usual)
+    terms = error_terms(defocus, planned.optics.contrast)
+    assert sum(term.sigma for term in terms) < 0.07 and len(terms) == 3
+    assert statistics(np.array([term.sigma for term in error_terms(defocus)])).p99 > 0.5  # with the most contrast
+
+
+def test_simulate_warns_where_the_tolerance_may_not_be_kept(capsys):
+    """One picture with depth: the largest term is the background that it does not show, and layers are the fix."""
+    flat = one_picture(textured_planes((-8.0, 0.0, 8.0), (64, 80), margin=2))
+    scene = band_scene(flat.colour[0], np.asarray(depth_of(flat.radius_px[0])))
+    shot = Shot(scene, LENS, Exposure(0.001), small_camera(80, 64))
+    (warning,) = simulate(shot).resolved["warnings"]
+    assert warning.startswith("tolerance = 0.1: the lens blur may be wrong by") and LAYERS in warning
+    assert "background behind edges" in warning and plan(shot).warnings() == [warning]
+    for quiet in (
+        dataclasses.replace(shot, tolerance=0.0),
+        dataclasses.replace(shot, tolerance=10.0, scene=band_scene(np.ones((64, 80)), 3.0)),
+        dataclasses.replace(shot, scene=band_scene(flat.colour[0], 2.0)),
+    ):
+        assert plan(quiet).warnings() == []
