@@ -1,5 +1,6 @@
 """`photosite simulate`: one shot or a sweep, with progress."""
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -41,12 +42,13 @@ def simulate_file(path: Path, settings: list[str], out: Path, device: str | None
 def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     """Take and save one shot."""
     with show_progress(shot.name, prefix=f"{shot.name}: ", is_long=False) as progress:
-        raw = simulate(shot, device=device, progress=progress)
+        with warnings.catch_warnings(record=True, action="always", category=UserWarning) as told:
+            raw = simulate(shot, device=device, progress=progress)
         files = save(raw, out)
     resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
     for note in resolved["notes"]:
         log.print(f"note: {escape(note)}")
-    for warning in [*resolved["warnings"], *frame_warnings(raw)]:
+    for warning in [*resolved["warnings"], *(str(one.message) for one in told), *frame_warnings(raw)]:
         log.print(f"warning: {escape(warning)}")
     for file in (files.dng, files.twin, files.sidecar):
         print(file)

@@ -181,7 +181,7 @@ def test_the_plan_tells_the_predicted_error():
     planned = case_plan(uniform_layers(-5.0, 6.0, 2), 20000.0)
     errors, accuracy = sigma_by_method(planned.optics.defocus), planned.optics.defocus.accuracy
     expected = {
-        "means on 2 x 2 points per photosite": 0.0,  # one for each pixel of the scene
+        "means on 2 x 2 points per photosite": float(grid_error(np.array(5.0), 2, 2.0)),  # where a layer hides parts of squares
         "8192 points of the aperture": points_error(8192, 2),  # 1024 times 3.16^1.25, as a power of two
     }
     assert errors == pytest.approx({method: share / accuracy.sigma for method, share in expected.items()})
