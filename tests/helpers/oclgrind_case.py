@@ -1,13 +1,15 @@
-"""Takes one small frame with every stage present, or follows rays: python oclgrind_case.py CASE."""
+"""Takes one small frame with every stage present, or takes one of the rarer ways to a mosaic: python oclgrind_case.py CASE."""
 
 import sys
 
 import numpy as np
 
 from helpers.camera_builders import every_stage, small_camera
+from helpers.lens_frame import LENS, depth_of
 from helpers.scene_builders import band_scene
 from simulator.device import devices, open_device
 from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.defocus import Method
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.thin_lens import ThinLens
@@ -16,8 +18,9 @@ from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 from simulator.optics.ray_reference.deep_rays import DeepBlur, DeepPicture
 from simulator.optics.ray_reference.height_field_rays import HeightField, sample_height_field
 from simulator.optics.ray_reference.layered_rays import LayeredRays, ray_samples, sample_lens, upload_surfaces
+from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import simulate
+from simulator.pipeline.simulate import expose, simulate
 from simulator.scene.deep_pixels import DeepPixels
 from simulator.scene.scene import Layer
 from simulator.sensor.camera.binning import Binning
@@ -57,6 +60,26 @@ def run(case: str) -> None:
     print("done", devices()[0].name)
 
 
+def take_fine() -> None:
+    """A scene finer than the photosites, whose pixels no grid of samples divides, sharp and behind small blur circles."""
+    rng, camera = np.random.default_rng(0), small_camera(30, 20, "RGGB")
+    for depth_m in (2.0, 2.01):
+        scene = band_scene(rng.random((54, 81, camera.channels)), depth_m)
+        simulate(Shot(scene, ThinLens(50.0, 4.0, 2.0), Exposure(0.001), camera))
+    print("done", devices()[0].name)
+
+
+def take_wide() -> None:
+    """Steps in depth that are seen through wide circles alone."""
+    rng, camera = np.random.default_rng(0), small_camera(18, 10)
+    depth_m = np.asarray(depth_of(np.array([[30.0, 60.0, 30.0], [60.0, 30.0, 60.0]])))
+    scene = band_scene(rng.random((2, 3, camera.channels)), depth_m)
+    planned = measure(plan(Shot(scene, LENS, Exposure(0.001), camera, tolerance=10.0)), open_device())
+    assert planned.tiles is not None and planned.tiles.shares()[Method.WIDE] > 0.5
+    expose(planned, open_device())
+    print("done", devices()[0].name)
+
+
 def follow_rays() -> None:
     """Both reference blurs, all colours and a mosaic, with a margin too small for the blur."""
 
@@ -86,4 +109,5 @@ def follow_rays() -> None:
 
 
 if __name__ == "__main__":
-    follow_rays() if sys.argv[1] == "rays" else run(sys.argv[1])
+    others = {"rays": follow_rays, "fine": take_fine, "wide": take_wide}
+    others[sys.argv[1]]() if sys.argv[1] in others else run(sys.argv[1])

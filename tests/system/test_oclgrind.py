@@ -24,6 +24,8 @@ CASES = [
     "sharp RGGB window near",
     "sharp RGGB covered",
     "rays",
+    "fine",
+    "wide",
 ]
 
 pytestmark = [

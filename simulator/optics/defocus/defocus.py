@@ -166,9 +166,11 @@ class Defocus:
         """Class number before the least radius: two before its class, because the slabs of a class begin one class earlier."""
         return math.floor(self.classes_per_unit * math.asinh(self.least_px / CLASS_UNIT_PX)) - 1.0
 
-    def class_border_px(self, number: int) -> float:
-        """Signed radius at which a class begins."""
-        return CLASS_UNIT_PX * math.sinh((self.first_class + number) / self.classes_per_unit)
+    @cached_property
+    def class_borders_px(self) -> tuple[float, ...]:
+        """Signed radii at which the classes begin, and two more."""
+        numbers = (self.first_class + number for number in range(CLASSES + 2))
+        return tuple(CLASS_UNIT_PX * math.sinh(number / self.classes_per_unit) for number in numbers)
 
 
 def plan_defocus(

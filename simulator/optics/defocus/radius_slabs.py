@@ -92,6 +92,6 @@ def _slabs(defocus: Defocus, classes: np.ndarray, even_px: np.ndarray) -> list[t
             held = int(classes[layer])
             held |= held >> 1  # slabs shift by a phase of 0 to 1, so that a class lies in its own slab or the one before
             numbers = [bit for bit in range(CLASSES) if held >> bit & 1]
-            entries += [(layer, maps, *(defocus.class_border_px(number + i) for i in range(3))) for number in numbers]
+            entries += [(layer, maps, *defocus.class_borders_px[number : number + 3]) for number in numbers]
         maps += np.ndim(radius) > 0
     return sorted(entries, key=lambda slab: (slab[0], slab[2]))
