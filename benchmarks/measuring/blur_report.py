@@ -57,6 +57,8 @@ def chart(rows: list[dict], path: Path) -> None:
     figure, axes = plt.subplots(figsize=(7.2, 4.4), layout="constrained")
     for method, last, marker, colour in SERIES:
         own = [row for row in rows if row["name"].startswith(method) and row["name"].endswith(last)]
+        if not own:
+            continue
         line = "none" if method == "Photosite" else ":"
         times, errors = [row["cpu_s"] for row in own], [row["p99"] for row in own]
         axes.plot(times, errors, marker=marker, color=colour, linestyle=line, label=f"{method}{last}")
@@ -77,6 +79,8 @@ def _beside(text: str, last: str) -> dict[str, object]:
         return {"xytext": (-5, 5), "ha": "right"} if text.startswith("4") else {"xytext": (5, 5)}
     if last:
         return {"xytext": (0, -14), "ha": "center"}
-    if text.startswith(("one picture", "the same")):
-        return {"xytext": (0, -14 if text.startswith("one") else -26), "ha": "center"}
+    if text.startswith("one picture"):
+        return {"xytext": (-7, -4), "ha": "right"}
+    if text.startswith("the same"):
+        return {"xytext": (0, -26), "ha": "center"}
     return {"xytext": (7, 4)}
