@@ -5,13 +5,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import FEWEST, MOST, MOST_WIDE
+from simulator.optics.defocus.accuracy import FEWEST, MOST, MOST_WIDE, WIDE_PX
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.pupil.pupil_points import points_of
 
 LEAST_SCALE = 0.25  # scene pixels per photosite that count at least: edges in depth are as sharp as the photosites
+SAVED_WITHOUT_BACKGROUND = 4  # divides the number where no layer holds the occluded background, whose lack is the larger error
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
 
 
@@ -19,6 +20,7 @@ def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
     """Aperture samples for blur circles of this radius [photosites]: several per scene pixel or photosite in it, powers of two.
 
     The number follows the tolerance; it is not raised where the occluded background is assumed (`Defocus.guessed`).
+    Where nothing is even assumed, circles that are not wide take a quarter.
     """
     each = 4.0 * min(max(2.0 * defocus.scale, 0.5), 1.0)  # fewer where a scene pixel covers several photosites
     finest = min(max(defocus.scale, LEAST_SCALE), 1.0)
@@ -27,6 +29,8 @@ def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
     count, factor = 2.0 ** np.ceil(np.log2(target)), defocus.accuracy.points_factor
     if defocus.guessed:
         factor = min(factor, 1.0)
+        if len(defocus.radii_px) == 1 and defocus.wider == 1:  # copies of edges are seen where circles are wide
+            count = np.where(radius_px < WIDE_PX, np.maximum(count / SAVED_WITHOUT_BACKGROUND, FEWEST), count)
     return 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - 1e-9).astype(int)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from simulator.optics.defocus.accuracy import (
     WAVE_CURVATURE,
+    WIDE_PX,
     Accuracy,
     copy_error,
     crossing_error,
@@ -77,7 +78,8 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         add(f"slopes in steps of {accuracy.slope_step:.2g}", slope_error(accuracy.slope_step), TIGHTER)
     if contrast.lamp > 0.0:
         add("edges of the spots of lamps", spot_error(contrast.lamp), FINER_SCENE)
-    points = int(sample_count(np.array(own.largest_px), defocus))
+    wide_or_not = np.array([own.largest_px, min(own.largest_px, 0.999 * WIDE_PX)])
+    points = int(sample_count(wide_or_not, defocus).min())
     if contrast.has_steps:
         add(f"{points} points of the aperture beside steps in depth", occlusion_error(points), TIGHTER)
         add(f"{defocus.classes_per_unit:.2g} slabs of radius", slab_error(defocus.classes_per_unit), TIGHTER)

@@ -164,7 +164,10 @@ def test_settings_follow_the_error_that_is_allowed():
     blurs = [Defocus((8.0,), True, 1.0, accuracy=one) for one in (loose, usual, bright)]
     counts = [int(sample_count(np.array(8.0), one)) for one in blurs]
     assert counts == sorted(set(counts)) and counts[1] == 1024
-    assert int(sample_count(np.array(8.0), dataclasses.replace(blurs[2], guessed=True))) == 1024  # a guess stays a guess
+    guessed = dataclasses.replace(blurs[2], radii_px=(8.0, 4.0), guessed=True)
+    assert int(sample_count(np.array(8.0), guessed)) == 1024  # a guess stays a guess
+    assert int(sample_count(np.array(8.0), dataclasses.replace(guessed, radii_px=(8.0,)))) == 256  # without any
+    assert int(sample_count(np.array(30.0), dataclasses.replace(guessed, radii_px=(30.0,)))) == 1024  # copies would be seen
     focus = np.zeros(1)
     assert [
         int(one.samples_per_axis(focus, focus + 9.0, 4.0)[0]) for one in (dataclasses.replace(loose, tolerance=5.0), usual)
