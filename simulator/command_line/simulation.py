@@ -15,7 +15,7 @@ from simulator.command_line.screen import log, show_progress
 from simulator.config import Sweep, frame_warnings, load_shot, load_sweep, locate_errors, shot_warnings
 from simulator.errors import PhotositeError
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import simulate
+from simulator.pipeline.simulate import simulate_on_disk
 from simulator.raw.save import save
 from simulator.studies.sweep_runner import SKIPPED, Row, run_sweep, take
 
@@ -42,13 +42,15 @@ def simulate_file(path: Path, settings: list[str], out: Path, device: str | None
 def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     """Take and save one shot."""
     with show_progress(shot.name, prefix=f"{shot.name}: ", is_long=False) as progress:
-        with warnings.catch_warnings(record=True, action="always", category=UserWarning) as told:
-            raw = simulate(shot, device=device, progress=progress)
-        files = save(raw, out)
+        with (
+            warnings.catch_warnings(record=True, action="always", category=UserWarning) as told,
+            simulate_on_disk(shot, out, device=device, progress=progress) as raw,
+        ):
+            files, seen = save(raw, out), frame_warnings(raw)
     resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
     for note in resolved["notes"]:
         log.print(f"note: {escape(note)}")
-    for warning in [*resolved["warnings"], *(str(one.message) for one in told), *frame_warnings(raw)]:
+    for warning in [*resolved["warnings"], *(str(one.message) for one in told), *seen]:
         log.print(f"warning: {escape(warning)}")
     for file in (files.dng, files.twin, files.sidecar):
         print(file)

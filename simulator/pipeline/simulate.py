@@ -1,6 +1,8 @@
 """From a shot to a raw frame: the passes of a plan on an OpenCL device, in the order of the light."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 
@@ -13,12 +15,14 @@ from simulator.optics.passes.defocused_mosaic import defocused_mosaic
 from simulator.optics.passes.reference_mosaic import reference_mosaic
 from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
-from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.frame_strips import Allocate, FrameArrays, in_memory, on_disk
+from simulator.pipeline.planner import STRIP_PX, Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
 from simulator.pipeline.truth_maps import blur_map, depth_map, variance_map
 from simulator.progress import Progress, silent
 from simulator.raw.raw_image import Raw
+from simulator.raw.save import files_of
 from simulator.sensor.kernel.kernel_launch import FrameSetting
 from simulator.sensor.kernel.noise_free import mean_charge, noise_free
 from simulator.sensor.readout import darken_optical_black, download_averaged, read_out, share_charge, share_with_neighbors
@@ -26,24 +30,75 @@ from simulator.sensor.sensor_plan import SensorPlan
 
 
 def simulate(
-    shot: Shot, *, device: str | None = None, progress: Progress | None = None, stopwatch: Stopwatch | None = None
+    shot: Shot,
+    *,
+    device: str | None = None,
+    progress: Progress | None = None,
+    stopwatch: Stopwatch | None = None,
+    strip_px: int = STRIP_PX,
 ) -> Raw:
     """Simulate the raw frame of a shot, with its truth.
 
     device: part of an OpenCL device's label; default: $PHOTOSITE_DEVICE, else a GPU before a CPU.
     progress: called with (current step, share done from 0 to 1). stopwatch: gets the time of each pass.
+    strip_px: photosites that are computed at once; a larger frame is computed in strips, with the same bits.
     Raises PhotositeError for every fault that the user can correct.
     """
-    report = progress or silent
+    return _simulate(shot, device, progress or silent, stopwatch or Stopwatch(), strip_px, in_memory)
+
+
+@contextmanager
+def simulate_on_disk(
+    shot: Shot,
+    directory: Path,
+    *,
+    device: str | None = None,
+    progress: Progress | None = None,
+    strip_px: int = STRIP_PX,
+) -> Iterator[Raw]:
+    """Simulate as `simulate` does, for files in a directory; arrays of a frame of several strips lie in files there.
+
+    They are removed in the end. Raises PhotositeError as `simulate` does, and when the disk has no room.
+    """
+    with on_disk(files_of(shot.name, directory).dng) as allocate:
+        yield _simulate(shot, device, progress or silent, Stopwatch(), strip_px, allocate)
+
+
+def _simulate(shot: Shot, device: str | None, report: Progress, timed: Stopwatch, strip_px: int, allocate: Allocate) -> Raw:
     report("scene", 0.0)
-    planned = plan(shot)
+    planned = plan(shot, strip_px)
     opened = open_device(device)
     check_memory(planned, opened.info)
-    return execute(planned, shot, opened, report, stopwatch or Stopwatch())
+    return execute(planned, shot, opened, report, timed, allocate)
 
 
-def execute(planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch) -> Raw:
-    """Run the passes of a shot's plan on a device. report: as progress of `simulate`. timed: gets the time of each pass."""
+def execute(
+    planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch, allocate: Allocate = in_memory
+) -> Raw:
+    """Run the passes of a shot's plan on a device.
+
+    report: as progress of `simulate`. timed: gets the time of each pass.
+    allocate: makes the arrays of a frame of several strips.
+    """
+    parts = planned.by_strip()
+    frame = FrameArrays(sum(part.sensor.readout.rows for part in parts), allocate)
+    for count, part in enumerate(parts):
+
+        def report_strip(what: str, share: float, count: int = count) -> None:
+            report(what, (count + share) / len(parts))
+
+        strip = _execute_strip(part, shot, device, report_strip, timed)
+        if len(parts) == 1:
+            frame.append(strip)
+            continue
+        with timed("strips", device):
+            frame.append(strip)
+    report("done", 1.0)
+    return assemble_raw(shot, planned, device.info, frame.arrays)
+
+
+def _execute_strip(planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch) -> dict[str, np.ndarray]:
+    """Run the passes of a strip; returns its arrays: codes "dn", "mean_electrons", "noise_free_dn", and maps of the truth."""
     report("light", 0.1)
     with timed("radius statistics", device):
         planned = measure(planned, device)
@@ -55,8 +110,7 @@ def execute(planned: Plan, shot: Shot, device: Device, report: Progress, timed: 
     with timed("truth", device):
         mean_electrons, noise_free_dn = noise_free_frame(device, planned.sensor, light)
     maps = compute_truth_maps(planned, shot.lens, device, mean_electrons, timed)
-    report("done", 1.0)
-    return assemble_raw(shot, planned, device.info, dn, mean_electrons, noise_free_dn, maps)
+    return {"dn": dn, "mean_electrons": mean_electrons, "noise_free_dn": noise_free_dn, **maps}
 
 
 def check_memory(planned: Plan, device: DeviceInfo) -> None:

@@ -36,10 +36,11 @@ class Row:
 
 def take(shot: Shot, directory: Path, device: str | None = None) -> None:
     """Simulate a shot and save its files."""
-    from simulator.pipeline.simulate import simulate
+    from simulator.pipeline.simulate import simulate_on_disk
     from simulator.raw.save import save
 
-    save(simulate(shot, device=device), directory)
+    with simulate_on_disk(shot, directory, device=device) as raw:
+        save(raw, directory)
 
 
 def run_sweep(
