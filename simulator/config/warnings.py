@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from simulator.pipeline.shot import Shot
+from simulator.raw.disk_arrays import in_blocks
 from simulator.raw.raw_image import Raw
 from simulator.sensor.stages.full_well import FullWell
 
@@ -52,7 +53,7 @@ def frame_warnings(raw: Raw) -> list[str]:
     A large frame is judged by photosites evenly spread over it, in all colours.
     """
     step = 2 * math.isqrt(raw.dn.size // MOST_PHOTOSITES) + 1  # odd: even steps would meet one colour alone
-    clean, electrons = (plane[raw.active][::step, ::step] for plane in (raw.noise_free_dn, raw.mean_electrons))
+    clean, electrons = (_every(step, plane[raw.active]) for plane in (raw.noise_free_dn, raw.mean_electrons))
     share = float(np.mean(clean >= raw.white_level_dn - 0.5))
     span_dn = raw.white_level_dn - raw.black_level_dn
     slope, offset = (max(row) for row in zip(*raw.noise_profile, strict=True))
@@ -68,3 +69,8 @@ def frame_warnings(raw: Raw) -> list[str]:
         signal = f"no photosite's signal ({max(peak_dn, 0.0):.2g} DN at most)"
         return [f"{value}: {signal} reaches the noise in the dark ({dark_dn:.2g} DN), the frame is black; {fix}"]
     return []
+
+
+def _every(step: int, plane: np.ndarray) -> np.ndarray:
+    """Return every step-th photosite of a plane in both directions."""
+    return np.concatenate([block[::step, ::step].copy() for block in in_blocks(plane, step)])

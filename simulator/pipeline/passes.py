@@ -17,6 +17,7 @@ from simulator.scene.scene import Scene
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.sensor_plan import SensorPlan
 
+PROGRAM_BYTES = 150_000_000  # of Python, its packages and an OpenCL driver, before a shot is taken
 LAUNCH_MS = 0.1  # of any pass, however small
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {

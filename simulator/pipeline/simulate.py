@@ -15,7 +15,7 @@ from simulator.optics.passes.defocused_mosaic import defocused_mosaic
 from simulator.optics.passes.reference_mosaic import reference_mosaic
 from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
-from simulator.pipeline.frame_strips import Allocate, FrameArrays, in_memory, on_disk
+from simulator.pipeline.frame_strips import Allocate, FrameArrays, MemoryStore, on_disk
 from simulator.pipeline.planner import STRIP_PX, Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
@@ -44,7 +44,7 @@ def simulate(
     strip_px: photosites that are computed at once; a larger frame is computed in strips, with the same bits.
     Raises PhotositeError for every fault that the user can correct.
     """
-    return _simulate(shot, device, progress or silent, stopwatch or Stopwatch(), strip_px, in_memory)
+    return _simulate(shot, device, progress or silent, stopwatch or Stopwatch(), strip_px, MemoryStore)
 
 
 @contextmanager
@@ -73,7 +73,7 @@ def _simulate(shot: Shot, device: str | None, report: Progress, timed: Stopwatch
 
 
 def execute(
-    planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch, allocate: Allocate = in_memory
+    planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch, allocate: Allocate = MemoryStore
 ) -> Raw:
     """Run the passes of a shot's plan on a device.
 
@@ -81,6 +81,18 @@ def execute(
     allocate: makes the arrays of a frame of several strips.
     """
     parts = planned.by_strip()
+    if len(parts) == 1:
+        arrays = _execute_strip(planned, shot, device, report, timed)
+    else:
+        arrays = _execute_strips(parts, shot, device, report, timed, allocate)
+    report("done", 1.0)
+    return assemble_raw(shot, planned, device.info, arrays)
+
+
+def _execute_strips(
+    parts: list[Plan], shot: Shot, device: Device, report: Progress, timed: Stopwatch, allocate: Allocate
+) -> dict[str, np.ndarray]:
+    """Run the passes of all strips, one after the other; returns the arrays of the whole frame, named as those of a strip."""
     frame = FrameArrays(sum(part.sensor.readout.rows for part in parts), allocate)
     for count, part in enumerate(parts):
 
@@ -88,13 +100,10 @@ def execute(
             report(what, (count + share) / len(parts))
 
         strip = _execute_strip(part, shot, device, report_strip, timed)
-        if len(parts) == 1:
-            frame.append(strip)
-            continue
         with timed("strips", device):
             frame.append(strip)
-    report("done", 1.0)
-    return assemble_raw(shot, planned, device.info, frame.arrays)
+        del strip  # its memory is for the next one
+    return frame.arrays()
 
 
 def _execute_strip(planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch) -> dict[str, np.ndarray]:
