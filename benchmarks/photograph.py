@@ -91,7 +91,7 @@ class Bench:
         self.verdicts.append({"what": what, "figure": figure, "asked": asked, "reached": bool(reached)})
 
     def _run_process(self, name: str, settings: list[str]) -> tuple[float, int]:
-        """Run `photosite simulate` on a shot, files and all; returns the time [s] and the peak of the process's memory [byte]."""
+        """Run `photosite simulate` on a shot, files and all; returns its time [s] and the peak of its memory [byte]."""
         options = [word for setting in settings for word in ("--set", setting)]
         out, started = self.folder / "out", time.perf_counter()
         command = [sys.executable, "-m", "simulator", "simulate", name, *options, "--out", str(out)]

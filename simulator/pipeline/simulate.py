@@ -1,8 +1,8 @@
 """From a shot to a raw frame: the passes of a plan on an OpenCL device, in the order of the light."""
 
+import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from pathlib import Path
+from contextlib import contextmanager, nullcontext
 
 import numpy as np
 
@@ -44,13 +44,15 @@ def simulate(
     strip_px: photosites that are computed at once; a larger frame is computed in strips, with the same bits.
     Raises PhotositeError for every fault that the user can correct.
     """
-    return _simulate(shot, device, progress or silent, stopwatch or Stopwatch(), strip_px, MemoryStore)
+    report = progress or silent
+    planned, opened = _prepare(shot, device, report, strip_px)
+    return execute(planned, shot, opened, report, stopwatch or Stopwatch())
 
 
 @contextmanager
 def simulate_on_disk(
     shot: Shot,
-    directory: Path,
+    directory: str | os.PathLike[str],
     *,
     device: str | None = None,
     progress: Progress | None = None,
@@ -60,16 +62,19 @@ def simulate_on_disk(
 
     They are removed in the end. Raises PhotositeError as `simulate` does, and when the disk has no room.
     """
-    with on_disk(files_of(shot.name, directory).dng) as allocate:
-        yield _simulate(shot, device, progress or silent, Stopwatch(), strip_px, allocate)
+    report = progress or silent
+    planned, opened = _prepare(shot, device, report, strip_px)
+    is_large = len(planned.strips) > 1
+    with on_disk(files_of(shot.name, directory).dng) if is_large else nullcontext(MemoryStore) as allocate:
+        yield execute(planned, shot, opened, report, Stopwatch(), allocate)
 
 
-def _simulate(shot: Shot, device: str | None, report: Progress, timed: Stopwatch, strip_px: int, allocate: Allocate) -> Raw:
+def _prepare(shot: Shot, device: str | None, report: Progress, strip_px: int) -> tuple[Plan, Device]:
+    """Return the plan of a shot and the device that it fits on. Raises PhotositeError."""
     report("scene", 0.0)
-    planned = plan(shot, strip_px)
-    opened = open_device(device)
+    planned, opened = plan(shot, strip_px), open_device(device)
     check_memory(planned, opened.info)
-    return execute(planned, shot, opened, report, timed, allocate)
+    return planned, opened
 
 
 def execute(
