@@ -222,6 +222,7 @@ class Device:
         self._own_context = cl.Context([device])
         self._own_queue = cl.CommandQueue(self._own_context)
         self._kernels: dict[tuple, Kernel] = {}
+        self._programs: dict[tuple, tuple[str, cl.Program]] = {}  # text of a file with its macros; its kernels share a build
 
     @property
     def _context(self) -> cl.Context:
@@ -305,23 +306,30 @@ class Device:
 
     def kernel(self, name: str, defines: dict[str, object], file: str | None = None) -> Kernel:
         """Return the kernel `name` of kernels/<file> (default <name>.cl), built once for these macros."""
-        key = (file or f"{name}.cl", name, tuple(defines.items()))
-        if key not in self._kernels:
-            self._kernels[key] = self.build(kernel_source(key[0]), name, defines)
-        return self._kernels[key]
+        key = (file or f"{name}.cl", tuple(defines.items()))
+        if (*key, name) not in self._kernels:
+            if key not in self._programs:
+                source = kernel_source(key[0])
+                self._programs[key] = source, self._build(source, name, defines)
+            source, program = self._programs[key]
+            self._kernels[*key, name] = Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
+        return self._kernels[*key, name]
 
     def build(self, source: str, name: str, defines: dict[str, object]) -> Kernel:
         """Build the kernel `name` from expanded source text, with these macros (pyopencl caches builds on disk).
 
         Raises PhotositeError when the driver cannot build it.
         """
+        return Kernel(name, cl.Kernel(self._build(source, name, defines), name), declared_arguments(source, name))
+
+    def _build(self, source: str, name: str, defines: dict[str, object]) -> cl.Program:
+        """Return the program of expanded source text with these macros. name: of a kernel, for the error's message."""
         macros = "".join(f"#define {macro} {value}\n" for macro, value in defines.items())
         try:
             with warnings.catch_warnings(action="ignore", category=cl.CompilerWarning):  # some drivers warn without a cause
-                program = cl.Program(self._context, macros + source).build()
+                return cl.Program(self._context, macros + source).build()
         except cl.Error as error:
             raise PhotositeError(f"{self.info.label} cannot build the kernel {name}: {error}") from None
-        return Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
 
     def run(self, kernel: Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments: Any) -> None:
         """Enqueue a kernel; scalars are cast to the declared type, structs are given as mappings from field to value.

@@ -75,7 +75,8 @@ def integral_weights(
     table = np.asarray(curves, dtype=np.float64)
     for each in (grid, own):
         ascends = each.ndim == 1 and each.size > 1 and bool((np.diff(each) > 0).all())
-        require(ascends, "wavelengths", f"{each} nm", "give two or more ascending wavelengths")
+        if not ascends:
+            raise PhotositeError("give two or more ascending wavelengths", key="wavelengths", value=f"{each} nm")
     knots = np.union1d(grid, own)
     knots = knots[(knots >= max(grid[0], own[0])) & (knots <= min(grid[-1], own[-1]))]
     middle, half = (knots[1:] + knots[:-1]) / 2.0, np.diff(knots) / 2.0

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.psf_planning import contrast_sigma, plan_visible_psf
-from simulator.optics.ray_reference.deep_rays import STEEPEST, DeepBlur
 from simulator.optics.veiling_glare import VeilingGlare, plan_veiling_glare
 from simulator.scene.compositing import deep_pixels_of, flatten_layers
 from simulator.scene.electron_radiance import electron_radiance_weights
@@ -27,6 +26,9 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
 from simulator.sensor.sensor_plan import SensorPlan
+
+if TYPE_CHECKING:
+    from simulator.optics.ray_reference.deep_rays import DeepBlur
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ class OpticsPlan:
     veiling_glare: VeilingGlare | None = None
     psf: FieldPsf | None = None
     disoccluded_share: float | None = None
-    deep_blur: DeepBlur | None = None
+    deep_blur: "DeepBlur | None" = None
     psf_skip_reason: str | None = None
     ignored_px: float = 0.0
     contrast: SceneContrast = SceneContrast()
@@ -207,6 +209,8 @@ def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: Sensor
 
 def _is_steep(defocus: Defocus, scale: float) -> bool:
     """Whether a ray may meet one of the layers several times, so that no iteration finds where (`needed_iterations`)."""
+    from simulator.optics.ray_reference.deep_rays import STEEPEST  # only reference rays need it
+
     steps = [
         math.hypot(*(float(np.abs(np.diff(radius, axis=axis)).max(initial=0.0)) for axis in (0, 1)))
         for radius in defocus.radii_px
@@ -215,10 +219,12 @@ def _is_steep(defocus: Defocus, scale: float) -> bool:
     return scale * max(steps, default=0.0) > STEEPEST
 
 
-def _blur_deep(scene: Scene, lens: Lens, pixel_pitch_um: float) -> DeepBlur | None:
+def _blur_deep(scene: Scene, lens: Lens, pixel_pitch_um: float) -> "DeepBlur | None":
     """Blur of the samples of a deep picture; None where the scene is none."""
     if scene.deep is None:
         return None
+    from simulator.optics.ray_reference.deep_rays import DeepBlur  # only reference rays need it
+
     near, far = (np.asarray(lens.blur_radius_um(depth_m)) / pixel_pitch_um for depth_m in (scene.deep.near_m, scene.deep.far_m))
     return DeepBlur(near, far, float(lens.blur_radius_um(math.inf)) / pixel_pitch_um)
 

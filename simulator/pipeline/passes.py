@@ -6,15 +6,18 @@ They rank plans and name the slowest passes; `photosite explain --measure` shows
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simulator.optics.defocus.defocus import Defocus, Method
 from simulator.optics.defocus.predicted_error import describe_ignored, predicted_error
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.tile_plan import TilePlan
 from simulator.scene.scene import Scene
 from simulator.sensor.sensor_plan import SensorPlan
+
+if TYPE_CHECKING:
+    from simulator.optics.passes.tile_plan import TilePlan
 
 LAUNCH_MS = 0.1  # of any pass, however small
 # Nanoseconds per photosite, unless the key says otherwise.
@@ -64,7 +67,7 @@ class Pass:
 
 
 def passes_of(
-    optics: OpticsPlan, sensor: SensorPlan, truth: Collection[str], tiles: TilePlan | None = None
+    optics: OpticsPlan, sensor: SensorPlan, truth: Collection[str], tiles: "TilePlan | None" = None
 ) -> tuple[Pass, ...]:
     """Return all passes in the order of the light.
 
@@ -129,7 +132,7 @@ def _radius_statistics(optics: OpticsPlan, defocus: Pass) -> Pass:
     )
 
 
-def _defocus(optics: OpticsPlan, tiles: TilePlan | None) -> Pass:
+def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
     defocus, pixels = optics.defocus, _pixels(optics)
     if defocus is None:
         error = optics.accuracy.in_sigma(optics.accuracy.ignoring_error(optics.ignored_px)) if optics.ignored_px else None

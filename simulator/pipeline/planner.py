@@ -1,13 +1,12 @@
 """The plan of a shot: what is computed, what is skipped and why. `pipeline.simulate` executes it."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from simulator.device import Device
 from simulator.optics.defocus.predicted_error import error_warning
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
-from simulator.optics.passes.tile_plan import TilePlan, plan_tiles
 from simulator.pipeline.passes import Pass, passes_of
 from simulator.pipeline.plan_steps import steps_of
 from simulator.pipeline.shot import Shot, TruthPart
@@ -15,6 +14,9 @@ from simulator.pipeline.step import Step
 from simulator.sensor.sensor_plan import SensorPlan, plan_sensor
 from simulator.sensor.stages.exposure import Integration
 from simulator.sensor.stages.stage import Stage
+
+if TYPE_CHECKING:
+    from simulator.optics.passes.tile_plan import TilePlan
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Plan:
     truth: tuple[TruthPart, ...]
     steps: tuple[Step, ...]
     passes: tuple[Pass, ...]
-    tiles: TilePlan | None = None
+    tiles: "TilePlan | None" = None
 
     def in_one_color(self, plane: int) -> Self:
         """Return the plan of a sensor whose photosites all see this colour plane; the methods of the tiles are the same."""
@@ -65,6 +67,10 @@ def plan(shot: Shot) -> Plan:
 
 def measure(planned: Plan, device: Device) -> Plan:
     """Return the plan with the method of each tile, chosen by the blur radii that a device finds around it."""
+    if planned.optics.defocus is None:
+        return planned
+    from simulator.optics.passes.tile_plan import plan_tiles  # not needed for a sharp frame
+
     tiles = plan_tiles(planned.optics, device)
     return replace(planned, tiles=tiles, passes=passes_of(planned.optics, planned.sensor, planned.truth, tiles))
 

@@ -9,8 +9,6 @@ from simulator.errors import PhotositeError
 from simulator.optics.geometry.projection import project
 from simulator.optics.lens.lens import Lens
 from simulator.optics.passes.camera_planes import camera_planes
-from simulator.optics.passes.defocused_mosaic import defocused_mosaic
-from simulator.optics.passes.reference_mosaic import reference_mosaic
 from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
 from simulator.pipeline.planner import Plan, measure, plan
@@ -88,9 +86,13 @@ def expose(
         with timed("point spread function", device):
             mosaic = psf_mosaic(optics, tiles, device, planes, progress)
     elif tiles is not None:
+        from simulator.optics.passes.defocused_mosaic import defocused_mosaic
+
         with timed("defocus", device):
             mosaic = defocused_mosaic(tiles, optics.cfa, device, planes, progress)
     elif optics.defocus is not None:
+        from simulator.optics.passes.reference_mosaic import reference_mosaic
+
         with timed("defocus", device):
             mosaic = reference_mosaic(optics, device, planes, progress)
     else:
