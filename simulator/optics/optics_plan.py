@@ -1,6 +1,7 @@
 """Plans the optics: from the radiance of the scene to the electron radiance of each photosite in its own colour."""
 
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
@@ -18,6 +19,7 @@ from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.psf_planning import contrast_sigma, plan_visible_psf
 from simulator.optics.veiling_glare import VeilingGlare, plan_veiling_glare
 from simulator.scene.compositing import deep_pixels_of, flatten_layers
+from simulator.scene.content_keys import freeze, is_ours
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.occluded_background import disoccluded_share, extend_background
 from simulator.scene.scene import Scene
@@ -109,7 +111,33 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
     """Plan the image of a scene on a sensor.
 
     tolerance: as in `Shot`. Raises PhotositeError for light, blur or geometry that cannot be computed.
+    All but the window is that of the whole sensor, and kept with the scene for another window of it.
     """
+
+    def make() -> OpticsPlan:
+        made = _plan_sensor_optics(loaded, lens, sensor, tolerance)
+        if made.scene is not loaded and not any(array.flags.writeable for array in loaded.arrays()):
+            for array in made.scene.arrays():
+                array.setflags(write=False)
+        return made
+
+    key = _key_of(lens, sensor, tolerance)
+    planned = make() if key is None else loaded.remember(key, make)
+    return replace(planned, window=sensor.readout.computed)
+
+
+def _key_of(lens: Lens, sensor: SensorPlan, tolerance: float) -> Hashable | None:
+    """Return what a plan depends on besides the scene; None for a lens of which nothing tells when it is the same."""
+    if not is_ours(lens):
+        return None
+    try:
+        return "optics", freeze(lens), freeze(sensor.camera, frozenset({"window"})), freeze(sensor.stages), tolerance
+    except OSError:  # a file of the lens has gone: what reads it says so
+        return None
+
+
+def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
+    """Plan the image on the window of a sensor; nothing but the field `window` depends on the window."""
     camera, window = sensor.camera, sensor.readout.computed
     scene = flatten_layers(loaded) if lens.forms_image else integrate_hemisphere(loaded)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)

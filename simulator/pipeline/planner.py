@@ -9,6 +9,7 @@ from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.pipeline.passes import Pass, passes_of
 from simulator.pipeline.plan_steps import steps_of
+from simulator.pipeline.scene_loading import load_scene
 from simulator.pipeline.shot import Shot, TruthPart
 from simulator.pipeline.step import Step
 from simulator.sensor.sensor_plan import SensorPlan, plan_sensor
@@ -60,7 +61,7 @@ class Plan:
 def plan(shot: Shot) -> Plan:
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
     sensor = plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
-    optics = plan_optics(shot.scene.load(), shot.lens, sensor, shot.tolerance)
+    optics = plan_optics(load_scene(shot.scene), shot.lens, sensor, shot.tolerance)
     steps = steps_of(optics, sensor, shot.lens)
     return Plan(optics, sensor, shot.truth, steps, passes_of(optics, sensor, shot.truth))
 

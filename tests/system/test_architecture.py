@@ -53,6 +53,7 @@ ORDER = {
         "passes",
         "stopwatch",
         "input_files",
+        "scene_loading",
         "shot",
     ),
     "simulator/raw": (
