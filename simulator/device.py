@@ -19,6 +19,7 @@ import pyopencl as cl
 from numpy.typing import DTypeLike
 
 from simulator.errors import PhotositeError
+from simulator.progress import counted_as
 
 Buffer = cl.Buffer  # memory on a device; docstrings and the comments of kernels state shape and element type of its content
 
@@ -248,6 +249,7 @@ class Device:
         flags = cl.mem_flags.USE_HOST_PTR | (cl.mem_flags.READ_WRITE if array.flags.writeable else cl.mem_flags.READ_ONLY)
         return self._buffer(flags, hostbuf=array)
 
+    @counted_as("device")
     def collect(self, buffer: cl.Buffer, array: np.ndarray) -> None:
         """Wait for all work and copy a buffer made by `share` to its array, where the two do not share memory."""
         if not self.shares_memory:
@@ -294,12 +296,14 @@ class Device:
         self.fill(buffer, value, 0)
         return buffer
 
+    @counted_as("device")
     def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
         """Wait for all work enqueued before, and return the content of a buffer as an array."""
         array = np.empty(shape, dtype)
         cl.enqueue_copy(self._queue, array, buffer)
         return array
 
+    @counted_as("device")
     def finish(self) -> None:
         """Wait until all work is done."""
         self._queue.finish()
@@ -322,6 +326,7 @@ class Device:
         """
         return Kernel(name, cl.Kernel(self._build(source, name, defines), name), declared_arguments(source, name))
 
+    @counted_as("build")
     def _build(self, source: str, name: str, defines: dict[str, object]) -> cl.Program:
         """Return the program of expanded source text with these macros. name: of a kernel, for the error's message."""
         macros = "".join(f"#define {macro} {value}\n" for macro, value in defines.items())
@@ -331,6 +336,7 @@ class Device:
         except cl.Error as error:
             raise PhotositeError(f"{self.info.label} cannot build the kernel {name}: {error}") from None
 
+    @counted_as("device")
     def run(self, kernel: Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments: Any) -> None:
         """Enqueue a kernel; scalars are cast to the declared type, structs are given as mappings from field to value.
 
@@ -359,6 +365,7 @@ def _log_choice(label: str) -> None:
 
 
 @functools.cache
+@counted_as("device")
 def open_device(name: str | None = None) -> Device:
     """Return the device whose label contains `name` (case-insensitive).
 

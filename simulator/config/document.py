@@ -11,6 +11,7 @@ import yaml
 from simulator.color.color_tables import CONFIGS
 from simulator.config.yaml_dialect import LibraryLoader, PlainLoader
 from simulator.errors import PhotositeError, place_text, reading
+from simulator.progress import counted_as
 
 Keys = tuple[str | int, ...]  # from the top of a document to a value: keys of mappings and numbers of list items
 MAX_NODES = 1_000_000  # limits nested aliases, which could otherwise expand exponentially
@@ -71,6 +72,7 @@ def join_keys(keys: Keys) -> str:
     return ".".join(map(str, keys))
 
 
+@counted_as("files")
 def read_document(path: str | Path) -> Document:
     """Read a YAML file.
 

@@ -23,7 +23,8 @@ def named_files(value: object, keys: tuple[str, ...]) -> list[tuple[tuple[str, .
         return [found for index, inner in enumerate(value) for found in named_files(inner, keys + (str(index),))]
     if not is_dataclass(value):
         return []
-    named = [(keys + (key,), getattr(value, name)) for name, key in _keys_of(type(value)).items()]
+    kind: type = type(value)
+    named = [(keys + (key,), getattr(value, name)) for name, key in _keys_of(kind).items()]
     return [found for inner_keys, inner in named for found in named_files(inner, inner_keys)]
 
 

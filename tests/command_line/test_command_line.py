@@ -92,6 +92,17 @@ print("HEAVY", [name for name in {UNUSED!r} if name in sys.modules])
     assert in_fresh_process(code).strip().endswith("HEAVY []")
 
 
+def test_a_profile_adds_up_to_the_age_of_the_process(tmp_path):
+    arguments = ["simulate", FLAT, *SMALL, "--out", str(tmp_path), "--profile"]
+    code = f"from simulator.command_line.main import main\nmain({arguments!r})"
+    environment = os.environ | {"PYTHONPATH": str(CONFIGS.parent)}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+    kinds, total = done.stderr.strip().splitlines()[-1].removeprefix("time: ").split("; ")
+    seconds = {kind: float(number) for kind, number, _ in (part.split() for part in kinds.split(", "))}
+    assert list(seconds) == ["import", "build", "device", "files", "host"] and min(seconds.values()) > 0.0
+    assert sum(seconds.values()) == pytest.approx(float(total.split()[0]), abs=0.003)  # each is rounded to a millisecond
+
+
 def test_the_command_does_not_search_its_memory_at_the_end():
     """All of it is given back anyway, and the search takes as long as a small frame."""
     code = f"""

@@ -49,7 +49,8 @@ def find_scene_part(areas: list[tuple[Projection, Window]]) -> ScenePart:
 
 def _seen(projection: Projection, window: Window) -> ScenePart:
     """Return the scene pixels that the photosites of a window read; what lies beyond the scene reads its edge."""
-    x, y = ((first, first + length) for first, length in ((window.x, window.width), (window.y, window.height)))
+    x: tuple[float, float] = window.x, window.x + window.width
+    y: tuple[float, float] = window.y, window.y + window.height
     beside = BESIDE_PX
     if projection.warp is not None:
         x, y = _undistorted(projection, window)

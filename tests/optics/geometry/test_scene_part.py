@@ -29,9 +29,9 @@ def test_every_corner_of_a_photosite_lies_in_it(window, distortion, scale):
     offset = 0.5 * (width - scale * SENSOR[0]), 0.5 * (height - scale * SENSOR[1])
     projection = Projection(scale, *offset, width, height, 1, False, warp, stretch)
     part = find_scene_part([(projection, window)])
-    corners = np.meshgrid(window.x + np.arange(window.width + 1.0), window.y + np.arange(window.height + 1.0))
+    x, y = np.meshgrid(window.x + np.arange(window.width + 1.0), window.y + np.arange(window.height + 1.0))
     for channel in range(3 if warp is not None else 1):
-        places = corners if warp is None else warp.undistorted(*corners, channel)
+        places = (x, y) if warp is None else warp.undistorted(x, y, channel)
         for place, start, length, first, count in zip(
             places, offset, (width, height), (part.x, part.y), (part.width, part.height), strict=True
         ):
