@@ -44,6 +44,7 @@ def expanded(text: str, seen: set[str] | None = None) -> str:
     return _INCLUDE.sub(header, text)
 
 
+@functools.cache
 def kernel_source(file: str) -> str:
     """Return the text of kernels/<file> with its headers included."""
     return expanded((KERNELS / file).read_text(encoding="utf-8"))

@@ -1,14 +1,17 @@
 """Progress of long work: the signature of the callback, a counter of steps, and a ledger of where the time goes."""
 
 import builtins
+import functools
 import os
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from threading import get_ident
-from typing import Any, Literal
+from typing import Literal, ParamSpec, TypeVar
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 # Called with the name of the current step and the share of the work that is done, 0 to 1. A lower share starts another task.
 Progress = Callable[[str, float], None]
@@ -72,27 +75,28 @@ _ledger: TimeLedger | None = None
 def open_ledger() -> TimeLedger:
     """Return a ledger that counts the work of this thread from here on, imports included, for the rest of the process."""
     global _ledger
-    _ledger, import_ = TimeLedger(), builtins.__import__
-
-    def counted(*arguments: Any, **named: Any) -> Any:
-        with counted_as("import"):
-            return import_(*arguments, **named)
-
-    builtins.__import__ = counted
+    _ledger = TimeLedger()
+    builtins.__import__ = counted_as("import")(builtins.__import__)
     return _ledger
 
 
-@contextmanager
-def counted_as(kind: Work) -> Iterator[None]:
-    """Count the time of the block, or of a function that this decorates, as one kind of work, where there is a ledger."""
-    if (ledger := _ledger) is None:
-        yield
-        return
-    before = ledger.switch(kind)
-    try:
-        yield
-    finally:
-        ledger.switch(before)
+def counted_as(kind: Work) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
+    """Return a decorator that counts the time of a function as one kind of work, where there is a ledger."""
+
+    def decorate(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+        @functools.wraps(function)
+        def counted(*arguments: Arguments.args, **named: Arguments.kwargs) -> Result:
+            if (ledger := _ledger) is None:
+                return function(*arguments, **named)
+            before = ledger.switch(kind)
+            try:
+                return function(*arguments, **named)
+            finally:
+                ledger.switch(before)
+
+        return counted
+
+    return decorate
 
 
 def _process_age_s() -> float:
