@@ -11,7 +11,7 @@ from data_gen.recipe.dataset_config import load_data_set
 from data_gen.report.estimate import estimate
 from data_gen.run import run
 from data_gen.storage.manifest import verify
-from simulator.command_line.screen import console, log, show_progress
+from simulator.command_line.screen import console, show_progress, tell
 
 SHOWN_PROBLEMS = 20
 
@@ -22,7 +22,7 @@ def make(path: Path, settings: list[str], out: Path, device: str | None, workers
     with show_progress("samples") as progress:
         outcome = run(config, out, device=device, workers=workers, scheduler=scheduler, progress=progress)
     _show_problems(outcome.problems)
-    log.print(f"{outcome.made} shards made, {outcome.kept} were there")
+    tell(f"{outcome.made} shards made, {outcome.kept} were there")
     print(outcome.manifest)
 
 
@@ -61,7 +61,7 @@ def show_plan(path: Path, settings: list[str], out: Path, device: str | None, wo
     console().print(table)
     _show_problems(found.problems)
     if needed > free:
-        log.print(f"warning: {out}: the disk has too little space; choose another --out or a smaller count")
+        tell(f"warning: {out}: the disk has too little space; choose another --out or a smaller count")
 
 
 def format_bytes(count: float) -> str:
@@ -84,6 +84,6 @@ def format_duration(seconds: float) -> str:
 def _show_problems(problems: dict[str, int]) -> None:
     """Print the first problems of pictures, and how many there are."""
     for message, count in list(problems.items())[:SHOWN_PROBLEMS]:
-        log.print(escape(f"skipped: {message} (drawn for {count} samples)"))
+        tell(f"skipped: {message} (drawn for {count} samples)")
     if problems:
-        log.print(f"{len(problems)} problems, met by {sum(problems.values())} samples; manifest.json lists all")
+        tell(f"{len(problems)} problems, met by {sum(problems.values())} samples; manifest.json lists all")

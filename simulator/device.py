@@ -19,6 +19,7 @@ import pyopencl as cl
 from numpy.typing import DTypeLike
 
 from simulator.errors import PhotositeError
+from simulator.progress import counted_as
 
 Buffer = cl.Buffer  # memory on a device; docstrings and the comments of kernels state shape and element type of its content
 
@@ -43,6 +44,7 @@ def expanded(text: str, seen: set[str] | None = None) -> str:
     return _INCLUDE.sub(header, text)
 
 
+@functools.cache
 def kernel_source(file: str) -> str:
     """Return the text of kernels/<file> with its headers included."""
     return expanded((KERNELS / file).read_text(encoding="utf-8"))
@@ -222,6 +224,7 @@ class Device:
         self._own_context = cl.Context([device])
         self._own_queue = cl.CommandQueue(self._own_context)
         self._kernels: dict[tuple, Kernel] = {}
+        self._programs: dict[tuple, tuple[str, cl.Program]] = {}  # text of a file with its macros; its kernels share a build
 
     @property
     def _context(self) -> cl.Context:
@@ -247,6 +250,7 @@ class Device:
         flags = cl.mem_flags.USE_HOST_PTR | (cl.mem_flags.READ_WRITE if array.flags.writeable else cl.mem_flags.READ_ONLY)
         return self._buffer(flags, hostbuf=array)
 
+    @counted_as("device")
     def collect(self, buffer: cl.Buffer, array: np.ndarray) -> None:
         """Wait for all work and copy a buffer made by `share` to its array, where the two do not share memory."""
         if not self.shares_memory:
@@ -293,36 +297,47 @@ class Device:
         self.fill(buffer, value, 0)
         return buffer
 
+    @counted_as("device")
     def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
         """Wait for all work enqueued before, and return the content of a buffer as an array."""
         array = np.empty(shape, dtype)
         cl.enqueue_copy(self._queue, array, buffer)
         return array
 
+    @counted_as("device")
     def finish(self) -> None:
         """Wait until all work is done."""
         self._queue.finish()
 
     def kernel(self, name: str, defines: dict[str, object], file: str | None = None) -> Kernel:
         """Return the kernel `name` of kernels/<file> (default <name>.cl), built once for these macros."""
-        key = (file or f"{name}.cl", name, tuple(defines.items()))
-        if key not in self._kernels:
-            self._kernels[key] = self.build(kernel_source(key[0]), name, defines)
-        return self._kernels[key]
+        key = (file or f"{name}.cl", tuple(defines.items()))
+        if (*key, name) not in self._kernels:
+            if key not in self._programs:
+                source = kernel_source(key[0])
+                self._programs[key] = source, self._build(source, name, defines)
+            source, program = self._programs[key]
+            self._kernels[*key, name] = Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
+        return self._kernels[*key, name]
 
     def build(self, source: str, name: str, defines: dict[str, object]) -> Kernel:
         """Build the kernel `name` from expanded source text, with these macros (pyopencl caches builds on disk).
 
         Raises PhotositeError when the driver cannot build it.
         """
+        return Kernel(name, cl.Kernel(self._build(source, name, defines), name), declared_arguments(source, name))
+
+    @counted_as("build")
+    def _build(self, source: str, name: str, defines: dict[str, object]) -> cl.Program:
+        """Return the program of expanded source text with these macros. name: of a kernel, for the error's message."""
         macros = "".join(f"#define {macro} {value}\n" for macro, value in defines.items())
         try:
             with warnings.catch_warnings(action="ignore", category=cl.CompilerWarning):  # some drivers warn without a cause
-                program = cl.Program(self._context, macros + source).build()
+                return cl.Program(self._context, macros + source).build()
         except cl.Error as error:
             raise PhotositeError(f"{self.info.label} cannot build the kernel {name}: {error}") from None
-        return Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
 
+    @counted_as("device")
     def run(self, kernel: Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments: Any) -> None:
         """Enqueue a kernel; scalars are cast to the declared type, structs are given as mappings from field to value.
 
@@ -351,6 +366,7 @@ def _log_choice(label: str) -> None:
 
 
 @functools.cache
+@counted_as("device")
 def open_device(name: str | None = None) -> Device:
     """Return the device whose label contains `name` (case-insensitive).
 

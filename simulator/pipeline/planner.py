@@ -1,22 +1,25 @@
 """The plan of a shot: what is computed, what is skipped and why. `pipeline.simulate` executes it."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from simulator.device import Device
 from simulator.optics.defocus.predicted_error import error_warning
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_grid import BAND_ROWS
-from simulator.optics.passes.tile_plan import TilePlan, plan_tiles
 from simulator.pipeline.passes import Pass, passes_of
 from simulator.pipeline.plan_steps import steps_of
+from simulator.pipeline.scene_loading import load_scene
 from simulator.pipeline.shot import Shot, TruthPart
 from simulator.pipeline.step import Step
 from simulator.sensor.camera.readout_window import ReadoutGeometry, split_readout
 from simulator.sensor.sensor_plan import SensorPlan, plan_sensor
 from simulator.sensor.stages.exposure import Integration
 from simulator.sensor.stages.stage import Stage
+
+if TYPE_CHECKING:
+    from simulator.optics.passes.tile_plan import TilePlan
 
 STRIP_PX = 2**25  # photosites that are computed at once
 
@@ -37,7 +40,7 @@ class Plan:
     truth: tuple[TruthPart, ...]
     steps: tuple[Step, ...]
     passes: tuple[Pass, ...]
-    tiles: TilePlan | None = None
+    tiles: "TilePlan | None" = None
     strips: tuple[ReadoutGeometry, ...] = ()
 
     def by_strip(self) -> list[Self]:
@@ -77,7 +80,7 @@ def plan(shot: Shot, strip_px: int = STRIP_PX) -> Plan:
     strip_px: photosites that are computed at once, at most; larger frames are computed in strips, with the same bits.
     """
     sensor = plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
-    optics = plan_optics(shot.scene.load(), shot.lens, sensor, shot.tolerance)
+    optics = plan_optics(load_scene(shot.scene), shot.lens, sensor, shot.tolerance)
     steps = steps_of(optics, sensor, shot.lens)
     strips = tuple(split_readout(shot.camera, strip_px, BAND_ROWS))
     planned = Plan(optics, sensor, shot.truth, steps, (), strips=strips)
@@ -89,8 +92,10 @@ def measure(planned: Plan, device: Device) -> Plan:
 
     A frame of several strips is measured strip by strip, when each is computed.
     """
-    if len(planned.strips) > 1:
+    if planned.optics.defocus is None or len(planned.strips) > 1:
         return planned
+    from simulator.optics.passes.tile_plan import plan_tiles  # not needed for a sharp frame
+
     measured = replace(planned, tiles=plan_tiles(planned.optics, device))
     return replace(measured, passes=_passes_of(measured))
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simulator.errors import PhotositeError, file_error, first_line, reading, require
+from simulator.progress import counted_as
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -62,6 +63,7 @@ def memory_for(path: str | os.PathLike, key: str) -> Iterator[None]:
         ) from None
 
 
+@counted_as("files")
 def read_pixels(path: str | os.PathLike, key: str) -> PixelFile:
     """Read EXR, HDR, TIFF, PNG, JPEG (through OpenImageIO) or a NumPy .npy array (height, width[, channels]).
 
