@@ -49,7 +49,7 @@ class Generator:
         self.config, self.device = config, device
         self.problems: dict[str, list[int]] = {}
         self._sources = {} if sources is None else sources
-        self._decoded = decoded
+        self._decoded = decoded if decoded is None or config.crops_per_picture > 1 else decoded.keeping_used()
         self._cameras = {id(camera): place for place, camera in enumerate(config.noise.list_cameras())}
         self._read: dict[tuple[tuple[str, int], RandomStream], Picture] = {}  # in the order of their last use
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
@@ -46,6 +47,16 @@ class DecodedPictures:
         require(limit_bytes >= 0, "cache", f"{limit_bytes} bytes", "give a size above 0, or 0 for no cache")
         self.limit_bytes, self.folder, self.cost = limit_bytes, folder, DecodingCost()
         self._mapped: dict[Path, np.ndarray] = {}
+        self._kept_since_s: float | None = None  # time [s since the epoch] from which on what is used is not removed
+
+    def keeping_used(self) -> Self:
+        """Return the same folder for draws in random order, in which what is used from now on is not removed for new pictures.
+
+        Where few of many pictures fit, any of them is as likely to be drawn next: writing each to the disk would be in vain.
+        """
+        other = type(self)(self.limit_bytes, self.folder)
+        other.cost, other._mapped, other._kept_since_s = self.cost, self._mapped, time.time()
+        return other
 
     def __reduce__(self) -> tuple[type, tuple[int, Path | None]]:
         return type(self), (self.limit_bytes, self.folder)  # files are mapped anew in another process
@@ -132,11 +143,13 @@ class DecodedPictures:
         most = min(self.limit_bytes, used + int(_FREE_SHARE * _free_bytes(self.place)))
         if wanted_bytes > most:
             return False
-        for one in files:
-            if used + wanted_bytes <= most:
-                break
-            os.unlink(one.path)
-            used -= one.stat().st_size
+        removable = (one for one in files if self._kept_since_s is None or one.stat().st_mtime < self._kept_since_s)
+        while used + wanted_bytes > most:
+            oldest = next(removable, None)
+            if oldest is None:
+                return False
+            os.unlink(oldest.path)
+            used -= oldest.stat().st_size
         return True
 
 

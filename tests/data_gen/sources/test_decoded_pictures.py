@@ -96,6 +96,23 @@ def test_the_files_stay_within_the_limit_and_the_longest_unused_goes_first(tmp_p
     assert decode.read[4:] == ["1.npy"]
 
 
+def test_random_draws_of_more_pictures_than_fit_write_no_more_than_fits(tmp_path):
+    """What an earlier run left makes room, what this one uses stays."""
+    paths, old = pictures(tmp_path / "in", 6), pictures(tmp_path / "old", 3)
+    cache = DecodedPictures(3 * (40 * 40 * 3 + 128), tmp_path / "cache")
+    for path in old:
+        cache.codes(path, np.load)
+    for path in files(tmp_path / "cache"):
+        os.utime(path, (1000, 1000))
+    kept, first, second = cache.keeping_used(), Decoder(), Decoder()
+    for path in paths:
+        kept.codes(path, first)
+    for path in paths:
+        kept.codes(path, second)
+    assert first.read == [path.name for path in paths] and second.read == first.read[3:]
+    assert len(files(tmp_path / "cache")) == 3 and kept.cost is cache.cost
+
+
 def test_a_picture_larger_than_the_limit_is_not_kept_and_removes_nothing(tmp_path):
     small, large = pictures(tmp_path / "in", 1)[0], pictures(tmp_path / "large", 1, side=90)[0]
     cache = DecodedPictures(10_000, tmp_path / "cache")
