@@ -120,7 +120,7 @@ class Generator:
         picture = self._read.pop((key, one.group), None)
         if picture is None:
             picture = self._sources[key].read(name, one.group.generator("source"))
-            self._forget_pictures(KEPT_BYTES - picture.held_bytes)
+            self._forget_pictures((KEPT_BYTES if self.config.crops_per_picture > 1 else 0) - picture.held_bytes)
         self._read[key, one.group] = picture
         return f"{one.collection}/{name}", picture
 
