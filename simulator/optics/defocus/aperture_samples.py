@@ -7,6 +7,7 @@ import numpy as np
 
 from simulator.optics.defocus.accuracy import FEWEST, MOST, MOST_WIDE, WIDE_PX
 from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.sobol_points import sobol_points
 from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.pupil.pupil_points import points_of
@@ -42,11 +43,7 @@ def aperture_samples(pupil: Pupil, count: int, samples_per_axis: int, open_side:
     photosite have the variance of its samples_per_axis x samples_per_axis grid, less what lies outside its light-sensitive
     square of this side [photosites]. count: a power of two.
     """
-    from scipy.stats import qmc  # slow to import
-
-    # SciPy before 1.15 has no `rng`, and its newer stubs leave out `seed`, which it still takes.
-    sobol = qmc.Sobol(5, seed=1)  # pyright: ignore[reportCallIssue]
-    square = sobol.random_base2(int(count).bit_length() - 1)
+    square = sobol_points(count)
     if pupil.opening == (Disk(0.0, 0.0, 1.0),):
         y, x = disk_of_square(square[:, 0], square[:, 1])
     else:
