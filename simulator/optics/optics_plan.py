@@ -26,7 +26,7 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
-from simulator.sensor.sensor_plan import SensorPlan
+from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
 
 
 @dataclass(frozen=True)
@@ -129,10 +129,13 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
         accuracy=Accuracy(tolerance),
         veiling_glare=glare,
     )
+    floor = sensor.noise_floor()
+    if lens.forms_image and floor is not None:
+        accuracy = plan_accuracy(planned, lens, sensor, floor, tolerance)
+        planned = replace(planned, accuracy=accuracy)
     if lens.forms_image:
-        accuracy = plan_accuracy(planned, lens, sensor, tolerance)
-        planned = _with_defocus(replace(planned, accuracy=accuracy), loaded, lens, sensor)
-    return _with_psf(planned, lens, sensor)
+        planned = _with_defocus(planned, loaded, lens, sensor)
+    return _with_psf(planned, lens, sensor, floor)
 
 
 def blur_per_dioptre(lens: Lens, pixel_pitch_um: float, scale: float) -> float:
@@ -141,18 +144,19 @@ def blur_per_dioptre(lens: Lens, pixel_pitch_um: float, scale: float) -> float:
     return growth_um * scale / pixel_pitch_um
 
 
-def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance: float) -> Accuracy:
-    """Tolerance of the blur, relative to the noise at the scene's brightest light or, if that is less, at saturation."""
-    dark, gain = sensor.moments(0.0), sensor.gain_dn_per_e()
-    if gain <= 0.0:  # dark current alone fills the well: the frame shows nothing
-        return Accuracy(tolerance)
+def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor, tolerance: float) -> Accuracy:
+    """Tolerance of the blur, relative to the least noise that the exposure has at any ISO of the camera (`NoiseFloor`).
+
+    It is the noise at the scene's brightest light or, if that is less, at the ISO that saturates last. So a blur is as exact as
+    the shot with the least noise needs it, and shots that differ in their ISO have the same light, bit for bit.
+    """
     per_radiance = _electrons_per_radiance(lens, sensor)
     brightest_e, peak_e = brightest_electrons(optics.scene, optics.weights, per_radiance)
-    electrons = max(min(brightest_e, sensor.electrons_at_white()), 1.0)
+    electrons = max(min(brightest_e, floor.most_electrons), 1.0)
     accuracy = Accuracy(
         tolerance,
         electrons,
-        math.sqrt(dark.variance) / gain,
+        floor.read_noise_e,
         max(peak_e / electrons, 1.0),
         electrons_per_radiance=per_radiance,
     )
@@ -223,13 +227,13 @@ def _blur_deep(scene: Scene, lens: Lens, pixel_pitch_um: float) -> DeepBlur | No
     return DeepBlur(near, far, float(lens.blur_radius_um(math.inf)) / pixel_pitch_um)
 
 
-def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
-    """Return the plan with the point spread function, unless its effect is invisible."""
+def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor | None) -> OpticsPlan:
+    """Return the plan with the point spread function, unless its effect is invisible at every ISO."""
     if planned.projection.open_side < 1.0:
         return planned  # the scene is integrated over the open area of each photosite
     exposure, irradiance = sensor.exposure, sensor.irradiance
     factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
-    contrast = contrast_sigma(planned.scene, factor * planned.weights, sensor.moments)
+    contrast = contrast_sigma(planned.scene, factor * planned.weights, (floor or sensor).moments)
     if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
         contrast = math.inf  # nothing is left out
     psf, skip_reason = plan_visible_psf(
