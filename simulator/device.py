@@ -12,6 +12,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -201,6 +202,8 @@ CPU_ROW_PX = 1024  # work-items; starting a work-group on a CPU costs more time 
 CPU_SPAN = 64  # photosites per work-item in kernels whose innermost loop runs over them; on a GPU it is 1
 GPU_ROW_PX = 256  # work-items; a group size that every GPU supports
 CONSTANT_BYTES = 2**16  # constant memory that every OpenCL device has (OpenCL 1.2, table 4.3)
+LARGE_BYTES = 2**22  # of an array from which on NumPy asks Linux for pages of 2 MiB, of which fewer are mapped one by one
+PAGE_BYTES = 2**12
 SHORTEST_ROW_PX = 32  # work-items; shorter groups waste lanes of a GPU, and on a CPU take longer to start than to run
 
 
@@ -222,6 +225,7 @@ class Device:
         self._own_context = cl.Context([device])
         self._own_queue = cl.CommandQueue(self._own_context)
         self._kernels: dict[tuple, Kernel] = {}
+        self._launching = Lock()
 
     @property
     def _context(self) -> cl.Context:
@@ -247,8 +251,15 @@ class Device:
         flags = cl.mem_flags.USE_HOST_PTR | (cl.mem_flags.READ_WRITE if array.flags.writeable else cl.mem_flags.READ_ONLY)
         return self._buffer(flags, hostbuf=array)
 
+    def receive(self, array: np.ndarray) -> cl.Buffer:
+        """Return a buffer for what kernels write, which `collect` brings to a contiguous array: its own memory on a CPU.
+
+        The array must exist as long as the buffer is used.
+        """
+        return self.share(array) if self.shares_memory else self.empty(array.shape, array.dtype)
+
     def collect(self, buffer: cl.Buffer, array: np.ndarray) -> None:
-        """Wait for all work and copy a buffer made by `share` to its array, where the two do not share memory."""
+        """Wait for all work and copy a buffer made by `share` or `receive` to its array, where the two do not share memory."""
         if not self.shares_memory:
             cl.enqueue_copy(self._queue, array, buffer)
             return
@@ -258,11 +269,19 @@ class Device:
 
     def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> cl.Buffer:
         """Return an uninitialised buffer for an array of this shape. Raises PhotositeError when it does not fit."""
-        return self._buffer(cl.mem_flags.READ_WRITE, int(np.prod(shape)) * np.dtype(dtype).itemsize)
+        size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+        if not self.shares_memory or size < LARGE_BYTES:
+            return self._buffer(cl.mem_flags.READ_WRITE, size)
+        return self._buffer(cl.mem_flags.READ_WRITE | cl.mem_flags.USE_HOST_PTR, size, in_large_pages=True)
 
-    def _buffer(self, flags: int, size: int = 0, hostbuf: np.ndarray | None = None) -> cl.Buffer:
-        """Return a buffer of `size` bytes, or over `hostbuf`. Raises PhotositeError when it does not fit."""
+    def _buffer(self, flags: int, size: int = 0, hostbuf: np.ndarray | None = None, in_large_pages: bool = False) -> cl.Buffer:
+        """Return a buffer of `size` bytes, in an array of NumPy's if `in_large_pages`, or over `hostbuf`.
+
+        The buffer keeps the array alive. Raises PhotositeError when it does not fit.
+        """
         try:
+            if in_large_pages:
+                return cl.Buffer(self._context, flags, 0, _aligned(size))
             return cl.Buffer(self._context, flags, size, hostbuf)
         except (cl.Error, MemoryError) as error:
             needed = size if hostbuf is None else hostbuf.nbytes
@@ -335,7 +354,8 @@ class Device:
         local_size = local_size or self._group(global_size)
         values = [kernel.bind(name, arguments[name]) for name in kernel.arguments]
         try:
-            kernel.function(self._queue, global_size, local_size, *values)
+            with self._launching:  # a kernel keeps one set of arguments for all threads
+                kernel.function(self._queue, global_size, local_size, *values)
         except cl.Error as error:
             raise PhotositeError(f"{self.info.label} cannot run {kernel.name}: {error}") from None
 
@@ -343,6 +363,13 @@ class Device:
         """Return a work-group size that divides a row evenly, or None, the driver's choice, where a row has no good divisor."""
         width = next(size for size in range(min(self.row_px, global_size[0]), 0, -1) if global_size[0] % size == 0)
         return (width, *(1 for _ in global_size[1:])) if width >= SHORTEST_ROW_PX or width == global_size[0] else None
+
+
+def _aligned(size: int) -> np.ndarray:
+    """Return an uninitialised array of so many bytes that begins at a multiple of PAGE_BYTES, as buffers of drivers do."""
+    whole = np.empty(size + PAGE_BYTES, np.uint8)
+    first = -whole.ctypes.data % PAGE_BYTES
+    return whole[first : first + size]
 
 
 @functools.cache

@@ -14,6 +14,7 @@ from simulator.atomic_files import atomic_write
 from simulator.command_line.screen import log, show_progress
 from simulator.config import Sweep, frame_warnings, load_shot, load_sweep, locate_errors, shot_warnings
 from simulator.errors import PhotositeError
+from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.raw.save import save
@@ -50,7 +51,7 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
         log.print(f"note: {escape(note)}")
     for warning in [*resolved["warnings"], *(str(one.message) for one in told), *frame_warnings(raw)]:
         log.print(f"warning: {escape(warning)}")
-    for file in (files.dng, files.twin, files.sidecar):
+    for file in files.there():
         print(file)
 
 
@@ -62,7 +63,8 @@ def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> i
             log.print(escape(f"{row.name}: {row.status}"))
 
     with show_progress("sweep") as progress:
-        rows = run_sweep(sweep, out, take=partial(take, device=device), redo=redo, report=report, progress=progress)
+        taking = partial(take, device=device, cache=LightCache())
+        rows = run_sweep(sweep, out, take=taking, redo=redo, report=report, progress=progress)
     if skipped := sum(row.status == SKIPPED for row in rows):
         log.print(f"note: {skipped} of {len(rows)} points were there already; --redo takes them again")
     print(out / "manifest.csv")

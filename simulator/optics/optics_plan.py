@@ -233,7 +233,7 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
         return planned  # the scene is integrated over the open area of each photosite
     exposure, irradiance = sensor.exposure, sensor.irradiance
     factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
-    contrast = contrast_sigma(planned.scene, factor * planned.weights, (floor or sensor).moments)
+    contrast = contrast_sigma(planned.scene, factor * planned.weights, (floor or NoiseFloor(1.0, 1.0)).moments)
     if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
         contrast = math.inf  # nothing is left out
     psf, skip_reason = plan_visible_psf(

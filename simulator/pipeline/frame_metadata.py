@@ -1,8 +1,10 @@
 """Metadata of a raw frame: levels, noise, colour, lens, and the shot, files and versions that it was made from."""
 
 import platform
+from collections.abc import Callable
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
+from typing import Any
 
 import numpy as np
 
@@ -24,17 +26,20 @@ def assemble_raw(
     planned: Plan,
     device: DeviceInfo,
     dn: np.ndarray,
-    mean_electrons: np.ndarray,
-    noise_free_dn: np.ndarray,
+    mean_electrons: np.ndarray | Callable[[], np.ndarray],
+    noise_free_dn: Callable[[], np.ndarray],
     truth: dict[str, np.ndarray],
 ) -> Raw:
-    """Return the raw frame of these arrays, see `Raw`, with its metadata. Raises OSError for a scene's file that has gone."""
+    """Return the raw frame of these arrays, see `Raw`, with its metadata. Raises OSError for a scene's file that has gone.
+
+    mean_electrons, noise_free_dn: arrays, or functions that make them when they are first read.
+    """
     camera, lens, sensor = shot.camera, shot.lens, planned.sensor
     fitted_matrices = matrices_under_two_lights(camera)
+    late: dict[str, Any] = {"mean_electrons": mean_electrons, "noise_free_dn": noise_free_dn}
     return Raw(
         dn=dn,
-        mean_electrons=mean_electrons,
-        noise_free_dn=noise_free_dn,
+        **late,
         truth=truth,
         cfa=camera.frame_cfa(),
         bit_depth=camera.bit_depth,

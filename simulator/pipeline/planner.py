@@ -8,6 +8,7 @@ from simulator.optics.defocus.predicted_error import error_warning
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_plan import TilePlan, plan_tiles
+from simulator.pipeline.light_cache import LightCache, LightKey, light_key
 from simulator.pipeline.passes import Pass, passes_of
 from simulator.pipeline.plan_steps import steps_of
 from simulator.pipeline.shot import Shot, TruthPart
@@ -25,6 +26,7 @@ class Plan:
     steps: effects on the light and the signal, in physical order, as `explain` prints them.
     passes: what the executor runs and what it skips: method, size, memory, predicted error and time.
     tiles: method of each tile, as `measure` chooses them; None: not measured, or no method is chosen by tile.
+    key: what the light depends on, of a plan that was made with a cache.
     """
 
     optics: OpticsPlan
@@ -33,6 +35,7 @@ class Plan:
     steps: tuple[Step, ...]
     passes: tuple[Pass, ...]
     tiles: TilePlan | None = None
+    key: LightKey | None = None
 
     def in_one_color(self, plane: int) -> Self:
         """Return the plan of a sensor whose photosites all see this colour plane; the methods of the tiles are the same."""
@@ -55,12 +58,27 @@ class Plan:
         return sum(one.cost_ms for one in self.passes)
 
 
-def plan(shot: Shot) -> Plan:
-    """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated."""
+def plan(shot: Shot, cache: LightCache | None = None) -> Plan:
+    """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated.
+
+    cache: holds scenes and plans of the optics; None: nothing is held.
+    """
     sensor = plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
-    optics = plan_optics(shot.scene.load(), shot.lens, sensor, shot.tolerance)
+    optics, key = _plan_light(shot, sensor, cache)
     steps = steps_of(optics, sensor, shot.lens)
-    return Plan(optics, sensor, shot.truth, steps, passes_of(optics, sensor, shot.truth))
+    return Plan(optics, sensor, shot.truth, steps, passes_of(optics, sensor, shot.truth), key=key)
+
+
+def _plan_light(shot: Shot, sensor: SensorPlan, cache: LightCache | None) -> tuple[OpticsPlan, LightKey | None]:
+    """Return the plan of the optics, and the key of its light where a cache holds it."""
+    if cache is None or cache.memory_bytes == 0:
+        return plan_optics(shot.scene.load(), shot.lens, sensor, shot.tolerance), None
+    try:
+        scene, scene_key = cache.read_scene(shot.scene)
+        key = light_key(shot, sensor, scene_key)
+    except OSError:  # a file has gone: what reads it says so
+        return plan_optics(shot.scene.load(), shot.lens, sensor, shot.tolerance), None
+    return cache.get(key, lambda: plan_optics(scene, shot.lens, sensor, shot.tolerance)), key
 
 
 def measure(planned: Plan, device: Device) -> Plan:

@@ -7,8 +7,8 @@ import pytest
 from helpers.camera_builders import small_camera
 
 from simulator.config import load_camera
-from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.relative_illumination import plan_irradiance
+from simulator.optics.lens.thin_lens import ThinLens
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan, plan_sensor
 from simulator.sensor.stages.dark_current import DarkCurrent
@@ -49,7 +49,10 @@ def test_bit_depth_and_gain_leave_the_floor_of_a_photosite_whose_well_is_the_lim
     well = {"full_well": FullWell(60000.0)}
     cameras = [
         small_camera(
-            bit_depth=depth, stages=well, iso_table={}, read_noise_model=ReadNoiseModel(gain * 2.0 ** (depth - 14), 3.0, 0.0, 100, 6400)
+            bit_depth=depth,
+            stages=well,
+            iso_table={},
+            read_noise_model=ReadNoiseModel(gain * 2.0 ** (depth - 14), 3.0, 0.0, 100, 6400),
         )
         for depth in (14, 16)
         for gain in (0.2, 0.25)

@@ -135,7 +135,7 @@ def test_the_laws_of_product_and_slope_bound_what_is_found():
 
 
 def test_the_brightest_light_decides():
-    """Electrons are counted where 999 of 1000 places are no brighter, in the brightest channel, up to what saturates: 65535 e-."""
+    """Electrons of 999 of 1000 places, in the brightest channel, up to what saturates: 65535 e-, rounded up to an octave."""
     light = np.full((100, 100, 3), 0.1)
     light[:4] = (0.2, 1.0, 0.4)
     light[50, 50] = 500.0
