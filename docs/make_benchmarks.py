@@ -10,7 +10,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
 PAGE, FIGURES = DOCS / "benchmarks.md", DOCS / "images" / "benchmarks"
-CHARTED, PLAIN = ("sensor", "poisson", "pairs", "defocus"), ("live", "raw")
+CHARTED, PLAIN = ("sensor", "poisson", "pairs", "defocus"), ("live", "raw", "photograph")
 FILES = (*(f"{name}.{kind}" for name in CHARTED for kind in ("json", "png")), *(f"{name}.json" for name in PLAIN))
 INTRODUCTION = """\
 # Benchmarks
@@ -235,6 +235,59 @@ def defocus_text(record: dict) -> str:
     )
 
 
+PHOTOGRAPH = """
+## Whole photographs
+
+The scene of `make demo`, the Middlebury motorcycle with its measured depth, on {size} photosites and {cores} cores; second
+call in a process, best of the run, unless a row is a process of its own with warm caches. Load {load:.1f} at the end.
+
+| | time [s] | processor time [s] | over the ideal lens |
+|---|---|---|---|
+{lenses}
+
+| window of 512 x 512 | whole frame [s] | window [s] | its share, half as much again, and 10 ms [s] |
+|---|---|---|---|
+{crops}
+
+| process, or sharp frame of a chart | time [s] |
+|---|---|
+{times}
+
+| large frame [Mpixel] | time [s] | peak of memory [GB] | stated by `explain` [GB] |
+|---|---|---|---|
+{large}
+
+| what | measured | asked, at most | |
+|---|---|---|---|
+{verdicts}
+"""
+
+
+def photograph_text(record: dict) -> str:
+    """The section on whole photographs."""
+    rows, machine, (width, height) = record["rows"], record["machine"], record["photosites"]
+    lenses = [
+        f"| {row['name']} | {row['best_s']:.2f} | {row['cpu_s']:.2f} | {row.get('ratio', 1.0):.1f} |"
+        for row in [*rows["photograph"], *rows["lens"]]
+    ]
+    crops = [f"| {row['name']} | {row['whole_s']:.2f} | {row['window_s']:.3f} | {row['most_s']:.3f} |" for row in rows["crop"]]
+    times = [f"| {row['name']} | {row['best_s']:.2f} |" for row in [*rows["start"], *rows["end to end"], *rows["again"]]]
+    large = [
+        f"| {row['megapixels']:.0f} | {row['time_s']:.1f} | {1e-9 * row['peak_bytes']:.2f} | {1e-9 * row['stated_bytes']:.2f} |"
+        for row in rows["large"]
+    ]
+    return PHOTOGRAPH.format(
+        size=f"{width} x {height}",
+        cores=machine["cores"],
+        load=machine["load"][0],
+        lenses="\n".join(lenses),
+        crops="\n".join(crops),
+        times="\n".join(times),
+        large="\n".join(large),
+        verdicts=verdict_rows(record),
+    )
+
+
 def main() -> None:
     """Copy the figures and write the page."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else DOCS.parent / "build" / "benchmarks"
@@ -242,7 +295,7 @@ def main() -> None:
     for name in FILES:
         shutil.copyfile(folder / name, FIGURES / name)
     texts = {"sensor": sensor_text, "pairs": pairs_text, "live": live_text, "poisson": poisson_text, "raw": raw_text}
-    texts["defocus"] = defocus_text
+    texts |= {"defocus": defocus_text, "photograph": photograph_text}
     records = {name: json.loads((FIGURES / f"{name}.json").read_text(encoding="utf-8")) for name in texts}
     PAGE.write_text(INTRODUCTION + "".join(text(records[name]) for name, text in texts.items()), encoding="utf-8")
     print(f"wrote {PAGE}")

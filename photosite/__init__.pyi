@@ -34,6 +34,7 @@ from simulator.pipeline.shot import Seeds as Seeds
 from simulator.pipeline.shot import Shot as Shot
 from simulator.pipeline.simulate import simulate as simulate
 from simulator.pipeline.simulate import simulate_many as simulate_many
+from simulator.pipeline.simulate import simulate_on_disk as simulate_on_disk
 from simulator.progress import Progress as Progress
 from simulator.raw.development import develop as develop
 from simulator.raw.development import write_image as write_image

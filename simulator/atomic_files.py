@@ -82,6 +82,20 @@ def atomic_folder(path: str | os.PathLike) -> Iterator[Path]:
         raise _write_error(path, error) from error
 
 
+@contextmanager
+def scratch_folder(path: str | os.PathLike) -> Iterator[Path]:
+    """Yield a new folder beside `path` for what is needed while that file is made; it is removed in the end.
+
+    What killed processes left of the same target is removed. Raises PhotositeError when the folder cannot be made or
+    written to, or the block raises OSError (disk full).
+    """
+    try:
+        with _workplace(Path(os.path.realpath(path))) as folder:
+            yield folder
+    except OSError as error:
+        raise _write_error(path, error) from error
+
+
 def _mode(path: Path, otherwise: int) -> int:
     """Return the mode of what lies at a path, asked once: another process may take it away; `otherwise` where nothing does."""
     try:

@@ -12,6 +12,7 @@ from simulator.command_line.screen import console, show_progress
 from simulator.command_line.shot_numbers import Fact, white_facts
 from simulator.config import load_shot, locate_errors, shot_warnings
 from simulator.device import Device, has_devices, open_device
+from simulator.pipeline.passes import PROGRAM_BYTES
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import execute
@@ -101,8 +102,9 @@ def _make_pass_table(planned: Plan, times_ms: dict[str, float]) -> Table:
         if times_ms and one.kept:
             numbers.append(f"{times_ms[one.name]:.3g}" if one.name in times_ms else "")
         table.add_row(escape(one.name), escape(one.method), *numbers, style=None if one.kept else "dim")
-    sums = ["", f"{1e-6 * planned.memory_bytes():.0f}", "", f"{planned.cost_ms():.3g}"]
+    sums = ["", f"{1e-6 * (planned.memory_bytes() + PROGRAM_BYTES):.0f}", "", f"{planned.cost_ms():.3g}"]
     table.add_section()
+    table.add_row("program", "Python, packages and driver, about", "", f"{1e-6 * PROGRAM_BYTES:.0f}", style="dim")
     table.add_row("together", "", *sums, *([f"{sum(times_ms.values()):.3g}"] if times_ms else []))
     return table
 

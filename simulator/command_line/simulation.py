@@ -16,7 +16,7 @@ from simulator.config import Sweep, frame_warnings, load_shot, load_sweep, locat
 from simulator.errors import PhotositeError
 from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import simulate
+from simulator.pipeline.simulate import simulate_on_disk
 from simulator.raw.save import save
 from simulator.studies.sweep_runner import SKIPPED, Row, run_sweep, take
 
@@ -43,13 +43,15 @@ def simulate_file(path: Path, settings: list[str], out: Path, device: str | None
 def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
     """Take and save one shot."""
     with show_progress(shot.name, prefix=f"{shot.name}: ", is_long=False) as progress:
-        with warnings.catch_warnings(record=True, action="always", category=UserWarning) as told:
-            raw = simulate(shot, device=device, progress=progress)
-        files = save(raw, out)
+        with (
+            warnings.catch_warnings(record=True, action="always", category=UserWarning) as told,
+            simulate_on_disk(shot, out, device=device, progress=progress) as raw,
+        ):
+            files, seen = save(raw, out), frame_warnings(raw)
     resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
     for note in resolved["notes"]:
         log.print(f"note: {escape(note)}")
-    for warning in [*resolved["warnings"], *(str(one.message) for one in told), *frame_warnings(raw)]:
+    for warning in [*resolved["warnings"], *(str(one.message) for one in told), *seen]:
         log.print(f"warning: {escape(warning)}")
     for file in files.there():
         print(file)

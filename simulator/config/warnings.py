@@ -5,10 +5,12 @@ import math
 import numpy as np
 
 from simulator.pipeline.shot import Shot
+from simulator.raw.disk_arrays import in_blocks
 from simulator.raw.raw_image import Raw
 from simulator.sensor.stages.full_well import FullWell
 
 WIDE_AIRY_DISK_PX = 4.0  # photosites across the Airy disk from which a lens without diffraction is far too sharp
+MOST_PHOTOSITES = 2**20  # of a frame that are looked at, about
 CLIPPED_SHARE = 0.99  # of the photosites, from which a frame counts as wholly clipped
 
 
@@ -46,14 +48,18 @@ def shot_warnings(shot: Shot) -> list[str]:
 
 
 def frame_warnings(raw: Raw) -> list[str]:
-    """Return a sentence for a frame that shows nothing, wholly clipped or black, with the exposure time that would mend it."""
-    clean = raw.noise_free_dn[raw.active]
+    """Return a sentence for a frame that shows nothing, wholly clipped or black, with the exposure time that would mend it.
+
+    A large frame is judged by photosites evenly spread over it, in all colours.
+    """
+    step = 2 * math.isqrt(raw.dn.size // MOST_PHOTOSITES) + 1  # odd: even steps would meet one colour alone
+    clean, electrons = (_every(step, plane[raw.active]) for plane in (raw.noise_free_dn, raw.mean_electrons))
     share = float(np.mean(clean >= raw.white_level_dn - 0.5))
     span_dn = raw.white_level_dn - raw.black_level_dn
     slope, offset = (max(row) for row in zip(*raw.noise_profile, strict=True))
     dark_dn, peak_dn = math.sqrt(offset) * span_dn, float(clean.max()) - raw.black_level_dn
     value, full_e = f"exposure.time = {raw.exposure_time_s:g} s", 1.0 / slope if slope > 0 else math.inf
-    light_e = float(np.percentile(raw.mean_electrons[raw.active], 99.0))
+    light_e = float(np.percentile(electrons, 99.0))
     fix = "change exposure.time, the aperture or scene.luminance"
     if 0 < full_e < math.inf and light_e > 0:
         fix = f"with {raw.exposure_time_s * full_e / light_e:.2g} s the brightest hundredth would reach white; {fix}"
@@ -63,3 +69,8 @@ def frame_warnings(raw: Raw) -> list[str]:
         signal = f"no photosite's signal ({max(peak_dn, 0.0):.2g} DN at most)"
         return [f"{value}: {signal} reaches the noise in the dark ({dark_dn:.2g} DN), the frame is black; {fix}"]
     return []
+
+
+def _every(step: int, plane: np.ndarray) -> np.ndarray:
+    """Return every step-th photosite of a plane in both directions."""
+    return np.concatenate([block[::step, ::step].copy() for block in in_blocks(plane, step)])

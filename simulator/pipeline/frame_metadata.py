@@ -1,7 +1,7 @@
 """Metadata of a raw frame: levels, noise, colour, lens, and the shot, files and versions that it was made from."""
 
 import platform
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -21,26 +21,18 @@ from simulator.sensor.camera.camera_color import matrices_under_two_lights, matr
 from simulator.sensor.iso_speed import baseline_exposure_ev
 
 
-def assemble_raw(
-    shot: Shot,
-    planned: Plan,
-    device: DeviceInfo,
-    dn: np.ndarray,
-    mean_electrons: np.ndarray | Callable[[], np.ndarray],
-    noise_free_dn: Callable[[], np.ndarray],
-    truth: dict[str, np.ndarray],
-) -> Raw:
-    """Return the raw frame of these arrays, see `Raw`, with its metadata. Raises OSError for a scene's file that has gone.
+def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[str, Any]) -> Raw:
+    """Return the raw frame of these arrays with its metadata. Raises OSError for a scene's file that has gone.
 
-    mean_electrons, noise_free_dn: arrays, or functions that make them when they are first read.
+    arrays: dn, mean_electrons, noise_free_dn, and those of the truth, as `Raw` has them; the second and third may be functions
+        that make them when they are first read.
     """
     camera, lens, sensor = shot.camera, shot.lens, planned.sensor
     fitted_matrices = matrices_under_two_lights(camera)
-    late: dict[str, Any] = {"mean_electrons": mean_electrons, "noise_free_dn": noise_free_dn}
+    frame = {name: arrays[name] for name in ("dn", "mean_electrons", "noise_free_dn")}
     return Raw(
-        dn=dn,
-        **late,
-        truth=truth,
+        **frame,
+        truth={name: array for name, array in arrays.items() if name not in frame},
         cfa=camera.frame_cfa(),
         bit_depth=camera.bit_depth,
         black_level_dn=sensor.black_level_dn,

@@ -4,7 +4,7 @@ Predicted times are those of the reference machine: two cores of a server's CPU 
 They rank plans and name the slowest passes; `photosite explain --measure` shows the times of the device at hand beside them.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +14,10 @@ from simulator.optics.defocus.predicted_error import describe_ignored, predicted
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.scene.scene import Scene
+from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.sensor_plan import SensorPlan
 
+PROGRAM_BYTES = 150_000_000  # of Python, its packages and an OpenCL driver, before a shot is taken
 LAUNCH_MS = 0.1  # of any pass, however small
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {
@@ -37,6 +39,7 @@ COST_NS = {
     "sensor": 2.2,
     "sensor stage": 0.25,  # for each stage
     "truth": 6.0,
+    "strips": 4.0,
     "variance": 8.0,
     "depth": 10.0,
     "blur": 10.0,
@@ -64,11 +67,16 @@ class Pass:
 
 
 def passes_of(
-    optics: OpticsPlan, sensor: SensorPlan, truth: Collection[str], tiles: TilePlan | None = None
+    optics: OpticsPlan,
+    sensor: SensorPlan,
+    truth: Collection[str],
+    tiles: TilePlan | None = None,
+    strips: Sequence[ReadoutGeometry] = (),
 ) -> tuple[Pass, ...]:
     """Return all passes in the order of the light.
 
     truth: maps that a shot asks for, as `Shot.truth`. tiles: method of each tile; None: not measured yet.
+    strips: readout of each strip of the frame, where there are several.
     """
     defocus = _defocus(optics, tiles)
     sampling = (_scene_planes(optics), _projection(optics))
@@ -83,7 +91,8 @@ def passes_of(
     maps = [_truth_map(name, optics) for name in ("variance", "depth", "blur") if name in truth]
     if "rgb" in truth:
         maps.append(_truth_rgb(optics, (*sampling, *image, noise_free)))
-    return (*sampling, _radius_statistics(optics, defocus), *image, _sensor(optics, sensor), noise_free, *maps)
+    frame = (_sensor(optics, sensor), noise_free, *maps, _strips(optics, strips))
+    return (*sampling, _radius_statistics(optics, defocus), *image, *frame)
 
 
 def _pixels(optics: OpticsPlan) -> int:
@@ -236,6 +245,15 @@ def _truth_rgb(optics: OpticsPlan, repeated: tuple[Pass, ...]) -> Pass:
     memory = (max(8 * optics.channels, 12) + 4) * pixels
     cost_ms = optics.channels * sum(one.cost_ms for one in repeated)
     return Pass("truth: rgb", True, "light and truth once more for each colour", pixels, memory, cost_ms=cost_ms)
+
+
+def _strips(optics: OpticsPlan, strips: Sequence[ReadoutGeometry]) -> Pass:
+    """Putting the frame together from its strips. Its arrays lie in files until the raw file and its twin are written."""
+    if len(strips) <= 1:
+        return Pass("strips", False, "the frame is computed in one piece")
+    rows, pixels = max(strip.output.height for strip in strips), _pixels(optics)
+    method = f"{len(strips)} of up to {rows} rows, one after the other; memory is that of one strip"
+    return Pass("strips", True, method, pixels, cost_ms=_ms(pixels, COST_NS["strips"]))
 
 
 def _skippable(

@@ -7,15 +7,19 @@ from simulator.device import Device
 from simulator.optics.defocus.predicted_error import error_warning
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
+from simulator.optics.passes.tile_grid import BAND_ROWS
 from simulator.optics.passes.tile_plan import TilePlan, plan_tiles
 from simulator.pipeline.light_cache import LightCache, LightKey, light_key
 from simulator.pipeline.passes import Pass, passes_of
 from simulator.pipeline.plan_steps import steps_of
 from simulator.pipeline.shot import Shot, TruthPart
 from simulator.pipeline.step import Step
+from simulator.sensor.camera.readout_window import ReadoutGeometry, split_readout
 from simulator.sensor.sensor_plan import SensorPlan, plan_sensor
 from simulator.sensor.stages.exposure import Integration
 from simulator.sensor.stages.stage import Stage
+
+STRIP_PX = 2**25  # photosites that are computed at once
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,7 @@ class Plan:
     passes: what the executor runs and what it skips: method, size, memory, predicted error and time.
     tiles: method of each tile, as `measure` chooses them; None: not measured, or no method is chosen by tile.
     key: what the light depends on, of a plan that was made with a cache.
+    strips: readout of each strip of the frame, from top to bottom, which are computed one after the other.
     """
 
     optics: OpticsPlan
@@ -35,7 +40,18 @@ class Plan:
     steps: tuple[Step, ...]
     passes: tuple[Pass, ...]
     tiles: TilePlan | None = None
+    strips: tuple[ReadoutGeometry, ...] = ()
     key: LightKey | None = None
+
+    def by_strip(self) -> list[Self]:
+        """Return the plan of each strip, which is not measured yet; a frame of one strip has this plan."""
+        if len(self.strips) <= 1:
+            return [self]
+        return [self._of_strip(readout) for readout in self.strips]
+
+    def _of_strip(self, readout: ReadoutGeometry) -> Self:
+        optics, sensor = replace(self.optics, window=readout.computed), replace(self.sensor, readout=readout)
+        return replace(self, optics=optics, sensor=sensor, tiles=None, strips=(readout,))
 
     def in_one_color(self, plane: int) -> Self:
         """Return the plan of a sensor whose photosites all see this colour plane; the methods of the tiles are the same."""
@@ -58,15 +74,18 @@ class Plan:
         return sum(one.cost_ms for one in self.passes)
 
 
-def plan(shot: Shot, cache: LightCache | None = None) -> Plan:
+def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) -> Plan:
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated.
 
+    strip_px: photosites that are computed at once, at most; larger frames are computed in strips, with the same bits.
     cache: holds scenes and plans of the optics; None: nothing is held.
     """
     sensor = plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
     optics, key = _plan_light(shot, sensor, cache)
     steps = steps_of(optics, sensor, shot.lens)
-    return Plan(optics, sensor, shot.truth, steps, passes_of(optics, sensor, shot.truth), key=key)
+    strips = tuple(split_readout(shot.camera, strip_px, BAND_ROWS))
+    planned = Plan(optics, sensor, shot.truth, steps, (), strips=strips, key=key)
+    return replace(planned, passes=_passes_of(planned))
 
 
 def _plan_light(shot: Shot, sensor: SensorPlan, cache: LightCache | None) -> tuple[OpticsPlan, LightKey | None]:
@@ -82,9 +101,24 @@ def _plan_light(shot: Shot, sensor: SensorPlan, cache: LightCache | None) -> tup
 
 
 def measure(planned: Plan, device: Device) -> Plan:
-    """Return the plan with the method of each tile, chosen by the blur radii that a device finds around it."""
-    tiles = plan_tiles(planned.optics, device)
-    return replace(planned, tiles=tiles, passes=passes_of(planned.optics, planned.sensor, planned.truth, tiles))
+    """Return the plan with the method of each tile, chosen by the blur radii that a device finds around it.
+
+    A frame of several strips is measured strip by strip, when each is computed.
+    """
+    if len(planned.strips) > 1:
+        return planned
+    measured = replace(planned, tiles=plan_tiles(planned.optics, device))
+    return replace(measured, passes=_passes_of(measured))
+
+
+def _passes_of(planned: Plan) -> tuple[Pass, ...]:
+    """Return the passes of a plan; of several strips, those of the whole frame with the memory of the largest strip."""
+    passes = passes_of(planned.optics, planned.sensor, planned.truth, planned.tiles, planned.strips)
+    if len(planned.strips) <= 1:
+        return passes
+    largest = max(planned.by_strip(), key=lambda strip: strip.optics.window.height)
+    parts = {one.name: one.memory_bytes for one in passes_of(largest.optics, largest.sensor, largest.truth)}
+    return tuple(replace(one, memory_bytes=parts.get(one.name, one.memory_bytes)) for one in passes)
 
 
 def light_stages(shot: Shot) -> tuple[Stage, Stage]:

@@ -1,6 +1,9 @@
 """From a shot to a raw frame: the passes of a plan on an OpenCL device, in the order of the light."""
 
+import os
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext
+from typing import Any
 
 import numpy as np
 
@@ -13,13 +16,15 @@ from simulator.optics.passes.defocused_mosaic import defocused_mosaic
 from simulator.optics.passes.reference_mosaic import reference_mosaic
 from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
+from simulator.pipeline.frame_strips import Allocate, FrameArrays, MemoryStore, on_disk
 from simulator.pipeline.light_cache import Itself, LightCache
-from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.planner import STRIP_PX, Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
 from simulator.pipeline.truth_maps import blur_map, depth_map, variance_map
 from simulator.progress import Progress, silent
 from simulator.raw.raw_image import Raw
+from simulator.raw.save import files_of
 from simulator.sensor.readout import darken_optical_black, read_mean_electrons, read_noise_free, read_out, share_with_neighbors
 from simulator.sensor.sensor_plan import SensorPlan
 
@@ -30,21 +35,20 @@ def simulate(
     device: str | None = None,
     progress: Progress | None = None,
     stopwatch: Stopwatch | None = None,
+    strip_px: int = STRIP_PX,
     cache: LightCache | None = None,
 ) -> Raw:
     """Simulate the raw frame of a shot, with its truth.
 
     device: part of an OpenCL device's label; default: $PHOTOSITE_DEVICE, else a GPU before a CPU.
     progress: called with (current step, share done from 0 to 1). stopwatch: gets the time of each pass.
+    strip_px: photosites that are computed at once; a larger frame is computed in strips, with the same bits.
     cache: light of earlier shots, which is used again where it is the same; the frame has the same bits without.
     Raises PhotositeError for every fault that the user can correct.
     """
     report = progress or silent
-    report("scene", 0.0)
-    planned = plan(shot, cache)
-    opened = open_device(device)
-    check_memory(planned, opened.info)
-    return execute(planned, shot, opened, report, stopwatch or Stopwatch(), cache)
+    planned, opened = _prepare(shot, device, report, strip_px, cache)
+    return execute(planned, shot, opened, report, stopwatch or Stopwatch(), cache=cache)
 
 
 def simulate_many(
@@ -53,7 +57,8 @@ def simulate_many(
     """Simulate the raw frames of shots one after the other, as `simulate` does, each when it is asked for.
 
     Shots that differ only in ISO, seeds, gain, bit depth or noise share the light on the sensor and cost the sensor alone;
-    those of a sharp scene share it over shutter times and apertures, too. The bits are those of each shot alone.
+    those of a sharp scene share it over shutter times and apertures, too. The bits are those of each shot alone. Frames of
+    several strips share scene and plan, but not their light.
     progress: of each shot. memory_bytes: of the light that is held, as `LightCache` takes it.
     Raises PhotositeError as `simulate` does.
     """
@@ -62,12 +67,87 @@ def simulate_many(
         yield simulate(shot, device=device, progress=progress, cache=cache)
 
 
+@contextmanager
+def simulate_on_disk(
+    shot: Shot,
+    directory: str | os.PathLike[str],
+    *,
+    device: str | None = None,
+    progress: Progress | None = None,
+    strip_px: int = STRIP_PX,
+    cache: LightCache | None = None,
+) -> Iterator[Raw]:
+    """Simulate as `simulate` does, for files in a directory; arrays of a frame of several strips lie in files there.
+
+    They are removed in the end. Raises PhotositeError as `simulate` does, and when the disk has no room.
+    """
+    report = progress or silent
+    planned, opened = _prepare(shot, device, report, strip_px, cache)
+    is_large = len(planned.strips) > 1
+    with on_disk(files_of(shot.name, directory).dng) if is_large else nullcontext(MemoryStore) as allocate:
+        yield execute(planned, shot, opened, report, Stopwatch(), allocate, cache)
+
+
+def _prepare(shot: Shot, device: str | None, report: Progress, strip_px: int, cache: LightCache | None) -> tuple[Plan, Device]:
+    """Return the plan of a shot and the device that it fits on. Raises PhotositeError."""
+    report("scene", 0.0)
+    planned, opened = plan(shot, strip_px, cache), open_device(device)
+    check_memory(planned, opened.info)
+    return planned, opened
+
+
 def execute(
-    planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch, cache: LightCache | None = None
+    planned: Plan,
+    shot: Shot,
+    device: Device,
+    report: Progress,
+    timed: Stopwatch,
+    allocate: Allocate = MemoryStore,
+    cache: LightCache | None = None,
 ) -> Raw:
-    """Run the passes of a shot's plan on a device. report: as progress of `simulate`. timed: gets the time of each pass."""
-    report("light", 0.1)
+    """Run the passes of a shot's plan on a device.
+
+    report: as progress of `simulate`. timed: gets the time of each pass.
+    allocate: makes the arrays of a frame of several strips. cache: as of `simulate`, of a plan that was made with it.
+    """
+    parts = planned.by_strip()
+    if len(parts) == 1:
+        arrays = _execute_strip(planned, shot, device, report, timed, cache)
+    else:
+        arrays = _execute_strips(parts, shot, device, report, timed, allocate)
+    report("done", 1.0)
+    return assemble_raw(shot, planned, device.info, arrays)
+
+
+def _execute_strips(
+    parts: list[Plan], shot: Shot, device: Device, report: Progress, timed: Stopwatch, allocate: Allocate
+) -> dict[str, np.ndarray]:
+    """Run the passes of all strips, one after the other; returns the arrays of the whole frame, named as those of a strip."""
+    frame = FrameArrays(sum(part.sensor.readout.rows for part in parts), allocate)
+    for count, part in enumerate(parts):
+
+        def report_strip(what: str, share: float, count: int = count) -> None:
+            report(what, (count + share) / len(parts))
+
+        strip = _execute_strip(part, shot, device, report_strip, timed, None)
+        made = {name: array() if callable(array) else array for name, array in strip.items()}
+        with timed("strips", device):
+            frame.append(made)
+        del strip, made  # their memory is for the next one
+    return frame.arrays()
+
+
+def _execute_strip(
+    planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch, cache: LightCache | None
+) -> dict[str, Any]:
+    """Run the passes of a strip; returns its arrays: codes "dn", "mean_electrons", "noise_free_dn", and maps of the truth.
+
+    Mean electrons and noise-free codes may be functions that make them.
+    """
     if planned.key is None:
+        cache = None
+    report("light", 0.1)
+    if cache is None:
         planned = _measure(planned, device, timed)
     light = _light(planned, device, lambda share: report("light", 0.1 + 0.7 * share), timed, cache)
     report("sensor", 0.8)
@@ -77,9 +157,8 @@ def execute(
     late = LateTruth(device, planned.sensor, light, timed)
     electrons = late.mean_electrons() if "variance" in planned.truth else None
     maps = compute_truth_maps(planned, shot.lens, device, electrons, timed, cache)
-    report("done", 1.0)
     mean_electrons = late.mean_electrons if electrons is None else electrons
-    return assemble_raw(shot, planned, device.info, dn, mean_electrons, late.noise_free_dn, maps)
+    return {"dn": dn, "mean_electrons": mean_electrons, "noise_free_dn": late.noise_free_dn, **maps}
 
 
 class LateTruth:

@@ -10,6 +10,7 @@ import numpy as np
 
 from simulator.atomic_files import atomic_write, reserve
 from simulator.errors import PhotositeError, first_line, reading
+from simulator.raw.disk_arrays import in_blocks
 from simulator.raw.software import software
 
 if TYPE_CHECKING:
@@ -73,12 +74,27 @@ def put_parts(path: Path, parts: Sequence[PicturePart]) -> None:
     done = output.open(str(path), specs[0]) if len(specs) == 1 else output.open(str(path), tuple(specs))
     for index, (spec, part) in enumerate(zip(specs, parts, strict=True)):
         done = done and (index == 0 or output.open(str(path), spec, "AppendSubimage"))
-        done = done and output.write_image(np.ascontiguousarray(part.pixels))
+        done = done and _write_rows(output, spec, part.pixels)
     message = output.geterror()  # the PNG writer reports success and leaves its failure here
     done = output.close() and done
     message = (message or output.geterror()).strip().split("\n")[0]
     if not done or message not in ("", _HARMLESS):
         raise OSError(message.replace(str(path), "the file") or "OpenImageIO gives no reason")
+
+
+def _write_rows(output: "OpenImageIO.ImageOutput", spec: "OpenImageIO.ImageSpec", pixels: np.ndarray) -> bool:
+    """Write a picture block by block; returns whether all blocks were written."""
+    first = 0
+    for block in in_blocks(pixels, max(spec.tile_height, 1)):
+        last, rows = first + len(block), np.ascontiguousarray(block)
+        if spec.tile_width:
+            done = output.write_tiles(0, spec.width, first, last, 0, 1, rows)
+        else:
+            done = output.write_scanlines(first, last, 0, rows)
+        if not done:
+            return False
+        first = last
+    return True
 
 
 def _image_spec(part: PicturePart) -> "OpenImageIO.ImageSpec":

@@ -18,8 +18,8 @@ def saturation_exposure_lx_s(sensor: SensorPlan) -> float:
     camera, response = sensor.camera, sensor.camera.response
     light = illuminant("D55")
     electrons = camera_response(light[None], WAVELENGTHS_NM, response.wavelengths_nm, response.quantum_efficiency)
-    per_joule = electrons.max()  # electrons per unit of light on a square metre
-    electrons_per_lx_s = 1e-12 * camera.pixel_pitch_um**2 * camera.fill_factor * per_joule / luminance_cd_m2(light)
+    per_joule = float(electrons.max())  # electrons per unit of light on a square metre
+    electrons_per_lx_s = 1e-12 * camera.pixel_pitch_um**2 * camera.fill_factor * per_joule / float(luminance_cd_m2(light))
     dn_per_lx_s = sensor.gain_dn_per_e() * electrons_per_lx_s
     return sensor.full_scale_dn() / dn_per_lx_s if dn_per_lx_s > 0 else math.inf
 

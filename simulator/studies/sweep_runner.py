@@ -37,10 +37,11 @@ class Row:
 
 def take(shot: Shot, directory: Path, device: str | None = None, cache: LightCache | None = None) -> None:
     """Simulate a shot and save its files. cache: light of earlier shots."""
-    from simulator.pipeline.simulate import simulate
+    from simulator.pipeline.simulate import simulate_on_disk
     from simulator.raw.save import save
 
-    save(simulate(shot, device=device, cache=cache), directory)
+    with simulate_on_disk(shot, directory, device=device, cache=cache) as raw:
+        save(raw, directory)
 
 
 def run_sweep(

@@ -74,7 +74,7 @@ def are_same(one: Raw, other: Raw) -> bool:
 
 def key_and_light(shot: Shot) -> tuple[object, np.ndarray]:
     """Key of the mosaic of a shot, and its bits, computed without what another shot left."""
-    device, planned = open_device(), plan(shot, LightCache())
+    device, planned = open_device(), plan(shot, cache=LightCache())
     assert planned.key is not None
     frame = planned.optics.window
     mosaic = device.download(expose(measure(planned, device), device), (frame.height, frame.width), np.float32)
@@ -316,3 +316,13 @@ def test_threads_share_a_cache(picture):
         found = list(pool.map(lambda shot: simulate(shot, cache=cache), shots))
     assert all(are_same(raw, simulate(shot)) for raw, shot in zip(found, shots, strict=True))
     assert cache.held_bytes > 0
+
+
+def test_a_frame_in_strips_has_its_bits_with_a_cache(picture):
+    """Its scene and plan are held; its light is computed anew, strip by strip, so that memory stays that of one strip."""
+    tall, cache = replace(CAMERA, height_px=600), LightCache()
+    shot, strip_px = replace(shot_of(picture, False), camera=tall, truth=("variance",)), 40 * 200
+    assert len(plan(shot, strip_px).strips) > 1
+    for reused in (0, 2, 4):
+        assert are_same(simulate(shot, strip_px=strip_px, cache=cache), simulate(shot))
+        assert cache.reused == reused

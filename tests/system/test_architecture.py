@@ -44,6 +44,7 @@ ORDER = {
     "simulator/pipeline": (
         "simulate",
         "frame_metadata",
+        "frame_strips",
         "truth_maps",
         "explain",
         "planner",
@@ -68,6 +69,7 @@ ORDER = {
         "white_balance",
         "raw_format",
         "canonical_json",
+        "disk_arrays",
         "software",
     ),
     "simulator/optics": (

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.errors import require
+from simulator.raw.disk_arrays import in_blocks
 from simulator.raw.dng.tags import Compression
 from simulator.raw.dng.tiff import view_bytes
 from simulator.raw.raw_image import Raw
@@ -44,7 +45,7 @@ def bits_per_sample(raw: Raw) -> int:
 def mosaic_data(raw: Raw) -> MosaicData:
     """Encode the codes of a frame. Raises PhotositeError for a code that does not fit into the bits."""
     bits = bits_per_sample(raw)
-    largest = int(raw.dn.max()) if bits < 16 else 0
+    largest = max(int(block.max()) for block in in_blocks(raw.dn)) if bits < 16 else 0
     rule = f"more than {bits} bits hold; take raw.payload: uncompressed"
     require(largest < 2**bits, "code", f"{largest} DN", rule, part=raw.name)
     if raw.format.payload == "lossless_jpeg":
@@ -59,6 +60,17 @@ def pack_codes(dn: np.ndarray, bits: int) -> np.ndarray:
     bits: 8 to 14, even, and width x bits a multiple of 8. Returns (height, bytes per row) uint8.
     """
     height, width = dn.shape
+    packed = np.empty((height, width * bits // 8), np.uint8)
+    first = 0
+    for block in in_blocks(dn):
+        packed[first : first + len(block)] = _pack_rows(block, bits)
+        first += len(block)
+    return packed
+
+
+def _pack_rows(dn: np.ndarray, bits: int) -> np.ndarray:
+    """Pack a block of rows as `pack_codes` does."""
+    height, width = dn.shape
     codes = np.zeros((height, -(-width // 4) * 4), dtype=np.uint64)
     codes[:, :width] = dn
     # Four codes fill whole bytes: they are joined in the upper bits of a 64-bit word, whose first bytes are kept.
@@ -66,7 +78,7 @@ def pack_codes(dn: np.ndarray, bits: int) -> np.ndarray:
     for place in (1, 2, 3):
         words |= codes[:, place::4] << np.uint64(64 - bits * (place + 1))
     octets = words.astype(">u8").view(np.uint8).reshape(height, -1, 8)[..., : bits // 2]
-    return np.ascontiguousarray(octets.reshape(height, -1)[:, : width * bits // 8])
+    return octets.reshape(height, -1)[:, : width * bits // 8]
 
 
 def _jpeg(dn: np.ndarray, bits: int) -> bytes:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from simulator.raw.disk_arrays import in_blocks
 from simulator.raw.raw_image import Raw
 
 LONG_SIDE_PX = 256
@@ -31,5 +32,9 @@ def _cell_means(dn: np.ndarray) -> np.ndarray:
     step_y, step_x = min(step, height // 2 * 2), min(step, width // 2 * 2)
     rows, columns = height // step_y, width // step_x
     # Rows are summed first: the sum then runs over contiguous memory, which is several times faster.
-    cells = dn[: rows * step_y, : columns * step_x].reshape(rows, step_y // 2, 2, columns * step_x).sum(axis=1, dtype=np.uint32)
+    kept = dn[: rows * step_y, : columns * step_x]
+    sums = [
+        block.reshape(-1, step_y // 2, 2, columns * step_x).sum(axis=1, dtype=np.uint32) for block in in_blocks(kept, step_y)
+    ]
+    cells = np.concatenate(sums)
     return cells.reshape(rows, 2, columns, step_x // 2, 2).sum(axis=3) / (step_y * step_x / 4)

@@ -12,6 +12,7 @@ import numpy as np
 
 from simulator.atomic_files import atomic_write
 from simulator.errors import PhotositeError, require
+from simulator.raw.disk_arrays import in_blocks
 from simulator.raw.dng import tiff
 from simulator.raw.dng.areas import areas
 from simulator.raw.dng.color_tags import color_tags
@@ -49,7 +50,8 @@ def write_pieces(pieces: list[bytes | memoryview], path: str | os.PathLike) -> N
     """Write buffers one after the other."""
     with open(path, "wb") as file:
         for piece in pieces:
-            file.write(piece)
+            for block in in_blocks(np.frombuffer(piece, np.uint8)):
+                file.write(block.data)
 
 
 def dng_pieces(raw: Raw) -> list[bytes | memoryview]:

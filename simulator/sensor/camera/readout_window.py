@@ -1,5 +1,7 @@
 """The areas of the sensor that are computed, read and given out, given crosstalk, binning and optical black."""
 
+import itertools
+import math
 from dataclasses import dataclass
 
 from simulator.errors import require
@@ -70,6 +72,11 @@ class ReadoutGeometry:
         return rows, self._binned_slice(self.output.x - self.computed.x, self.output.width)
 
     @property
+    def rows(self) -> int:
+        """Rows of the frame that the camera gives out [px]."""
+        return self._binned_side(self.output.height)
+
+    @property
     def active_area(self) -> tuple[int, int, int, int] | None:
         """Top, left, bottom and right of the active area in the output frame [px]; None: the whole frame is active."""
         output, active = self.output, self.active
@@ -93,14 +100,47 @@ class ReadoutGeometry:
 
 def plan_readout(camera: Camera) -> ReadoutGeometry:
     """Return the ReadoutGeometry of a camera's frame. Raises PhotositeError for a window that cuts through binned blocks."""
-    output, crosstalk, binning = camera.frame, camera.crosstalk or Crosstalk(), camera.binning
-    step = 1 if camera.cfa == "MONO" else 2
-    block = 1 if binning is None else binning.factor * step
+    output, block = camera.frame, _block_px(camera)
     for key, first, side in (("x", output.x, output.width), ("y", output.y, output.height)):
         rule = f"give a multiple of {block}: blocks of that many photosites are binned"
         require(first % block == 0, f"camera.window.{key}", first, rule)
         require(side >= block, f"camera.window.{'width' if key == 'x' else 'height'}", side, rule)
-    active = _check_active_area(camera)
+    _check_active_area(camera)
+    return _readout_of(camera, output)
+
+
+def split_readout(camera: Camera, most_px: int, step_px: int) -> list[ReadoutGeometry]:
+    """Split the ReadoutGeometry of a camera's frame into strips of whole rows, from top to bottom; a small frame is one.
+
+    most_px: photosites of a strip, at most, unless step_px rows hold more.
+    step_px: strips end at multiples of it on the sensor, and at whole binned blocks.
+    """
+    frame = camera.frame
+    if frame.width * frame.height <= most_px:
+        return [_readout_of(camera, frame)]
+    step_px = math.lcm(step_px, _block_px(camera))
+    rows = max(most_px // (frame.width * step_px), 1) * step_px
+    bottom = frame.y + frame.height
+    edges = [frame.y, *range((frame.y // step_px + 1) * step_px + rows - step_px, bottom, rows), bottom]
+    # Rows at the end that do not fill a binned block are not given out, so a strip must not consist of them.
+    if len(edges) > 2 and edges[-1] - edges[-2] < _block_px(camera):
+        del edges[-2]
+    return [_readout_of(camera, Window(frame.x, first, frame.width, last - first)) for first, last in itertools.pairwise(edges)]
+
+
+def _block_px(camera: Camera) -> int:
+    """Return the side of the blocks of photosites that are binned, of all colours [px]; 1 without binning."""
+    return 1 if camera.binning is None else camera.binning.factor * _filter_step(camera)
+
+
+def _filter_step(camera: Camera) -> int:
+    """Return the distance of photosites of one colour [px]."""
+    return 1 if camera.cfa == "MONO" else 2
+
+
+def _readout_of(camera: Camera, output: Window) -> ReadoutGeometry:
+    """Return the ReadoutGeometry of a window of whole binned blocks."""
+    crosstalk, block = camera.crosstalk or Crosstalk(), _block_px(camera)
     shares = crosstalk.optical_shares + crosstalk.electrical_shares
     reach = sum(any(pair) for pair in (crosstalk.optical_shares, crosstalk.electrical_shares))
     margin = -(-reach // block) * block if any(shares) else 0
@@ -108,11 +148,11 @@ def plan_readout(camera: Camera) -> ReadoutGeometry:
     right = min(margin, camera.width_px - output.x - output.width)
     bottom = min(margin, camera.height_px - output.y - output.height)
     computed = Window(output.x - left, output.y - top, left + output.width + right, top + output.height + bottom)
-    return ReadoutGeometry(output, computed, active, step, crosstalk, binning)
+    return ReadoutGeometry(output, computed, camera.active, _filter_step(camera), crosstalk, camera.binning)
 
 
-def _check_active_area(camera: Camera) -> Window:
-    """Return the active area. Raises PhotositeError for a window without it, or with an odd offset in the optical black."""
+def _check_active_area(camera: Camera) -> None:
+    """Raise PhotositeError for a window without active area, or with an odd offset in the optical black."""
     output, active = camera.frame, camera.active
     sides = (("x", output.x, output.width, active.x, active.width), ("y", output.y, output.height, active.y, active.height))
     for key, first, size, active_first, active_size in sides:
@@ -120,4 +160,3 @@ def _check_active_area(camera: Camera) -> Window:
         require(seen, f"camera.window.{key}", first, "the window lies in the optical black; choose one that sees light")
         even = first >= active_first or first % 2 == 0
         require(even, f"camera.window.{key}", first, "give an even number: part of the window is optical black")
-    return active
