@@ -125,11 +125,14 @@ class SensorPlan:
         None where dark current saturates the sensor at every ISO, so that a frame shows nothing.
         """
         plans = (self, *(self.at(iso, self.exposure.time_s) for iso in self.camera.isos))
-        seeing = [(plan, gain) for plan in plans if (gain := plan.gain_dn_per_e()) > 0.0]
-        if not seeing:
+        most_e, least_e2 = 0.0, math.inf
+        for plan in plans:
+            dark, gain = plan.moments(0.0), plan.gain_dn_per_e()
+            if gain > 0.0:
+                most_e = max(most_e, (plan.white_level_dn() - dark.mean) / gain)
+                least_e2 = min(least_e2, dark.variance / gain**2)
+        if most_e == 0.0:
             return None
-        most_e = max(plan.electrons_at_white() for plan, _ in seeing)
-        least_e2 = min(plan.moments(0.0).variance / gain**2 for plan, gain in seeing)
         floor_e = math.sqrt(2.0 ** math.floor(math.log2(least_e2))) if least_e2 > 0.0 else 0.0
         return NoiseFloor(2.0 ** math.ceil(math.log2(most_e)) if most_e > 1.0 else 1.0, floor_e)
 
