@@ -63,6 +63,7 @@ ORDER = {
         "truth_exr",
         "dng",
         "image_files",
+        "plain_exr",
         "raw_reader",
         "raw_image",
         "late_array",
