@@ -32,19 +32,28 @@ def dataset(
     workers: Annotated[int, typer.Option(min=1, help="Processes on this machine.")] = 1,
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A dask.distributed scheduler, host:port.")] = None,
     device: Annotated[str | None, typer.Option(help="Part of an OpenCL device's name; see `photosite devices`.")] = None,
+    cache_gb: Annotated[
+        float, typer.Option("--cache-gb", metavar="GB", min=0, help="Size of the folder of decoded photographs; 0: none.")
+    ] = 8.0,
+    cache_folder: Annotated[
+        Path | None,
+        typer.Option("--cache-folder", metavar="DIR", help="That folder; default: $PHOTOSITE_CACHE, else ~/.cache/photosite."),
+    ] = None,
 ) -> None:
     """Make a data set of clean and noisy raw pairs, in shards, with manifest and data card.
 
     Killed at any time, the same command goes on and ends with the same bytes, for any number of workers and machines.
     """
     from data_gen import dataset_command
+    from data_gen.sources.decoded_pictures import DecodedPictures
 
+    decoded = DecodedPictures(round(1e9 * cache_gb), None if cache_folder is None else cache_folder.absolute())
     if verify:
         dataset_command.verify_folder(out)
     elif dry_run:
-        dataset_command.show_plan(config, settings or [], out, device, workers)
+        dataset_command.show_plan(config, settings or [], out, device, workers, decoded)
     else:
-        dataset_command.make(config, settings or [], out, device, workers, scheduler)
+        dataset_command.make(config, settings or [], out, device, workers, scheduler, decoded)
 
 
 if __name__ == "__main__":

@@ -10,19 +10,28 @@ from rich.table import Table
 from data_gen.recipe.dataset_config import load_data_set
 from data_gen.report.estimate import estimate
 from data_gen.run import run
+from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.storage.manifest import verify
-from simulator.command_line.screen import console, log, show_progress
+from simulator.command_line.screen import console, show_progress, tell
 
 SHOWN_PROBLEMS = 20
 
 
-def make(path: Path, settings: list[str], out: Path, device: str | None, workers: int, scheduler: str | None) -> None:
+def make(
+    path: Path,
+    settings: list[str],
+    out: Path,
+    device: str | None,
+    workers: int,
+    scheduler: str | None,
+    decoded: DecodedPictures,
+) -> None:
     """Make a data set; the manifest's path goes to stdout, problems of pictures to stderr."""
     config = load_data_set(path, settings)
     with show_progress("samples") as progress:
-        outcome = run(config, out, device=device, workers=workers, scheduler=scheduler, progress=progress)
+        outcome = run(config, out, device=device, workers=workers, scheduler=scheduler, progress=progress, decoded=decoded)
     _show_problems(outcome.problems)
-    log.print(f"{outcome.made} shards made, {outcome.kept} were there")
+    tell(f"{outcome.made} shards made, {outcome.kept} were there")
     print(outcome.manifest)
 
 
@@ -37,12 +46,12 @@ def verify_folder(out: Path) -> None:
     print(f"{out}: every byte is that of the manifest")
 
 
-def show_plan(path: Path, settings: list[str], out: Path, device: str | None, workers: int) -> None:
+def show_plan(path: Path, settings: list[str], out: Path, device: str | None, workers: int, decoded: DecodedPictures) -> None:
     """Print what a run would make, and what it would take."""
     config = load_data_set(path, settings)
-    found = estimate(config, device)
+    found = estimate(config, device, decoded)
     free = shutil.disk_usage(next(folder for folder in (out.absolute(), *out.absolute().parents) if folder.is_dir())).free
-    needed, seconds = config.count * found.bytes_per_sample, config.count * found.seconds_per_sample / workers
+    needed, seconds = config.count * found.bytes_per_sample, found.seconds / workers
     milliseconds, processor = (f"{1e3 * value:.3g}" for value in (found.seconds_per_sample, found.cpu_seconds_per_sample))
     shape, stored = (config.frames, *config.crop_px), config.writer
     rows = {
@@ -54,6 +63,11 @@ def show_plan(path: Path, settings: list[str], out: Path, device: str | None, wo
         f"{processor} ms of processor time",
         "exposure ratio": f"{found.ratios[0]:g} to {found.ratios[1]:g}",
     }
+    if found.decodings:
+        each, times = format_duration(found.seconds_per_decoding), format_duration(found.decodings * found.seconds_per_decoding)
+        rows["decoding"] = f"{found.decodings:.0f} photographs of {each}, together {times}, of the time above"
+        cache = f"{format_bytes(found.decoded_bytes)} of decoded photographs, {format_bytes(decoded.limit_bytes)} are kept"
+        rows["cache"] = f"{cache} in {decoded.place}"
     rows |= {f"noise: {name}": f"ISO {isos}" if isos[0].isdigit() else isos for name, isos in config.noise.table()}
     table = Table(show_header=False, box=None, pad_edge=False)
     for name, value in rows.items():
@@ -61,7 +75,7 @@ def show_plan(path: Path, settings: list[str], out: Path, device: str | None, wo
     console().print(table)
     _show_problems(found.problems)
     if needed > free:
-        log.print(f"warning: {out}: the disk has too little space; choose another --out or a smaller count")
+        tell(f"warning: {out}: the disk has too little space; choose another --out or a smaller count")
 
 
 def format_bytes(count: float) -> str:
@@ -84,6 +98,6 @@ def format_duration(seconds: float) -> str:
 def _show_problems(problems: dict[str, int]) -> None:
     """Print the first problems of pictures, and how many there are."""
     for message, count in list(problems.items())[:SHOWN_PROBLEMS]:
-        log.print(escape(f"skipped: {message} (drawn for {count} samples)"))
+        tell(f"skipped: {message} (drawn for {count} samples)")
     if problems:
-        log.print(f"{len(problems)} problems, met by {sum(problems.values())} samples; manifest.json lists all")
+        tell(f"{len(problems)} problems, met by {sum(problems.values())} samples; manifest.json lists all")

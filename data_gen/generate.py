@@ -10,8 +10,11 @@ from data_gen.recipe.random_streams import RandomStream
 from data_gen.recipe.recipe import Recipe, choose_picture, draw_recipe
 from data_gen.samples.sample import Sample
 from data_gen.sources.collections import open_collection
-from data_gen.sources.patches import AUGMENTATIONS, Crop, apply_cfa, choose_crop, cut_patch
-from data_gen.sources.source import CleanImage, PictureSource
+from data_gen.sources.decoded_pictures import DecodedPictures
+from data_gen.sources.patches import AUGMENTATIONS, Crop, choose_crop, cut_patch
+from data_gen.sources.photographs import Photographs
+from data_gen.sources.procedural import Procedural
+from data_gen.sources.source import Picture, PictureSource, apply_cfa
 from simulator.device import Device
 from simulator.errors import PhotositeError
 from simulator.sensor.frame_stack import FrameSetting, expose_frame_stack, frame_stack_moments
@@ -19,6 +22,9 @@ from simulator.sensor.seeds import Seeds
 
 MOST_ATTEMPTS = 100  # pictures drawn for one sample before the collection counts as unusable
 SPLINE_PX = 8  # distance at which the border changes a cubic spline by less than 10^-4 (the prefilter's pole is -0.27)
+KEPT_BYTES = 2**28  # of pictures in memory, for the next crop of one: 21 drawings of 1024 x 1024, or a single larger picture
+MOST_PICTURES = 64  # in use at a time in an epoch of several crops of each
+PHOTOGRAPH_BYTES = 75_000_000  # decoded, of 25 megapixels
 BATCH_PIXELS = 2**22  # of one kernel launch, 16 mosaics of 512 x 512; larger batches miss the cache and are slower per pixel
 
 
@@ -28,12 +34,24 @@ class Generator:
     problems: for each message about a picture that could not be used, the indices of the samples that had drawn it.
     """
 
-    def __init__(self, config: DataSet, device: Device, sources: dict[tuple[str, int], PictureSource] | None = None) -> None:
-        """sources: collections that are already open, by name and index of the camera; those opened later are added."""
+    def __init__(
+        self,
+        config: DataSet,
+        device: Device,
+        sources: dict[tuple[str, int], PictureSource] | None = None,
+        decoded: DecodedPictures | None = None,
+    ) -> None:
+        """Take a configuration and the device that draws its noise.
+
+        sources: collections that are already open, by name and index of the camera; those opened later are added.
+        decoded: where collections that are opened here keep decoded pictures; None: nowhere.
+        """
         self.config, self.device = config, device
         self.problems: dict[str, list[int]] = {}
         self._sources = {} if sources is None else sources
-        self._last: tuple[tuple[tuple[str, int], RandomStream], CleanImage] | None = None
+        self._decoded = decoded if decoded is None or config.crops_per_picture > 1 else decoded.keeping_used()
+        self._cameras = {id(camera): place for place, camera in enumerate(config.noise.list_cameras())}
+        self._read: dict[tuple[tuple[str, int], RandomStream], Picture] = {}  # in the order of their last use
 
     def samples(self, indices: Iterable[int]) -> Iterator[Sample]:
         """Make the samples of these indices, in this order. A sample does not depend on which others are made.
@@ -67,7 +85,7 @@ class Generator:
             variance = None if variance_dn2 is None else variance_dn2[frames]
             yield self._assemble(one, picture, signal, crop, noisy[frames], variance)
 
-    def _draw_clean(self, index: int) -> tuple[Recipe, tuple[str, CleanImage] | None, np.ndarray, Crop | None]:
+    def _draw_clean(self, index: int) -> tuple[Recipe, tuple[str, Picture] | None, np.ndarray, Crop | None]:
         """Draw the clean signal of a sample: recipe, picture with its name, signal (frames, height, width) and crop.
 
         Modes without pictures get a flat signal and no crop. A picture that cannot be used is noted in `problems`, and another
@@ -92,18 +110,26 @@ class Generator:
             f"none of {MOST_ATTEMPTS} pictures drawn for it can be used; the last one: {reason}", part=f"sample {index}"
         )
 
-    def _read_picture(self, one: Recipe) -> tuple[str, CleanImage]:
+    def _read_picture(self, one: Recipe) -> tuple[str, Picture]:
         """Read the picture that the recipe draws; return its name within its collection and its content."""
         camera = one.setting.camera
-        key = (one.collection, next(place for place, known in enumerate(self.config.noise.list_cameras()) if known is camera))
+        key = (one.collection, self._cameras[id(camera)])
         if key not in self._sources:
-            self._sources[key] = open_collection(self.config.pictures, one.collection, camera)
+            self._sources[key] = open_collection(self.config.pictures, one.collection, camera, self._decoded)
         name = choose_picture(self._sources[key].names(), one.group)
-        if self._last is None or self._last[0] != (key, one.group):
-            self._last = (key, one.group), self._sources[key].read(name, one.group.generator("source"))
-        return f"{one.collection}/{name}", self._last[1]
+        picture = self._read.pop((key, one.group), None)
+        if picture is None:
+            picture = self._sources[key].read(name, one.group.generator("source"))
+            self._forget_pictures((KEPT_BYTES if self.config.crops_per_picture > 1 else 0) - picture.held_bytes)
+        self._read[key, one.group] = picture
+        return f"{one.collection}/{name}", picture
 
-    def _cut_frames(self, one: Recipe, picture: CleanImage, name: str) -> tuple[np.ndarray, Crop]:
+    def _forget_pictures(self, left_bytes: int) -> None:
+        """Forget the pictures that were not used for longest, until the others hold no more than so many bytes."""
+        while self._read and sum(each.held_bytes for each in self._read.values()) > left_bytes:
+            del self._read[next(iter(self._read))]
+
+    def _cut_frames(self, one: Recipe, picture: Picture, name: str) -> tuple[np.ndarray, Crop]:
         """Cut the mosaics (frames, height, width) of a sample from its picture; return them and the crop."""
         cfa, size = one.setting.camera.cfa, self.config.crop_px
         others = AUGMENTATIONS if self.config.augment else ()
@@ -117,7 +143,7 @@ class Generator:
         reach = margin_px(self.config)
         around = (size[0] + 2 * reach, size[1] + 2 * reach)
         crop = choose_crop(picture, around, cfa, one.place, one.augmentation, name, others)
-        planes = crop.of(picture.signal)
+        planes = crop.of(picture)
         frames = np.stack([apply_cfa(shift_planes(planes, offset, reach), cfa) for offset in one.offsets_px])
         inner = Crop(crop.top + reach, crop.left + reach, crop.height - 2 * reach, crop.width - 2 * reach, crop.augmentation)
         return frames, inner
@@ -125,7 +151,7 @@ class Generator:
     def _assemble(
         self,
         one: Recipe,
-        picture: tuple[str, CleanImage] | None,
+        picture: tuple[str, Picture] | None,
         signal: np.ndarray,
         crop: Crop | None,
         noisy_dn: np.ndarray,
@@ -160,6 +186,20 @@ class Generator:
             crop=(crop.top, crop.left) if crop else (0, 0),
             augmentation=crop.augmentation.name if crop else "none",
         )
+
+
+def picture_window(config: DataSet, decoded: DecodedPictures) -> int:
+    """Return how many pictures can be in use at a time without being read again for the next crop, at least 1, at most 64."""
+    camera, found = config.noise.list_cameras()[0], [MOST_PICTURES]
+    for name in config.pictures:
+        source = open_collection(config.pictures, name, camera)
+        if isinstance(source, Photographs):
+            found.append(decoded.limit_bytes // (2 * PHOTOGRAPH_BYTES))
+        elif isinstance(source, Procedural):
+            found.append(KEPT_BYTES // (12 * source.width_px * source.height_px))
+        else:
+            found.append(1)
+    return max(1, min(found))
 
 
 def margin_px(config: DataSet) -> int:

@@ -18,6 +18,7 @@ from data_gen.report.card import About, write_card
 from data_gen.samples.sample import Sample
 from data_gen.sources.check import check_sources
 from data_gen.sources.collections import open_collection
+from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.sources.patches import AUGMENTATIONS
 from data_gen.sources.procedural import Procedural
 from data_gen.sources.source import PictureSource
@@ -46,12 +47,14 @@ class Task:
 
     folder: where shards are written; on a cluster every machine sees it under this path.
     device: part of an OpenCL device's label, None for the default. fingerprint: hash of the configuration.
+    decoded: where each machine keeps decoded pictures.
     """
 
     config: DataSet
     folder: Path
     device: str | None
     fingerprint: str
+    decoded: DecodedPictures
 
 
 @dataclass(frozen=True)
@@ -85,15 +88,18 @@ def run(
     workers: int = 1,
     scheduler: str | None = None,
     progress: Progress = silent,
+    decoded: DecodedPictures | None = None,
 ) -> Outcome:
     """Make what is missing of a data set, then its manifest. Killed at any time, the next run ends with the same bytes.
 
     workers: processes of this machine. scheduler: address of a running dask.distributed cluster instead.
     progress: called for each picture that is checked before the work, when the configuration refuses unusable ones; then for
         the samples that are done, beginning with those of finished shards.
+    decoded: where decoded photographs are kept, by default 8 GB in a folder of the user's; it changes no byte.
     Raises PhotositeError for a folder that holds another data set, for a full disk, and for what pictures or cluster lack.
     """
-    task = Task(config, folder.absolute(), device, fingerprint(config))
+    decoded = DecodedPictures() if decoded is None else decoded
+    task = Task(config, folder.absolute(), device, fingerprint(config), decoded)
     find_writer(config.writer.format)  # raises here, before any work, when its library is missing
     plan = plan_shards(config.count, config.writer.samples_per_shard)
     found = finished_shards(folder, task.fingerprint)
@@ -101,7 +107,7 @@ def run(
         path.write_text(dump_yaml(config.resolved), encoding="utf-8")
     missing = [shard for shard in plan if shard.index not in found]
     if missing and config.on_problem == "refuse":
-        check_pictures(config, progress)
+        check_pictures(config, progress, decoded)
     steps = Steps(progress, config.count)
     steps.add(SAMPLES, sum(record.count for record in found.values()))
     if missing and (workers > 1 or scheduler):
@@ -117,11 +123,11 @@ def run(
     return Outcome(manifest, len(missing), len(found), problems)
 
 
-def check_pictures(config: DataSet, progress: Progress = silent) -> None:
+def check_pictures(config: DataSet, progress: Progress = silent, decoded: DecodedPictures | None = None) -> None:
     """Read all pictures that lie in files once. Raises PhotositeError that lists those which cannot be used."""
     cfas: list[CfaName] = sorted({camera.cfa for camera in config.noise.list_cameras()})
     for collection in config.pictures:
-        source = open_collection(config.pictures, collection, config.noise.list_cameras()[0])
+        source = open_collection(config.pictures, collection, config.noise.list_cameras()[0], decoded)
         if not isinstance(source, Procedural):
             (height, width), margin = config.crop_px, margin_px(config)
             around = height + 2 * margin, width + 2 * margin
@@ -131,7 +137,7 @@ def check_pictures(config: DataSet, progress: Progress = silent) -> None:
 
 def make_shard(task: Task, shard: Shard, steps: Steps | None = None) -> int:
     """Write one shard with its record, before it what was wrong with pictures; return its number of samples."""
-    generator = Generator(task.config, open_device(task.device), _sources(task))
+    generator = Generator(task.config, open_device(task.device), _sources(task), task.decoded)
     path = task.folder / _problems_name(shard)
 
     def samples() -> Iterator[Sample]:
@@ -156,14 +162,14 @@ def _make_shard_or_error(task: Task, shard: Shard) -> int | PhotositeError:
 
 
 @lru_cache(maxsize=4)
-def _sources_of(_fingerprint: str) -> dict[tuple[str, int], PictureSource]:
-    """Return the dictionary of open collections of a configuration, empty at first."""
+def _sources_of(_fingerprint: str, _limit_bytes: int, _place: Path) -> dict[tuple[str, int], PictureSource]:
+    """Return the dictionary of open collections of a configuration that keep decoded pictures there, empty at first."""
     return {}
 
 
 def _sources(task: Task) -> dict[tuple[str, int], PictureSource]:
     """Return the open collections, which a process keeps between shards: listing a folder of a million pictures is slow."""
-    return _sources_of(task.fingerprint)
+    return _sources_of(task.fingerprint, task.decoded.limit_bytes, task.decoded.place)
 
 
 @contextmanager

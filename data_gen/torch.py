@@ -14,12 +14,14 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
-from data_gen.generate import Generator
+from data_gen.generate import Generator, picture_window
 from data_gen.recipe.dataset_config import DataSet, load_data_set
+from data_gen.recipe.epoch_order import epoch_order
 from data_gen.recipe.random_streams import RandomStream
 from data_gen.samples.packing import Channels
 from data_gen.samples.sample import Sample
 from data_gen.samples.tensors import TensorForm
+from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.storage.reading import SampleFolder
 from simulator.device import open_device
 from simulator.errors import require
@@ -37,7 +39,11 @@ class Pairs(Dataset):
     """What both kinds of data sets have in common: an epoch that all workers see, and samples as tensors.
 
     A sample is a dictionary of tensors and words, see `TensorForm.of`. PyTorch's own collation makes batches of them.
+    crops_per_picture, window: so many samples in a row share a picture, which an order that keeps so many pictures in use
+    reads once; see `epoch_order`.
     """
+
+    crops_per_picture, window = 1, 1
 
     def __init__(self, count: int, form: TensorForm) -> None:
         self.form, self._count = form, count
@@ -109,15 +115,23 @@ class LivePairs(Pairs):
     Epoch e, index i is sample e * count + i of the configuration. So epoch 0 has the pairs that `photosite dataset` stores,
     and every later epoch has new pictures, places, cameras and noise, drawn in the same way.
     config: the configuration, its file, or the name of one in configs/datasets. channels, amplify: see `TensorForm`.
-    device: part of an OpenCL device's name.
+    device: part of an OpenCL device's name. decoded: where decoded photographs are kept, by default 8 GB in a folder of the
+    user's; `DecodedPictures(0)` keeps none.
     A picture that cannot be used is replaced as in a stored data set, and a warning says so, or it is refused.
     """
 
     def __init__(
-        self, config: DataSet | str | Path, channels: Channels = "rggb", amplify: bool = True, device: str | None = None
+        self,
+        config: DataSet | str | Path,
+        channels: Channels = "rggb",
+        amplify: bool = True,
+        device: str | None = None,
+        decoded: DecodedPictures | None = None,
     ):
         self.config = config if isinstance(config, DataSet) else load_data_set(config)
+        self.decoded = DecodedPictures() if decoded is None else decoded
         self._device = device
+        self.crops_per_picture, self.window = self.config.crops_per_picture, picture_window(self.config, self.decoded)
         self._generator: Generator | None = None
         self._warned: set[str] = set()  # messages of pictures that a warning was given for
         super().__init__(self.config.count, TensorForm(channels, amplify))
@@ -128,7 +142,7 @@ class LivePairs(Pairs):
     def samples(self, places: Sequence[int]) -> list[Sample]:
         """Draw a batch; the noise of its frames is one launch for each kind of tile, up to `BATCH_PIXELS`."""
         if self._generator is None:
-            self._generator = Generator(self.config, open_device(self._device))
+            self._generator = Generator(self.config, open_device(self._device), decoded=self.decoded)
         first = self.epoch * len(self)
         found = list(self._generator.samples(first + place for place in places))
         for message in self._generator.problems.keys() - self._warned:
@@ -138,7 +152,7 @@ class LivePairs(Pairs):
 
 
 class EpochOrder(Sampler):
-    """Indices in random order, which is a function of the seed and the data set's epoch alone."""
+    """Indices in random order, a function of the seed, the data set's epoch, `crops_per_picture` and `window` alone."""
 
     def __init__(self, pairs: Pairs, seed: int = 0) -> None:
         self.pairs, self.seed = pairs, seed
@@ -147,7 +161,8 @@ class EpochOrder(Sampler):
         return len(self.pairs)
 
     def __iter__(self) -> Iterator[int]:
-        yield from RandomStream(self.seed, self.pairs.epoch).generator("order").permutation(len(self.pairs)).tolist()
+        pairs, stream = self.pairs, RandomStream(self.seed, self.pairs.epoch)
+        yield from epoch_order(stream, pairs.epoch * len(pairs), len(pairs), pairs.crops_per_picture, pairs.window)
 
 
 def loader(

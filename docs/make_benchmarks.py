@@ -150,6 +150,18 @@ what a step costs in all. Pictures of the data set are read and cut beforehand. 
 {rows}
 """
 
+LIVE_PHOTOGRAPHS = """
+## Live pairs from photographs
+
+4 x 128 x 128 from a folder of JPEGs of 24 megapixels, in shuffled epochs without a network. The NumPy loop
+(`benchmarks/peers/numpy_pairs.py`) decodes each picture once in each worker, cuts, and draws Poisson and normal numbers. Both
+take turns. The first epoch starts the workers and decodes.
+
+| pairs | workers | first epoch [1/s] | later epochs [1/s] | over the loop |
+|---|---|---|---|---|
+{rows}
+"""
+
 
 def live_text(record: dict) -> str:
     """The section on training steps."""
@@ -159,7 +171,12 @@ def live_text(record: dict) -> str:
     ]
     machine, left_out = record["machine"], [f"| left out: {note} | | | | |" for note in record["notes"]]
     lines = "\n".join(rows + left_out)
-    return LIVE.format(batch=record["batch"], cores=machine["cores"], load=machine["load"][0], rows=lines)
+    text = LIVE.format(batch=record["batch"], cores=machine["cores"], load=machine["load"][0], rows=lines)
+    photographs = [
+        f"| {row['name']} | {row['workers']} | {row['first']:.0f} | {row['later']:.0f} | {row['over_loop']:.2f} |"
+        for row in record.get("photographs", [])
+    ]
+    return text + (LIVE_PHOTOGRAPHS.format(rows="\n".join(photographs)) if photographs else "")
 
 
 RAW = """

@@ -5,6 +5,7 @@ from data_gen.report.estimate import estimate as estimate
 from data_gen.run import Outcome as Outcome
 from data_gen.run import run as run
 from data_gen.samples.sample import Sample as Sample
+from data_gen.sources.decoded_pictures import DecodedPictures as DecodedPictures
 from data_gen.storage.manifest import verify as verify
 from data_gen.storage.reading import SampleFolder as SampleFolder
 from data_gen.storage.reading import read_samples as read_samples

@@ -36,12 +36,13 @@ _FIX = {
 
 
 @contextmanager
-def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
+def atomic_write(path: str | os.PathLike, durable: bool = True) -> Iterator[Path]:
     """Yield a temporary path; on success it replaces `path`, on any failure it is removed.
 
     The temporary file lies in a folder beside the target (a rename works only within one file system) and has the target's
     suffix (writers choose the format by it). A missing folder is made. A link is followed. What killed processes left of the
     same target is removed.
+    durable: whether it is on the disk before the rename; False for files that can be made again and are checked when read.
     Raises PhotositeError when the folder cannot be made or written to, the target is not a plain file,
     or the block raises OSError (disk full).
     """
@@ -53,7 +54,8 @@ def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
         with _workplace(target) as folder:
             temporary = folder / f"new{target.suffix}"
             yield temporary
-            _to_disk(temporary)
+            if durable:
+                _to_disk(temporary)
             os.replace(temporary, target)
     except OSError as error:
         raise _write_error(path, error) from error

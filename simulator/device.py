@@ -20,6 +20,7 @@ import pyopencl as cl
 from numpy.typing import DTypeLike
 
 from simulator.errors import PhotositeError
+from simulator.progress import counted_as
 
 Buffer = cl.Buffer  # memory on a device; docstrings and the comments of kernels state shape and element type of its content
 
@@ -44,6 +45,7 @@ def expanded(text: str, seen: set[str] | None = None) -> str:
     return _INCLUDE.sub(header, text)
 
 
+@functools.cache
 def kernel_source(file: str) -> str:
     """Return the text of kernels/<file> with its headers included."""
     return expanded((KERNELS / file).read_text(encoding="utf-8"))
@@ -202,8 +204,6 @@ CPU_ROW_PX = 1024  # work-items; starting a work-group on a CPU costs more time 
 CPU_SPAN = 64  # photosites per work-item in kernels whose innermost loop runs over them; on a GPU it is 1
 GPU_ROW_PX = 256  # work-items; a group size that every GPU supports
 CONSTANT_BYTES = 2**16  # constant memory that every OpenCL device has (OpenCL 1.2, table 4.3)
-LARGE_BYTES = 2**22  # of an array from which on NumPy asks Linux for pages of 2 MiB, of which fewer are mapped one by one
-PAGE_BYTES = 2**12
 SHORTEST_ROW_PX = 32  # work-items; shorter groups waste lanes of a GPU, and on a CPU take longer to start than to run
 
 
@@ -226,6 +226,7 @@ class Device:
         self._own_queue = cl.CommandQueue(self._own_context)
         self._kernels: dict[tuple, Kernel] = {}
         self._launching = Lock()
+        self._programs: dict[tuple, tuple[str, cl.Program]] = {}  # text of a file with its macros; its kernels share a build
 
     @property
     def _context(self) -> cl.Context:
@@ -258,6 +259,7 @@ class Device:
         """
         return self.share(array) if self.shares_memory else self.empty(array.shape, array.dtype)
 
+    @counted_as("device")
     def collect(self, buffer: cl.Buffer, array: np.ndarray) -> None:
         """Wait for all work and copy a buffer made by `share` or `receive` to its array, where the two do not share memory."""
         if not self.shares_memory:
@@ -269,19 +271,11 @@ class Device:
 
     def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> cl.Buffer:
         """Return an uninitialised buffer for an array of this shape. Raises PhotositeError when it does not fit."""
-        size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-        if not self.shares_memory or size < LARGE_BYTES:
-            return self._buffer(cl.mem_flags.READ_WRITE, size)
-        return self._buffer(cl.mem_flags.READ_WRITE | cl.mem_flags.USE_HOST_PTR, size, in_large_pages=True)
+        return self._buffer(cl.mem_flags.READ_WRITE, int(np.prod(shape)) * np.dtype(dtype).itemsize)
 
-    def _buffer(self, flags: int, size: int = 0, hostbuf: np.ndarray | None = None, in_large_pages: bool = False) -> cl.Buffer:
-        """Return a buffer of `size` bytes, in an array of NumPy's if `in_large_pages`, or over `hostbuf`.
-
-        The buffer keeps the array alive. Raises PhotositeError when it does not fit.
-        """
+    def _buffer(self, flags: int, size: int = 0, hostbuf: np.ndarray | None = None) -> cl.Buffer:
+        """Return a buffer of `size` bytes, or over `hostbuf`. Raises PhotositeError when it does not fit."""
         try:
-            if in_large_pages:
-                return cl.Buffer(self._context, flags, 0, _aligned(size))
             return cl.Buffer(self._context, flags, size, hostbuf)
         except (cl.Error, MemoryError) as error:
             needed = size if hostbuf is None else hostbuf.nbytes
@@ -312,36 +306,47 @@ class Device:
         self.fill(buffer, value, 0)
         return buffer
 
+    @counted_as("device")
     def download(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
         """Wait for all work enqueued before, and return the content of a buffer as an array."""
         array = np.empty(shape, dtype)
         cl.enqueue_copy(self._queue, array, buffer)
         return array
 
+    @counted_as("device")
     def finish(self) -> None:
         """Wait until all work is done."""
         self._queue.finish()
 
     def kernel(self, name: str, defines: dict[str, object], file: str | None = None) -> Kernel:
         """Return the kernel `name` of kernels/<file> (default <name>.cl), built once for these macros."""
-        key = (file or f"{name}.cl", name, tuple(defines.items()))
-        if key not in self._kernels:
-            self._kernels[key] = self.build(kernel_source(key[0]), name, defines)
-        return self._kernels[key]
+        key = (file or f"{name}.cl", tuple(defines.items()))
+        if (*key, name) not in self._kernels:
+            if key not in self._programs:
+                source = kernel_source(key[0])
+                self._programs[key] = source, self._build(source, name, defines)
+            source, program = self._programs[key]
+            self._kernels[*key, name] = Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
+        return self._kernels[*key, name]
 
     def build(self, source: str, name: str, defines: dict[str, object]) -> Kernel:
         """Build the kernel `name` from expanded source text, with these macros (pyopencl caches builds on disk).
 
         Raises PhotositeError when the driver cannot build it.
         """
+        return Kernel(name, cl.Kernel(self._build(source, name, defines), name), declared_arguments(source, name))
+
+    @counted_as("build")
+    def _build(self, source: str, name: str, defines: dict[str, object]) -> cl.Program:
+        """Return the program of expanded source text with these macros. name: of a kernel, for the error's message."""
         macros = "".join(f"#define {macro} {value}\n" for macro, value in defines.items())
         try:
             with warnings.catch_warnings(action="ignore", category=cl.CompilerWarning):  # some drivers warn without a cause
-                program = cl.Program(self._context, macros + source).build()
+                return cl.Program(self._context, macros + source).build()
         except cl.Error as error:
             raise PhotositeError(f"{self.info.label} cannot build the kernel {name}: {error}") from None
-        return Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
 
+    @counted_as("device")
     def run(self, kernel: Kernel, global_size: tuple[int, ...], local_size: tuple[int, ...] | None, **arguments: Any) -> None:
         """Enqueue a kernel; scalars are cast to the declared type, structs are given as mappings from field to value.
 
@@ -365,19 +370,13 @@ class Device:
         return (width, *(1 for _ in global_size[1:])) if width >= SHORTEST_ROW_PX or width == global_size[0] else None
 
 
-def _aligned(size: int) -> np.ndarray:
-    """Return an uninitialised array of so many bytes that begins at a multiple of PAGE_BYTES, as buffers of drivers do."""
-    whole = np.empty(size + PAGE_BYTES, np.uint8)
-    first = -whole.ctypes.data % PAGE_BYTES
-    return whole[first : first + size]
-
-
 @functools.cache
 def _log_choice(label: str) -> None:
     logging.getLogger(__name__).info("device: %s", label)
 
 
 @functools.cache
+@counted_as("device")
 def open_device(name: str | None = None) -> Device:
     """Return the device whose label contains `name` (case-insensitive).
 

@@ -6,6 +6,14 @@ from helpers.kernel_bench import Bench
 from simulator.device import open_device
 
 
+@pytest.fixture(scope="session", autouse=True)
+def cache_folder(tmp_path_factory):
+    """Decoded pictures of tests lie in a folder of the tests, not in the user's."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PHOTOSITE_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 @pytest.fixture(scope="session")
 def device():
     """The device under test: $PHOTOSITE_DEVICE or the default."""

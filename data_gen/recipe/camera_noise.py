@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 
@@ -23,6 +24,8 @@ from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.kernel.kernel_program import in_order
 from simulator.units import Seconds
+
+MOST_SETTINGS = 4096  # that are kept, a few kB each
 
 
 @dataclass(frozen=True)
@@ -53,9 +56,9 @@ class MeasuredIsos:
         require(bool(isos), "measured", list(self.measured), rule)
         return isos
 
-    def draw_iso(self, camera: Camera, probability: float) -> int:
-        """Return the measured ISO nearest to a log-uniform draw between the lowest and the highest."""
-        isos = self.within_range(camera)
+    @staticmethod
+    def draw_iso(isos: tuple[int, ...], probability: float) -> int:
+        """Return that of some ISOs, ascending, which is nearest to a log-uniform draw between the lowest and the highest."""
         drawn = math.log(isos[0]) + probability * math.log(isos[-1] / isos[0])
         return min(isos, key=lambda iso: abs(math.log(iso) - drawn))
 
@@ -91,6 +94,11 @@ class CameraChoice:
         listed = self.iso.choice if isinstance(self.iso, Choice) else support_of(self.iso)
         return tuple(sorted({round(iso) for iso in listed}))
 
+    @cached_property
+    def _measured(self) -> tuple[int, ...]:
+        """ISOs of the section's range that the camera was measured at."""
+        return self.iso.within_range(self.camera) if isinstance(self.iso, MeasuredIsos) else ()
+
     def _between(self) -> tuple[int, ...]:
         """ISOs between measured ones, one for each gap that a continuous distribution draws from."""
         if isinstance(self.iso, MeasuredIsos | int | Choice):
@@ -102,7 +110,7 @@ class CameraChoice:
     def draw_iso(self, probability: float) -> int:
         """Return the ISO at a probability from 0 to 1 of its distribution."""
         if isinstance(self.iso, MeasuredIsos):
-            return self.iso.draw_iso(self.camera, probability)
+            return self.iso.draw_iso(self._measured, probability)
         return round(draw(self.iso, probability))
 
 
@@ -131,8 +139,18 @@ class CameraNoise:
 
     def setting(self, name: str, iso: int) -> NoiseSetting:
         """Return a camera of the section at an ISO. Raises PhotositeError outside its range."""
-        camera = self.cameras[name].camera
-        return NoiseSetting(name, iso, camera, in_order(camera.sensor_stages(iso, self.exposure_time_s).values()))
+        found = self._settings.get((name, iso))
+        if found is None:
+            camera = self.cameras[name].camera
+            found = NoiseSetting(name, iso, camera, in_order(camera.sensor_stages(iso, self.exposure_time_s).values()))
+            if len(self._settings) < MOST_SETTINGS:
+                self._settings[name, iso] = found
+        return found
+
+    @cached_property
+    def _settings(self) -> dict[tuple[str, int], NoiseSetting]:
+        """Settings that were drawn before."""
+        return {}
 
     def list_cameras(self) -> tuple[Camera, ...]:
         """Return the cameras that clean pictures are made for."""

@@ -1,10 +1,11 @@
 """Collections of clean pictures, as the configuration names them: the key of a section says which kind it is."""
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Protocol, get_args
 
 from data_gen.sources.data_set import DataSetSamples
+from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.sources.linear_images import LinearImages
 from data_gen.sources.photographs import Photographs
 from data_gen.sources.procedural import Procedural
@@ -20,9 +21,10 @@ Pictures = Procedural | Photographs | LinearImages | SpectralCubes | RawFiles | 
 KINDS = get_args(Pictures)
 
 # A collection is seen by any camera of the data set, so its section leaves the camera open; raw files and shots have their own.
+# Where decoded pictures are kept is a matter of the machine, not of the data set.
 for _kind in KINDS:
     if "camera" in {field.name for field in fields(_kind)}:
-        defer_fields(_kind, "camera")
+        defer_fields(_kind, "camera", "decoded")
 
 
 class UnfinishedPictures(Protocol):
@@ -34,16 +36,21 @@ class UnfinishedPictures(Protocol):
 
 
 def open_collection(
-    pictures: Mapping[str, PictureSource | UnfinishedPictures], collection: str, camera: Camera
+    pictures: Mapping[str, PictureSource | UnfinishedPictures],
+    collection: str,
+    camera: Camera,
+    decoded: DecodedPictures | None = None,
 ) -> PictureSource:
     """Return a collection as a camera sees it.
 
     pictures: sections as the configuration builds them: sources, or functions that take the camera and return a source.
+    decoded: where a collection that decodes pictures keeps them.
     Raises PhotositeError with the key in the configuration.
     """
     try:
         made = pictures[collection]
-        return made if isinstance(made, PictureSource) else made(camera=camera)
+        source = made if isinstance(made, PictureSource) else made(camera=camera)
+        return replace(source, decoded=decoded) if isinstance(source, Photographs) else source
     except PhotositeError as error:
         section = f"pictures.{collection}"
         raise (error.replace(key=f"{section}.{error.key}") if error.names_a_value else error.inside(section)) from None

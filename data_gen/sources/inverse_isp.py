@@ -74,14 +74,13 @@ def to_balanced_camera_in(camera: Camera, light: str) -> np.ndarray:
     return np.linalg.solve(to_xyz_d50, adapt @ SRGB_TO_XYZ)
 
 
-def remove_gains(balanced: np.ndarray, gains: np.ndarray) -> np.ndarray:
-    """Apply the inverse gains of white balance and brightness to (..., 3) linear colours, except where they are saturated.
+def inverse_gain(mean: np.ndarray, gain: float) -> np.ndarray:
+    """Return the factors that undo a gain of white balance and brightness, except where colours are saturated.
 
-    gains: (3,) factors of the colours, usually below 1. a = ((mean - 0.9) / 0.1)^2 above a mean of 0.9, else 0;
-    the factor is max(a + (1 - a) gain, gain): 1 for white (equation 5 of the paper, over the mean of the channels as in
-    its release).
+    mean: of R, G and B of each pixel, white-balanced. gain: camera signal of white in one colour, usually below 1.
+    a = ((mean - 0.9) / 0.1)^2 above a mean of 0.9, else 0; the factor is max(a + (1 - a) gain, gain): 1 for white (equation 5
+    of the paper, over the mean of the channels as in its release).
     """
-    mean = balanced.mean(axis=-1, keepdims=True)
-    fade = np.square(np.maximum(mean - INFLECTION, 0) / (1 - INFLECTION))
-    gains = np.asarray(gains, dtype=balanced.dtype)
-    return balanced * np.maximum(fade + (1 - fade) * gains, gains)
+    gain = mean.dtype.type(gain)
+    fade = np.square(np.maximum(mean - mean.dtype.type(INFLECTION), 0) / mean.dtype.type(1 - INFLECTION))
+    return np.maximum(fade + (1 - fade) * gain, gain)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_gen.sources.source import CleanImage
+from data_gen.sources.source import Picture
 from simulator.errors import PhotositeError
 from simulator.sensor.camera.cfa import CfaName
 
@@ -51,13 +51,13 @@ class Crop:
     width: int
     augmentation: Augmentation
 
-    def of(self, picture: np.ndarray) -> np.ndarray:
-        """Cut a (height, width[, channels]) array and augment the patch."""
-        return self.augmentation.of(picture[self.top : self.top + self.height, self.left : self.left + self.width])
+    def of(self, picture: Picture) -> np.ndarray:
+        """Cut the patch (height, width[, channels]) and augment it."""
+        return self.augmentation.of(picture.cut(self.top, self.left, self.height, self.width))
 
 
 def choose_crop(
-    picture: CleanImage,
+    picture: Picture,
     size: tuple[int, int],
     cfa: CfaName,
     place: tuple[float, float] = (0.0, 0.0),
@@ -78,7 +78,7 @@ def choose_crop(
         fitting = [other for other in others if min(_places(picture, size, cfa, other, name)[1]) >= 1]
         if fitting:  # which of them follows from the wanted one, so that it is as random as that is
             return choose_crop(picture, size, cfa, place, fitting[AUGMENTATIONS.index(augmentation) % len(fitting)], name)
-        (rows, columns), (height, width) = picture.signal.shape[:2], size[::-1] if augmentation.transpose else size
+        (rows, columns), (height, width) = picture.size, size[::-1] if augmentation.transpose else size
         raise PhotositeError(
             f"{columns} x {rows} pixels are too few for a patch of {width} x {height} that begins with {cfa}; "
             "give a larger picture or ask for smaller patches",
@@ -92,33 +92,36 @@ def choose_crop(
     return Crop(top, left, height, width, augmentation)
 
 
-def cut_patch(picture: CleanImage, crop: Crop, cfa: CfaName) -> np.ndarray:
+def cut_patch(picture: Picture, crop: Crop, cfa: CfaName) -> np.ndarray:
     """Return the mosaic (height, width) float32 of a crop that `choose_crop` gave for the same picture and `cfa`."""
-    patch = crop.of(picture.signal)
-    return apply_cfa(patch, cfa) if patch.ndim == 3 else np.ascontiguousarray(patch)
+    if picture.cfa is not None:
+        return np.ascontiguousarray(crop.of(picture))
+    letters = _letters_before(crop, cfa)
+    return np.ascontiguousarray(crop.augmentation.of(picture.mosaic(crop.top, crop.left, crop.height, crop.width, letters)))
 
 
-def apply_cfa(planes: np.ndarray, cfa: CfaName) -> np.ndarray:
-    """Sample R, G, B planes (height, width, 3) through a colour filter array: mosaic (height, width) of the same type."""
-    mosaic = np.empty(planes.shape[:2], planes.dtype)
-    for place, letter in enumerate(cfa):
-        row, column = divmod(place, 2)
-        mosaic[row::2, column::2] = planes[row::2, column::2, "RGB".index(letter)]
-    return mosaic
+def _letters_before(crop: Crop, cfa: CfaName) -> str:
+    """Return the colours of the 2x2 block at the corner of a crop whose mosaic begins with `cfa` after the augmentation."""
+    height, width = 2 + crop.height % 2, 2 + crop.width % 2  # parity alone decides
+    places = crop.augmentation.of(np.arange(height * width).reshape(height, width))
+    wanted = np.tile(np.array(list(cfa)).reshape(2, 2), (2, 2))[: places.shape[0], : places.shape[1]]
+    letters = np.empty(height * width, wanted.dtype)
+    letters[places.ravel()] = wanted.ravel()
+    return "".join(letters.reshape(height, width)[:2, :2].ravel())
 
 
 def _places(
-    picture: CleanImage, size: tuple[int, int], cfa: CfaName, augmentation: Augmentation, name: str
+    picture: Picture, size: tuple[int, int], cfa: CfaName, augmentation: Augmentation, name: str
 ) -> tuple[tuple[int, int, int], tuple[int, int]]:
     """Return row, column and step of `_first_place`, and how many places there are down and right; below 1: no room."""
     height, width = size[::-1] if augmentation.transpose else size
     first_y, first_x, step = _first_place(picture, size, cfa, augmentation, name)
-    rows, columns = picture.signal.shape[:2]
+    rows, columns = picture.size
     return (first_y, first_x, step), ((rows - height - first_y) // step + 1, (columns - width - first_x) // step + 1)
 
 
 def _first_place(
-    picture: CleanImage, size: tuple[int, int], cfa: CfaName, augmentation: Augmentation, name: str
+    picture: Picture, size: tuple[int, int], cfa: CfaName, augmentation: Augmentation, name: str
 ) -> tuple[int, int, int]:
     """Return row and column of the first crop whose mosaic begins with `cfa`, and the step to the next one [px]."""
     own = picture.cfa

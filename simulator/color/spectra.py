@@ -8,6 +8,7 @@ Tabulated data are those of `color_tables`, whose files name their origin.
 
 import difflib
 import re
+from functools import lru_cache
 
 import numpy as np
 
@@ -69,13 +70,23 @@ def integral_weights(
     factor lambda / (h c), which the two-point Gauss-Legendre rule integrates exactly (Abramowitz and Stegun 25.4.29).
     grid_nm: (grid,) where the spectrum is sampled, ascending [nm]. wavelengths_nm, curves: (wavelengths,) ascending [nm] and
         (wavelengths, channels). of_photons: multiply by the photons in a joule, lambda / (h c) [1/J].
-    Raises PhotositeError unless both grids ascend and have two entries at least.
+    The result cannot be written to. Raises PhotositeError unless both grids ascend and have two entries at least.
     """
-    grid, own = (np.asarray(each, dtype=np.float64) for each in (grid_nm, wavelengths_nm))
-    table = np.asarray(curves, dtype=np.float64)
+    grid, own, table = (np.asarray(each, dtype=np.float64) for each in (grid_nm, wavelengths_nm, curves))
+    return _integral_weights(grid.tobytes(), own.tobytes(), table.tobytes(), (grid.shape, own.shape, table.shape), of_photons)
+
+
+@lru_cache(maxsize=64)  # a frame asks for the same ones several times, and so do frames of one camera
+def _integral_weights(
+    grid_nm: bytes, wavelengths_nm: bytes, curves: bytes, shapes: tuple[tuple[int, ...], ...], of_photons: bool
+) -> np.ndarray:
+    """`integral_weights` of arrays of float64, given as bytes and shapes."""
+    texts = grid_nm, wavelengths_nm, curves
+    grid, own, table = (np.frombuffer(text).reshape(shape) for text, shape in zip(texts, shapes, strict=True))
     for each in (grid, own):
         ascends = each.ndim == 1 and each.size > 1 and bool((np.diff(each) > 0).all())
-        require(ascends, "wavelengths", f"{each} nm", "give two or more ascending wavelengths")
+        if not ascends:
+            raise PhotositeError("give two or more ascending wavelengths", key="wavelengths", value=f"{each} nm")
     knots = np.union1d(grid, own)
     knots = knots[(knots >= max(grid[0], own[0])) & (knots <= min(grid[-1], own[-1]))]
     middle, half = (knots[1:] + knots[:-1]) / 2.0, np.diff(knots) / 2.0
@@ -87,6 +98,7 @@ def integral_weights(
     weights = np.zeros((grid.size, table.shape[1]))
     np.add.at(weights, left, values * (1.0 - share))
     np.add.at(weights, left + 1, values * share)
+    weights.setflags(write=False)
     return weights
 
 

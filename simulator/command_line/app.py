@@ -63,14 +63,24 @@ def simulate(
     ),
     device: Annotated[str | None, typer.Option(help="Part of an OpenCL device's name; see `photosite devices`.")] = None,
     redo: Annotated[bool, typer.Option("--redo", help="Take the points of a sweep again even when their files stand.")] = False,
+    profile: Annotated[
+        bool, typer.Option("--profile", help="Show where the time went: imports, builds, device, files.")
+    ] = False,
 ) -> None:
     """Take the shot, or every point of its sweep: NAME.dng, NAME.truth.exr and NAME.json.
 
     A sweep also writes NAME.yaml for every point and a manifest.csv, and goes on where it was interrupted.
     """
+    from simulator.progress import open_ledger
+
+    ledger = open_ledger() if profile else None
     from simulator.command_line.simulation import simulate_file
 
     simulate_file(shot, settings or [], out, device, redo)
+    if ledger is not None:
+        from simulator.command_line.screen import tell
+
+        tell(f"time: {ledger.text()}")
 
 
 @app.command(epilog="Example: photosite resimulate frames/color_checker.dng --out again")

@@ -6,7 +6,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from simulator.atomic_files import atomic_write
-from simulator.command_line.screen import console, log, show_progress
+from simulator.command_line.screen import console, show_progress, tell
 from simulator.config import dump_yaml
 from simulator.errors import PhotositeError
 from simulator.measurement.calibration.assumed_numbers import assumed_numbers
@@ -35,7 +35,7 @@ def calibrate_files(
         path.write_text(dump_yaml(camera_document(found, assumed)), encoding="utf-8")
     _show(found)
     for note in notes + found.notes:
-        log.print(f"note: {escape(note)}")
+        tell(f"note: {note}")
     if plots:
         _draw(found, name, out.with_suffix(".png"))
     return out
@@ -48,7 +48,7 @@ def _draw(found: Calibration, name: str, path: Path) -> None:
     try:
         figure = calibration_figure(found, f"{name}: photosite calibrate")
     except PhotositeError as error:  # the numbers are written; a missing library must not take them back
-        return log.print(f"note: {escape(str(error))}; --no-plots leaves them out")
+        return tell(f"note: {error}; --no-plots leaves them out")
     write_figure(figure, path)
     print(path)
 

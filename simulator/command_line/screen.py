@@ -1,24 +1,45 @@
 """Consoles of the command line: results go to stdout, progress and notes to stderr."""
 
+import functools
 import logging
+import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, ProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.progress import Progress as Bars
+from simulator.progress import Progress, silent
 
-from simulator.progress import Progress
+if TYPE_CHECKING:  # rich takes longer to import than a small frame to compute, and is needed on terminals alone
+    from rich.console import Console
+    from rich.progress import Progress as Bars
 
-log = Console(stderr=True, highlight=False, soft_wrap=True)
+
+def tell(text: str) -> None:
+    """Print a line on stderr, above the progress bars where there are any."""
+    if is_terminal():
+        _log().print(text, markup=False, emoji=False)
+    else:
+        print(text, file=sys.stderr)
+
+
+def is_terminal() -> bool:
+    """Whether stderr shows colours and progress."""
+    return sys.stderr.isatty() or bool(os.environ.get("FORCE_COLOR"))
+
+
+@functools.cache
+def _log() -> "Console":
+    from rich.console import Console
+
+    return Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 class _LogHandler(logging.Handler):
     """Prints what the simulator logs, such as the device it chose."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        log.print(escape(record.getMessage()))
+        tell(record.getMessage())
 
 
 def show_log() -> None:
@@ -29,8 +50,10 @@ def show_log() -> None:
         logger.addHandler(_LogHandler())
 
 
-def console() -> Console:
+def console() -> "Console":
     """Return a console for results: stdout, 200 columns wide where it is no terminal."""
+    from rich.console import Console
+
     # Tables piped into a file keep their text instead of being cut to 80 columns.
     console = Console(highlight=False)
     return console if console.is_terminal else Console(highlight=False, width=200)
@@ -38,12 +61,17 @@ def console() -> Console:
 
 @contextmanager
 def show_progress(first: str, *, prefix: str = "", is_long: bool = True) -> Iterator[Progress]:
-    """Show a progress bar on stderr; yields the function that updates it.
+    """Show a progress bar on stderr, where it is a terminal; yields the function that updates it.
 
     first: text until the first update. prefix: text before that of each update. is_long: show the time that remains, not the
     time that has passed.
     """
-    with _bars(TimeRemainingColumn() if is_long else TimeElapsedColumn()) as bars:
+    if not is_terminal():
+        yield silent
+        return
+    from rich.markup import escape
+
+    with _bars(is_long) as bars:
         task, last = bars.add_task(escape(first), total=1.0), 0.0
 
         def update(what: str, share: float) -> None:
@@ -58,13 +86,21 @@ def show_progress(first: str, *, prefix: str = "", is_long: bool = True) -> Iter
 
 @contextmanager
 def show_waiting(what: str) -> Iterator[None]:
-    """Show a bar without a share done, for work that reports no progress."""
-    with _bars(TimeElapsedColumn()) as bars:
+    """Show a bar without a share done, where stderr is a terminal, for work that reports no progress."""
+    if not is_terminal():
+        yield
+        return
+    from rich.markup import escape
+
+    with _bars(is_long=False) as bars:
         bars.add_task(escape(what), total=None)
         yield
 
 
-def _bars(time: ProgressColumn) -> Bars:
-    """Return bars on stderr that vanish at the end; nothing is shown where stderr is no terminal."""
-    columns = TextColumn("{task.description}"), BarColumn(), time
-    return Bars(*columns, console=log, transient=True, disable=not log.is_terminal)
+def _bars(is_long: bool) -> "Bars":
+    """Return bars on stderr that vanish at the end. is_long: with the time that remains, not the time that has passed."""
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bars
+
+    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn() if is_long else TimeElapsedColumn()
+    return Bars(*columns, console=_log(), transient=True)

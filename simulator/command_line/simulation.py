@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from rich.markup import escape
 
 from simulator.atomic_files import atomic_write
-from simulator.command_line.screen import log, show_progress
+from simulator.command_line.screen import show_progress, tell
 from simulator.config import Sweep, frame_warnings, load_shot, load_sweep, locate_errors, shot_warnings
 from simulator.errors import PhotositeError
 from simulator.pipeline.light_cache import LightCache
@@ -29,14 +28,14 @@ def simulate_file(path: Path, settings: list[str], out: Path, device: str | None
     sweep = load_sweep(path, settings)
     shot = load_shot(path, settings) if sweep is None else sweep[0].shot()
     for warning in shot_warnings(shot):
-        log.print(f"warning: {escape(warning)}")
+        tell(f"warning: {warning}")
     with _check_folder(out):
         if sweep is None:
             with locate_errors(path, settings):
                 return simulate_shot(shot, out, device)
         failed = simulate_sweep(sweep, out, device, redo)
     if failed:
-        log.print(f"error: {failed} of {len(sweep)} points failed; the column status of {out / 'manifest.csv'} says why")
+        tell(f"error: {failed} of {len(sweep)} points failed; the column status of {out / 'manifest.csv'} says why")
         raise typer.Exit(1)
 
 
@@ -50,9 +49,9 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
             files, seen = save(raw, out), frame_warnings(raw)
     resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
     for note in resolved["notes"]:
-        log.print(f"note: {escape(note)}")
+        tell(f"note: {note}")
     for warning in [*resolved["warnings"], *(str(one.message) for one in told), *seen]:
-        log.print(f"warning: {escape(warning)}")
+        tell(f"warning: {warning}")
     for file in files.there():
         print(file)
 
@@ -62,13 +61,13 @@ def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> i
 
     def report(row: Row) -> None:
         if row.error is not None:
-            log.print(escape(f"{row.name}: {row.status}"))
+            tell(f"{row.name}: {row.status}")
 
     with show_progress("sweep") as progress:
         taking = partial(take, device=device, cache=LightCache())
         rows = run_sweep(sweep, out, take=taking, redo=redo, report=report, progress=progress)
     if skipped := sum(row.status == SKIPPED for row in rows):
-        log.print(f"note: {skipped} of {len(rows)} points were there already; --redo takes them again")
+        tell(f"note: {skipped} of {len(rows)} points were there already; --redo takes them again")
     print(out / "manifest.csv")
     return sum(row.error is not None for row in rows)
 

@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from simulator.command_line.screen import console, log, show_progress
+from simulator.command_line.screen import console, show_progress, tell
 from simulator.config import load_camera
 from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
 
@@ -37,7 +37,7 @@ def run_noise_validation(camera: str, settings: list[str], isos: list[int], out:
     if out is not None:
         noise_report.write_noise_json(report, out / "noise.json")
         write_figure(noise_figure(report), out / "noise.png")
-        log.print(escape(f"frames in {folder}, report in {out / 'noise.json'} and {out / 'noise.png'}"))
+        tell(f"frames in {folder}, report in {out / 'noise.json'} and {out / 'noise.png'}")
     _report_verdict(report.checks)
 
 
@@ -60,7 +60,7 @@ def run_emva_validation(camera: str, settings: list[str], iso: int | None, out: 
         emva_report.write_emva_json(report, out / "emva.json")
         html.write_emva_html(report, out / "emva.html")
         write_figure(emva_overview(report.found, f"EMVA 1288 of {report.camera} at ISO {report.iso}"), out / "emva.png")
-        log.print(escape(f"frames in {folder}, report in {out / 'emva.html'} and {out / 'emva.json'}"))
+        tell(f"frames in {folder}, report in {out / 'emva.html'} and {out / 'emva.json'}")
     _report_verdict(report.checks)
 
 
@@ -157,9 +157,9 @@ def _report_verdict(gates: Sequence[ToleranceCheck]) -> None:
     if failed:
         names = ", ".join(f"{gate.quantity} at {gate.where}" for gate in failed[:3])
         more = f" and {len(failed) - 3} more" if len(failed) > 3 else ""
-        log.print(escape(f"error: {len(failed)} of {len(asked)} gates failed: {names}{more}"))
+        tell(f"error: {len(failed)} of {len(asked)} gates failed: {names}{more}")
         raise typer.Exit(1)
-    log.print(f"all {len(asked)} gates passed")
+    tell(f"all {len(asked)} gates passed")
 
 
 @contextmanager

@@ -8,8 +8,10 @@ from typing import Any
 
 import yaml
 
-from simulator.config.yaml_dialect import PlainLoader
+from simulator.color.color_tables import CONFIGS
+from simulator.config.yaml_dialect import LibraryLoader, PlainLoader
 from simulator.errors import PhotositeError, place_text, reading
+from simulator.progress import counted_as
 
 Keys = tuple[str | int, ...]  # from the top of a document to a value: keys of mappings and numbers of list items
 MAX_NODES = 1_000_000  # limits nested aliases, which could otherwise expand exponentially
@@ -70,6 +72,7 @@ def join_keys(keys: Keys) -> str:
     return ".".join(map(str, keys))
 
 
+@counted_as("files")
 def read_document(path: str | Path) -> Document:
     """Read a YAML file.
 
@@ -92,19 +95,22 @@ def _read_cached(path: Path, _modified: int, _size: int) -> Document:
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:
         raise PhotositeError("not UTF-8 text; a shot or camera is a YAML file", file=path) from None
-    document = parse_document(text, str(path), path.parent)
+    document = parse_document(text, str(path), path.parent, is_ours=CONFIGS in path.parents)
     if not isinstance(document.data, dict):
         found = "empty" if document.data is None else f"a {type(document.data).__name__}"
         raise PhotositeError(f"the file is {found}; it must hold `key: value` lines, such as `lens: ...`", file=path)
     return document
 
 
-def parse_document(text: str, name: str, folder: Path, lines: bool = True) -> Document:
-    """Parse a YAML text. Messages begin with `name`, and with the line unless `lines` is off."""
+def parse_document(text: str, name: str, folder: Path, lines: bool = True, is_ours: bool = False) -> Document:
+    """Parse a YAML text. Messages begin with `name`, and with the line unless `lines` is off.
+
+    is_ours: the text comes with Photosite, so that it can be trusted not to nest without end.
+    """
     found = _Reading(name, folder)
     with reading(name, "check it for broken YAML"):
         try:
-            node = yaml.compose(text, PlainLoader)
+            node = yaml.compose(text, LibraryLoader if is_ours else PlainLoader)
             data = None if node is None else found.convert(node, ())
         except RecursionError:
             raise PhotositeError("broken YAML: nested too deeply; a shot has at most six levels", file=name) from None

@@ -27,6 +27,12 @@ class PlainLoader(yaml.SafeLoader):
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}
 
 
+class LibraryLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]  # PyYAML may lack libyaml
+    """The same by libyaml, ten times faster, for files that come with Photosite: it crashes where files nest without end."""
+
+    yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}
+
+
 class PlainDumper(yaml.SafeDumper):
     """Dumper that quotes exactly what PlainLoader would not read as text."""
 
@@ -38,7 +44,7 @@ class PlainDumper(yaml.SafeDumper):
 
 
 for _tag, _pattern, _first in RESOLVERS:
-    for _class in (PlainLoader, PlainDumper):
+    for _class in (PlainLoader, LibraryLoader, PlainDumper):
         _class.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(rf"^(?:{_pattern})$"), _first)
 
 

@@ -1,8 +1,9 @@
 """Plans the optics: from the radiance of the scene to the electron radiance of each photosite in its own colour."""
 
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -16,9 +17,9 @@ from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.psf_planning import contrast_sigma, plan_visible_psf
-from simulator.optics.ray_reference.deep_rays import STEEPEST, DeepBlur
 from simulator.optics.veiling_glare import VeilingGlare, plan_veiling_glare
 from simulator.scene.compositing import deep_pixels_of, flatten_layers
+from simulator.scene.content_keys import freeze, is_ours
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.occluded_background import disoccluded_share, extend_background
 from simulator.scene.scene import Scene
@@ -27,6 +28,28 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
 from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
+
+if TYPE_CHECKING:
+    from simulator.optics.ray_reference.deep_rays import DeepBlur
+
+# What a camera does with the light, of which its optics knows the NoiseFloor alone. All other fields of `Camera` are keys.
+SENSOR_ONLY = frozenset(
+    {
+        "make",
+        "model",
+        "bit_depth",
+        "black_level_dn",
+        "white_level_dn",
+        "iso_table",
+        "iso_range",
+        "read_noise_model",
+        "read_noise_after_gain_dn",
+        "read_noise_spread",
+        "conversion_gain",
+        "color_matrix",
+        "stages",
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -56,7 +79,7 @@ class OpticsPlan:
     veiling_glare: VeilingGlare | None = None
     psf: FieldPsf | None = None
     disoccluded_share: float | None = None
-    deep_blur: DeepBlur | None = None
+    deep_blur: "DeepBlur | None" = None
     psf_skip_reason: str | None = None
     ignored_px: float = 0.0
     contrast: SceneContrast = SceneContrast()
@@ -107,7 +130,37 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
     """Plan the image of a scene on a sensor.
 
     tolerance: as in `Shot`. Raises PhotositeError for light, blur or geometry that cannot be computed.
+    All but the window is that of the whole sensor, and kept with the scene for another window of it.
     """
+
+    def make() -> OpticsPlan:
+        made = _plan_sensor_optics(loaded, lens, sensor, tolerance)
+        if made.scene is not loaded and not any(array.flags.writeable for array in loaded.arrays()):
+            for array in made.scene.arrays():
+                array.setflags(write=False)
+        return made
+
+    key = optics_key(lens, sensor, tolerance)
+    planned = make() if key is None else loaded.remember(key, make)
+    return replace(planned, window=sensor.readout.computed)
+
+
+def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float) -> Hashable | None:
+    """Return what a plan depends on besides scene and window; None for a lens of which nothing tells when it is the same.
+
+    Of what the camera does with the light, that is the NoiseFloor alone.
+    """
+    if not is_ours(lens):
+        return None
+    try:
+        camera = freeze(sensor.camera, SENSOR_ONLY | {"window"})
+        return "optics", freeze(lens), camera, sensor.exposure.time_s, sensor.noise_floor(), tolerance
+    except OSError:  # a file of the lens has gone: what reads it says so
+        return None
+
+
+def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
+    """Plan the image on the window of a sensor; nothing but the field `window` depends on the window."""
     camera, window = sensor.camera, sensor.readout.computed
     scene = flatten_layers(loaded) if lens.forms_image else integrate_hemisphere(loaded)
     weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
@@ -211,6 +264,8 @@ def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: Sensor
 
 def _is_steep(defocus: Defocus, scale: float) -> bool:
     """Whether a ray may meet one of the layers several times, so that no iteration finds where (`needed_iterations`)."""
+    from simulator.optics.ray_reference.deep_rays import STEEPEST  # only reference rays need it
+
     steps = [
         math.hypot(*(float(np.abs(np.diff(radius, axis=axis)).max(initial=0.0)) for axis in (0, 1)))
         for radius in defocus.radii_px
@@ -219,10 +274,12 @@ def _is_steep(defocus: Defocus, scale: float) -> bool:
     return scale * max(steps, default=0.0) > STEEPEST
 
 
-def _blur_deep(scene: Scene, lens: Lens, pixel_pitch_um: float) -> DeepBlur | None:
+def _blur_deep(scene: Scene, lens: Lens, pixel_pitch_um: float) -> "DeepBlur | None":
     """Blur of the samples of a deep picture; None where the scene is none."""
     if scene.deep is None:
         return None
+    from simulator.optics.ray_reference.deep_rays import DeepBlur  # only reference rays need it
+
     near, far = (np.asarray(lens.blur_radius_um(depth_m)) / pixel_pitch_um for depth_m in (scene.deep.near_m, scene.deep.far_m))
     return DeepBlur(near, far, float(lens.blur_radius_um(math.inf)) / pixel_pitch_um)
 

@@ -3,6 +3,7 @@
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -93,10 +94,11 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, obje
         "notes": list(planned.optics.scene.notes),
         "warnings": planned.warnings(),
         "device": asdict(device),
-        "versions": _versions(),
+        "versions": dict(_versions()),
     }
 
 
+@cache
 def _versions() -> dict[str, str]:
     found = {"photosite": __version__, "python": platform.python_version()}
     for package in ("numpy", "pyopencl"):

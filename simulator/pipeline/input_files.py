@@ -3,7 +3,7 @@
 import hashlib
 import os
 from dataclasses import fields, is_dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import get_type_hints
 
@@ -23,9 +23,16 @@ def named_files(value: object, keys: tuple[str, ...]) -> list[tuple[tuple[str, .
         return [found for index, inner in enumerate(value) for found in named_files(inner, keys + (str(index),))]
     if not is_dataclass(value):
         return []
-    hints = get_type_hints(type(value), include_extras=True)
-    named = [(keys + (key_of(field.name, hints[field.name]),), getattr(value, field.name)) for field in fields(value)]
+    kind: type = type(value)
+    named = [(keys + (key,), getattr(value, name)) for name, key in _keys_of(kind).items()]
     return [found for inner_keys, inner in named for found in named_files(inner, inner_keys)]
+
+
+@cache
+def _keys_of(kind: type) -> dict[str, str]:
+    """Return the fields of a dataclass, each with its key in a shot file."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {field.name: key_of(field.name, hints[field.name]) for field in fields(kind)}
 
 
 def fingerprints(scene: object, lens: object = None) -> list[dict[str, str]]:

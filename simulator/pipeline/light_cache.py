@@ -7,9 +7,8 @@ keys have the same light, bit for bit, so that a frame does not depend on what w
 import os
 import uuid
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterator, Mapping
-from dataclasses import dataclass, fields, is_dataclass
-from pathlib import Path
+from collections.abc import Callable, Hashable, Iterator
+from dataclasses import dataclass, is_dataclass
 from threading import RLock
 from typing import Any, TypeVar, cast
 
@@ -17,84 +16,30 @@ import numpy as np
 
 from simulator.device import Buffer
 from simulator.errors import PhotositeError, require
-from simulator.optics.lens.lens import Lens
-from simulator.optics.optics_plan import OpticsPlan
-from simulator.pipeline.shot import SceneSource, Shot
+from simulator.optics.optics_plan import OpticsPlan, optics_key
+from simulator.pipeline.shot import Shot
+from simulator.scene.content_keys import Itself, freeze, is_ours
 from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.sensor_plan import SensorPlan
 
 LIGHT_BYTES = 2**30  # memory of a cache, unless an argument or the environment says another
 LIGHT_MB = "PHOTOSITE_LIGHT_MB"  # name of the environment's variable [2^20 bytes]
-LARGEST_COMPARED = 2**20  # bytes of an array up to which its content is compared; larger ones are equal only to themselves
-# What a camera does with the light, of which its optics knows the NoiseFloor alone. All other fields of `Camera` are keys.
-SENSOR_ONLY = frozenset(
-    {
-        "make",
-        "model",
-        "bit_depth",
-        "black_level_dn",
-        "white_level_dn",
-        "iso_table",
-        "iso_range",
-        "read_noise_model",
-        "read_noise_after_gain_dn",
-        "read_noise_spread",
-        "conversion_gain",
-        "color_matrix",
-        "stages",
-    }
-)
 T = TypeVar("T")
-
-
-@dataclass(frozen=True, eq=False)
-class Itself:
-    """An object as a part of a key, equal to nothing else. While a key holds it, no other object gets its place in memory."""
-
-    value: object
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Itself) and self.value is other.value
-
-    def __hash__(self) -> int:
-        return id(self.value)
-
-
-def freeze(value: object) -> Hashable:
-    """Return a value as a part of a key: frozen dataclasses, mappings and sequences by their content, files by their version.
-
-    A file's version is its path, size, time of change and number on its disk. Anything else is equal only to itself.
-    Raises OSError for a file that is not there.
-    """
-    if value is None or isinstance(value, str | bytes | int | float):
-        return type(value), value
-    if isinstance(value, Path):
-        stat = value.stat()
-        return value.absolute(), stat.st_size, stat.st_mtime_ns, stat.st_ino
-    if isinstance(value, np.ndarray) and value.nbytes <= LARGEST_COMPARED:
-        return value.shape, value.dtype.str, value.tobytes()
-    if isinstance(value, tuple | list):
-        return tuple(freeze(one) for one in value)
-    if isinstance(value, Mapping):
-        return tuple((name, freeze(value[name])) for name in sorted(value, key=str))
-    if is_dataclass(value) and not isinstance(value, type):
-        return type(value), tuple((one.name, freeze(getattr(value, one.name))) for one in fields(value))
-    return Itself(value)
 
 
 @dataclass(frozen=True)
 class LightKey:
     """All that the light on the sensor depends on.
 
-    scene: its source, or the scene itself. forms_image: whether there is a lens. lens, camera: what is planned from them:
-    all fields but SENSOR_ONLY. accuracy: tolerance, exposure time and NoiseFloor.
+    scene: its source, or the scene itself. forms_image: whether there is a lens. window: photosites that are read.
+    optics: the rest, of `optics_key`.
     """
 
     scene: Hashable
     forms_image: bool
-    lens: Hashable
-    camera: Hashable
-    accuracy: Hashable
+    window: Window
+    optics: Hashable
 
     def of_mosaic(self, optics: OpticsPlan, sensor: SensorPlan) -> Hashable:
         """Return the key of the mosaic that a plan of this light gives.
@@ -111,23 +56,24 @@ class LightKey:
         return self.scene, self.forms_image, sampling, scattered, passes
 
 
-def is_made_of_its_fields(source: SceneSource) -> bool:
-    """Whether a source is one of the simulator's, which give the same scene while their fields and files are the same."""
-    return type(source).__module__.startswith("simulator.scene.") and not isinstance(source, Scene)
+def light_key(shot: Shot, sensor: SensorPlan, scene: Scene) -> LightKey | None:
+    """Return the key of a shot's light; None where nothing tells when it is the same.
 
-
-def light_key(shot: Shot, sensor: SensorPlan, scene: Hashable) -> LightKey:
-    """Return the key of a shot's light. scene: its part of the key. Raises OSError for a file that is not there."""
-    lens: Lens = shot.lens
-    camera = tuple(
-        (one.name, freeze(getattr(shot.camera, one.name))) for one in fields(shot.camera) if one.name not in SENSOR_ONLY
-    )
-    accuracy = shot.tolerance, shot.exposure.time_s, sensor.noise_floor()
-    return LightKey(scene, lens.forms_image, freeze(lens), camera, accuracy)
+    scene: that of the shot. Sources of the simulator's give the same scene while their fields and files are the same; other
+    sources are asked each time.
+    """
+    optics, source = optics_key(shot.lens, sensor, shot.tolerance), shot.scene
+    if optics is None:
+        return None
+    try:
+        own = freeze(source) if is_ours(source) and not isinstance(source, Scene) else Itself(scene)
+    except OSError:  # a file has gone meanwhile
+        return None
+    return LightKey(own, shot.lens.forms_image, shot.camera.frame, optics)
 
 
 class LightCache:
-    """Scenes, plans and light of the last shots, in a stated amount of memory. Several threads may use one.
+    """Plans and light of the last shots, with their scenes, in a stated amount of memory. Several threads may use one.
 
     A worker process gets a cache of its own, which holds nothing at first and lives as long as the worker.
     The arrays of a `Scene` that was simulated with a cache must not change while it is used.
@@ -178,17 +124,6 @@ class LightCache:
             while self.held_bytes > self.memory_bytes:
                 self._held.popitem(last=False)
         return made
-
-    def read_scene(self, source: SceneSource) -> tuple[Scene, Hashable]:
-        """Return the scene of a source and its part of the key. Other sources than the simulator's are always read.
-
-        Raises OSError and PhotositeError for files that cannot be read.
-        """
-        if is_made_of_its_fields(source):
-            key = freeze(source)
-            return self.get(("scene", key), source.load), key
-        scene = source.load()
-        return scene, Itself(scene)
 
 
 _of_process: dict[str, LightCache] = {}  # caches that came to this process from another one, by token

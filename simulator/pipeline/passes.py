@@ -6,16 +6,19 @@ They rank plans and name the slowest passes; `photosite explain --measure` shows
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simulator.optics.defocus.defocus import Defocus, Method
 from simulator.optics.defocus.predicted_error import describe_ignored, predicted_error
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.tile_plan import TilePlan
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.sensor_plan import SensorPlan
+
+if TYPE_CHECKING:
+    from simulator.optics.passes.tile_plan import TilePlan
 
 PROGRAM_BYTES = 150_000_000  # of Python, its packages and an OpenCL driver, before a shot is taken
 LAUNCH_MS = 0.1  # of any pass, however small
@@ -70,7 +73,7 @@ def passes_of(
     optics: OpticsPlan,
     sensor: SensorPlan,
     truth: Collection[str],
-    tiles: TilePlan | None = None,
+    tiles: "TilePlan | None" = None,
     strips: Sequence[ReadoutGeometry] = (),
 ) -> tuple[Pass, ...]:
     """Return all passes in the order of the light.
@@ -138,7 +141,7 @@ def _radius_statistics(optics: OpticsPlan, defocus: Pass) -> Pass:
     )
 
 
-def _defocus(optics: OpticsPlan, tiles: TilePlan | None) -> Pass:
+def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
     defocus, pixels = optics.defocus, _pixels(optics)
     if defocus is None:
         error = optics.accuracy.in_sigma(optics.accuracy.ignoring_error(optics.ignored_px)) if optics.ignored_px else None

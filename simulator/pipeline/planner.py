@@ -1,23 +1,26 @@
 """The plan of a shot: what is computed, what is skipped and why. `pipeline.simulate` executes it."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from simulator.device import Device
 from simulator.optics.defocus.predicted_error import error_warning
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_grid import BAND_ROWS
-from simulator.optics.passes.tile_plan import TilePlan, plan_tiles
 from simulator.pipeline.light_cache import LightCache, LightKey, light_key
 from simulator.pipeline.passes import Pass, passes_of
 from simulator.pipeline.plan_steps import steps_of
+from simulator.pipeline.scene_loading import load_scene
 from simulator.pipeline.shot import Shot, TruthPart
 from simulator.pipeline.step import Step
 from simulator.sensor.camera.readout_window import ReadoutGeometry, split_readout
 from simulator.sensor.sensor_plan import SensorPlan, plan_sensor
 from simulator.sensor.stages.exposure import Integration
 from simulator.sensor.stages.stage import Stage
+
+if TYPE_CHECKING:
+    from simulator.optics.passes.tile_plan import TilePlan
 
 STRIP_PX = 2**25  # photosites that are computed at once
 
@@ -39,7 +42,7 @@ class Plan:
     truth: tuple[TruthPart, ...]
     steps: tuple[Step, ...]
     passes: tuple[Pass, ...]
-    tiles: TilePlan | None = None
+    tiles: "TilePlan | None" = None
     strips: tuple[ReadoutGeometry, ...] = ()
     key: LightKey | None = None
 
@@ -78,7 +81,7 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated.
 
     strip_px: photosites that are computed at once, at most; larger frames are computed in strips, with the same bits.
-    cache: holds scenes and plans of the optics; None: nothing is held.
+    cache: holds plans of the optics, whose light may be shared; None: nothing is held.
     """
     sensor = plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
     optics, key = _plan_light(shot, sensor, cache)
@@ -90,13 +93,10 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
 
 def _plan_light(shot: Shot, sensor: SensorPlan, cache: LightCache | None) -> tuple[OpticsPlan, LightKey | None]:
     """Return the plan of the optics, and the key of its light where a cache holds it."""
-    if cache is None or cache.memory_bytes == 0:
-        return plan_optics(shot.scene.load(), shot.lens, sensor, shot.tolerance), None
-    try:
-        scene, scene_key = cache.read_scene(shot.scene)
-        key = light_key(shot, sensor, scene_key)
-    except OSError:  # a file has gone: what reads it says so
-        return plan_optics(shot.scene.load(), shot.lens, sensor, shot.tolerance), None
+    scene = load_scene(shot.scene)
+    key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene)
+    if cache is None or key is None:
+        return plan_optics(scene, shot.lens, sensor, shot.tolerance), None
     return cache.get(key, lambda: plan_optics(scene, shot.lens, sensor, shot.tolerance)), key
 
 
@@ -105,8 +105,10 @@ def measure(planned: Plan, device: Device) -> Plan:
 
     A frame of several strips is measured strip by strip, when each is computed.
     """
-    if len(planned.strips) > 1:
+    if planned.optics.defocus is None or len(planned.strips) > 1:
         return planned
+    from simulator.optics.passes.tile_plan import plan_tiles  # not needed for a sharp frame
+
     measured = replace(planned, tiles=plan_tiles(planned.optics, device))
     return replace(measured, passes=_passes_of(measured))
 

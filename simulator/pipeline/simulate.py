@@ -10,14 +10,13 @@ import numpy as np
 from simulator.device import Buffer, Device, DeviceInfo, open_device
 from simulator.errors import PhotositeError
 from simulator.optics.geometry.projection import project
+from simulator.optics.geometry.scene_part import ScenePart, find_scene_part
 from simulator.optics.lens.lens import Lens
 from simulator.optics.passes.camera_planes import camera_planes
-from simulator.optics.passes.defocused_mosaic import defocused_mosaic
-from simulator.optics.passes.reference_mosaic import reference_mosaic
 from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
 from simulator.pipeline.frame_strips import Allocate, FrameArrays, MemoryStore, on_disk
-from simulator.pipeline.light_cache import Itself, LightCache
+from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.planner import STRIP_PX, Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
@@ -25,6 +24,7 @@ from simulator.pipeline.truth_maps import blur_map, depth_map, variance_map
 from simulator.progress import Progress, silent
 from simulator.raw.raw_image import Raw
 from simulator.raw.save import files_of
+from simulator.scene.content_keys import Itself
 from simulator.sensor.readout import darken_optical_black, read_mean_electrons, read_noise_free, read_out, share_with_neighbors
 from simulator.sensor.sensor_plan import SensorPlan
 
@@ -222,16 +222,21 @@ def expose(
     """
     optics, layout, tiles, timed = planned.optics, planned.sensor.readout, planned.tiles, timed or Stopwatch()
     with timed("scene planes", device):
-        planes = [camera_planes(device, layer, optics.weights, optics.has_coverage) for layer in optics.scene.layers]
+        part = _scene_part(planned)
+        planes = [camera_planes(device, layer, optics.weights, optics.has_coverage, part) for layer in optics.scene.layers]
     if optics.psf is not None:
         from simulator.optics.passes.psf_mosaic import psf_mosaic  # brings SciPy's transforms
 
         with timed("point spread function", device):
             mosaic = psf_mosaic(optics, tiles, device, planes, progress)
     elif tiles is not None:
+        from simulator.optics.passes.defocused_mosaic import defocused_mosaic
+
         with timed("defocus", device):
             mosaic = defocused_mosaic(tiles, optics.cfa, device, planes, progress)
     elif optics.defocus is not None:
+        from simulator.optics.passes.reference_mosaic import reference_mosaic
+
         with timed("defocus", device):
             mosaic = reference_mosaic(optics, device, planes, progress)
     else:
@@ -247,6 +252,14 @@ def expose(
         with timed("optical black", device):
             darken_optical_black(device, mosaic, optics.window, layout.active)
     return mosaic
+
+
+def _scene_part(planned: Plan) -> ScenePart | None:
+    """Part of the scene that the frame sees; None: all of it, since a point spread function or rays reach far."""
+    optics, tiles = planned.optics, planned.tiles
+    if optics.psf is not None or (tiles is None and optics.defocus is not None):
+        return None
+    return find_scene_part([(optics.projection, optics.window)] if tiles is None else tiles.areas())
 
 
 def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from simulator.atomic_files import atomic_write
 from simulator.errors import PhotositeError
+from simulator.progress import counted_as
 from simulator.raw.canonical_json import json_text
 from simulator.raw.dng.writer import dng_pieces, write_pieces
 from simulator.raw.image_files import put_parts
@@ -37,6 +38,7 @@ def files_of(name: str, directory: str | os.PathLike[str]) -> SavedFiles:
     return SavedFiles(folder / f"{name}.dng", folder / f"{name}.truth.exr", folder / f"{name}.json")
 
 
+@counted_as("files")
 def save(raw: Raw, directory: str | os.PathLike[str], *, truth: bool = True) -> SavedFiles:
     """Write `<name>.dng`, `<name>.truth.exr`, then `<name>.json` with the resolved settings.
 

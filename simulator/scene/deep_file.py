@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simulator.errors import PhotositeError, reading, require
+from simulator.progress import counted_as
 from simulator.scene.alpha import SLACK
 from simulator.scene.pixel_file import DAMAGED, first_fault, opened_picture, unreadable
 
@@ -39,6 +40,7 @@ class DeepSamples:
         return pixels
 
 
+@counted_as("files")
 def read_deep(path: Path) -> tuple[DeepSamples, tuple[float, ...] | None, tuple[str, ...]]:
     """Samples, the chromaticities that the file states, and notes for the log.
 

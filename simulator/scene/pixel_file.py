@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simulator.errors import PhotositeError, file_error, first_line, reading, require
+from simulator.progress import counted_as
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -25,6 +26,8 @@ class PixelFile:
     channels: their names as the file or OpenImageIO gives them ("R", "G", "B", "A", "Z", "Y", "450nm" ...).
     alpha: index of the alpha channel, or None.
     straight_alpha: the colours are not multiplied by alpha (PNG, and TIFF that says so).
+    orientation: how a viewer turns the stored pixels (Exif 2.3, Orientation), 1 to 8; 1 upright.
+    color_model: "CMYK", "CIELAB" ... of a file that stores other colours than R, G, B or grey; else "".
     is_exr: an EXR may carry any number of named channels; other kinds may not.
     chromaticities: red, green, blue and white x, y of an EXR that states them.
     notes: what the reader should know.
@@ -38,6 +41,8 @@ class PixelFile:
     chromaticities: tuple[float, ...] | None = None
     notes: tuple[str, ...] = ()
     straight_alpha: bool = False
+    orientation: int = 1
+    color_model: str = ""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -62,6 +67,7 @@ def memory_for(path: str | os.PathLike, key: str) -> Iterator[None]:
         ) from None
 
 
+@counted_as("files")
 def read_pixels(path: str | os.PathLike, key: str) -> PixelFile:
     """Read EXR, HDR, TIFF, PNG, JPEG (through OpenImageIO) or a NumPy .npy array (height, width[, channels]).
 
@@ -112,6 +118,8 @@ def _read_picture(path: Path, key: str) -> PixelFile:
             spec.getattribute("chromaticities"),
             _notes(path.name, spec, parts),
             spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 1,
+            spec.get_int_attribute("Orientation", 1),
+            spec.get_string_attribute("jpeg:ColorSpace") or spec.get_string_attribute("tiff:ColorSpace"),
         )
 
 

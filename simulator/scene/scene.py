@@ -5,12 +5,16 @@ A spectral cube has one plane per wavelength, an RGB picture three, a grey one, 
 No pixel is expanded to a full spectrum: the camera's response is applied to `spectra` once. All layers share the spectra.
 """
 
-from dataclasses import dataclass
-from typing import Literal, TypeGuard
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from typing import Literal, TypeGuard, TypeVar
 
 import numpy as np
 
 from simulator.scene.deep_pixels import DeepPixels
+from simulator.scene.memo import Memo
+
+T = TypeVar("T")
 
 
 def is_depth_map(depth_m: float | np.ndarray) -> TypeGuard[np.ndarray]:
@@ -64,6 +68,7 @@ class Scene:
     behind: tuple[Layer, ...] = ()
     hidden: Literal["none", "extend"] = "none"
     deep: DeepPixels | None = None
+    _memo: Memo = field(default_factory=Memo, init=False, repr=False, compare=False)
 
     def load(self) -> "Scene":
         """Return the scene itself, so that a `Scene` can be given as `Shot.scene`."""
@@ -73,3 +78,18 @@ class Scene:
     def layers(self) -> tuple[Layer, ...]:
         """All layers, nearest first."""
         return (Layer(self.planes, self.depth_m, self.coverage), *self.behind)
+
+    def arrays(self) -> list[np.ndarray]:
+        """Arrays of all layers, planes, depths and coverages, and those of a deep picture's samples."""
+        held = [value for layer in self.layers for value in (layer.planes, layer.depth_m, layer.coverage)]
+        held += [] if self.deep is None else vars(self.deep).values()
+        return [value for value in held if isinstance(value, np.ndarray)]
+
+    def remember(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return `make()`, a number or plan that depends on the scene and the key alone, and keep it with the scene.
+
+        It is made anew each time where an array of the scene can be written to, since nothing tells then that none changed.
+        """
+        if any(array.flags.writeable for array in self.arrays()):
+            return make()
+        return self._memo.get(key, make)

@@ -58,7 +58,27 @@ def test_importing_the_package_imports_nothing_heavy():
     assert in_fresh_process(code).strip() == "[] 0.2.0"
 
 
-def test_a_shot_of_the_library_waits_for_no_package_that_it_does_not_need(tmp_path):
+# What the shot of a sharp flat field does without: packages, modules of Python, and our own of blur, rays and terminals.
+UNUSED = (
+    "matplotlib",
+    "colour",
+    "pint",
+    "scipy",
+    "rawpy",
+    "skimage",
+    "rich",
+    "urllib.request",
+    "simulator.measurement",
+    "simulator.optics.passes.tile_plan",
+    "simulator.optics.passes.reference_mosaic",
+    "simulator.optics.passes.psf_mosaic",
+    "simulator.optics.ray_reference",
+    "simulator.raw.development",
+    "simulator.raw.raw_reader",
+)
+
+
+def test_a_shot_of_the_library_waits_for_nothing_that_it_does_not_need(tmp_path):
     """Its tables, units and noise are at hand; colour-science, SciPy and pint take longer to import than its frame takes."""
     code = f"""
 import sys
@@ -67,9 +87,31 @@ try:
     main(["simulate", {FLAT!r}, *{SMALL!r}, "--out", {str(tmp_path)!r}])
 except SystemExit as end:
     assert not end.code
-print("HEAVY", [name for name in ("matplotlib", "colour", "pint", "scipy", "rawpy", "skimage") if name in sys.modules])
+print("HEAVY", [name for name in {UNUSED!r} if name in sys.modules])
 """
     assert in_fresh_process(code).strip().endswith("HEAVY []")
+
+
+def test_a_profile_adds_up_to_the_age_of_the_process(tmp_path):
+    arguments = ["simulate", FLAT, *SMALL, "--out", str(tmp_path), "--profile"]
+    code = f"from simulator.command_line.main import main\nmain({arguments!r})"
+    environment = os.environ | {"PYTHONPATH": str(CONFIGS.parent)}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+    kinds, total = done.stderr.strip().splitlines()[-1].removeprefix("time: ").split("; ")
+    seconds = {kind: float(number) for kind, number, _ in (part.split() for part in kinds.split(", "))}
+    assert list(seconds) == ["import", "build", "device", "files", "host"] and min(seconds.values()) > 0.0
+    assert sum(seconds.values()) == pytest.approx(float(total.split()[0]), abs=0.003)  # each is rounded to a millisecond
+
+
+def test_the_command_does_not_search_its_memory_at_the_end():
+    """All of it is given back anyway, and the search takes as long as a small frame."""
+    code = f"""
+import atexit, gc
+atexit.register(lambda: print("FROZEN", gc.get_freeze_count() > 0))  # called after what is registered later
+from simulator.command_line.main import main
+main(["simulate", {FLAT!r}, "--help"])
+"""
+    assert in_fresh_process(code).strip().endswith("FROZEN True")
 
 
 def test_the_packages_names_are_what_they_say():

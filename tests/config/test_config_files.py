@@ -5,6 +5,7 @@ import pytest
 
 from simulator.color.color_tables import CONFIGS
 from simulator.config import load_camera, load_shot, shot_warnings
+from simulator.config.document import parse_document
 
 SHOTS = sorted((CONFIGS / "shots").glob("*.yaml"))
 
@@ -54,3 +55,10 @@ def test_white_lands_about_one_stop_below_clipping(name):
 def test_only_the_high_iso_shot_has_a_word_of_warning():
     warned = {path.stem for path in SHOTS if shot_warnings(load_shot(path))}
     assert warned == {"motorcycle_stopped_down"}
+
+
+@pytest.mark.parametrize("path", sorted(CONFIGS.rglob("*.yaml")), ids=lambda path: path.stem)
+def test_the_quick_parser_reads_what_comes_with_photosite_as_the_careful_one_does(path):
+    text = path.read_text(encoding="utf-8")
+    quick, careful = (parse_document(text, path.name, path.parent, is_ours=ours) for ours in (True, False))
+    assert quick.data == careful.data and quick.places == careful.places

@@ -10,8 +10,9 @@ from helpers.picture_files import put, random_codes
 
 from data_gen import dataset_command
 from data_gen.command_line import main
-from data_gen.report.estimate import estimate
+from data_gen.report.estimate import estimate, expected_decodings
 from data_gen.run import run
+from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.storage.reading import read_samples
 from simulator.errors import PhotositeError
 
@@ -104,6 +105,48 @@ def test_the_estimate_agrees_with_the_run(tmp_path):
     assert found.bytes_per_sample * config.count == pytest.approx(real, rel=0.05)
     assert found.shards == 2 and found.pictures == {"leaves": 12} and found.ratios == (1.0, 100.0)
     assert found.seconds_per_sample > 0 and found.cpu_seconds_per_sample > 0
+
+
+def test_decodings_are_foreseen(tmp_path):
+    """Ten photographs: with room for all, each drawn one is decoded once; without, as often as a walk over the draws says."""
+    draws = np.random.default_rng(4).integers(10, size=(300, 25))  # of 25 groups, 300 times over
+    config = small_config(photographs(tmp_path, False), PHOTOS, "count=100", "crops_per_picture=4")
+    different, decodings = expected_decodings(config, {"leaves": 10}, 10)
+    counts = np.array([len(set(row)) for row in draws.tolist()])
+    assert decodings == different == pytest.approx(counts.mean(), abs=4 * counts.std() / np.sqrt(300))
+    assert expected_decodings(config, {"leaves": 10}, 0)[1] == 25
+    walked = np.zeros(300)
+    for place, row in enumerate(draws.tolist()):
+        kept: list[int] = []
+        for picture in row:
+            walked[place] += picture not in kept
+            kept = [picture, *(one for one in kept if one != picture)][:4]
+    z = (expected_decodings(config, {"leaves": 10}, 4)[1] - walked.mean()) / (walked.std() / np.sqrt(300))
+    assert abs(z) < 4
+    assert expected_decodings(config, {}, 4) == (0, 0)
+
+
+def test_the_estimate_of_photographs_counts_their_decoding(tmp_path, capsys):
+    config = small_config(photographs(tmp_path, False), PHOTOS, "count=40")
+    cache = DecodedPictures(10**6, tmp_path / "cache")
+    found = estimate(config, decoded=cache)
+    run(config, tmp_path / "out", decoded=cache)
+    assert cache.cost.pictures == 4 == round(found.decodings)
+    assert found.decoded_bytes == pytest.approx(cache.cost.decoded_bytes, rel=0.01)
+    assert found.seconds == 40 * found.seconds_per_sample + found.decodings * found.seconds_per_decoding
+    assert found.seconds_per_decoding > 0
+    dry = ("--dry-run", "--cache-gb", "0.5", "--cache-folder", tmp_path / "other")
+    assert command("dataset", tmp_path / "small.yaml", "--out", tmp_path / "pairs", *dry) == 0
+    shown = capsys.readouterr().out
+    assert "500 MB are kept" in shown and "photographs of" in shown and not (tmp_path / "other").exists()
+
+
+def test_the_cache_and_its_size_change_no_byte(tmp_path):
+    config, found = small_config(photographs(tmp_path, False), PHOTOS, "crops_per_picture=2"), []
+    for number, cache in enumerate((DecodedPictures(0), DecodedPictures(20_000, tmp_path / "cache"), DecodedPictures())):
+        run(config, tmp_path / f"out-{number}", decoded=cache)
+        found.append(content(tmp_path / f"out-{number}"))
+    assert found[0] == found[1] == found[2]
 
 
 def command(*arguments) -> int:

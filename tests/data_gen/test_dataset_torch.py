@@ -6,16 +6,20 @@ import subprocess
 import sys
 import warnings
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.dataset_folders import TEXT, small_config
+from helpers.picture_files import put, random_codes
 from helpers.randomness import accept, correlation_p, mean_p, variance_p
 from helpers.toy_dataset import BLACK_DN, GAIN, READ_DN, WHITE_DN, ToyPictures, at_iso, toy_config
 
 from data_gen.recipe.dataset_config import Burst, NoiseOnly
 from data_gen.run import run
+from data_gen.sources.decoded_pictures import DecodedPictures
+from data_gen.sources.photographs import Photographs
 from simulator.errors import PhotositeError
 
 torch = pytest.importorskip("torch", reason="PyTorch is missing; pip install 'photosite[torch]'")
@@ -160,3 +164,19 @@ def test_indices_and_epochs_that_cannot_be_are_refused(device):
         with pytest.raises(PhotositeError, match="epoch = .*give a whole number from 0 to"):
             pairs.set_epoch(epoch)
     assert pairs.epoch == 0
+
+
+def test_crops_of_a_photograph_are_shuffled_and_it_is_decoded_once(tmp_path, device):
+    for number in range(6):
+        put(tmp_path / "in" / f"{number}.png", random_codes(40, 50, seed=number))
+    config = toy_config(
+        pictures={"photos": partial(Photographs, tmp_path / "in", inverse_isp="brooks2019")}, count=96, crops_per_picture=8
+    )
+    cache = DecodedPictures(10**9, tmp_path / "cache")
+    pairs = LivePairs(config, decoded=cache)
+    batches = list(loader(pairs, 8, seed=1))
+    order = [int(index) for batch in batches for index in batch["index"]]
+    assert sorted(order) == list(range(96)) and cache.cost.pictures <= 6
+    assert any(len(set(batch["source"])) > 1 for batch in batches)
+    alone = LivePairs(config, decoded=DecodedPictures(0))
+    assert all(same(alone[place], pairs[place]) for place in (0, 17, 95))

@@ -33,8 +33,8 @@ ORDER = {
         "scene",
         "sensor",
         "color",
-        "progress",
         "device",
+        "progress",
         "atomic_files",
         "units",
         "errors",
@@ -55,6 +55,7 @@ ORDER = {
         "passes",
         "stopwatch",
         "input_files",
+        "scene_loading",
         "shot",
     ),
     "simulator/raw": (

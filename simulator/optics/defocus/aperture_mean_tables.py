@@ -89,5 +89,9 @@ def _whole_chunks(count: int) -> int:
 
 def _padded(parts: list[np.ndarray]) -> np.ndarray:
     """Concatenate all parts, each padded with zeros to whole chunks, and append a chunk of zeros."""
-    filled = [np.pad(part, (0, _whole_chunks(len(part)) - len(part))) for part in parts]
-    return np.concatenate([*filled, np.zeros(CHUNK, filled[0].dtype)])
+    joined, counts = np.concatenate(parts), np.array([len(part) for part in parts])
+    wholes = np.array([_whole_chunks(count) for count in counts.tolist()])
+    gaps = (np.cumsum(wholes) - wholes) - (np.cumsum(counts) - counts)  # zeros before each part
+    padded = np.zeros(int(wholes.sum()) + CHUNK, joined.dtype)
+    padded[np.arange(len(joined)) + np.repeat(gaps, counts)] = joined
+    return padded

@@ -116,6 +116,10 @@ class Defocus:
 
     def on_wider_photosites(self) -> Self:
         """Return the blur as photosites see it that are twice as wide, which take means over all of their area."""
+        return self._on_wider_photosites
+
+    @cached_property
+    def _on_wider_photosites(self) -> Self:
         radii = tuple(0.5 * radius for radius in self.radii_px)
         eyes = None if self.eyes is None else self.eyes.on_wider_photosites(0.5 * self.largest_px)
         accuracy = replace(self.accuracy, detail=0.0, whole_pixels=0)  # nothing inside a pixel is seen at these radii

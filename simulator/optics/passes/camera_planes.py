@@ -3,29 +3,40 @@
 import numpy as np
 
 from simulator.device import Buffer, Device
+from simulator.optics.geometry.scene_part import ALIGNED_PX, ScenePart
 from simulator.scene.scene import Layer
 
 
-def camera_planes(device: Device, layer: Layer, weights: np.ndarray, with_coverage: bool) -> Buffer:
+def camera_planes(
+    device: Device, layer: Layer, weights: np.ndarray, with_coverage: bool, part: ScenePart | None = None
+) -> Buffer:
     """Device buffer (channels, scene height, scene width) float32 of a layer's electron radiance [e- s^-1 um^-2 sr^-1].
 
     weights: (bands, channels) float32 of `electron_radiance_weights`. with_coverage: append the layer's coverage (0 to 1).
+    part: pixels that are computed, the others being undefined; None: all of the scene.
     """
     height, width, bands = layer.planes.shape
-    channels, pixels = weights.shape[1], height * width
-    planes, scene = device.empty((channels + with_coverage, pixels), np.float32), np.ascontiguousarray(layer.planes, np.float32)
+    part = part or ScenePart(0, 0, width, height)
+    channels, pixels, rows = weights.shape[1], height * width, slice(part.y, part.y + part.height)
+    planes = device.empty((channels + with_coverage, pixels), np.float32)
+    scene = np.ascontiguousarray(layer.planes[rows], np.float32)
     device.run(
         device.kernel("camera_planes", {"BANDS": bands, "CHANNELS": channels}),
-        (pixels, channels),
-        None,
+        (part.width, part.height, channels),
+        (ALIGNED_PX, 1, 1) if part.width < width else None,
         scene=device.share(scene),
         weights=device.upload(weights),
         planes=planes,
+        width=width,
+        pixels=pixels,
+        first_column=part.x,
+        first_row=part.y,
     )
     if with_coverage:
+        first = 4 * (channels * pixels + part.y * width)
         if layer.coverage is None:
             device.fill(planes, np.float32(1.0), 4 * channels * pixels)
         else:
-            device.write(planes, layer.coverage.astype(np.float32, copy=False).reshape(-1), 4 * channels * pixels)
+            device.write(planes, layer.coverage[rows].astype(np.float32, copy=False).reshape(-1), first)
     device.finish()  # the device may share memory with `scene`, which is freed on return
     return planes

@@ -34,7 +34,7 @@ def measure_radius_maps(optics: OpticsPlan, defocus: Defocus, device: Device, ar
         filled, covered = _coverage(optics.projection, area, layer.coverage)
         if isinstance(px, np.ndarray):
             number = len(scene_radius)
-            scene_radius.append(device.upload(px))
+            scene_radius.append(device.share(np.ascontiguousarray(px)))
             project_radius(device, optics.projection, scene_radius[-1], radius, number, area.layout, (area.x, area.y))
             radius_parts, classes = _measure(optics, defocus, device, area, radius, number)
         else:

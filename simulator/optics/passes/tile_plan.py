@@ -9,11 +9,14 @@ import numpy as np
 from simulator.device import Device
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Defocus, Method
 from simulator.optics.defocus.field_zones import Zones
-from simulator.optics.defocus.highlights import LAMP, highlight_threshold
+from simulator.optics.defocus.highlights import BRIGHT, LAMP, highlight_threshold
 from simulator.optics.defocus.tile_methods import TileChoice, choose_methods
+from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.radius_statistics import RadiusMaps, measure_radius_maps
 from simulator.optics.passes.tile_grid import TileGrid
+from simulator.scene.content_keys import freeze
+from simulator.sensor.camera.camera_sections import Window
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,11 @@ class TilePlan:
         assert self.optics.defocus is not None  # plan_tiles plans no tiles without it
         return self.optics.defocus
 
+    def areas(self) -> list[tuple[Projection, Window]]:
+        """Photosites whose light the blur gathers, with the projection of the scene onto them."""
+        area = Window(self.area.x, self.area.y, 2 * self.area.set_columns, self.area.rows)
+        return [(self.optics.projection, area), *(self.wide.areas() if self.wide is not None else [])]
+
     def shares(self) -> dict[Method, float]:
         """Share of the frame that each method computes; blocks that sample the aperture count as parts of their tile."""
         blocks = self.chosen.blocks
@@ -51,7 +59,7 @@ class TilePlan:
     @cached_property
     def highlight_limit(self) -> np.ndarray | None:
         """Electron radiance above which a sample is a highlight, (channels,); None: no sample of the scene is."""
-        return highlight_threshold(self.optics.scene, self.optics.weights)
+        return self._threshold(BRIGHT)
 
     @cached_property
     def lamp_limit(self) -> np.ndarray | None:
@@ -61,7 +69,12 @@ class TilePlan:
         """
         if self.highlight_limit is None or self.zones is not None:
             return None
-        return highlight_threshold(self.optics.scene, self.optics.weights, LAMP)
+        return self._threshold(LAMP)
+
+    def _threshold(self, times: float) -> np.ndarray | None:
+        """`highlight_threshold` of the scene, which is the same for all windows of a frame."""
+        scene, weights = self.optics.scene, self.optics.weights
+        return scene.remember(("highlights", freeze(weights), times), lambda: highlight_threshold(scene, weights, times))
 
 
 def plan_tiles(optics: OpticsPlan, device: Device) -> TilePlan | None:

@@ -47,24 +47,31 @@ def xmp_packet(raw: Raw) -> bytes | None:
 
     Raises PhotositeError for settings that are not plain data.
     """
-    from xml.sax.saxutils import quoteattr
-
     if not raw.resolved.get("shot"):
         return None
     shot, inputs = (json_text(raw.name, raw.resolved.get(key, []), **_COMPACT) for key in ("shot", "inputs"))
     values = {"ConfigSHA256": _sha256(shot), "Version": __version__, "Inputs": inputs, "Shot": shot}
-    attributes = "".join(f"\n    photosite:{name}={quoteattr(value)}" for name, value in values.items())
+    attributes = "".join(f"\n    photosite:{name}={_quoted(value)}" for name, value in values.items())
     text = (
         '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>\n'
         '<x:xmpmeta xmlns:x="adobe:ns:meta/">\n'
         f' <rdf:RDF xmlns:rdf="{_RDF}">\n'
         f'  <rdf:Description rdf:about="" xmlns:xmp="{_XMP}" xmlns:photosite="{NAMESPACE}"\n'
-        f"    xmp:CreatorTool={quoteattr(software())}{attributes}/>\n"
+        f"    xmp:CreatorTool={_quoted(software())}{attributes}/>\n"
         " </rdf:RDF>\n"
         "</x:xmpmeta>\n"
         '<?xpacket end="r"?>'
     )
     return text.encode("utf-8")
+
+
+def _quoted(text: str) -> str:
+    """Return text as a value of an XML attribute in quotes (XML 1.0, 2.3); it has no line breaks and tabs."""
+    # As xml.sax.saxutils.quoteattr does, whose import of all that opens URLs takes as long as a small frame.
+    escaped = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    if '"' in escaped and "'" not in escaped:
+        return f"'{escaped}'"
+    return '"' + escaped.replace('"', "&quot;") + '"'
 
 
 def read_provenance(path: str | os.PathLike) -> Provenance | None:

@@ -1,17 +1,24 @@
 """Samples hold what they say: light, levels and variance against NumPy, and every sample is a function of its number alone."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
+from helpers.picture_files import put, random_codes
 from helpers.randomness import accept, counts_p, mean_p
 from helpers.toy_dataset import BLACK_DN, GAIN, READ_DN, WHITE_DN, ToyPictures, at_iso, toy_camera, toy_config, toy_samples
 from scipy import ndimage, stats
 
-from data_gen.generate import shift_planes
+from data_gen.generate import Generator, picture_window, shift_planes
 from data_gen.recipe.dataset_config import Burst, MultiExposure, NoiseOnly
 from data_gen.recipe.distributions import Uniform
+from data_gen.recipe.epoch_order import epoch_order
+from data_gen.recipe.random_streams import RandomStream
 from data_gen.recipe.recipe import draw_recipe
+from data_gen.sources.decoded_pictures import DecodedPictures
+from data_gen.sources.photographs import Photographs
+from data_gen.sources.procedural import Procedural
 from simulator.errors import PhotositeError
 from simulator.sensor.stages.full_well import FullWell
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
@@ -191,3 +198,47 @@ def test_dark_frames_and_flat_frames_need_no_pictures(device):
 def test_a_crop_larger_than_the_sensor_is_refused():
     with pytest.raises(PhotositeError, match="96 x 80 photosites"):
         draw_recipe(toy_config(crop_px=(82, 24)), 0)
+
+
+def photograph_config(folder, **settings):
+    """Photographs of several sizes, orientations and depths."""
+    for number in range(5):
+        dtype = np.uint16 if number == 4 else np.uint8
+        put(folder / f"{number}.tif", random_codes(40 + number, 50, dtype, number), Orientation=1 + number)
+    photos = partial(Photographs, folder, inverse_isp="brooks2019")
+    return toy_config(pictures={"photos": photos}, count=40, **settings)
+
+
+@pytest.mark.parametrize("crops", [1, 4])
+def test_photographs_give_the_same_samples_in_any_order_and_state_of_the_cache(device, tmp_path, crops):
+    config = photograph_config(tmp_path / "in", crops_per_picture=crops)
+    expected = list(Generator(config, device).samples(range(40)))
+    size = 41 * 50 * 3 + 128
+    for limit_bytes in (100 * size, 2 * size, 0):
+        for _ in range(2):  # an empty cache, then one with files
+            cache = DecodedPictures(limit_bytes, tmp_path / f"cache-{limit_bytes}")
+            order = np.random.default_rng(limit_bytes).permutation(40).tolist()
+            found = Generator(config, device, decoded=cache).samples(order)
+            assert all(same(expected[one.index], one) for one in found)
+
+
+def test_each_photograph_is_decoded_once_in_shuffled_epochs_of_few_that_fit(device, tmp_path):
+    """Ten photographs, of which the cache has room for three: an epoch of whole groups decodes each group's picture once."""
+    for number in range(10):
+        put(tmp_path / "in" / f"{number}.png", random_codes(40, 50, seed=number))
+    pictures = {"photos": partial(Photographs, tmp_path / "in", inverse_isp="brooks2019")}
+    config = toy_config(pictures=pictures, count=160, crops_per_picture=16, seed=3)
+    cache = DecodedPictures(3 * (40 * 50 * 3 + 128), tmp_path / "cache")
+    order = epoch_order(RandomStream(0, 0), 0, 160, 16, 1)
+    list(Generator(config, device, decoded=cache).samples(order))
+    assert cache.cost.pictures <= 10
+
+
+def test_how_many_pictures_are_in_use_follows_from_what_is_kept(tmp_path):
+    put(tmp_path / "a.png", random_codes(40, 50))
+    photos = {"photos": partial(Photographs, tmp_path, inverse_isp="brooks2019")}
+    assert picture_window(toy_config(pictures=photos), DecodedPictures(0)) == 1
+    assert picture_window(toy_config(pictures=photos), DecodedPictures(3_000_000_000)) == 20
+    assert picture_window(toy_config(pictures=photos), DecodedPictures(10**12)) == 64
+    drawn = {"leaves": partial(Procedural, ("dead_leaves",), width_px=1024, height_px=1024)}
+    assert picture_window(toy_config(pictures=drawn), DecodedPictures(0)) == 21

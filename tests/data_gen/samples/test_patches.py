@@ -7,8 +7,8 @@ import pytest
 from helpers.randomness import accept
 from scipy import stats
 
-from data_gen.sources.patches import AUGMENTATIONS, Augmentation, apply_cfa, choose_crop, cut_patch
-from data_gen.sources.source import CleanImage
+from data_gen.sources.patches import AUGMENTATIONS, Augmentation, choose_crop, cut_patch
+from data_gen.sources.source import CleanImage, apply_cfa
 from simulator.errors import PhotositeError
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG")

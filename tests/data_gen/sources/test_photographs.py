@@ -13,6 +13,7 @@ from scipy import optimize, stats
 from data_gen.sources import inverse_isp
 from data_gen.sources.camera_view import camera_view
 from data_gen.sources.photographs import Photographs
+from data_gen.sources.source import CleanImage
 from simulator.config import load_camera
 from simulator.errors import PhotositeError
 
@@ -85,14 +86,13 @@ def test_gains_and_brightness_have_their_distributions():
 
 
 def test_gains_spare_what_is_saturated():
-    gains = np.array([0.4, 0.8, 0.5])
-    colours = np.array([[1, 1, 1], [0.95, 0.95, 0.95], [0.9, 0.9, 0.9], [1.0, 0.9, 0.2]])
-    # By hand: a = 1; a = (0.05 / 0.1)^2 = 0.25; a = 0; a = 0.
-    factors = np.array([[1, 1, 1], 0.25 + 0.75 * gains, gains, gains])
-    np.testing.assert_allclose(inverse_isp.remove_gains(colours, gains), colours * factors, rtol=1e-9)
-    np.testing.assert_allclose(inverse_isp.remove_gains(colours, np.array([1.2, 1.2, 1.2])), 1.2 * colours)  # never darker
-    grey = inverse_isp.remove_gains(np.linspace(0, 1, 500)[:, None] * np.ones(3), gains)
-    assert (np.diff(grey, axis=0) > 0).all()
+    means = np.array([1.0, 0.95, 0.9, 0.7])
+    for gain in (0.4, 0.8, 0.5):
+        # By hand: a = 1; a = (0.05 / 0.1)^2 = 0.25; a = 0; a = 0.
+        np.testing.assert_allclose(inverse_isp.inverse_gain(means, gain), [1, 0.25 + 0.75 * gain, gain, gain], rtol=1e-9)
+        grey = np.linspace(0, 1, 500)
+        assert (np.diff(grey * inverse_isp.inverse_gain(grey, gain)) > 0).all()
+    np.testing.assert_allclose(inverse_isp.inverse_gain(means, 1.2), 1.2)  # never darker
 
 
 @pytest.mark.parametrize("light", ["D65", "A"])
@@ -174,6 +174,51 @@ def test_downscaling_averages_light(tmp_path, camera):
     half = read(Photographs(tmp_path, camera, downscale=2), "a.png").signal
     assert half.shape == (6, 8, 3)
     np.testing.assert_allclose(half[2, 3], whole[4:6, 6:8].mean(axis=(0, 1)), rtol=1e-5)
+
+
+@pytest.mark.parametrize("downscale", [1, 2, 3])
+@pytest.mark.parametrize("isp", ["camera", "brooks2019"])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_a_patch_has_the_bits_of_the_whole_picture(tmp_path, camera, isp, downscale, channels):
+    put(tmp_path / "a.png", random_codes(83, 97, channels=channels))
+    picture = read(Photographs(tmp_path, camera, inverse_isp=isp, downscale=downscale), "a.png")
+    whole = CleanImage(picture.signal, None, picture.white_balance)
+    assert picture.size == whole.size == (83 // downscale, 97 // downscale)
+    for top, left, height, width in ((0, 0, *whole.size), (3, 5, 17, 11), (2, 2, 16, 8), (7, 0, 1, 27)):
+        np.testing.assert_array_equal(picture.cut(top, left, height, width), whole.cut(top, left, height, width))
+        for cfa in ("RGGB", "GBRG"):
+            found = picture.mosaic(top, left, height, width, cfa)
+            np.testing.assert_array_equal(found, whole.mosaic(top, left, height, width, cfa))
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_a_picture_is_turned_upright(tmp_path, camera, orientation):
+    """Exif 2.3, Orientation: which sides of the scene the first stored row and the first stored column show."""
+    first_row = ["top", "top", "bottom", "bottom", "left", "right", "right", "left"][orientation - 1]
+    first_column = ["left", "right", "right", "left", "top", "top", "bottom", "bottom"][orientation - 1]
+    scene = {"top": 10, "bottom": 60, "left": 5, "right": 100}  # codes add up: a ramp down and one to the right
+    rows = (scene[first_row], scene[{"top": "bottom", "bottom": "top", "left": "right", "right": "left"}[first_row]])
+    columns = (scene[first_column], scene[{"top": "bottom", "bottom": "top", "left": "right", "right": "left"}[first_column]])
+    stored = np.linspace(*rows, 8).reshape(-1, 1, 1) + np.linspace(*columns, 6).reshape(1, -1, 1)
+    put(tmp_path / "a.tif", np.repeat(np.rint(stored), 3, axis=2).astype(np.uint8), Orientation=orientation)
+    picture = read(Photographs(tmp_path, camera), "a.tif")
+    signal = picture.signal.mean(axis=2)
+    assert signal.shape == ((8, 6) if orientation < 5 else (6, 8))
+    assert (np.diff(signal, axis=0) > 0).all() and (np.diff(signal, axis=1) > 0).all()
+
+
+@pytest.mark.parametrize("model", ["CMYK", "LAB"])
+def test_other_colours_than_srgb_are_refused(tmp_path, camera, model):
+    image = pytest.importorskip("PIL.Image", reason="Pillow is missing, which writes such files")
+    channels = {"CMYK": 4, "LAB": 3}[model]
+    image.fromarray(random_codes(channels=channels), model).save(tmp_path / "a.tif")
+    names = ["a.tif"]
+    if model == "CMYK":
+        image.fromarray(random_codes(channels=4), model).save(tmp_path / "b.jpg")
+        names.append("b.jpg")
+    for name in names:
+        with pytest.raises(PhotositeError, match=rf"{name}: stores C\w+ colours, which are not sRGB; convert it"):
+            read(Photographs(tmp_path, camera), name)
 
 
 def test_alpha_is_left_out(tmp_path, camera):

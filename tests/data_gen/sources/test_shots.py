@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from data_gen.sources.patches import apply_cfa
 from data_gen.sources.shots import Shots, saturating_electrons
+from data_gen.sources.source import apply_cfa
 from simulator.config import load_shot
 from simulator.errors import PhotositeError
 from simulator.pipeline.planner import plan

@@ -1,0 +1,46 @@
+"""Reading of a shot's scene; the last one is kept, so that another frame or window of it does not read it again."""
+
+import os
+from collections.abc import Hashable
+from threading import Lock
+
+from simulator.pipeline.shot import SceneSource
+from simulator.scene.content_keys import freeze, is_ours
+from simulator.scene.scene import Scene
+
+LARGEST_BYTES = 2**29  # of a scene that is kept
+_kept: tuple[Hashable, Scene] | None = None
+_lock = Lock()
+
+
+def load_scene(source: SceneSource) -> Scene:
+    """Return the scene of a source. That of the simulator's own sources cannot be written to.
+
+    The last scene is kept while its source and files are the same and it takes at most LARGEST_BYTES, and let go before another
+    is read. Raises PhotositeError and OSError as the source does.
+    """
+    global _kept
+    key = _key_of(source)
+    with _lock:
+        if key is not None and _kept is not None and _kept[0] == key:
+            return _kept[1]
+        _kept = None
+    scene = source.load()
+    if key is None:
+        return scene
+    for array in scene.arrays():
+        array.setflags(write=False)
+    if sum(array.nbytes for array in scene.arrays()) <= LARGEST_BYTES:
+        with _lock:
+            _kept = key, scene
+    return scene
+
+
+def _key_of(source: SceneSource) -> Hashable | None:
+    """Return the key of a source in this process; None where nothing tells whether it gives the same scene again."""
+    if isinstance(source, Scene) or not is_ours(source):
+        return None
+    try:
+        return os.getpid(), freeze(source)
+    except OSError:  # a file has gone: the source says so
+        return None

@@ -1,0 +1,109 @@
+"""The last scene is kept while it is the same, and no frame depends on what was simulated before it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.picture_files import put
+
+from simulator.config import load_shot
+from simulator.errors import PhotositeError
+from simulator.pipeline.planner import plan
+from simulator.pipeline.scene_loading import load_scene
+from simulator.scene.image import ImageScene
+from simulator.scene.scene import Scene
+
+
+@pytest.fixture
+def picture(tmp_path):
+    return put(tmp_path / "picture.exr", np.random.default_rng(1).random((6, 8, 3), dtype=np.float32))
+
+
+def test_a_picture_is_read_once_while_its_file_is_the_same(picture):
+    source = ImageScene(picture, 100.0)
+    scene = load_scene(source)
+    assert load_scene(ImageScene(picture, 100.0)) is scene
+    put(picture, np.full((7, 8, 3), 0.5, np.float32))
+    again = load_scene(source)
+    assert again.planes.shape[0] == 7 and load_scene(replace(source, luminance_cd_m2=50.0)) is not again
+
+
+def test_a_scene_that_is_kept_cannot_be_written_to(picture):
+    scene = load_scene(ImageScene(picture, 100.0))
+    with pytest.raises(ValueError, match="read-only"):
+        scene.planes[0, 0, 0] = 1.0
+
+
+def test_a_file_that_has_gone_is_an_error_also_of_a_scene_that_is_kept(picture):
+    load_scene(ImageScene(picture, 100.0))
+    picture.unlink()
+    with pytest.raises(PhotositeError, match=r"picture\.exr.*no such file"):
+        load_scene(ImageScene(picture, 100.0))
+
+
+class Drifting:
+    """A user's own source, which gives another scene each time."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def load(self) -> Scene:
+        self.calls += 1
+        return Scene(np.full((4, 6, 1), self.calls, np.float32), np.ones((1, 2)), np.array([400.0, 700.0]), np.ones(2))
+
+
+def test_a_users_own_source_is_asked_each_time_and_its_scene_stays_writable():
+    source = Drifting()
+    first, second = load_scene(source), load_scene(source)
+    assert (first.planes == 1).all() and (second.planes == 2).all() and first.planes.flags.writeable
+
+
+SETTINGS = [
+    {"lens.f_number": "f/2"},
+    {"lens.f_number": "f/8"},
+    {"lens.focus_distance": "3 m"},
+    {"exposure.time": "1/100 s"},
+    {"exposure.iso": 1600},
+    {"tolerance": 1.0},
+    {"camera.fill_factor": 0.5},
+    {"lens.veiling_glare": 0.02},
+    {"scene.depth": "2 m"},
+]
+SMALL = {"scene.depth": "1 m", "lens.f_number": "f/2", "lens.focus_distance": "2 m"}
+
+
+def decisions(shot):
+    """All of a plan that numbers or texts tell."""
+    planned = plan(shot)
+    optics = planned.optics
+    told = optics.projection, optics.window, optics.accuracy, optics.contrast, optics.psf_skip_reason, optics.ignored_px
+    glare = None if optics.veiling_glare is None else optics.veiling_glare.irradiance.tolist()
+    return repr(told), glare, optics.weights.tolist(), planned.steps, planned.passes
+
+
+@pytest.mark.parametrize("setting", SETTINGS, ids=lambda setting: "".join(setting))
+def test_a_plan_is_that_of_its_own_settings_whatever_was_planned_before(setting):
+    """The plan of the optics is kept with the scene; each setting it depends on makes another one."""
+    other = load_shot("color_checker", SMALL | setting)
+    fresh = decisions(replace(other, scene=Unkept(other.scene)))
+    plan(load_shot("color_checker", SMALL))
+    plan(load_shot("color_checker", SMALL | {"camera.window": {"x": 8, "y": 6, "width": 64, "height": 48}}))
+    assert decisions(other) == fresh == decisions(other)
+
+
+class Unkept:
+    """A source whose scenes are not kept, since nothing tells whether they stay the same."""
+
+    def __init__(self, source) -> None:
+        self.source = source
+
+    def load(self) -> Scene:
+        return self.source.load()
+
+
+def test_a_window_has_the_plan_of_the_frame_in_all_but_the_window():
+    window = {"x": 1200, "y": 900, "width": 64, "height": 48}
+    whole, crop = plan(load_shot("color_checker", SMALL)), plan(load_shot("color_checker", SMALL | {"camera.window": window}))
+    assert crop.optics.scene is whole.optics.scene and crop.optics.defocus is whole.optics.defocus
+    fresh = load_shot("color_checker", SMALL | {"camera.window": window})
+    assert repr(plan(replace(fresh, scene=Unkept(fresh.scene))).optics.window) == repr(crop.optics.window)

@@ -1,0 +1,125 @@
+"""A window of a frame has the frame's bits, and asks the device for no more than it sees."""
+
+import numpy as np
+import pytest
+from helpers.picture_files import put
+
+from simulator.config import load_shot
+from simulator.device import Device
+from simulator.pipeline.simulate import simulate
+
+WIDTH, HEIGHT = 1536, 1024  # of the frame
+WINDOW = {"x": 700, "y": 400, "width": 256, "height": 128}
+SHARE = WINDOW["width"] * WINDOW["height"] / (WIDTH * HEIGHT)
+FRAME = {"camera.window": {"x": 0, "y": 0, "width": WIDTH, "height": HEIGHT}}
+# The scene covers the whole sensor, of which the frame is a part.
+SHOTS = {
+    "sharp, coarse scene": {"scene.depth": "2.5 m", "lens.focus_distance": "2.5 m"},
+    "sharp behind a distortion": {"scene.depth": "2.5 m", "lens.distortion": {"k1": -0.1}},
+    "blurred depth": {"lens.f_number": "f/2.8"},
+    "blurred depth, wide": {"lens.f_number": "f/1.4", "scene.hidden": "extend"},
+    "blurred and distorted": {"lens.f_number": "f/4", "lens.distortion": {"k1": 0.05}},
+    "glare": {"scene.depth": "2.5 m", "lens.veiling_glare": 0.05},
+}
+
+
+@pytest.fixture(scope="module")
+def picture(tmp_path_factory):
+    """A picture with depth, 2120 x 1416 pixels, half as many as the sensor has photosites along each side."""
+    random = np.random.default_rng(7)
+    pixels = random.random((1416, 2120, 4), dtype=np.float32)
+    y, x = np.mgrid[:1416, :2120]
+    pixels[..., 3] = np.where((x // 150 + y // 110) % 3 == 0, 2.2, 2.5 + 0.5 * x / 2120)
+    return put(tmp_path_factory.mktemp("scene") / "picture.exr", pixels, ("R", "G", "B", "Z"))
+
+
+def shot(picture, settings, window):
+    scene = {"scene.image": str(picture), "scene.field_of_view": None, "scene.depth": {"channel": "Z", "unit": "m"}}
+    return load_shot("motorcycle_stopped_down", scene | settings | window)
+
+
+class Asked:
+    """Work that a device is asked for: work-items, and bytes that are copied to it."""
+
+    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+        self.items = self.bytes = 0
+        run, upload, write = Device.run, Device.upload, Device.write
+
+        def counted_run(device, kernel, global_size, local_size, **arguments):
+            self.items += int(np.prod(global_size))
+            run(device, kernel, global_size, local_size, **arguments)
+
+        def counted_upload(device, array):
+            self.bytes += array.nbytes
+            return upload(device, array)
+
+        def counted_write(device, buffer, array, offset):
+            self.bytes += array.nbytes
+            write(device, buffer, array, offset)
+
+        patch.setattr(Device, "run", counted_run)
+        patch.setattr(Device, "upload", counted_upload)
+        patch.setattr(Device, "write", counted_write)
+
+
+def spoil_memory(patch: pytest.MonkeyPatch) -> None:
+    """Let all memory of a device that nothing was written to hold NaN."""
+    empty = Device.empty
+
+    def spoilt(device, shape, dtype):
+        buffer = empty(device, shape, dtype)
+        device.fill(buffer, np.uint8(255), 0)
+        return buffer
+
+    patch.setattr(Device, "empty", spoilt)
+
+
+@pytest.mark.parametrize("name", SHOTS)
+def test_a_window_reads_nothing_that_was_not_computed_for_it(picture, name, monkeypatch):
+    whole = simulate(shot(picture, SHOTS[name], FRAME))
+    spoil_memory(monkeypatch)
+    part = simulate(shot(picture, SHOTS[name], {"camera.window": WINDOW}))
+    rows, columns = (
+        slice(WINDOW[first], WINDOW[first] + WINDOW[length]) for first, length in (("y", "height"), ("x", "width"))
+    )
+    for array in ("dn", "mean_electrons", "noise_free_dn"):
+        assert np.array_equal(getattr(part, array), getattr(whole, array)[rows, columns]), array
+
+
+@pytest.mark.parametrize("name", ["sharp, coarse scene", "glare"])
+def test_a_window_of_a_sharp_frame_costs_its_share(picture, name):
+    asked = []
+    for window in (FRAME, {"camera.window": WINDOW}):
+        with pytest.MonkeyPatch.context() as patch:
+            counted = Asked(patch)
+            simulate(shot(picture, SHOTS[name], window))
+        asked.append(counted)
+    whole, part = asked
+    assert part.items <= 1.5 * SHARE * whole.items and part.bytes <= 2**14
+
+
+def test_a_window_of_a_blurred_frame_costs_its_share_and_the_margin_of_the_blur(picture):
+    """The margin ends at the borders of tiles of 128 x 16 photosites and of bands of 128 rows."""
+    asked = []
+    settings = SHOTS["blurred depth"]
+    for window in (FRAME, {"camera.window": WINDOW}):
+        with pytest.MonkeyPatch.context() as patch:
+            counted = Asked(patch)
+            simulate(shot(picture, settings, window))
+        asked.append(counted)
+    whole, part = asked
+    margin_px = 16
+    tiled = (WINDOW["width"] + 128 + 2 * margin_px) * (WINDOW["height"] + 128 + 2 * margin_px) / (WIDTH * HEIGHT)
+    assert part.items <= 1.5 * tiled * whole.items and part.bytes <= 0.5 * whole.bytes + 2**20
+
+
+def test_a_second_window_neither_reads_the_scene_nor_plans_its_optics(picture, monkeypatch):
+    """Its accuracy follows the whole scene, in a time that does not depend on the window."""
+    settings = SHOTS["blurred depth, wide"]
+    simulate(shot(picture, settings, FRAME))
+    read = []
+    monkeypatch.setattr("simulator.scene.image.read_pixels", lambda *arguments: read.append(arguments))
+    monkeypatch.setattr("simulator.optics.optics_plan.scene_contrast", lambda *arguments: read.append(arguments))
+    monkeypatch.setattr("simulator.optics.passes.tile_plan.highlight_threshold", lambda *arguments: read.append(arguments))
+    simulate(shot(picture, settings, {"camera.window": WINDOW}))
+    assert not read
