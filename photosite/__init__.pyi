@@ -28,10 +28,12 @@ from simulator.optics.lens.wavefront import ChromaticShift as ChromaticShift
 from simulator.optics.pupil.pupil import Aperture as Aperture
 from simulator.optics.pupil.vignetting import RoundStop as RoundStop
 from simulator.optics.pupil.vignetting import Vignetting as Vignetting
+from simulator.pipeline.light_cache import LightCache as LightCache
 from simulator.pipeline.shot import SceneSource as SceneSource
 from simulator.pipeline.shot import Seeds as Seeds
 from simulator.pipeline.shot import Shot as Shot
 from simulator.pipeline.simulate import simulate as simulate
+from simulator.pipeline.simulate import simulate_many as simulate_many
 from simulator.pipeline.simulate import simulate_on_disk as simulate_on_disk
 from simulator.progress import Progress as Progress
 from simulator.raw.development import develop as develop

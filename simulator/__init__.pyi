@@ -9,6 +9,7 @@ from simulator.config import shot_warnings as shot_warnings
 from simulator.errors import PhotositeError as PhotositeError
 from simulator.pipeline.shot import Shot as Shot
 from simulator.pipeline.simulate import simulate as simulate
+from simulator.pipeline.simulate import simulate_many as simulate_many
 from simulator.raw.development import develop as develop
 from simulator.raw.raw_image import Raw as Raw
 from simulator.raw.save import save as save

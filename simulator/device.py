@@ -12,6 +12,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -224,6 +225,7 @@ class Device:
         self._own_context = cl.Context([device])
         self._own_queue = cl.CommandQueue(self._own_context)
         self._kernels: dict[tuple, Kernel] = {}
+        self._launching = Lock()
         self._programs: dict[tuple, tuple[str, cl.Program]] = {}  # text of a file with its macros; its kernels share a build
 
     @property
@@ -250,9 +252,16 @@ class Device:
         flags = cl.mem_flags.USE_HOST_PTR | (cl.mem_flags.READ_WRITE if array.flags.writeable else cl.mem_flags.READ_ONLY)
         return self._buffer(flags, hostbuf=array)
 
+    def receive(self, array: np.ndarray) -> cl.Buffer:
+        """Return a buffer for what kernels write, which `collect` brings to a contiguous array: its own memory on a CPU.
+
+        The array must exist as long as the buffer is used.
+        """
+        return self.share(array) if self.shares_memory else self.empty(array.shape, array.dtype)
+
     @counted_as("device")
     def collect(self, buffer: cl.Buffer, array: np.ndarray) -> None:
-        """Wait for all work and copy a buffer made by `share` to its array, where the two do not share memory."""
+        """Wait for all work and copy a buffer made by `share` or `receive` to its array, where the two do not share memory."""
         if not self.shares_memory:
             cl.enqueue_copy(self._queue, array, buffer)
             return
@@ -350,7 +359,8 @@ class Device:
         local_size = local_size or self._group(global_size)
         values = [kernel.bind(name, arguments[name]) for name in kernel.arguments]
         try:
-            kernel.function(self._queue, global_size, local_size, *values)
+            with self._launching:  # a kernel keeps one set of arguments for all threads
+                kernel.function(self._queue, global_size, local_size, *values)
         except cl.Error as error:
             raise PhotositeError(f"{self.info.label} cannot run {kernel.name}: {error}") from None
 

@@ -14,8 +14,9 @@ from simulator.errors import PhotositeError, require
 from simulator.pipeline.frame_metadata import neutral_of
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import check_memory, expose, noise_free_frame
+from simulator.pipeline.simulate import check_memory, expose
 from simulator.sensor.camera.camera_color import matrix_under_d65
+from simulator.sensor.readout import read_mean_electrons
 from simulator.sensor.sensor_plan import SensorPlan
 
 
@@ -96,9 +97,7 @@ def _white_balance(neutral: tuple[float, ...]) -> tuple[float, float, float]:
 
 def _electrons(planned: Plan, device: Device) -> np.ndarray:
     """Mean photoelectrons of every pixel that is given out, (height, width) float32 [e-]."""
-    light = expose(planned, device)
-    mean_electrons, _ = noise_free_frame(device, planned.sensor, light)
-    return mean_electrons
+    return read_mean_electrons(device, planned.sensor, expose(planned, device))
 
 
 def _active_slices(sensor: SensorPlan) -> tuple[slice, slice]:

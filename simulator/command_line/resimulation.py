@@ -23,7 +23,7 @@ def resimulate_file(path: Path, out: Path | None, device: str | None) -> None:
         # Compared first: --out may be the folder of the file itself.
         different = differing_codes(path, raw)
         files = None if out is None else save(raw, out)
-    for file in () if files is None else (files.dng, files.twin, files.sidecar):
+    for file in () if files is None else files.there():
         print(file)
     if different:
         tell(f"error: {path}: {different} of {raw.dn.size} codes differ from the file's")

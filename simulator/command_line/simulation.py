@@ -13,6 +13,7 @@ from simulator.atomic_files import atomic_write
 from simulator.command_line.screen import show_progress, tell
 from simulator.config import Sweep, frame_warnings, load_shot, load_sweep, locate_errors, shot_warnings
 from simulator.errors import PhotositeError
+from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate_on_disk
 from simulator.raw.save import save
@@ -51,7 +52,7 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
         tell(f"note: {note}")
     for warning in [*resolved["warnings"], *(str(one.message) for one in told), *seen]:
         tell(f"warning: {warning}")
-    for file in (files.dng, files.twin, files.sidecar):
+    for file in files.there():
         print(file)
 
 
@@ -63,7 +64,8 @@ def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> i
             tell(f"{row.name}: {row.status}")
 
     with show_progress("sweep") as progress:
-        rows = run_sweep(sweep, out, take=partial(take, device=device), redo=redo, report=report, progress=progress)
+        taking = partial(take, device=device, cache=LightCache())
+        rows = run_sweep(sweep, out, take=taking, redo=redo, report=report, progress=progress)
     if skipped := sum(row.status == SKIPPED for row in rows):
         tell(f"note: {skipped} of {len(rows)} points were there already; --redo takes them again")
     print(out / "manifest.csv")

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,19 @@ from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import named_files
 from simulator.pipeline.shot import Shot
 
+# Beginnings of the keys that leave the light on the sensor as it is, so that points that differ in them alone share it.
+SENSOR_KEYS = (
+    "exposure.iso",
+    "seeds.",
+    "raw.",
+    "camera.bit_depth",
+    "camera.black_level",
+    "camera.white_level",
+    "camera.iso_table",
+    "camera.read_noise",
+    "camera.conversion_gain",
+    "camera.stages",
+)
 MAX_CHECKED = 2000  # most values of one key that are checked when they are computed; listed values are all checked
 
 
@@ -76,6 +90,19 @@ class Sweep:
 
     def __iter__(self) -> Iterator[SweepPoint]:
         return (self[index] for index in range(len(self)))
+
+    def by_light(self) -> Iterator[SweepPoint]:
+        """Yield all points so that those that share their light follow each other: SENSOR_KEYS vary fastest."""
+        if self._zip:
+            yield from self
+            return
+        strides, stride = {}, 1
+        for key in reversed(self.values):
+            strides[key] = stride
+            stride *= len(self.values[key])
+        order = sorted(self.values, key=lambda key: key.startswith(SENSOR_KEYS))
+        for rows in product(*(range(len(self.values[key])) for key in order)):
+            yield self[sum(row * strides[key] for key, row in zip(order, rows, strict=True))]
 
     def __getitem__(self, index: int) -> SweepPoint:
         if not 0 <= index < len(self):

@@ -27,10 +27,29 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
-from simulator.sensor.sensor_plan import SensorPlan
+from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
 
 if TYPE_CHECKING:
     from simulator.optics.ray_reference.deep_rays import DeepBlur
+
+# What a camera does with the light, of which its optics knows the NoiseFloor alone. All other fields of `Camera` are keys.
+SENSOR_ONLY = frozenset(
+    {
+        "make",
+        "model",
+        "bit_depth",
+        "black_level_dn",
+        "white_level_dn",
+        "iso_table",
+        "iso_range",
+        "read_noise_model",
+        "read_noise_after_gain_dn",
+        "read_noise_spread",
+        "conversion_gain",
+        "color_matrix",
+        "stages",
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -121,17 +140,21 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float)
                 array.setflags(write=False)
         return made
 
-    key = _key_of(lens, sensor, tolerance)
+    key = optics_key(lens, sensor, tolerance)
     planned = make() if key is None else loaded.remember(key, make)
     return replace(planned, window=sensor.readout.computed)
 
 
-def _key_of(lens: Lens, sensor: SensorPlan, tolerance: float) -> Hashable | None:
-    """Return what a plan depends on besides the scene; None for a lens of which nothing tells when it is the same."""
+def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float) -> Hashable | None:
+    """Return what a plan depends on besides scene and window; None for a lens of which nothing tells when it is the same.
+
+    Of what the camera does with the light, that is the NoiseFloor alone.
+    """
     if not is_ours(lens):
         return None
     try:
-        return "optics", freeze(lens), freeze(sensor.camera, frozenset({"window"})), freeze(sensor.stages), tolerance
+        camera = freeze(sensor.camera, SENSOR_ONLY | {"window"})
+        return "optics", freeze(lens), camera, sensor.exposure.time_s, sensor.noise_floor(), tolerance
     except OSError:  # a file of the lens has gone: what reads it says so
         return None
 
@@ -159,10 +182,13 @@ def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance
         accuracy=Accuracy(tolerance),
         veiling_glare=glare,
     )
+    floor = sensor.noise_floor()
+    if lens.forms_image and floor is not None:
+        accuracy = plan_accuracy(planned, lens, sensor, floor, tolerance)
+        planned = replace(planned, accuracy=accuracy)
     if lens.forms_image:
-        accuracy = plan_accuracy(planned, lens, sensor, tolerance)
-        planned = _with_defocus(replace(planned, accuracy=accuracy), loaded, lens, sensor)
-    return _with_psf(planned, lens, sensor)
+        planned = _with_defocus(planned, loaded, lens, sensor)
+    return _with_psf(planned, lens, sensor, floor)
 
 
 def blur_per_dioptre(lens: Lens, pixel_pitch_um: float, scale: float) -> float:
@@ -171,18 +197,19 @@ def blur_per_dioptre(lens: Lens, pixel_pitch_um: float, scale: float) -> float:
     return growth_um * scale / pixel_pitch_um
 
 
-def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, tolerance: float) -> Accuracy:
-    """Tolerance of the blur, relative to the noise at the scene's brightest light or, if that is less, at saturation."""
-    dark, gain = sensor.moments(0.0), sensor.gain_dn_per_e()
-    if gain <= 0.0:  # dark current alone fills the well: the frame shows nothing
-        return Accuracy(tolerance)
+def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor, tolerance: float) -> Accuracy:
+    """Tolerance of the blur, relative to the least noise that the exposure has at any ISO of the camera (`NoiseFloor`).
+
+    It is the noise at the scene's brightest light or, if that is less, at the ISO that saturates last. So a blur is as exact as
+    the shot with the least noise needs it, and shots that differ in their ISO have the same light, bit for bit.
+    """
     per_radiance = _electrons_per_radiance(lens, sensor)
     brightest_e, peak_e = brightest_electrons(optics.scene, optics.weights, per_radiance)
-    electrons = max(min(brightest_e, sensor.electrons_at_white()), 1.0)
+    electrons = max(min(brightest_e, floor.most_electrons), 1.0)
     accuracy = Accuracy(
         tolerance,
         electrons,
-        math.sqrt(dark.variance) / gain,
+        floor.read_noise_e,
         max(peak_e / electrons, 1.0),
         electrons_per_radiance=per_radiance,
     )
@@ -257,13 +284,13 @@ def _blur_deep(scene: Scene, lens: Lens, pixel_pitch_um: float) -> "DeepBlur | N
     return DeepBlur(near, far, float(lens.blur_radius_um(math.inf)) / pixel_pitch_um)
 
 
-def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
-    """Return the plan with the point spread function, unless its effect is invisible."""
+def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor | None) -> OpticsPlan:
+    """Return the plan with the point spread function, unless its effect is invisible at every ISO."""
     if planned.projection.open_side < 1.0:
         return planned  # the scene is integrated over the open area of each photosite
     exposure, irradiance = sensor.exposure, sensor.irradiance
     factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
-    contrast = contrast_sigma(planned.scene, factor * planned.weights, sensor.moments)
+    contrast = contrast_sigma(planned.scene, factor * planned.weights, (floor or NoiseFloor(1.0, 1.0)).moments)
     if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
         contrast = math.inf  # nothing is left out
     psf, skip_reason = plan_visible_psf(

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +22,11 @@ from simulator.sensor.camera.camera_color import matrices_under_two_lights, matr
 from simulator.sensor.iso_speed import baseline_exposure_ev
 
 
-def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[str, np.ndarray]) -> Raw:
+def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[str, Any]) -> Raw:
     """Return the raw frame of these arrays with its metadata. Raises OSError for a scene's file that has gone.
 
-    arrays: dn, mean_electrons, noise_free_dn, and those of the truth, as `Raw` has them.
+    arrays: dn, mean_electrons, noise_free_dn, and those of the truth, as `Raw` has them; the second and third may be functions
+        that make them when they are first read.
     """
     camera, lens, sensor = shot.camera, shot.lens, planned.sensor
     fitted_matrices = matrices_under_two_lights(camera)

@@ -218,7 +218,7 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
     parts = "in two parts, charge is shared in between" if layout.shares_charge else "in one pass"
     binned = "" if layout.binning is None else f", {layout.binning.factor} x {layout.binning.factor} binned"
     cost = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages)
-    bytes_each = 4 + 8 * layout.shares_charge  # codes on device and host; what the passes in between leave
+    bytes_each = 2 + 8 * layout.shares_charge + 2 * layout.averages  # codes; what the passes in between leave
     return Pass(
         "sensor", True, f"{len(sensor.stages)} stages {parts}{binned}", pixels, bytes_each * pixels, cost_ms=_ms(pixels, cost)
     )
@@ -227,7 +227,12 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
 def _truth(optics: OpticsPlan) -> Pass:
     pixels = _pixels(optics)
     return Pass(
-        "truth", True, "mean electrons, codes without noise", pixels, 16 * pixels, cost_ms=_ms(pixels, COST_NS["truth"])
+        "truth",
+        True,
+        "mean electrons, codes without noise, when read",
+        pixels,
+        8 * pixels,
+        cost_ms=_ms(pixels, COST_NS["truth"]),
     )
 
 
@@ -239,8 +244,8 @@ def _truth_map(name: str, optics: OpticsPlan) -> Pass:
 def _truth_rgb(optics: OpticsPlan, repeated: tuple[Pass, ...]) -> Pass:
     """Noise-free frame in each colour. repeated: passes of the light and of the noise-free frame, run once for each colour."""
     pixels = _pixels(optics)
-    # On the host the frames of the colours, then their stack; on the device the mosaic, mean electrons and codes.
-    memory = (max(8 * optics.channels, 12) + 12) * pixels
+    # The frames of the colours, then their stack, or a frame and its difference from black; and the mosaic.
+    memory = (max(8 * optics.channels, 12) + 4) * pixels
     cost_ms = optics.channels * sum(one.cost_ms for one in repeated)
     return Pass("truth: rgb", True, "light and truth once more for each colour", pixels, memory, cost_ms=cost_ms)
 

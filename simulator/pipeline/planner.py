@@ -8,6 +8,7 @@ from simulator.optics.defocus.predicted_error import error_warning
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_grid import BAND_ROWS
+from simulator.pipeline.light_cache import LightCache, LightKey, light_key
 from simulator.pipeline.passes import Pass, passes_of
 from simulator.pipeline.plan_steps import steps_of
 from simulator.pipeline.scene_loading import load_scene
@@ -32,6 +33,7 @@ class Plan:
     steps: effects on the light and the signal, in physical order, as `explain` prints them.
     passes: what the executor runs and what it skips: method, size, memory, predicted error and time.
     tiles: method of each tile, as `measure` chooses them; None: not measured, or no method is chosen by tile.
+    key: what the light depends on, of a plan that was made with a cache.
     strips: readout of each strip of the frame, from top to bottom, which are computed one after the other.
     """
 
@@ -42,6 +44,7 @@ class Plan:
     passes: tuple[Pass, ...]
     tiles: "TilePlan | None" = None
     strips: tuple[ReadoutGeometry, ...] = ()
+    key: LightKey | None = None
 
     def by_strip(self) -> list[Self]:
         """Return the plan of each strip, which is not measured yet; a frame of one strip has this plan."""
@@ -74,17 +77,27 @@ class Plan:
         return sum(one.cost_ms for one in self.passes)
 
 
-def plan(shot: Shot, strip_px: int = STRIP_PX) -> Plan:
+def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) -> Plan:
     """Plan a shot; reads its scene. Raises PhotositeError for what cannot be simulated.
 
     strip_px: photosites that are computed at once, at most; larger frames are computed in strips, with the same bits.
+    cache: holds plans of the optics, whose light may be shared; None: nothing is held.
     """
     sensor = plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
-    optics = plan_optics(load_scene(shot.scene), shot.lens, sensor, shot.tolerance)
+    optics, key = _plan_light(shot, sensor, cache)
     steps = steps_of(optics, sensor, shot.lens)
     strips = tuple(split_readout(shot.camera, strip_px, BAND_ROWS))
-    planned = Plan(optics, sensor, shot.truth, steps, (), strips=strips)
+    planned = Plan(optics, sensor, shot.truth, steps, (), strips=strips, key=key)
     return replace(planned, passes=_passes_of(planned))
+
+
+def _plan_light(shot: Shot, sensor: SensorPlan, cache: LightCache | None) -> tuple[OpticsPlan, LightKey | None]:
+    """Return the plan of the optics, and the key of its light where a cache holds it."""
+    scene = load_scene(shot.scene)
+    key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene)
+    if cache is None or key is None:
+        return plan_optics(scene, shot.lens, sensor, shot.tolerance), None
+    return cache.get(key, lambda: plan_optics(scene, shot.lens, sensor, shot.tolerance)), key
 
 
 def measure(planned: Plan, device: Device) -> Plan:

@@ -1,8 +1,9 @@
 """From a shot to a raw frame: the passes of a plan on an OpenCL device, in the order of the light."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from simulator.optics.passes.camera_planes import camera_planes
 from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
 from simulator.pipeline.frame_strips import Allocate, FrameArrays, MemoryStore, on_disk
+from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.planner import STRIP_PX, Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
@@ -22,9 +24,8 @@ from simulator.pipeline.truth_maps import blur_map, depth_map, variance_map
 from simulator.progress import Progress, silent
 from simulator.raw.raw_image import Raw
 from simulator.raw.save import files_of
-from simulator.sensor.kernel.kernel_launch import FrameSetting
-from simulator.sensor.kernel.noise_free import mean_charge, noise_free
-from simulator.sensor.readout import darken_optical_black, download_averaged, read_out, share_charge, share_with_neighbors
+from simulator.scene.content_keys import Itself
+from simulator.sensor.readout import darken_optical_black, read_mean_electrons, read_noise_free, read_out, share_with_neighbors
 from simulator.sensor.sensor_plan import SensorPlan
 
 
@@ -35,17 +36,35 @@ def simulate(
     progress: Progress | None = None,
     stopwatch: Stopwatch | None = None,
     strip_px: int = STRIP_PX,
+    cache: LightCache | None = None,
 ) -> Raw:
     """Simulate the raw frame of a shot, with its truth.
 
     device: part of an OpenCL device's label; default: $PHOTOSITE_DEVICE, else a GPU before a CPU.
     progress: called with (current step, share done from 0 to 1). stopwatch: gets the time of each pass.
     strip_px: photosites that are computed at once; a larger frame is computed in strips, with the same bits.
+    cache: light of earlier shots, which is used again where it is the same; the frame has the same bits without.
     Raises PhotositeError for every fault that the user can correct.
     """
     report = progress or silent
-    planned, opened = _prepare(shot, device, report, strip_px)
-    return execute(planned, shot, opened, report, stopwatch or Stopwatch())
+    planned, opened = _prepare(shot, device, report, strip_px, cache)
+    return execute(planned, shot, opened, report, stopwatch or Stopwatch(), cache=cache)
+
+
+def simulate_many(
+    shots: Iterable[Shot], *, device: str | None = None, progress: Progress | None = None, memory_bytes: int | None = None
+) -> Iterator[Raw]:
+    """Simulate the raw frames of shots one after the other, as `simulate` does, each when it is asked for.
+
+    Shots that differ only in ISO, seeds, gain, bit depth or noise share the light on the sensor and cost the sensor alone;
+    those of a sharp scene share it over shutter times and apertures, too. The bits are those of each shot alone. Frames of
+    several strips share scene and plan, but not their light.
+    progress: of each shot. memory_bytes: of the light that is held, as `LightCache` takes it.
+    Raises PhotositeError as `simulate` does.
+    """
+    cache = LightCache(memory_bytes)
+    for shot in shots:
+        yield simulate(shot, device=device, progress=progress, cache=cache)
 
 
 @contextmanager
@@ -56,37 +75,44 @@ def simulate_on_disk(
     device: str | None = None,
     progress: Progress | None = None,
     strip_px: int = STRIP_PX,
+    cache: LightCache | None = None,
 ) -> Iterator[Raw]:
     """Simulate as `simulate` does, for files in a directory; arrays of a frame of several strips lie in files there.
 
     They are removed in the end. Raises PhotositeError as `simulate` does, and when the disk has no room.
     """
     report = progress or silent
-    planned, opened = _prepare(shot, device, report, strip_px)
+    planned, opened = _prepare(shot, device, report, strip_px, cache)
     is_large = len(planned.strips) > 1
     with on_disk(files_of(shot.name, directory).dng) if is_large else nullcontext(MemoryStore) as allocate:
-        yield execute(planned, shot, opened, report, Stopwatch(), allocate)
+        yield execute(planned, shot, opened, report, Stopwatch(), allocate, cache)
 
 
-def _prepare(shot: Shot, device: str | None, report: Progress, strip_px: int) -> tuple[Plan, Device]:
+def _prepare(shot: Shot, device: str | None, report: Progress, strip_px: int, cache: LightCache | None) -> tuple[Plan, Device]:
     """Return the plan of a shot and the device that it fits on. Raises PhotositeError."""
     report("scene", 0.0)
-    planned, opened = plan(shot, strip_px), open_device(device)
+    planned, opened = plan(shot, strip_px, cache), open_device(device)
     check_memory(planned, opened.info)
     return planned, opened
 
 
 def execute(
-    planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch, allocate: Allocate = MemoryStore
+    planned: Plan,
+    shot: Shot,
+    device: Device,
+    report: Progress,
+    timed: Stopwatch,
+    allocate: Allocate = MemoryStore,
+    cache: LightCache | None = None,
 ) -> Raw:
     """Run the passes of a shot's plan on a device.
 
     report: as progress of `simulate`. timed: gets the time of each pass.
-    allocate: makes the arrays of a frame of several strips.
+    allocate: makes the arrays of a frame of several strips. cache: as of `simulate`, of a plan that was made with it.
     """
     parts = planned.by_strip()
     if len(parts) == 1:
-        arrays = _execute_strip(planned, shot, device, report, timed)
+        arrays = _execute_strip(planned, shot, device, report, timed, cache)
     else:
         arrays = _execute_strips(parts, shot, device, report, timed, allocate)
     report("done", 1.0)
@@ -103,27 +129,56 @@ def _execute_strips(
         def report_strip(what: str, share: float, count: int = count) -> None:
             report(what, (count + share) / len(parts))
 
-        strip = _execute_strip(part, shot, device, report_strip, timed)
+        strip = _execute_strip(part, shot, device, report_strip, timed, None)
+        made = {name: array() if callable(array) else array for name, array in strip.items()}
         with timed("strips", device):
-            frame.append(strip)
-        del strip  # its memory is for the next one
+            frame.append(made)
+        del strip, made  # their memory is for the next one
     return frame.arrays()
 
 
-def _execute_strip(planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch) -> dict[str, np.ndarray]:
-    """Run the passes of a strip; returns its arrays: codes "dn", "mean_electrons", "noise_free_dn", and maps of the truth."""
+def _execute_strip(
+    planned: Plan, shot: Shot, device: Device, report: Progress, timed: Stopwatch, cache: LightCache | None
+) -> dict[str, Any]:
+    """Run the passes of a strip; returns its arrays: codes "dn", "mean_electrons", "noise_free_dn", and maps of the truth.
+
+    Mean electrons and noise-free codes may be functions that make them.
+    """
+    if planned.key is None:
+        cache = None
     report("light", 0.1)
-    with timed("radius statistics", device):
-        planned = measure(planned, device)
-    light = expose(planned, device, lambda share: report("light", 0.1 + 0.7 * share), timed)
+    if cache is None:
+        planned = _measure(planned, device, timed)
+    light = _light(planned, device, lambda share: report("light", 0.1 + 0.7 * share), timed, cache)
     report("sensor", 0.8)
     with timed("sensor", device):
         dn = read_out(device, planned.sensor, light, shot.seeds)
     report("truth", 0.9)
-    with timed("truth", device):
-        mean_electrons, noise_free_dn = noise_free_frame(device, planned.sensor, light)
-    maps = compute_truth_maps(planned, shot.lens, device, mean_electrons, timed)
-    return {"dn": dn, "mean_electrons": mean_electrons, "noise_free_dn": noise_free_dn, **maps}
+    late = LateTruth(device, planned.sensor, light, timed)
+    electrons = late.mean_electrons() if "variance" in planned.truth else None
+    maps = compute_truth_maps(planned, shot.lens, device, electrons, timed, cache)
+    mean_electrons = late.mean_electrons if electrons is None else electrons
+    return {"dn": dn, "mean_electrons": mean_electrons, "noise_free_dn": late.noise_free_dn, **maps}
+
+
+class LateTruth:
+    """Truth of a frame that is computed when it is first asked for, from the light on the sensor, which is held until then.
+
+    light: mosaic of electron radiance, as `expose` returns it; nothing changes it. timed: gets the time, as that of "truth".
+    """
+
+    def __init__(self, device: Device, sensor: SensorPlan, light: Buffer, timed: Stopwatch) -> None:
+        self._device, self._sensor, self._light, self._timed = device, sensor, light, timed
+
+    def mean_electrons(self) -> np.ndarray:
+        """Return the mean electrons [e-] of the frame's pixels, (height, width) float32, a new array."""
+        with self._timed("truth", self._device):
+            return read_mean_electrons(self._device, self._sensor, self._light)
+
+    def noise_free_dn(self) -> np.ndarray:
+        """Return the codes without noise [DN] of the frame's pixels, (height, width) float32, a new array."""
+        with self._timed("truth", self._device):
+            return read_noise_free(self._device, self._sensor, self._light)
 
 
 def check_memory(planned: Plan, device: DeviceInfo) -> None:
@@ -134,6 +189,25 @@ def check_memory(planned: Plan, device: DeviceInfo) -> None:
             f"out of memory: {frame.width} x {frame.height} photosites need about {needed / 1e9:.1f} GB, "
             f"but {device.label} has {there / 1e9:.1f} GB; read out a part of the sensor with camera.window"
         )
+
+
+def _measure(planned: Plan, device: Device, timed: Stopwatch) -> Plan:
+    with timed("radius statistics", device):
+        return measure(planned, device)
+
+
+def _light(
+    planned: Plan,
+    device: Device,
+    progress: Callable[[float], None],
+    timed: Stopwatch,
+    cache: LightCache | None,
+) -> Buffer:
+    """Return the mosaic of `expose`, from the cache where it is there. Nobody may change it."""
+    if cache is None or planned.key is None:
+        return expose(planned, device, progress, timed)
+    key = Itself(device), planned.key.of_mosaic(planned.optics, planned.sensor)
+    return cache.get(key, lambda: expose(_measure(planned, device, timed), device, progress, timed))
 
 
 def expose(
@@ -193,22 +267,24 @@ def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple
 
     light: mosaic of electron radiance, as `expose` returns it.
     """
-    frame, read = sensor.readout.computed, sensor.readout.read
-    settings = [FrameSetting(sensor.stages, x=frame.x, y=frame.y)]
-    buffers = mean_charge(device, light, (frame.height, frame.width), settings)
-    mean_electrons, signal = (share_charge(device, sensor.readout, buffer) for buffer in buffers)
-    noise_free(device, signal, (read.height, read.width), settings)
-    electrons, codes = (download_averaged(device, sensor.readout, buffer) for buffer in (mean_electrons, signal))
-    return electrons[sensor.readout.kept], codes[sensor.readout.kept]
+    return read_mean_electrons(device, sensor, light), read_noise_free(device, sensor, light)
 
 
 def compute_truth_maps(
-    planned: Plan, lens: Lens, device: Device, mean_electrons: np.ndarray, timed: Stopwatch | None = None
+    planned: Plan,
+    lens: Lens,
+    device: Device,
+    mean_electrons: np.ndarray | None,
+    timed: Stopwatch | None = None,
+    cache: LightCache | None = None,
 ) -> dict[str, np.ndarray]:
-    """Return the maps that the plan's truth asks for, by name; see `Raw.truth`."""
+    """Return the maps that the plan's truth asks for, by name; see `Raw.truth`.
+
+    mean_electrons: of the frame's pixels [e-], for the map of the variance; None: it is not asked for.
+    """
     optics, sensor, wanted, timed = planned.optics, planned.sensor, planned.truth, timed or Stopwatch()
     maps: dict[str, np.ndarray] = {}
-    if "variance" in wanted:
+    if mean_electrons is not None and "variance" in wanted:
         with timed("truth: variance", device):
             maps["variance"] = variance_map(sensor, mean_electrons)
     if "depth" in wanted:
@@ -220,11 +296,11 @@ def compute_truth_maps(
             maps["blur"] = blur_map(sensor, lens, depth_m)
     if "rgb" in wanted:
         with timed("truth: rgb", device):
-            maps["rgb"] = clean_rgb(planned, device)
+            maps["rgb"] = clean_rgb(planned, device, cache)
     return maps
 
 
-def clean_rgb(planned: Plan, device: Device) -> np.ndarray:
+def clean_rgb(planned: Plan, device: Device, cache: LightCache | None = None) -> np.ndarray:
     """Return the noise-free signal in every colour at every pixel, (height, width, channels) float32, 0 at black, 1 at white.
 
     Camera colours, linear, not white-balanced: the result of a demosaicing without error. A channel is the noise-free code
@@ -235,7 +311,7 @@ def clean_rgb(planned: Plan, device: Device) -> np.ndarray:
     black_dn, span_dn = np.float32(sensor.black_level_dn), np.float32(sensor.full_scale_dn())
     planes = []
     for channel in range(planned.optics.channels):
-        light = expose(planned.in_one_color(channel), device)
+        light = _light(planned.in_one_color(channel), device, lambda share: None, Stopwatch(), cache)
         # Unnamed, so that the frame's memory is free before the next colour is computed.
-        planes.append((noise_free_frame(device, sensor, light)[1] - black_dn) / span_dn)
+        planes.append((read_noise_free(device, sensor, light) - black_dn) / span_dn)
     return np.stack(planes, axis=-1)

@@ -11,6 +11,7 @@ import numpy as np
 from simulator.atomic_files import atomic_write, reserve
 from simulator.errors import PhotositeError, first_line, reading
 from simulator.raw.disk_arrays import in_blocks
+from simulator.raw.plain_exr import exr_pieces, is_plain
 from simulator.raw.software import software
 
 if TYPE_CHECKING:
@@ -63,6 +64,11 @@ def put_parts(path: Path, parts: Sequence[PicturePart]) -> None:
     Several pictures make a multi-part file, which EXR and TIFF support.
     Raises OSError, without the path, when the file cannot be written.
     """
+    if path.suffix == ".exr" and is_plain(parts):
+        with open(path, "wb") as file:
+            for piece in exr_pieces(parts, {"Software": software()}):
+                file.write(piece)
+        return
     import OpenImageIO
 
     size_bytes = sum(part.pixels.nbytes for part in parts)

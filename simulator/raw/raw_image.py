@@ -4,8 +4,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from simulator.raw.late_array import LateArray
 from simulator.raw.raw_format import RawFormat
 from simulator.sensor.camera.cfa import CfaName
+
+LATE = ("mean_electrons", "noise_free_dn")
 
 
 @dataclass(frozen=True)
@@ -15,6 +18,8 @@ class Raw:
     dn: (height, width) uint16 codes [DN].
     mean_electrons: (height, width) float32, mean photoelectrons per photosite, before any noise [e-].
     noise_free_dn: (height, width) float32, the code without noise and rounding, clipped as the sensor clips [DN].
+        Both are LATE: they may be given as functions that make them. Those of a simulated frame are computed on its device
+        when they are first read; until then the frame holds the light on the sensor, 4 bytes for each photosite.
     cfa: colours of the 2x2 block at the frame's upper left corner, row by row; "MONO" has no filter.
     black_level_dn: pedestal [DN]. black_offsets_dn: black level less pedestal at the four places of that block [DN].
     white_level_dn: largest code the frame can reach [DN].
@@ -69,6 +74,10 @@ class Raw:
     truth: dict[str, np.ndarray] = field(default_factory=dict)
     resolved: dict[str, object] = field(default_factory=dict)
 
+    def __getstate__(self) -> dict[str, object]:
+        """Return all fields, the late ones computed, so that a copy or another process needs no device."""
+        return {**vars(self), **{name: getattr(self, name) for name in LATE}}
+
     @property
     def edges(self) -> tuple[int, int, int, int]:
         """Top, left, bottom and right of the active area [px]."""
@@ -79,3 +88,7 @@ class Raw:
         """Rows and columns of the active area."""
         top, left, bottom, right = self.edges
         return slice(top, bottom), slice(left, right)
+
+
+for _name in LATE:
+    setattr(Raw, _name, LateArray(_name))

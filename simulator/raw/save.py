@@ -1,6 +1,7 @@
 """Saving of one shot: raw frame (DNG), ground truth (EXR), settings (JSON)."""
 
 import os
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,11 +17,15 @@ from simulator.raw.truth_exr import truth_parts
 
 @dataclass(frozen=True)
 class SavedFiles:
-    """Paths of a shot's three files. The sidecar is written last: where it exists, the set is complete."""
+    """Paths of a shot's files. The sidecar is written last: where it exists, the set is complete."""
 
     dng: Path
     twin: Path
     sidecar: Path
+
+    def there(self) -> list[Path]:
+        """Return the files that exist; the truth twin may have been left out."""
+        return [file for file in (self.dng, self.twin, self.sidecar) if file.exists()]
 
 
 def files_of(name: str, directory: str | os.PathLike[str]) -> SavedFiles:
@@ -34,8 +39,10 @@ def files_of(name: str, directory: str | os.PathLike[str]) -> SavedFiles:
 
 
 @counted_as("files")
-def save(raw: Raw, directory: str | os.PathLike[str]) -> SavedFiles:
+def save(raw: Raw, directory: str | os.PathLike[str], *, truth: bool = True) -> SavedFiles:
     """Write `<name>.dng`, `<name>.truth.exr`, then `<name>.json` with the resolved settings.
+
+    truth: False leaves the truth twin out, which then need not be computed; an older one is removed with the older sidecar.
 
     All three are written to temporary files and then renamed, the sidecar last: a failure leaves nothing of the new set and
     all of an older one. An older sidecar is removed before the first rename, so that an interrupted set is not complete.
@@ -43,14 +50,17 @@ def save(raw: Raw, directory: str | os.PathLike[str]) -> SavedFiles:
     """
     files = files_of(raw.name, directory)
     settings = sidecar_text(raw)
-    mosaic, parts = dng_pieces(raw), truth_parts(raw)
+    mosaic, parts = dng_pieces(raw), truth_parts(raw) if truth else []
     with atomic_write(files.sidecar) as sidecar:
         sidecar.write_text(settings, encoding="utf-8")
-        with atomic_write(files.twin) as twin:
-            put_parts(twin, parts)
+        with atomic_write(files.twin) if truth else nullcontext() as twin:
+            if twin is not None:
+                put_parts(twin, parts)
             with atomic_write(files.dng) as dng:
                 write_pieces(mosaic, dng)
                 files.sidecar.unlink(missing_ok=True)
+                if not truth:
+                    files.twin.unlink(missing_ok=True)
     return files
 
 

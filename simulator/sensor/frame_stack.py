@@ -9,7 +9,7 @@ from simulator.errors import require
 from simulator.sensor.code_variance import code_variance
 from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS, signal_steps
-from simulator.sensor.kernel.noise_free import mean_charge, noise_free
+from simulator.sensor.kernel.noise_free import code_of_light
 
 
 def expose_frame_stack(device: Device, mean_electrons: np.ndarray, settings: Sequence[FrameSetting]) -> np.ndarray:
@@ -26,7 +26,7 @@ def expose_frame_stack(device: Device, mean_electrons: np.ndarray, settings: Seq
     count, height, width = mean_electrons.shape
     codes = np.empty((count, height, width), np.uint16)
     if codes.size:
-        source, result = device.share(mean_electrons), device.share(codes)
+        source, result = device.share(mean_electrons), device.receive(codes)
         launch_sensor(device, source, result, (height, width), settings, KernelPart.WHOLE)
         device.collect(result, codes)
     return codes
@@ -42,14 +42,15 @@ def frame_stack_moments(
     temporal noise and rounding; see `simulator.sensor.code_variance`. Arguments and errors: as for `expose_frame_stack`.
     """
     mean_electrons = _checked(mean_electrons, settings)
-    shape, variance = mean_electrons.shape, np.empty(mean_electrons.shape, np.float32)
+    codes, variance = (np.empty(mean_electrons.shape, np.float32) for _ in range(2))
     if not mean_electrons.size:
-        return variance, variance.copy()
-    _, signal = mean_charge(device, device.share(mean_electrons), shape[1:], settings)
-    noise_free(device, signal, shape[1:], settings)
+        return codes, variance
+    result = device.receive(codes)
+    code_of_light(device, device.share(mean_electrons), result, mean_electrons.shape[1:], settings)
     for electrons, setting, frame in zip(mean_electrons, settings, variance, strict=True):
         frame[:] = code_variance(signal_steps(setting.stages), electrons)
-    return device.download(signal, shape, np.float32), variance
+    device.collect(result, codes)
+    return codes, variance
 
 
 def _checked(mean_electrons: np.ndarray, settings: Sequence[FrameSetting]) -> np.ndarray:

@@ -1,5 +1,7 @@
 """Passes between and around the parts of the fused kernel: crosstalk, binning and optical black."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import DTypeLike
 
@@ -7,6 +9,7 @@ from simulator.device import Buffer, Device
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor
+from simulator.sensor.kernel.noise_free import code_of_charge, code_of_light, mean_charge, mean_electrons
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.sensor_plan import SensorPlan
 
@@ -14,7 +17,15 @@ from simulator.sensor.sensor_plan import SensorPlan
 def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -> np.ndarray:
     """Return the codes (height, width) uint16 for a mosaic of electron radiance, binned and cropped to the output window."""
     geometry = sensor.readout
-    frame, binned = geometry.computed, geometry.binned
+    frame = geometry.computed
+    if not geometry.shares_charge and not geometry.averages:
+        setting = [FrameSetting(sensor.stages, seeds, frame.x, frame.y)]
+
+        def launch(result: Buffer) -> None:
+            launch_sensor(device, mosaic, result, (frame.height, frame.width), setting, KernelPart.WHOLE)
+
+        return _receive(device, geometry, launch, np.uint16)
+    binned = geometry.binned
     parts: list[tuple[KernelPart, Window, DTypeLike]] = [(KernelPart.WHOLE, frame, np.uint16)]
     if geometry.shares_charge:
         parts = [(KernelPart.CHARGE, frame, np.float32), (KernelPart.READOUT, geometry.read, np.uint16)]
@@ -28,6 +39,42 @@ def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -
     if geometry.averages:
         signal = _bin(device, geometry, "codes", signal, np.uint16)
     return device.download(signal, (binned.height, binned.width), np.uint16)[geometry.kept]
+
+
+def read_mean_electrons(device: Device, sensor: SensorPlan, light: Buffer) -> np.ndarray:
+    """Return the mean electrons [e-] of the frame's pixels, (height, width) float32; light: mosaic of electron radiance."""
+    geometry, frame = sensor.readout, sensor.readout.computed
+    shape, setting = (frame.height, frame.width), [FrameSetting(sensor.stages, x=frame.x, y=frame.y)]
+    if not geometry.shares_charge and not geometry.averages:
+        return _receive(device, geometry, lambda result: mean_electrons(device, light, result, shape, setting), np.float32)
+    electrons = device.empty(shape, np.float32)
+    mean_electrons(device, light, electrons, shape, setting)
+    return download_averaged(device, geometry, share_charge(device, geometry, electrons))[geometry.kept]
+
+
+def read_noise_free(device: Device, sensor: SensorPlan, light: Buffer) -> np.ndarray:
+    """Return the codes without noise [DN] of the frame's pixels, (height, width) float32; light: as `read_mean_electrons`."""
+    geometry, frame, read = sensor.readout, sensor.readout.computed, sensor.readout.read
+    shape, setting = (frame.height, frame.width), [FrameSetting(sensor.stages, x=frame.x, y=frame.y)]
+    if not geometry.shares_charge and not geometry.averages:
+        return _receive(device, geometry, lambda result: code_of_light(device, light, result, shape, setting), np.float32)
+    charge = device.empty(shape, np.float32)
+    mean_charge(device, light, charge, shape, setting)
+    signal = share_charge(device, geometry, charge)
+    code_of_charge(device, signal, (read.height, read.width), setting)
+    return download_averaged(device, geometry, signal)[geometry.kept]
+
+
+def _receive(device: Device, geometry: ReadoutGeometry, launch: Callable[[Buffer], None], dtype: DTypeLike) -> np.ndarray:
+    """Return what a launch writes for the computed photosites, cropped to the output window.
+
+    The result is an array of its own: kernels write into it on a CPU, so that its memory is neither copied nor mapped twice.
+    """
+    array = np.empty((geometry.computed.height, geometry.computed.width), dtype)
+    result = device.receive(array)
+    launch(result)
+    device.collect(result, array)
+    return array[geometry.kept]
 
 
 def darken_optical_black(device: Device, mosaic: Buffer, window: Window, active: Window) -> None:

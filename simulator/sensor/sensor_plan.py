@@ -1,5 +1,6 @@
 """The sensor's part of a plan: the computed photosites, the stages, and the mean and noise of the codes."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -14,6 +15,22 @@ from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.exposure import Integration
 from simulator.sensor.stages.irradiance import Irradiance
 from simulator.sensor.stages.stage import Moments, SignalStep, Stage
+
+
+@dataclass(frozen=True)
+class NoiseFloor:
+    """The least noise of an exposure at any ISO of its camera, which the accuracy of the optics refers to.
+
+    most_electrons: photoelectrons that saturate a photosite at the ISO that holds most of them, rounded up to a power of two.
+    read_noise_e: least noise in the dark, in photoelectrons, rounded down to a power of the square root of two; 0: none.
+    """
+
+    most_electrons: float
+    read_noise_e: float
+
+    def moments(self, mean_electrons: float) -> Moments:
+        """Return mean and variance [e-, e-^2] of a photosite with this mean number of photoelectrons; never without noise."""
+        return Moments(mean_electrons, max(mean_electrons + self.read_noise_e**2, 1e-6))
 
 
 @dataclass(frozen=True)
@@ -99,6 +116,25 @@ class SensorPlan:
         The mean code in the dark includes the dark current, which uses a part of the range. The gain must be above 0.
         """
         return (self.white_level_dn() - self.moments(0.0).mean) / self.gain_dn_per_e()
+
+    def noise_floor(self) -> NoiseFloor | None:
+        """Return the least noise of this exposure at the camera's ISOs (`Camera.isos`) and at the plan's own.
+
+        It does not depend on the ISO within the measured range, since read noise in electrons has its least value at a line of
+        the table. Rounding towards less noise makes it the same for cameras whose gain or bit depth differs a little.
+        None where dark current saturates the sensor at every ISO, so that a frame shows nothing.
+        """
+        plans = (self, *(self.at(iso, self.exposure.time_s) for iso in self.camera.isos))
+        most_e, least_e2 = 0.0, math.inf
+        for plan in plans:
+            dark, gain = plan.moments(0.0), plan.gain_dn_per_e()
+            if gain > 0.0:
+                most_e = max(most_e, (plan.white_level_dn() - dark.mean) / gain)
+                least_e2 = min(least_e2, dark.variance / gain**2)
+        if most_e == 0.0:
+            return None
+        floor_e = math.sqrt(2.0 ** math.floor(math.log2(least_e2))) if least_e2 > 0.0 else 0.0
+        return NoiseFloor(2.0 ** math.ceil(math.log2(most_e)) if most_e > 1.0 else 1.0, floor_e)
 
     def black_offsets_dn(self) -> tuple[float, float, float, float]:
         """Return the black offsets [DN] in the upper left 2x2 block of the output frame, row by row."""

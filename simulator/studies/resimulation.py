@@ -6,6 +6,7 @@ from pathlib import Path
 from simulator.config import build_shot_from_data
 from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import sha256_of
+from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.progress import Progress
@@ -18,14 +19,20 @@ from simulator.raw.software import OURS
 SOFTWARE_TAG = 305  # TIFF 6.0, Software
 
 
-def resimulate(path: str | os.PathLike[str], *, device: str | None = None, progress: Progress | None = None) -> Raw:
+def resimulate(
+    path: str | os.PathLike[str],
+    *,
+    device: str | None = None,
+    progress: Progress | None = None,
+    cache: LightCache | None = None,
+) -> Raw:
     """Take the shot of one of our DNG files again, from the file alone; the codes are the same, bit for bit.
 
     Files the scene was read from are looked for where they were, then beside the DNG.
-    device, progress: as `simulator.simulate` takes them.
+    device, progress, cache: as `simulator.simulate` takes them.
     Raises PhotositeError for a file that is not ours, or whose scene is missing or has other content than it had.
     """
-    return simulate(shot_of(path), device=device, progress=progress)
+    return simulate(shot_of(path), device=device, progress=progress, cache=cache)
 
 
 def shot_of(path: str | os.PathLike[str]) -> Shot:

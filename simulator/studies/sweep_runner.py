@@ -11,6 +11,7 @@ from simulator.atomic_files import atomic_write, remove_abandoned
 from simulator.config import Sweep, SweepPoint, dump_yaml
 from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import input_files
+from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.shot import Shot
 from simulator.progress import Progress, Steps, silent
 
@@ -34,12 +35,12 @@ class Row:
     error: PhotositeError | None = None
 
 
-def take(shot: Shot, directory: Path, device: str | None = None) -> None:
-    """Simulate a shot and save its files."""
+def take(shot: Shot, directory: Path, device: str | None = None, cache: LightCache | None = None) -> None:
+    """Simulate a shot and save its files. cache: light of earlier shots."""
     from simulator.pipeline.simulate import simulate_on_disk
     from simulator.raw.save import save
 
-    with simulate_on_disk(shot, directory, device=device) as raw:
+    with simulate_on_disk(shot, directory, device=device, cache=cache) as raw:
         save(raw, directory)
 
 
@@ -53,9 +54,11 @@ def run_sweep(
     report: Callable[[Row], None] = lambda row: None,
     progress: Progress = silent,
 ) -> list[Row]:
-    """Run all points, in the order of the sweep, into `directory`; returns the rows of manifest.csv.
+    """Run all points into `directory`, those that share their light one after the other; returns the rows of manifest.csv.
 
-    take: simulates one shot and saves it. map: like the built-in; an executor's map spreads points over processes.
+    The rows have the order of the sweep.
+    take: simulates one shot and saves it; give it a cache, such as partial(take, cache=LightCache()), of which each worker
+        process gets one of its own. map: like the built-in; an executor's map spreads points over processes.
     redo: run also points whose files are up to date. report: called with each row as it is done.
     progress: called with the name of each point and the share done.
     What a killed run was writing in `directory` is removed.
@@ -65,7 +68,7 @@ def run_sweep(
     remove_abandoned(Path(directory))
     rows, failures, steps = [], 0, Steps(progress, len(sweep))
     try:
-        for row in map(partial(run_point, directory=Path(directory), take=take, redo=redo), sweep):
+        for row in map(partial(run_point, directory=Path(directory), take=take, redo=redo), sweep.by_light()):
             rows.append(row)
             report(row)
             steps.add(row.name)
@@ -74,6 +77,7 @@ def run_sweep(
                 rule = f"{row.error.rule} ({failures} failures in a row: stopped)"
                 raise row.error.replace(rule=rule).inside(row.name)
     finally:
+        rows.sort(key=lambda row: row.index)
         write_manifest(rows, list(sweep.values), Path(directory) / "manifest.csv")
     return rows
 

@@ -56,8 +56,14 @@ def run(case: str) -> None:
         depth = 1.8
     scene = band_scene(rng.random((20, 30, camera.channels)), depth, **settings)
     rims = Vignetting(RoundStop(430.0, 10.2)) if "rims" in case else None  # cuts even on so small a sensor
-    simulate(Shot(scene, ThinLens(50.0, 4.0, 2.0, vignetting=rims), Exposure(0.001), camera))
+    take_with_truth(Shot(scene, ThinLens(50.0, 4.0, 2.0, vignetting=rims), Exposure(0.001), camera))
     print("done", devices()[0].name)
+
+
+def take_with_truth(shot: Shot) -> None:
+    """Take a shot; its truth is computed when it is read."""
+    raw = simulate(shot)
+    assert raw.mean_electrons.shape == raw.noise_free_dn.shape
 
 
 def take_fine() -> None:
@@ -65,7 +71,7 @@ def take_fine() -> None:
     rng, camera = np.random.default_rng(0), small_camera(30, 20, "RGGB")
     for depth_m in (2.0, 2.01):
         scene = band_scene(rng.random((54, 81, camera.channels)), depth_m)
-        simulate(Shot(scene, ThinLens(50.0, 4.0, 2.0), Exposure(0.001), camera))
+        take_with_truth(Shot(scene, ThinLens(50.0, 4.0, 2.0), Exposure(0.001), camera))
     print("done", devices()[0].name)
 
 

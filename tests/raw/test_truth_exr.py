@@ -187,3 +187,14 @@ def test_settings_json_has_no_form_for_are_refused_before_anything_is_written(tm
 def test_a_name_that_leaves_the_folder_is_refused(tmp_path, name):
     with pytest.raises(PhotositeError, match="shot.name = .*plain file name"):
         files_of(name, tmp_path)
+
+
+def test_without_truth_no_twin_is_written_or_computed_and_an_old_one_goes(tmp_path):
+    def fail() -> np.ndarray:
+        raise AssertionError("the truth was computed")
+
+    old = save(random_frame(), tmp_path)
+    assert old.there() == [old.dng, old.twin, old.sidecar]
+    files = save(random_frame(mean_electrons=fail, noise_free_dn=fail), tmp_path, truth=False)
+    assert files.there() == [old.dng, old.sidecar]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["frame.dng", "frame.json"]

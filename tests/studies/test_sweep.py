@@ -3,6 +3,7 @@
 import csv
 import itertools
 import tracemalloc
+from functools import partial
 
 import pytest
 import yaml
@@ -11,7 +12,8 @@ from simulator.config import load_sweep
 from simulator.config.shot_file import load_document
 from simulator.config.sweep import Sweep
 from simulator.errors import PhotositeError
-from simulator.studies.sweep_runner import SKIPPED, run_sweep
+from simulator.pipeline.light_cache import LightCache
+from simulator.studies.sweep_runner import SKIPPED, run_sweep, take
 
 SHOT = """\
 scene: {chart: flat_field, luminance: 100 cd/m^2}
@@ -238,3 +240,31 @@ def test_the_settings_of_a_point_give_its_shot_again(tmp_path):
     sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200]}})
     run_sweep(sweep, tmp_path / "out", take=Shutter())
     assert load_shot(tmp_path / "out" / "s_0001.yaml").resolved == sweep[1].shot().resolved
+
+
+def test_points_that_share_their_light_follow_each_other_and_the_manifest_keeps_the_order(tmp_path):
+    vary = {"exposure.iso": [100, 200, 400], "lens.f_number": ["f/2", "f/4"], "seeds.frame": [1, 2]}
+    sweep = load(tmp_path, {"vary": vary})
+    shutter = Shutter()
+    rows = run_sweep(sweep, tmp_path / "out", take=shutter)
+    assert [row.index for row in rows] == list(range(12))
+    assert [row["name"] for row in manifest(tmp_path / "out")] == [point.name for point in sweep]
+    taken = [sweep[int(name[-4:])] for name in shutter.taken]
+    assert sorted(point.index for point in taken) == list(range(12))
+    assert [point.values["lens.f_number"] for point in taken] == ["f/2"] * 6 + ["f/4"] * 6
+    zipped = load(tmp_path, {"mode": "zip", "vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2", "f/4"]}})
+    assert [point.index for point in zipped.by_light()] == [0, 1]
+
+
+def test_the_points_of_a_sweep_have_the_files_of_shots_taken_alone(tmp_path):
+    camera = "{base: sony_a7s2, window: {x: 2000, y: 1400, width: 64, height: 48}}"
+    text = SHOT.replace("focus_distance: 2 m", "focus_distance: 1.9 m").replace("camera: sony_a7s2", f"camera: {camera}")
+    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 1600], "lens.f_number": ["f/2", "f/4"]}}, text)
+    cache = LightCache()
+    run_sweep(sweep, tmp_path / "shared", take=partial(take, cache=cache))
+    assert cache.reused >= len(sweep)  # plan and light of the second ISO, at each aperture
+    run_sweep(sweep, tmp_path / "alone", take=take)
+    for end in ("dng", "truth.exr", "json"):
+        for point in sweep:
+            shared, alone = (tmp_path / folder / f"{point.name}.{end}" for folder in ("shared", "alone"))
+            assert shared.read_bytes() == alone.read_bytes()

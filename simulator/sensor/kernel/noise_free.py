@@ -8,25 +8,39 @@ from simulator.device import Buffer, Device
 from simulator.sensor.kernel.kernel_launch import FrameSetting, form_launch_groups
 
 
-def mean_charge(
-    device: Device, light: Buffer, shape: tuple[int, int], settings: Sequence[FrameSetting]
-) -> tuple[Buffer, Buffer]:
-    """Return the mean photoelectrons [e-] and the mean electrons in the well [e-], buffers (frames, *shape) float32.
+def mean_electrons(
+    device: Device, light: Buffer, electrons: Buffer, shape: tuple[int, int], settings: Sequence[FrameSetting]
+) -> None:
+    """Write the mean photoelectrons [e-].
 
-    light: device buffer (frames, *shape) float32, as the input of kernels/sensor.cl. shape: (height, width).
+    light, electrons: device buffers (frames, *shape) float32; light as the input of kernels/sensor.cl. shape: (height, width).
     """
-    whole = (len(settings), *shape)
-    mean_electrons, signal = device.empty(whole, np.float32), device.empty(whole, np.float32)
-    _run(device, "mean_charge", shape, settings, light=light, mean_electrons=mean_electrons, signal=signal)
-    return mean_electrons, signal
+    _run(device, "mean_electrons", shape, settings, light=light, electrons=electrons)
 
 
-def noise_free(device: Device, signal: Buffer, shape: tuple[int, int], settings: Sequence[FrameSetting]) -> None:
+def mean_charge(
+    device: Device, light: Buffer, charge: Buffer, shape: tuple[int, int], settings: Sequence[FrameSetting]
+) -> None:
+    """Write the mean electrons in the well [e-]. Buffers and shape: as for `mean_electrons`."""
+    _run(device, "mean_charge", shape, settings, light=light, charge=charge)
+
+
+def code_of_charge(device: Device, signal: Buffer, shape: tuple[int, int], settings: Sequence[FrameSetting]) -> None:
     """Convert mean electrons in the well [e-], in place, to the code without noise and rounding, clipped as by the sensor [DN].
 
     signal: device buffer (frames, *shape) float32. shape: (height, width).
     """
-    _run(device, "noise_free", shape, settings, signal=signal)
+    _run(device, "code_of_charge", shape, settings, signal=signal)
+
+
+def code_of_light(
+    device: Device, light: Buffer, code: Buffer, shape: tuple[int, int], settings: Sequence[FrameSetting]
+) -> None:
+    """Write the code without noise and rounding of a sensor whose photosites share no charge, clipped as by the sensor [DN].
+
+    Buffers and shape: as for `mean_electrons`.
+    """
+    _run(device, "code_of_light", shape, settings, light=light, code=code)
 
 
 def _run(device: Device, name: str, shape: tuple[int, int], settings: Sequence[FrameSetting], **buffers: Buffer) -> None:

@@ -135,7 +135,7 @@ def test_the_laws_of_product_and_slope_bound_what_is_found():
 
 
 def test_the_brightest_light_decides():
-    """Electrons are counted where 999 of 1000 places are no brighter, in the brightest channel, up to what saturates."""
+    """Electrons of 999 of 1000 places, in the brightest channel, up to what saturates: 65535 e-, rounded up to an octave."""
     light = np.full((100, 100, 3), 0.1)
     light[:4] = (0.2, 1.0, 0.4)
     light[50, 50] = 500.0
@@ -147,7 +147,7 @@ def test_the_brightest_light_decides():
     assert accuracy.electrons == pytest.approx(green, rel=1e-5)
     assert accuracy.peak == pytest.approx(500.0 * weights.max() / weights[1], rel=1e-5)
     bright = plan(Shot(band_scene(light, 3.0), lens, Exposure(10.0), camera)).optics.defocus.accuracy
-    assert bright.electrons == 65535.0
+    assert bright.electrons == 65536.0
     dark = plan(Shot(band_scene(0.0 * light, 3.0), lens, Exposure(0.001), camera)).optics.defocus.accuracy
     assert dark.electrons == 1.0
     full = small_camera(100, 100, "RGGB", stages={"full_well": FullWell(100.0), "dark_current": DarkCurrent(1e6)})
