@@ -130,7 +130,7 @@ def _execute_strips(
             report(what, (count + share) / len(parts))
 
         strip = _execute_strip(part, shot, device, report_strip, timed, None)
-        made = {name: array() if callable(array) else array for name, array in strip.items()}
+        made: dict[str, Any] = {name: array() if callable(array) else array for name, array in strip.items()}
         with timed("strips", device):
             frame.append(made)
         del strip, made  # their memory is for the next one
