@@ -52,7 +52,7 @@ def find_even_radius(defocus: Defocus, seen: RadiusStatistics, methods: np.ndarr
 class SlabLists:
     """Slabs of the blocks that sample the aperture.
 
-    slabs: (slabs, 5) float32 as in kernels/occlusion.cl. first, count: (blocks,) range of each block's slabs.
+    slabs: (slabs, 6) float32 as in kernels/occlusion.cl. first, count: (blocks,) range of each block's slabs.
     mapped: (blocks,) whether any slab of the block reads a radius map.
     """
 
@@ -77,7 +77,7 @@ def make_slab_lists(defocus: Defocus, present: np.ndarray, even_px: np.ndarray) 
     count = np.array([len(entries) for entries in lists], int)
     index, first = index.reshape(-1), np.concatenate([[0], np.cumsum(count)[:-1]])
     mapped = np.logical_or.reduce(several & (present > 0), axis=0)
-    slabs = np.array([slab for entries in lists for slab in entries], np.float32).reshape(-1, 5)
+    slabs = np.array([slab for entries in lists for slab in entries], np.float32).reshape(-1, 6)
     return SlabLists(slabs, first[index], count[index], mapped)
 
 
@@ -87,11 +87,11 @@ def _slabs(defocus: Defocus, classes: np.ndarray, even_px: np.ndarray) -> list[t
     maps = 0
     for layer, radius in enumerate(defocus.radii_px):
         if classes[layer] and not np.isnan(even_px[layer]):
-            entries.append((layer, -1, *(float(even_px[layer]),) * 3))
+            entries.append((layer, -1, *(float(even_px[layer]),) * 3, -1))
         elif classes[layer]:
             held = int(classes[layer])
             held |= held >> 1  # slabs shift by a phase of 0 to 1, so that a class lies in its own slab or the one before
             numbers = [bit for bit in range(CLASSES) if held >> bit & 1]
-            entries += [(layer, maps, *defocus.class_borders_px[number : number + 3]) for number in numbers]
+            entries += [(layer, maps, *defocus.class_borders_px[number : number + 3], number) for number in numbers]
         maps += np.ndim(radius) > 0
     return sorted(entries, key=lambda slab: (slab[0], slab[2]))
