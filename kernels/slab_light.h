@@ -3,6 +3,7 @@
 #define SLAB_LIGHT_H
 #include "conventions.h"
 #if SPAN >= 16 // one vector of 16 floats: some compilers halve it, and compute the addresses of all samples twice
+#pragma clang diagnostic ignored "-Wpass-failed" // some cannot; they compute the same without it
 #define LANES _Pragma("clang loop vectorize_width(16) interleave_count(1)")
 #else
 #define LANES

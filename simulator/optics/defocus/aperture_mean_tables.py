@@ -89,5 +89,9 @@ def _whole_chunks(count: int) -> int:
 
 def _padded(parts: list[np.ndarray]) -> np.ndarray:
     """Concatenate all parts, each padded with zeros to whole chunks, and append a chunk of zeros."""
-    filled = [np.pad(part, (0, _whole_chunks(len(part)) - len(part))) for part in parts]
-    return np.concatenate([*filled, np.zeros(CHUNK, filled[0].dtype)])
+    lengths = np.array([len(part) for part in parts])
+    room = -(-lengths // CHUNK) * CHUNK
+    shift = np.repeat(np.cumsum(room - lengths) - (room - lengths), lengths)  # zeros before each value
+    filled = np.zeros(int(room.sum()) + CHUNK, parts[0].dtype)
+    filled[np.arange(len(shift)) + shift] = np.concatenate(parts)
+    return filled
