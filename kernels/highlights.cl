@@ -57,8 +57,8 @@ kernel void highlights_spread(global const float *restrict sampled, global const
         const float share = weights[point[3] + j * point[4] + i] * tilt * own[3 + cfa_plane(x, y)];
         float open = 1.0f, missed = 1.0f, covered = 0.0f;
         int current = -1;
-        for (uint k = block[2]; k < block[2] + block[3] && (int)slabs[5 * k] <= point[2]; k++) {
-            global const float *slab = slabs + 5 * k;
+        for (uint k = block[2]; k < block[2] + block[3] && (int)slabs[6 * k] <= point[2]; k++) {
+            global const float *slab = slabs + 6 * k;
             if ((int)slab[0] != current) {
                 open *= 1.0f - covered;
                 missed = 1.0f;

@@ -6,19 +6,12 @@
 // radius_statistics: (5, rows / PATCH_ROWS, set_columns / HALF_PATCH) float32: least, greatest [photosites]; greatest absolute difference to
 //          the photosite on the right or below [photosites]; mean slope to the right, and down [photosites per photosite].
 // present: (2, rows / PATCH_ROWS, set_columns / HALF_PATCH) uint32, 64 bits, one for each class of radii from first_class on, set
-//          where the patch holds one. A class is the whole part of classes_per_unit * asinh(radius / CLASS_UNIT), so that classes
-//          widen with the radius.
+//          where the patch holds one (radius_class.h).
 // Dimension 0: patches of HALF_PATCH columns of both sets; 1: patches of PATCH_ROWS rows.
 #include "conventions.h"
 #include "interleaved_columns.h"
 #include "plain_math.h"
-
-// Number of a radius's class [counted from first_class].
-INLINE int class_of(const float value, const float first_class, const float classes_per_unit) {
-    const float size = (value < 0.0f ? -value : value) * (1.0f / CLASS_UNIT), square = size * size + 1.0f;
-    const float place = classes_per_unit * natural_log(size + square * reciprocal_square_root(square));
-    return (int)((value < 0.0f ? -place : place) - first_class);
-}
+#include "radius_class.h"
 
 // Absolute difference.
 INLINE float step_between(const float a, const float b) { return a > b ? a - b : b - a; }

@@ -9,7 +9,7 @@ import logging
 import os
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
@@ -317,6 +317,12 @@ class Device:
     def finish(self) -> None:
         """Wait until all work is done."""
         self._queue.finish()
+
+    def mark(self) -> Callable[[], object]:
+        """Return a function that waits until all work enqueued so far is done, while what is enqueued later goes on."""
+        event = cl.enqueue_marker(self._queue)
+        self._queue.flush()
+        return event.wait
 
     def kernel(self, name: str, defines: dict[str, object], file: str | None = None) -> Kernel:
         """Return the kernel `name` of kernels/<file> (default <name>.cl), built once for these macros."""

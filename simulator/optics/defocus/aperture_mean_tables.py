@@ -89,9 +89,9 @@ def _whole_chunks(count: int) -> int:
 
 def _padded(parts: list[np.ndarray]) -> np.ndarray:
     """Concatenate all parts, each padded with zeros to whole chunks, and append a chunk of zeros."""
-    joined, counts = np.concatenate(parts), np.array([len(part) for part in parts])
-    wholes = np.array([_whole_chunks(count) for count in counts.tolist()])
-    gaps = (np.cumsum(wholes) - wholes) - (np.cumsum(counts) - counts)  # zeros before each part
-    padded = np.zeros(int(wholes.sum()) + CHUNK, joined.dtype)
-    padded[np.arange(len(joined)) + np.repeat(gaps, counts)] = joined
-    return padded
+    lengths = np.array([len(part) for part in parts])
+    room = -(-lengths // CHUNK) * CHUNK
+    shift = np.repeat(np.cumsum(room - lengths) - (room - lengths), lengths)  # zeros before each value
+    filled = np.zeros(int(room.sum()) + CHUNK, parts[0].dtype)
+    filled[np.arange(len(shift)) + shift] = np.concatenate(parts)
+    return filled

@@ -52,7 +52,7 @@ def find_even_radius(defocus: Defocus, seen: RadiusStatistics, methods: np.ndarr
 class SlabLists:
     """Slabs of the blocks that sample the aperture.
 
-    slabs: (slabs, 5) float32 as in kernels/occlusion.cl. first, count: (blocks,) range of each block's slabs.
+    slabs: (slabs, 6) float32 as in kernels/occlusion.cl. first, count: (blocks,) range of each block's slabs.
     mapped: (blocks,) whether any slab of the block reads a radius map.
     """
 
@@ -73,25 +73,29 @@ def make_slab_lists(defocus: Defocus, present: np.ndarray, even_px: np.ndarray) 
     several = np.isnan(even_px)
     keys = np.concatenate([np.where(several, present, present > 0).astype(np.uint64), even_px.view(np.uint32)], dtype=np.uint64)
     _, first_of, index = np.unique(keys, axis=1, return_index=True, return_inverse=True)
-    lists = [_slabs(defocus, present[:, place], even_px[:, place]) for place in first_of]
-    count = np.array([len(entries) for entries in lists], int)
+    slabs, count = _slabs(defocus, present[:, first_of], even_px[:, first_of])
     index, first = index.reshape(-1), np.concatenate([[0], np.cumsum(count)[:-1]])
     mapped = np.logical_or.reduce(several & (present > 0), axis=0)
-    slabs = np.array([slab for entries in lists for slab in entries], np.float32).reshape(-1, 5)
     return SlabLists(slabs, first[index], count[index], mapped)
 
 
-def _slabs(defocus: Defocus, classes: np.ndarray, even_px: np.ndarray) -> list[tuple[float, ...]]:
-    """Slabs of one block, nearest first; classes, even_px: (layers,) of the block."""
-    entries: list[tuple[float, ...]] = []
-    maps = 0
-    for layer, radius in enumerate(defocus.radii_px):
-        if classes[layer] and not np.isnan(even_px[layer]):
-            entries.append((layer, -1, *(float(even_px[layer]),) * 3))
-        elif classes[layer]:
-            held = int(classes[layer])
-            held |= held >> 1  # slabs shift by a phase of 0 to 1, so that a class lies in its own slab or the one before
-            numbers = [bit for bit in range(CLASSES) if held >> bit & 1]
-            entries += [(layer, maps, *defocus.class_borders_px[number : number + 3]) for number in numbers]
-        maps += np.ndim(radius) > 0
-    return sorted(entries, key=lambda slab: (slab[0], slab[2]))
+def _slabs(defocus: Defocus, classes: np.ndarray, even_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slabs of some lists, (slabs, 6) float32, list by list, nearest first; and the number of slabs of each list.
+
+    classes, even_px: (layers, lists).
+    """
+    is_even = ~np.isnan(even_px)
+    held = classes | classes >> np.uint64(
+        1
+    )  # slabs shift by a phase of 0 to 1, so that a class lies in its own slab or the one before
+    bits = (held.T[..., None] >> np.arange(CLASSES, dtype=np.uint64) & np.uint64(1)).astype(bool)
+    one = np.zeros_like(bits)  # a layer of constant radius is one slab
+    one[..., 0] = classes.T > 0
+    lists, layers, numbers = np.nonzero(np.where(is_even.T[..., None], one, bits))
+    even = is_even[layers, lists]
+    borders = np.array(defocus.class_borders_px)[numbers[:, None] + np.arange(3)]
+    radii = np.where(even[:, None], even_px[layers, lists][:, None], borders)
+    maps = np.cumsum([np.ndim(radius) > 0 for radius in defocus.radii_px]) - 1
+    names = np.where(even, -1, [maps[layers], numbers])
+    slabs = np.column_stack([layers, names[0], radii, names[1]]).astype(np.float32)
+    return slabs, np.bincount(lists, minlength=classes.shape[1])

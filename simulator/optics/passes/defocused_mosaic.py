@@ -28,11 +28,17 @@ def defocused_mosaic(
     gather_scene(tiles, cfa, device, planes, light)
     tables = [DeviceTables(tiles, device, samples_per_axis) for samples_per_axis in chosen.sample_grids()]
     row_bands = [RowBand(tiles, cfa, device, one, planes, open_) for one in tables]
-    for band in range(area.bands):
+    wait_for_last: Callable[[], object] = device.finish
+    for band in range(area.bands):  # the host lists a band's tiles while the device computes the band before
         for row_band in row_bands:
             row_band.compute(band, light)
-        device.finish()
-        progress((band + 1) / area.bands)
+        wait_for_this = device.mark()
+        if band > 0:
+            wait_for_last()
+            progress(band / area.bands)
+        wait_for_last = wait_for_this
+    wait_for_last()
+    progress(1.0)
     if tiles.wide is not None:
         for channel in cfa.colors:
             cells = defocused_mosaic(tiles.wide, Cfa.uniform(channel), device, planes, lambda share: None)

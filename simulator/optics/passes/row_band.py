@@ -6,12 +6,19 @@ import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.optics.defocus.aperture_samples import sample_count
-from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COLUMNS, TILE_ROWS, Method
+from simulator.optics.defocus.defocus import (
+    BLOCK_COLUMNS,
+    BLOCK_ROWS,
+    TILE_COLUMNS,
+    TILE_ROWS,
+    Method,
+)
 from simulator.optics.defocus.radius_slabs import BlockChoice, SlabLists, make_slab_lists
 from simulator.optics.defocus.tile_methods import TileChoice, each_block
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.passes.highlight_pass import HighlightPass
+from simulator.optics.passes.patch_windows import PATCH_MACROS, PatchWindows, map_numbers
 from simulator.optics.passes.tile_grid import HALF_TILE
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
@@ -51,19 +58,21 @@ class RowBand:
         self.tables, self.planes, self.open = tables, planes, open_
         self.samples_per_axis, self.layout = samples_per_axis, area.band_layout(samples_per_axis)
         self.channels, self.coverage = tiles.optics.channels, int(tiles.optics.has_coverage)
+        self.partial = [layer.coverage is not None for layer in tiles.optics.scene.layers]
         self.layer_planes = self.channels + self.coverage
         self.sampled = device.empty(self.layout.shape(len(planes) * self.layer_planes), np.float32)
         sums = replace(self.layout, rows=self.layout.rows + 2)  # the sum of all rows, and the columns' minima
         self.sums = device.empty(sums.shape(self.layer_planes), np.float32)
         self.radius = device.zeros(self.layout.shape(max(len(maps.scene_radius), 1)), np.float32)
-        # A work-item computes 16 columns and 4 rows of a colour on CPUs, and one photosite on GPUs, which need many work-items.
-        self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
+        # A work-item computes 4 sets of 16 columns and 4 rows of a colour on CPUs, and one photosite on GPUs, which need many.
+        self.block_size = (1, 1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2, 4)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
         self.defines: dict[str, object] = {**cfa.macros(area.frame.x, area.frame.y), **held}
         linear = (
             1 if self.defocus.area.has_squares(samples_per_axis) else self.defocus.nodes_per_px if samples_per_axis == 1 else 0
         )
         self.defines |= {"NODES_PER_PX": f"{self.defocus.nodes_per_px}.0f", "LINEAR_NODES": f"{linear}.0f", "SPAN": device.span}
+        self.windows = PatchWindows(device, self.layout, self.defocus, {**cfa.macros(area.frame.x, area.frame.y), **held})
 
     def compute(self, band: int, light: Buffer) -> None:
         """Compute one band of rows of the mosaic `light`, in place."""
@@ -186,7 +195,7 @@ class RowBand:
         spans, first = HALF_TILE // zone_defines["SPAN"], places[chosen.first_image[layer]]
         surface = {
             "first_plane": layer * self.layer_planes,
-            "map": sum(np.ndim(radius) > 0 for radius in self.defocus.radii_px[:layer]),
+            "map": max(map_numbers(self.defocus.radii_px)[layer], 0),
             "map_rows": self.area.rows,
             "map_row": band_start,
             "zone_row": self.area.reach,
@@ -213,12 +222,13 @@ class RowBand:
         if not sampled.any():
             return
         places = self._places(sampled, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(sampled))
-        corrected, mapped = chosen.methods[sampled] == Method.CORRECTED, slabs.mapped[slabs.number(sampled)]
+        corrected = chosen.methods[sampled] == Method.CORRECTED
         points = sample_count(chosen.largest_px[sampled], self.defocus)
         points = np.where(corrected & (self.samples_per_axis == 1), points // POINTS_SAVED, points)
+        self.windows.measure(self.sampled, self.radius, self._row_band(band_start))
         rows, columns = np.nonzero(sampled)
         corners, shares = self.tables.around_blocks((band_start + self.area.reach) // BLOCK_ROWS + rows, columns)
-        kinds = np.stack([points, corrected, mapped, corners[:, 0] >= 0])
+        kinds = np.stack([points, corrected, corners[:, 0] >= 0])
         for kind in np.unique(kinds, axis=1).T:
             selected = (kinds == kind[:, None]).all(axis=0)
             around = corners[selected], shares[selected]
@@ -235,13 +245,21 @@ class RowBand:
     ) -> None:
         """Run kernels/occlusion.cl on blocks of one kind.
 
-        kind: number of aperture samples, whether they compute a correction, read a radius map, and are the block's own.
+        kind: number of aperture samples, whether they compute a correction, and whether they are the block's own.
         places: (blocks, 4) of `_places`. around: of `Zones.around_blocks`. row_band: fields of `struct row_band`.
         """
-        number, correction, mapped, clipped = kind
-        span, rows = self.block_size
-        size = (BLOCK_COLUMNS // 2 // span, 2 * BLOCK_ROWS // rows, len(places))
-        variant = {"LAYERS": len(self.planes), "CORRECTION": correction, "MAPPED": mapped, "SPAN": span, "ROWS": rows}
+        number, correction, clipped = kind
+        span, rows, sets = self.block_size
+        size = (BLOCK_COLUMNS // 2 // span, 2 * BLOCK_ROWS // rows // sets, len(places))
+        variant = {
+            "LAYERS": len(self.planes),
+            "CORRECTION": correction,
+            "SPAN": span,
+            "ROWS": rows,
+            "SETS": sets,
+            **PATCH_MACROS,
+        }
+        variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
         points = self.tables.points(number, around if clipped else None)
         first_points = number * clipped * np.arange(len(places))
         self.device.run(
@@ -253,6 +271,8 @@ class RowBand:
             blocks=self.device.upload(np.column_stack([places, first_points]).astype(np.uint32)),
             slabs=slabs,
             points=self.device.upload(points),
+            windows=self.windows.windows,
+            patch_rows=self.windows.rows,
             point_count=number,
             normalise=int(self.defocus.opaque),
             light=light,

@@ -117,8 +117,9 @@ def test_slabs_of_a_class_follow_one_another_without_a_gap():
     lists = make_slab_lists(planned, classes, several)
     own = lists.slabs[lists.first[0] : lists.first[0] + lists.count[0]]
     assert lists.count.tolist() == [3, 2, 1] and np.all(own[:, :2] == [0, 0]) and lists.mapped.tolist() == [True, True, False]
-    assert lists.slabs[lists.first[2]].tolist() == [0, -1, 1.5, 1.5, 1.5]  # one radius all around
-    assert np.array_equal(own[1:, 2:4], own[:-1, 3:5]) and np.all(np.diff(own[:, 2:]) > 0)
+    assert lists.slabs[lists.first[2]].tolist() == [0, -1, 1.5, 1.5, 1.5, -1]  # one radius all around, of no class
+    assert np.array_equal(own[1:, 2:4], own[:-1, 3:5]) and np.all(np.diff(own[:, 2:5]) > 0)
+    assert own[:, 5].tolist() == [0, 1, 2]
 
 
 @pytest.mark.parametrize("pupil", [Pupil(), Pupil(5, rotation_deg=12.0)])

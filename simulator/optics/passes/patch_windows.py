@@ -1,0 +1,60 @@
+"""Lists which radii and coverages the samples of a row band have, patch by patch, for the points of kernels/occlusion.cl."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from simulator.device import Buffer, Device, declared_struct, kernel_source
+from simulator.optics.defocus.defocus import (
+    BLOCK_COLUMNS,
+    BLOCK_ROWS,
+    CLASS_UNIT_PX,
+    PATCH_COLUMNS,
+    PATCH_ROWS,
+    Defocus,
+)
+from simulator.optics.geometry.interleaved_columns import InterleavedColumns
+
+# A window holds a block, and the samples to the right of it and below, wherever it begins in a patch.
+WINDOW_ROWS, WINDOW_COLUMNS = BLOCK_ROWS // PATCH_ROWS + 1, BLOCK_COLUMNS // PATCH_COLUMNS + 1  # patches
+PATCH_MACROS = {"PATCH_ROWS": PATCH_ROWS, "HALF_PATCH": PATCH_COLUMNS // 2}
+
+
+class PatchWindows:
+    """Windows of patches of a band, from every patch on.
+
+    windows: device buffer (layers, patch rows, patch columns) of `struct patch_window` of kernels/patch_windows.h.
+    rows, columns: of patches. layout: of the band's samples.
+    defines: macros of kernels/interleaved_columns.h, CHANNELS and COVERAGE.
+    """
+
+    def __init__(self, device: Device, layout: InterleavedColumns, defocus: Defocus, defines: dict[str, object]) -> None:
+        self._device, self._layout, self._defocus = device, layout, defocus
+        sizes = {"WINDOW_ROWS": WINDOW_ROWS, "WINDOW_COLUMNS": WINDOW_COLUMNS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
+        self._defines = {**defines, **PATCH_MACROS, **sizes}
+        self.rows, self.columns = -(-layout.rows // (layout.over * PATCH_ROWS)), 2 * layout.set_columns // PATCH_COLUMNS
+        size = (len(defocus.radii_px), self.rows, self.columns)
+        window = declared_struct(kernel_source("patch_windows.h"), "patch_window")
+        self._patches, self.windows = device.empty(size, window), device.empty(size, window)
+
+    def measure(self, planes: Buffer, radius: Buffer, band: dict[str, int]) -> None:
+        """Enqueue the measurement of the band's samples; `windows` holds them afterwards.
+
+        planes, radius: as in kernels/occlusion.cl. band: fields of `struct row_band` of kernels/row_band.h.
+        """
+        content = self._device.kernel("patch_content", self._defines, file="patch_windows.cl")
+        classes = {"first_class": self._defocus.first_class, "classes_per_unit": self._defocus.classes_per_unit}
+        for layer, number in enumerate(map_numbers(self._defocus.radii_px)):
+            buffers = {"planes": planes, "radius": radius, "patches": self._patches}
+            self._device.run(
+                content, (self.columns // 4, self.rows), None, **buffers, layer=layer, map=number, **classes, band=band
+            )
+        kernel = self._device.kernel("patch_windows", self._defines, file="patch_windows.cl")
+        size = (self.columns, self.rows, len(self._defocus.radii_px))
+        self._device.run(kernel, size, None, patches=self._patches, windows=self.windows)
+
+
+def map_numbers(radii_px: Sequence[float | np.ndarray]) -> list[int]:
+    """Number of each layer's radius map among all maps; -1 where the radius is constant."""
+    varies = np.array([np.ndim(radius) > 0 for radius in radii_px])
+    return np.where(varies, np.cumsum(varies) - 1, -1).tolist()
