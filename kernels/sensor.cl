@@ -9,9 +9,10 @@
 // seeds:      (frames, 2) uint32: frame seed and body seed.
 // numbers:    (frames, NUMBERS) float32, the parameters of the stages; the host defines a macro STEM_FIELD for each
 //             (simulator/sensor/kernel/kernel_program.py).
-// width:      of the frames [px].
-// The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. ROWS, PART: see random_numbers.h and below.
+// width:      of the frames; columns: width of these tiles [px].
+// The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. ROWS: random_numbers.h; PART: sensor_part.h.
 #include "random_numbers.h"
+#include "sensor_part.h"
 #include "irradiance.h"
 #include "exposure.h"
 #include "prnu.h"
@@ -33,15 +34,6 @@
 #include "nonlinearity.h"
 #include "adc.h"
 #include "digital_gain.h"
-
-#define WHOLE 0   // values of PART: the whole chain,
-#define CHARGE 1  // from light to the electrons in the well,
-#define READOUT 2 // from those electrons to the code. The chain is split where crosstalk or binning lies between the two.
-#if PART == CHARGE
-typedef float result_type;
-#else
-typedef ushort result_type;
-#endif
 
 INLINE float charge(float signal, const uint x, const uint y, const float *normals, const uint *bits, const uint frame_seed,
                     const uint body_seed, constant float *parameters) {
@@ -81,30 +73,38 @@ INLINE float photosite(float signal, const uint x, const uint y, const float *no
     return signal;
 }
 
-// Dimension 0 runs over a tile's columns, 1 over its pairs of rows, 2 over the tiles of this launch, all of one shape.
+// Dimension 0 runs over a tile's columns, 1 over its pairs of rows, 2 over the tiles of this launch, all of one shape. On a CPU one
+// work-item runs along the row: compilers then make vectors of AT_ONCE columns, several registers, so that none waits for another.
 kernel void sensor(global const float *restrict input, global result_type *restrict output, global const uint *restrict tiles,
-                   global const uint *restrict seeds, constant float *restrict numbers, const uint width) {
+                   global const uint *restrict seeds, constant float *restrict numbers, const uint width, const uint columns) {
     const size_t tile = 5 * get_group_id(2), which = tiles[tile + 4];
     const uint frame_seed = seeds[2 * which], body_seed = seeds[2 * which + 1];
     constant float *parameters = numbers + which * NUMBERS;
-    const uint x = tiles[tile + 2] + get_local_id(0), y = tiles[tile + 3] + 2 * get_group_id(1);
-    size_t index = (size_t)(tiles[tile + 1] + 2 * get_group_id(1)) * width + (tiles[tile] + get_local_id(0));
-    const struct words frame = block_of(x, y, STREAM_FRAME, frame_seed, 0u);
-    const struct words body = block_of(x, y, STREAM_BODY, body_seed, 1u);
-    float first_normals[NORMALS], second_normals[NORMALS];
-    uint first_bits[BITS], second_bits[BITS];
-    draw_bits_of_pair(x, y, frame_seed, body_seed, first_bits, second_bits);
-    uint zero = draw_normals_of_pair(x, y, frame, frame_seed, body_seed, first_normals, second_normals);
+    const uint tile_x = tiles[tile + 2], y = tiles[tile + 3] + 2 * get_group_id(1);
+    const size_t start = (size_t)(tiles[tile + 1] + 2 * get_group_id(1)) * width + tiles[tile];
+#if AT_ONCE > 1
+#pragma clang loop vectorize_width(AT_ONCE)
+#endif
+    for (size_t column = get_local_id(0); column < columns; column += WORK_ITEMS) {
+        const uint x = tile_x + (uint)column;
+        const struct words frame = block_of(x, y, STREAM_FRAME, frame_seed, 0u);
+        const struct words body = block_of(x, y, STREAM_BODY, body_seed, 1u);
+        float first_normals[NORMALS], second_normals[NORMALS];
+        uint first_bits[BITS], second_bits[BITS];
+        draw_bits_of_pair(x, y, frame_seed, body_seed, first_bits, second_bits);
+        uint zero = draw_normals_of_pair(x, y, frame, frame_seed, body_seed, first_normals, second_normals);
+        size_t index = start + column;
 #if ROWS & FIRST_ROW
-    draw_normals_of_row(frame.b ^ zero, angle_of_first(frame), body.b, angle_of_first(body), first_normals);
-    const float first = photosite(input[index], x, y & ~1u, first_normals, first_bits, frame_seed, body_seed, parameters);
-    output[index] = (result_type)first;
-    index = index + width;
-    zero = zero_after(first);
+        draw_normals_of_row(frame.b ^ zero, angle_of_first(frame), body.b, angle_of_first(body), first_normals);
+        const float first = photosite(input[index], x, y & ~1u, first_normals, first_bits, frame_seed, body_seed, parameters);
+        output[index] = (result_type)first;
+        index = index + width;
+        zero = zero_after(first);
 #endif
 #if ROWS & SECOND_ROW
-    draw_normals_of_row(frame.c ^ zero, angle_of_second(frame), body.c, angle_of_second(body), second_normals);
-    const float second = as_float(as_uint(input[index]) ^ zero);
-    output[index] = (result_type)photosite(second, x, y | 1u, second_normals, second_bits, frame_seed, body_seed, parameters);
+        draw_normals_of_row(frame.c ^ zero, angle_of_second(frame), body.c, angle_of_second(body), second_normals);
+        const float second = as_float(as_uint(input[index]) ^ zero);
+        output[index] = (result_type)photosite(second, x, y | 1u, second_normals, second_bits, frame_seed, body_seed, parameters);
 #endif
+    }
 }
