@@ -66,45 +66,40 @@ INLINE float readout(float signal, const uint x, const uint y, const float *norm
     return signal;
 }
 
-INLINE float photosite(float signal, const uint x, const uint y, const float *normals, const uint *bits, const uint frame_seed,
-                       const uint body_seed, constant float *parameters) {
-    if (PART != READOUT) signal = charge(signal, x, y, normals, bits, frame_seed, body_seed, parameters);
-    if (PART != CHARGE) signal = readout(signal, x, y, normals, frame_seed, body_seed, parameters);
-    return signal;
-}
+#include "row_pair.h"
+
+// The columns from `first` to `last` of a pair of rows. On a CPU compilers make vectors of AT_ONCE columns, several registers, so that
+// few instructions wait for the one before. index: of the pair's first photosite at column 0 of the tile.
+#if AT_ONCE > 1
+#define AS_VECTORS _Pragma("clang loop vectorize_width(AT_ONCE)")
+#else
+#define AS_VECTORS
+#endif
+#define COLUMNS(statement) AS_VECTORS for (size_t column = first; column < last; column += WORK_ITEMS) { \
+        const uint x = tile_x + (uint)column; \
+        statement; \
+    }
+#define PHOTOSITES(hot) COLUMNS(expose_row_pair(input, output, index + column, width, x, y, frame_seed, body_seed, parameters, hot))
 
 // Dimension 0 runs over a tile's columns, 1 over its pairs of rows, 2 over the tiles of this launch, all of one shape. On a CPU one
-// work-item runs along the row: compilers then make vectors of AT_ONCE columns, several registers, so that none waits for another.
+// work-item runs along the row (WORK_ITEMS is 1), on a GPU each takes a column.
 kernel void sensor(global const float *restrict input, global result_type *restrict output, global const uint *restrict tiles,
                    global const uint *restrict seeds, constant float *restrict numbers, const uint width, const uint columns) {
     const size_t tile = 5 * get_group_id(2), which = tiles[tile + 4];
     const uint frame_seed = seeds[2 * which], body_seed = seeds[2 * which + 1];
     constant float *parameters = numbers + which * NUMBERS;
     const uint tile_x = tiles[tile + 2], y = tiles[tile + 3] + 2 * get_group_id(1);
-    const size_t start = (size_t)(tiles[tile + 1] + 2 * get_group_id(1)) * width + tiles[tile];
-#if AT_ONCE > 1
-#pragma clang loop vectorize_width(AT_ONCE)
-#endif
-    for (size_t column = get_local_id(0); column < columns; column += WORK_ITEMS) {
-        const uint x = tile_x + (uint)column;
-        const struct words frame = block_of(x, y, STREAM_FRAME, frame_seed, 0u);
-        const struct words body = block_of(x, y, STREAM_BODY, body_seed, 1u);
-        float first_normals[NORMALS], second_normals[NORMALS];
-        uint first_bits[BITS], second_bits[BITS];
-        draw_bits_of_pair(x, y, frame_seed, body_seed, first_bits, second_bits);
-        uint zero = draw_normals_of_pair(x, y, frame, frame_seed, body_seed, first_normals, second_normals);
-        size_t index = start + column;
-#if ROWS & FIRST_ROW
-        draw_normals_of_row(frame.b ^ zero, angle_of_first(frame), body.b, angle_of_first(body), first_normals);
-        const float first = photosite(input[index], x, y & ~1u, first_normals, first_bits, frame_seed, body_seed, parameters);
-        output[index] = (result_type)first;
-        index = index + width;
-        zero = zero_after(first);
-#endif
-#if ROWS & SECOND_ROW
-        draw_normals_of_row(frame.c ^ zero, angle_of_second(frame), body.c, angle_of_second(body), second_normals);
-        const float second = as_float(as_uint(input[index]) ^ zero);
-        output[index] = (result_type)photosite(second, x, y | 1u, second_normals, second_bits, frame_seed, body_seed, parameters);
-#endif
+    const size_t index = (size_t)(tiles[tile + 1] + 2 * get_group_id(1)) * width + tiles[tile];
+#if HOT_PIXELS // few of them: code that counts their electrons runs only where a vector has one
+    for (size_t first = get_local_id(0); first < columns; first += AT_ONCE * WORK_ITEMS) {
+        const size_t last = first + AT_ONCE < columns ? first + AT_ONCE : columns;
+        uint hot = 0u;
+        COLUMNS(hot |= hot_rows(x, y, body_seed, parameters))
+        if (hot) PHOTOSITES(1)
+        else PHOTOSITES(0)
     }
+#else
+    const size_t first = get_local_id(0), last = columns;
+    PHOTOSITES(0)
+#endif
 }
