@@ -13,7 +13,7 @@ INLINE float photosite(float signal, const uint x, const uint y, const float *no
 
 // index: of the first photosite in `input` and `output`, which are `width` wide. x, y: that photosite on the sensor.
 // hot: 0 where no photosite is hot, a compile-time constant.
-INLINE void expose_row_pair(global const float *restrict input, global result_type *restrict output, size_t index, const uint width,
+INLINE void expose_row_pair(global const float *input, global result_type *output, size_t index, const uint width,
                             const uint x, const uint y, const uint frame_seed, const uint body_seed, constant float *parameters,
                             const uint hot) {
     const struct words frame = block_of(x, y, STREAM_FRAME, frame_seed, 0u);

@@ -96,9 +96,11 @@ kernel void sensor(global const float *restrict input, global result_type *restr
 #if HOT_PIXELS // few of them: code that counts their electrons runs only where a vector has one
     for (size_t first = get_local_id(0); first < columns; first += AT_ONCE * WORK_ITEMS) {
         const size_t last = first + AT_ONCE < columns ? first + AT_ONCE : columns;
-        uint hot = 0u;
-        COLUMNS(WIDE, hot |= hot_rows(x, y, body_seed, parameters))
-        if (hot) PHOTOSITES(NARROW, 1)
+        uint hot[AT_ONCE];
+        COLUMNS(WIDE, hot[column - first] = hot_rows(x, y, body_seed, parameters))
+        size_t cold = first; // columns before the first hot one
+        while (cold < last && hot[cold - first] == 0u) cold++;
+        if (cold < last) PHOTOSITES(NARROW, 1)
         else PHOTOSITES(WIDE, 0)
     }
 #else
