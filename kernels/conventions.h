@@ -5,6 +5,9 @@
 // Results must have the same bits on every device, so no device may fuse a * b + c into one operation.
 #pragma OPENCL FP_CONTRACT OFF
 
+// Compilers may ignore requests for vectors without a word.
+#pragma clang diagnostic ignored "-Wpass-failed"
+
 // Functions must be inlined to be vectorised across photosites; without this attribute compilers do not inline those used twice.
 #define INLINE static inline __attribute__((always_inline))
 

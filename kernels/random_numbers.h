@@ -52,7 +52,8 @@
 #define HOT_COUNT 2  // likewise: dark electrons of a hot pixel
 #define HOT_SHARE 3  // of the body: whether a pixel is hot
 #define HOT_MEAN 4   // of the body: its mean dark electrons
-#define BITS 5
+#define HOT_HERE 5   // 0 where no photosite is hot, a compile-time constant
+#define BITS 6
 
 // Angles of the Box-Muller method, see above: of the pair that both rows share, of the even and of the odd row's pair.
 INLINE uint shared_angle(const struct words block) { return block.d ^ (block.b << 11); }
@@ -71,14 +72,14 @@ INLINE float draw_pair_of_block(const struct words block, const float before, co
     return second[which];
 }
 
-// Draw the normal numbers whose blocks serve both rows. Returns 0, on which later computations are made to depend (zero_after).
-// Row noise, the same along a row, does not depend on other numbers, so that it is computed once per row.
+// Draw the normal numbers whose blocks serve both rows. hot: 0 where no photosite is hot. Returns 0, on which later computations are
+// made to depend (zero_after); but not row noise, so that it is computed once per row.
 INLINE uint draw_normals_of_pair(const uint x, const uint y, const struct words frame, const uint frame_seed,
-                                 const uint body_seed, float *first, float *second) {
+                                 const uint body_seed, const uint hot, float *first, float *second) {
     normal_two(frame.a, shared_angle(frame), &first[SHOT], &second[SHOT]);
     float last = second[SHOT];
     if (DARK_CURRENT) last = draw_pair_of_block(block_of(x, y, DARK_CURRENT_STREAM, frame_seed, 0u), last, DARK, first, second);
-    if (HOT_PIXELS) last = draw_pair_of_block(block_of(x, y, HOT_PIXELS_STREAM, frame_seed, 0u), last, HOT, first, second);
+    if (HOT_PIXELS && hot) last = draw_pair_of_block(block_of(x, y, HOT_PIXELS_STREAM, frame_seed, 0u), last, HOT, first, second);
     if (COLUMN_OFFSET) {
         last = draw_pair_of_block(block_of(x, 0u, COLUMN_OFFSET_STREAM, body_seed, 1u), last, COLUMN, first, second);
         second[COLUMN] = first[COLUMN];
@@ -96,8 +97,7 @@ INLINE void draw_bits_of_pair(const uint x, const uint y, const uint frame_seed,
     const struct words hot = block_of(x, y, HOT_PIXELS_STREAM, frame_seed, 0u);
     first[HOT_COUNT] = hot.c, second[HOT_COUNT] = hot.d;
     const struct words body = block_of(x, y, HOT_PIXELS_STREAM, body_seed, 1u);
-    first[HOT_SHARE] = body.a, second[HOT_SHARE] = body.b;
-    first[HOT_MEAN] = body.c, second[HOT_MEAN] = body.d;
+    first[HOT_SHARE] = body.a, second[HOT_SHARE] = body.b, first[HOT_MEAN] = body.c, second[HOT_MEAN] = body.d;
 }
 
 // Draw the normal numbers of one row.

@@ -9,9 +9,10 @@
 // seeds:      (frames, 2) uint32: frame seed and body seed.
 // numbers:    (frames, NUMBERS) float32, the parameters of the stages; the host defines a macro STEM_FIELD for each
 //             (simulator/sensor/kernel/kernel_program.py).
-// width:      of the frames [px].
-// The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. ROWS, PART: see random_numbers.h and below.
+// width:      of the frames; columns: width of these tiles [px].
+// The host defines each stage's name in capitals as 1 or 0; a stage at 0 is compiled out. ROWS: random_numbers.h; PART: sensor_part.h.
 #include "random_numbers.h"
+#include "sensor_part.h"
 #include "irradiance.h"
 #include "exposure.h"
 #include "prnu.h"
@@ -33,15 +34,6 @@
 #include "nonlinearity.h"
 #include "adc.h"
 #include "digital_gain.h"
-
-#define WHOLE 0   // values of PART: the whole chain,
-#define CHARGE 1  // from light to the electrons in the well,
-#define READOUT 2 // from those electrons to the code. The chain is split where crosstalk or binning lies between the two.
-#if PART == CHARGE
-typedef float result_type;
-#else
-typedef ushort result_type;
-#endif
 
 INLINE float charge(float signal, const uint x, const uint y, const float *normals, const uint *bits, const uint frame_seed,
                     const uint body_seed, constant float *parameters) {
@@ -74,37 +66,45 @@ INLINE float readout(float signal, const uint x, const uint y, const float *norm
     return signal;
 }
 
-INLINE float photosite(float signal, const uint x, const uint y, const float *normals, const uint *bits, const uint frame_seed,
-                       const uint body_seed, constant float *parameters) {
-    if (PART != READOUT) signal = charge(signal, x, y, normals, bits, frame_seed, body_seed, parameters);
-    if (PART != CHARGE) signal = readout(signal, x, y, normals, frame_seed, body_seed, parameters);
-    return signal;
-}
+#include "row_pair.h"
 
-// Dimension 0 runs over a tile's columns, 1 over its pairs of rows, 2 over the tiles of this launch, all of one shape.
+// The columns from `first` to `last` of a pair of rows. On a CPU compilers make vectors of AT_ONCE columns, several registers, so that
+// few instructions wait for the one before. index: of the pair's first photosite at column 0 of the tile.
+#if AT_ONCE > 1
+#define WIDE _Pragma("clang loop vectorize_width(AT_ONCE)")
+#define NARROW _Pragma("clang loop vectorize_width(8)") // for rare work: built in a fraction of the time
+#else
+#define WIDE
+#define NARROW
+#endif
+#define COLUMNS(vectors, statement) vectors for (size_t column = first; column < last; column += WORK_ITEMS) { \
+        const uint x = tile_x + (uint)column; \
+        statement; \
+    }
+#define PHOTOSITES(vectors, hot) COLUMNS(vectors, \
+        expose_row_pair(input, output, index + column, width, x, y, frame_seed, body_seed, parameters, hot))
+
+// Dimension 0 runs over a tile's columns, 1 over its pairs of rows, 2 over the tiles of this launch, all of one shape. On a CPU one
+// work-item runs along the row (WORK_ITEMS is 1), on a GPU each takes a column.
 kernel void sensor(global const float *restrict input, global result_type *restrict output, global const uint *restrict tiles,
-                   global const uint *restrict seeds, constant float *restrict numbers, const uint width) {
+                   global const uint *restrict seeds, constant float *restrict numbers, const uint width, const uint columns) {
     const size_t tile = 5 * get_group_id(2), which = tiles[tile + 4];
     const uint frame_seed = seeds[2 * which], body_seed = seeds[2 * which + 1];
     constant float *parameters = numbers + which * NUMBERS;
-    const uint x = tiles[tile + 2] + get_local_id(0), y = tiles[tile + 3] + 2 * get_group_id(1);
-    size_t index = (size_t)(tiles[tile + 1] + 2 * get_group_id(1)) * width + (tiles[tile] + get_local_id(0));
-    const struct words frame = block_of(x, y, STREAM_FRAME, frame_seed, 0u);
-    const struct words body = block_of(x, y, STREAM_BODY, body_seed, 1u);
-    float first_normals[NORMALS], second_normals[NORMALS];
-    uint first_bits[BITS], second_bits[BITS];
-    draw_bits_of_pair(x, y, frame_seed, body_seed, first_bits, second_bits);
-    uint zero = draw_normals_of_pair(x, y, frame, frame_seed, body_seed, first_normals, second_normals);
-#if ROWS & FIRST_ROW
-    draw_normals_of_row(frame.b ^ zero, angle_of_first(frame), body.b, angle_of_first(body), first_normals);
-    const float first = photosite(input[index], x, y & ~1u, first_normals, first_bits, frame_seed, body_seed, parameters);
-    output[index] = (result_type)first;
-    index = index + width;
-    zero = zero_after(first);
-#endif
-#if ROWS & SECOND_ROW
-    draw_normals_of_row(frame.c ^ zero, angle_of_second(frame), body.c, angle_of_second(body), second_normals);
-    const float second = as_float(as_uint(input[index]) ^ zero);
-    output[index] = (result_type)photosite(second, x, y | 1u, second_normals, second_bits, frame_seed, body_seed, parameters);
+    const uint tile_x = tiles[tile + 2], y = tiles[tile + 3] + 2 * get_group_id(1);
+    const size_t index = (size_t)(tiles[tile + 1] + 2 * get_group_id(1)) * width + tiles[tile];
+#if HOT_PIXELS // few of them: code that counts their electrons runs only where a vector has one
+    for (size_t first = get_local_id(0); first < columns; first += AT_ONCE * WORK_ITEMS) {
+        const size_t last = first + AT_ONCE < columns ? first + AT_ONCE : columns;
+        uint hot[AT_ONCE];
+        COLUMNS(WIDE, hot[column - first] = hot_rows(x, y, body_seed, parameters))
+        size_t cold = first; // columns before the first hot one
+        while (cold < last && hot[cold - first] == 0u) cold++;
+        if (cold < last) PHOTOSITES(NARROW, 1)
+        else PHOTOSITES(WIDE, 0)
+    }
+#else
+    const size_t first = get_local_id(0), last = columns;
+    PHOTOSITES(WIDE, 0)
 #endif
 }

@@ -17,8 +17,9 @@ def without_absent_stages(defines: dict[str, object]) -> str:
     for name in (name for name in absent if defines[name] == 0):
         text = re.sub(rf"^    if \({name}\) signal = .*\n", "", text, flags=re.MULTILINE)
         text = re.sub(rf'^#include "{name.lower()}.h"\n', "", text, flags=re.MULTILINE)
+    text = expanded(text)
     if not (defines["PRNU"] or defines["DSNU"]):
         if BODY_BLOCK not in text:
-            raise ValueError(f"kernels/sensor.cl has no {BODY_BLOCK} to delete")
+            raise ValueError(f"kernels/row_pair.h has no {BODY_BLOCK} to delete")
         text = text.replace(BODY_BLOCK, "{0u, 0u, 0u, 0u};")
-    return expanded(text)
+    return text

@@ -17,6 +17,7 @@ from simulator.sensor.stages.registry import FUSED
 from simulator.sensor.stages.stage import Means, Stage
 
 LARGEST_PLACE_PX = 2**24  # x and y lie below it: float32 represents integers exactly up to there
+VECTOR_PX = 32  # columns that a CPU computes at once: several registers, so that few instructions wait for the one before
 REQUIRED = tuple(stem for stem in stage_order() if FUSED[stem].is_required)
 
 
@@ -104,7 +105,8 @@ def launch_sensor(
     tile_height: rows of the largest tile, 2 or more.
     """
     height, width = shape
-    columns = tiles.split_evenly(width, device.row_px)
+    vector, work_items = (VECTOR_PX, 1) if device.span > 1 else (1, device.row_px)
+    columns = tiles.column_edges(width, device.row_px, vector)
     rows, pairs = tiles.stack_edges([setting.y for setting in settings], height, tile_height)
     frame_of_row = rows[:-1] // height
     means = np.full((len(pairs), len(columns) - 1), PoissonVariant.LARGE)
@@ -119,17 +121,19 @@ def launch_sensor(
         for variant, mask in _tile_kinds(means, pairs, inside):
             wanted = (means == variant) & (inside & (pairs == mask))[:, np.newaxis]
             macros = {**group.defines, "POISSON_VARIANT": variant, "ROWS": mask, "PART": int(part)}
+            macros |= {"AT_ONCE": vector, "WORK_ITEMS": work_items}
             for (tile_width, tile_height), corners in tiles.group_by_shape(columns, rows, wanted).items():
                 device.run(
                     device.kernel("sensor", macros),
-                    (tile_width, -(-tile_height // 2), len(corners)),
-                    (tile_width, 1, 1),
+                    (min(work_items, tile_width), -(-tile_height // 2), len(corners)),
+                    (min(work_items, tile_width), 1, 1),
                     input=source,
                     output=result,
                     tiles=device.upload(_tiles(corners, height, settings, group.places)),
                     seeds=seeds,
                     numbers=numbers,
                     width=width,
+                    columns=tile_width,
                 )
 
 

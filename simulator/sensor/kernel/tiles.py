@@ -14,6 +14,15 @@ def split_evenly(extent: int, size: int) -> np.ndarray:
     return np.linspace(0, extent, parts + 1).astype(np.int64)
 
 
+def column_edges(width: int, size: int, vector: int) -> np.ndarray:
+    """Return borders (tiles + 1,) that split columns 0 to width into nearly equal tiles of multiples of `vector` columns.
+
+    The last tile also takes the remainder. size: largest width of a tile without that remainder; at least `vector`.
+    """
+    vectors = max(width // vector, 1)
+    return np.append(vector * split_evenly(vectors, max(size // vector, 1))[:-1], width)
+
+
 def pair_edges(first: int, extent: int, size: int) -> np.ndarray:
     """Return borders (tiles + 1,) of tile rows from 0 to extent that do not separate pairs of sensor rows (2 n, 2 n + 1).
 

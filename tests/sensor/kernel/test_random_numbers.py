@@ -25,7 +25,7 @@ kernel void probe(global float *numbers, const uint count, const uint y, const u
     const uint x = get_global_id(0);
     const struct words frame = block_of(x, y, STREAM_FRAME, seed, 0u), body = block_of(x, y, STREAM_BODY, seed, 1u);
     float first[NORMALS], second[NORMALS];
-    draw_normals_of_pair(x, y, frame, seed, seed, first, second);
+    draw_normals_of_pair(x, y, frame, seed, seed, 0u, first, second);
     draw_normals_of_row(frame.b, angle_of_first(frame), body.b, angle_of_first(body), first);
     draw_normals_of_row(frame.c, angle_of_second(frame), body.c, angle_of_second(body), second);
     for (int i = SHOT; i <= OFFSET; i++) {

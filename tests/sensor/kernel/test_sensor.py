@@ -8,6 +8,7 @@ from helpers.camera_builders import every_stage
 
 from simulator.device import devices, kernel_source, open_device
 from simulator.sensor.kernel.kernel_program import stage_order
+from simulator.sensor.kernel.tiles import column_edges
 from simulator.sensor.stages.color_bias import ColorBias
 from simulator.sensor.stages.conversion_gain import ConversionGain
 from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
@@ -61,6 +62,21 @@ def test_frames_of_any_size_and_place_are_covered(bench):
     for shape in ((1, 1), (2, 3), (3, 511), (33, 513), (64, 1024)):
         for y in (0, 1):
             assert (bench.sensor(np.full(shape, 77.0), y=y) == 77).all()
+
+
+@pytest.mark.parametrize("columns", [(0, 1), (3, 34), (5, 37), (6, 39), (1, 65), (0, 97), (40, 1100)])
+def test_columns_left_over_by_vectors_have_the_bits_of_the_whole(bench, columns):
+    whole, (first, last) = bench.sensor(picture(4, 1100), *EVERYTHING), columns
+    assert np.array_equal(bench.sensor(picture(4, 1100)[:, first:last], *EVERYTHING, x=first), whole[:, first:last])
+
+
+@pytest.mark.parametrize("width", [1, 31, 32, 33, 512, 1055, 1056, 1057, 4000, 8191])
+@pytest.mark.parametrize(("size", "vector"), [(1024, 32), (256, 1), (16, 32), (1000, 32)])
+def test_tiles_are_whole_vectors_but_for_the_last_columns(width, size, vector):
+    edges = column_edges(width, size, vector)
+    widths = np.diff(edges)
+    assert edges[0] == 0 and edges[-1] == width and (widths > 0).all()
+    assert (widths[:-1] % vector == 0).all() and (widths <= max(size, vector) + vector - 1).all()
 
 
 def test_every_row_of_a_frame_is_that_of_the_whole_however_it_is_cut(bench):
