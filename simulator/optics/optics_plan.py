@@ -98,6 +98,9 @@ class OpticsPlan:
         """Photosites of the geometric blur: the window, and the margin that a convolution after it needs."""
         if self.psf is None or self.psf.by_distance:
             return self.window
+        if self.psf.core is not None:
+            reach, own = self.psf.gather_reach_px, self.window
+            return Window(own.x - reach, own.y - reach, own.width + 2 * reach, own.height + 2 * reach)
         from simulator.optics.psf.tiled_convolution import bound_tiles, split_into_tiles  # imports scipy.fft
 
         tiles = split_into_tiles(self.psf.x_px, self.psf.y_px, (self.sensor_px[1], self.sensor_px[0]))
@@ -294,7 +297,14 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
     if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
         contrast = math.inf  # nothing is left out
     psf, skip_reason = plan_visible_psf(
-        lens, sensor.camera, planned.scene, planned.weights, planned.defocus, planned.projection.scale, contrast
+        lens,
+        sensor.camera,
+        planned.scene,
+        planned.weights,
+        planned.defocus,
+        planned.projection.scale,
+        contrast,
+        planned.accuracy,
     )
     return replace(planned, psf=psf, psf_skip_reason=skip_reason)
 

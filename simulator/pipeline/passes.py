@@ -13,6 +13,8 @@ import numpy as np
 from simulator.optics.defocus.defocus import Defocus, Method
 from simulator.optics.defocus.predicted_error import describe_ignored, predicted_error
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
+from simulator.optics.psf.kernel_split import Core
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.sensor_plan import SensorPlan
@@ -34,6 +36,8 @@ COST_NS = {
     "points": 60.0,
     "points per px": 17.0,  # for each photosite of blur radius
     "rays": 160000.0,
+    "psf gather": 15.0,
+    "psf tap": 0.08,  # for each sample of light that a photosite gathers
     "psf": 30.0,  # for each colour
     "psf slab": 120.0,  # for each colour and slab of blur radius, where there are several
     "veiling glare": 3.0,
@@ -195,12 +199,38 @@ def _psf(optics: OpticsPlan) -> Pass:
     places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"
     slabs = f", {len(psf.radii_px)} slabs of blur radius" if len(psf.radii_px) > 1 else ""
     method = f"{places}, {2 * psf.reach_px + 1} photosites wide{slabs}"
+    if psf.core is not None:
+        return _gathered_psf(optics, psf, psf.core, places)
     bytes_each = 4 + 8 * optics.channels * (not psf.by_distance) + 4 * (optics.defocus is None or psf.by_distance)
     if optics.defocus is not None and psf.by_distance:
         bytes_each += 4 * optics.defocus.maps
     count = len(psf.radii_px)
     cost = _ms(pixels * optics.channels, COST_NS["psf"] if count == 1 else COST_NS["psf slab"] * count)
     return Pass("point spread function", True, method, pixels, bytes_each * pixels, cost_ms=cost)
+
+
+def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str) -> Pass:
+    """Pass of a PSF that the device gathers."""
+    pixels, across = _pixels(optics), 2 * core.reach_px + 1
+    method = f"{places}, gathered from {across} x {across} photosites"
+    if core.has_tail:
+        method += f", and from cells of 2 x 2 up to {psf.reach_px} photosites away"
+    taps = (psf.over * across) ** 2 * (4 if psf.nodes != (1, 1) else 1) + core.has_tail * 2 * (psf.reach_px + 1) ** 2
+    if psf.corrected_px:
+        largest = 2 * max(correction_reach_px(radius) for radius in psf.corrected_px) + 1
+        method += f", blur corrected to wave optics at {len(psf.corrected_px)} radii"
+        taps += 2 * largest**2
+    error = optics.accuracy.in_sigma(core.error)
+    bytes_each = 4 + 4 * optics.channels * (not psf.by_distance)
+    return Pass(
+        "point spread function",
+        True,
+        method,
+        pixels,
+        bytes_each * pixels,
+        error,
+        _ms(pixels, COST_NS["psf gather"] + COST_NS["psf tap"] * taps),
+    )
 
 
 def _optical_crosstalk(optics: OpticsPlan, sensor: SensorPlan) -> Pass:

@@ -56,6 +56,8 @@ def _order(lens: Lens, defocus: Defocus | None, psf: FieldPsf) -> str:
     """Whether the kernels include the blur of defocus or follow it, and why."""
     if psf.by_distance or defocus is None:
         return _slabs(psf)
+    if psf.corrected_px:
+        return f"follows the geometric blur, which is corrected to wave optics at {len(psf.corrected_px)} radii"
     far = "blur circles are far larger" if lens.aberrations is None else "blur circles are too large for kernels"
     return f"follows the geometric blur, since {far} (up to {defocus.largest_px:.1f} photosites in radius)"
 

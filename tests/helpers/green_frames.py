@@ -24,10 +24,15 @@ def lens(f_number: float = 8.0, **settings: Any) -> ThinLens:
 
 
 def electrons(
-    planes: ArrayLike, camera: Camera, through: ThinLens, depth_m: float | np.ndarray = math.inf, **settings: Any
+    planes: ArrayLike,
+    camera: Camera,
+    through: ThinLens,
+    depth_m: float | np.ndarray = math.inf,
+    tolerance: float = 0.1,
+    **settings: Any,
 ) -> np.ndarray:
     scene = band_scene(planes, depth_m, interpolation="nearest", **settings)
-    return simulate(Shot(scene, through, EXPOSURE, camera)).mean_electrons.astype(np.float64)
+    return simulate(Shot(scene, through, EXPOSURE, camera, tolerance=tolerance)).mean_electrons.astype(np.float64)
 
 
 def point_frame(camera: Camera, through: ThinLens, depth_m: float = math.inf, light: float = 1000.0) -> np.ndarray:

@@ -12,6 +12,7 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.lens.wavefront import Aberrations
 from simulator.pipeline.passes import Pass
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
@@ -26,6 +27,7 @@ SLOPE_M = np.linspace(1.9, 2.1, 32)[None, :].repeat(24, axis=0)
 EDGE_M = np.where(np.arange(32) < 16, 1.9, 2.1)[None, :].repeat(24, axis=0)
 IDEAL = ThinLens(50.0, 2.0, 2.0, cos4=False)
 REAL = replace(IDEAL, veiling_glare=0.02, distortion=Distortion(k1=-0.01))
+ABERRATED = replace(REAL, f_number=8.0, aberrations=Aberrations(spherical_um=0.1))
 TRUTH = ("variance", "depth", "blur", "rgb")
 
 
@@ -48,7 +50,7 @@ SHOTS = {
     "everything": shot_of(),
     "only the blur is asked for": shot_of(truth=("blur",)),
     "rays instead of the blur": shot_of(lens=replace(IDEAL, f_number=8.0), camera=small_camera(16, 12, "RGGB"), tolerance=0.0),
-    "kernels stand for the blur": shot_of(lens=replace(REAL, f_number=8.0, diffraction=True), depth_m=EDGE_M),
+    "kernels stand for the blur": shot_of(lens=ABERRATED, depth_m=EDGE_M),
     "pinhole": shot_of(lens=Pinhole(0.2, 50.0, diffraction=False), depth_m=2.0),
     "sharp": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=()),
     "two strips": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(20, 200, "RGGB"), truth=()),

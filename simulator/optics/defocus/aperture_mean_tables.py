@@ -56,7 +56,7 @@ def blur_table(images: Sequence[Taps], numbers: Sequence[int], samples_per_axis:
     # A plane of prefix sums has two rows more than one of samples: the sum of all rows, and the columns' minima.
     taps = [(image.rows, image.columns, image.weights, rows if image.direct else rows + 2) for image in images]
     sides = [(0 * image.sides, image.sides, image.totals, rows + 2) for image in images]
-    counts = np.array([_whole_chunks(len(part[0])) for part in taps + sides])
+    counts = np.array([-(-len(part[0]) // CHUNK) * CHUNK for part in taps + sides])
     first, (all_taps, all_sides) = np.cumsum(counts) - counts, np.split(counts, 2)
     nodes = np.zeros(len(images), declared_struct(kernel_source("aperture_mean.h"), "node"))
     nodes["first_tap"], nodes["first_side"] = np.split(first, 2)
@@ -80,11 +80,6 @@ def _taps(
         taps["offset"][:, parity] = element(0, down, samples_per_axis * parity + right, samples_per_axis, height, set_columns)
     taps["weight"] = _padded([part[2] for part in parts])
     return taps
-
-
-def _whole_chunks(count: int) -> int:
-    """Count, rounded up to a multiple of CHUNK."""
-    return -(-count // CHUNK) * CHUNK
 
 
 def _padded(parts: list[np.ndarray]) -> np.ndarray:

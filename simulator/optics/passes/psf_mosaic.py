@@ -15,6 +15,7 @@ from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.defocused_mosaic import defocused_mosaic
+from simulator.optics.passes.psf_gather import gather_psf
 from simulator.optics.passes.reference_mosaic import reference_mosaic
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.optics.psf.field_psf import FieldPsf
@@ -56,6 +57,8 @@ def psf_mosaic(
     planes: a device buffer for each layer, as for `defocused_mosaic`.
     """
     frame, psf = optics.window, _psf_of(optics)
+    if psf.core is not None:
+        return gather_psf(optics, blur, device, planes, progress)
     block = optics.cfa.block(frame.x, frame.y)
     width, height = psf.sensor_px
     every = list(split_into_tiles(psf.x_px, psf.y_px, (height, width)))

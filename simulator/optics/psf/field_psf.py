@@ -5,9 +5,11 @@ defocus. After the blur: the geometric blur comes first, then a convolution with
 filter, the aperture and a PSF known in focus only.
 """
 
+import hashlib
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.lens.zernike import noll_orders
 from simulator.optics.psf.defocused_psf import DefocusedPsf
 from simulator.optics.psf.fraunhofer import ROUND, odd
+from simulator.optics.psf.kernel_split import CELL, Core, tail_reach
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, kernel_size_px
@@ -29,6 +32,9 @@ MOST_CELLS = 601  # across a kernel
 ROUGH_PX = 5  # width of the geometric spot above which a kernel has no detail finer than a fifth of a photosite
 FAR_AIRY = 16.0  # blur radius [Airy radii] from which the kernel is the geometric spot convolved with the PSF in focus
 FAR_CELLS_PX = 24.0  # blur radius from which kernels have one cell per light sample
+CORRECTIONS_PX = (6, 8, 12, 18)  # reach of the kernels of corrections [photosites]
+CORRECTION_MARGIN_PX = 4  # reach beyond the geometric spot [photosites]
+FADE = 1.25
 RINGING = 1e-3  # fraction of a kernel's light that may be negative
 SLAB_PX = 0.5  # blur radius between slabs; a sixteenth of the radius where that is more
 
@@ -44,6 +50,8 @@ class FieldPsf:
     sensor_px: width and height of the sensor. nodes: rows and columns of kernels on it.
     highlight_limits: electron radiance of each channel above which light is convolved with kernels clipped to positive values,
         since the ringing of band-limited kernels shows around highlights only [e- s^-1 um^-2 sr^-1].
+    core: how the device gathers light with the kernels; None: they are convolved by transforms on the host.
+    corrected_px: signed blur radii at which the geometric blur and the kernel in focus are corrected to wave optics, ascending.
     """
 
     lens_psf: WavefrontPsf | PsfTable | None
@@ -56,6 +64,44 @@ class FieldPsf:
     sensor_px: tuple[int, int]
     nodes: tuple[int, int]
     highlight_limits: tuple[float, ...] = ()
+    core: Core | None = None
+    corrected_px: tuple[float, ...] = ()
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Numbers that the kernels depend on."""
+        lens: object = repr(self.lens_psf)
+        if isinstance(self.lens_psf, PsfTable):
+            table = self.lens_psf
+            digest = hashlib.blake2b(np.ascontiguousarray(table.kernels).tobytes()).digest()
+            lens = digest, table.kernels.shape, tuple(table.blur_radii_px), tuple(table.fields), table.cells, table.light
+        places = self.pitch_um, self.over, self.radii_px, self.sensor_px, self.nodes, bool(self.highlight_limits)
+        return lens, repr(self.pupil), self.sampling, *places
+
+    def with_core(self, core: Core) -> Self:
+        """Return the same PSF, gathered with this core, and with the kernels that are already computed."""
+        found = replace(self, core=core)
+        for cache in ("_kernels", "_tables", "_slab_psfs"):
+            found.__dict__[cache] = getattr(self, cache)
+        return found
+
+    def at_radius(self, radius_px: float, *, in_focus: bool = False) -> Self:
+        """Return the PSF of one blur radius; in focus: that of radius 0 with kernels of the same size and cells."""
+        key = 0.0 if in_focus else radius_px
+        if key not in self._at_radius:
+            found = replace(self, radii_px=(key,), by_distance=True, corrected_px=())
+            if isinstance(self.lens_psf, WavefrontPsf):
+                largest_px = max(abs(radius) for radius in self.corrected_px)
+                found._slab_psfs[0] = _fit_kernel(self.lens_psf, largest_px, self.over)
+            self._at_radius[key] = found
+        return self._at_radius[key]
+
+    @property
+    def gather_reach_px(self) -> int:
+        """Margin that a gather with core and tail needs [photosites]."""
+        assert self.core is not None  # else it is convolved by transforms
+        own = CELL * (tail_reach(self.reach_px) + 2) if self.core.has_tail else self.core.reach_px
+        return max(own, *(correction_reach_px(radius) for radius in self.corrected_px), 0)
 
     @cached_property
     def x_px(self) -> np.ndarray:
@@ -142,12 +188,27 @@ class FieldPsf:
         return {}
 
     @cached_property
+    def _at_radius(self) -> dict[float, Self]:
+        return {}
+
+    @cached_property
     def _tables(self) -> dict[int, PsfTable]:
         return {}
 
     @cached_property
     def _slab_psfs(self) -> dict[int, WavefrontPsf | DefocusedPsf]:
         return {}
+
+
+def correction_reach_px(radius_px: float) -> int:
+    """Photosites to either side of a correction's kernel."""
+    wanted = math.ceil(abs(radius_px)) + CORRECTION_MARGIN_PX
+    return next((size for size in CORRECTIONS_PX if size >= wanted), CORRECTIONS_PX[-1])
+
+
+def farthest_correction_px(psf: WavefrontPsf) -> float:
+    """Largest blur radius with a correction [photosites]; up to FADE times as much it fades."""
+    return min(float(CORRECTIONS_PX[-1] - CORRECTION_MARGIN_PX), FAR_AIRY * airy_radius_px(psf))
 
 
 def airy_radius_px(psf: WavefrontPsf) -> float:

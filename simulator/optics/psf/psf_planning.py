@@ -3,17 +3,26 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeGuard
 
 import numpy as np
 
 from simulator.color.spectra import efficiency_on, integral_weights
 from simulator.errors import require
-from simulator.optics.defocus.accuracy import SHARP_PX
+from simulator.optics.defocus.accuracy import SHARP_PX, Accuracy
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.wavefront import Aberrations
-from simulator.optics.psf.field_psf import FAR_AIRY, FieldPsf, airy_radius_px, slab_radii_px
+from simulator.optics.psf.field_psf import (
+    FADE,
+    FAR_AIRY,
+    FieldPsf,
+    airy_radius_px,
+    farthest_correction_px,
+    slab_radii_px,
+)
 from simulator.optics.psf.fraunhofer import ROUND, Opening
+from simulator.optics.psf.gather_kernels import choose_core, fits_gather
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_file import read_psf
 from simulator.optics.psf.psf_table import PsfTable
@@ -30,6 +39,9 @@ MOST_AIRY = 64.0  # blur radius [radii of the Airy disk] up to which kernels of 
 HIGHLIGHT = 4.0  # limit of highlights over the mean of the darker nine tenths of a scene
 INVISIBLE_SIGMA = 0.01  # change below which a PSF is left out [standard deviations of the noise]
 LARGE_CONTRAST = 1e3  # of a scene [standard deviations of the noise], above which no PSF is left out
+GATHER_SHARE = 0.2  # of the allowed error, for core and tail: beside an edge the dark side has less noise than the bright one
+CORRECTION_STEP_PX = 0.5  # blur radius between corrections, half of it up to CORRECTION_FINE_PX
+CORRECTION_FINE_PX = 2.0
 WAVELENGTHS = {1: 7, 3: 3}  # per channel, by the number of channels
 
 
@@ -58,7 +70,14 @@ def highlight_thresholds(scene: Scene, weights: np.ndarray) -> tuple[float, ...]
 
 
 def plan_visible_psf(
-    lens: Lens, camera: Camera, scene: Scene, weights: np.ndarray, defocus: Defocus | None, scale: float, contrast: float
+    lens: Lens,
+    camera: Camera,
+    scene: Scene,
+    weights: np.ndarray,
+    defocus: Defocus | None,
+    scale: float,
+    contrast: float,
+    accuracy: Accuracy,
 ) -> tuple[FieldPsf | None, str | None]:
     """PSF of a shot, None where it has no visible effect, and the reason why it is left out, None where it is not.
 
@@ -66,7 +85,7 @@ def plan_visible_psf(
     """
     if contrast == 0.0:
         return None, "the scene is the same everywhere"
-    psf = plan_psf(lens, camera, scene, defocus, scale)
+    psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance)
     if psf is None:
         return None, None
     psf = replace(psf, highlight_limits=highlight_thresholds(scene, weights))
@@ -74,23 +93,67 @@ def plan_visible_psf(
         change = contrast * bound_change(psf, camera.channels)
         if change < INVISIBLE_SIGMA:
             return None, f"changes nothing by more than {change:.2g} sigma"
-    return psf, None
+    return _with_gather(psf, camera.channels, scene, accuracy, scale), None
 
 
-def plan_psf(lens: Lens, camera: Camera, scene: Scene, defocus: Defocus | None, scale: float) -> FieldPsf | None:
+def _with_gather(psf: FieldPsf, channels: int, scene: Scene, accuracy: Accuracy, scale: float) -> FieldPsf:
+    """Return a PSF of one kernel for all light with the core by which the device gathers it, where sums are cheaper."""
+    one_surface = len(scene.layers) == 1 and scene.coverage is None
+    if not accuracy.tolerance or len(psf.radii_px) > 1 or not (one_surface or not psf.by_distance) or not fits_gather(psf):
+        return psf
+    peak = accuracy.peak / max(scale, 1.0) ** 2
+    core = choose_core(psf, channels, GATHER_SHARE * accuracy.allowed, peak)
+    return psf if core is None else psf.with_core(core)
+
+
+def plan_psf(
+    lens: Lens, camera: Camera, scene: Scene, defocus: Defocus | None, scale: float, tolerance: float = 0.0
+) -> FieldPsf | None:
     """PSF of a shot, whether visible or not; None for an ideal lens and photosites that are sensitive all over.
 
-    scale: scene pixels per photosite.
+    scale: scene pixels per photosite. tolerance: as in `Shot`; 0: wave optics at every distance.
     Raises PhotositeError for a PSF file that cannot be read or does not hold what the scene needs.
     """
     sampling, lens_psf = Sampling(camera.fill_factor, camera.low_pass_um), _plan_lens_psf(lens, camera, scene)
     if lens_psf is None and sampling == Sampling():
         return None
     radii_px, by_distance = _choose_slabs(lens_psf, lens, defocus, camera.pixel_pitch_um)
+    corrected_px: tuple[float, ...] = ()
+    if tolerance and by_distance and _is_ideal(lens_psf) and defocus is not None and len(radii_px) > 1:
+        radii_px, by_distance, corrected_px = (0.0,), False, _corrected_px(lens_psf, defocus)
     nodes = FIELD_NODES if _varies_over_field(lens_psf) else (1, 1)
     over = _choose_over(lens_psf, sampling, scale, camera.pixel_pitch_um) if by_distance else 1
     pupil, sensor_px = replace(lens.pupil, stops=()), (camera.width_px, camera.height_px)
-    return FieldPsf(lens_psf, pupil, sampling, camera.pixel_pitch_um, over, radii_px, by_distance, sensor_px, nodes)
+    return FieldPsf(
+        lens_psf,
+        pupil,
+        sampling,
+        camera.pixel_pitch_um,
+        over,
+        radii_px,
+        by_distance,
+        sensor_px,
+        nodes,
+        corrected_px=corrected_px,
+    )
+
+
+def _is_ideal(lens_psf: WavefrontPsf | PsfTable | None) -> TypeGuard[WavefrontPsf]:
+    """Whether a lens has diffraction and no aberrations."""
+    return isinstance(lens_psf, WavefrontPsf) and lens_psf.aberrations == Aberrations()
+
+
+def _corrected_px(lens_psf: WavefrontPsf, defocus: Defocus) -> tuple[float, ...]:
+    """Blur radii at which the geometric blur is corrected to wave optics, ascending [photosites]."""
+    most = farthest_correction_px(lens_psf)
+    gone = FADE * most  # the last correction, which is none
+    least, greatest = max(defocus.least_px, -gone), min(defocus.greatest_px, gone)
+    outer = np.arange(CORRECTION_FINE_PX, most, CORRECTION_STEP_PX)
+    grid = np.concatenate([np.arange(0.0, CORRECTION_FINE_PX, 0.5 * CORRECTION_STEP_PX), outer])
+    grid = np.concatenate([grid[grid < most], [most, gone]])
+    grid = np.unique(np.concatenate([-grid[1:], grid]))
+    first, last = np.searchsorted(grid, least, side="right") - 1, np.searchsorted(grid, greatest)
+    return tuple(float(radius) for radius in grid[max(first, 0) : last + 1])
 
 
 def _plan_lens_psf(lens: Lens, camera: Camera, scene: Scene) -> WavefrontPsf | PsfTable | None:

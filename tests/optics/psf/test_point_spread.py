@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ def wave_frame(qx, qy, camera, through) -> np.ndarray:
     y, x = ((np.arange(side * FINE) + 0.5) / FINE for side in (camera.height_px, camera.width_px))
     phase = 2.0 * math.pi * (qy * y[:, None] + qx * x[None, :])
     means = np.sinc(qx / FINE) * np.sinc(qy / FINE)  # over the scene's own pixels
-    found = electrons(1.0 + 0.8 * means * np.cos(phase), camera, through)
+    found = electrons(1.0 + 0.8 * means * np.cos(phase), camera, through, tolerance=0.02)
     y, x = np.arange(camera.height_px)[:, None] + 0.5, np.arange(camera.width_px)[None, :] + 0.5
     inner = slice(12, -12), slice(12, -12)  # beyond the scene its edge goes on
     phase = 2.0 * math.pi * (qy * y + qx * x)[inner]
@@ -98,8 +99,8 @@ LENSES = {
 }
 RNG = np.random.default_rng(9)
 DEPTHS = {
-    "slope": np.linspace(1.6, 3.0, 100, dtype=np.float32)[None, :].repeat(60, 0),
-    "steps": RNG.choice([1.5, 2.0, 2.9], (6, 10)).repeat(10, 0).repeat(10, 1).astype(np.float32),
+    "slope": np.linspace(1.9, 2.15, 100, dtype=np.float32)[None, :].repeat(60, 0),
+    "steps": RNG.choice([1.88, 2.0, 2.15], (6, 10)).repeat(10, 0).repeat(10, 1).astype(np.float32),
 }
 
 
@@ -145,6 +146,7 @@ def test_what_is_skipped_agrees_with_what_would_have_been_done():
     shot = Shot(band_scene(planes, math.inf), lens(11.0, diffraction=True), Exposure(0.05), green_camera(low_pass_um=3.0))
     planned = plan(shot)
     assert planned.optics.psf is None
+    told = re.fullmatch(r"changes nothing by more than (\S+) sigma", planned.optics.psf_skip_reason)
     psf = plan_psf(shot.lens, planned.sensor.camera, planned.optics.scene, None, planned.optics.projection.scale)
     found, skipped = (
         open_device().download(expose(measure(one, open_device()), open_device()), (48, 64), np.float32).astype(np.float64)
@@ -153,7 +155,7 @@ def test_what_is_skipped_agrees_with_what_would_have_been_done():
     electrons_each = planned.sensor.stage("exposure").time_s * planned.sensor.stage("exposure").collecting_area_um2
     electrons_each *= planned.sensor.stage("irradiance").effective_solid_angle_sr
     z = electrons_each * (found - skipped) / np.sqrt(planned.sensor.moments(electrons_each * skipped.mean()).variance)
-    assert 0.0 < np.abs(z).max() < 0.01
+    assert 0.0 < np.abs(z).max() < float(told[1]) < 0.01
 
 
 @pytest.mark.parametrize("name", ["f/8", "filter", "small aperture", "out of focus"])

@@ -1,0 +1,124 @@
+"""Bands of rows in which the light of a frame is gathered with point spread functions, with tables of the nodes around them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from simulator.optics.geometry.interleaved_columns import InterleavedColumns
+from simulator.sensor.camera.camera_sections import Window
+
+BAND_ROWS = 256  # photosites
+TILE_ROWS, TILE_COLUMNS = 16, 128
+HALF_TILE = TILE_COLUMNS // 2
+TERM = np.dtype([("number", "u4"), ("node_column", "u4"), ("radius", "f4"), ("rise", "f4"), ("fall", "f4")])
+SPAN_CELLS = 32  # cells of a tail that a work-item computes on a CPU
+
+
+@dataclass(frozen=True)
+class PsfBand:
+    """A band of rows of a frame with its margins, aligned with the tiles of the whole sensor.
+
+    frame: photosites that are wanted. row: first row of the band on the sensor. margin_rows: above and below [photosites].
+    over: samples per photosite and axis.
+    """
+
+    frame: Window
+    row: int
+    margin_rows: int
+    over: int
+
+    @property
+    def x(self) -> int:
+        """First column of the band with its margin, on the sensor [photosites]."""
+        return (self.frame.x // TILE_COLUMNS - 1) * TILE_COLUMNS
+
+    @property
+    def y(self) -> int:
+        """First row of the band with its margin, on the sensor [photosites]."""
+        return self.row - self.margin_rows
+
+    @property
+    def tile_columns(self) -> int:
+        """Tiles side by side, without the margin of one on each side."""
+        return -(-(self.frame.x + self.frame.width) // TILE_COLUMNS) - self.frame.x // TILE_COLUMNS
+
+    @property
+    def rows(self) -> int:
+        """Rows with the margins [photosites]."""
+        return BAND_ROWS + 2 * self.margin_rows
+
+    @property
+    def layout(self) -> InterleavedColumns:
+        """Layout of the samples of the band with its margins."""
+        return InterleavedColumns(self.over, self.over * self.rows, HALF_TILE * (self.tile_columns + 2))
+
+    @cached_property
+    def tiles(self) -> list[tuple[int, int]]:
+        """Row and column of the tiles that hold photosites of the frame, from the first of the margin on."""
+        rows = [
+            self.margin_rows // TILE_ROWS + number
+            for number in range(BAND_ROWS // TILE_ROWS)
+            if 0 < self.row + TILE_ROWS * (number + 1) - self.frame.y < self.frame.height + TILE_ROWS
+        ]
+        return [(row, column) for row in rows for column in range(1, self.tile_columns + 1)]
+
+    @cached_property
+    def fields(self) -> dict[str, int]:
+        """Fields of `struct row_band` of kernels/row_band.h."""
+        layout = self.layout
+        return {
+            "sample_rows": layout.rows,
+            "set_columns": layout.set_columns,
+            "frame_x": self.x - self.frame.x,
+            "frame_y": self.y - self.frame.y,
+            "width": self.frame.width,
+            "height": self.frame.height,
+        }
+
+
+def split_into_bands(frame: Window, margin_px: int, over: int) -> list[PsfBand]:
+    """Bands of a frame whose margins hold margin_px rows at least."""
+    margin_rows = -(-margin_px // TILE_ROWS) * TILE_ROWS
+    first, last = frame.y // BAND_ROWS, -(-(frame.y + frame.height) // BAND_ROWS)
+    return [PsfBand(frame, BAND_ROWS * number, margin_rows, over) for number in range(first, last)]
+
+
+def node_limits(band: PsfBand, limits: np.ndarray, x_px: np.ndarray, y_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Argument `limits` of kernels/psf_gather.cl, and the weights of the node columns in it (node columns, columns) float32.
+
+    limits: by channel. x_px, y_px: columns and rows of the nodes on the sensor [photosites].
+    """
+    columns, rows = band.x + np.arange(2 * band.layout.set_columns), band.y + np.arange(band.rows)
+    place = np.interp(rows, y_px, np.arange(len(y_px)))
+    across = np.array([np.interp(columns, x_px, one) for one in np.eye(len(x_px))]).astype(np.float32)
+    return np.concatenate([limits, place, across.ravel()]).astype(np.float32), across
+
+
+def tile_nodes(band: PsfBand, across: np.ndarray) -> np.ndarray:
+    """Whether a node column has weight in a tile, (tiles, node columns). across: of `node_limits`."""
+    present = (across.reshape(len(across), -1, TILE_COLUMNS) > 0.0).any(axis=-1)
+    return np.asarray(present)[:, [column for _, column in band.tiles]].T
+
+
+def make_terms(
+    band: PsfBand, present: np.ndarray, radii_px: tuple[float, ...], ranges: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Tiles (tiles, 4) uint32 and terms of kernels/psf_gather.cl, in the order of `PsfBand.tiles`.
+
+    present: of `tile_nodes`. radii_px: blur radii of the kernels, ascending.
+    ranges: (2, tiles) least and greatest blur radius in each tile; None: one kernel for all radii.
+    """
+    radii = np.array(radii_px)
+    below, above = np.r_[-np.inf, radii[:-1]], np.r_[radii[1:], np.inf]
+    held = np.ones((len(present), 1), bool)
+    if ranges is not None:
+        least, greatest = ranges[:, :, np.newaxis]
+        held = np.less(least, above) & np.greater(greatest, below)
+    tile, number, node = np.nonzero(held[:, :, None] & present[:, None, :])
+    terms = np.zeros(len(tile), TERM)
+    terms["number"], terms["node_column"], terms["radius"] = number, node, radii[number]
+    terms["rise"], terms["fall"] = 1.0 / (radii - below)[number], 1.0 / (above - radii)[number]
+    count = held.sum(axis=1) * present.sum(axis=1)
+    rows, columns = np.array(band.tiles).reshape(-1, 2).T
+    return np.stack([HALF_TILE * columns, TILE_ROWS * rows, np.cumsum(count) - count, count], axis=-1).astype(np.uint32), terms

@@ -1,0 +1,50 @@
+"""Point spread functions gathered on the device: against SciPy's convolution with the exact kernel in float64."""
+
+import math
+
+import numpy as np
+import pytest
+from helpers.green_frames import PITCH_UM, lens
+from helpers.psf_frames import SIDE, contrasts, error, shot_of
+
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.lens.wavefront import Aberrations
+from simulator.pipeline.planner import plan
+
+LENSES = {
+    "f/8": (lens(8.0, diffraction=True), {}),
+    "f/1.4": (lens(1.4, diffraction=True), {}),
+    "spherical": (lens(5.6, aberrations=Aberrations(spherical_um=0.4)), {}),
+    "low-pass": (lens(8.0), {"low_pass_um": 2.4}),
+    "all": (lens(8.0, diffraction=True), {"low_pass_um": 2.4, "fill_factor": 0.6}),
+}
+
+
+@pytest.mark.parametrize("name", LENSES)
+def test_light_is_convolved_with_the_exact_kernel_to_a_tenth_of_the_noise(name):
+    through, settings = LENSES[name]
+    planes = contrasts()
+    shot = shot_of(planes, through, math.inf, **settings)
+    psf = plan(shot).optics.psf
+    assert psf.core is not None and psf.core.error < plan(shot).optics.accuracy.allowed
+    assert error(shot, planes, psf.kernel(0, 0, False, 0, 0).sum(axis=0)) < 0.1
+
+
+@pytest.mark.parametrize(("f_number", "radius_px"), [(8.0, 1.0), (8.0, 2.2), (8.0, -3.0), (2.0, 1.5)])
+def test_a_geometric_blur_is_corrected_to_wave_optics(f_number, radius_px):
+    """A wall of which half is out of focus, with light between 0.4 and 1: the kernel of wave optics, away from the step.
+
+    What is left is the interpolation between the radii of corrections, and what they cut off.
+    """
+    planes = 0.4 + 0.6 * contrasts()
+    through = ThinLens(50.0, f_number, 2.0, cos4=False, diffraction=True)
+    per_dioptre = float(through.blur_radius_um(math.inf) - through.blur_radius_um(1.0)) / PITCH_UM
+    depth = np.full((SIDE, SIDE), 2.0, np.float32)
+    depth[:, : SIDE // 2] = 1.0 / (0.5 - radius_px / per_dioptre)
+    shot = shot_of(planes, through, depth)
+    psf = plan(shot).optics.psf
+    assert psf.corrected_px and not psf.by_distance
+    exact = psf.at_radius(radius_px).kernel(0, 0, False, 0, 0)[0]
+    left, right = slice(0, SIDE // 2 - 24), slice(SIDE // 2 + 24, SIDE)
+    assert error(shot, planes, exact, (slice(None), left)) < 0.3
+    assert error(shot, planes, psf.at_radius(0.0).kernel(0, 0, False, 0, 0)[0], (slice(None), right)) < 0.1
