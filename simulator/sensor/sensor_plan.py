@@ -23,14 +23,17 @@ class NoiseFloor:
 
     most_electrons: photoelectrons that saturate a photosite at the ISO that holds most of them, rounded up to a power of two.
     read_noise_e: least noise in the dark, in photoelectrons, rounded down to a power of the square root of two; 0: none.
+    has_shot_noise: whether photons are counted with their noise.
     """
 
     most_electrons: float
     read_noise_e: float
+    has_shot_noise: bool = True
 
     def moments(self, mean_electrons: float) -> Moments:
         """Return mean and variance [e-, e-^2] of a photosite with this mean number of photoelectrons; never without noise."""
-        return Moments(mean_electrons, max(mean_electrons + self.read_noise_e**2, 1e-6))
+        shot_e2 = mean_electrons if self.has_shot_noise else 0.0
+        return Moments(mean_electrons, max(shot_e2 + self.read_noise_e**2, 1e-6))
 
 
 @dataclass(frozen=True)
@@ -134,7 +137,8 @@ class SensorPlan:
         if most_e == 0.0:
             return None
         floor_e = math.sqrt(2.0 ** math.floor(math.log2(least_e2))) if least_e2 > 0.0 else 0.0
-        return NoiseFloor(2.0 ** math.ceil(math.log2(most_e)) if most_e > 1.0 else 1.0, floor_e)
+        saturation_e = 2.0 ** math.ceil(math.log2(most_e)) if most_e > 1.0 else 1.0
+        return NoiseFloor(saturation_e, floor_e, self.stage("photon_shot_noise") is not None)
 
     def black_offsets_dn(self) -> tuple[float, float, float, float]:
         """Return the black offsets [DN] in the upper left 2x2 block of the output frame, row by row."""

@@ -142,8 +142,8 @@ def test_light_is_spread_beyond_the_frame_and_from_beyond_it():
 
 def test_what_is_skipped_agrees_with_what_would_have_been_done():
     """Kernels that are skipped because they move the scene's contrast by less than 0.01 sigma."""
-    planes = 1.0 + 2e-5 * RNG.random((48, 64))
-    shot = Shot(band_scene(planes, math.inf), lens(11.0, diffraction=True), Exposure(5e-5), green_camera(low_pass_um=3.0))
+    planes = 1.0 + 1e-6 * RNG.random((48, 64))
+    shot = Shot(band_scene(planes, math.inf), lens(11.0, diffraction=True), Exposure(0.05), green_camera(low_pass_um=3.0))
     planned = plan(shot)
     assert planned.optics.psf is None
     told = re.fullmatch(r"changes nothing by more than (\S+) sigma", planned.optics.psf_skip_reason)
