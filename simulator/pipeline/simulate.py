@@ -22,11 +22,14 @@ from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
 from simulator.pipeline.truth_maps import blur_map, depth_map, variance_map
 from simulator.progress import Progress, silent
+from simulator.raw.dng.writer import check_size
 from simulator.raw.raw_image import Raw
 from simulator.raw.save import files_of
 from simulator.scene.content_keys import Itself
 from simulator.sensor.readout import darken_optical_black, read_mean_electrons, read_noise_free, read_out, share_with_neighbors
 from simulator.sensor.sensor_plan import SensorPlan
+
+FRAME_BYTES = 10  # of a photosite's code and truth
 
 
 def simulate(
@@ -48,6 +51,8 @@ def simulate(
     """
     report = progress or silent
     planned, opened = _prepare(shot, device, report, strip_px, cache)
+    if len(planned.strips) > 1:
+        check_memory(planned, opened.info, FRAME_BYTES)
     return execute(planned, shot, opened, report, stopwatch or Stopwatch(), cache=cache)
 
 
@@ -83,7 +88,10 @@ def simulate_on_disk(
     """
     report = progress or silent
     planned, opened = _prepare(shot, device, report, strip_px, cache)
+    output = planned.sensor.readout.output
     is_large = len(planned.strips) > 1
+    if is_large:
+        check_size(planned.sensor.readout.rows, output.width, shot.name)
     with on_disk(files_of(shot.name, directory).dng) if is_large else nullcontext(MemoryStore) as allocate:
         yield execute(planned, shot, opened, report, Stopwatch(), allocate, cache)
 
@@ -181,9 +189,13 @@ class LateTruth:
             return read_noise_free(self._device, self._sensor, self._light)
 
 
-def check_memory(planned: Plan, device: DeviceInfo) -> None:
-    """Raise PhotositeError for a frame that does not fit into the device's memory."""
-    needed, there, frame = planned.memory_bytes(), device.memory_bytes, planned.optics.window
+def check_memory(planned: Plan, device: DeviceInfo, kept_bytes: int = 0) -> None:
+    """Raise PhotositeError for a frame that does not fit into the device's memory.
+
+    kept_bytes: of each photosite that are kept in memory when its strip is done.
+    """
+    there, frame = device.memory_bytes, planned.optics.window
+    needed = planned.memory_bytes() + kept_bytes * frame.width * frame.height
     if needed > there:
         raise PhotositeError(
             f"out of memory: {frame.width} x {frame.height} photosites need about {needed / 1e9:.1f} GB, "

@@ -26,6 +26,9 @@ SIGMAS = 7.1  # the normal numbers reach 6.7 (kernels/normal.h)
 EXPONENTIAL = 22.3  # the exponentially distributed ones reach 22 (kernels/uniform.h)
 
 QUICK = settings(max_examples=120, deadline=None, derandomize=True, database=None)
+FEW = settings(
+    max_examples=40, deadline=None, derandomize=True, database=None
+)  # of cases that each build a kernel of every stage
 LONG = settings(max_examples=3000, deadline=None, derandomize=True, database=None)
 
 

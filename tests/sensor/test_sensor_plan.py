@@ -57,7 +57,9 @@ def test_bit_depth_and_gain_leave_the_floor_of_a_photosite_whose_well_is_the_lim
         for depth in (14, 16)
         for gain in (0.2, 0.25)
     ]
-    assert {planned(camera, 800).noise_floor() for camera in cameras} == {NoiseFloor(65536.0, math.sqrt(8.0), has_shot_noise=False)}
+    assert {planned(camera, 800).noise_floor() for camera in cameras} == {
+        NoiseFloor(65536.0, math.sqrt(8.0), has_shot_noise=False)
+    }
 
 
 def test_a_sensor_that_dark_current_fills_has_no_floor_and_longer_exposures_have_more_noise():

@@ -269,7 +269,7 @@ def test_a_key_of_the_shot_file_becomes_that_of_the_data_set():
 
 
 # What a whole text may be given to: it is printed, or kept for people.
-KEEPERS = ("print", "echo", "escape", "append", "setdefault", "Problem", "PhotositeError")
+KEEPERS = ("print", "tell", "echo", "escape", "append", "setdefault", "Problem", "PhotositeError")
 # Where the text is made, and where it is printed.
 EDGE = ("simulator/errors.py", "simulator/command_line/main.py")
 

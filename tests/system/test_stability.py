@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from helpers.stability_cases import HEIGHT, LONG, QUICK, WIDTH, Body, Case, bodies, cases, code_range
+from helpers.stability_cases import FEW, HEIGHT, LONG, QUICK, WIDTH, Body, Case, bodies, cases, code_range
 from hypothesis import example, given, target
 from hypothesis import strategies as st
 
@@ -167,7 +167,7 @@ def check_body(bench, case: Case, body: Body) -> None:
 
 
 @given(cases(), bodies())
-@QUICK
+@FEW
 def test_every_stage_at_once_keeps_every_code_where_it_belongs(bench, case, body):
     check_body(bench, case, body)
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.signal import fftconvolve
 
 from simulator.optics.defocus.aperture_kernel import aperture_weights
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px, farthest_correction_px
@@ -180,6 +179,8 @@ def _corrections(of: _Keyed, channels: int) -> list[GatherKernels]:
 
 def correction_core(psf: FieldPsf, radius_px: float, channel: int) -> np.ndarray:
     """Kernels of one correction (2, taps, taps) float64: for all light, and for highlights from kernels without ringing."""
+    from scipy.signal import fftconvolve
+
     size = correction_reach_px(radius_px)
     if not isinstance(psf.lens_psf, WavefrontPsf) or abs(radius_px) > farthest_correction_px(psf.lens_psf) + 1e-6:
         return np.zeros((2, 2 * size + 1, 2 * size + 1))

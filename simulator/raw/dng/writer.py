@@ -72,10 +72,17 @@ def _check(raw: Raw) -> None:
     for side, pixels in zip(("height", "width"), raw.dn[raw.active].shape, strict=True):
         rule = f"raw converters read frames of {SMALLEST_SIDE_PX} to {LARGEST_SIDE_PX} px a side; set camera.window"
         require(SMALLEST_SIDE_PX <= pixels <= LARGEST_SIDE_PX, f"camera.{side}", f"{pixels} px", rule, part=raw.name)
-    if raw.dn.nbytes + 2**20 > tiff.LARGEST_FILE_BYTES:  # thumbnail and tags stay well below 1 MiB
-        size = f"{raw.dn.shape[1]} x {raw.dn.shape[0]} px"
-        raise PhotositeError(f"frame of {size}: a DNG ends at 4 GiB; use a smaller window of the sensor", part=raw.name)
+    check_size(*raw.dn.shape, raw.name)
     color_tags(raw)  # raises for neutral values of 0, by which the thumbnail would divide
+
+
+def check_size(height: int, width: int, name: str) -> None:
+    """Raise PhotositeError for a frame that is too large for a DNG. name: of the shot."""
+    if 2 * height * width + 2**20 > tiff.LARGEST_FILE_BYTES:  # thumbnail and tags stay well below 1 MiB
+        raise PhotositeError(
+            f"frame of {width} x {height} px: a DNG ends at 4 GiB; use a smaller window of the sensor (camera.window)",
+            part=name,
+        )
 
 
 def _main_directory(raw: Raw, picture: np.ndarray) -> dict[Tag, tiff.Field | tiff.Pointer]:
