@@ -72,7 +72,8 @@ def _check(raw: Raw) -> None:
     for side, pixels in zip(("height", "width"), raw.dn[raw.active].shape, strict=True):
         rule = f"raw converters read frames of {SMALLEST_SIDE_PX} to {LARGEST_SIDE_PX} px a side; set camera.window"
         require(SMALLEST_SIDE_PX <= pixels <= LARGEST_SIDE_PX, f"camera.{side}", f"{pixels} px", rule, part=raw.name)
-    check_size(*raw.dn.shape, raw.name)
+    height, width = raw.dn.shape
+    check_size(height, width, raw.name)
     color_tags(raw)  # raises for neutral values of 0, by which the thumbnail would divide
 
 
