@@ -52,7 +52,7 @@ class FileStore:
     def __init__(self, file: Path, shape: tuple[int, ...], dtype: np.dtype) -> None:
         self._file, self._shape, self._dtype = file, shape, dtype
         reserve(file, int(np.prod(shape)) * dtype.itemsize)
-        self._opened = open(file, "r+b")  # noqa: SIM115: closed by `array`
+        self._opened = open(file, "r+b")  # noqa: SIM115 (closed by `array`)
 
     def append(self, rows: np.ndarray) -> None:
         """Append rows, (rows, ...)."""

@@ -11,6 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
+from simulator.raw.disk_arrays import give_back
+
 LONGEST_NAME = 31  # bytes of a name, unless a flag of the version says that there are longer ones
 _MAGIC, _VERSION, _MULTI_PART = 20000630, 2, 1 << 12
 _FLOAT = 2  # type of a channel
@@ -76,6 +78,7 @@ def exr_pieces(parts: Sequence[Plane], common: Mapping[str, str]) -> Iterator[by
     for number, row, tile in tiles:
         yield _CHUNK.pack(number, 0, row, 0, 0, tile.nbytes)
         yield tile.data.cast("B")
+        give_back(tile)
 
 
 def _tiles(part: Plane) -> list[np.ndarray]:

@@ -1,18 +1,10 @@
 """Arrays in files: their content, their memory, and rows in blocks."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
+from helpers.process_memory import reads_memory, resident_bytes
 
 from simulator.raw.disk_arrays import BLOCK_BYTES, give_back, in_blocks, map_array
-
-STATUS = Path("/proc/self/statm")
-
-
-def resident_bytes() -> int:
-    return int(STATUS.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def test_the_content_lies_in_the_file(tmp_path):
@@ -23,7 +15,7 @@ def test_the_content_lies_in_the_file(tmp_path):
     np.testing.assert_array_equal(array, content)
 
 
-@pytest.mark.skipif(not STATUS.exists(), reason="the resident memory is read from /proc")
+@reads_memory
 @pytest.mark.parametrize("part", [lambda a: a, lambda a: a[5:9], lambda a: np.frombuffer(a.data, np.uint8)])
 def test_memory_is_given_back(tmp_path, part):
     np.ones((64, 2**20), np.uint8).tofile(tmp_path / "a")

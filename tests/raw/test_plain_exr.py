@@ -1,15 +1,18 @@
 """EXR files that are written without a library have the bytes that OpenImageIO writes, and the form is checked before."""
 
 import dataclasses
+import zlib
 
 import numpy as np
 import OpenEXR
 import OpenImageIO
 import pytest
+from helpers.process_memory import reads_memory, resident_bytes
 from helpers.raw_frame import random_frame
 
+from simulator.raw.disk_arrays import map_array
 from simulator.raw.image_files import PicturePart, put_parts
-from simulator.raw.plain_exr import is_plain
+from simulator.raw.plain_exr import exr_pieces, is_plain
 from simulator.raw.software import software
 from simulator.raw.truth_exr import truth_parts
 
@@ -81,3 +84,15 @@ def test_what_has_another_form_is_left_to_the_library():
     ):
         assert not is_plain([parts[0], dataclasses.replace(parts[1], **changes)])
     assert not is_plain(parts[:1])
+
+
+@reads_memory
+def test_a_frame_that_lies_in_files_is_written_without_its_memory(tmp_path):
+    shape = (1024, 8192)
+    np.ones(shape, np.float32).tofile(tmp_path / "plane")
+    plane = map_array(tmp_path / "plane", shape, np.float32)
+    before = resident_bytes()
+    parts = [PicturePart(name, plane[..., None], ("Y",), {"compression": "none"}, 64) for name in ("a", "b")]
+    for piece in exr_pieces(parts, {}):
+        assert zlib.crc32(piece)
+    assert resident_bytes() - before < 0.5 * plane.nbytes
