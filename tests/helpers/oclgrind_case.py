@@ -86,6 +86,19 @@ def take_wide() -> None:
     print("done", devices()[0].name)
 
 
+def take_spread() -> None:
+    """Light that a low-pass filter and diffraction spread, in focus, and beside a blur that is corrected to wave optics."""
+    rng, camera = np.random.default_rng(0), small_camera(18, 10, "RGGB", low_pass_um=4.0)
+    for depth_m in (2.0, np.linspace(1.98, 2.03, 180).reshape(10, 18)):
+        scene = band_scene(rng.random((10, 18, camera.channels)), depth_m)
+        lens = ThinLens(50.0, 2.8, 2.0, diffraction=True)
+        planned = measure(plan(Shot(scene, lens, Exposure(0.001), camera, tolerance=1.0)), open_device())
+        assert planned.optics.psf is not None and planned.optics.psf.core is not None
+        assert bool(planned.optics.psf.corrected_px) == isinstance(depth_m, np.ndarray)
+        expose(planned, open_device())
+    print("done", devices()[0].name)
+
+
 def follow_rays() -> None:
     """Both reference blurs, all colours and a mosaic, with a margin too small for the blur."""
 
@@ -115,5 +128,5 @@ def follow_rays() -> None:
 
 
 if __name__ == "__main__":
-    others = {"rays": follow_rays, "fine": take_fine, "wide": take_wide}
+    others = {"rays": follow_rays, "fine": take_fine, "wide": take_wide, "spread": take_spread}
     others[sys.argv[1]]() if sys.argv[1] in others else run(sys.argv[1])
