@@ -285,7 +285,7 @@ def photograph_text(record: dict) -> str:
     rows, machine, (width, height) = record["rows"], record["machine"], record["photosites"]
     lenses = [
         f"| {row['name']} | {row['best_s']:.2f} | {row['cpu_s']:.2f} | {row.get('ratio', 1.0):.1f} |"
-        for row in [*rows["photograph"], *rows["lens"]]
+        for row in [*rows["photograph"], *rows.get("lens", [])]
     ]
     crops = [f"| {row['name']} | {row['whole_s']:.2f} | {row['window_s']:.3f} | {row['most_s']:.3f} |" for row in rows["crop"]]
     times = [f"| {row['name']} | {row['best_s']:.2f} |" for row in [*rows["start"], *rows["end to end"], *rows["again"]]]
