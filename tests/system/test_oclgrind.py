@@ -38,6 +38,6 @@ pytestmark = [
 @pytest.mark.parametrize("case", CASES)
 def test_nothing_is_reported(case):
     command = ["oclgrind", "--data-races", sys.executable, oclgrind_case.__file__, case]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=ENVIRONMENT)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, env=ENVIRONMENT)
     assert done.returncode == 0, done.stderr[-2000:]
     assert done.stdout.strip() == "done Oclgrind Simulator" and not done.stderr.strip(), (done.stdout + done.stderr)[:2000]
