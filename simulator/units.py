@@ -35,6 +35,9 @@ Electrons = Annotated[float, Unit("electron", "_e")]
 ElectronsPerSecond = Annotated[float, Unit("electron / second", "_e_per_s")]
 DigitalNumbers = Annotated[float, Unit("DN", "_dn")]
 DigitalNumbersPerElectron = Annotated[float, Unit("DN / electron", "_dn_per_e")]
+DegreesPerSecond = Annotated[float, Unit("degree / second", "_deg_per_s")]
+MetresPerSecond = Annotated[float, Unit("metre / second", "_m_per_s")]
+Hertz = Annotated[float, Unit("hertz", "_hz")]
 FNumber = Annotated[float, Unit("f_number", "")]
 
 

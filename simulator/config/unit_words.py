@@ -24,6 +24,7 @@ foot = 0.3048 * metre = ft = feet
 second = [time] = s = sec
 minute = 60 * second = min
 hour = 3600 * second = h
+hertz = 1 / second = Hz
 kelvin = [temperature] = K
 degree_Celsius = kelvin; offset: 273.15 = degC
 candela = [luminosity] = cd
@@ -43,6 +44,9 @@ WORDS = {
     "micrometre": ("a length", "4.3 um"),
     "nanometre": ("a length", "550 nm"),
     "degree": ("an angle", "40 deg"),
+    "degree / second": ("a speed of rotation", "10 deg/s"),
+    "metre / second": ("a speed", "1.5 m/s"),
+    "hertz": ("a frequency", "100 Hz"),
     "kelvin": ("a temperature", "5500 K"),
     "candela / metre**2": ("a luminance", "100 cd/m^2"),
     "electron": ("a number of electrons", "50000 e-"),
@@ -58,6 +62,9 @@ SHORT = {
     "micrometre": "um",
     "nanometre": "nm",
     "degree": "deg",
+    "degree / second": "deg/s",
+    "metre / second": "m/s",
+    "hertz": "Hz",
     "kelvin": "K",
     "candela / metre**2": "cd/m^2",
     "electron": "e-",
@@ -74,6 +81,9 @@ COMMON_FACTORS = {
     "micrometre": {"um": 1.0, "mm": 1e3},
     "nanometre": {"nm": 1.0},
     "degree": {"deg": 1.0},
+    "degree / second": {"deg/s": 1.0},
+    "metre / second": {"m/s": 1.0, "km/h": 1.0 / 3.6},
+    "hertz": {"Hz": 1.0, "kHz": 1e3},
     "kelvin": {"K": 1.0},
     "candela / metre**2": {"cd/m^2": 1.0},
     "electron": {"e-": 1.0},

@@ -18,17 +18,20 @@ class Exposure:
     iso: exposure index; it chooses the camera's analog gain.
     date_time: when the picture is taken, such as 2026-05-01 12:30:00, for the file's metadata; no date when left out,
         since a clock's would make each file another.
+    start_s: when the shutter is released, on the clock of what moves and of the lamps [s].
     Raises PhotositeError when time or ISO is not positive, time not finite, or the date none of the calendar.
     """
 
     time_s: Seconds
     iso: int = 100
     date_time: str | None = None
+    start_s: Seconds = 0.0
 
     def __post_init__(self) -> None:
         rule = "the shutter must open and close: give a time above 0 s, such as 1/125 s"
         require(0 < self.time_s < math.inf, "exposure.time", f"{self.time_s:g} s", rule)
         require(self.iso > 0, "exposure.iso", self.iso, "give a positive ISO, such as 100")
+        require(math.isfinite(self.start_s), "exposure.start", f"{self.start_s:g} s", "give a finite time, such as 0.1 s")
         rule = "give a date of the calendar and a time as 2026-05-01 12:30:00"
         require(self.date_time is None or _is_date_time(self.date_time), "exposure.date_time", self.date_time, rule)
 

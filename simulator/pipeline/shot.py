@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 from simulator.errors import require
+from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.lens import Lens
 from simulator.raw.raw_format import RawFormat
@@ -38,6 +39,7 @@ class Shot:
     truth: what the truth twin holds besides mean electrons and noise-free codes: variance, depth, blur, rgb; any of them.
     tolerance: error that the lens blur may have, in standard deviations of the noise of the scene's brightest light, 0 to 10;
         0 follows rays instead (slow).
+    motion: what moves while the shutter is open; left out: nothing.
     origin: the file it was read from, set by `load_shot`; None for a shot made of objects.
     Raises PhotositeError for an ISO outside those the camera was measured at, and a tolerance out of range.
     """
@@ -51,6 +53,7 @@ class Shot:
     name: str = "shot"
     truth: tuple[TruthPart, ...] = ()
     tolerance: float = 0.1
+    motion: Motion | None = None
     origin: ShotOrigin | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
