@@ -33,8 +33,8 @@ Clip = Literal[
 class CameraTable:
     """Path of the camera in a CSV file with the columns time_s, location_x, _y, _z, rotation_euler_x, _y, _z (Blender's).
 
-    Each coordinate, and each Euler angle (XYZ) after it is unwrapped, follows a cubic spline. Poses are relative to the one when
-    the clock is 0, so that the axes of the file may lie in any way.
+    Each coordinate, and each Euler angle (XYZ) after it is unwrapped, follows a cubic spline. Poses are relative to the one at
+    clock 0, so that the axes of the file may lie in any way.
     unit: of the locations.
     angle: unit of the angles.
     start_s: time of the table when the clock is 0 [s]; left out: that of its first line.
@@ -61,7 +61,7 @@ class CameraTable:
         Raises PhotositeError for a file as `read_path` does, and for instants outside it.
         """
         _, location_m, turns = self._relative(times_s)
-        return Poses(np.unwrap(euler_angles(turns), axis=0), location_m)
+        return Poses(euler_angles(turns), location_m)
 
     def speeds(self, times_s: np.ndarray) -> Poses:
         """Return the derivatives of the poses at some instants (instants,) [s]. Raises PhotositeError as `poses`."""
@@ -75,9 +75,7 @@ class CameraTable:
     def _relative(self, times_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return angles in the file's axes (instants, 3), and location (instants, 3) [m] and rotation in those at clock 0."""
         table, start_s = self._table()
-        check_inside(
-            times_s, self.span_s, "motion.camera.path", self.path, "give a longer one, or a start of the table earlier"
-        )
+        check_inside(times_s, self.span_s, "motion.camera.path", self.path, "give a longer one or another start")
         values, rest = table.at(start_s + np.asarray(times_s, np.float64)), table.at(np.array([start_s]))
         to_rest = rotation_matrices(rest[:, 3:])[0].T
         return values[:, 3:], (values[:, :3] - rest[:, :3]) @ to_rest.T, to_rest @ rotation_matrices(values[:, 3:])
