@@ -101,7 +101,9 @@ def _coverage(projection: Projection, area: TileGrid, coverage: np.ndarray | Non
     """Least and greatest coverage of each patch, from all scene pixels that its photosites may read."""
     if coverage is None:
         return np.ones(area.patches, np.float32), np.ones(area.patches, np.float32)
-    if projection.warp is not None:  # a warped tile has no straight border in the scene, so the bounds of the whole layer hold
+    if (
+        projection.warp is not None or projection.pose is not None
+    ):  # a warped tile has no straight border in the scene, so the bounds of the whole layer hold
         return np.full(area.patches, coverage.min(), np.float32), np.full(area.patches, coverage.max(), np.float32)
     least = greatest = coverage
     sides = (
