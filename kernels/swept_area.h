@@ -28,12 +28,14 @@ struct path {
 
 // middle: of the span [photosites from the pivot]. x, y: place on the sensor of that side or centre of a photosite in the middle.
 INLINE struct path path_of(const struct view view, const float middle, const float x, const float y, const struct projection p) {
-    const float part = 1.0f / (1.0f + view.shrink * middle), bend = view.shrink * part, reach = (float)(SPAN - 1);
+    const float turn = view.shrink * middle, part = 1.0f - turn * (1.0f - turn * (1.0f - turn)); // 1 / (1 + turn)
+    const float bend = view.shrink * part, reach = (float)(SPAN - 1);
     const float dx = (view.x + middle * (view.x_slope - view.shrink * middle)) * part;
     const float x_slope = (view.x_slope - 2.0f * view.shrink * middle) * part - bend * dx;
     const float dy = (view.y + middle * view.y_slope) * part, y_slope = view.y_slope * part - bend * dy;
     const float u = p.offset_x + p.scale * (x + dx) - (TAPS ? 0.0f : 0.5f), v = p.offset_y + p.scale * (y + dy) - (TAPS ? 0.0f : 0.5f);
-    struct path path = {0, 0, 0u, u, p.scale * (1.0f + x_slope), -p.scale * bend * (1.0f + x_slope), v, y_slope / (1.0f + x_slope)};
+    struct path path = {0, 0, 0u, u, p.scale * (1.0f + x_slope), -p.scale * bend * (1.0f + x_slope), v, 0.0f};
+    path.v_slope = y_slope * (1.0f - x_slope * (1.0f - x_slope));
     path.column = whole(u + reach * (reach * path.u_bend - path.u_slope));
     const float tilt = reach * p.scale * (y_slope < 0.0f ? -y_slope : y_slope), side = p.scale * SIDE;
     path.row = whole(v - tilt);
@@ -51,11 +53,19 @@ INLINE float share_of(const float low, const float side) {
 
 // Blend the rows of the scene under a span into one, (BUFFER), from the column of `path` on.
 INLINE void blend_rows(global const float *plane, const struct path path, const struct projection p, float *blended) {
+    const uint inside = path.column >= 0 && path.column + BUFFER <= (int)p.scene_width;
+    if (!TAPS && inside && path.rows == 2u) {
+        global const float *upper = plane + (size_t)clamped(path.row, p.scene_height) * p.scene_width + path.column;
+        global const float *lower = plane + (size_t)clamped(path.row + 1, p.scene_height) * p.scene_width + path.column;
+        for (uint j = 0; j < BUFFER; j++)
+            blended[j] = upper[j] + (path.v + path.v_slope * (float)(int)j) * (lower[j] - upper[j]);
+        return;
+    }
     for (uint j = 0; j < BUFFER; j++) blended[j] = 0.0f;
     for (uint n = 0; n < path.rows; n++) {
         global const float *line = plane + (size_t)clamped(path.row + (int)n, p.scene_height) * p.scene_width;
         const float low = path.v - (float)(int)n;
-        if (path.column >= 0 && path.column + BUFFER <= (int)p.scene_width)
+        if (inside)
             for (uint j = 0; j < BUFFER; j++)
                 blended[j] += share_of(low + path.v_slope * (float)(int)j, p.scale * SIDE) * line[path.column + (int)j];
         else
@@ -67,15 +77,18 @@ INLINE void blend_rows(global const float *plane, const struct path path, const 
 
 // Read the photosites of a span from its blended row: value (SPAN).
 INLINE void read_blended(const float *blended, const struct path path, const struct projection p, float *value) {
-    const float side = p.scale * SIDE, unit = TAPS ? 1.0f / (side * side) : 1.0f;
     for (uint i = 0; i < SPAN; i++) {
         const float r = (float)(int)(2 * i) - (float)(SPAN - 1), at = path.u + r * (path.u_slope + r * path.u_bend);
-        int first = (int)at;
-        first = first < BUFFER - READS ? first : BUFFER - READS;
+        const int wanted = (int)at, first = wanted < BUFFER - READS ? wanted : BUFFER - READS;
+#if TAPS
+        const float side = p.scale * SIDE;
         float sum = 0.0f;
         __attribute__((opencl_unroll_hint(READS)))
-        for (int n = 0; n < READS; n++) sum += share_of(TAPS ? at - (float)(first + n) : (float)(first + n) - at, side) * blended[first + n];
-        value[i] = unit * sum;
+        for (int n = 0; n < READS; n++) sum += share_of(at - (float)(first + n), side) * blended[first + n];
+        value[i] = sum * (1.0f / (side * side));
+#else
+        value[i] = blended[first] + (at - (float)first) * (blended[first + 1] - blended[first]);
+#endif
     }
 }
 
