@@ -30,8 +30,8 @@ COST_NS = {
     "projection": 1.6,  # for each point that a photosite averages
     "projection pixel": 0.5,  # for each scene pixel that a photosite averages
     "radius statistics": 10.0,  # for each surface with a map of blur radii
-    "sweep": 2.5,  # for each instant and layer
-    "even sweep": 0.9,  # the same, of a scene with one pixel per photosite
+    "sweep": 1.6,  # for each instant and layer
+    "even sweep": 0.8,  # the same, of a scene with one pixel per photosite
     "sweep by place": 6.0,  # for each instant, layer and scene pixel that a photosite averages
     "copy": 6.0,
     "mean": 20.0,
@@ -88,12 +88,16 @@ def passes_of(
     truth: maps that a shot asks for, as `Shot.truth`. tiles: method of each tile; None: not measured yet.
     strips: readout of each strip of the frame, where there are several.
     """
-    defocus = _defocus(optics, tiles)
-    sampling = (_scene_planes(optics), _projection(optics))
-    motion = _motion(optics, (_projection(optics), defocus, _psf(optics)))
+    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles), _psf(optics))
+    motion = _motion(optics, still)
+    if motion.kept:
+        projection, defocus, psf = (
+            Pass(one.name, False, "part of the motion, at each instant" if one.kept else one.method) for one in still
+        )
+    sampling = (_scene_planes(optics), projection)
     image = (
         defocus,
-        _psf(optics),
+        psf,
         motion,
         _skippable("veiling glare", optics.veiling_glare is not None, optics, "even light added", "the lens scatters no light"),
         _optical_crosstalk(optics, sensor),
@@ -125,8 +129,6 @@ def _scene_planes(optics: OpticsPlan) -> Pass:
 
 
 def _projection(optics: OpticsPlan) -> Pass:
-    if optics.motion is not None and optics.motion.method == "swept":
-        return Pass("projection", False, "part of the motion")
     if optics.defocus is not None or optics.psf is not None:
         return Pass("projection", False, "part of the blur, which needs the scene around each photosite")
     projection, pixels = optics.projection, _pixels(optics)
@@ -197,10 +199,10 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
     error = optics.accuracy.in_sigma(motion.error)
     if motion.method == "instants":
         count = motion.count if motion.path.lines.is_common else len(motion.shared_nodes())
-        lit = 1.0 if motion.path.lines.is_common else motion.count / count
-        cost = LAUNCH_MS + (count * lit - 1.0) * sum(one.cost_ms for one in still)
-        method = f"sum of the image at {count} instants"
-        return Pass(name, True, method, pixels, 8 * pixels, error, max(cost, LAUNCH_MS))
+        cost = LAUNCH_MS + motion.count * sum(one.cost_ms for one in still)  # each over the lines that it lights
+        told = ", ".join(f"{one.name} ({one.method})" for one in still if one.kept)
+        memory = 8 * pixels + sum(one.memory_bytes for one in still)
+        return Pass(name, True, f"sum of the image at {count} instants: {told}", pixels, memory, error, cost)
     projection, layers = optics.projection, optics.covering_layers
     key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
     if optics.sweeps_rows:

@@ -62,7 +62,7 @@ class Plan:
 
     def warnings(self) -> list[str]:
         """Return a sentence for each promise that the plan may not keep."""
-        runs = any(one.name == "defocus" and one.kept for one in self.passes)
+        runs = self.optics.motion is not None or any(one.name == "defocus" and one.kept for one in self.passes)
         found = [self._motion_warning()]
         if self.optics.defocus is not None and runs:
             found.append(error_warning(self.optics.defocus, self.optics.contrast))

@@ -8,6 +8,8 @@ import pytest
 from helpers.camera_builders import every_stage, small_camera
 from helpers.scene_builders import band_scene
 
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.pinhole import Pinhole
@@ -28,6 +30,7 @@ EDGE_M = np.where(np.arange(32) < 16, 1.9, 2.1)[None, :].repeat(24, axis=0)
 IDEAL = ThinLens(50.0, 2.0, 2.0, cos4=False)
 REAL = replace(IDEAL, veiling_glare=0.02, distortion=Distortion(k1=-0.01))
 ABERRATED = replace(REAL, f_number=8.0, aberrations=Aberrations(spherical_um=0.1))
+PAN = Motion(camera=SteadyMotion(pan_deg_per_s=2.0))
 TRUTH = ("variance", "depth", "blur", "rgb")
 
 
@@ -53,6 +56,8 @@ SHOTS = {
     "kernels stand for the blur": shot_of(lens=ABERRATED, depth_m=EDGE_M),
     "pinhole": shot_of(lens=Pinhole(0.2, 50.0, diffraction=False), depth_m=2.0),
     "sharp": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=()),
+    "swept": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=(), motion=PAN),
+    "blurred at each instant": shot_of(lens=IDEAL, camera=small_camera(16, 12), truth=(), motion=PAN, tolerance=10.0),
     "two strips": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(20, 200, "RGGB"), truth=()),
 }
 STRIP_PX = 20 * 150  # the shots but the last are smaller
