@@ -208,8 +208,8 @@ def explain(
     """Show what a shot amounts to.
 
     The plan: which steps run or are skipped and why; the passes with method, size, memory, predicted error and time; the
-    lens in numbers; where white lands; a grey patch from cd/m^2 over lux, photons and electrons to DN; and ISO by ISO the
-    share of each source in the variance of its noise.
+    lens and the exposure in numbers, with what the camera chose; where white lands; a grey patch from cd/m^2 over lux,
+    photons and electrons to DN; and ISO by ISO the share of each source in the variance of its noise.
     """
     from simulator.command_line.explain import show_plan
 

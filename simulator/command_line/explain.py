@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from simulator.command_line.exposure_numbers import exposure_facts
 from simulator.command_line.lens_numbers import lens_facts
 from simulator.command_line.screen import console, show_progress
 from simulator.command_line.shot_numbers import Fact, white_facts
@@ -36,7 +37,7 @@ def show_devices() -> None:
 
 
 def show_plan(path: Path, settings: list[str], reflectance: float, keep: Kept, device: str | None, measured: bool) -> None:
-    """Print the plan of a shot, its lens, a white surface, and a grey patch with its noise over the ISO range.
+    """Print the plan of a shot, its lens, its exposure, a white surface, and a grey patch with its noise over the ISO range.
 
     reflectance: of the grey patch, 0 to 1. keep: what stays the same over the ISO range.
     device: part of the name of the OpenCL device that measures blur radii, which decide the method of each tile of the blur.
@@ -52,10 +53,11 @@ def show_plan(path: Path, settings: list[str], reflectance: float, keep: Kept, d
             planned, times_ms = _measure_times(planned, shot, open_device(device))
         elif has_devices():
             planned = measure(planned, open_device(device))
-    out = console()
+    out, shot = console(), planned.settle(shot)
     out.print(_make_step_table(planned, shot.name))
     out.print(_make_pass_table(planned, times_ms))
     out.print(_make_fact_table("Lens", lens_facts(shot, planned)))
+    out.print(_make_fact_table("Exposure", exposure_facts(shot, planned)))
     out.print(_make_fact_table("A white surface at the centre", white_facts(shot, planned)))
     _show_patch(out, shot, planned, reflectance, keep)
     for note in planned.optics.scene.notes:

@@ -86,8 +86,10 @@ def warp_rectilinear(planned: Plan) -> tuple[tuple[tuple[float, ...], ...], tupl
 
 def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, object]:
     """Return shot, input files, seeds, plan, device and versions, plain data for the JSON beside the file."""
+    metered = {} if planned.metered is None else {"metered": planned.metered.describe()}
     return {
         "shot": shot.resolved,
+        **metered,
         "inputs": fingerprints(shot.scene, shot.lens),
         "seeds": asdict(shot.seeds),
         "plan": [asdict(step) for step in planned.steps],

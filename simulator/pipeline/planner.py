@@ -9,6 +9,7 @@ from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_grid import BAND_ROWS
 from simulator.pipeline.light_cache import LightCache, LightKey, light_key
+from simulator.pipeline.metered_shot import Metered, meter_shot
 from simulator.pipeline.passes import Pass, passes_of
 from simulator.pipeline.plan_steps import steps_of
 from simulator.pipeline.scene_loading import load_scene
@@ -35,6 +36,7 @@ class Plan:
     tiles: method of each tile, as `measure` chooses them; None: not measured, or no method is chosen by tile.
     key: what the light depends on, of a plan that was made with a cache.
     strips: readout of each strip of the frame, from top to bottom, which are computed one after the other.
+    metered: what the camera chose for the shot; None: all is set by hand.
     """
 
     optics: OpticsPlan
@@ -45,6 +47,11 @@ class Plan:
     tiles: "TilePlan | None" = None
     strips: tuple[ReadoutGeometry, ...] = ()
     key: LightKey | None = None
+    metered: Metered | None = None
+
+    def settle(self, shot: Shot) -> Shot:
+        """Return the planned shot with the exposure that is planned: manual, where it was metered."""
+        return shot if self.metered is None else self.metered.settle(shot)
 
     def by_strip(self) -> list[Self]:
         """Return the plan of each strip, which is not measured yet; a frame of one strip has this plan."""
@@ -83,11 +90,13 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
     strip_px: photosites that are computed at once, at most; larger frames are computed in strips, with the same bits.
     cache: holds plans of the optics, whose light may be shared; None: nothing is held.
     """
+    metered = meter_shot(shot)
+    shot = shot if metered is None else metered.settle(shot)
     sensor = plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
     optics, key = _plan_light(shot, sensor, cache)
     steps = steps_of(optics, sensor, shot.lens)
     strips = tuple(split_readout(shot.camera, strip_px, BAND_ROWS))
-    planned = Plan(optics, sensor, shot.truth, steps, (), strips=strips, key=key)
+    planned = Plan(optics, sensor, shot.truth, steps, (), strips=strips, key=key, metered=metered)
     return replace(planned, passes=_passes_of(planned))
 
 

@@ -118,7 +118,7 @@ def execute(
     report: as progress of `simulate`. timed: gets the time of each pass.
     allocate: makes the arrays of a frame of several strips. cache: as of `simulate`, of a plan that was made with it.
     """
-    parts = planned.by_strip()
+    parts, shot = planned.by_strip(), planned.settle(shot)
     if len(parts) == 1:
         arrays = _execute_strip(planned, shot, device, report, timed, cache)
     else:

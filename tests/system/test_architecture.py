@@ -48,6 +48,7 @@ ORDER = {
         "truth_maps",
         "explain",
         "planner",
+        "metered_shot",
         "light_cache",
         "plan_steps",
         "psf_steps",
