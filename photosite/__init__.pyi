@@ -15,12 +15,17 @@ from simulator.device import DeviceInfo as DeviceInfo
 from simulator.device import devices as devices
 from simulator.device import open_device as open_device
 from simulator.errors import PhotositeError as PhotositeError
+from simulator.exposure.dials import AutoIso as AutoIso
+from simulator.exposure.dials import Dials as Dials
+from simulator.exposure.metering import LevelBound as LevelBound
+from simulator.exposure.metering import Metering as Metering
 from simulator.exposure.settings import Exposure as Exposure
 from simulator.measurement.statistics.inspection import Inspection as Inspection
 from simulator.measurement.statistics.inspection import inspect_raw as inspect_raw
 from simulator.optics.lens.bare_sensor import BareSensor as BareSensor
 from simulator.optics.lens.distortion import Distortion as Distortion
 from simulator.optics.lens.lens import Lens as Lens
+from simulator.optics.lens.nd_filter import NeutralDensity as NeutralDensity
 from simulator.optics.lens.pinhole import Pinhole as Pinhole
 from simulator.optics.lens.thin_lens import ThinLens as ThinLens
 from simulator.optics.lens.wavefront import Aberrations as Aberrations

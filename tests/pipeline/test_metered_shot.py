@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,9 @@ from simulator.pipeline.metered_shot import cell_light, meter_shot
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
+from simulator.raw.dng.exif import exif_directory
+from simulator.raw.dng.tag_reader import read_tag
+from simulator.raw.dng.tags import Tag
 from simulator.raw.raw_reader import read_raw_file
 from simulator.raw.save import save
 from simulator.scene.scene import Layer
@@ -223,6 +227,11 @@ def test_the_files_say_what_the_camera_chose_and_are_taken_again_from_it(tmp_pat
     assert taken["exposure"]["mode"] == "manual" and taken["exposure"]["time"] == "0.002 s"
     file = read_raw_file(tmp_path / "grey_ramp.dng")
     assert (file.iso, file.exposure_time_s) == (raw.iso, pytest.approx(1 / 500))
+    packet = read_tag(tmp_path / "grey_ramp.dng", Tag.XMP).decode()
+    assert json.loads(re.search(r"photosite:Metered='(.*?)'", packet)[1]) == told
+    exif = exif_directory(raw)
+    assert [exif[tag].payload for tag in (Tag.EXPOSURE_PROGRAM, Tag.METERING_MODE)] == [b"\4\0", b"\2\0"]
+    assert np.frombuffer(exif[Tag.EXPOSURE_BIAS_VALUE].payload, "<i4").tolist() == [-1_000_000, 1_000_000]
     again = simulator.simulate(simulator.load_shot(tmp_path / "grey_ramp.json"))
     assert np.array_equal(again.dn, raw.dn)
 
