@@ -132,9 +132,13 @@ def _adjustable(shot: Shot) -> ThinLens:
 
 
 def _at_f_number(lens: Lens, f_number: float) -> Lens:
-    """Return the lens at another f-number; its glass stays the same, so that its T-stop goes with the f-number."""
+    """Return the lens at another f-number; its glass stays the same: transmittance and wavefront, but not the T-stop."""
     assert isinstance(lens, ThinLens)  # `_adjustable`
-    return replace(lens, f_number=f_number, t_stop=None, transmittance=lens.effective_transmittance)
+    wavefront = lens.aberrations
+    if wavefront is not None and wavefront.at_f_number is None:
+        wavefront = replace(wavefront, at_f_number=lens.f_number)
+    share = lens.effective_transmittance
+    return replace(lens, f_number=f_number, t_stop=None, transmittance=share, aberrations=wavefront)
 
 
 def _body_of(lens: Lens, camera: Camera, dials: Dials) -> Body:

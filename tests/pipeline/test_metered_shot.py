@@ -21,6 +21,7 @@ from simulator.optics.lens.bare_sensor import BareSensor
 from simulator.optics.lens.nd_filter import NeutralDensity
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 from simulator.pipeline.metered_shot import cell_light, meter_shot
 from simulator.pipeline.planner import plan
@@ -150,6 +151,13 @@ def test_a_t_stop_goes_with_the_f_number_that_is_chosen():
     lens = replace(LENS, f_number=2.0, t_stop=2.3)
     found = meter_shot(metered(scene, lens=lens, mode="shutter_priority", time_s=1e-2))
     assert found.lens.f_number > 3.0 and found.lens.t_number / found.lens.f_number == pytest.approx(2.3 / 2.0)
+
+
+def test_the_wavefront_of_the_open_lens_stays_when_it_stops_down():
+    scene = band_scene(np.ones((4, 4)), math.inf)
+    lens = replace(LENS, f_number=2.0, aberrations=Aberrations(spherical_um=0.3))
+    found = meter_shot(metered(scene, lens=lens, mode="shutter_priority", time_s=1e-2))
+    assert found.lens.f_number > 3.0 and found.lens.aberrations == Aberrations(spherical_um=0.3, at_f_number=2.0)
 
 
 def test_without_an_aperture_the_time_is_chosen_and_the_other_modes_say_so():
