@@ -48,7 +48,7 @@ def _dial_facts(shot: Shot) -> list[Fact]:
     lens, time_s = shot.lens, shot.exposure.time_s
     facts, mark = [], mark_of_f_number(lens.f_number) if math.isfinite(lens.f_number) else None
     if mark is not None:
-        off = -2.0 * math.log2(lens.f_number / mark[1])
+        off = 2.0 * math.log2(mark[1] / lens.f_number)
         facts.append(Fact("f-number", f"f/{lens.f_number:.4g}", f"{off:+.3f} stops from f/{mark[1]:.4g}, marked f/{mark[0]:g}"))
     if (mark := mark_of_time(time_s)) is not None:
         off, true, marked = math.log2(time_s / mark[1]), write_time(mark[1]), write_time(mark[0])

@@ -112,14 +112,15 @@ class Body:
     """What the solution of an exposure needs of lens and camera.
 
     solid_angle_sr: irradiance per radiance at an f-number [sr]. white_e: electrons at white at an ISO [e-].
-    f_number_for: f-number that gives a solid angle. isos: ISOs of the camera's dial, ascending. widest: f-number of the open
-    aperture. hand_held_s: longest time that is not shaken by hand [s].
+    f_number_for: f-number that gives a solid angle. isos: ISOs of the camera's dial, ascending. has_iso: whether an ISO between
+    them can be set, too. widest: f-number of the open aperture. hand_held_s: longest time that is not shaken by hand [s].
     """
 
     solid_angle_sr: Callable[[float], float]
     white_e: Callable[[int], float]
     f_number_for: Callable[[float], float]
     isos: tuple[int, ...]
+    has_iso: Callable[[int], bool]
     widest: float
     hand_held_s: float
 
@@ -196,11 +197,11 @@ class ExposureSolver:
             self.limits.append("highest ISO")
         elif excess[isos[0]] > 0.0:
             self.limits.append("lowest ISO")
-        if self.dials.steps != "free":
+        if self.dials.steps != "free" or len(isos) == 1:
             return min(isos, key=lambda iso: abs(excess[iso]))
-        low, high = isos[0], isos[-1]
-        while high - low > 1:  # the gain rises with the ISO
-            middle = (low + high) // 2
+        place = min(max(sum(excess[iso] < 0.0 for iso in isos), 1), len(isos) - 1)
+        low, high = isos[place - 1], isos[place]
+        while high - low > 1 and self.body.has_iso(middle := (low + high) // 2):  # the gain rises with the ISO
             low, high = (middle, high) if time_s < self._time_s(f_number, middle) else (low, middle)
         return min((low, high), key=lambda iso: abs(math.log2(time_s / self._time_s(f_number, iso))))
 

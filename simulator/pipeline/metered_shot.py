@@ -125,7 +125,7 @@ def _adjustable(shot: Shot) -> ThinLens:
     mode, lens = shot.exposure.mode, shot.lens
     rule = "chooses the aperture, but {}; write mode: aperture_priority, which chooses the time"
     if not isinstance(lens, ThinLens):
-        raise PhotositeError(rule.format(f"a {lens.model} has none to choose"), key="exposure.mode", value=mode)
+        raise PhotositeError(rule.format(f"{lens.model!r} has none to choose"), key="exposure.mode", value=mode)
     file = "lens.psf holds the light of one f-number"
     require(lens.psf is None, "exposure.mode", mode, rule.format(file))
     return lens
@@ -149,6 +149,13 @@ def _body_of(lens: Lens, camera: Camera, dials: Dials) -> Body:
         if iso not in whites:
             whites[iso] = _white_electrons(camera, iso)
         return whites[iso]
+
+    def has_iso(iso: int) -> bool:
+        try:
+            camera.iso_setting(iso)
+        except PhotositeError:  # between the two sides of a conversion-gain switch nothing was measured
+            return False
+        return True
 
     widest = lens.f_number if dials.widest is None else dials.widest
     own_sr = lens.irradiance_per_radiance_sr()
@@ -175,7 +182,7 @@ def _body_of(lens: Lens, camera: Camera, dials: Dials) -> Body:
 
     equivalent_mm = lens.focal_length_35mm_mm(float(np.hypot(*camera.sensor_mm)))
     hand_held_s = 1.0 / equivalent_mm if equivalent_mm > 0 else HAND_HELD_S
-    return Body(solid_angle_sr, white_e, f_number_for, camera.isos, widest, hand_held_s)
+    return Body(solid_angle_sr, white_e, f_number_for, camera.isos, has_iso, widest, hand_held_s)
 
 
 def _white_electrons(camera: Camera, iso: int) -> float:

@@ -13,6 +13,7 @@ BODY = Body(
     white_e=lambda iso: 1e5 * 100 / iso,
     f_number_for=lambda sr: 1.0 / math.sqrt(sr),
     isos=ISOS,
+    has_iso=lambda iso: not 800 < iso < 1600,
     widest=2.0,
     hand_held_s=1 / 64,
 )
@@ -72,6 +73,14 @@ def test_auto_iso_rises_where_the_time_gets_too_long():
     assert dark.settings == Settings(pytest.approx(10 / 16), 4.0, 1600)  # the ISO is spent, so that the time gets longer
     on_dial = solve("aperture_priority", 1 / 30, auto=auto, dials=Dials())
     assert on_dial.settings.iso == 400 and abs(on_dial.deviation_stops) <= 1 / 6 + 1e-9
+
+
+def test_an_iso_that_was_not_measured_is_not_chosen():
+    """Between 800 and 1600 the body has none; truth: 1000 is nearer to 800, 1300 to 1600, in stops."""
+    for wanted_iso, iso in ((700, 700), (1000, 800), (1300, 1600)):
+        found = solve("manual", wanted_iso / 100, time_s=1.0, auto=AutoIso())
+        assert found.settings.iso == iso and found.limits == ()
+        assert found.deviation_stops == pytest.approx(math.log2(iso / wanted_iso), abs=1e-9)
 
 
 def test_shutter_priority_raises_the_iso_when_the_aperture_is_open():
