@@ -145,7 +145,11 @@ class Sweep:
             for row in self._rows_to_check(key, len(values)):
                 point = self[row if self._zip else row * strides[key]]
                 shot = point.shot()
-                for keys, path in named_files(shot.scene, ("scene",)) + named_files(shot.lens, ("lens",)):
+                for keys, path in (
+                    named_files(shot.scene, ("scene",))
+                    + named_files(shot.lens, ("lens",))
+                    + named_files(shot.motion, ("motion",))
+                ):
                     if not path.is_file():
                         raise point.document.problem(keys, f"no such file (for {point.name}); check the path", path)
 

@@ -88,7 +88,7 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, obje
     """Return shot, input files, seeds, plan, device and versions, plain data for the JSON beside the file."""
     return {
         "shot": shot.resolved,
-        "inputs": fingerprints(shot.scene, shot.lens),
+        "inputs": fingerprints(shot.scene, shot.lens, shot.motion),
         "seeds": asdict(shot.seeds),
         "plan": [asdict(step) for step in planned.steps],
         "notes": list(planned.optics.scene.notes),
