@@ -98,14 +98,14 @@ class SteadyMotion:
 
 
 def rotation_matrices(rotation_rad: np.ndarray) -> np.ndarray:
-    """Return Rz Ry Rx of Euler angles about x, y and z (instants, 3) [rad], (instants, 3, 3) float64."""
-    (sx, sy, sz), (cx, cy, cz) = np.sin(rotation_rad).T, np.cos(rotation_rad).T
-    rows = [
-        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
-        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
-        [-sy, cy * sx, cy * cx],
-    ]
-    return np.moveaxis(np.array(rows), 2, 0)
+    """Return Rz Ry Rx of Euler angles about x, y and z (..., 3) [rad], (..., 3, 3) float64."""
+    (sx, sy, sz), (cx, cy, cz) = (np.moveaxis(part(rotation_rad), -1, 0) for part in (np.sin, np.cos))
+    rows = (
+        (cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx),
+        (sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx),
+        (-sy, cy * sx, cy * cx),
+    )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def euler_angles(matrices: np.ndarray) -> np.ndarray:
