@@ -205,7 +205,8 @@ class Sweep:
     def _check_point(self, point: SweepPoint) -> None:
         """Build the shot of a point. Raises PhotositeError, also for a file that is not there."""
         shot = point.shot()
-        for keys, path in named_files(shot.scene, ("scene",)) + named_files(shot.lens, ("lens",)):
+        sections = (shot.scene, "scene"), (shot.lens, "lens"), (shot.motion, "motion")
+        for keys, path in (named for section, key in sections for named in named_files(section, (key,))):
             if not path.is_file():
                 raise point.document.problem(keys, f"no such file (for {point.name}); check the path", path)
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
 from simulator.device import Device
+from simulator.exposure.line_times import open_at_once
 from simulator.optics.defocus.predicted_error import error_warning
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
@@ -94,6 +95,9 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
 def _plan_light(shot: Shot, sensor: SensorPlan, cache: LightCache | None) -> tuple[OpticsPlan, LightKey | None]:
     """Return the plan of the optics, and the key of its light where a cache holds it."""
     scene = load_scene(shot.scene)
+    if shot.motion is not None:
+        shot.motion.check_layers(len(scene.layers))
+        shot.motion.check_exposure(shot.exposure.start_s, (open_at_once(shot.exposure.time_s),), "flow" in shot.truth)
     key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene)
     if cache is None or key is None:
         return plan_optics(scene, shot.lens, sensor, shot.tolerance), None

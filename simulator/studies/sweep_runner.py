@@ -114,7 +114,7 @@ def _is_up_to_date(text: str, settings: Path, sidecar: Path, shot: Shot) -> bool
         made = sidecar.stat().st_mtime_ns
         if settings.read_text(encoding="utf-8") != text:
             return False
-        return all(file.stat().st_mtime_ns <= made for file in input_files(shot.scene) + input_files(shot.lens))
+        return all(file.stat().st_mtime_ns <= made for file in input_files((shot.scene, shot.lens, shot.motion)))
     except (OSError, UnicodeDecodeError):
         return False
 
