@@ -90,6 +90,7 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, obje
         "shot": shot.resolved,
         "inputs": fingerprints(shot.scene, shot.lens),
         "seeds": asdict(shot.seeds),
+        "times": planned.exposed.describe_lines(planned.sensor.readout.output),
         "plan": [asdict(step) for step in planned.steps],
         "notes": list(planned.optics.scene.notes),
         "warnings": planned.warnings(),

@@ -51,6 +51,7 @@ ORDER = {
         "light_cache",
         "plan_steps",
         "psf_steps",
+        "time_steps",
         "step",
         "passes",
         "stopwatch",
