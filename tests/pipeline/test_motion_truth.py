@@ -9,6 +9,7 @@ from helpers.scene_builders import band_scene
 
 from simulator.errors import PhotositeError
 from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.line_times import open_at_once
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
@@ -36,15 +37,15 @@ def flow_of(shot):
 
 
 def test_the_pose_is_that_in_the_middle_of_the_exposure():
-    facts = pose_facts(Exposure(0.01, start_s=0.5), PANNING)
+    facts = pose_facts(Exposure(0.01, start_s=0.5), PANNING, (open_at_once(0.01),))
     assert facts["mid_exposure_s"] == pytest.approx(0.505, rel=1e-12)
     np.testing.assert_allclose(facts["rotation_deg"], [0.0, 0.505, -2.525], rtol=1e-12)
-    assert pose_facts(Exposure(0.01), None)["location_m"] == [0.0, 0.0, 0.0]
+    assert pose_facts(Exposure(0.01), None, (open_at_once(0.01),))["location_m"] == [0.0, 0.0, 0.0]
 
 
 def test_a_panning_camera_moves_the_picture_as_its_pose_says():
     raw = simulate(shot_of())
-    assert raw.resolved["pose"] == pose_facts(Exposure(0.01, start_s=0.5), PANNING)
+    assert raw.resolved["pose"] == pose_facts(Exposure(0.01, start_s=0.5), PANNING, (open_at_once(0.01),))
     first, second = (PANNING.camera_poses(np.array([time_s])).matrices()[0] for time_s in (0.505, 0.545))
     far_px = 1e3 * LENS.image_distance_mm / 5.0
     x, y = np.meshgrid(np.arange(64) + 0.5 - 32, np.arange(48) + 0.5 - 24)
