@@ -1,4 +1,4 @@
-"""Exposure: how long the shutter is open, and at which ISO, as set by hand or by the camera. H = E t (ISO 12232:2019)."""
+"""Exposure: shutter, time, ISO and flash, as set by hand or by the camera. H = E t (ISO 12232:2019)."""
 
 import math
 from dataclasses import dataclass
@@ -6,7 +6,10 @@ from datetime import datetime
 
 from simulator.errors import require
 from simulator.exposure.dials import AutoIso, Dials, Mode
+from simulator.exposure.flash import Flash
+from simulator.exposure.flicker import MainsFlicker, PwmLamp
 from simulator.exposure.metering import Metering
+from simulator.exposure.shutter import AnyShutter
 from simulator.units import Seconds
 
 _DATE_TIME = "%Y-%m-%d %H:%M:%S"
@@ -16,13 +19,17 @@ MOST_COMPENSATION_STOPS = 30.0
 
 @dataclass(frozen=True)
 class Exposure:
-    """What the photographer sets; all rows are exposed at once.
+    """What the photographer sets, and what the lamps do.
 
     time_s: open time of the shutter [s], > 0; left out where the camera chooses it.
     iso: exposure index; it chooses the camera's analog gain. With auto_iso the lowest.
     date_time: when the picture is taken, such as 2026-05-01 12:30:00, for the file's metadata; no date when left out,
         since a clock's would make each file another.
     start_s: when the shutter is released, on the clock of what moves and of the lamps [s].
+    shutter: how lines are opened, told apart by its keys: curtains, rolling, electronic first curtain, leaf, or global with
+        parasitic light; left out: all lines are open at the same time.
+    flicker: how the light on the scene changes, told apart by its keys: mains or pulses; left out: it is steady.
+    flash: fired while the shutter is open; left out: none.
     mode: manual; aperture_priority chooses the time; shutter_priority the f-number; programme both; auto also the ISO. The
         camera chooses when the shot is planned, and the plan has a manual exposure.
     compensation: stops that the picture gets more than the meter finds.
@@ -37,6 +44,9 @@ class Exposure:
     iso: int = 100
     date_time: str | None = None
     start_s: Seconds = 0.0
+    shutter: AnyShutter | None = None
+    flicker: MainsFlicker | PwmLamp | None = None
+    flash: Flash | None = None
     mode: Mode = "manual"
     compensation: float = 0.0
     metering: Metering | None = None

@@ -87,7 +87,8 @@ def meter_shot(shot: Shot) -> Metered | None:
         if chosen.f_number == lens.f_number or math.isnan(chosen.f_number):
             break
         lens = _at_f_number(lens, chosen.f_number)
-    exposure = Exposure(chosen.time_s, chosen.iso, stated.date_time, stated.start_s)
+    by_hand = replace(stated, mode="manual", time_s=chosen.time_s, compensation=0.0, metering=None, auto_iso=None, dials=None)
+    exposure = replace(by_hand, iso=chosen.iso)
     deviation, limits = solution.deviation_stops, solution.limits
     return Metered(exposure, lens, stated.mode, stated.compensation, metering, reading.bound, deviation, limits)
 
