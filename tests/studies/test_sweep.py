@@ -288,6 +288,17 @@ def test_a_bracket_repeats_its_stops_and_waits_the_gap_after_each_exposure(tmp_p
     assert [start for start, _ in times(sweep)] == pytest.approx([0.0, 0.010, 0.016, 0.034, 0.044], abs=1e-12)
 
 
+def test_a_metered_bracket_varies_the_compensation_and_needs_an_interval(tmp_path):
+    text = SHOT.replace("time: 1/125 s", "mode: aperture_priority, compensation: 0.5")
+    sweep = load(tmp_path, {"series": {"frames": 4, "interval": "1 s", "bracket": [0, -1, 1]}}, text)
+    exposures = [point.shot().exposure for point in sweep]
+    assert [(one.start_s, one.compensation) for one in exposures] == [(0.0, 0.5), (1.0, -0.5), (2.0, 1.5), (3.0, 0.5)]
+    assert sweep.keys == ["exposure.start", "exposure.compensation"]
+    for series in ({"frames": 2}, {"frames": 2, "gap": "1 s", "bracket": [0, 1]}):
+        with pytest.raises(PhotositeError, match="sweep.series.*no gap says when it ends; give an interval"):
+            load(tmp_path, {"series": series}, text)
+
+
 def test_every_point_of_a_sweep_may_be_a_series(tmp_path):
     sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2", "f/4"]}, "series": {"frames": 2}})
     taken = [(one.exposure.iso, one.lens.f_number, one.exposure.start_s) for one in (point.shot() for point in sweep)]
