@@ -26,7 +26,7 @@ from simulator.sensor.stages.exposure import Integration
 
 MOST_CELLS = 2**17  # that a meter has
 SHORT_S = 1e-9  # time in which dark current is nothing
-ROUNDS = 4  # of metering at the aperture that was chosen, whose rims shade the corners differently
+ROUNDS = 3  # more of metering at the aperture that was chosen, whose rims shade the corners differently
 
 
 @dataclass(frozen=True)
@@ -80,12 +80,17 @@ def meter_shot(shot: Shot) -> Metered | None:
     scene, metering = load_scene(shot.scene), stated.metering or Metering()
     lens = _adjustable(shot) if stated.mode in ("shutter_priority", "programme", "auto") else shot.lens
     body = _body_of(lens, shot.camera, stated.dials or Dials())
+    reading = _read(scene, lens, shot.camera, metering)
+    solution = _solve(stated, reading, lens, shot.camera, body)
     for _ in range(ROUNDS):
+        f_number = solution.settings.f_number
+        if f_number == lens.f_number or math.isnan(f_number):
+            break
+        lens = _at_f_number(lens, f_number)
         reading = _read(scene, lens, shot.camera, metering)
         solution = _solve(stated, reading, lens, shot.camera, body)
-        chosen = solution.settings
-        if chosen.f_number == lens.f_number or math.isnan(chosen.f_number):
-            break
+    chosen = solution.settings
+    if math.isfinite(chosen.f_number) and chosen.f_number != lens.f_number:
         lens = _at_f_number(lens, chosen.f_number)
     by_hand = replace(stated, mode="manual", time_s=chosen.time_s, compensation=0.0, metering=None, auto_iso=None, dials=None)
     exposure = replace(by_hand, iso=chosen.iso)
