@@ -224,12 +224,12 @@ class ExposureSolver:
         if self.dials.steps == "free":
             iso = self._nearest_iso(self._longest_s, f_number)
             return iso, self._time_s(f_number, iso)
-        for iso in self._isos():
-            time_s = self._time_s(f_number, iso)
-            if time_s <= self._longest_s * 2.0**0.1667:  # a sixth of a stop: the dial rounds it away
-                return iso, time_s
-        self.limits.append("highest ISO")
-        return iso, time_s
+        isos, short_s = self._isos(), self._longest_s * 2.0**0.1667  # a sixth of a stop: the dial rounds it away
+        found = next((iso for iso in isos if self._time_s(f_number, iso) <= short_s), None)
+        if found is None:
+            self.limits.append("highest ISO")
+        iso = isos[-1] if found is None else found
+        return iso, self._time_s(f_number, iso)
 
     def _aperture_for_time(self, time_s: float) -> Settings:
         """Choose the aperture and, where it does not open far enough, the ISO."""
