@@ -42,7 +42,7 @@ class LightComponent:
         """Return what each line collects, relative to steady light through a fully open shutter, float64.
 
         (lines,), or up to some instants of the clock (lines, instants); of a flash per second [1/s]. The difference of two
-        instants is the weight of the interval between them in a moving scene's exposure.
+        instants is the weight of the interval between them in a moving scene's exposure. until_s: as `collect` takes it.
         """
         parts = [collect(self.curve, lines, self.release_s, until_s) for lines in self.openings]
         return np.sum(parts, axis=0) / self.time_s
@@ -62,6 +62,18 @@ class LightComponent:
         if shares.min() > 1.0 - LEAST:
             return np.ones(len(shares), np.float32)
         return np.clip(shares, 0.0, 1.0).astype(np.float32)
+
+    def lit_openings(self) -> tuple[LineTimes, ...]:
+        """Return the openings limited to the time in which there is light, such as that of a flash, from the release on.
+
+        Exact where no ramp of the shutter lies across its begin or end.
+        """
+        begin, end = (instant - self.release_s for instant in self.curve.span_s)
+        limited = []
+        for lines in self.openings:
+            edges = np.clip([lines.opens_s, lines.open_s, lines.closes_s, lines.closed_s], begin, end)
+            limited.append(LineTimes(lines.axis, edges[0], edges[1], edges[2], edges[3], lines.peak))
+        return tuple(limited)
 
     @property
     def span_s(self) -> tuple[float, float]:

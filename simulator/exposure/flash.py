@@ -120,6 +120,13 @@ class FlashPulse:
         mean = ((last - first) - to_come) / np.where(is_narrow, 1.0, width)
         return np.where(is_narrow, self._come(0.5 * (begin + end)), mean)
 
+    def brightness(self, times_s: np.ndarray) -> np.ndarray:
+        """Return the light at some instants of the clock [s], per second."""
+        after_s = np.asarray(times_s) - self.fires_s
+        tail_s = np.maximum(after_s - self.length_s, 0.0)
+        falling = np.exp(-tail_s / self.decay_s) if self.decay_s > 0 else tail_s == 0.0
+        return np.where(after_s < 0.0, 0.0, falling) / (self.length_s + self.decay_s)
+
     def _come(self, after_s: np.ndarray) -> np.ndarray:
         """Return the share of the light that has come this long after firing."""
         whole_s = self.length_s + self.decay_s
