@@ -176,10 +176,7 @@ class ExposedLight:
     def _expose(self, scene: Scene, tangent_per_px: float) -> Scene:
         bands = scene.planes.shape[2]
         if self.flash is not None:
-            is_kept = not any(array.flags.writeable for array in scene.arrays())
             scene = add_flash(scene, self.flash, tangent_per_px)
-            for array in scene.arrays() if is_kept else ():
-                array.setflags(write=False)
         factors = np.repeat([one.most for one in self.components], bands)
         return replace(scene, spectra_w_m2_sr_nm=scene.spectra_w_m2_sr_nm * factors[:, None])
 

@@ -14,10 +14,12 @@ from simulator.exposure.flicker import MainsFlicker, PwmLamp
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import CurtainShutter, FirstCurtainShutter, GlobalShutter, LeafShutter, RollingShutter
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.explain.grey_patch import grey_patch
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.scene.arrays import scene_from_rgb
+from simulator.scene.charts import ChartScene
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
@@ -106,6 +108,11 @@ def test_light_that_all_lines_see_alike_costs_no_pass():
     """A leaf's efficiency, a flicker under a global shutter, and a flash within the exposure are in the scene's spectra."""
     leaf = take(Exposure(0.002, shutter=LeafShutter(0.001, 0.001)))
     np.testing.assert_allclose(leaf.mean_electrons, 0.5 * plain(), rtol=1e-6)
+    chart = Shot(ChartScene("flat_field", 40.0), LENS, Exposure(0.002, shutter=LeafShutter(0.001, 0.001)), CAMERA)
+    planned = plan(chart)
+    white = grey_patch(chart, planned.optics.scene, 1.0, planned.exposed.components[0].most)
+    assert white is not None
+    np.testing.assert_allclose(simulate(chart).mean_electrons, white.electrons[0], rtol=1e-5)
     exposure = Exposure(
         0.01, shutter=CurtainShutter(0.004), flicker=MainsFlicker(100.0, 0.4), flash=replace(FLASH, delay_s=0.0, decay_s=0.0)
     )

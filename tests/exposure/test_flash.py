@@ -100,6 +100,16 @@ def test_behind_a_blur_and_with_scattered_light_they_add_up_too():
     assert np.ptp(alone.mean(axis=1)) > 0.5 * alone.mean() and np.ptp(ambient) < 1e-3 * ambient.mean()
 
 
+def test_planes_are_made_once_for_flashes_of_all_powers():
+    scene = ChartScene("grey_ramp", 7.0).load()
+    for array in scene.arrays():
+        array.setflags(write=False)
+    one, other = (add_flash(scene, Flash(0.001, guide_number_m=number), 0.1) for number in (1.0, 2.0))
+    assert one.planes is other.planes and not one.planes.flags.writeable
+    np.testing.assert_allclose(other.spectra_w_m2_sr_nm[1:], 4.0 * one.spectra_w_m2_sr_nm[1:], rtol=1e-12)
+    np.testing.assert_array_equal(other.spectra_w_m2_sr_nm[:1], scene.spectra_w_m2_sr_nm)
+
+
 def test_samples_of_a_deep_picture_are_lit_by_their_own_distances():
     deep = DeepPixels(
         np.array([0, 2, 3]), 2, np.ones((3, 1), np.float32), np.ones(3), np.array([1.0, 2, 3]), np.array([1.0, 4, 3])
