@@ -34,6 +34,8 @@ radian = [angle] = rad
 degree = 0.017453292519943295 * radian = deg = °
 electron = [electron]
 DN = [code] = LSB = ADU
+pixel = [pixel] = px
+frame = [frame]
 f_number = [f_number]
 """
 
@@ -49,6 +51,9 @@ WORDS = {
     "metre / second": ("a speed", "1.5 m/s"),
     "metre / second**2": ("an acceleration", "900 m/s^2"),
     "hertz": ("a frequency", "100 Hz"),
+    "pixel / second": ("a speed on the scene", "120 px/s"),
+    "pixel / frame": ("a speed on the scene per frame", "5 px/frame"),
+    "metre / frame": ("a speed per frame", "0.1 m/frame"),
     "joule": ("an energy", "20 J"),
     "kelvin": ("a temperature", "5500 K"),
     "candela / metre**2": ("a luminance", "100 cd/m^2"),

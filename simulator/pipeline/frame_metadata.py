@@ -13,6 +13,7 @@ from simulator import __version__
 from simulator.color.camera_matrices import as_shot_neutral
 from simulator.device import DeviceInfo
 from simulator.pipeline.input_files import fingerprints
+from simulator.pipeline.motion_truth import pose_facts
 from simulator.pipeline.planner import Plan
 from simulator.pipeline.shot import Shot
 from simulator.raw.raw_image import Raw
@@ -88,8 +89,9 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, obje
     """Return shot, input files, seeds, plan, device and versions, plain data for the JSON beside the file."""
     return {
         "shot": shot.resolved,
-        "inputs": fingerprints(shot.scene, shot.lens),
+        "inputs": fingerprints(shot.scene, shot.lens, shot.motion),
         "seeds": asdict(shot.seeds),
+        "pose": pose_facts(shot.exposure, shot.motion, planned.exposed.openings),
         "times": planned.exposed.describe_lines(planned.sensor.readout.output),
         "plan": [asdict(step) for step in planned.steps],
         "notes": list(planned.optics.scene.notes),

@@ -52,8 +52,14 @@ COST_NS = {
     "variance": 8.0,
     "depth": 10.0,
     "blur": 10.0,
+    "flow": 2000.0,
 }
-TRUTH_BYTES = {"variance": 4, "depth": 12, "blur": 20}  # per photosite, with the float64 arrays of their computation
+TRUTH_BYTES = {
+    "variance": 4,
+    "depth": 12,
+    "blur": 20,
+    "flow": 96,
+}  # per photosite, with the float64 arrays of their computation
 
 
 @dataclass(frozen=True)
@@ -99,7 +105,7 @@ def passes_of(
     )
     lines = _line_exposure(optics, exposed, (*sampling, *image))
     noise_free = _truth(optics)
-    maps = [_truth_map(name, optics) for name in ("variance", "depth", "blur") if name in truth]
+    maps = [_truth_map(name, optics) for name in ("variance", "depth", "blur", "flow") if name in truth]
     if "rgb" in truth:
         maps.append(_truth_rgb(optics, (*sampling, *image, lines, noise_free)))
     frame = (_sensor(optics, sensor), noise_free, *maps, _strips(optics, strips))

@@ -114,6 +114,9 @@ def _plan_light(
 ) -> tuple[OpticsPlan, LightKey | None]:
     """Return the plan of the optics, and the key of its light where a cache holds it."""
     scene = load_scene(shot.scene)
+    if shot.motion is not None:
+        shot.motion.check_layers(len(scene.layers))
+        shot.motion.check_exposure(shot.exposure.start_s, exposed.openings, "flow" in shot.truth)
     tangent = 0.0 if exposed.flash is None else tangent_per_pixel(scene, shot.lens, shot.camera)
 
     def make() -> OpticsPlan:

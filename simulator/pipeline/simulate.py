@@ -18,6 +18,7 @@ from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
 from simulator.pipeline.frame_strips import Allocate, FrameArrays, MemoryStore, on_disk
 from simulator.pipeline.light_cache import LightCache
+from simulator.pipeline.motion_truth import flow_map
 from simulator.pipeline.planner import STRIP_PX, Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
@@ -166,6 +167,11 @@ def _execute_strip(
     late = LateTruth(device, planned.sensor, light, timed)
     electrons = late.mean_electrons() if "variance" in planned.truth else None
     maps = compute_truth_maps(planned, shot.lens, device, electrons, timed, cache)
+    if "flow" in planned.truth:
+        with timed("truth: flow", device):
+            maps["flow"] = flow_map(
+                shot, planned.optics.scene, planned.optics.projection, planned.sensor.readout, planned.exposed.openings
+            )
     mean_electrons = late.mean_electrons if electrons is None else electrons
     return {"dn": dn, "mean_electrons": mean_electrons, "noise_free_dn": late.noise_free_dn, **maps}
 

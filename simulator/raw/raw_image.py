@@ -38,7 +38,8 @@ class Raw:
     warp_rectilinear: mapping from the corrected to the distorted picture (DNG 1.4, WarpRectilinear): kr0..kr3, kt0, kt1 of
         each colour plane, and the optical centre (x, y) as shares of the active area's sides; None without distortion.
     truth: further channels of the truth EXR: "variance" [DN^2], "depth" [m], "blur" [pixels], each (height, width)
-        float32, and "rgb" (height, width, 3, or 1 for MONO), 0 at black and 1 at white. docs/raw_files.md.
+        float32, "flow" (height, width, 2) [pixels], and "rgb" (height, width, 3, or 1 for MONO), 0 at black and 1 at white.
+        docs/raw_files.md.
     resolved: the shot, seeds, versions and device, plain data for the JSON sidecar.
     """
 

@@ -78,7 +78,7 @@ def run_sweep(
                 raise row.error.replace(rule=rule).inside(row.name)
     finally:
         rows.sort(key=lambda row: row.index)
-        write_manifest(rows, list(sweep.values), Path(directory) / "manifest.csv")
+        write_manifest(rows, sweep.keys, Path(directory) / "manifest.csv")
     return rows
 
 
@@ -114,7 +114,7 @@ def _is_up_to_date(text: str, settings: Path, sidecar: Path, shot: Shot) -> bool
         made = sidecar.stat().st_mtime_ns
         if settings.read_text(encoding="utf-8") != text:
             return False
-        return all(file.stat().st_mtime_ns <= made for file in input_files(shot.scene) + input_files(shot.lens))
+        return all(file.stat().st_mtime_ns <= made for file in input_files((shot.scene, shot.lens, shot.motion)))
     except (OSError, UnicodeDecodeError):
         return False
 
@@ -125,6 +125,6 @@ def write_manifest(rows: list[Row], keys: list[str], path: Path) -> None:
         writer = csv.writer(file)
         writer.writerow(["index", "name", *keys, "dng", "truth", "sidecar", "seconds", "status"])
         for row in rows:
-            values = [row.values[key] for key in keys]
+            values = [row.values.get(key, "") for key in keys]
             outputs = [row.files.get(kind, "") for kind in ("dng", "truth", "sidecar")]
             writer.writerow([row.index, row.name, *values, *outputs, f"{row.seconds:.3f}", row.status])

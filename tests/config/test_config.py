@@ -435,7 +435,7 @@ def test_warnings_say_where_highlights_and_dark_clip(folder):
 
 def test_parts_of_the_truth_are_a_list_of_known_names(folder):
     assert load_shot(write(folder), ["truth=[rgb, depth]"]).truth == ("rgb", "depth")
-    with pytest.raises(PhotositeError, match=r"truth\.0 = varianc: did you mean `variance`\? \(known: blur, depth, rgb"):
+    with pytest.raises(PhotositeError, match=r"truth\.0 = varianc: did you mean `variance`\? \(known: blur, depth, flow, rgb"):
         load_shot(write(folder), ["truth=[varianc]"])
 
 

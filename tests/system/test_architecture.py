@@ -45,6 +45,7 @@ ORDER = {
         "simulate",
         "frame_metadata",
         "frame_strips",
+        "motion_truth",
         "truth_maps",
         "explain",
         "planner",

@@ -1,0 +1,215 @@
+"""The instants at which a moving image is sampled: how many are enough, when, and with what weight on each line of the sensor.
+
+The laws, for a path of L photosites, N instants and a photosite's even square: a step edge of contrast C is wrong by at most
+C L / (8 N^2) where neighbouring instants lie within a photosite, else by (C / 2N) (1 - N / 2L); detail of frequency f aliases
+above f = N / (2L) [cycles per photosite]. With speed that varies, intervals of equal integrals of sqrt(speed), each represented
+by its mean position and weighted by its light, keep the first law with (integral of sqrt(speed))^2 / T <= L instead of L. On a
+path that turns back an edge is passed several times, and the errors of the passages add.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from simulator.exposure.line_times import LineTimes
+from simulator.optics.geometry.image_motion import ImageMotion
+
+LEAST_CELLS, MOST_CELLS = 512, 65536  # of the time in which any line is open, in which a path is straight
+CELLS_PER_LINE = 256  # of the time for which a line is open
+MOST_INSTANTS = 4096
+
+Light = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Instants:
+    """Sampling of a moving image over time.
+
+    axis: of the lines, as of `LineTimes`. weights: (lines, instants) float64, share of a line's light, of sum 1.
+    times_s: (lines, instants) float64, mean time of each interval on the shot's clock, weighted by its light [s].
+    pose_numbers: (lines, instants, numbers) float64, mean poses of the intervals (`ImageMotion.pose_numbers`).
+    """
+
+    axis: Literal["rows", "columns", "all"]
+    weights: np.ndarray
+    times_s: np.ndarray
+    pose_numbers: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """Instants of each line."""
+        return self.weights.shape[1]
+
+
+@dataclass(frozen=True)
+class PathLength:
+    """Length of a path of images.
+
+    longest_px: of the longest path over the frame [photosites]. even_px: length of an even path that needs as many instants,
+    (integral of sqrt(speed) dt)^2 / T [photosites]. passages: mean number of times that the path passes a place of its own.
+    """
+
+    longest_px: float
+    even_px: float
+    passages: float = 1.0
+
+
+class TimedPath:
+    """A path of images under a shutter, as straight pieces: how far it reaches, and the instants that represent it."""
+
+    def __init__(self, motion: ImageMotion, lines: LineTimes, start_s: float, light: Light | None = None) -> None:
+        """lines: when each line is open, from the release at start_s on the shot's clock on [s].
+
+        light: brightness of steady light over time, of instants (instants,) [s] of the shot's clock; None: it is even.
+        """
+        self.motion, self.lines, self.start_s = motion, lines, start_s
+        first, last = float(lines.opens_s.min()), float(lines.closed_s.max())
+        line_s = float((lines.closed_s - lines.opens_s).min())
+        wanted = CELLS_PER_LINE * (last - first) / max(line_s, 1e-12)
+        cells = int(min(max(wanted, LEAST_CELLS), MOST_CELLS))
+        self.times_s = np.linspace(first, last, cells + 1)
+        self.poses = motion.pose_numbers(start_s + self.times_s)
+        middles = 0.5 * (self.times_s[1:] + self.times_s[:-1])
+        self.light = np.ones(cells) if light is None else np.asarray(light(start_s + middles), np.float64)
+        self.displacement_px = motion.displacements(self.poses)
+        steps = np.linalg.norm(np.diff(self.displacement_px, axis=0), axis=-1)
+        self.steps_px = steps.max(axis=1, initial=0.0)
+
+    @property
+    def farthest_px(self) -> float:
+        """Largest distance of the image from that at rest, while any line is open [photosites]."""
+        return float(np.linalg.norm(self.displacement_px, axis=-1).max(initial=0.0))
+
+    def _cumulated(self, steps: np.ndarray, times_s: np.ndarray) -> np.ndarray:
+        """Sum of steps, one for each cell, up to some times."""
+        return np.interp(times_s, self.times_s, np.concatenate([[0.0], np.cumsum(steps)]))
+
+    def _reach(self, steps: np.ndarray) -> np.ndarray:
+        """Sum of steps, one for each cell, while each line is open, (lines,)."""
+        return self._cumulated(steps, self.lines.closed_s) - self._cumulated(steps, self.lines.opens_s)
+
+    @property
+    def length(self) -> "PathLength":
+        """Length of the path while one line is open, the greatest of all lines."""
+        lines, lengths = self.lines, self._reach(self.steps_px)
+        effective = self._reach(self._root_steps()) ** 2 / np.maximum(lines.closed_s - lines.opens_s, 1e-300)
+        longest = int(lengths.argmax())
+        first, last = np.searchsorted(self.times_s, (lines.opens_s[longest], lines.closed_s[longest]))
+        here = self.displacement_px[max(first - 1, 0) : last + 1]
+        extent = float(np.linalg.norm(np.ptp(here, axis=0), axis=-1).max(initial=0.0))
+        length = float(lengths[longest])
+        return PathLength(length, min(float(effective.max()), length), max(length / extent, 1.0) if extent > 0.0 else 1.0)
+
+    def _root_steps(self) -> np.ndarray:
+        """Integral of sqrt(speed) over each cell."""
+        return np.sqrt(self.steps_px * np.diff(self.times_s))
+
+    def instants(self, count: int, spacing: Literal["speed", "light"] = "speed") -> Instants:
+        """Return so many instants of each line, at the mean poses of their intervals.
+
+        spacing: intervals of equal integrals of sqrt(speed), or of equal light, whose weights are all 1 / count.
+        """
+        lines, share = self.lines, np.linspace(0.0, 1.0, count + 1)
+        opens, closed = lines.opens_s[:, None], lines.closed_s[:, None]
+        if spacing == "light":
+            edges = self._equal_light(share)
+        else:
+            root = self._root_steps()
+            even = np.diff(self.times_s) * (max(root.sum(), 1e-12) / (self.times_s[-1] - self.times_s[0]))
+            measure = np.concatenate([[0.0], np.cumsum(root + 1e-6 * even)])
+            first, last = (np.interp(times, self.times_s, measure) for times in (opens, closed))
+            edges = np.interp(first + (last - first) * share, measure, self.times_s)
+            edges[:, 0], edges[:, -1] = opens[:, 0], closed[:, 0]
+        sums = self._integrals(edges)
+        light = sums[..., 0]
+        total = light.sum(axis=1, keepdims=True)
+        dark = light <= 1e-9 * np.where(total > 0.0, total, 1.0)
+        middles = 0.5 * (edges[:, 1:] + edges[:, :-1])
+        means = sums[..., 1:] / np.where(dark, 1.0, light)[..., None]
+        if dark.any():  # intervals without light have no weight, but a pose
+            columns = np.concatenate([self.times_s[:, None], self.poses], axis=1)
+            for column, values in enumerate(columns.T):
+                means[..., column][dark] = np.interp(middles[dark], self.times_s, values)
+        weights = np.where(total > 0.0, light / np.where(total > 0.0, total, 1.0), 1.0 / count)
+        return Instants(lines.axis, weights, self.start_s + means[..., 0], means[..., 1:])
+
+    def _equal_light(self, share: np.ndarray) -> np.ndarray:
+        """Return the borders of intervals of equal light on each line, (lines, borders) [s]."""
+        lines, found = self.lines, []
+        fine = np.linspace(0.0, 1.0, 16 * len(share))
+        times = lines.opens_s[:, None] + (lines.closed_s - lines.opens_s)[:, None] * fine
+        times = np.sort(np.concatenate([times, lines.open_s[:, None], lines.closes_s[:, None]], axis=1), axis=1)
+        light = np.cumsum(self._integrals(times)[..., 0], axis=1)
+        for own, sums in zip(times, light, strict=True):
+            sums = np.concatenate([[0.0], sums])
+            found.append(np.interp(share * sums[-1], sums, own))
+        return np.array(found)
+
+    def _integrals(self, edges: np.ndarray) -> np.ndarray:
+        """Integrals of light under the shutter, and of time and poses times it, between edges (lines, edges) [s].
+
+        Returns (lines, edges - 1, 2 + numbers of poses). The shutter's trapezoid is three pieces, each linear in time.
+        """
+        values = np.concatenate([np.ones((len(self.times_s), 1)), self.times_s[:, None], self.poses], axis=1)
+        lines = self.lines
+        opens, open_, closes, closed = (
+            times[:, None] for times in (lines.opens_s, lines.open_s, lines.closes_s, lines.closed_s)
+        )
+        rises, falls = open_ - opens, closed - closes
+        found = np.zeros((*np.subtract(edges.shape, (0, 1)), values.shape[1]))
+        plain = _Cumulated(self.times_s, values, self.light)
+        flat = plain(np.clip(edges, open_, closes))
+        found += lines.peak[:, None, None] * np.diff(flat, axis=1)
+        if not (rises.any() or falls.any()):
+            return found
+        moment = _Cumulated(self.times_s, values * self.times_s[:, None], self.light)
+        ramps = ((opens, open_, rises, opens, 1.0), (closes, closed, falls, closed, -1.0))
+        for begin, end, length, zero, sign in ramps:
+            places = np.clip(edges, begin, end)
+            slope = np.where(length > 0.0, sign * lines.peak[:, None] / np.where(length > 0.0, length, 1.0), 0.0)[..., None]
+            found += slope * (np.diff(moment(places), axis=1) - zero[..., None] * np.diff(plain(places), axis=1))
+        return found
+
+
+class _Cumulated:
+    """Integrals from the first time on of values that are linear in each cell, times light that is constant in each."""
+
+    def __init__(self, times_s: np.ndarray, values: np.ndarray, light: np.ndarray) -> None:
+        self.times_s, self.values, self.light = times_s, values, light
+        steps = light[:, None] * (0.5 * np.diff(times_s)[:, None] * (values[1:] + values[:-1]))
+        self.sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
+
+    def __call__(self, times_s: np.ndarray) -> np.ndarray:
+        """Integrals up to times of any shape, (..., values)."""
+        cell_s = (self.times_s[-1] - self.times_s[0]) / (len(self.times_s) - 1)
+        place = np.clip((times_s - self.times_s[0]) / max(cell_s, 1e-300), 0.0, len(self.times_s) - 1.0)
+        cell = np.minimum(place.astype(np.int64), len(self.times_s) - 2)
+        part = (place - cell)[..., None]
+        here, next_ = self.values[cell], self.values[cell + 1]
+        inside = part * (here + 0.5 * part * (next_ - here))
+        return self.sums[cell] + cell_s * self.light[cell][..., None] * inside
+
+
+def needed_instants(length: PathLength, contrast: float, allowed: float, cut_off: float) -> int:
+    """Return how many instants keep the error of a path below what is allowed.
+
+    contrast: of the scene's edges over one photosite, as a share of the brightest light. allowed: error as a share of the
+    brightest light, > 0. cut_off: highest frequency that is seen [cycles per photosite].
+    """
+    longest, contrast = length.longest_px, contrast * length.passages
+    edges = math.sqrt(contrast * length.even_px / (8.0 * allowed))
+    if edges < longest:  # instants may lie farther apart than photosites
+        edges = min(longest, contrast / (2.0 * allowed + 0.5 * contrast / longest))
+    texture = 2.0 * cut_off * longest if contrast > allowed else 0.0
+    return min(max(math.ceil(max(edges, texture) - 1e-9), 1), MOST_INSTANTS)
+
+
+def instants_error(count: int, length: PathLength, contrast: float) -> float:
+    """Return the predicted error of so many instants at edges, as a share of the brightest light. contrast: as above."""
+    longest, passed = length.longest_px, contrast * length.passages
+    if count >= (1.0 - 1e-9) * longest:
+        return passed * length.even_px / (8.0 * count**2)
+    return 0.5 * passed / count * (1.0 - 0.5 * count / longest)

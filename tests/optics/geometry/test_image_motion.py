@@ -1,0 +1,103 @@
+"""Places of a moving image against rays that are followed through space, with SciPy's rotations."""
+
+import math
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+from scipy.spatial.transform import Rotation
+
+from simulator.errors import PhotositeError
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.object_motion import LayerMotion, LayerMoves, Speed
+from simulator.optics.geometry.image_motion import ImageGeometry, ImageMotion, Surface, aperture_shift, plan_geometry
+from simulator.optics.geometry.projection import Projection
+from simulator.optics.lens.pinhole import Pinhole
+from simulator.optics.lens.thin_lens import ThinLens
+
+PROJECTION = Projection(0.7, 10.0, 5.0, 800, 600, 1, False)
+GEOMETRY = ImageGeometry(900.0, 640, 480, 0.7, 400.0, 310.0)
+PLACES = np.random.default_rng(1).uniform([-320.0, -240.0], [320.0, 240.0], (50, 2))
+CAMERA = SteadyMotion(2.0, -3.0, 5.0, 0.04, -0.03, 0.1)
+TIMES_S = np.array([0.0, 0.3, 1.1])
+
+
+LAYER = LayerMotion((Speed(0.2, "m/s"), Speed(-0.1, "m/s")), 20.0, (100.0, 50.0))
+SIZE = 600, 800  # of the scene, height and width [px]
+
+
+def layer_path(times_s: np.ndarray) -> LayerMoves:
+    return LAYER.moves(times_s, SIZE)
+
+
+def places_seen(rotation: Rotation, location_m: np.ndarray, depth_m: float) -> np.ndarray:
+    """Places on the plane that photosites see, from the optical axis at rest: rays from the camera, met with the plane."""
+    x, y = PLACES.T
+    directions = rotation.apply(np.stack([x, -y, np.full_like(x, -900.0)], axis=-1))
+    along = (-depth_m - location_m[2]) / directions[:, 2]
+    met = location_m + along[:, None] * directions
+    return 900.0 / depth_m * np.stack([met[:, 0], -met[:, 1]], axis=-1)
+
+
+def carried_back(places: np.ndarray, depth_m: float, time_s: float) -> np.ndarray:
+    """Places on a layer at rest of places now: its shift in space, then its turn about its centre, undone on the scene."""
+    on_scene = GEOMETRY.scale * places + (GEOMETRY.axis_x, GEOMETRY.axis_y)
+    on_scene -= GEOMETRY.scale * 900.0 / depth_m * time_s * np.array([0.2, -0.1])
+    x, y = (on_scene - (100.0, 50.0)).T
+    turned = Rotation.from_euler("z", -20.0 * time_s, degrees=True).apply(np.stack([x, -y, 0.0 * x], axis=-1))
+    at_rest = np.stack([turned[:, 0], -turned[:, 1]], axis=-1) + (100.0, 50.0)
+    return (at_rest - (GEOMETRY.axis_x, GEOMETRY.axis_y)) / GEOMETRY.scale
+
+
+@pytest.mark.parametrize("path", [None, layer_path], ids=["still", "moving"])
+@pytest.mark.parametrize("depth_m", [0.7, 5.0])
+def test_homographies_and_parallax_are_what_rays_meet(path, depth_m):
+    motion = ImageMotion(GEOMETRY, (Surface(1.0, 1.0), Surface(depth_m, depth_m, path)), CAMERA)
+    numbers, camera = motion.pose_numbers(TIMES_S), CAMERA.poses(TIMES_S)
+    homographies = motion.homographies(numbers, 1)
+    infinity, shift = motion.parallax(numbers, 1, PLACES)
+    for index, time_s in enumerate(TIMES_S):
+        rotation = Rotation.from_euler("xyz", camera.rotation_rad[index])
+        truth = places_seen(rotation, camera.location_m[index], depth_m)
+        if path is not None:
+            truth = carried_back(truth, depth_m, time_s)
+        found = np.append(PLACES, np.ones((50, 1)), axis=1) @ homographies[index].T
+        assert np.abs(found[:, :2] / found[:, 2:] - truth).max() < 1e-9
+        assert np.abs(infinity[index] + shift[index] / depth_m - truth).max() < 1e-9
+
+
+def test_directions_are_those_of_a_camera():
+    """A pan to the left and a tilt upwards show what lies left and above; a step to the right shows what lies right."""
+    for motion, expected in (
+        (SteadyMotion(pan_deg_per_s=1.0), (-900.0 * math.tan(math.radians(1.0)), 0.0)),
+        (SteadyMotion(tilt_deg_per_s=1.0), (0.0, -900.0 * math.tan(math.radians(1.0)))),
+        (SteadyMotion(right_m_per_s=0.1), (30.0, 0.0)),
+        (SteadyMotion(up_m_per_s=0.1), (0.0, -30.0)),
+    ):
+        moving = ImageMotion(GEOMETRY, (Surface(3.0, 3.0),), motion)
+        middle = moving.homographies(moving.pose_numbers(np.ones(1)), 0)[0, :2, 2]
+        assert np.allclose(middle, expected, atol=1e-9)
+
+
+def test_a_camera_at_rest_sees_what_is_there():
+    motion = ImageMotion(GEOMETRY, (Surface(2.0, math.inf),))
+    assert np.array_equal(motion.homographies(motion.pose_numbers(TIMES_S), 0), np.broadcast_to(np.eye(3), (3, 3, 3)))
+
+
+def test_a_camera_that_turns_away_or_walks_through_is_told():
+    for camera, time_s in ((SteadyMotion(pan_deg_per_s=90.0), 1.0), (SteadyMotion(back_m_per_s=-1.0), 2.5)):
+        motion = ImageMotion(GEOMETRY, (Surface(2.0, 2.0),), camera)
+        with pytest.raises(PhotositeError, match="motion: a part of the sensor looks past the scene"):
+            motion.homographies(motion.pose_numbers(np.array([time_s])), 0)
+
+
+@pytest.mark.parametrize("lens", [ThinLens(50.0, 2.0, 3.0), ThinLens(50.0, 2.0), Pinhole(0.3, 40.0)])
+def test_a_shift_with_distance_is_a_shift_of_the_aperture(lens):
+    """R a + place at each distance, with the signed blur radius R of the lens."""
+    camera = small_camera()
+    motion = ImageMotion(plan_geometry(lens, camera, PROJECTION), (Surface(2.0, math.inf),), CAMERA)
+    infinity, shift = motion.parallax(motion.pose_numbers(TIMES_S), 0, PLACES)
+    aperture, place = aperture_shift(lens, camera, infinity, shift)
+    for depth_m in (1.5, 3.0, 20.0, math.inf):
+        radius = float(lens.blur_radius_um(depth_m)) / camera.pixel_pitch_um
+        assert np.allclose(radius * aperture + place, infinity + shift / depth_m, atol=1e-9)

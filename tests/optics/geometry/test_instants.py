@@ -1,0 +1,88 @@
+"""How many instants a moving image needs, and which, against sums over very many."""
+
+import numpy as np
+import pytest
+
+from simulator.exposure.camera_motion import Poses, SteadyMotion
+from simulator.exposure.line_times import LineTimes, open_at_once
+from simulator.optics.geometry.image_motion import ImageGeometry, ImageMotion, Surface
+from simulator.optics.geometry.instants import PathLength, TimedPath, instants_error, needed_instants
+
+GEOMETRY = ImageGeometry(1000.0, 64, 48)
+
+
+class Swing:
+    """A camera that is shifted by 0.02 m sin(2 pi f t) at f = 3 Hz."""
+
+    def poses(self, times_s: np.ndarray) -> Poses:
+        location = np.zeros((len(times_s), 3))
+        location[:, 0] = 0.02 * np.sin(6.0 * np.pi * times_s)
+        return Poses(np.zeros_like(location), location)
+
+
+def moved(camera) -> ImageMotion:
+    return ImageMotion(GEOMETRY, (Surface(1.0, 1.0),), camera)
+
+
+def edge_error(instants, path_px: np.ndarray, light: np.ndarray) -> float:
+    """Largest error of a step edge on a photosite's even square, over all places, beside a dense sum of the path."""
+    places = np.linspace(path_px.min() - 1.0, path_px.max() + 1.0, 3001)[:, None]
+    found = np.clip(places - 1000.0 * instants.pose_numbers[0, :, 3], -0.5, 0.5) @ instants.weights[0]
+    return float(np.abs(found - np.clip(places - path_px, -0.5, 0.5) @ (light / light.sum())).max())
+
+
+@pytest.mark.parametrize("count", [20, 60, 200])
+@pytest.mark.parametrize("camera", [SteadyMotion(right_m_per_s=0.05), Swing()], ids=["even", "swinging"])
+def test_the_law_of_instants_bounds_the_error_of_an_edge(camera, count):
+    lines = open_at_once(0.4)
+    path = TimedPath(moved(camera), lines, 0.0)
+    dense_s = (np.arange(40000) + 0.5) * 1e-5
+    truth = 1000.0 * camera.poses(dense_s).location_m[:, 0]
+    error = edge_error(path.instants(count), truth, np.ones(40000))
+    law = instants_error(count, path.length, 1.0)
+    assert error <= 1.02 * law + 1e-4
+    if isinstance(camera, SteadyMotion):
+        assert path.length.longest_px == pytest.approx(20.0) and error >= 0.97 * law - 1e-4
+
+
+def test_a_ramp_of_the_shutter_and_a_lamp_weigh_the_instants():
+    """A trapezoid of 2, 4 and 3 ms under light 1 + cos(2 pi 100 t): weights and mean place of a steady path, by dense sums."""
+    lines = LineTimes("all", *(np.array([value]) for value in (0.001, 0.003, 0.007, 0.010, 0.8)))
+
+    def light(times_s: np.ndarray) -> np.ndarray:
+        return 1.0 + np.cos(200.0 * np.pi * times_s)
+
+    times_s = 0.001 + (np.arange(90000) + 0.5) * 1e-7
+    opening = np.clip(np.minimum((times_s - 0.001) / 0.002, (0.010 - times_s) / 0.003), 0.0, 1.0)
+    weight = opening * light(0.25 + times_s)
+    path = TimedPath(moved(SteadyMotion(right_m_per_s=1.0)), lines, 0.25, light)
+    instants = path.instants(9)
+    groups = np.array_split(np.arange(90000), 9)
+    assert np.allclose(instants.weights[0], [weight[group].sum() / weight.sum() for group in groups], atol=2e-5)
+    means = [np.average(0.25 + times_s[group], weights=weight[group]) for group in groups]
+    assert np.allclose(instants.times_s[0], means, atol=1e-6)
+    assert np.allclose(instants.pose_numbers[0, :, 3], means, atol=1e-6)
+    assert np.allclose(path.instants(7, "light").weights, 1.0 / 7.0, rtol=2e-3)
+
+
+def test_each_line_has_its_own_instants():
+    """Lines that open 10 us apart see a steady path 10 us further on, exactly."""
+    opens = 1e-5 * np.arange(50)
+    lines = LineTimes("rows", opens, opens, opens + 0.01, opens + 0.01, np.ones(50))
+    instants = TimedPath(moved(SteadyMotion(right_m_per_s=1.0)), lines, -0.3).instants(12)
+    assert np.abs(1000.0 * (np.diff(instants.pose_numbers[..., 3], axis=0) - 1e-5)).max() < 1e-6
+    assert np.allclose(instants.weights, 1.0 / 12.0, atol=1e-9)
+
+
+def test_the_number_of_instants_follows_edges_and_texture():
+    path = PathLength(20.0, 20.0)
+    assert needed_instants(path, 1.0, 0.00219, 0.0) == 34  # 0.1 sigma of 2,000 electrons
+    assert needed_instants(path, 1.0, 0.00219, 1.82) == 73
+    assert needed_instants(path, 8.0, 0.00219, 0.0) == 96  # a bright edge by its real ratio
+    for length in (0.0, 0.001):
+        assert needed_instants(PathLength(length, length), 1.0, 0.00219, 1.82) == 1
+    many = needed_instants(PathLength(5000.0, 5000.0), 1.0, 0.00219, 0.0)
+    assert 200 < many < 240
+    for length in (0.02, 0.3, 2.0, 50.0, 900.0, 5000.0):
+        even = PathLength(length, length)
+        assert instants_error(needed_instants(even, 1.0, 0.003, 0.0), even, 1.0) <= 0.003
