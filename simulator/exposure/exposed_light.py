@@ -197,13 +197,6 @@ def _digits(values: np.ndarray) -> list[float]:
     return [float(f"{value:.9g}") for value in values]
 
 
-def openings_of(exposure: Exposure, camera: Camera, f_number: float, working_f_number: float) -> tuple[LineTimes, ...]:
-    """Return when the lines of the whole sensor are open, from the release on; several add up. Raises as `plan_exposure`."""
-    if exposure.shutter is None:
-        return (open_at_once(exposure.time_s),)
-    return exposure.shutter.line_times(camera, exposure.time_s, f_number, working_f_number)
-
-
 def plan_exposure(exposure: Exposure, camera: Camera, f_number: float, working_f_number: float) -> ExposedLight:
     """Return the light of a shot over time.
 
@@ -211,9 +204,10 @@ def plan_exposure(exposure: Exposure, camera: Camera, f_number: float, working_f
     shutter that the camera, the lens or the time cannot have.
     """
     time_s, release_s, shutter = exposure.time_s, exposure.start_s, exposure.shutter
-    openings = openings_of(exposure, camera, f_number, working_f_number)
-    text = "global: all lines are open at the same time"
+    openings: tuple[LineTimes, ...]
+    openings, text = (open_at_once(time_s),), "global: all lines are open at the same time"
     if shutter is not None:
+        openings = shutter.line_times(camera, time_s, f_number, working_f_number)
         text = shutter.describe(camera, time_s, f_number, working_f_number)
     flicker, flash = exposure.flicker, exposure.flash
     own: LightCurve = SteadyLight() if flicker is None else flicker
