@@ -67,7 +67,7 @@ ORDER = {
         "plain_exr",
         "raw_reader",
         "raw_image",
-        "late_array",
+        "late_field",
         "white_balance",
         "raw_format",
         "canonical_json",

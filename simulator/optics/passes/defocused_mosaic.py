@@ -50,7 +50,8 @@ def _write_wide(tiles: TilePlan, wide: TilePlan, cfa: Cfa, channel: int, device:
     """Write the photosites of a colour in the blocks with the method WIDE; cells: mosaic of `wide` in this colour."""
     window, area, of_cells = tiles.optics.window, tiles.area, wide.optics.window
     rows, columns = np.nonzero(tiles.chosen.blocks.wide())
-    places = np.stack([BLOCK_COLUMNS * columns - area.margin_x, BLOCK_ROWS * rows - area.margin_y], axis=-1)
+    x, y = area.tile_x - window.x + BLOCK_COLUMNS * columns, area.tile_y - window.y + BLOCK_ROWS * rows
+    places = np.stack([x, y], axis=-1)
     device.run(
         device.kernel("wide_blur", {**cfa.macros(window.x, window.y)}),
         (BLOCK_COLUMNS, BLOCK_ROWS, len(places)),
