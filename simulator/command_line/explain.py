@@ -98,7 +98,8 @@ def _make_pass_table(planned: Plan, times_ms: dict[str, float]) -> Table:
         table.add_column(escape(head), justify="right")
     for one in planned.passes:
         error = "" if one.error_sigma is None else f"{one.error_sigma:.2g}"
-        numbers = [f"{1e-6 * one.size:.2f}", f"{1e-6 * one.memory_bytes:.0f}", error, f"{one.cost_ms:.3g}"] if one.kept else []
+        memory = f"{1e-6 * (one.memory_bytes + one.scratch_bytes):.0f}"
+        numbers = [f"{1e-6 * one.size:.2f}", memory, error, f"{one.cost_ms:.3g}"] if one.kept else []
         if times_ms and one.kept:
             numbers.append(f"{times_ms[one.name]:.3g}" if one.name in times_ms else "")
         table.add_row(escape(one.name), escape(one.method), *numbers, style=None if one.kept else "dim")

@@ -1,7 +1,5 @@
 """A band of rows with its margins on the device, and the kernels that blur it."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from simulator.device import Buffer, Device
@@ -47,10 +45,20 @@ class BlockSlabs:
 
 
 class RowBand:
-    """Device buffers of a row band with its margins, at so many samples per photosite and axis, and the passes over them."""
+    """A row band with its margins, at so many samples per photosite and axis, in device buffers, and the passes over them.
+
+    buffers: planes, running sums and radii (`band_sizes`), which bands at other numbers of samples use, too, after one another.
+    """
 
     def __init__(
-        self, tiles: TilePlan, cfa: Cfa, device: Device, tables: DeviceTables, planes: list[Buffer], open_: Buffer
+        self,
+        tiles: TilePlan,
+        cfa: Cfa,
+        device: Device,
+        tables: DeviceTables,
+        planes: list[Buffer],
+        open_: Buffer,
+        buffers: tuple[Buffer, Buffer, Buffer],
     ) -> None:
         samples_per_axis, area, maps = tables.samples_per_axis, tiles.area, tiles.maps
         self.tiles, self.device, self.area, self.maps, self.chosen = tiles, device, area, maps, tiles.chosen
@@ -60,10 +68,7 @@ class RowBand:
         self.channels, self.coverage = tiles.optics.channels, int(tiles.optics.has_coverage)
         self.partial = [layer.coverage is not None for layer in tiles.optics.scene.layers]
         self.layer_planes = self.channels + self.coverage
-        self.sampled = device.empty(self.layout.shape(len(planes) * self.layer_planes), np.float32)
-        sums = replace(self.layout, rows=self.layout.rows + 2)  # the sum of all rows, and the columns' minima
-        self.sums = device.empty(sums.shape(self.layer_planes), np.float32)
-        self.radius = device.zeros(self.layout.shape(max(len(maps.scene_radius), 1)), np.float32)
+        self.sampled, self.sums, self.radius = buffers
         # A work-item computes 4 sets of 16 columns and 4 rows of a colour on CPUs, and one photosite on GPUs, which need many.
         self.block_size = (1, 1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2, 4)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}

@@ -1,6 +1,7 @@
 """Geometry of a blurred frame: its tiles, the margin around them, and the row bands that are computed one after the other."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 from simulator.optics.defocus.defocus import PATCH_COLUMNS, PATCH_ROWS, TILE_COLUMNS, TILE_ROWS
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
@@ -21,6 +22,16 @@ class BandRows:
     first: int
     count: int
     tiles: slice
+
+
+def band_sizes(layout: InterleavedColumns, layers: int, planes: int, maps: int) -> tuple[int, int, int]:
+    """Return the number of samples of a band's planes, of its running sums, and of its blur radii.
+
+    layout: of a plane of the band. layers: of the scene. planes: of a layer, its colours and perhaps its coverage. maps: layers
+    whose blur radius varies. Sums are of one layer at a time; they have the sum of all rows and the columns' minima besides.
+    """
+    sums = replace(layout, rows=layout.rows + 2).shape(planes)
+    return math.prod(layout.shape(layers * planes)), math.prod(sums), math.prod(layout.shape(max(maps, 1)))
 
 
 class TileGrid:
