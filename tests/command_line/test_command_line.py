@@ -92,6 +92,13 @@ print("HEAVY", [name for name in {UNUSED!r} if name in sys.modules])
     assert in_fresh_process(code).strip().endswith("HEAVY []")
 
 
+def test_the_truth_twin_is_left_out_on_request(tmp_path, capsys):
+    for options, ends in (((), [".dng", ".json", ".truth.exr"]), (("--no-truth",), [".dng", ".json"])):
+        code, out, _ = run(capsys, "simulate", FLAT, *SMALL, "--out", str(tmp_path), *options)
+        assert code == 0 and [f"flat_field{end}" for end in ends] == sorted(path.name for path in tmp_path.iterdir())
+        assert sorted(out.split()) == [str(tmp_path / f"flat_field{end}") for end in ends]
+
+
 def test_a_profile_adds_up_to_the_age_of_the_process(tmp_path):
     arguments = ["simulate", FLAT, *SMALL, "--out", str(tmp_path), "--profile"]
     code = f"from simulator.command_line.main import main\nmain({arguments!r})"
