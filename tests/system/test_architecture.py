@@ -47,6 +47,7 @@ ORDER = {
         "frame_strips",
         "truth_maps",
         "explain",
+        "light_reuse",
         "planner",
         "light_cache",
         "plan_steps",
