@@ -15,7 +15,16 @@ from simulator.device import DeviceInfo as DeviceInfo
 from simulator.device import devices as devices
 from simulator.device import open_device as open_device
 from simulator.errors import PhotositeError as PhotositeError
+from simulator.exposure.flash import Flash as Flash
+from simulator.exposure.flicker import Harmonic as Harmonic
+from simulator.exposure.flicker import MainsFlicker as MainsFlicker
+from simulator.exposure.flicker import PwmLamp as PwmLamp
 from simulator.exposure.settings import Exposure as Exposure
+from simulator.exposure.shutter import CurtainShutter as CurtainShutter
+from simulator.exposure.shutter import FirstCurtainShutter as FirstCurtainShutter
+from simulator.exposure.shutter import GlobalShutter as GlobalShutter
+from simulator.exposure.shutter import LeafShutter as LeafShutter
+from simulator.exposure.shutter import RollingShutter as RollingShutter
 from simulator.measurement.statistics.inspection import Inspection as Inspection
 from simulator.measurement.statistics.inspection import inspect_raw as inspect_raw
 from simulator.optics.lens.bare_sensor import BareSensor as BareSensor

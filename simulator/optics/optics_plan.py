@@ -47,6 +47,7 @@ SENSOR_ONLY = frozenset(
         "read_noise_spread",
         "conversion_gain",
         "color_matrix",
+        "readout_time_s",
         "stages",
     }
 )
@@ -109,6 +110,13 @@ class OpticsPlan:
     def in_one_color(self, plane: int) -> Self:
         """Return the plan of a sensor whose photosites all have this colour."""
         return replace(self, cfa=Cfa.uniform(plane))
+
+    def lit_by(self, bands: slice) -> Self:
+        """Return the plan of the light of these bands of the scene alone, such as those of a flash."""
+        weights = np.zeros_like(self.weights)
+        weights[bands] = self.weights[bands]
+        glare = None if self.veiling_glare is None else self.veiling_glare.lit_by(bands)
+        return replace(self, weights=weights, veiling_glare=glare)
 
     def on_wider_photosites(self) -> Self:
         """Return the plan of the same blur on photosites twice as wide, which cover the window and one more on each side."""

@@ -33,13 +33,14 @@ class LightKey:
     """All that the light on the sensor depends on.
 
     scene: its source, or the scene itself. forms_image: whether there is a lens. window: photosites that are read.
-    optics: the rest, of `optics_key`.
+    optics: the rest, of `optics_key`. exposed: of `ExposedLight.key`; None: lines collect steady light for the nominal time.
     """
 
     scene: Hashable
     forms_image: bool
     window: Window
     optics: Hashable
+    exposed: Hashable = None
 
     def of_mosaic(self, optics: OpticsPlan, sensor: SensorPlan) -> Hashable:
         """Return the key of the mosaic that a plan of this light gives.
@@ -53,14 +54,14 @@ class LightKey:
         scattered = None if glare is None else (freeze(glare), freeze(sensor.irradiance))
         passes = readout.crosstalk.optical_shares, readout.reaches_optical_black and readout.active
         sampling = freeze(optics.weights), freeze(optics.projection), optics.cfa, optics.window
-        return self.scene, self.forms_image, sampling, scattered, passes
+        return self.scene, self.forms_image, sampling, scattered, passes, self.exposed
 
 
-def light_key(shot: Shot, sensor: SensorPlan, scene: Scene) -> LightKey | None:
+def light_key(shot: Shot, sensor: SensorPlan, scene: Scene, exposed: Hashable = None) -> LightKey | None:
     """Return the key of a shot's light; None where nothing tells when it is the same.
 
     scene: that of the shot. Sources of the simulator's give the same scene while their fields and files are the same; other
-    sources are asked each time.
+    sources are asked each time. exposed: key of its light over time, of `ExposedLight.key`.
     """
     optics, source = optics_key(shot.lens, sensor, shot.tolerance), shot.scene
     if optics is None:
@@ -69,7 +70,7 @@ def light_key(shot: Shot, sensor: SensorPlan, scene: Scene) -> LightKey | None:
         own = freeze(source) if is_ours(source) and not isinstance(source, Scene) else Itself(scene)
     except OSError:  # a file has gone meanwhile
         return None
-    return LightKey(own, shot.lens.forms_image, shot.camera.frame, optics)
+    return LightKey(own, shot.lens.forms_image, shot.camera.frame, optics, exposed)
 
 
 class LightCache:

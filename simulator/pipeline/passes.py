@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus, Method
 from simulator.optics.defocus.predicted_error import describe_ignored, predicted_error
 from simulator.optics.optics_plan import OpticsPlan
@@ -43,6 +44,7 @@ COST_NS = {
     "veiling glare": 3.0,
     "optical black": 1.0,
     "crosstalk": 4.0,
+    "line exposure": 1.0,
     "sensor": 2.2,
     "sensor stage": 0.25,  # for each stage
     "truth": 6.0,
@@ -82,14 +84,15 @@ class Pass:
 def passes_of(
     optics: OpticsPlan,
     sensor: SensorPlan,
+    exposed: ExposedLight,
     truth: Collection[str],
     tiles: "TilePlan | None" = None,
     strips: Sequence[ReadoutGeometry] = (),
 ) -> tuple[Pass, ...]:
     """Return all passes in the order of the light.
 
-    truth: maps that a shot asks for, as `Shot.truth`. tiles: method of each tile; None: not measured yet.
-    strips: readout of each strip of the frame, where there are several.
+    exposed: light over time. truth: maps that a shot asks for, as `Shot.truth`. tiles: method of each tile; None: not measured
+    yet. strips: readout of each strip of the frame, where there are several.
     """
     defocus = _defocus(optics, tiles)
     sampling = (_scene_planes(optics), _projection(optics))
@@ -100,12 +103,13 @@ def passes_of(
         _optical_crosstalk(optics, sensor),
         _optical_black(optics, sensor),
     )
+    lines = _line_exposure(optics, exposed, (*sampling, *image))
     noise_free = _truth(optics)
     maps = [_truth_map(name, optics) for name in ("variance", "depth", "blur", "flow") if name in truth]
     if "rgb" in truth:
-        maps.append(_truth_rgb(optics, (*sampling, *image, noise_free)))
+        maps.append(_truth_rgb(optics, (*sampling, *image, lines, noise_free)))
     frame = (_sensor(optics, sensor), noise_free, *maps, _strips(optics, strips))
-    return (*sampling, _radius_statistics(optics, defocus), *image, *frame)
+    return (*sampling, _radius_statistics(optics, defocus), *image, lines, *frame)
 
 
 def _pixels(optics: OpticsPlan) -> int:
@@ -247,6 +251,16 @@ def _optical_crosstalk(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
 def _optical_black(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
     reaches_black = sensor.readout.reaches_optical_black
     return _skippable("optical black", reaches_black, optics, "light removed there", "light reaches all of the window")
+
+
+def _line_exposure(optics: OpticsPlan, exposed: ExposedLight, image: tuple[Pass, ...]) -> Pass:
+    """Shares that lines collect. image: passes of the light, which run again for a flash whose shares differ."""
+    if exposed.is_split:
+        method, again = "image of the flash added, each line with its shares of both", sum(one.cost_ms for one in image)
+        pixels = _pixels(optics)
+        cost_ms = again + 2 * _ms(pixels, COST_NS["line exposure"])
+        return Pass("line exposure", True, method, pixels, 4 * pixels, cost_ms=cost_ms)
+    return _skippable("line exposure", exposed.varies, optics, f"each of the {exposed.axis} by its share", exposed.even_text())
 
 
 def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:

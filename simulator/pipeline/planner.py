@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
 from simulator.device import Device
-from simulator.exposure.line_times import open_at_once
+from simulator.exposure.exposed_light import ExposedLight, LightComponent, plan_exposure
 from simulator.optics.defocus.predicted_error import error_warning
+from simulator.optics.geometry.projection import tangent_per_pixel
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_grid import BAND_ROWS
@@ -30,6 +31,7 @@ STRIP_PX = 2**25  # photosites that are computed at once
 class Plan:
     """All decisions that the execution of a shot needs.
 
+    exposed: light of the scene and the flash over time, of which lines collect their shares.
     truth: maps that the truth holds besides mean electrons and noise-free codes.
     steps: effects on the light and the signal, in physical order, as `explain` prints them.
     passes: what the executor runs and what it skips: method, size, memory, predicted error and time.
@@ -40,6 +42,7 @@ class Plan:
 
     optics: OpticsPlan
     sensor: SensorPlan
+    exposed: ExposedLight
     truth: tuple[TruthPart, ...]
     steps: tuple[Step, ...]
     passes: tuple[Pass, ...]
@@ -61,13 +64,26 @@ class Plan:
         """Return the plan of a sensor whose photosites all see this colour plane; the methods of the tiles are the same."""
         return replace(self, optics=self.optics.in_one_color(plane))
 
+    def by_light(self) -> list[tuple[LightComponent, Self]]:
+        """Return the plan of each component of the light whose image is a pass of its own, not measured yet.
+
+        One component stands for all where all lines collect the same shares of them: their bands then add up in one image.
+        """
+        if not self.exposed.is_split:
+            return [(self.exposed.components[0], self)]
+        count = self.optics.weights.shape[0]
+        bands = [(one, self.exposed.bands(one, count)) for one in self.exposed.components]
+        return [(one, replace(self, optics=self.optics.lit_by(own), tiles=None)) for one, own in bands]
+
     def warnings(self) -> list[str]:
         """Return a sentence for each promise that the plan may not keep."""
+        missed = self.exposed.missed_flash()
+        warnings = [] if missed is None else [missed]
         runs = any(one.name == "defocus" and one.kept for one in self.passes)
         if self.optics.defocus is None or not runs:
-            return []
+            return warnings
         warning = error_warning(self.optics.defocus, self.optics.contrast)
-        return [] if warning is None else [warning]
+        return warnings if warning is None else [*warnings, warning]
 
     def memory_bytes(self) -> int:
         """Estimate the memory of a shot on device and host together [byte]; a CPU device shares the host's memory."""
@@ -85,23 +101,31 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
     cache: holds plans of the optics, whose light may be shared; None: nothing is held.
     """
     sensor = plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
-    optics, key = _plan_light(shot, sensor, cache)
-    steps = steps_of(optics, sensor, shot.lens)
+    exposed = plan_exposure(shot.exposure, shot.camera, shot.lens.f_number, shot.lens.diffraction_f_number)
+    optics, key = _plan_light(shot, sensor, exposed, cache)
+    steps = steps_of(optics, sensor, shot.lens, exposed)
     strips = tuple(split_readout(shot.camera, strip_px, BAND_ROWS))
-    planned = Plan(optics, sensor, shot.truth, steps, (), strips=strips, key=key)
+    planned = Plan(optics, sensor, exposed, shot.truth, steps, (), strips=strips, key=key)
     return replace(planned, passes=_passes_of(planned))
 
 
-def _plan_light(shot: Shot, sensor: SensorPlan, cache: LightCache | None) -> tuple[OpticsPlan, LightKey | None]:
+def _plan_light(
+    shot: Shot, sensor: SensorPlan, exposed: ExposedLight, cache: LightCache | None
+) -> tuple[OpticsPlan, LightKey | None]:
     """Return the plan of the optics, and the key of its light where a cache holds it."""
     scene = load_scene(shot.scene)
     if shot.motion is not None:
         shot.motion.check_layers(len(scene.layers))
-        shot.motion.check_exposure(shot.exposure.start_s, (open_at_once(shot.exposure.time_s),), "flow" in shot.truth)
-    key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene)
+        shot.motion.check_exposure(shot.exposure.start_s, exposed.components[0].openings, "flow" in shot.truth)
+    tangent = 0.0 if exposed.flash is None else tangent_per_pixel(scene, shot.lens, shot.camera)
+
+    def make() -> OpticsPlan:
+        return plan_optics(exposed.expose(scene, tangent), shot.lens, sensor, shot.tolerance)
+
+    key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene, exposed.key(tangent))
     if cache is None or key is None:
-        return plan_optics(scene, shot.lens, sensor, shot.tolerance), None
-    return cache.get(key, lambda: plan_optics(scene, shot.lens, sensor, shot.tolerance)), key
+        return make(), None
+    return cache.get(key, make), key
 
 
 def measure(planned: Plan, device: Device) -> Plan:
@@ -119,11 +143,11 @@ def measure(planned: Plan, device: Device) -> Plan:
 
 def _passes_of(planned: Plan) -> tuple[Pass, ...]:
     """Return the passes of a plan; of several strips, those of the whole frame with the memory of the largest strip."""
-    passes = passes_of(planned.optics, planned.sensor, planned.truth, planned.tiles, planned.strips)
+    passes = passes_of(planned.optics, planned.sensor, planned.exposed, planned.truth, planned.tiles, planned.strips)
     if len(planned.strips) <= 1:
         return passes
     largest = max(planned.by_strip(), key=lambda strip: strip.optics.window.height)
-    parts = {one.name: one.memory_bytes for one in passes_of(largest.optics, largest.sensor, largest.truth)}
+    parts = {one.name: one.memory_bytes for one in passes_of(largest.optics, largest.sensor, largest.exposed, largest.truth)}
     return tuple(replace(one, memory_bytes=parts.get(one.name, one.memory_bytes)) for one in passes)
 
 

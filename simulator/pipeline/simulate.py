@@ -9,6 +9,7 @@ import numpy as np
 
 from simulator.device import Buffer, Device, DeviceInfo, open_device
 from simulator.errors import PhotositeError
+from simulator.exposure.line_exposure import add_exposed_lines, expose_lines
 from simulator.optics.geometry.projection import project
 from simulator.optics.geometry.scene_part import ScenePart, find_scene_part
 from simulator.optics.lens.lens import Lens
@@ -168,7 +169,7 @@ def _execute_strip(
     maps = compute_truth_maps(planned, shot.lens, device, electrons, timed, cache)
     if "flow" in planned.truth:
         with timed("truth: flow", device):
-            maps["flow"] = flow_map(shot, planned.optics.scene, planned.optics.projection, planned.sensor.readout)
+            maps["flow"] = flow_map(shot, planned)
     mean_electrons = late.mean_electrons if electrons is None else electrons
     return {"dn": dn, "mean_electrons": mean_electrons, "noise_free_dn": late.noise_free_dn, **maps}
 
@@ -236,7 +237,22 @@ def expose(
 
     planned: with the methods of its tiles, as `measure` returns it. progress: called with the share of the blur that is done.
     """
-    optics, layout, tiles, timed = planned.optics, planned.sensor.readout, planned.tiles, timed or Stopwatch()
+    timed, exposed, window = timed or Stopwatch(), planned.exposed, planned.optics.window
+    (first, part), *others = planned.by_light()
+    mosaic = _image(part if part.tiles or not others else measure(part, device), device, progress, timed)
+    if exposed.varies:
+        with timed("line exposure", device):
+            expose_lines(device, mosaic, window, exposed, first)
+    for component, part in others:
+        light = _image(measure(part, device), device, progress, timed)
+        with timed("line exposure", device):
+            add_exposed_lines(device, mosaic, light, window, exposed, component)
+    return mosaic
+
+
+def _image(planned: Plan, device: Device, progress: Callable[[float], None], timed: Stopwatch) -> Buffer:
+    """Return the image of the scene in each photosite's own colour, as `expose` does, before lines collect their shares."""
+    optics, layout, tiles = planned.optics, planned.sensor.readout, planned.tiles
     with timed("scene planes", device):
         part = _scene_part(planned)
         planes = [camera_planes(device, layer, optics.weights, optics.has_coverage, part) for layer in optics.scene.layers]

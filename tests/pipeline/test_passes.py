@@ -8,7 +8,9 @@ import pytest
 from helpers.camera_builders import every_stage, small_camera
 from helpers.scene_builders import band_scene
 
+from simulator.exposure.flicker import MainsFlicker
 from simulator.exposure.settings import Exposure
+from simulator.exposure.shutter import RollingShutter
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
@@ -28,6 +30,7 @@ EDGE_M = np.where(np.arange(32) < 16, 1.9, 2.1)[None, :].repeat(24, axis=0)
 IDEAL = ThinLens(50.0, 2.0, 2.0, cos4=False)
 REAL = replace(IDEAL, veiling_glare=0.02, distortion=Distortion(k1=-0.01))
 ABERRATED = replace(REAL, f_number=8.0, aberrations=Aberrations(spherical_um=0.1))
+ROLLING = Exposure(0.001, shutter=RollingShutter(0.01), flicker=MainsFlicker(100.0, 0.4))
 TRUTH = ("variance", "depth", "blur", "rgb")
 
 
@@ -43,7 +46,8 @@ def full_camera():
 
 
 def shot_of(lens=REAL, depth_m=SLOPE_M, camera=None, truth=TRUTH, **settings) -> Shot:
-    return Shot(band_scene(PLANES, depth_m), lens, Exposure(0.01), camera or full_camera(), truth=truth, **settings)
+    exposure = settings.pop("exposure", Exposure(0.01))
+    return Shot(band_scene(PLANES, depth_m), lens, exposure, camera or full_camera(), truth=truth, **settings)
 
 
 SHOTS = {
@@ -53,6 +57,9 @@ SHOTS = {
     "kernels stand for the blur": shot_of(lens=ABERRATED, depth_m=EDGE_M),
     "pinhole": shot_of(lens=Pinhole(0.2, 50.0, diffraction=False), depth_m=2.0),
     "sharp": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=()),
+    "rolling shutter under a flickering lamp": shot_of(
+        lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=(), exposure=ROLLING
+    ),
     "two strips": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(20, 200, "RGGB"), truth=()),
 }
 STRIP_PX = 20 * 150  # the shots but the last are smaller

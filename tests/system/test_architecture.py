@@ -52,6 +52,7 @@ ORDER = {
         "light_cache",
         "plan_steps",
         "psf_steps",
+        "time_steps",
         "step",
         "passes",
         "stopwatch",

@@ -140,6 +140,18 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
     )
 
 
+def tangent_per_pixel(scene: Scene, lens: Lens, camera: Camera) -> float:
+    """Return the tangent of the angle from the axis per pixel of the scene, without distortion; 0 where nothing tells it.
+
+    Raises PhotositeError as `plan_projection` does.
+    """
+    if scene.field_of_view_deg is not None:
+        return 2.0 * math.tan(math.radians(0.5 * scene.field_of_view_deg)) / scene.planes.shape[1]
+    if not lens.forms_image:
+        return 0.0
+    return 1e-3 * camera.pixel_pitch_um / (lens.image_distance_mm * plan_projection(scene, lens, camera).scale)
+
+
 def project(device: Device, projection: Projection, cfa: Cfa, window: Window, planes: Buffer) -> Buffer:
     """Device buffer (height, width) float32: the sharp image of one surface in each photosite's own colour.
 

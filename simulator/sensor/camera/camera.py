@@ -15,7 +15,7 @@ from simulator.sensor.camera.optical_black import OpticalBlack
 from simulator.sensor.camera.read_noise_model import ReadNoiseModel
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.stage import Stage
-from simulator.units import DigitalNumbers, Micrometres
+from simulator.units import DigitalNumbers, Micrometres, Seconds
 
 LARGEST_SIDE_PX = 65535
 
@@ -36,6 +36,8 @@ class Camera:
     color_matrix: a published colour matrix.
     fill_factor: light-sensitive share of a photosite, a square in its middle.
     low_pass_um: distance between the four spots of an optical low-pass filter, on either axis; 0: no filter.
+    readout_time_s: in which all lines are read one after the other, from the start of the first to that of one past the last,
+        with a rolling shutter that states none.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
     Raises PhotositeError for values out of range, or that contradict each other.
     """
@@ -64,6 +66,7 @@ class Camera:
     binning: Binning | None = None
     optical_black: OpticalBlack | None = None
     low_pass_um: Micrometres = 0.0
+    readout_time_s: Seconds | None = None
 
     def __post_init__(self) -> None:
         for key, side in (("width", self.width_px), ("height", self.height_px)):
@@ -72,6 +75,9 @@ class Camera:
         require(0 < pitch_um < math.inf, "camera.pixel_pitch", f"{pitch_um:g} um", "give a pitch above 0 um")
         require(0 < self.fill_factor <= 1, "camera.fill_factor", self.fill_factor, "give a share above 0 and up to 1")
         require(0 <= self.low_pass_um < 100, "camera.low_pass", f"{self.low_pass_um:g} um", "give a distance from 0 to 100 um")
+        if self.readout_time_s is not None:
+            good = 0 <= self.readout_time_s < math.inf
+            require(good, "camera.readout_time", f"{self.readout_time_s:g} s", "give a time of 0 s or more, such as 20 ms")
         require(self.cfa in get_args(CfaName), "camera.cfa", self.cfa, f"give one of {', '.join(get_args(CfaName))}")
         rule = f"needs {self.channels} values per line of response.relative, which has {self.response.channels}"
         require(self.response.channels == self.channels, "camera.cfa", self.cfa, rule)
