@@ -190,7 +190,8 @@ class Sweep:
             rule = "the camera chooses the exposure when it is planned, so that no gap says when it ends; give an interval"
             raise self._section.problem(("series",), rule, key="sweep.series")
         with self._locate_series():
-            start_s, time_s = series.times(frame, 0.0 if is_metered_bracket else base_s)
+            known_s = 0.0 if is_metered_bracket else base_s
+            (start_s, time_s), (next_start_s, next_time_s) = (series.times(one, known_s) for one in (frame, frame + 1))
         # In 12 digits, so that 3 times 0.1 s reads 0.3 s.
         values: dict[str, object] = {"exposure.start": format_quantity(float(f"{first_s + start_s:.12g}"), SECONDS)}
         if series.bracket is not None and is_metered_bracket:
@@ -200,9 +201,11 @@ class Sweep:
             values[key] = stated + series.bracket[frame % len(series.bracket)]
         elif series.bracket is not None:
             values[key] = format_quantity(float(f"{time_s:.12g}"), SECONDS)
+        place = replace(self._place(("series",)), via="sweep")
         for key, value in values.items():
-            document = replace_value(document, key, value, replace(self._place(("series",)), via="sweep"))
-        return document, values
+            document = replace_value(document, key, value, place)
+        flow_s = next_start_s + 0.5 * next_time_s - (start_s + 0.5 * time_s)  # to the middle of the next exposure
+        return _set_flow_time(document, flow_s, place), values
 
     def _advance_frame_seed(self, document: Document, index: int) -> Document:
         seeds = document.data.get("seeds")
@@ -242,6 +245,14 @@ def _set_value(document: Document, key: str, value: object, place: Place) -> Doc
     if key in ("camera", "camera.base"):
         return apply_overrides(replace_value(document, "camera", value, place), ())
     return replace_value(document, key, value, place)
+
+
+def _set_flow_time(document: Document, flow_s: float, place: Place) -> Document:
+    """Return the document with the time that the truth's flow spans [s], where it asks for a flow and states none."""
+    motion, truth = (document.data.get(key) for key in ("motion", "truth"))
+    if not isinstance(motion, dict) or "flow_time" in motion or not isinstance(truth, list) or "flow" not in truth:
+        return document
+    return replace_value(document, "motion.flow_time", format_quantity(float(f"{flow_s:.12g}"), SECONDS), place)
 
 
 def load_sweep(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Sweep | None:

@@ -352,3 +352,15 @@ def test_the_manifest_of_a_series_has_the_times_of_its_frames(tmp_path):
     with open(tmp_path / "manifest.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [(row["exposure.start"], row["exposure.time"]) for row in rows] == [("0 s", "0.008 s"), ("0.008 s", "0.004 s")]
+
+
+def test_the_flow_of_a_frame_of_a_series_leads_to_the_middle_of_the_next(tmp_path):
+    """A bracket of 10, 5 and 20 ms, 2 ms apart: from 5 ms to 14.5 ms, and from there to 29 ms."""
+    text = SHOT.replace("time: 1/125 s", "time: 10 ms") + "truth: [flow]\nmotion: {camera: {pan: 1 deg/s}}\n"
+    sweep = load(tmp_path, {"series": {"frames": 3, "gap": "2 ms", "bracket": [0, -1, 1]}}, text)
+    first, second, last = (point.shot() for point in sweep)
+    middles_s = [shot.exposure.start_s + 0.5 * shot.exposure.time_s for shot in (first, second, last)]
+    assert first.motion.flow_time_s == pytest.approx(middles_s[1] - middles_s[0], rel=1e-12)
+    assert second.motion.flow_time_s == pytest.approx(middles_s[2] - middles_s[1], rel=1e-12)
+    stated = load(tmp_path, {"series": {"frames": 2}}, text.replace("{pan: 1 deg/s}", "{pan: 1 deg/s}, flow_time: 1 s"))
+    assert [point.shot().motion.flow_time_s for point in stated] == [1.0, 1.0]
