@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -50,6 +51,7 @@ SENSOR_ONLY = frozenset(
         "read_noise_spread",
         "conversion_gain",
         "color_matrix",
+        "readout_time_s",
         "stages",
     }
 )
@@ -69,7 +71,8 @@ class OpticsPlan:
     psf_skip_reason: why a point spread function is left out, with its predicted error; None: it is not.
     ignored_px: largest blur radius that is left out where `defocus` is None [photosites].
     contrast: of the scene, on which the error of the blur depends; that of the laws where there is no blur.
-    motion: how the image moves while the shutter is open; None: it does not.
+    motion: how the image moves while the shutter is open; None: it does not. flash_motion: while a flash shines.
+    has_flash: whether a flash lights the bands of the scene's second half.
     motion_skip_reason: why motion is left out, with its predicted error; None: it is not.
     """
 
@@ -89,6 +92,8 @@ class OpticsPlan:
     ignored_px: float = 0.0
     contrast: SceneContrast = SceneContrast()
     motion: MotionPlan | None = None
+    flash_motion: MotionPlan | None = None
+    has_flash: bool = False
     motion_skip_reason: str | None = None
 
     @property
@@ -129,6 +134,19 @@ class OpticsPlan:
     def in_one_color(self, plane: int) -> Self:
         """Return the plan of a sensor whose photosites all have this colour."""
         return replace(self, cfa=Cfa.uniform(plane))
+
+    @property
+    def moves_by_component(self) -> bool:
+        """Whether there is a flash that sees what moves at other times than the scene's own light does."""
+        return self.has_flash and not (self.motion is None and self.flash_motion is None)
+
+    def lit_by(self, bands: slice, is_flash: bool = False) -> Self:
+        """Return the plan of the light of these bands of the scene alone, such as those of a flash."""
+        weights = np.zeros_like(self.weights)
+        weights[bands] = self.weights[bands]
+        glare = None if self.veiling_glare is None else self.veiling_glare.lit_by(bands)
+        motion = self.flash_motion if is_flash else self.motion
+        return replace(self, weights=weights, veiling_glare=glare, motion=motion)
 
     def on_wider_photosites(self) -> Self:
         """Return the plan of the same blur on photosites twice as wide, which cover the window and one more on each side."""
@@ -180,9 +198,27 @@ def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float, timing: Timing 
     try:
         camera = freeze(sensor.camera, SENSOR_ONLY | {"window"})
         moving = None if timing is None else timing.key
-        return "optics", freeze(lens), camera, sensor.exposure.time_s, sensor.noise_floor(), tolerance, moving
+        return "optics", freeze(lens), camera, sensor.exposure.time_s, noise_floor(sensor), tolerance, moving
     except OSError:  # a file of the lens or of a path has gone: what reads it says so
         return None
+
+
+def noise_floor(sensor: SensorPlan) -> NoiseFloor | None:
+    """Return `SensorPlan.noise_floor`, which asks for all ISOs of the camera, from the last sensors where it is known."""
+    return _noise_floor_of(_AskedSensor((freeze(sensor.camera, frozenset({"window"})), freeze(sensor.stages)), sensor))
+
+
+@dataclass(frozen=True)
+class _AskedSensor:
+    """A sensor whose noise is asked for. content: all that its noise depends on."""
+
+    content: Hashable
+    sensor: SensorPlan = field(compare=False)
+
+
+@lru_cache(maxsize=32)
+def _noise_floor_of(asked: _AskedSensor) -> NoiseFloor | None:
+    return asked.sensor.noise_floor()
 
 
 def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
@@ -208,7 +244,7 @@ def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance
         accuracy=Accuracy(tolerance),
         veiling_glare=glare,
     )
-    floor = sensor.noise_floor()
+    floor = noise_floor(sensor)
     if lens.forms_image and floor is not None:
         accuracy = plan_accuracy(planned, lens, sensor, floor, tolerance)
         planned = replace(planned, accuracy=accuracy)
@@ -348,14 +384,24 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
         allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
         cut_off=0.5 * scale,
     )
-    motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing, need, is_sharp)
-    if isinstance(motion, str):
-        return replace(planned, motion_skip_reason=motion)
+    found: list[MotionPlan | None] = []
+    is_layered, reason = False, None
+    for component in timing.components:
+        motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing.motion, component, need, is_sharp)
+        if isinstance(motion, str):
+            found.append(None)
+            reason = reason or motion
+            continue
+        found.append(motion)
+        is_layered |= is_sharp and not motion.moves_alike
+    if all(motion is None for motion in found):
+        return replace(planned, motion_skip_reason=reason)
     if planned.deep_blur is not None:
         rule = "no motion of a deep picture is followed by rays; give a tolerance above 0, such as 0.1"
         raise PhotositeError(rule, key="tolerance", value=0)
-    layered = is_sharp and not motion.moves_alike
-    return replace(planned, scene=loaded if layered else planned.scene, motion=motion)
+    scene = loaded if is_layered else planned.scene
+    flash = found[1] if len(found) > 1 else None
+    return replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:

@@ -63,7 +63,7 @@ def _weighted_poses(plan: MotionPlan, window: Window) -> tuple[np.ndarray, np.nd
     Where all lines are open at once the instants are theirs; else nodes that all lines share.
     """
     path = plan.path
-    if path.lines.is_common:
+    if plan.is_common:
         instants = path.of_lines(np.zeros(1, np.intp)).instants(plan.count)
         lines = {"all": 1, "rows": window.height, "columns": window.width}[path.lines.axis]
         weights = np.broadcast_to(instants.weights, (lines, plan.count))
