@@ -7,7 +7,7 @@
 // sampled: (planes, COLUMN_SETS, rows, set_columns) float32, every channel, in interleaved columns (projection_planes).
 // radius:  (maps, COLUMN_SETS, rows, set_columns) float32, signed blur radius [photosites] in interleaved columns: scene_radius,
 //          (scene height, scene width) float32 [photosites], read bilinearly at the sample's centre. Where the four pixels around it
-//          differ by more than `edge` photosites they belong to two surfaces, and the nearest pixel is read (projection_radius).
+//          differ by more than EDGE photosites they belong to two surfaces, and the nearest pixel is read (projection_radius).
 // first_plane: plane or map of the output at which writing begins. rows: rows of each plane of the output, of which the first ones are
 // written. origin_x, origin_y: photosite of the sensor at [0, 0] of the output; negative in a margin beyond the sensor.
 // pose: (10) float32, pivot and pose (scene_place.h); not read where POSE is 0.
@@ -44,8 +44,8 @@ kernel void projection_planes(global const float *restrict planes, global float 
 }
 
 // Dimension 0: columns of a set; 1: rows of samples; 2: column sets.
-kernel void projection_radius(global const float *restrict scene_radius, global float *restrict radius, const float edge,
-                              const uint first_plane, const uint rows, const uint scene_width, const uint scene_height,
+kernel void projection_radius(global const float *restrict scene_radius, global float *restrict radius, const uint first_plane,
+                              const uint rows, const uint scene_width, const uint scene_height,
                               const int origin_x, const int origin_y, const float scale, const float offset_x, const float offset_y,
                               global const float *restrict pose) {
     struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
@@ -63,5 +63,5 @@ kernel void projection_radius(global const float *restrict scene_radius, global 
     const float upper = a + s * (b - a), lower = c + s * (d - c);
     const float nearest_pixel = t < 0.5f ? (s < 0.5f ? a : b) : (s < 0.5f ? c : d);
     radius[row_start(COLUMN_SETS * first_plane + set, row, rows, get_global_size(0)) + column] =
-        greatest - least > edge ? nearest_pixel : upper + t * (lower - upper);
+        greatest - least > EDGE ? nearest_pixel : upper + t * (lower - upper);
 }

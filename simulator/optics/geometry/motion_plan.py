@@ -154,7 +154,7 @@ def plan_motion(
     path = TimedPath(motion, component.lit_openings(), component.release_s, component.curve.brightness)
     farthest = path.farthest_px
     if need.contrast * farthest <= need.allowed:
-        return "nothing moves" if farthest == 0.0 else f"the image moves by up to {farthest:.2g} photosites"
+        return "nothing moves" if farthest < SAME_PLACE_PX else f"the image moves by up to {farthest:.2g} photosites"
     length = path.length
     contrast = need.contrast_along(length.longest_px)
     count = needed_instants(length, contrast, need.allowed, need.cut_off)

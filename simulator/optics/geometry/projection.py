@@ -101,6 +101,7 @@ class Projection:
             "NEAREST": int(self.nearest),
             "OVER": over,
             "POSE": int(self.pose is not None),
+            "EDGE": f"{self.edge_px:.9e}f",
             **area,
             **distortion,
             **cfa_macros,
@@ -218,7 +219,7 @@ def project_radius(
     `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample. rows: as of `project_planes`.
     """
     kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"edge": projection.edge_px, "first_plane": number, "rows": layout.rows, **projection.arguments(*origin)}
+    settings = {"first_plane": number, "rows": layout.rows, **projection.arguments(*origin)}
     pose = projection.upload_pose(device)
     device.run(kernel, layout.work_size(1, rows), None, scene_radius=scene_radius, radius=radius, pose=pose, **settings)
 
