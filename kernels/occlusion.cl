@@ -25,9 +25,12 @@
 #include "plain_math.h"
 #include "row_band.h"
 #include "slab_light.h"
-#define ALL (SETS * SIZE) // photosites of a work-item: SETS sets, each of ROWS rows and SPAN columns of one colour
 
-// Dimension 0: spans of a block; 1: SETS sets of a block's rows, of one colour and so two apart, each as even and odd columns; 2: blocks.
+// Elements from a plane's first sample to a column of samples, of planes of so many elements.
+INLINE long column_start(const int column, const long elements) { return column_set(column) * elements + column_in_set(column); }
+
+// Dimension 0: spans of a block; 1: pairs of rows of a block, ROWS of them; 2: blocks. A work-item computes SETS sets of photosites, each
+// of one colour: even or odd row, even or odd column.
 kernel void occlusion(global const float *restrict planes, global const float *restrict radius, global float *restrict light,
                       global const uint *restrict blocks, global const float *restrict slabs, global const float *restrict points,
                       global const struct patch_window *restrict windows, const uint patch_rows, const uint point_count,
@@ -38,13 +41,13 @@ kernel void occlusion(global const float *restrict planes, global const float *r
     // Sums over points, of each layer and, last, of all. sum: colour less coverage times `sharp`, for smaller rounding errors; seen: coverage.
     float sum[(LAYERS * CORRECTION + 1) * ALL], seen[(LAYERS * CORRECTION + 1) * ALL], before[ALL], missed[ALL], covered[ALL], sharp[ALL];
     for (uint i = 0; i < (LAYERS * CORRECTION + 1) * ALL; i++) sum[i] = seen[i] = 0.0f;
-    size_t start[SETS], colour[SETS]; // of each set: first element of its row in a column set, column sets before its colour's
+    const uint top = block[1] + 2 * ROWS * (uint)get_global_id(1); // first row
+    const long start = OVER * (long)top * set_columns + (long)column; // element of the first photosite in its column set
+    long colour[SETS]; // of each set: column sets before its colour's
     for (uint set = 0; set < SETS; set++) {
-        const uint number = (uint)get_global_id(1) * SETS + set, parity = number & 1, group = number >> 1;
-        const uint row = block[1] + 2 * ROWS * (group / 2) + group % 2;
-        start[set] = OVER * (size_t)row * set_columns + column;
-        colour[set] = COLUMN_SETS * cfa_plane((uint)((int)parity + band.frame_x), (uint)band.frame_y + row);
-        global const float *own = planes + (OVER * parity + colour[set]) * plane + start[set];
+        const uint down = set / 2, across = set % 2;
+        colour[set] = COLUMN_SETS * cfa_plane((uint)((int)across + band.frame_x), (uint)band.frame_y + top + down);
+        global const float *own = planes + (OVER * across + colour[set]) * plane + start + OVER * (long)down * set_columns;
         for (uint i = 0; i < SIZE; i++) sharp[set * SIZE + i] = own[i / SPAN * next + i % SPAN];
     }
     float *all = sum + LAYERS * CORRECTION * ALL, *all_seen = seen + LAYERS * CORRECTION * ALL;
@@ -70,18 +73,16 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             const int mapped = !(window->least >= least && window->greatest < most);
             uint unmet[SPAN];
             for (uint i = 0; i < SPAN; i++) unmet[i] = 0u;
-            for (uint set = 0; set < SETS; set++) {
-                const int left = OVER * (int)((get_global_id(1) * SETS + set) & 1) + dx;
-                const long first = column_set(left) * plane + column_in_set(left), second = column_set(left + 1) * plane + column_in_set(left + 1);
-                const long place = first + dy * set_columns + (long)start[set];
-                global const float *held = planes + layer * COLUMN_SETS * (CHANNELS + COVERAGE) * plane + place;
-                const struct slab_samples at = {held + colour[set] * plane, held + COLUMN_SETS * CHANNELS * plane,
-                    radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + place, second - first, set_columns, next,
-                    (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most};
-                const size_t of = set * SIZE, own = CORRECTION * layer * ALL + of;
-                const struct ray_state ray = {before + of, missed + of, covered + of, all + of, all_seen + of, sum + own, seen + own, unmet, sharp + of};
-                add_case(mapped, partial, fresh, at, ray);
-            }
+            global const float *held = planes + layer * COLUMN_SETS * (CHANNELS + COVERAGE) * plane + start;
+            const struct slab_samples at = {
+                {held + colour[0] * plane, held + colour[1] * plane, held + colour[2] * plane, held + colour[3] * plane},
+                held + COLUMN_SETS * CHANNELS * plane, radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + start,
+                {dy * set_columns, (dy + 1) * set_columns, (dy + OVER) * set_columns, (dy + OVER + 1) * set_columns},
+                {column_start(dx, plane), column_start(dx + 1, plane), column_start(dx + OVER, plane), column_start(dx + OVER + 1, plane)}, next,
+                (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most};
+            const size_t own = CORRECTION * layer * ALL;
+            const struct ray_state ray = {before, missed, covered, all, all_seen, sum + own, seen + own, unmet, sharp};
+            add_case(mapped, partial, fresh, at, ray);
             for (uint i = 1; i < SPAN; i++) unmet[0] |= unmet[i];
             if (unmet[0]) continue;
             if (OPAQUE) break; // nothing behind is seen
@@ -90,9 +91,8 @@ kernel void occlusion(global const float *restrict planes, global const float *r
         if (OPAQUE && current >= 0) for (uint i = 0; i < ALL; i++) all_seen[i] += 1.0f - missed[i];
     }
     for (uint m = 0; m < ALL; m++) {
-        const uint set = m / SIZE, i = m % SIZE, number = (uint)get_global_id(1) * SETS + set, group = number >> 1;
-        const uint x = (uint)(2 * (column + i % SPAN) + (number & 1)) + (uint)band.frame_x; // wraps
-        const uint y = (uint)band.frame_y + block[1] + 2 * ROWS * (group / 2) + group % 2 + 2 * (i / SPAN);
+        const uint set = m / SIZE, i = m % SIZE;
+        const uint x = (uint)(2 * (column + i % SPAN) + set % 2) + (uint)band.frame_x, y = (uint)band.frame_y + top + set / 2 + 2 * (i / SPAN); // wrap
         if (x >= band.width || y >= band.height) continue;
         global float *result = light + (size_t)y * band.width + x;
         const float count = point_count, found = normalise ? (all_seen[m] > 1e-6f ? all_seen[m] : 1e-6f) : count;

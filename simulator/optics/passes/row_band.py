@@ -64,8 +64,8 @@ class RowBand:
         sums = replace(self.layout, rows=self.layout.rows + 2)  # the sum of all rows, and the columns' minima
         self.sums = device.empty(sums.shape(self.layer_planes), np.float32)
         self.radius = device.zeros(self.layout.shape(max(len(maps.scene_radius), 1)), np.float32)
-        # A work-item computes 4 sets of 16 columns and 4 rows of a colour on CPUs, and one photosite on GPUs, which need many.
-        self.block_size = (1, 1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2, 4)
+        # A work-item computes 16 columns and 4 pairs of rows of 2 x 2 photosites on CPUs, and one of them on GPUs, which need many.
+        self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
         self.defines: dict[str, object] = {**cfa.macros(area.frame.x, area.frame.y), **held}
         linear = (
@@ -249,14 +249,13 @@ class RowBand:
         places: (blocks, 4) of `_places`. around: of `Zones.around_blocks`. row_band: fields of `struct row_band`.
         """
         number, correction, clipped = kind
-        span, rows, sets = self.block_size
-        size = (BLOCK_COLUMNS // 2 // span, 2 * BLOCK_ROWS // rows // sets, len(places))
+        span, rows = self.block_size
+        size = (BLOCK_COLUMNS // 2 // span, BLOCK_ROWS // 2 // rows, len(places))
         variant = {
             "LAYERS": len(self.planes),
             "CORRECTION": correction,
             "SPAN": span,
             "ROWS": rows,
-            "SETS": sets,
             **PATCH_MACROS,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
