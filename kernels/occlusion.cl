@@ -17,8 +17,9 @@
 // windows: (layers, patch_rows, patch_columns) struct patch_window of the band (patch_windows.cl): slabs that no sample lies in are
 //         left out, and where all samples lie in a slab no radius is read.
 // points: (points, 5) float32, sets of point_count: u in x and y [pupil radii], x and y in the photosite from its centre, phase.
-// normalise: 1: light is divided by the share of rays that meet a surface, so that rays that meet none do not darken it.
+// A block takes the first points of its set until its photosites agree (agreement.h); with CORRECTION, all of them.
 #include "conventions.h"
+#include "agreement.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
 #include "patch_windows.h"
@@ -26,32 +27,29 @@
 #include "row_band.h"
 #include "slab_light.h"
 
-// Elements from a plane's first sample to a column of samples, of planes of so many elements.
-INLINE long column_start(const int column, const long elements) { return column_set(column) * elements + column_in_set(column); }
-
 // Dimension 0: spans of a block; 1: pairs of rows of a block, ROWS of them; 2: blocks. A work-item computes SETS sets of photosites, each
 // of one colour: even or odd row, even or odd column.
 kernel void occlusion(global const float *restrict planes, global const float *restrict radius, global float *restrict light,
                       global const uint *restrict blocks, global const float *restrict slabs, global const float *restrict points,
-                      global const struct patch_window *restrict windows, const uint patch_rows, const uint point_count,
-                      const uint normalise, const struct row_band band) {
+                      global const struct patch_window *restrict windows, const struct sampling sampling, const struct row_band band) {
     global const uint *block = blocks + 5 * get_global_id(2);
     const size_t column = block[0] + get_global_id(0) * SPAN, next = 2 * OVER * band.set_columns; // to the next row of the colour
     const long set_columns = band.set_columns, plane = (long)band.sample_rows * set_columns, patch_columns = set_columns / HALF_PATCH;
     // Sums over points, of each layer and, last, of all. sum: colour less coverage times `sharp`, for smaller rounding errors; seen: coverage.
-    float sum[(LAYERS * CORRECTION + 1) * ALL], seen[(LAYERS * CORRECTION + 1) * ALL], before[ALL], missed[ALL], covered[ALL], sharp[ALL];
+    float sum[(LAYERS * CORRECTION + 1) * ALL], seen[(LAYERS * CORRECTION + 1) * ALL], before[ALL], missed[ALL], covered[ALL], sharp[ALL], kept[ALL];
+    local float parts[WORKERS]; // of a sum over the block
     for (uint i = 0; i < (LAYERS * CORRECTION + 1) * ALL; i++) sum[i] = seen[i] = 0.0f;
-    const uint top = block[1] + 2 * ROWS * (uint)get_global_id(1); // first row
-    const long start = OVER * (long)top * set_columns + (long)column; // element of the first photosite in its column set
+    uint count = sampling.point_count, top = block[1] + 2 * ROWS * (uint)get_global_id(1); // first row
+    const long start = OVER * (long)top * set_columns + (long)column; // of the first photosite in its column set
     long colour[SETS]; // of each set: column sets before its colour's
     for (uint set = 0; set < SETS; set++) {
         const uint down = set / 2, across = set % 2;
         colour[set] = COLUMN_SETS * cfa_plane((uint)((int)across + band.frame_x), (uint)band.frame_y + top + down);
         global const float *own = planes + (OVER * across + colour[set]) * plane + start + OVER * (long)down * set_columns;
-        for (uint i = 0; i < SIZE; i++) sharp[set * SIZE + i] = own[i / SPAN * next + i % SPAN];
+        for (uint i = 0; i < SIZE; i++) sharp[set * SIZE + i] = own[i / SPAN * next + i % SPAN], kept[set * SIZE + i] = 0.0f;
     }
     float *all = sum + LAYERS * CORRECTION * ALL, *all_seen = seen + LAYERS * CORRECTION * ALL;
-    for (uint n = 0; n < point_count; n++) {
+    for (uint n = 0; n < count; n++) {
         global const float *point = points + 5 * (size_t)(block[4] + n);
         int current = -1;
         for (uint k = block[2], end = k + block[3]; k < end; k++) {
@@ -62,7 +60,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             const float u = OVER * (s * point[0] + point[2] + 0.5f) - 0.5f, v = OVER * (s * point[1] + point[3] + 0.5f) - 0.5f;
             const int dx = whole(u), dy = whole(v);
             const uint down = (OVER * block[1] + (uint)dy) / (OVER * PATCH_ROWS), across = (COLUMN_SETS * block[0] + (uint)dx) / (COLUMN_SETS * HALF_PATCH);
-            global const struct patch_window *window = windows + ((size_t)layer * patch_rows + down) * patch_columns + across;
+            global const struct patch_window *window = windows + ((size_t)layer * sampling.patch_rows + down) * patch_columns + across;
             const float least = is_mapped ? low - 0.25f * (high - low) : -1e30f, most = is_mapped ? high : 1e30f; // overlaps the slab in front, so that slopes show no gaps
             if (!is_met(window, (int)slab[5], least, most)) continue;
             const int fresh = current < 0, partial = COVERAGE && window->filled < 1.0f;
@@ -89,22 +87,24 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             while (k + 1 < end && (int)slabs[6 * k + 6] == current) k++; // the ray is fully covered by this layer: skip its other slabs
         }
         if (OPAQUE && current >= 0) for (uint i = 0; i < ALL; i++) all_seen[i] += 1.0f - missed[i];
+        if (CORRECTION || n + 1 < sampling.least || n + 1 == count || (n & (n + 1)) != 0) continue;
+        const float off = sum_over_block(disagreement(all, all_seen, sharp, kept, n + 1, sampling), parts);
+        if (n + 1 > sampling.least && off <= (float)(WORKERS * ALL)) count = n + 1;
     }
     for (uint m = 0; m < ALL; m++) {
         const uint set = m / SIZE, i = m % SIZE;
         const uint x = (uint)(2 * (column + i % SPAN) + set % 2) + (uint)band.frame_x, y = (uint)band.frame_y + top + set / 2 + 2 * (i / SPAN); // wrap
         if (x >= band.width || y >= band.height) continue;
         global float *result = light + (size_t)y * band.width + x;
-        const float count = point_count, found = normalise ? (all_seen[m] > 1e-6f ? all_seen[m] : 1e-6f) : count;
 #if CORRECTION
         float apart_sum = 0.0f, open = 1.0f; // of the layers' means, composited
         for (uint l = 0; l < LAYERS; l++) {
             apart_sum += open * sum[l * ALL + m];
-            open *= 1.0f - seen[l * ALL + m] / count;
+            open *= 1.0f - seen[l * ALL + m] / (float)count;
         }
-        *result += (all[m] - apart_sum) / count + sharp[m] * (all_seen[m] / count - (1.0f - open));
+        *result += (all[m] - apart_sum) / (float)count + sharp[m] * (all_seen[m] / (float)count - (1.0f - open));
 #else
-        *result = (all[m] + sharp[m] * all_seen[m]) / found;
+        *result = mean_light(all[m], all_seen[m], sharp[m], count, sampling.normalise);
 #endif
     }
 }

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.defocus.aperture_samples import sample_count
+from simulator.optics.defocus.aperture_samples import FEWEST_OF_ALL, most_samples, sample_count, takes_as_needed
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
@@ -64,7 +64,7 @@ class RowBand:
         sums = replace(self.layout, rows=self.layout.rows + 2)  # the sum of all rows, and the columns' minima
         self.sums = device.empty(sums.shape(self.layer_planes), np.float32)
         self.radius = device.zeros(self.layout.shape(max(len(maps.scene_radius), 1)), np.float32)
-        # A work-item computes 16 columns and 4 pairs of rows of 2 x 2 photosites on CPUs, and one of them on GPUs, which need many.
+        # A work-item computes 16 columns and 4 rows of 2 x 2 photosites on CPUs, and one of them on GPUs, which need many.
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
         self.defines: dict[str, object] = {**cfa.macros(area.frame.x, area.frame.y), **held}
@@ -223,8 +223,9 @@ class RowBand:
             return
         places = self._places(sampled, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(sampled))
         corrected = chosen.methods[sampled] == Method.CORRECTED
-        points = sample_count(chosen.largest_px[sampled], self.defocus)
+        points, largest = sample_count(chosen.largest_px[sampled], self.defocus), chosen.largest_px[sampled]
         points = np.where(corrected & (self.samples_per_axis == 1), points // POINTS_SAVED, points)
+        points = np.where(corrected, points, most_samples(largest, self.defocus))
         self.windows.measure(self.sampled, self.radius, self._row_band(band_start))
         rows, columns = np.nonzero(sampled)
         corners, shares = self.tables.around_blocks((band_start + self.area.reach) // BLOCK_ROWS + rows, columns)
@@ -256,24 +257,32 @@ class RowBand:
             "CORRECTION": correction,
             "SPAN": span,
             "ROWS": rows,
+            "WORKERS": size[0] * size[1],
             **PATCH_MACROS,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
+        slope, offset = self.defocus.accuracy.allowed_disagreement(self.defocus.guessed)
+        sampling = {
+            "patch_rows": self.windows.rows,
+            "point_count": number,
+            "least": FEWEST_OF_ALL if takes_as_needed(self.defocus) else number,
+            "normalise": int(self.defocus.opaque),
+            "slope": slope,
+            "offset": offset,
+        }
         points = self.tables.points(number, around if clipped else None)
         first_points = number * clipped * np.arange(len(places))
         self.device.run(
             self.device.kernel("occlusion", {**self.defines, **variant}, file="occlusion.cl"),
             size,
-            (size[0], 1, 1),
+            (*size[:2], 1),
             planes=self.sampled,
             radius=self.radius,
             blocks=self.device.upload(np.column_stack([places, first_points]).astype(np.uint32)),
             slabs=slabs,
             points=self.device.upload(points),
             windows=self.windows.windows,
-            patch_rows=self.windows.rows,
-            point_count=number,
-            normalise=int(self.defocus.opaque),
+            sampling=sampling,
             light=light,
             band=row_band,
         )
