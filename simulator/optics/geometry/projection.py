@@ -19,6 +19,7 @@ from simulator.sensor.camera.cfa import Cfa
 
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
 TILTED_PARTS = 4  # upright parts per axis of a photosite whose sides distortion tilts
+SEPARABLE = 0.5  # most scene pixels per sample and axis for which a plane is read across first, then down
 EDGE_PX = 1.0  # difference in blur radius above which neighbouring scene pixels belong to two surfaces
 
 
@@ -97,6 +98,17 @@ class Projection:
             **cfa_macros,
         }
 
+    def is_separable(self, over: int) -> bool:
+        """Whether samples, `over` per photosite and axis, are read bilinearly and at least two to a scene pixel and axis."""
+        smooth = self.warp is None and not self.nearest and not self.is_fine
+        return smooth and -(-self.samples // over) == 1 and self.scale <= SEPARABLE * over
+
+    def scene_rows(self, first_px: float, rows_px: float) -> tuple[int, int]:
+        """First scene row that rows of photosites read bilinearly, and how many; one more on each side, as kernels round."""
+        first, last = (math.floor(self.offset_y + self.scale * place - 0.5) for place in (first_px, first_px + rows_px))
+        low, high = (min(max(row, 0), self.scene_height - 1) for row in (first - 1, last + 2))
+        return low, high - low + 1
+
     def arguments(self, origin_x: int, origin_y: int) -> dict[str, float]:
         """Scalar arguments of kernels/projection.cl for an output whose first photosite is this one of the sensor."""
         return {
@@ -168,9 +180,26 @@ def project_planes(
     planes: device buffer (count, scene height, scene width) float32. sampled: buffer of the layout's planes, written from
     first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample.
     """
-    kernel = device.kernel("projection_planes", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"first_plane": first_plane, **projection.arguments(*origin)}
-    device.run(kernel, layout.work_size(count), None, planes=planes, sampled=sampled, **settings)
+    defines, settings = projection.defines(ANY_CFA, layout.over), projection.arguments(*origin)
+    if not projection.is_separable(layout.over):
+        kernel = device.kernel("projection_planes", defines, file="projection.cl")
+        device.run(kernel, layout.work_size(count), None, planes=planes, sampled=sampled, first_plane=first_plane, **settings)
+        return
+    first_row, rows = projection.scene_rows(origin[1], layout.rows / layout.over)
+    columns, _, sets = layout.work_size(count)
+    across = device.empty((sets, rows, columns), np.float32)
+    steps: tuple[tuple[str, int, dict[str, object]], ...] = (
+        ("projection_across", rows, {"planes": planes, "across": across}),
+        (
+            "projection_down",
+            layout.rows,
+            {"across": across, "sampled": sampled, "first_plane": first_plane, "across_rows": rows},
+        ),
+    )
+    for name, height, buffers in steps:
+        kernel = device.kernel(name, defines, file="projection.cl")
+        arguments = {"first_row": first_row, **settings, **buffers}
+        device.run(kernel, (columns, height, sets), None, **{key: arguments[key] for key in kernel.arguments})
 
 
 def project_radius(

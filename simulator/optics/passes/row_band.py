@@ -288,10 +288,20 @@ class RowBand:
         )
 
     def _project_radius(self, band_start: int) -> None:
-        """Project the radius maps onto the band's samples."""
+        """Project the radius maps onto the band's samples; those of one sample per photosite are there for the whole area."""
+        if self.samples_per_axis == 1:
+            self._copy_radius(band_start)
+            return
         origin = self.area.x, self.area.y + band_start
         for number, scene_radius in enumerate(self.maps.scene_radius):
             project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin)
+
+    def _copy_radius(self, band_start: int) -> None:
+        """Copy the band's rows of the area's radius maps."""
+        row = self.layout.set_columns * np.dtype(np.float32).itemsize
+        for column_set in range(self.layout.column_sets * len(self.maps.scene_radius)):
+            first = row * (column_set * self.area.rows + band_start), row * column_set * self.layout.rows
+            self.device.copy(self.maps.radius, self.radius, row * self.layout.rows, *first)
 
     def _places(self, selected: np.ndarray, rows: int, columns: int, first: np.ndarray, count: np.ndarray) -> np.ndarray:
         """Positions and list ranges of tiles or blocks: (places, 4) uint32.
