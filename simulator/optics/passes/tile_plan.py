@@ -13,7 +13,7 @@ from simulator.optics.defocus.highlights import BRIGHT, LAMP, highlight_threshol
 from simulator.optics.defocus.tile_methods import TileChoice, choose_methods
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.radius_statistics import RadiusMaps, measure_radius_maps
+from simulator.optics.passes.radius_statistics import RadiusMaps, measure_radius_maps, project_radius_maps
 from simulator.optics.passes.tile_grid import TileGrid
 from simulator.scene.content_keys import freeze
 from simulator.sensor.camera.camera_sections import Window
@@ -92,13 +92,19 @@ def _plan_tiles(optics: OpticsPlan, defocus: Defocus, device: Device, needed: np
     needed: (photosites, 2) int, x and y on the sensor of photosites whose tiles are computed; None: all tiles of the window.
     """
     area = TileGrid(optics.window, defocus.reach_px)
-    maps = measure_radius_maps(optics, defocus, device, area)
+    maps = project_radius_maps(optics, defocus, device, area)
     computed = area.tiles_in_frame()
     if needed is not None:
         held = np.zeros_like(computed)
         held[(needed[:, 1] - area.y) // TILE_ROWS, (needed[:, 0] - area.x) // TILE_COLUMNS] = True
         computed &= held
-    chosen, zones, wide = choose_methods(defocus, maps.layer_statistics, computed), None, None
+
+    def choose() -> TileChoice:
+        return choose_methods(defocus, measure_radius_maps(optics, defocus, device, area, maps), computed)
+
+    # The plan of the optics is kept with the scene, and with it what was measured on any device: they give the same bits.
+    key = optics.projection, optics.sensor_px, optics.window, computed.tobytes()
+    chosen, zones, wide = defocus.remember(key, choose), None, None
     if defocus.eyes is not None:
         zones = Zones(defocus.eyes, area.x, area.y, area.grid)
         chosen = replace(chosen, zone=zones.first_corner)
