@@ -288,10 +288,6 @@ class Device:
         """Copy an array into a buffer, starting at byte `offset`."""
         cl.enqueue_copy(self._queue, buffer, np.ascontiguousarray(array), dst_offset=offset)
 
-    def copy(self, source: cl.Buffer, target: cl.Buffer, size: int, source_offset: int, target_offset: int) -> None:
-        """Copy `size` bytes from one buffer to another, from byte `source_offset` to byte `target_offset`."""
-        cl.enqueue_copy(self._queue, target, source, byte_count=size, src_offset=source_offset, dst_offset=target_offset)
-
     def zeros(self, shape: tuple[int, ...], dtype: DTypeLike) -> cl.Buffer:
         """Return a buffer of zeros for an array of this shape."""
         return self._filled(shape, np.zeros((), dtype))

@@ -12,6 +12,7 @@ from simulator.command_line.screen import console, show_progress
 from simulator.command_line.shot_numbers import Fact, white_facts
 from simulator.config import load_shot, locate_errors, shot_warnings
 from simulator.device import Device, has_devices, open_device
+from simulator.pipeline.light_reuse import describe_reuse
 from simulator.pipeline.passes import PROGRAM_BYTES
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
@@ -58,6 +59,7 @@ def show_plan(path: Path, settings: list[str], reflectance: float, keep: Kept, d
     out.print(_make_fact_table("Lens", lens_facts(shot, planned)))
     out.print(_make_fact_table("A white surface at the centre", white_facts(shot, planned)))
     _show_patch(out, shot, planned, reflectance, keep)
+    out.print(f"reuse: {escape(describe_reuse(planned))}")
     for note in planned.optics.scene.notes:
         out.print(f"note: {escape(note)}")
     for warning in [*shot_warnings(shot), *planned.warnings()]:
@@ -98,7 +100,8 @@ def _make_pass_table(planned: Plan, times_ms: dict[str, float]) -> Table:
         table.add_column(escape(head), justify="right")
     for one in planned.passes:
         error = "" if one.error_sigma is None else f"{one.error_sigma:.2g}"
-        numbers = [f"{1e-6 * one.size:.2f}", f"{1e-6 * one.memory_bytes:.0f}", error, f"{one.cost_ms:.3g}"] if one.kept else []
+        memory = f"{1e-6 * (one.memory_bytes + one.scratch_bytes):.0f}"
+        numbers = [f"{1e-6 * one.size:.2f}", memory, error, f"{one.cost_ms:.3g}"] if one.kept else []
         if times_ms and one.kept:
             numbers.append(f"{times_ms[one.name]:.3g}" if one.name in times_ms else "")
         table.add_row(escape(one.name), escape(one.method), *numbers, style=None if one.kept else "dim")

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -157,9 +158,27 @@ def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float) -> Hashable | N
         return None
     try:
         camera = freeze(sensor.camera, SENSOR_ONLY | {"window"})
-        return "optics", freeze(lens), camera, sensor.exposure.time_s, sensor.noise_floor(), tolerance
+        return "optics", freeze(lens), camera, sensor.exposure.time_s, noise_floor(sensor), tolerance
     except OSError:  # a file of the lens has gone: what reads it says so
         return None
+
+
+def noise_floor(sensor: SensorPlan) -> NoiseFloor | None:
+    """Return `SensorPlan.noise_floor`, which asks for all ISOs of the camera, from the last sensors where it is known."""
+    return _noise_floor_of(_AskedSensor((freeze(sensor.camera, frozenset({"window"})), freeze(sensor.stages)), sensor))
+
+
+@dataclass(frozen=True)
+class _AskedSensor:
+    """A sensor whose noise is asked for. content: all that its noise depends on."""
+
+    content: Hashable
+    sensor: SensorPlan = field(compare=False)
+
+
+@lru_cache(maxsize=32)
+def _noise_floor_of(asked: _AskedSensor) -> NoiseFloor | None:
+    return asked.sensor.noise_floor()
 
 
 def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
@@ -185,7 +204,7 @@ def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance
         accuracy=Accuracy(tolerance),
         veiling_glare=glare,
     )
-    floor = sensor.noise_floor()
+    floor = noise_floor(sensor)
     if lens.forms_image and floor is not None:
         accuracy = plan_accuracy(planned, lens, sensor, floor, tolerance)
         planned = replace(planned, accuracy=accuracy)

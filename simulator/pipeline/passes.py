@@ -4,8 +4,9 @@ Predicted times are those of the reference machine: two cores of a server's CPU 
 They rank plans and name the slowest passes; `photosite explain --measure` shows the times of the device at hand beside them.
 """
 
+import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,8 @@ import numpy as np
 from simulator.optics.defocus.defocus import Defocus, Method
 from simulator.optics.defocus.predicted_error import describe_ignored, predicted_error
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.passes.psf_bands import split_into_bands
+from simulator.optics.passes.tile_grid import TileGrid, band_sizes
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
 from simulator.optics.psf.kernel_split import Core
 from simulator.scene.scene import Scene
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
     from simulator.optics.passes.tile_plan import TilePlan
 
 PROGRAM_BYTES = 150_000_000  # of Python, its packages and an OpenCL driver, before a shot is taken
+BLUR_PROGRAM_BYTES = 80_000_000  # more of kernels and packages that the lens blur loads
 LAUNCH_MS = 0.1  # of any pass, however small
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {
@@ -59,7 +63,8 @@ class Pass:
     """One pass of the executor.
 
     kept: whether it runs; a pass that is skipped has no size, memory or cost. method: how it runs, or why it is skipped.
-    size: photosites, or the unit that `method` names. memory_bytes: on device and host together.
+    size: photosites, or the unit that `method` names. memory_bytes: on device and host together, held until the frame is done.
+    scratch_bytes: the same, of buffers that are freed when the pass is done.
     error_sigma: predicted error, in standard deviations of the noise at the brightest light; None: exact except for
     rounding. cost_ms: predicted time.
     """
@@ -71,6 +76,7 @@ class Pass:
     memory_bytes: int = 0
     error_sigma: float | None = None
     cost_ms: float = 0.0
+    scratch_bytes: int = 0
 
 
 def passes_of(
@@ -152,14 +158,13 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
         return Pass("defocus", False, describe_ignored(optics.accuracy, optics.ignored_px), error_sigma=error)
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")
-    memory = pixels * (4 + 4 * defocus.maps)
     if optics.accuracy.tolerance == 0.0:
         return Pass(
             "defocus",
             True,
             "rays through lens and scene",
             pixels,
-            memory,
+            pixels * (4 + 4 * defocus.maps),
             optics.accuracy.ray_error,
             _ms(pixels, COST_NS["rays"]),
         )
@@ -179,7 +184,35 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
         Method.WIDE: 0.25 * optics.channels * points,
     }
     cost_ms = _ms(pixels, sum(share * cost[method] for method, share in shares.items()))
-    return Pass("defocus", True, methods, pixels, memory, predicted_error(defocus, optics.contrast), cost_ms)
+    memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
+    error = predicted_error(defocus, optics.contrast)
+    return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms, scratch)
+
+
+def _blur_bytes(optics: OpticsPlan, defocus: Defocus, tiles: "TilePlan | None") -> tuple[int, int]:
+    """Memory of the lens blur of a window: of its light and its maps of radii, and of what is freed when it is done.
+
+    Bands have as many samples as the tiles with the smallest blur circles need. Where tiles are not measured these are the
+    smallest of the scene.
+    """
+    area, pixels, layers = TileGrid(optics.window, defocus.reach_px), _pixels(optics), len(defocus.radii_px)
+    if tiles is None:
+        least = np.array([min(least for least, _ in defocus.ranges_px)])
+        over = int(defocus.samples_per_axis(least, least)[0])
+        is_wide = defocus.largest_px >= defocus.wide_px
+    else:
+        over, is_wide = max(tiles.chosen.sample_grids(), default=1), tiles.wide is not None
+    layout = area.band_layout(over, whole=True)
+    bands = 4 * sum(band_sizes(layout, layers, optics.channels + optics.has_coverage, defocus.maps))
+    light, maps = 4 * pixels, 4 * 2 * area.set_columns * area.rows * max(defocus.maps, 1)
+    scratch = bands + (light if layers > 1 else 0)
+    if not is_wide:
+        return light + maps, scratch
+    wider = optics.on_wider_photosites()
+    assert wider.defocus is not None  # it is that of `optics`
+    held, wider_scratch = _blur_bytes(wider, wider.defocus, None if tiles is None else tiles.wide)
+    wider_light = 4 * _pixels(wider)
+    return light + maps + held - wider_light, max(scratch, wider_light + wider_scratch)
 
 
 def _estimated_shares(scene: Scene, defocus: Defocus) -> dict[Method, float]:
@@ -230,7 +263,19 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str) ->
         bytes_each * pixels,
         error,
         _ms(pixels, COST_NS["psf gather"] + COST_NS["psf tap"] * taps),
+        _gather_bytes(optics, psf, core),
     )
+
+
+def _gather_bytes(optics: OpticsPlan, psf: FieldPsf, core: Core) -> int:
+    """Memory of a band of light that is gathered: its samples, cells of the tail, and the layers that a correction reads."""
+    band = split_into_bands(optics.window, psf.gather_reach_px, psf.over)[0]
+    planes = optics.channels
+    if psf.corrected_px:
+        layers = len(optics.scene.layers) if optics.has_coverage else 1
+        planes += layers * (optics.channels + optics.has_coverage + 1)
+    cells = optics.channels * band.layout.set_columns * (band.rows // 2) if core.has_tail else 0
+    return 4 * (planes * math.prod(band.layout.shape(1)) + 2 * cells)
 
 
 def _optical_crosstalk(optics: OpticsPlan, sensor: SensorPlan) -> Pass:

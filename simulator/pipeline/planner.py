@@ -69,8 +69,15 @@ class Plan:
         return [] if warning is None else [warning]
 
     def memory_bytes(self) -> int:
-        """Estimate the memory of a shot on device and host together [byte]; a CPU device shares the host's memory."""
-        return sum(one.memory_bytes for one in self.passes)
+        """Estimate the most memory that a shot needs at once, on device and host together [byte].
+
+        A CPU device shares the host's memory.
+        """
+        held = peak = 0
+        for one in self.passes:
+            held += one.memory_bytes
+            peak = max(peak, held + one.scratch_bytes)
+        return peak
 
     def cost_ms(self) -> float:
         """Predicted time of all passes on the reference machine of `simulator.pipeline.passes` [ms]."""
@@ -119,8 +126,13 @@ def _passes_of(planned: Plan) -> tuple[Pass, ...]:
     if len(planned.strips) <= 1:
         return passes
     largest = max(planned.by_strip(), key=lambda strip: strip.optics.window.height)
-    parts = {one.name: one.memory_bytes for one in passes_of(largest.optics, largest.sensor, largest.truth)}
-    return tuple(replace(one, memory_bytes=parts.get(one.name, one.memory_bytes)) for one in passes)
+    parts = {one.name: one for one in passes_of(largest.optics, largest.sensor, largest.truth)}
+
+    def of_strip(one: Pass) -> Pass:
+        part = parts.get(one.name, one)
+        return replace(one, memory_bytes=part.memory_bytes, scratch_bytes=part.scratch_bytes)
+
+    return tuple(map(of_strip, passes))
 
 
 def light_stages(shot: Shot) -> tuple[Stage, Stage]:

@@ -9,8 +9,8 @@ import numpy as np
 
 from simulator.device import Buffer, Device, DeviceInfo, open_device
 from simulator.errors import PhotositeError
-from simulator.optics.geometry.projection import project
-from simulator.optics.geometry.scene_part import ScenePart, find_scene_part
+from simulator.optics.geometry.projection import Projection, project
+from simulator.optics.geometry.scene_part import find_scene_part
 from simulator.optics.lens.lens import Lens
 from simulator.optics.passes.camera_planes import camera_planes
 from simulator.optics.veiling_glare import add_veiling_glare
@@ -26,6 +26,7 @@ from simulator.raw.dng.writer import check_size
 from simulator.raw.raw_image import Raw
 from simulator.raw.save import files_of
 from simulator.scene.content_keys import Itself
+from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.readout import darken_optical_black, read_mean_electrons, read_noise_free, read_out, share_with_neighbors
 from simulator.sensor.sensor_plan import SensorPlan
 
@@ -234,7 +235,7 @@ def expose(
     """
     optics, layout, tiles, timed = planned.optics, planned.sensor.readout, planned.tiles, timed or Stopwatch()
     with timed("scene planes", device):
-        part = _scene_part(planned)
+        part = find_scene_part(_read_areas(planned))
         planes = [camera_planes(device, layer, optics.weights, optics.has_coverage, part) for layer in optics.scene.layers]
     if optics.psf is not None:
         from simulator.optics.passes.psf_mosaic import psf_mosaic  # brings SciPy's transforms
@@ -266,12 +267,14 @@ def expose(
     return mosaic
 
 
-def _scene_part(planned: Plan) -> ScenePart | None:
-    """Part of the scene that the frame sees; None: all of it, since a point spread function or rays reach far."""
-    optics, tiles = planned.optics, planned.tiles
-    if optics.psf is not None or (tiles is None and optics.defocus is not None):
-        return None
-    return find_scene_part([(optics.projection, optics.window)] if tiles is None else tiles.areas())
+def _read_areas(planned: Plan) -> list[tuple[Projection, Window]]:
+    """Windows whose photosites see what is read of the scene, each with its projection."""
+    optics = planned.optics
+    if optics.psf is None and optics.defocus is None:
+        return [(optics.projection, optics.window)]
+    from simulator.optics.passes.read_areas import read_areas  # not needed for a sharp frame
+
+    return read_areas(optics, planned.tiles)
 
 
 def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple[np.ndarray, np.ndarray]:

@@ -182,6 +182,17 @@ def test_a_point_that_stands_is_skipped_and_a_changed_one_redone(tmp_path):
     assert len(again.taken) == 3
 
 
+def test_a_point_without_its_truth_is_redone_when_the_truth_is_wanted(tmp_path):
+    sweep, out = load(tmp_path, {"vary": {"exposure.iso": [100]}}), tmp_path / "out"
+    for truth, status in ((False, "done"), (False, SKIPPED), (True, "done"), (True, SKIPPED), (False, SKIPPED)):
+        shutter = Shutter()
+        run_sweep(sweep, out, take=shutter, truth=truth)
+        if shutter.taken and truth:
+            (out / "s_0000.truth.exr").touch()
+        (row,) = manifest(out)
+        assert (row["status"], row["truth"]) == (status, "s_0000.truth.exr" if truth else "")
+
+
 def test_a_point_is_redone_when_its_picture_is_newer(tmp_path):
     picture, out = tmp_path / "a.png", tmp_path / "out"
     picture.touch()

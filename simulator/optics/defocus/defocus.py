@@ -134,9 +134,19 @@ class Defocus:
             self, radii_px=radii, scale=2.0 * self.scale, accuracy=accuracy, eyes=eyes, area=WHOLE, wider=2 * self.wider
         )
 
+    @cached_property
+    def ranges_px(self) -> tuple[tuple[float, float], ...]:
+        """Least and greatest blur radius of each layer, without its sign."""
+        sizes = [np.abs(radius) for radius in self.radii_px]
+        return tuple((float(np.min(size)), float(np.max(size))) for size in sizes)
+
     def of_scene(self) -> Self:
         """Return the blur of the scene's own surfaces, without a background that is only assumed."""
-        return replace(self, radii_px=self.radii_px[:1]) if self.guessed else self
+        return self._of_scene if self.guessed else self
+
+    @cached_property
+    def _of_scene(self) -> Self:
+        return replace(self, radii_px=self.radii_px[:1])
 
     @property
     def maps(self) -> int:
@@ -248,6 +258,11 @@ class RadiusStatistics:
     classes: np.ndarray
     covered: np.ndarray
     filled: np.ndarray
+
+    def inside(self, rows: int, columns: int) -> "RadiusStatistics":
+        """Leave out so many rows and columns of patches on each side."""
+        kept = slice(rows, len(self.least_px) - rows), slice(columns, self.least_px.shape[1] - columns)
+        return RadiusStatistics(**{name: plane[kept] for name, plane in vars(self).items()})
 
     def of_tiles(self) -> "RadiusStatistics":
         """Merge the patches of each tile."""

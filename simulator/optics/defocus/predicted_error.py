@@ -50,8 +50,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     if accuracy.tolerance == 0.0:
         return []
     own = defocus.of_scene()
-    radii = [np.abs(radius) for radius in own.radii_px]
-    ranges = [(float(np.min(radius)), float(np.max(radius))) for radius in radii]
+    radii, ranges = own.radii_px, own.ranges_px
     ignored = [min(most, own.copied_px) for least, most in ranges if least <= own.copied_px]
     blurred = [max(least, own.copied_px) for least, most in ranges if most > own.copied_px]
     detail = min(contrast.curvature / WAVE_CURVATURE, 1.0)

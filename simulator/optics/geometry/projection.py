@@ -174,26 +174,29 @@ def project_planes(
     first_plane: int,
     layout: InterleavedColumns,
     origin: tuple[int, int],
+    rows: int | None = None,
 ) -> None:
     """Enqueue the projection of all channels of one surface onto the samples of a layout.
 
     planes: device buffer (count, scene height, scene width) float32. sampled: buffer of the layout's planes, written from
-    first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample.
+    first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample. rows: of samples, that are written from
+    the first on; None: all.
     """
     defines, settings = projection.defines(ANY_CFA, layout.over), projection.arguments(*origin)
     if not projection.is_separable(layout.over):
         kernel = device.kernel("projection_planes", defines, file="projection.cl")
-        device.run(kernel, layout.work_size(count), None, planes=planes, sampled=sampled, first_plane=first_plane, **settings)
+        settings |= {"first_plane": first_plane, "rows": layout.rows}
+        device.run(kernel, layout.work_size(count, rows), None, planes=planes, sampled=sampled, **settings)
         return
-    first_row, rows = projection.scene_rows(origin[1], layout.rows / layout.over)
-    columns, _, sets = layout.work_size(count)
-    across = device.empty((sets, rows, columns), np.float32)
+    columns, written, sets = layout.work_size(count, rows)
+    first_row, scene_rows = projection.scene_rows(origin[1], written / layout.over)
+    across = device.empty((sets, scene_rows, columns), np.float32)
     steps: tuple[tuple[str, int, dict[str, object]], ...] = (
-        ("projection_across", rows, {"planes": planes, "across": across}),
+        ("projection_across", scene_rows, {"planes": planes, "across": across}),
         (
             "projection_down",
-            layout.rows,
-            {"across": across, "sampled": sampled, "first_plane": first_plane, "across_rows": rows},
+            written,
+            {"across": across, "sampled": sampled, "first_plane": first_plane, "across_rows": scene_rows, "rows": layout.rows},
         ),
     )
     for name, height, buffers in steps:
@@ -210,15 +213,16 @@ def project_radius(
     number: int,
     layout: InterleavedColumns,
     origin: tuple[int, int],
+    rows: int | None = None,
 ) -> None:
     """Enqueue the projection of a map of signed blur radii [photosites] onto the samples of a layout.
 
     scene_radius: device buffer (scene height, scene width) float32. radius: buffer of the layout's planes, of which plane
-    `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample.
+    `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample. rows: as of `project_planes`.
     """
     kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"edge": projection.edge_px, "first_plane": number, **projection.arguments(*origin)}
-    device.run(kernel, layout.work_size(1), None, scene_radius=scene_radius, radius=radius, **settings)
+    settings = {"edge": projection.edge_px, "first_plane": number, "rows": layout.rows, **projection.arguments(*origin)}
+    device.run(kernel, layout.work_size(1, rows), None, scene_radius=scene_radius, radius=radius, **settings)
 
 
 def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:

@@ -44,8 +44,7 @@ class TilePlan:
 
     def areas(self) -> list[tuple[Projection, Window]]:
         """Photosites whose light the blur gathers, with the projection of the scene onto them."""
-        area = Window(self.area.x, self.area.y, 2 * self.area.set_columns, self.area.rows)
-        return [(self.optics.projection, area), *(self.wide.areas() if self.wide is not None else [])]
+        return [(self.optics.projection, self.area.read_area()), *(self.wide.areas() if self.wide is not None else [])]
 
     def shares(self) -> dict[Method, float]:
         """Share of the frame that each method computes; blocks that sample the aperture count as parts of their tile."""
@@ -93,23 +92,24 @@ def _plan_tiles(optics: OpticsPlan, defocus: Defocus, device: Device, needed: np
     """
     area = TileGrid(optics.window, defocus.reach_px)
     maps = project_radius_maps(optics, defocus, device, area)
-    computed = area.tiles_in_frame()
+    computed = np.ones(area.grid, bool)
     if needed is not None:
-        held = np.zeros_like(computed)
-        held[(needed[:, 1] - area.y) // TILE_ROWS, (needed[:, 0] - area.x) // TILE_COLUMNS] = True
-        computed &= held
+        tiles = (needed[:, ::-1] - (area.tile_y, area.tile_x)) // (TILE_ROWS, TILE_COLUMNS)
+        computed[...] = False
+        computed[tuple(tiles[((tiles >= 0) & (tiles < area.grid)).all(axis=1)].T)] = True
 
     def choose() -> TileChoice:
-        return choose_methods(defocus, measure_radius_maps(optics, defocus, device, area, maps), computed)
+        layer_statistics = measure_radius_maps(optics, defocus, device, area, maps)
+        return choose_methods(defocus, layer_statistics, computed, area.margin_patches)
 
     # The plan of the optics is kept with the scene, and with it what was measured on any device: they give the same bits.
     key = optics.projection, optics.sensor_px, optics.window, computed.tobytes()
     chosen, zones, wide = defocus.remember(key, choose), None, None
     if defocus.eyes is not None:
-        zones = Zones(defocus.eyes, area.x, area.y, area.grid)
+        zones = Zones(defocus.eyes, area.tile_x, area.tile_y, area.grid)
         chosen = replace(chosen, zone=zones.first_corner)
     if len(places := np.argwhere(chosen.blocks.wide())):
-        x, y = area.x + BLOCK_COLUMNS * places[:, 1], area.y + BLOCK_ROWS * places[:, 0]
+        x, y = area.tile_x + BLOCK_COLUMNS * places[:, 1], area.tile_y + BLOCK_ROWS * places[:, 0]
         around = [(x // 2 + right, y // 2 + down) for down in (-1, BLOCK_ROWS // 2) for right in (-1, BLOCK_COLUMNS // 2)]
         wider = optics.on_wider_photosites()
         assert wider.defocus is not None  # it is that of `optics`
