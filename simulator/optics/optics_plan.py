@@ -275,6 +275,7 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: Noi
         floor.read_noise_e,
         max(peak_e / electrons, 1.0),
         electrons_per_radiance=per_radiance,
+        brightest=electrons / per_radiance,
     )
     if not _gathers_squares(optics.projection, lens, sensor.camera):
         return accuracy

@@ -25,6 +25,7 @@ FINE_PX = 12.0  # blur circles up to this radius keep detail finer than a photos
 FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and the largest radius
 MOST_WIDE = 4096  # the same for the largest radius on photosites that are wider than the camera's
 WIDE_PX = 24.0  # smallest blur radius at MEASURED for which light is computed on photosites twice as wide [photosites]
+AGREED = 0.58  # difference of a block's means over half and all of its points at which they suffice [allowed errors]
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
 LAMP_PEAK = 4.0  # radiance of the brightest pixel, in units of the brightest light, from which on it is a lamp
 SAMPLES_PER_AXIS = (1, 2, 4)  # samples per photosite and axis that kernels know
@@ -43,6 +44,7 @@ class Accuracy:
         mosaic, e- s^-1 um^-2 sr^-1].
     detail: difference between neighbouring pixels of a scene finer than the photosites, of `scene_detail`; 0: a coarser scene.
     whole_pixels: least samples per photosite and axis that divide each pixel of a fine scene into whole samples; 0: none do.
+    brightest: radiance of the brightest light [unit of the mosaic]; 0: unknown.
     """
 
     tolerance: float = 0.1
@@ -54,6 +56,7 @@ class Accuracy:
     electrons_per_radiance: float = 1.0
     detail: float = 0.0
     whole_pixels: int = 0
+    brightest: float = 0.0
 
     @property
     def sigma(self) -> float:
@@ -126,6 +129,18 @@ class Accuracy:
         needed = np.where(good[0], 1, np.where(good[1], 2, 4))
         there = 4 if scale >= 3.0 else 2 if scale >= 1.5 else 1
         return np.where(largest_px * min(self.looser, 1.0) <= FINE_PX, np.minimum(needed, there), 1)
+
+    def allowed_disagreement(self, is_guessed: bool) -> tuple[float, float]:
+        """Squared difference between a block's means over half and all of its points of the aperture at which these suffice.
+
+        Returns its slope over light and its value in the dark, in the mosaic's unit: the noise at each place counts.
+        is_guessed: whether the background behind edges is assumed, whose error no number of points lowers: then what is allowed
+        is not below MEASURED.
+        """
+        allowed = AGREED * (max(self.allowed, MEASURED) if is_guessed else self.allowed) * self.brightest
+        variance_e = max(self.electrons + self.read_noise_e**2, 1.0)
+        square = allowed**2 / variance_e
+        return square * self.electrons_per_radiance, square * max(self.read_noise_e**2, 1.0)
 
     def allowed_ray_error(self, light: np.ndarray) -> np.ndarray:
         """Largest standard error of the light of photosites by rays, in its unit; noise below 1 e- counts as 1 e-."""

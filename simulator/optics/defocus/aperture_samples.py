@@ -15,6 +15,7 @@ from simulator.optics.pupil.pupil_points import points_of
 LEAST_SCALE = 0.25  # scene pixels per photosite that count at least: edges in depth are as sharp as the photosites
 SAVED_WITHOUT_BACKGROUND = 4  # divides the number where no layer holds the occluded background, whose lack is the larger error
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
+HARDEST = 2  # times the number of points for blocks that do not agree on their light (`most_samples`)
 
 
 def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
@@ -33,6 +34,21 @@ def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
         if len(defocus.radii_px) == 1 and defocus.wider == 1:  # copies of edges are seen where circles are wide
             count = np.where(radius_px < WIDE_PX, np.maximum(count / SAVED_WITHOUT_BACKGROUND, FEWEST), count)
     return 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - 1e-9).astype(int)
+
+
+def most_samples(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
+    """Most aperture samples of blocks that take as many as they need, in which surfaces occlude parts of themselves.
+
+    A block takes FEWEST_OF_ALL, and twice as many until its light agrees (`Accuracy.allowed_disagreement`). Where the brightest
+    light is unknown, it has `sample_count`.
+    """
+    count = sample_count(radius_px, defocus)
+    return np.minimum(HARDEST * count, MOST_OF_ALL) if takes_as_needed(defocus) else count
+
+
+def takes_as_needed(defocus: Defocus) -> bool:
+    """Whether blocks take as many aperture samples as they need."""
+    return defocus.accuracy.brightest > 0.0
 
 
 @lru_cache

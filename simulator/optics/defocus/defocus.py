@@ -5,11 +5,11 @@ where a single surface surrounds it, and sampled through points of the aperture 
 """
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from functools import cached_property
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from simulator.optics.defocus.patch_reach import merge_far_patches
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.lens.lens import Lens
 from simulator.optics.pupil.pupil import Pupil
+from simulator.scene.memo import Memo
 from simulator.scene.scene import Scene
 
 LARGEST_PX = 1024  # largest blur radius; beyond it an image is hardly recognisable and takes minutes
@@ -34,6 +35,7 @@ FINE_NODES_PER_PX = 8  # the same for scenes finer than the photosites near the 
 MOST_GATHERED = 4000.0  # most scene pixels, once for each rectangle of the aperture, that a photosite gathers one by one
 CLASSES = 64  # classes of radii, one bit each of a 64-bit mask
 _USUAL = Accuracy()
+T = TypeVar("T")
 CLASS_UNIT_PX = 4.0  # up to about this radius all classes are equally wide
 
 
@@ -72,6 +74,11 @@ class Defocus:
     eyes: CatsEyes | None = None
     area: PhotositeArea = WHOLE
     wider: int = 1
+    _memo: Memo = field(default_factory=Memo, init=False, repr=False, compare=False)
+
+    def remember(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return `make()`, which depends on the blur and the key alone, and keep it with the blur."""
+        return self._memo.get(key, make)
 
     @cached_property
     def least_px(self) -> float:

@@ -19,6 +19,7 @@ from simulator.sensor.camera.cfa import Cfa
 
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
 TILTED_PARTS = 4  # upright parts per axis of a photosite whose sides distortion tilts
+SEPARABLE = 0.5  # most scene pixels per sample and axis for which a plane is read across first, then down
 EDGE_PX = 1.0  # difference in blur radius above which neighbouring scene pixels belong to two surfaces
 
 
@@ -111,6 +112,17 @@ class Projection:
         """Return the argument `pose` of kernels that project: (10,) float32; None at rest."""
         return None if self.pose is None else device.upload(np.array(self.pose, np.float32))
 
+    def is_separable(self, over: int) -> bool:
+        """Whether samples, `over` per photosite and axis, are read bilinearly and at least two to a scene pixel and axis."""
+        smooth = self.warp is None and self.pose is None and not self.nearest and not self.is_fine
+        return smooth and -(-self.samples // over) == 1 and self.scale <= SEPARABLE * over
+
+    def scene_rows(self, first_px: float, rows_px: float) -> tuple[int, int]:
+        """First scene row that rows of photosites read bilinearly, and how many; one more on each side, as kernels round."""
+        first, last = (math.floor(self.offset_y + self.scale * place - 0.5) for place in (first_px, first_px + rows_px))
+        low, high = (min(max(row, 0), self.scene_height - 1) for row in (first - 1, last + 2))
+        return low, high - low + 1
+
     def arguments(self, origin_x: int, origin_y: int) -> dict[str, float]:
         """Scalar arguments of kernels/projection.cl for an output whose first photosite is this one of the sensor."""
         return {
@@ -197,10 +209,28 @@ def project_planes(
     first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample. rows: of samples, that are written from
     the first on; None: all.
     """
-    kernel = device.kernel("projection_planes", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"first_plane": first_plane, "rows": layout.rows, **projection.arguments(*origin)}
-    pose = projection.upload_pose(device)
-    device.run(kernel, layout.work_size(count, rows), None, planes=planes, sampled=sampled, pose=pose, **settings)
+    defines, settings = projection.defines(ANY_CFA, layout.over), projection.arguments(*origin)
+    if not projection.is_separable(layout.over):
+        kernel = device.kernel("projection_planes", defines, file="projection.cl")
+        settings |= {"first_plane": first_plane, "rows": layout.rows}
+        pose = projection.upload_pose(device)
+        device.run(kernel, layout.work_size(count, rows), None, planes=planes, sampled=sampled, pose=pose, **settings)
+        return
+    columns, written, sets = layout.work_size(count, rows)
+    first_row, scene_rows = projection.scene_rows(origin[1], written / layout.over)
+    across = device.empty((sets, scene_rows, columns), np.float32)
+    steps: tuple[tuple[str, int, dict[str, object]], ...] = (
+        ("projection_across", scene_rows, {"planes": planes, "across": across}),
+        (
+            "projection_down",
+            written,
+            {"across": across, "sampled": sampled, "first_plane": first_plane, "across_rows": scene_rows, "rows": layout.rows},
+        ),
+    )
+    for name, height, buffers in steps:
+        kernel = device.kernel(name, defines, file="projection.cl")
+        arguments = {"first_row": first_row, **settings, **buffers}
+        device.run(kernel, (columns, height, sets), None, **{key: arguments[key] for key in kernel.arguments})
 
 
 def project_radius(

@@ -13,37 +13,43 @@ from simulator.optics.passes.tile_grid import TileGrid
 
 @dataclass(frozen=True)
 class RadiusMaps:
-    """Radius maps of the layers whose radius varies, one after the other on the device, and the statistics of every layer.
+    """Radius maps of the layers whose radius varies, one after the other on the device.
 
     radius: buffer (maps, 2, rows, set columns) float32 [photosites], in interleaved columns.
     scene_radius: the maps on the scene's grid, a buffer (height, width) float32 [photosites] each.
-    layer_statistics: statistics of each layer's patches.
     """
 
     radius: Buffer
     scene_radius: list[Buffer]
-    layer_statistics: list[RadiusStatistics]
 
 
-def measure_radius_maps(optics: OpticsPlan, defocus: Defocus, device: Device, area: TileGrid) -> RadiusMaps:
-    """Project the radius maps onto the photosites and measure the patches of every layer."""
-    layer_statistics: list[RadiusStatistics] = []
-    scene_radius: list[Buffer] = []
+def project_radius_maps(optics: OpticsPlan, defocus: Defocus, device: Device, area: TileGrid) -> RadiusMaps:
+    """Enqueue the projection of the radius maps onto the photosites."""
     radius = device.empty(area.layout.shape(max(defocus.maps, 1)), np.float32)
+    scene_radius = [device.share(np.ascontiguousarray(px)) for px in defocus.radii_px if isinstance(px, np.ndarray)]
+    for number, own in enumerate(scene_radius):
+        project_radius(device, optics.projection, own, radius, number, area.layout, (area.x, area.y))
+    return RadiusMaps(radius, scene_radius)
+
+
+def measure_radius_maps(
+    optics: OpticsPlan, defocus: Defocus, device: Device, area: TileGrid, maps: RadiusMaps
+) -> list[RadiusStatistics]:
+    """Measure the patches of every layer."""
+    layer_statistics: list[RadiusStatistics] = []
+    number = 0
     for layer, px in zip(optics.scene.layers, defocus.radii_px, strict=True):
         filled, covered = _coverage(optics.projection, area, layer.coverage)
         if isinstance(px, np.ndarray):
-            number = len(scene_radius)
-            scene_radius.append(device.share(np.ascontiguousarray(px)))
-            project_radius(device, optics.projection, scene_radius[-1], radius, number, area.layout, (area.x, area.y))
-            radius_parts, classes = _measure(optics, defocus, device, area, radius, number)
+            radius_parts, classes = _measure(optics, defocus, device, area, maps.radius, number)
+            number += 1
         else:
             level, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
             radius_parts = level + np.float32(px), level + np.float32(px), level, level, level
         least, greatest, steepest, slope_x, slope_y = radius_parts
         classes = np.where(covered > 0.0, classes, np.uint64(0))  # a layer shows no radius where it covers nothing
         layer_statistics.append(RadiusStatistics(least, greatest, steepest, slope_x, slope_y, classes, covered, filled))
-    return RadiusMaps(radius, scene_radius, layer_statistics)
+    return layer_statistics
 
 
 def _measure(

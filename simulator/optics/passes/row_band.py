@@ -3,7 +3,7 @@
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.defocus.aperture_samples import sample_count
+from simulator.optics.defocus.aperture_samples import FEWEST_OF_ALL, most_samples, sample_count, takes_as_needed
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
@@ -69,8 +69,8 @@ class RowBand:
         self.partial = [layer.coverage is not None for layer in tiles.optics.scene.layers]
         self.layer_planes = self.channels + self.coverage
         self.sampled, self.sums, self.radius = buffers
-        # A work-item computes 4 sets of 16 columns and 4 rows of a colour on CPUs, and one photosite on GPUs, which need many.
-        self.block_size = (1, 1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2, 4)
+        # A work-item computes 16 columns and 4 rows of 2 x 2 photosites on CPUs, and one of them on GPUs, which need many.
+        self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
         self.defines: dict[str, object] = {**cfa.macros(area.frame.x, area.frame.y), **held}
         linear = (
@@ -231,8 +231,9 @@ class RowBand:
             return
         places = self._places(rows, sampled, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(sampled))
         corrected = chosen.methods[sampled] == Method.CORRECTED
-        points = sample_count(chosen.largest_px[sampled], self.defocus)
+        points, largest = sample_count(chosen.largest_px[sampled], self.defocus), chosen.largest_px[sampled]
         points = np.where(corrected & (self.samples_per_axis == 1), points // POINTS_SAVED, points)
+        points = np.where(corrected, points, most_samples(largest, self.defocus))
         self.windows.measure(self.sampled, self.radius, self._row_band(rows), self._sample_rows(rows))
         down, right = np.nonzero(sampled)
         corners, shares = self.tables.around_blocks(rows.tiles.start * ROWS_IN_TILE + down, right)
@@ -257,32 +258,39 @@ class RowBand:
         places: (blocks, 4) of `_places`. around: of `Zones.around_blocks`. row_band: fields of `struct row_band`.
         """
         number, correction, clipped = kind
-        span, rows, sets = self.block_size
-        size = (BLOCK_COLUMNS // 2 // span, 2 * BLOCK_ROWS // rows // sets, len(places))
+        span, rows = self.block_size
+        size = (BLOCK_COLUMNS // 2 // span, BLOCK_ROWS // 2 // rows, len(places))
         variant = {
             "LAYERS": len(self.planes),
             "CORRECTION": correction,
             "SPAN": span,
             "ROWS": rows,
-            "SETS": sets,
+            "WORKERS": size[0] * size[1],
             **PATCH_MACROS,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
+        slope, offset = self.defocus.accuracy.allowed_disagreement(self.defocus.guessed)
+        sampling = {
+            "patch_rows": self.windows.rows,
+            "point_count": number,
+            "least": FEWEST_OF_ALL if takes_as_needed(self.defocus) else number,
+            "normalise": int(self.defocus.opaque),
+            "slope": slope,
+            "offset": offset,
+        }
         points = self.tables.points(number, around if clipped else None)
         first_points = number * clipped * np.arange(len(places))
         self.device.run(
             self.device.kernel("occlusion", {**self.defines, **variant}, file="occlusion.cl"),
             size,
-            (size[0], 1, 1),
+            (*size[:2], 1),
             planes=self.sampled,
             radius=self.radius,
             blocks=self.device.upload(np.column_stack([places, first_points]).astype(np.uint32)),
             slabs=slabs,
             points=self.device.upload(points),
             windows=self.windows.windows,
-            patch_rows=self.windows.rows,
-            point_count=number,
-            normalise=int(self.defocus.opaque),
+            sampling=sampling,
             light=light,
             band=row_band,
         )

@@ -13,7 +13,7 @@ from simulator.optics.defocus.highlights import BRIGHT, LAMP, highlight_threshol
 from simulator.optics.defocus.tile_methods import TileChoice, choose_methods
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.radius_statistics import RadiusMaps, measure_radius_maps
+from simulator.optics.passes.radius_statistics import RadiusMaps, measure_radius_maps, project_radius_maps
 from simulator.optics.passes.tile_grid import TileGrid
 from simulator.scene.content_keys import freeze
 from simulator.sensor.camera.camera_sections import Window
@@ -91,13 +91,20 @@ def _plan_tiles(optics: OpticsPlan, defocus: Defocus, device: Device, needed: np
     needed: (photosites, 2) int, x and y on the sensor of photosites whose tiles are computed; None: all tiles of the window.
     """
     area = TileGrid(optics.window, defocus.reach_px)
-    maps = measure_radius_maps(optics, defocus, device, area)
+    maps = project_radius_maps(optics, defocus, device, area)
     computed = np.ones(area.grid, bool)
     if needed is not None:
         tiles = (needed[:, ::-1] - (area.tile_y, area.tile_x)) // (TILE_ROWS, TILE_COLUMNS)
         computed[...] = False
         computed[tuple(tiles[((tiles >= 0) & (tiles < area.grid)).all(axis=1)].T)] = True
-    chosen, zones, wide = choose_methods(defocus, maps.layer_statistics, computed, area.margin_patches), None, None
+
+    def choose() -> TileChoice:
+        layer_statistics = measure_radius_maps(optics, defocus, device, area, maps)
+        return choose_methods(defocus, layer_statistics, computed, area.margin_patches)
+
+    # The plan of the optics is kept with the scene, and with it what was measured on any device: they give the same bits.
+    key = optics.projection, optics.sensor_px, optics.window, computed.tobytes()
+    chosen, zones, wide = defocus.remember(key, choose), None, None
     if defocus.eyes is not None:
         zones = Zones(defocus.eyes, area.tile_x, area.tile_y, area.grid)
         chosen = replace(chosen, zone=zones.first_corner)
