@@ -19,6 +19,7 @@ from simulator.sensor.camera.cfa import Cfa
 
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
 TILTED_PARTS = 4  # upright parts per axis of a photosite whose sides distortion tilts
+SPAN = 16  # samples of a work-item on a CPU
 EDGE_PX = 1.0  # difference in blur radius above which neighbouring scene pixels belong to two surfaces
 
 
@@ -147,7 +148,7 @@ def project(device: Device, projection: Projection, cfa: Cfa, window: Window, pl
     """
     mosaic = device.empty((window.height, window.width), np.float32)
     defines = projection.defines(cfa.macros(window.x, window.y), inset=0.5 * (1.0 - projection.open_side))
-    kernel = device.kernel("projection_mosaic", defines, file="projection.cl")
+    kernel = device.kernel("projection_mosaic", {**defines, "SPAN": 1}, file="projection.cl")
     arguments = projection.arguments(window.x, window.y)
     device.run(kernel, (window.width, window.height), None, planes=planes, mosaic=mosaic, **arguments)
     return mosaic
@@ -170,9 +171,12 @@ def project_planes(
     first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample. rows: of samples, that are written from
     the first on; None: all.
     """
-    kernel = device.kernel("projection_planes", projection.defines(ANY_CFA, layout.over), file="projection.cl")
+    span = _span(device, layout)
+    kernel = device.kernel(
+        "projection_planes", {**projection.defines(ANY_CFA, layout.over), "SPAN": span}, file="projection.cl"
+    )
     settings = {"first_plane": first_plane, "rows": layout.rows, **projection.arguments(*origin)}
-    device.run(kernel, layout.work_size(count, rows), None, planes=planes, sampled=sampled, **settings)
+    device.run(kernel, _work_size(layout, count, span, rows), None, planes=planes, sampled=sampled, **settings)
 
 
 def project_radius(
@@ -190,9 +194,23 @@ def project_radius(
     scene_radius: device buffer (scene height, scene width) float32. radius: buffer of the layout's planes, of which plane
     `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample. rows: as of `project_planes`.
     """
-    kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
+    span = _span(device, layout)
+    kernel = device.kernel(
+        "projection_radius", {**projection.defines(ANY_CFA, layout.over), "SPAN": span}, file="projection.cl"
+    )
     settings = {"edge": projection.edge_px, "first_plane": number, "rows": layout.rows, **projection.arguments(*origin)}
-    device.run(kernel, layout.work_size(1, rows), None, scene_radius=scene_radius, radius=radius, **settings)
+    device.run(kernel, _work_size(layout, 1, span, rows), None, scene_radius=scene_radius, radius=radius, **settings)
+
+
+def _span(device: Device, layout: InterleavedColumns) -> int:
+    """Samples of a work-item: a whole part of a row, of which a CPU's compiler makes vectors."""
+    return math.gcd(min(device.span, SPAN), layout.set_columns)
+
+
+def _work_size(layout: InterleavedColumns, planes: int, span: int, rows: int | None) -> tuple[int, int, int]:
+    """Global size of a kernel whose work-items have `span` samples of a column set. rows: as of `project_planes`."""
+    columns, height, sets = layout.work_size(planes, rows)
+    return columns // span, height, sets
 
 
 def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:
