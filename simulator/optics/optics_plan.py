@@ -325,7 +325,10 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
         contrast,
         planned.accuracy,
     )
-    return replace(planned, psf=psf, psf_skip_reason=skip_reason)
+    defocus = planned.defocus
+    if defocus is not None and psf is not None and psf.corrected_px:
+        defocus = replace(defocus, corrected=True)
+    return replace(planned, psf=psf, psf_skip_reason=skip_reason, defocus=defocus)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:
