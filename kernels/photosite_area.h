@@ -53,10 +53,9 @@ INLINE struct area area_of(const float x, const float y, const float size, const
     return found;
 }
 
-// Mean of a plane over a square of `size` photosites whose upper left corner lies at (x, y) on the sensor [photosites].
 #if TAPS
-INLINE float square(global const float *plane, const float x, const float y, const float size, const uint channel, const struct projection p) {
-    const struct area area = area_of(x, y, size, channel, p);
+// Mean of a plane over an area of the scene.
+INLINE float area_mean(global const float *plane, const struct area area, const struct projection p) {
     const float wide = area.wide * (1.0f / SPLIT), tall = area.tall * (1.0f / SPLIT);
     float sum = 0.0f;
     for (uint part = 0; part < SPLIT * SPLIT; part++) {
@@ -75,18 +74,6 @@ INLINE float square(global const float *plane, const float x, const float y, con
         }
     }
     return sum / (area.wide * area.tall);
-}
-#else
-INLINE float square(global const float *plane, const float x, const float y, const float size, const uint channel, const struct projection p) {
-    float sum = 0.0f;
-    for (uint j = 0; j < SAMPLES; j++)
-        __attribute__((opencl_unroll_hint(8)))
-        for (uint i = 0; i < SAMPLES; i++) {
-            float u = x + size * (((float)i + 0.5f) * (1.0f / SAMPLES)), v = y + size * (((float)j + 0.5f) * (1.0f / SAMPLES));
-            scene_place(&u, &v, channel, p);
-            sum += point(plane, u, v, p);
-        }
-    return sum * (1.0f / (SAMPLES * SAMPLES));
 }
 #endif
 

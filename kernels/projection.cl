@@ -1,6 +1,7 @@
 // Projection of the scene's grid onto photosites. A photosite, or a sample of one, is the mean of the scene over its own square
 // (photosite_area.h). Beyond the grid its edge pixels continue.
 //
+// SPAN:    samples of a work-item along a row. Where a lens distorts, their places are computed together, and then the scene is read.
 // planes:  (channels, scene height, scene width) float32, electron radiance [e- s^-1 um^-2 sr^-1].
 // mosaic:  (rows, columns) float32, each photosite's own colour, over its open area, INSET photosites from its border
 //          (projection_mosaic).
@@ -17,6 +18,37 @@
 #include "plain_math.h"
 #include "photosite_area.h"
 
+// Means of a plane over `count` squares of `size` photosites, up to SPAN. x, y: upper left corner of the first on the sensor; the
+// others lie `step` photosites apart to the right.
+INLINE void squares(global const float *plane, const float x, const float step, const float y, const float size, const uint count,
+                    const uint channel, const struct projection p, float *mean) {
+#if TAPS
+    float left[SPAN], top[SPAN], wide[SPAN], tall[SPAN], tilt_right[SPAN], tilt_down[SPAN];
+    for (uint i = 0; i < count; i++) {
+        const struct area a = area_of(x + (float)i * step, y, size, channel, p);
+        left[i] = a.left, top[i] = a.top, wide[i] = a.wide, tall[i] = a.tall, tilt_right[i] = a.tilt_right, tilt_down[i] = a.tilt_down;
+    }
+    for (uint i = 0; i < count; i++) {
+        const struct area a = {left[i], top[i], wide[i], tall[i], tilt_right[i], tilt_down[i]};
+        mean[i] = area_mean(plane, a, p);
+    }
+#else
+    float u[SPAN], v[SPAN];
+    for (uint i = 0; i < count; i++) mean[i] = 0.0f;
+    for (uint part = 0; part < SAMPLES * SAMPLES; part++) {
+        const float across = size * (((float)(part % SAMPLES) + 0.5f) * (1.0f / SAMPLES));
+        const float down = size * (((float)(part / SAMPLES) + 0.5f) * (1.0f / SAMPLES));
+        for (uint i = 0; i < count; i++) {
+            float a = x + (float)i * step + across, b = y + down;
+            scene_place(&a, &b, channel, p);
+            u[i] = a, v[i] = b;
+        }
+        for (uint i = 0; i < count; i++) mean[i] += point(plane, u[i], v[i], p);
+    }
+    for (uint i = 0; i < count; i++) mean[i] *= 1.0f / (SAMPLES * SAMPLES);
+#endif
+}
+
 // Dimension 0: columns of photosites; 1: rows.
 kernel void projection_mosaic(global const float *restrict planes, global float *restrict mosaic, const uint scene_width,
                               const uint scene_height, const int origin_x, const int origin_y, const float scale,
@@ -26,21 +58,24 @@ kernel void projection_mosaic(global const float *restrict planes, global float 
     const size_t column = get_global_id(0), row = get_global_id(1);
     const uint channel = cfa_plane(column, row);
     const float x = (float)(origin_x + (int)column) + INSET, y = (float)(origin_y + (int)row) + INSET;
-    mosaic[row * get_global_size(0) + column] =
-        square(planes + (size_t)channel * scene_width * scene_height, x, y, 1.0f - 2.0f * INSET, channel, projection);
+    float mean[SPAN];
+    squares(planes + (size_t)channel * scene_width * scene_height, x, 1.0f, y, 1.0f - 2.0f * INSET, 1, channel, projection, mean);
+    mosaic[row * get_global_size(0) + column] = mean[0];
 }
 
-// Dimension 0: columns of a set; 1: rows of samples; 2: column sets of all channels.
+// Dimension 0: spans of columns of a set; 1: rows of samples; 2: column sets of all channels.
 kernel void projection_planes(global const float *restrict planes, global float *restrict sampled, const uint first_plane,
                               const uint rows, const uint scene_width, const uint scene_height, const int origin_x, const int origin_y,
                               const float scale, const float offset_x, const float offset_y, global const float *restrict pose) {
     struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
     take_pose(&projection, pose);
-    const size_t column = get_global_id(0), row = get_global_id(1), set = get_global_id(2), channel = set / COLUMN_SETS;
+    const size_t column = SPAN * get_global_id(0), row = get_global_id(1), set = get_global_id(2), channel = set / COLUMN_SETS;
     const float x = (float)origin_x + (float)(COLUMN_SETS * column + set % COLUMN_SETS) * (1.0f / OVER);
     const float y = (float)origin_y + (float)row * (1.0f / OVER);
-    sampled[row_start(COLUMN_SETS * first_plane + set, row, rows, get_global_size(0)) + column] =
-        square(planes + channel * scene_width * scene_height, x, y, 1.0f / OVER, channel, projection);
+    global float *to = sampled + row_start(COLUMN_SETS * first_plane + set, row, rows, SPAN * get_global_size(0)) + column;
+    float mean[SPAN];
+    squares(planes + channel * scene_width * scene_height, x, 2.0f, y, 1.0f / OVER, SPAN, channel, projection, mean);
+    for (uint i = 0; i < SPAN; i++) to[i] = mean[i];
 }
 
 #if SAMPLES == 1 && TAPS == 0 && !NEAREST && !DISTORTION
@@ -75,25 +110,31 @@ kernel void projection_down(global const float *restrict across, global float *r
 }
 #endif
 
-// Dimension 0: columns of a set; 1: rows of samples; 2: column sets.
+// Dimension 0: spans of columns of a set; 1: rows of samples; 2: column sets.
 kernel void projection_radius(global const float *restrict scene_radius, global float *restrict radius, const uint first_plane,
                               const uint rows, const uint scene_width, const uint scene_height,
                               const int origin_x, const int origin_y, const float scale, const float offset_x, const float offset_y,
                               global const float *restrict pose) {
     struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
     take_pose(&projection, pose);
-    const size_t column = get_global_id(0), row = get_global_id(1), set = get_global_id(2);
-    float u = (float)origin_x + ((float)(COLUMN_SETS * column + set) + 0.5f) * (1.0f / OVER);
-    float v = (float)origin_y + ((float)row + 0.5f) * (1.0f / OVER);
-    scene_place(&u, &v, 1, projection);
-    const int left = whole(u - 0.5f), top = whole(v - 0.5f);
-    const float s = (u - 0.5f) - (float)left, t = (v - 0.5f) - (float)top;
-    const size_t x0 = clamped(left, scene_width), x1 = clamped(left + 1, scene_width);
-    const size_t y0 = (size_t)clamped(top, scene_height) * scene_width, y1 = (size_t)clamped(top + 1, scene_height) * scene_width;
-    const float a = scene_radius[y0 + x0], b = scene_radius[y0 + x1], c = scene_radius[y1 + x0], d = scene_radius[y1 + x1];
-    const float least = smaller(smaller(a, b), smaller(c, d)), greatest = larger(larger(a, b), larger(c, d));
-    const float upper = a + s * (b - a), lower = c + s * (d - c);
-    const float nearest_pixel = t < 0.5f ? (s < 0.5f ? a : b) : (s < 0.5f ? c : d);
-    radius[row_start(COLUMN_SETS * first_plane + set, row, rows, get_global_size(0)) + column] =
-        greatest - least > EDGE ? nearest_pixel : upper + t * (lower - upper);
+    const size_t column = SPAN * get_global_id(0), row = get_global_id(1), set = get_global_id(2);
+    float u[SPAN], v[SPAN];
+    for (uint i = 0; i < SPAN; i++) {
+        float x = (float)origin_x + ((float)(COLUMN_SETS * (column + i) + set) + 0.5f) * (1.0f / OVER);
+        float y = (float)origin_y + ((float)row + 0.5f) * (1.0f / OVER);
+        scene_place(&x, &y, 1, projection);
+        u[i] = x - 0.5f, v[i] = y - 0.5f;
+    }
+    global float *to = radius + row_start(COLUMN_SETS * first_plane + set, row, rows, SPAN * get_global_size(0)) + column;
+    for (uint i = 0; i < SPAN; i++) {
+        const int left = whole(u[i]), top = whole(v[i]);
+        const float s = u[i] - (float)left, t = v[i] - (float)top;
+        const size_t x0 = clamped(left, scene_width), x1 = clamped(left + 1, scene_width);
+        const size_t y0 = (size_t)clamped(top, scene_height) * scene_width, y1 = (size_t)clamped(top + 1, scene_height) * scene_width;
+        const float a = scene_radius[y0 + x0], b = scene_radius[y0 + x1], c = scene_radius[y1 + x0], d = scene_radius[y1 + x1];
+        const float least = smaller(smaller(a, b), smaller(c, d)), greatest = larger(larger(a, b), larger(c, d));
+        const float upper = a + s * (b - a), lower = c + s * (d - c);
+        const float nearest_pixel = t < 0.5f ? (s < 0.5f ? a : b) : (s < 0.5f ? c : d);
+        to[i] = greatest - least > EDGE ? nearest_pixel : upper + t * (lower - upper);
+    }
 }

@@ -367,7 +367,10 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
         contrast,
         planned.accuracy,
     )
-    return replace(planned, psf=psf, psf_skip_reason=skip_reason)
+    defocus = planned.defocus
+    if defocus is not None and psf is not None and psf.corrected_px:
+        defocus = replace(defocus, corrected=True)
+    return replace(planned, psf=psf, psf_skip_reason=skip_reason, defocus=defocus)
 
 
 def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, timing: Timing) -> OpticsPlan:

@@ -289,9 +289,14 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str) ->
     """Pass of a PSF that the device gathers."""
     pixels, across = _pixels(optics), 2 * core.reach_px + 1
     method = f"{places}, gathered from {across} x {across} photosites"
+    taps = float((psf.over * across) ** 2)
+    if core.arm_px > core.reach_px:
+        method += f", from its row and column up to {core.arm_px} away"
+        taps += 4 * core.arm_px
     if core.has_tail:
-        method += f", and from cells of 2 x 2 up to {psf.reach_px} photosites away"
-    taps = (psf.over * across) ** 2 * (4 if psf.nodes != (1, 1) else 1) + core.has_tail * 2 * (psf.reach_px + 1) ** 2
+        method += f", and from cells of {core.cell_px} x {core.cell_px} up to {psf.reach_px} photosites away"
+        taps += 32 * (psf.reach_px / core.cell_px**2) ** 2
+    taps *= 4 if psf.nodes != (1, 1) else 1
     if psf.corrected_px:
         largest = 2 * max(correction_reach_px(radius) for radius in psf.corrected_px) + 1
         method += f", blur corrected to wave optics at {len(psf.corrected_px)} radii"

@@ -126,7 +126,8 @@ def test_a_window_of_a_blurred_frame_costs_its_share_and_the_margin_of_the_blur(
         asked.append(counted)
     whole, part = asked
     tiled = (WINDOW["width"] + 128 + 2 * 32) * (WINDOW["height"] + 2 * 2 * 16) / (WIDTH * HEIGHT)
-    assert part.items <= tiled * whole.items and part.bytes <= 0.5 * whole.bytes + 2**20
+    # A work-item of the projection has 16 samples, those of passes over whole tiles have 1 or 64.
+    assert part.items <= 1.05 * tiled * whole.items and part.bytes <= 0.5 * whole.bytes + 2**20
 
 
 def test_a_second_window_neither_reads_the_scene_nor_plans_its_optics(picture, monkeypatch):

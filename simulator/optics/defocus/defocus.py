@@ -31,7 +31,7 @@ PATCH_COLUMNS, PATCH_ROWS = 8, 8  # unit of the radius statistics
 PATCHWISE_PX = 66.0  # largest reach for which pairs of patches are compared one by one
 STEEPEST_PX = 0.2  # largest change of the radius between photosites of one continuous surface
 NODES_PER_PX = 2  # tabulated radii per photosite of radius; the mean is interpolated between them by a cubic
-FINE_NODES_PER_PX = 8  # the same for scenes finer than the photosites near the focus
+FINE_NODES_PER_PX = 8  # the same near the focus for scenes finer than the photosites, and where wave optics corrects the blur
 MOST_GATHERED = 4000.0  # most scene pixels, once for each rectangle of the aperture, that a photosite gathers one by one
 CLASSES = 64  # classes of radii, one bit each of a 64-bit mask
 _USUAL = Accuracy()
@@ -63,6 +63,7 @@ class Defocus:
     guessed: whether the background behind edges is assumed, because the scene does not contain it.
     area: how a photosite gathers the samples around it.
     wider: width of the photosites of this blur, in photosites of the camera; a power of two.
+    corrected: whether the blur is corrected to wave optics, by kernels of single blur radii.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
@@ -74,6 +75,7 @@ class Defocus:
     eyes: CatsEyes | None = None
     area: PhotositeArea = WHOLE
     wider: int = 1
+    corrected: bool = False
     _memo: Memo = field(default_factory=Memo, init=False, repr=False, compare=False)
 
     def remember(self, key: Hashable, make: Callable[[], T]) -> T:
@@ -117,9 +119,13 @@ class Defocus:
 
     @property
     def nodes_per_px(self) -> int:
-        """Tabulated radii per photosite of radius; light of a fine scene bends where blur circles cross its pixels' borders."""
+        """Tabulated radii per photosite of radius.
+
+        Light bends with the radius where blur circles cross the borders of a fine scene's pixels. A correction to wave optics
+        is interpolated between radii as the blur is, so that the radii of both must lie close together.
+        """
         near_focus = not self.least_px > 2.0 and not self.greatest_px < -2.0
-        return FINE_NODES_PER_PX if self.area.whole_pixels and near_focus else NODES_PER_PX
+        return FINE_NODES_PER_PX if (self.area.whole_pixels or self.corrected) and near_focus else NODES_PER_PX
 
     def on_wider_photosites(self) -> Self:
         """Return the blur as photosites see it that are twice as wide, which take means over all of their area."""

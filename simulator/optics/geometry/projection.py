@@ -20,6 +20,7 @@ from simulator.sensor.camera.cfa import Cfa
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
 TILTED_PARTS = 4  # upright parts per axis of a photosite whose sides distortion tilts
 SEPARABLE = 0.5  # most scene pixels per sample and axis for which a plane is read across first, then down
+SPAN = 16  # samples of a work-item on a CPU
 EDGE_PX = 1.0  # difference in blur radius above which neighbouring scene pixels belong to two surfaces
 
 
@@ -185,7 +186,7 @@ def project(device: Device, projection: Projection, cfa: Cfa, window: Window, pl
     """
     mosaic = device.empty((window.height, window.width), np.float32)
     defines = projection.defines(cfa.macros(window.x, window.y), inset=0.5 * (1.0 - projection.open_side))
-    kernel = device.kernel("projection_mosaic", defines, file="projection.cl")
+    kernel = device.kernel("projection_mosaic", {**defines, "SPAN": 1}, file="projection.cl")
     arguments = projection.arguments(window.x, window.y)
     pose = projection.upload_pose(device)
     device.run(kernel, (window.width, window.height), None, planes=planes, mosaic=mosaic, pose=pose, **arguments)
@@ -211,10 +212,12 @@ def project_planes(
     """
     defines, settings = projection.defines(ANY_CFA, layout.over), projection.arguments(*origin)
     if not projection.is_separable(layout.over):
-        kernel = device.kernel("projection_planes", defines, file="projection.cl")
+        span = _span(device, layout)
+        kernel = device.kernel("projection_planes", {**defines, "SPAN": span}, file="projection.cl")
         settings |= {"first_plane": first_plane, "rows": layout.rows}
         pose = projection.upload_pose(device)
-        device.run(kernel, layout.work_size(count, rows), None, planes=planes, sampled=sampled, pose=pose, **settings)
+        size = _work_size(layout, count, span, rows)
+        device.run(kernel, size, None, planes=planes, sampled=sampled, pose=pose, **settings)
         return
     columns, written, sets = layout.work_size(count, rows)
     first_row, scene_rows = projection.scene_rows(origin[1], written / layout.over)
@@ -228,7 +231,7 @@ def project_planes(
         ),
     )
     for name, height, buffers in steps:
-        kernel = device.kernel(name, defines, file="projection.cl")
+        kernel = device.kernel(name, {**defines, "SPAN": 1}, file="projection.cl")
         arguments = {"first_row": first_row, **settings, **buffers}
         device.run(kernel, (columns, height, sets), None, **{key: arguments[key] for key in kernel.arguments})
 
@@ -248,10 +251,24 @@ def project_radius(
     scene_radius: device buffer (scene height, scene width) float32. radius: buffer of the layout's planes, of which plane
     `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample. rows: as of `project_planes`.
     """
-    kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
+    span = _span(device, layout)
+    kernel = device.kernel(
+        "projection_radius", {**projection.defines(ANY_CFA, layout.over), "SPAN": span}, file="projection.cl"
+    )
     settings = {"first_plane": number, "rows": layout.rows, **projection.arguments(*origin)}
-    pose = projection.upload_pose(device)
-    device.run(kernel, layout.work_size(1, rows), None, scene_radius=scene_radius, radius=radius, pose=pose, **settings)
+    pose, size = projection.upload_pose(device), _work_size(layout, 1, span, rows)
+    device.run(kernel, size, None, scene_radius=scene_radius, radius=radius, pose=pose, **settings)
+
+
+def _span(device: Device, layout: InterleavedColumns) -> int:
+    """Samples of a work-item: a whole part of a row, of which a CPU's compiler makes vectors."""
+    return math.gcd(min(device.span, SPAN), layout.set_columns)
+
+
+def _work_size(layout: InterleavedColumns, planes: int, span: int, rows: int | None) -> tuple[int, int, int]:
+    """Global size of a kernel whose work-items have `span` samples of a column set. rows: as of `project_planes`."""
+    columns, height, sets = layout.work_size(planes, rows)
+    return columns // span, height, sets
 
 
 def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:

@@ -1,5 +1,6 @@
 """Removes highlights from a row band's sampled planes, and adds their blur spots to the blocks that they reach."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -97,12 +98,13 @@ class HighlightPass:
         plane = highlights.layers * band.layer_planes + np.arange(band.channels)[:, None]
         element = np.ravel(band.layout.element(plane, highlights.rows, highlights.columns))
         left = self.sampled.reshape(-1)[element] - highlights.excess.ravel()
-        self._run("highlights_take", (len(element),), {"places": element.astype(np.uint32), "left": left.astype(np.float32)})
+        buffers = self._upload({"places": element.astype(np.uint32), "left": left.astype(np.float32)})
+        self._run("highlights_take", (len(element),), self.band.defines, **buffers)
 
-    def spread(self, slabs: Buffer, light: Buffer, band: dict[str, int]) -> None:
-        """Add the highlights' spots to `light` in the blocks that they reach.
+    def spread(self, slabs: Buffer, lights: Sequence[tuple[dict[str, int], Buffer]], band: dict[str, int]) -> None:
+        """Add the highlights' spots to mosaics in the blocks that they reach.
 
-        band: fields of `struct row_band` of kernels/row_band.h.
+        lights: macros of kernels/cfa.h of each mosaic, and its light. band: fields of `struct row_band` of kernels/row_band.h.
         """
         highlights, lists = self.highlights, [own for own in self.lists if len(own)]
         if not lists:
@@ -126,10 +128,17 @@ class HighlightPass:
             "weights": weights,
         }
         size = (BLOCK_COLUMNS // 2, 2 * BLOCK_ROWS, len(lists))
-        self._run("highlights_spread", size, arrays, radius=self.band.radius, slabs=slabs, light=light, band=band)
+        buffers = self._upload(arrays)
+        for cfa_macros, light in lights:
+            defines = {**self.band.defines, **cfa_macros}
+            self._run(
+                "highlights_spread", size, defines, **buffers, radius=self.band.radius, slabs=slabs, light=light, band=band
+            )
 
-    def _run(self, name: str, size: tuple[int, ...], arrays: dict[str, np.ndarray], **arguments: object) -> None:
+    def _upload(self, arrays: dict[str, np.ndarray]) -> dict[str, Buffer]:
+        return {key: self.band.device.upload(np.ascontiguousarray(array)) for key, array in arrays.items()}
+
+    def _run(self, name: str, size: tuple[int, ...], defines: dict[str, object], **arguments: object) -> None:
         device = self.band.device
-        buffers = {key: device.upload(np.ascontiguousarray(array)) for key, array in arrays.items()}
-        kernel = device.kernel(name, self.band.defines, file="highlights.cl")
-        device.run(kernel, size, None, sampled=self.band.sampled, **buffers, **arguments)
+        kernel = device.kernel(name, defines, file="highlights.cl")
+        device.run(kernel, size, None, sampled=self.band.sampled, **arguments)

@@ -1,5 +1,8 @@
 """A band of rows with its margins on the device, and the kernels that blur it."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from simulator.device import Buffer, Device
@@ -22,6 +25,18 @@ from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
 
 POINTS_SAVED = 4  # divides the aperture samples of a correction at one sample per photosite: they do not sample its area too
+
+
+@dataclass(frozen=True)
+class Mosaic:
+    """A mosaic that is made: its colour filter, and device buffers (height, width) float32.
+
+    light: electron radiance [e- s^-1 um^-2 sr^-1]. open: share of light that the layers composited so far let through.
+    """
+
+    cfa: Cfa
+    light: Buffer
+    open: Buffer
 
 
 class BlockSlabs:
@@ -47,23 +62,23 @@ class BlockSlabs:
 class RowBand:
     """A row band with its margins, at so many samples per photosite and axis, in device buffers, and the passes over them.
 
+    Mosaics of several colours share all that does not depend on the colour: projection, sums, and lists of slabs.
     buffers: planes, running sums and radii (`band_sizes`), which bands at other numbers of samples use, too, after one another.
     """
 
     def __init__(
         self,
         tiles: TilePlan,
-        cfa: Cfa,
+        mosaics: Sequence[Mosaic],
         device: Device,
         tables: DeviceTables,
         planes: list[Buffer],
-        open_: Buffer,
         buffers: tuple[Buffer, Buffer, Buffer],
     ) -> None:
         samples_per_axis, area, maps = tables.samples_per_axis, tiles.area, tiles.maps
         self.tiles, self.device, self.area, self.maps, self.chosen = tiles, device, area, maps, tiles.chosen
         self.projection, self.defocus = tiles.optics.projection, tiles.defocus
-        self.tables, self.planes, self.open = tables, planes, open_
+        self.tables, self.planes, self.mosaics = tables, planes, mosaics
         self.samples_per_axis, self.layout = samples_per_axis, tables.layout
         self.channels, self.coverage = tiles.optics.channels, int(tiles.optics.has_coverage)
         self.partial = [layer.coverage is not None for layer in tiles.optics.scene.layers]
@@ -72,15 +87,19 @@ class RowBand:
         # A work-item computes 16 columns and 4 rows of 2 x 2 photosites on CPUs, and one of them on GPUs, which need many.
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
-        self.defines: dict[str, object] = {**cfa.macros(area.frame.x, area.frame.y), **held}
+        self.defines: dict[str, object] = {**self._filter(mosaics[0]), **held}
         linear = (
             1 if self.defocus.area.has_squares(samples_per_axis) else self.defocus.nodes_per_px if samples_per_axis == 1 else 0
         )
         self.defines |= {"NODES_PER_PX": f"{self.defocus.nodes_per_px}.0f", "LINEAR_NODES": f"{linear}.0f", "SPAN": device.span}
-        self.windows = PatchWindows(device, self.layout, self.defocus, {**cfa.macros(area.frame.x, area.frame.y), **held})
+        self.windows = PatchWindows(device, self.layout, self.defocus, {**self._filter(mosaics[0]), **held})
 
-    def compute(self, band: int, light: Buffer) -> None:
-        """Compute one band of rows of the mosaic `light`, in place."""
+    def _filter(self, mosaic: Mosaic) -> dict[str, int]:
+        """Macros of kernels/cfa.h for a mosaic."""
+        return mosaic.cfa.macros(self.area.frame.x, self.area.frame.y)
+
+    def compute(self, band: int) -> None:
+        """Compute one band of rows of the mosaics, in place."""
         rows = self.area.band_rows(band, whole=self.tables.whole)
         chosen = self.chosen.part(rows.tiles, self.samples_per_axis)
         if not chosen.computed.any():
@@ -96,14 +115,15 @@ class RowBand:
             lamps.take()
         some = chosen.blocks.sampled() | each_block(corrected)
         highlights = self._find(self.tiles.highlight_limit, slabs, some, rows, lamps=False)
-        self._compute_means(chosen if highlights is None else chosen.without(corrected), rows, light)
+        self._compute_means(chosen if highlights is None else chosen.without(corrected), rows)
         if highlights is not None:
             highlights.take()
-            self._compute_means(chosen.without(~corrected), rows, light)
-        self._sample_aperture(chosen.blocks, slabs, rows, light)
+            self._compute_means(chosen.without(~corrected), rows)
+        self._sample_aperture(chosen.blocks, slabs, rows)
         for found in (lamps, highlights):
             if found is not None:
-                found.spread(slabs.buffer, light, self._row_band(rows))
+                lights = [(self._filter(mosaic), mosaic.light) for mosaic in self.mosaics]
+                found.spread(slabs.buffer, lights, self._row_band(rows))
 
     def _list_slabs(self, chosen: TileChoice) -> "BlockSlabs":
         """List the slabs of the blocks that sample the aperture or may get spots."""
@@ -113,7 +133,7 @@ class RowBand:
         elif self.tiles.highlight_limit is not None:
             blocks = blocks | each_block(chosen.tiles_with(Method.CORRECTED))
         if not blocks.any():
-            return BlockSlabs(blocks, self.open, SlabLists(*np.zeros((4, 0), int)))
+            return BlockSlabs(blocks, self.mosaics[0].open, SlabLists(*np.zeros((4, 0), int)))
         lists = make_slab_lists(self.defocus, chosen.blocks.present[:, blocks], chosen.blocks.even_px[:, blocks])
         return BlockSlabs(blocks, self.device.upload(lists.slabs), lists)
 
@@ -153,12 +173,12 @@ class RowBand:
     def _sample_rows(self, rows: BandRows) -> int:
         return self.samples_per_axis * rows.count
 
-    def _compute_means(self, chosen: TileChoice, rows: BandRows, light: Buffer) -> None:
+    def _compute_means(self, chosen: TileChoice, rows: BandRows) -> None:
         """Compute the means of all layers, nearest first."""
         for layer in range(len(self.planes)):
-            self._compute_layer(chosen, layer, rows, light)
+            self._compute_layer(chosen, layer, rows)
 
-    def _compute_layer(self, chosen: TileChoice, layer: int, rows: BandRows, light: Buffer) -> None:
+    def _compute_layer(self, chosen: TileChoice, layer: int, rows: BandRows) -> None:
         """Compute a layer's tiles: copied, averaged over the aperture's image, or composited behind nearer layers."""
         here = chosen.visible[layer]
         copied, mean = (here & chosen.tiles_with(method) for method in (Method.COPY, Method.MEAN))
@@ -184,7 +204,7 @@ class RowBand:
                 if tiles.any():
                     variant = {"NODES": graded, "COMPOSITE": several}
                     images = np.where(copied, 0, chosen.images[layer])
-                    self._run_mean(chosen, layer, tiles, images, variant, clipped, rows, light)
+                    self._run_mean(chosen, layer, tiles, images, variant, clipped, rows)
 
     def _run_mean(
         self,
@@ -195,7 +215,6 @@ class RowBand:
         variant: dict[str, int],
         clipped: bool,
         rows: BandRows,
-        light: Buffer,
     ) -> None:
         table, places = self.tables.of_tiles(clipped)
         zone_defines = self.tables.defines(clipped)
@@ -208,23 +227,26 @@ class RowBand:
             "map_row": (rows.first - self.area.y) % 2**32,  # wraps where the band begins above the map; rows in it do not
             "zone_row": -rows.first % BAND_ROWS,
         }
-        self.device.run(
-            self.device.kernel("defocus_mean", defines, file="defocus.cl"),
-            (spans, 2 * TILE_ROWS, int(selected.sum())),
-            (spans, 1, 1),
-            sampled=self.sampled,
-            sums=self.sums,
-            radius=self.maps.radius,
-            light=light,
-            open=self.open,
-            tiles=self.device.upload(self._places(rows, selected, TILE_ROWS, TILE_COLUMNS, first, images)),
-            corners=self.tables.corners(chosen.zone[selected] if clipped else None),
-            surface=surface,
-            band=self._row_band(rows),
-            **table,
-        )
+        listed = self.device.upload(self._places(rows, selected, TILE_ROWS, TILE_COLUMNS, first, images))
+        corners = self.tables.corners(chosen.zone[selected] if clipped else None)
+        for mosaic in self.mosaics:
+            self.device.run(
+                self.device.kernel("defocus_mean", {**defines, **self._filter(mosaic)}, file="defocus.cl"),
+                (spans, 2 * TILE_ROWS, int(selected.sum())),
+                (spans, 1, 1),
+                sampled=self.sampled,
+                sums=self.sums,
+                radius=self.maps.radius,
+                light=mosaic.light,
+                open=mosaic.open,
+                tiles=listed,
+                corners=corners,
+                surface=surface,
+                band=self._row_band(rows),
+                **table,
+            )
 
-    def _sample_aperture(self, chosen: BlockChoice, slabs: "BlockSlabs", rows: BandRows, light: Buffer) -> None:
+    def _sample_aperture(self, chosen: BlockChoice, slabs: "BlockSlabs", rows: BandRows) -> None:
         """Compute the blocks where surfaces occlude each other."""
         sampled = chosen.sampled()
         if not sampled.any():
@@ -241,7 +263,7 @@ class RowBand:
         for kind in np.unique(kinds, axis=1).T:
             selected = (kinds == kind[:, None]).all(axis=0)
             around = corners[selected], shares[selected]
-            self._run_occlusion(kind.tolist(), places[selected], around, slabs.buffer, light, self._row_band(rows))
+            self._run_occlusion(kind.tolist(), places[selected], around, slabs.buffer, self._row_band(rows))
 
     def _run_occlusion(
         self,
@@ -249,7 +271,6 @@ class RowBand:
         places: np.ndarray,
         around: tuple[np.ndarray, np.ndarray],
         slabs: Buffer,
-        light: Buffer,
         row_band: dict[str, int],
     ) -> None:
         """Run kernels/occlusion.cl on blocks of one kind.
@@ -280,20 +301,24 @@ class RowBand:
         }
         points = self.tables.points(number, around if clipped else None)
         first_points = number * clipped * np.arange(len(places))
-        self.device.run(
-            self.device.kernel("occlusion", {**self.defines, **variant}, file="occlusion.cl"),
-            size,
-            (*size[:2], 1),
-            planes=self.sampled,
-            radius=self.radius,
-            blocks=self.device.upload(np.column_stack([places, first_points]).astype(np.uint32)),
-            slabs=slabs,
-            points=self.device.upload(points),
-            windows=self.windows.windows,
-            sampling=sampling,
-            light=light,
-            band=row_band,
-        )
+        blocks = self.device.upload(np.column_stack([places, first_points]).astype(np.uint32))
+        samples = self.device.upload(points)
+        for mosaic in self.mosaics:
+            defines = {**self.defines, **self._filter(mosaic), **variant}
+            self.device.run(
+                self.device.kernel("occlusion", defines, file="occlusion.cl"),
+                size,
+                (*size[:2], 1),
+                planes=self.sampled,
+                radius=self.radius,
+                blocks=blocks,
+                slabs=slabs,
+                points=samples,
+                windows=self.windows.windows,
+                sampling=sampling,
+                light=mosaic.light,
+                band=row_band,
+            )
 
     def _project_radius(self, rows: BandRows) -> None:
         """Project the radius maps onto the band's samples."""
