@@ -176,8 +176,9 @@ def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float,
     """
 
     def make() -> OpticsPlan:
+        if timing is not None:  # the plan of the image at rest is kept with the scene, too
+            return _with_motion(plan_optics(loaded, lens, sensor, tolerance), loaded, lens, sensor, timing)
         made = _plan_sensor_optics(loaded, lens, sensor, tolerance)
-        made = made if timing is None else _with_motion(made, loaded, lens, sensor, timing)
         if made.scene is not loaded and not any(array.flags.writeable for array in loaded.arrays()):
             for array in made.scene.arrays():
                 array.setflags(write=False)
@@ -386,8 +387,9 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
     )
     found: list[MotionPlan | None] = []
     is_layered, reason = False, None
-    for component in timing.components:
-        motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing.motion, component, need, is_sharp)
+    for number, component in enumerate(timing.components):
+        own = need.of_share(_seen_share(planned, number, len(timing.components), _electrons_per_radiance(lens, sensor)))
+        motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing.motion, component, own, is_sharp)
         if isinstance(motion, str):
             found.append(None)
             reason = reason or motion
@@ -402,6 +404,21 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
     scene = loaded if is_layered else planned.scene
     flash = found[1] if len(found) > 1 else None
     return replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
+
+
+def _seen_share(planned: OpticsPlan, number: int, components: int, per_radiance: float) -> float:
+    """Return how strong the edges of a component of the light can be, up to 1, relative to the scene's brightest light.
+
+    An edge counts as much as one that is seen at the brightest light as clearly as it is seen at its own.
+    """
+    if components == 1:
+        return 1.0
+    own = len(planned.weights) // components  # bands of a component
+    accuracy, lit = planned.accuracy, planned.lit_by(slice(number * own, (number + 1) * own))
+    brightest_e = max(brightest_electrons(planned.scene, lit.weights, per_radiance))
+    noise_e2 = max(0.1 * brightest_e + accuracy.read_noise_e**2, 1.0)
+    noise_at_brightest_e2 = accuracy.electrons + accuracy.read_noise_e**2
+    return min(brightest_e * math.sqrt(noise_at_brightest_e2 / noise_e2) / accuracy.electrons, 1.0)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:

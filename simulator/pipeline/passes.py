@@ -333,7 +333,7 @@ def _optical_black(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
 
 def _line_exposure(optics: OpticsPlan, exposed: ExposedLight, image: tuple[Pass, ...]) -> Pass:
     """Shares that lines collect. image: passes of the light, which run again for a flash whose shares differ."""
-    if exposed.is_split:
+    if exposed.is_split or optics.moves_by_component:
         method, again = "image of the flash added, each line with its shares of both", sum(one.cost_ms for one in image)
         pixels = _pixels(optics)
         cost_ms = again + 2 * _ms(pixels, COST_NS["line exposure"])

@@ -135,7 +135,7 @@ class TimedPath:
         return np.interp(np.linspace(0.0, measure[-1], count + 1), measure, self.times_s)
 
     def node_weights(self, nodes_s: np.ndarray) -> np.ndarray:
-        """Return the weights of images at nodes in the light of each line, (lines, nodes) of sum 1.
+        """Return the weights of images at nodes in the light of each line, (lines, nodes) of sum 1, or 0 in the dark.
 
         The image is taken as linear in time between nodes, so that the mean time of a line's light is kept exactly.
         """
@@ -145,7 +145,8 @@ class TimedPath:
         weights = np.zeros(edges.shape)
         weights[:, 1:] += late
         weights[:, :-1] += light - late
-        return weights / weights.sum(axis=1, keepdims=True)
+        total = weights.sum(axis=1, keepdims=True)
+        return weights / np.where(total > 0.0, total, 1.0)  # a line without light sees nothing
 
     def _measure(self) -> np.ndarray:
         """Integral of sqrt(speed) up to each of `times_s`, which also grows a little where nothing moves."""

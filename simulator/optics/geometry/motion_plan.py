@@ -4,7 +4,7 @@ import math
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
@@ -59,6 +59,10 @@ class MotionNeed:
     texture: float
     allowed: float
     cut_off: float
+
+    def of_share(self, share: float) -> Self:
+        """Return the need of a part of the light whose edges are weaker by a factor."""
+        return replace(self, contrast=share * self.contrast, texture=share * self.texture)
 
     def contrast_along(self, length_px: float) -> float:
         """Return the contrast of the edge that is wrong by as much as all edges of a path of this length [photosites].
