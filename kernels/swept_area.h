@@ -5,7 +5,6 @@
 #define SWEPT_AREA_H
 #include "plain_math.h"
 #include "photosite_area.h"
-
 #define SIDE (1.0f - 2.0f * INSET)
 
 // Displacement of the image over a row at an instant: dx = (x + x_slope X - shrink X^2) / (1 + shrink X), dy = (y + y_slope X) /

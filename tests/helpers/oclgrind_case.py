@@ -9,8 +9,10 @@ from helpers.camera_builders import every_stage, small_camera
 from helpers.lens_frame import LENS, depth_of
 from helpers.scene_builders import band_scene
 from simulator.device import devices, open_device
+from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.flash import Flash
 from simulator.exposure.flicker import PwmLamp
+from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
 from simulator.optics.defocus.defocus import Method
@@ -65,7 +67,17 @@ def run(case: str) -> None:
         exposure = replace(exposure, shutter=RollingShutter(0.01, "left_to_right"), flicker=PwmLamp(300.0, 0.5), flash=flash)
         scene = replace(scene.load(), white=1e-3)
     rims = Vignetting(RoundStop(430.0, 10.2)) if "rims" in case else None  # cuts even on so small a sensor
-    take_with_truth(Shot(scene, ThinLens(50.0, 4.0, 2.0, vignetting=rims), exposure, camera))
+    lens, motion = ThinLens(50.0, 4.0, 2.0, vignetting=rims), None
+    if "moving" in case:  # a pan reads spans of a row, a roll places one by one; layers need what covers them at each instant
+        roll = 40000.0 if "rolling" in case else 0.0
+        motion = Motion(
+            camera=SteadyMotion(pan_deg_per_s=40.0, roll_deg_per_s=roll, right_m_per_s=0.1 if "layers" in case else 0.0)
+        )
+        lens = replace(lens, f_number=64.0) if "layers" in case else lens
+        if "layers" in case:
+            far = replace(scene.load().behind[0], depth_m=2.1)
+            scene = replace(scene.load(), depth_m=1.9, behind=(far,))
+    take_with_truth(Shot(scene, lens, exposure, camera, motion=motion, tolerance=2.0 if motion else 0.1))
     print("done", devices()[0].name)
 
 

@@ -18,8 +18,9 @@ import numpy as np
 from simulator.exposure.line_times import LineTimes
 from simulator.optics.geometry.image_motion import ImageMotion
 
-LEAST_CELLS, MOST_CELLS = 512, 65536  # of the time in which any line is open, in which a path is straight
+LEAST_CELLS, MOST_CELLS = 512, 131072  # of the time in which any line is open, in which a path is straight
 CELLS_PER_LINE = 256  # of the time for which a line is open
+CELLS_PER_S = 200.0  # enough for the tremor of a hand, up to 20 Hz
 MOST_INSTANTS = 4096
 
 Light = Callable[[np.ndarray], np.ndarray]
@@ -74,7 +75,7 @@ class TimedPath:
         first, last = float(lines.opens_s.min()), float(lines.closed_s.max())
         open_s = lines.closed_s - lines.opens_s
         line_s = float(open_s.min(initial=last - first, where=open_s > 0.0))
-        wanted = CELLS_PER_LINE * (last - first) / max(line_s, 1e-12)
+        wanted = max(CELLS_PER_LINE / max(line_s, 1e-12), CELLS_PER_S) * (last - first)
         cells = int(min(max(wanted, LEAST_CELLS), MOST_CELLS))
         self.times_s = np.linspace(first, last, cells + 1)
         self.poses = motion.pose_numbers(start_s + self.times_s)

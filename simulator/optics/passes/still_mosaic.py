@@ -1,15 +1,18 @@
 """The image of a scene at rest: the pass of the plan that gathers it, with defocus and point spread function where planned."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from simulator.device import Buffer, Device
 from simulator.optics.geometry.projection import project
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.tile_plan import TilePlan
+
+if TYPE_CHECKING:
+    from simulator.optics.passes.tile_plan import TilePlan
 
 
 def still_mosaic(
-    optics: OpticsPlan, tiles: TilePlan | None, device: Device, planes: list[Buffer], progress: Callable[[float], None]
+    optics: OpticsPlan, tiles: "TilePlan | None", device: Device, planes: list[Buffer], progress: Callable[[float], None]
 ) -> Buffer:
     """Device buffer (height, width) float32: the mosaic of electron radiance, of a scene and a camera at rest.
 
