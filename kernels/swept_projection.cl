@@ -11,6 +11,8 @@
 #include "conventions.h"
 #include "cfa.h"
 #include "plain_math.h"
+#define BATCH 1
+#include "photosite_squares.h"
 #include "swept_area.h"
 
 struct sweep {
@@ -87,8 +89,10 @@ kernel void swept_places(global const float *restrict planes, global const float
             global const float *pose = poses + ((COLUMNS ? column : row) * sweep.instants + k) * (POSE_NUMBERS + 1);
             take_pose(&projection, pose + 1);
             const float x = (float)(sweep.origin_x + (int)column) + INSET, y = (float)(sweep.origin_y + (int)row) + INSET;
-            value[i] = pose[0] * square(planes + channel * pixels, x, y, SIDE, channel, projection);
-            cover[i] = COVERED ? square(planes + CHANNELS * pixels, x, y, SIDE, channel, projection) : 0.0f;
+            squares(planes + channel * pixels, x, 0.0f, y, SIDE, 1, channel, projection, value + i);
+            value[i] *= pose[0];
+            cover[i] = 0.0f;
+            if (COVERED) squares(planes + CHANNELS * pixels, x, 0.0f, y, SIDE, 1, channel, projection, cover + i);
         }
         add_span(value, cover, 1.0f, open + open_row(k, sweep), sum);
     }
