@@ -17,6 +17,7 @@ from simulator.errors import require
 from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, WIDE_PX, Accuracy
 from simulator.optics.defocus.aperture_rectangles import rectangle_count
 from simulator.optics.defocus.field_pupil import MOST_MOVED, CatsEyes, plan_cats_eyes
+from simulator.optics.defocus.joint_motion import JointMotion
 from simulator.optics.defocus.patch_reach import merge_far_patches
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.lens.lens import Lens
@@ -34,6 +35,7 @@ FINE_NODES_PER_PX = 8  # the same for scenes finer than the photosites near the 
 MOST_GATHERED = 4000.0  # most scene pixels, once for each rectangle of the aperture, that a photosite gathers one by one
 CLASSES = 64  # classes of radii, one bit each of a 64-bit mask
 _USUAL = Accuracy()
+MOST_APART_PX = 1.0  # way of an image between neighbouring slabs of radius [photosites]
 CLASS_UNIT_PX = 4.0  # up to about this radius all classes are equally wide
 
 
@@ -61,6 +63,7 @@ class Defocus:
     guessed: whether the background behind edges is assumed, because the scene does not contain it.
     area: how a photosite gathers the samples around it.
     wider: width of the photosites of this blur, in photosites of the camera; a power of two.
+    motion: of the layers' images while the shutter is open, which is computed together with the blur; None: they rest.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
@@ -72,6 +75,7 @@ class Defocus:
     eyes: CatsEyes | None = None
     area: PhotositeArea = WHOLE
     wider: int = 1
+    motion: JointMotion | None = None
 
     @cached_property
     def least_px(self) -> float:
@@ -123,13 +127,20 @@ class Defocus:
         radii = tuple(0.5 * radius for radius in self.radii_px)
         eyes = None if self.eyes is None else self.eyes.on_wider_photosites(0.5 * self.largest_px)
         accuracy = replace(self.accuracy, detail=0.0, whole_pixels=0)  # nothing inside a pixel is seen at these radii
-        return replace(
-            self, radii_px=radii, scale=2.0 * self.scale, accuracy=accuracy, eyes=eyes, area=WHOLE, wider=2 * self.wider
-        )
+        motion = None if self.motion is None else self.motion.on_wider_photosites()
+        wider = replace(self, radii_px=radii, scale=2.0 * self.scale, accuracy=accuracy, area=WHOLE, wider=2 * self.wider)
+        return replace(wider, eyes=eyes, motion=motion)
 
     def of_scene(self) -> Self:
         """Return the blur of the scene's own surfaces, without a background that is only assumed."""
         return replace(self, radii_px=self.radii_px[:1]) if self.guessed else self
+
+    def aside_px(self, layer: int) -> tuple[int, int]:
+        """Whole photosites x, y by which a layer is read aside of where it rests (`JointMotion.rest_px`)."""
+        if self.motion is None:
+            return 0, 0
+        x, y = self.motion.rest_px[layer].tolist()
+        return x, y
 
     @property
     def maps(self) -> int:
@@ -140,7 +151,9 @@ class Defocus:
     def reach_px(self) -> int:
         """Margin that the blur needs on each side [photosites]."""
         class_px = (self.largest_px + CLASS_UNIT_PX) / self.classes_per_unit
-        return math.ceil(self.pupil.corner_radius * (self.largest_px + 2.0 * class_px)) + 2
+        farthest_px = self.largest_px + 2.0 * class_px
+        moved_px = 0.0 if self.motion is None else self.motion.reach_px(farthest_px)
+        return math.ceil(self.pupil.corner_radius * farthest_px + moved_px) + 2
 
     @property
     def wide_px(self) -> float:
@@ -159,10 +172,13 @@ class Defocus:
         """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
 
         With twelve, a class is a third of a photosite wide in focus and a twelfth of the radius for large radii. There are
-        twice as many where all radii are large, and fewer for a loose tolerance.
+        twice as many where all radii are large, and fewer for a loose tolerance. Where images move, slabs near the focus are
+        read at most MOST_APART_PX apart; where they are nearer than the samples of a slope, these fall into several.
         """
         span = math.asinh(self.greatest_px / CLASS_UNIT_PX) - math.asinh(self.least_px / CLASS_UNIT_PX)
         finest = (12.0 if self.wider == 1 else 24.0) / self.accuracy.coarser
+        if self.motion is not None:
+            finest = max(finest, CLASS_UNIT_PX / MOST_APART_PX * (1.0 + self.motion.largest_aperture))
         return min(finest, (CLASSES - 3) / span) if span else finest
 
     @cached_property
@@ -291,14 +307,16 @@ _SLOPES = ("slope_x", "slope_y")
 
 
 def merge_within_reach(
-    radius_statistics: RadiusStatistics, corner_radius: float = 1.0, largest_px: float = math.inf
+    radius_statistics: RadiusStatistics, corner_radius: float = 1.0, largest_px: float = math.inf, beside_px: float = 0.0
 ) -> RadiusStatistics:
     """Merge into each patch the statistics of all patches that its blur circles reach or whose blur circles reach it.
 
     corner_radius: largest radius of the pupil's shape in blur radii. largest_px: largest blur radius of the scene, so that a
-        crop of the frame gets the same statistics as the whole frame.
+        crop of the frame gets the same statistics as the whole frame. beside_px: way beside the blur circles to which light
+        reaches, too.
     """
-    reach = np.maximum(np.abs(radius_statistics.least_px), np.abs(radius_statistics.greatest_px)) * corner_radius + 2.0
+    reach = np.maximum(np.abs(radius_statistics.least_px), np.abs(radius_statistics.greatest_px)) * corner_radius
+    reach = reach + (2.0 + beside_px)
     largest = np.where(reach <= PATCHWISE_PX, reach, 0.0)
     rows, columns = (math.ceil(float(largest.max()) / size) for size in (PATCH_ROWS, PATCH_COLUMNS))
     varying = {name: getattr(radius_statistics, name) for name in _JOIN if not _is_constant(getattr(radius_statistics, name))}
@@ -317,5 +335,5 @@ def merge_within_reach(
             for name, plane in merged.items():
                 _JOIN[name](plane, padded[name][window], out=plane, where=near)
     far = np.where(largest > 0, 0.0, reach)
-    merge_far_patches(varying, _JOIN, merged, far, largest_px * corner_radius + 2.0, (PATCH_ROWS, PATCH_COLUMNS))
+    merge_far_patches(varying, _JOIN, merged, far, largest_px * corner_radius + 2.0 + beside_px, (PATCH_ROWS, PATCH_COLUMNS))
     return replace(radius_statistics, **merged)

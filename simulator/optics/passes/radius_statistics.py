@@ -30,12 +30,14 @@ def measure_radius_maps(optics: OpticsPlan, defocus: Defocus, device: Device, ar
     layer_statistics: list[RadiusStatistics] = []
     scene_radius: list[Buffer] = []
     radius = device.empty(area.layout.shape(max(defocus.maps, 1)), np.float32)
-    for layer, px in zip(optics.scene.layers, defocus.radii_px, strict=True):
-        filled, covered = _coverage(optics.projection, area, layer.coverage)
+    for place, (layer, px) in enumerate(zip(optics.scene.layers, defocus.radii_px, strict=True)):
+        right, down = defocus.aside_px(place)
+        origin = area.x + right, area.y + down
+        filled, covered = _coverage(optics.projection, area, origin, layer.coverage)
         if isinstance(px, np.ndarray):
             number = len(scene_radius)
             scene_radius.append(device.share(np.ascontiguousarray(px)))
-            project_radius(device, optics.projection, scene_radius[-1], radius, number, area.layout, (area.x, area.y))
+            project_radius(device, optics.projection, scene_radius[-1], radius, number, area.layout, origin)
             radius_parts, classes = _measure(optics, defocus, device, area, radius, number)
         else:
             level, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
@@ -97,19 +99,24 @@ def _on_sensor(sensor_px: tuple[int, int], area: TileGrid) -> tuple[np.ndarray, 
     return nearest[0], nearest[1]
 
 
-def _coverage(projection: Projection, area: TileGrid, coverage: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest coverage of each patch, from all scene pixels that its photosites may read."""
+def _coverage(
+    projection: Projection, area: TileGrid, origin: tuple[int, int], coverage: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest coverage of each patch, from all scene pixels that its photosites may read.
+
+    origin: photosite of the sensor, x and y, at which the area's first one reads the layer.
+    """
     if coverage is None:
         return np.ones(area.patches, np.float32), np.ones(area.patches, np.float32)
     if projection.warp is not None:  # a warped tile has no straight border in the scene, so the bounds of the whole layer hold
         return np.full(area.patches, coverage.min(), np.float32), np.full(area.patches, coverage.max(), np.float32)
     least = greatest = coverage
     sides = (
-        (0, area.y, PATCH_ROWS, area.patches[0], projection.offset_y),
-        (1, area.x, PATCH_COLUMNS, area.patches[1], projection.offset_x),
+        (0, origin[1], PATCH_ROWS, area.patches[0], projection.offset_y),
+        (1, origin[0], PATCH_COLUMNS, area.patches[1], projection.offset_x),
     )
-    for axis, origin, size, tiles, offset in sides:
-        first = origin + size * np.arange(tiles)
+    for axis, start, size, tiles, offset in sides:
+        first = start + size * np.arange(tiles)
         low, high = (np.floor(offset + projection.scale * border).astype(int) for border in (first, first + size))
         low, high = (np.clip(px, 0, coverage.shape[axis] - 1) for px in (low - 1, high + 1))
         least, greatest = (

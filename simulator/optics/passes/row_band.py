@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.defocus.aperture_samples import sample_count
+from simulator.optics.defocus.aperture_samples import move_samples, sample_count
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
@@ -141,9 +141,15 @@ class RowBand:
 
     def _project_planes(self, band_start: int) -> None:
         """Project all layers onto the band's samples."""
-        origin, count = (self.area.x, self.area.y + band_start), self.layer_planes
+        count = self.layer_planes
         for layer, planes in enumerate(self.planes):
+            origin = self._origin(layer, band_start)
             project_planes(self.device, self.projection, planes, count, self.sampled, layer * count, self.layout, origin)
+
+    def _origin(self, layer: int, band_start: int) -> tuple[int, int]:
+        """Photosite of the sensor, x and y, at which a layer at rest is read for the first sample of a band."""
+        right, down = self.defocus.aside_px(layer)
+        return self.area.x + right, self.area.y + band_start + down
 
     def _compute_means(self, chosen: TileChoice, band_start: int, light: Buffer) -> None:
         """Compute the means of all layers, nearest first."""
@@ -232,9 +238,10 @@ class RowBand:
         for kind in np.unique(kinds, axis=1).T:
             selected = (kinds == kind[:, None]).all(axis=0)
             around = corners[selected], shares[selected]
-            self._run_occlusion(kind.tolist(), places[selected], around, slabs.buffer, light, self._row_band(band_start))
+            run = self._run_occlusion if self.defocus.motion is None else self._run_moving
+            run(kind.tolist(), places[selected], around, slabs.buffer, light, self._row_band(band_start))
 
-    def _run_occlusion(
+    def _run_moving(
         self,
         kind: list[int],
         places: np.ndarray,
@@ -243,32 +250,62 @@ class RowBand:
         light: Buffer,
         row_band: dict[str, int],
     ) -> None:
-        """Run kernels/occlusion.cl on blocks of one kind.
+        """Run kernels/occlusion.cl on blocks whose images move. Blocks in one cell of `JointMotion` share their points.
 
-        kind: number of aperture samples, whether they compute a correction, and whether they are the block's own.
-        places: (blocks, 4) of `_places`. around: of `Zones.around_blocks`. row_band: fields of `struct row_band`.
+        The arguments are those of `_run_occlusion`. Blocks are cut where the cells of a rolling shutter have fewer rows.
         """
-        number, correction, clipped = kind
+        motion = self.defocus.motion
+        assert motion is not None  # else nothing moves
+        number, clipped, frame = kind[0], kind[2], self.area.frame
+        height = min(motion.cell_size(BLOCK_COLUMNS, BLOCK_ROWS)[1], BLOCK_ROWS)
+        parts = BLOCK_ROWS // height
+        blocks = np.repeat(places.astype(int), parts, axis=0)
+        blocks[:, 1] += height * np.tile(np.arange(parts), len(places))
+        x, y = 2 * blocks[:, 0] + row_band["frame_x"] + frame.x, blocks[:, 1] + row_band["frame_y"] + frame.y
+        cells, middles = motion.cells(x, y, (BLOCK_COLUMNS, BLOCK_ROWS))
+        keys = np.stack([*cells, clipped * np.arange(len(x))])  # where rims clip the pupil a block has points of its own
+        _, first, index = np.unique(keys, axis=1, return_index=True, return_inverse=True)
+        corners, shares = (np.repeat(part, parts, axis=0)[first] for part in around)
+        samples, instants = self.tables.moving_points(number, (corners, shares) if clipped else None)
+        points = move_samples(samples, instants, motion, middles[first])
+        blocks = np.column_stack([blocks, len(self.planes) * number * index.reshape(-1)])
+        self._launch_occlusion((number, 0), blocks, height, points, slabs, light, row_band)
+
+    def _launch_occlusion(
+        self,
+        kind: tuple[int, int],
+        blocks: np.ndarray,
+        block_rows: int,
+        points: np.ndarray,
+        slabs: Buffer,
+        light: Buffer,
+        row_band: dict[str, int],
+    ) -> None:
+        """Launch kernels/occlusion.cl. kind: number of aperture samples, and whether they compute a correction.
+
+        blocks, points: as there. block_rows: of a block; fewer where a rolling shutter cuts it.
+        """
+        number, correction = kind
         span, rows, sets = self.block_size
-        size = (BLOCK_COLUMNS // 2 // span, 2 * BLOCK_ROWS // rows // sets, len(places))
+        rows = max(rows * block_rows // BLOCK_ROWS, 1)
+        size = (BLOCK_COLUMNS // 2 // span, 2 * block_rows // rows // sets, len(blocks))
         variant = {
             "LAYERS": len(self.planes),
             "CORRECTION": correction,
             "SPAN": span,
             "ROWS": rows,
             "SETS": sets,
+            "MOTION": int(self.defocus.motion is not None),
             **PATCH_MACROS,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
-        points = self.tables.points(number, around if clipped else None)
-        first_points = number * clipped * np.arange(len(places))
         self.device.run(
             self.device.kernel("occlusion", {**self.defines, **variant}, file="occlusion.cl"),
             size,
             (size[0], 1, 1),
             planes=self.sampled,
             radius=self.radius,
-            blocks=self.device.upload(np.column_stack([places, first_points]).astype(np.uint32)),
+            blocks=self.device.upload(blocks.astype(np.uint32)),
             slabs=slabs,
             points=self.device.upload(points),
             windows=self.windows.windows,
@@ -281,9 +318,10 @@ class RowBand:
 
     def _project_radius(self, band_start: int) -> None:
         """Project the radius maps onto the band's samples."""
-        origin = self.area.x, self.area.y + band_start
-        for number, scene_radius in enumerate(self.maps.scene_radius):
-            project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin)
+        for layer, number in enumerate(map_numbers(self.defocus.radii_px)):
+            if number >= 0:
+                scene_radius, origin = self.maps.scene_radius[number], self._origin(layer, band_start)
+                project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin)
 
     def _places(self, selected: np.ndarray, rows: int, columns: int, first: np.ndarray, count: np.ndarray) -> np.ndarray:
         """Positions and list ranges of tiles or blocks: (places, 4) uint32.

@@ -44,8 +44,9 @@ class TilePlan:
 
     def areas(self) -> list[tuple[Projection, Window]]:
         """Photosites whose light the blur gathers, with the projection of the scene onto them."""
-        area = Window(self.area.x, self.area.y, 2 * self.area.set_columns, self.area.rows)
-        return [(self.optics.projection, area), *(self.wide.areas() if self.wide is not None else [])]
+        area, seen = self.area, {self.defocus.aside_px(layer) for layer in range(len(self.defocus.radii_px))}
+        own = [Window(area.x + right, area.y + down, 2 * area.set_columns, area.rows) for right, down in sorted(seen)]
+        return [*((self.optics.projection, one) for one in own), *(self.wide.areas() if self.wide is not None else [])]
 
     def shares(self) -> dict[Method, float]:
         """Share of the frame that each method computes; blocks that sample the aperture count as parts of their tile."""
@@ -58,8 +59,11 @@ class TilePlan:
 
     @cached_property
     def highlight_limit(self) -> np.ndarray | None:
-        """Electron radiance above which a sample is a highlight, (channels,); None: no sample of the scene is."""
-        return self._threshold(BRIGHT)
+        """Electron radiance above which a sample is a highlight, (channels,); None: no sample of the scene is.
+
+        None where images move, too: a highlight stays among the samples, and its light on its path.
+        """
+        return None if self.defocus.motion is not None else self._threshold(BRIGHT)
 
     @cached_property
     def lamp_limit(self) -> np.ndarray | None:
