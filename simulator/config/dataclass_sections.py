@@ -35,6 +35,7 @@ def read_descriptions(cls: type) -> dict[str, str]:
     return result
 
 
+CUSTOM_TEXTS: dict[type, Any] = {}  # classes that are one text in the configuration, with pydantic's annotation of it
 CUSTOM_SECTIONS: dict[type, Callable[[], type[Section]]] = {}  # classes whose section differs from their fields
 _made: dict[type, type[Section]] = {}  # by class, so that a class used in two places has one section
 
@@ -113,6 +114,8 @@ def to_annotation(hint: Any) -> Any:
     origin, parts = get_origin(hint), get_args(hint)
     if origin is Annotated:
         return to_annotation(parts[0])
+    if isinstance(hint, type) and hint in CUSTOM_TEXTS:
+        return CUSTOM_TEXTS[hint]
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         cls: type[Any] = hint
         return make_section(cls)

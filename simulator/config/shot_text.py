@@ -11,6 +11,8 @@ from simulator.config.messages import find_sections
 from simulator.config.quantity import format_quantity
 from simulator.config.response_curves import response_text
 from simulator.config.section_types import Quantity, Section
+from simulator.config.speed_text import format_speed
+from simulator.exposure.object_motion import Speed
 from simulator.sensor.camera.camera_sections import SpectralResponse
 
 Known = dict[int, Any]  # id of an object -> the plain data that it was made from
@@ -76,6 +78,8 @@ def _text(value: Any, annotation: Any, known: Known) -> Any:
     if isinstance(value, (int, float)):
         quantity = _find_quantity(annotation)
         return value if quantity is None else format_quantity(value, quantity.unit)
+    if isinstance(value, Speed):
+        return format_speed(value)
     if isinstance(value, SpectralResponse):
         return response_text(value)
     if (model := _find_model(value, annotation)) is not None:

@@ -33,6 +33,8 @@ radian = [angle] = rad
 degree = 0.017453292519943295 * radian = deg = °
 electron = [electron]
 DN = [code] = LSB = ADU
+pixel = [pixel] = px
+frame = [frame]
 f_number = [f_number]
 """
 
@@ -47,6 +49,9 @@ WORDS = {
     "degree / second": ("a speed of rotation", "10 deg/s"),
     "metre / second": ("a speed", "1.5 m/s"),
     "hertz": ("a frequency", "100 Hz"),
+    "pixel / second": ("a speed on the scene", "120 px/s"),
+    "pixel / frame": ("a speed on the scene per frame", "5 px/frame"),
+    "metre / frame": ("a speed per frame", "0.1 m/frame"),
     "kelvin": ("a temperature", "5500 K"),
     "candela / metre**2": ("a luminance", "100 cd/m^2"),
     "electron": ("a number of electrons", "50000 e-"),

@@ -1,8 +1,16 @@
 """What moves while the shutter is open."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from simulator.exposure.camera_motion import SteadyMotion
+import numpy as np
+
+from simulator.errors import PhotositeError, require
+from simulator.exposure.camera_motion import CameraPath, Poses, SteadyMotion
+from simulator.exposure.camera_table import CameraTable, MeasuredClip
+from simulator.exposure.hand_tremor import HandTremor
+from simulator.exposure.object_motion import LayerMotion, LayerMoves
+from simulator.exposure.vector_maps import BlenderVectors, VectorField, VectorMap
+from simulator.units import Seconds
 
 
 @dataclass(frozen=True)
@@ -10,6 +18,81 @@ class Motion:
     """Motion of a shot, on one clock for the rows of a frame and the frames of a series (`Exposure.start_s`).
 
     camera: path of the camera; left out: it stands on a tripod.
+    layers: motion of layers of the scene, by number from 0, the nearest; those left out stand still. A scene of one picture is
+        layer 0.
+    vectors: velocity of each pixel of a scene of one picture.
+    frame_time_s: what `frame` means in speeds per frame [s], such as 1/24 s.
+    Raises PhotositeError for speeds per frame without a frame time, and for vectors beside the motion of layers.
     """
 
-    camera: SteadyMotion | None = None
+    camera: SteadyMotion | CameraTable | MeasuredClip | HandTremor | None = None
+    layers: dict[int, LayerMotion] = field(default_factory=dict)
+    vectors: VectorMap | BlenderVectors | None = None
+    frame_time_s: Seconds | None = None
+
+    def __post_init__(self) -> None:
+        time_s = self.frame_time_s
+        require(
+            time_s is None or 0 < time_s < np.inf, "motion.frame_time", f"{time_s} s", "give a time above 0 s, such as 1/24 s"
+        )
+        for number, layer in self.layers.items():
+            require(number >= 0, "motion.layers", number, "name layers by their number from 0, the nearest")
+            self._check_frame_time(layer.is_per_frame, f"motion.layers.{number}.velocity")
+        if self.vectors is not None:
+            rule = "a scene of one picture has vectors, or its layer 0 moves as a whole; leave one of both out"
+            require(not self.layers, "motion.vectors", self.vectors.image, rule)
+            self._check_frame_time(self.vectors.is_per_frame, "motion.vectors.unit")
+
+    def _check_frame_time(self, is_per_frame: bool, key: str) -> None:
+        if is_per_frame and self.frame_time_s is None:
+            raise PhotositeError("needs the time of a frame; add motion.frame_time, such as 1/24 s", key=key, value="per frame")
+
+    @property
+    def moves_camera(self) -> bool:
+        """Whether there is a path of the camera."""
+        return self.camera is not None
+
+    def camera_poses(self, times_s: np.ndarray) -> Poses:
+        """Return the poses of the camera at some instants (instants,) of the clock [s]; 0 on a tripod.
+
+        Raises PhotositeError for instants outside the path.
+        """
+        return _STILL.poses(times_s) if self.camera is None else self.camera.poses(times_s)
+
+    def camera_speeds(self, times_s: np.ndarray) -> Poses:
+        """Return the derivatives of `camera_poses` by time. Raises PhotositeError for instants outside the path."""
+        return _STILL.speeds(times_s) if self.camera is None else self.camera.speeds(times_s)
+
+    def layer_moves(self, number: int, times_s: np.ndarray, size: tuple[int, int]) -> LayerMoves | None:
+        """Return where a layer is at some instants (instants,) of the clock [s]; None for one that stands still.
+
+        size: (height, width) of the scene [px]. Raises PhotositeError for instants outside a path of limited length.
+        """
+        layer = self.layers.get(number)
+        return None if layer is None else layer.moves(times_s, size, self.frame_time_s, f"motion.layers.{number}")
+
+    def vector_field(self, size: tuple[int, int]) -> VectorField | None:
+        """Return the velocity of each pixel of the scene; None without vectors.
+
+        size: (height, width) of the scene [px]. Raises PhotositeError for a file that is missing or damaged, of another size
+        than the scene, or holds NaN or Inf.
+        """
+        return None if self.vectors is None else self.vectors.load(size, self.frame_time_s)
+
+    def check_layers(self, count: int) -> None:
+        """Raise PhotositeError for motion of layers that a scene of so many layers lacks, and for vectors of several."""
+        for number in self.layers:
+            rule = f"the scene has {count} layers, numbered from 0, the nearest; name one of them"
+            require(number < count, f"motion.layers.{number}", number, rule)
+        if self.vectors is not None:
+            rule = f"vectors are of one picture, but the scene has {count} layers; give motion.layers instead"
+            require(count == 1, "motion.vectors", self.vectors.image, rule)
+
+    def check_span(self, first_s: float, last_s: float) -> None:
+        """Raise PhotositeError unless all paths hold from one time of the clock to another [s]."""
+        self.camera_poses(np.array([first_s, last_s]))
+        for number in self.layers:
+            self.layer_moves(number, np.array([first_s, last_s]), (1, 1))
+
+
+_STILL: CameraPath = SteadyMotion()

@@ -3,54 +3,52 @@
 A photosite looks along one ray through the lens's centre. The camera's rotation turns the ray, its location moves the ray's
 start; where the ray meets a surface, the photosite sees what it would see there with everything at rest. For a plane at one
 distance, parallel to the sensor at rest, that place is a homography of the photosite's (Hartley and Zisserman, Multiple View
-Geometry, 2nd ed., 13.1). A surface that moves as a rigid body is a camera that moves the other way.
+Geometry, 2nd ed., 13.1). A layer that moves across the picture is carried back to its place at rest.
 
 Axes of space: those of `Poses`, x right, y up, z back. Axes of the image: x right, y down, in photosites from the optical axis.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.exposure.camera_motion import CameraPath, Poses
+from simulator.exposure.camera_motion import CameraPath, rotation_matrices
+from simulator.exposure.object_motion import LayerMoves
+from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.sensor.camera.camera import Camera
 
-POSE_NUMBERS = 6  # of one body: rotation about x, y, z [rad], location x, y, z [m]
-
-
-class BodyPath(Protocol):
-    """Pose of a rigid body over time: of the camera, or of a surface, whose pose at rest is zero."""
-
-    def poses(self, times_s: np.ndarray) -> Poses:
-        """Return the poses at some instants (instants,) [s] of the shot's clock."""
-        ...
+CAMERA_NUMBERS, LAYER_NUMBERS = 6, 8  # numbers of a pose: rotation [rad] and location [m]; affine map and shift [m]
+LayerPath = Callable[[np.ndarray], LayerMoves]  # where a layer is at some instants (instants,) [s] of the shot's clock
 
 
 @dataclass(frozen=True)
 class ImageGeometry:
-    """Pinhole geometry of the image on a sensor.
+    """Pinhole geometry of the image on a sensor, whose middle the optical axis meets.
 
-    image_distance_px: lens to sensor [photosites]. width_px, height_px: of the sensor; the optical axis meets its middle.
+    image_distance_px: lens to sensor [photosites]. width_px, height_px: of the sensor.
+    scale: scene pixels per photosite. axis_x, axis_y: scene position of the optical axis [px].
     """
 
     image_distance_px: float
     width_px: int
     height_px: int
-
-    @property
-    def centre_px(self) -> tuple[float, float]:
-        """Place x, y of the optical axis from the sensor's upper left corner [photosites]."""
-        return 0.5 * self.width_px, 0.5 * self.height_px
+    scale: float = 1.0
+    axis_x: float = 0.0
+    axis_y: float = 0.0
 
     def corners(self) -> np.ndarray:
         """Corners, middles of the sides and middle of the sensor from the optical axis, (9, 2) [photosites]."""
         x, y = np.meshgrid([-0.5, 0.0, 0.5], [-0.5, 0.0, 0.5])
         return np.stack([self.width_px * x.ravel(), self.height_px * y.ravel()], axis=-1)
+
+    @property
+    def to_scene(self) -> np.ndarray:
+        """Matrix (3, 3) from places (x, y, 1) [photosites from the optical axis] to scene positions [px]."""
+        return np.array([[self.scale, 0.0, self.axis_x], [0.0, self.scale, self.axis_y], [0.0, 0.0, 1.0]])
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ class Surface:
 
     nearest_m: float
     farthest_m: float
-    path: BodyPath | None = None
+    path: LayerPath | None = None
 
 
 @dataclass(frozen=True)
@@ -76,54 +74,64 @@ class ImageMotion:
     surfaces: tuple[Surface, ...]
     camera: CameraPath | None = None
 
-    def bodies(self) -> list[BodyPath]:
-        """Return the paths of all that moves: the camera's first, where it moves, then those of surfaces."""
-        paths = [self.camera, *(surface.path for surface in self.surfaces)]
-        return [path for path in paths if path is not None]
-
     def pose_numbers(self, times_s: np.ndarray) -> np.ndarray:
-        """Return the poses of all bodies at some instants (instants,) [s], (instants, 6 bodies); their means are mean poses."""
-        found = [path.poses(times_s) for path in self.bodies()]
-        parts = [part for pose in found for part in (pose.rotation_rad, pose.location_m)]
-        return np.concatenate([np.zeros((len(times_s), 0)), *parts], axis=-1)
+        """Return the poses of all that moves at some instants (instants,) [s] of the clock, (instants, numbers) float64.
 
-    def seen_from(self, numbers: np.ndarray, surface: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return rotation (..., 3, 3) and location (..., 3) [m] of the camera in the axes of a surface.
-
-        numbers: (..., 6 bodies) of `pose_numbers`. Rays of the camera times the rotation are rays in the surface's axes.
+        The camera's first, where it moves, then those of surfaces. A mean of them is that of the poses.
         """
-        shape, place = numbers.shape[:-1], 0
-        rotation, location = np.broadcast_to(np.eye(3), (*shape, 3, 3)), np.zeros((*shape, 3))
+        parts = [np.zeros((len(times_s), 0))]
         if self.camera is not None:
-            rotation, location, place = rotation_matrices(numbers[..., :3]), numbers[..., 3:6], POSE_NUMBERS
-        for index, one in enumerate(self.surfaces):
-            if one.path is None:
-                continue
-            if index == surface:
-                back = np.swapaxes(rotation_matrices(numbers[..., place : place + 3]), -1, -2)
-                offset = location - numbers[..., place + 3 : place + POSE_NUMBERS]
-                return back @ rotation, np.einsum("...ij,...j->...i", back, offset)
-            place += POSE_NUMBERS
-        return rotation, location
+            pose = self.camera.poses(times_s)
+            parts += [pose.rotation_rad, pose.location_m]
+        to_scene = self.geometry.to_scene
+        for surface in self.surfaces:
+            if surface.path is not None:
+                moves = surface.path(times_s)
+                matrices = np.linalg.inv(to_scene) @ moves.matrices @ to_scene
+                parts += [matrices[:, :2].reshape(-1, 6), moves.shift_m]
+        return np.concatenate(parts, axis=-1)
+
+    def _camera(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return rotation (..., 3, 3) and location (..., 3) [m] of the camera."""
+        if self.camera is None:
+            return np.broadcast_to(np.eye(3), (*numbers.shape[:-1], 3, 3)), np.zeros((*numbers.shape[:-1], 3))
+        return rotation_matrices(numbers[..., :3]), numbers[..., 3:CAMERA_NUMBERS]
+
+    def _layer(self, numbers: np.ndarray, surface: int) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return what takes places now to those at rest, (..., 2, 3), and the shift of the surface (..., 2) [m] before.
+
+        None for a surface at rest. The shift is to the right and down.
+        """
+        if self.surfaces[surface].path is None:
+            return None
+        before = sum(one.path is not None for one in self.surfaces[:surface])
+        first = (CAMERA_NUMBERS if self.camera is not None else 0) + LAYER_NUMBERS * before
+        own = numbers[..., first : first + LAYER_NUMBERS]
+        forward = own[..., :6].reshape(*own.shape[:-1], 2, 3)
+        back = np.linalg.inv(forward[..., :2])
+        return np.concatenate([back, -back @ forward[..., 2:]], axis=-1), own[..., 6:]
 
     def homographies(self, numbers: np.ndarray, surface: int, depth_m: float | None = None) -> np.ndarray:
         """Return what takes a place on the sensor to the place seen there at rest, (..., 3, 3) float64.
 
-        Both places are (x, y, 1) from the optical axis [photosites]; the element [2, 2] is 1. numbers: (..., 6 bodies) of
+        Both places are (x, y, 1) from the optical axis [photosites]; the element [2, 2] is 1. numbers: (..., numbers) of
         `pose_numbers`. depth_m: distance of the surface; left out: its nearest. Raises PhotositeError where a photosite of the
         sensor does not see the surface's plane.
         """
         depth = self.surfaces[surface].nearest_m if depth_m is None else depth_m
-        rotation, location = self.seen_from(numbers, surface)
+        rotation, location = self._camera(numbers)
         distance = self.geometry.image_distance_px
-        to_ray = np.diag([1.0, -1.0, -distance])  # (x, y, 1) to the direction in the camera's axes
-        ray = rotation @ to_ray
+        ray = rotation @ np.diag([1.0, -1.0, -distance])  # of (x, y, 1): direction in the axes at rest
         dioptres = location / depth  # 0 for a surface at infinity
-        # place / distance = (ray_xy (depth + z) / -ray_z + location_xy) / depth, as in parallax(), times -ray_z
+        # place / distance = ray_xy (1 + z / depth) / -ray_z + location_xy / depth, as in parallax(), times -ray_z
         across = (1.0 + dioptres[..., 2, None]) * ray[..., 0, :] - dioptres[..., 0, None] * ray[..., 2, :]
         up = (1.0 + dioptres[..., 2, None]) * ray[..., 1, :] - dioptres[..., 1, None] * ray[..., 2, :]
         found = np.stack([distance * across, -distance * up, -ray[..., 2, :]], axis=-2)
         self._check(found, dioptres)
+        if (layer := self._layer(numbers, surface)) is not None:
+            back, shift_m = layer
+            found[..., :2, :] -= (distance / depth) * shift_m[..., None] * found[..., 2:, :]
+            found = np.concatenate([back @ found, found[..., 2:, :]], axis=-2)
         return found / found[..., 2:, 2:]
 
     def _check(self, found: np.ndarray, dioptres: np.ndarray) -> None:
@@ -133,8 +141,8 @@ class ImageMotion:
         if bool(np.all(depth > 1e-3 * self.geometry.image_distance_px)) and bool(np.all(dioptres[..., 2] > -1.0)):
             return
         raise PhotositeError(
-            "a part of the sensor looks past the scene while the shutter is open; turn the camera or the surface by less "
-            "than 90 deg less half the field of view, and do not move through a surface",
+            "a part of the sensor looks past the scene while the shutter is open; turn the camera by less than "
+            "90 deg less half the field of view, and do not move it through a surface",
             key="motion",
         )
 
@@ -142,17 +150,23 @@ class ImageMotion:
         """Return where photosites look at infinity, and how that shifts per inverse distance: both (..., places, 2) float64.
 
         The place seen at rest on a surface at a distance Z [m] is at_infinity + shift / Z, from the optical axis [photosites]:
-        exact for any pose. shift: [photosites per 1/m].
-        numbers: (..., 6 bodies) of `pose_numbers`. places_px: (places, 2) x, y from the optical axis [photosites].
+        exact for any pose. shift: [photosites per 1/m]. numbers: (..., numbers) of `pose_numbers`.
+        places_px: (places, 2) x, y from the optical axis [photosites].
         """
         distance = self.geometry.image_distance_px
-        rotation, location = self.seen_from(numbers, surface)
+        rotation, location = self._camera(numbers)
         x, y = np.asarray(places_px, np.float64).T
         ray = np.stack([x, -y, np.full_like(x, -distance)]) / distance
         turned = np.moveaxis(rotation @ ray, -2, 0)
         infinity = np.stack([turned[0], -turned[1]], axis=-1) * (distance / -turned[2])[..., None]
         aside = distance * np.stack([location[..., 0], -location[..., 1]], axis=-1)[..., None, :]
-        return infinity, aside + infinity * location[..., 2, None, None]
+        shift = aside + infinity * location[..., 2, None, None]
+        if (layer := self._layer(numbers, surface)) is not None:
+            back, shift_m = layer
+            turn = np.swapaxes(back[..., :2], -1, -2)
+            shift = (shift - distance * shift_m[..., None, :]) @ turn
+            infinity = infinity @ turn + back[..., None, :, 2]
+        return infinity, shift
 
     def displacements(self, numbers: np.ndarray) -> np.ndarray:
         """Return how far the image lies from that at rest, (..., views, 2) [photosites].
@@ -166,20 +180,11 @@ class ImageMotion:
         return np.concatenate(found, axis=-2)
 
 
-def plan_geometry(lens: Lens, camera: Camera) -> ImageGeometry:
-    """Return the geometry of a lens's image on a camera's sensor; the lens forms an image."""
-    return ImageGeometry(1e3 * lens.image_distance_mm / camera.pixel_pitch_um, camera.width_px, camera.height_px)
-
-
-def rotation_matrices(rotation_rad: np.ndarray) -> np.ndarray:
-    """Return Rz Ry Rx, (..., 3, 3), of angles (..., 3) about x, y and z [rad] (`Poses`)."""
-    (cx, cy, cz), (sx, sy, sz) = (np.moveaxis(part(rotation_rad), -1, 0) for part in (np.cos, np.sin))
-    rows: Sequence[Sequence[np.ndarray]] = (
-        (cy * cz, sx * sy * cz - cx * sz, cx * sy * cz + sx * sz),
-        (cy * sz, sx * sy * sz + cx * cz, cx * sy * sz - sx * cz),
-        (-sy, sx * cy, cx * cy),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+def plan_geometry(lens: Lens, camera: Camera, projection: Projection) -> ImageGeometry:
+    """Return the geometry of a lens's image on a camera's sensor; the lens forms an image. projection: of the scene onto it."""
+    scale, (width, height) = projection.scale, (camera.width_px, camera.height_px)
+    axis = projection.offset_x + 0.5 * scale * width, projection.offset_y + 0.5 * scale * height
+    return ImageGeometry(1e3 * lens.image_distance_mm / camera.pixel_pitch_um, width, height, scale, *axis)
 
 
 def aperture_shift(lens: Lens, camera: Camera, infinity_px: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -30,7 +30,7 @@ class Instants:
 
     axis: of the lines, as of `LineTimes`. weights: (lines, instants) float64, share of a line's light, of sum 1.
     times_s: (lines, instants) float64, mean time of each interval on the shot's clock, weighted by its light [s].
-    pose_numbers: (lines, instants, 6 bodies) float64, mean poses of the intervals (`ImageMotion.pose_numbers`).
+    pose_numbers: (lines, instants, numbers) float64, mean poses of the intervals (`ImageMotion.pose_numbers`).
     """
 
     axis: Literal["rows", "columns", "all"]

@@ -8,52 +8,62 @@ from helpers.camera_builders import small_camera
 from scipy.spatial.transform import Rotation
 
 from simulator.errors import PhotositeError
-from simulator.exposure.camera_motion import Poses, SteadyMotion
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.object_motion import LayerMotion, LayerMoves, Speed
 from simulator.optics.geometry.image_motion import ImageGeometry, ImageMotion, Surface, aperture_shift, plan_geometry
+from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
 
-GEOMETRY = ImageGeometry(900.0, 640, 480)
+PROJECTION = Projection(0.7, 10.0, 5.0, 800, 600, 1, False)
+GEOMETRY = ImageGeometry(900.0, 640, 480, 0.7, 400.0, 310.0)
 PLACES = np.random.default_rng(1).uniform([-320.0, -240.0], [320.0, 240.0], (50, 2))
 CAMERA = SteadyMotion(2.0, -3.0, 5.0, 0.04, -0.03, 0.1)
 TIMES_S = np.array([0.0, 0.3, 1.1])
 
 
-class Turntable:
-    """A surface that turns and moves evenly."""
-
-    def poses(self, times_s: np.ndarray) -> Poses:
-        return Poses(times_s[:, None] * [0.1, -0.05, 0.3], times_s[:, None] * [-0.2, 0.1, 0.15])
+LAYER = LayerMotion((Speed(0.2, "m/s"), Speed(-0.1, "m/s")), 20.0, (100.0, 50.0))
+SIZE = 600, 800  # of the scene, height and width [px]
 
 
-def places_seen(rotation: Rotation, location_m: np.ndarray, depth_m: float, body: Poses | None, index: int) -> np.ndarray:
-    """Places on the plane at rest that photosites see: rays from the camera, met with the moved plane, carried back to rest."""
+def layer_path(times_s: np.ndarray) -> LayerMoves:
+    return LAYER.moves(times_s, SIZE)
+
+
+def places_seen(rotation: Rotation, location_m: np.ndarray, depth_m: float) -> np.ndarray:
+    """Places on the plane that photosites see, from the optical axis at rest: rays from the camera, met with the plane."""
     x, y = PLACES.T
     directions = rotation.apply(np.stack([x, -y, np.full_like(x, -900.0)], axis=-1))
-    turned = Rotation.identity() if body is None else Rotation.from_euler("xyz", body.rotation_rad[index])
-    offset = np.zeros(3) if body is None else body.location_m[index]
-    normal, on_plane = turned.apply([0.0, 0.0, 1.0]), turned.apply([0.0, 0.0, -depth_m]) + offset
-    along = ((on_plane - location_m) @ normal) / (directions @ normal)
-    met = turned.inv().apply(location_m + along[:, None] * directions - offset)
-    assert np.allclose(met[:, 2], -depth_m)
+    along = (-depth_m - location_m[2]) / directions[:, 2]
+    met = location_m + along[:, None] * directions
     return 900.0 / depth_m * np.stack([met[:, 0], -met[:, 1]], axis=-1)
 
 
-@pytest.mark.parametrize("body", [None, Turntable()], ids=["still", "moving"])
+def carried_back(places: np.ndarray, depth_m: float, time_s: float) -> np.ndarray:
+    """Places on a layer at rest of places now: its shift in space, then its turn about its centre, undone on the scene."""
+    on_scene = GEOMETRY.scale * places + (GEOMETRY.axis_x, GEOMETRY.axis_y)
+    on_scene -= GEOMETRY.scale * 900.0 / depth_m * time_s * np.array([0.2, -0.1])
+    x, y = (on_scene - (100.0, 50.0)).T
+    turned = Rotation.from_euler("z", -20.0 * time_s, degrees=True).apply(np.stack([x, -y, 0.0 * x], axis=-1))
+    at_rest = np.stack([turned[:, 0], -turned[:, 1]], axis=-1) + (100.0, 50.0)
+    return (at_rest - (GEOMETRY.axis_x, GEOMETRY.axis_y)) / GEOMETRY.scale
+
+
+@pytest.mark.parametrize("path", [None, layer_path], ids=["still", "moving"])
 @pytest.mark.parametrize("depth_m", [0.7, 5.0])
-def test_homographies_and_parallax_are_what_rays_meet(body, depth_m):
-    motion = ImageMotion(GEOMETRY, (Surface(1.0, 1.0), Surface(depth_m, depth_m, body)), CAMERA)
+def test_homographies_and_parallax_are_what_rays_meet(path, depth_m):
+    motion = ImageMotion(GEOMETRY, (Surface(1.0, 1.0), Surface(depth_m, depth_m, path)), CAMERA)
     numbers, camera = motion.pose_numbers(TIMES_S), CAMERA.poses(TIMES_S)
     homographies = motion.homographies(numbers, 1)
     infinity, shift = motion.parallax(numbers, 1, PLACES)
-    for index in range(len(TIMES_S)):
+    for index, time_s in enumerate(TIMES_S):
         rotation = Rotation.from_euler("xyz", camera.rotation_rad[index])
-        poses = None if body is None else body.poses(TIMES_S)
-        truth = places_seen(rotation, camera.location_m[index], depth_m, poses, index)
+        truth = places_seen(rotation, camera.location_m[index], depth_m)
+        if path is not None:
+            truth = carried_back(truth, depth_m, time_s)
         found = np.append(PLACES, np.ones((50, 1)), axis=1) @ homographies[index].T
         assert np.abs(found[:, :2] / found[:, 2:] - truth).max() < 1e-9
-        if body is None:  # the shift with distance is of planes parallel to the sensor at rest
-            assert np.abs(infinity[index] + shift[index] / depth_m - truth).max() < 1e-9
+        assert np.abs(infinity[index] + shift[index] / depth_m - truth).max() < 1e-9
 
 
 def test_directions_are_those_of_a_camera():
@@ -85,7 +95,7 @@ def test_a_camera_that_turns_away_or_walks_through_is_told():
 def test_a_shift_with_distance_is_a_shift_of_the_aperture(lens):
     """R a + place at each distance, with the signed blur radius R of the lens."""
     camera = small_camera()
-    motion = ImageMotion(plan_geometry(lens, camera), (Surface(2.0, math.inf),), CAMERA)
+    motion = ImageMotion(plan_geometry(lens, camera, PROJECTION), (Surface(2.0, math.inf),), CAMERA)
     infinity, shift = motion.parallax(motion.pose_numbers(TIMES_S), 0, PLACES)
     aperture, place = aperture_shift(lens, camera, infinity, shift)
     for depth_m in (1.5, 3.0, 20.0, math.inf):

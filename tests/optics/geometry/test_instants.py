@@ -12,7 +12,7 @@ GEOMETRY = ImageGeometry(1000.0, 64, 48)
 
 
 class Swing:
-    """A camera that is shifted by `reach_m` sin(2 pi f t) at f = 3 Hz."""
+    """A camera that is shifted by 0.02 m sin(2 pi f t) at f = 3 Hz."""
 
     def poses(self, times_s: np.ndarray) -> Poses:
         location = np.zeros((len(times_s), 3))
