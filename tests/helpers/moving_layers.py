@@ -11,8 +11,9 @@ from helpers.lens_truths import Case
 from simulator.device import open_device
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.line_times import LineTimes, open_at_once
+from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.optics.defocus.joint_motion import plan_joint_motion
-from simulator.optics.geometry.image_motion import ImageMotion, Surface, plan_geometry
+from simulator.optics.geometry.image_motion import ImageMotion, LayerPath, Surface, plan_geometry
 from simulator.optics.geometry.instants import TimedPath
 from simulator.pipeline.planner import Plan, measure
 from simulator.pipeline.simulate import expose
@@ -22,23 +23,34 @@ from simulator.sensor.camera.camera_sections import Window
 def moving_plan(
     case: Case,
     camera: SteadyMotion | None = None,
-    layers: tuple[SteadyMotion | None, ...] = (),
+    ways_px: tuple[tuple[float, float] | None, ...] = (),
     lines: LineTimes | None = None,
     start_s: float = 0.0,
     tolerance: float = 0.1,
 ) -> Plan:
-    """Plan of a case whose camera and layers move while lines are open (one second at once, if left out)."""
+    """Plan of a case whose camera and layers move while lines are open (one second at once, if left out).
+
+    ways_px: of each layer in a second, to the right and down; None: it rests.
+    """
     planned = case_plan(case, tolerance=tolerance)
     defocus, sensor = planned.optics.defocus, planned.sensor
-    paths = layers or (None,) * len(case.radius_px)
+    assert defocus is not None  # all cases are out of focus somewhere
+    paths = [_path(way) for way in ways_px or (None,) * len(case.radius_px)]
     depths = [np.ravel(depth_of(radius)) for radius in case.radius_px]
     surfaces = tuple(Surface(float(depth.min()), float(depth.max()), own) for depth, own in zip(depths, paths, strict=True))
-    motion = ImageMotion(plan_geometry(LENS, sensor.camera), surfaces, camera)
+    motion = ImageMotion(plan_geometry(LENS, sensor.camera, planned.optics.projection), surfaces, camera)
     path = TimedPath(motion, lines or open_at_once(1.0), start_s)
     joint = plan_joint_motion(path, LENS, sensor.camera.pixel_pitch_um, defocus.radii_px)
     return dataclasses.replace(
         planned, optics=dataclasses.replace(planned.optics, defocus=dataclasses.replace(defocus, motion=joint))
     )
+
+
+def _path(way_px: tuple[float, float] | None) -> LayerPath | None:
+    if way_px is None:
+        return None
+    motion = LayerMotion((Speed(way_px[0], "px/s"), Speed(way_px[1], "px/s")))
+    return lambda times_s: motion.moves(times_s, (1, 1))
 
 
 def image_distance_px(pixel_pitch_um: float = 5.0) -> float:
@@ -49,8 +61,8 @@ def image_distance_px(pixel_pitch_um: float = 5.0) -> float:
 def dense_picture(case: Case, shifts_px: Callable[[float], np.ndarray], samples: int = 1 << 14) -> np.ndarray:
     """Picture of flat layers, of the shape of the case's truth, by bilinear reads along rays through `samples` points.
 
-    shifts_px: (layers, 2), x and y, of the place seen at rest, when this share of the time has passed. Points of the aperture and
-    of time are Sobol' points of another scrambling than those of the pipeline.
+    shifts_px: (layers, 2), x and y, of the place seen at rest at this share of the time. Points of aperture and time
+    are Sobol' points of another scrambling than those of the pipeline.
     """
     points = qmc.Sobol(3, seed=77).random(samples)
     radius, angle = np.sqrt(points[:, 0]), 2.0 * np.pi * points[:, 1]

@@ -16,14 +16,16 @@ from simulator.optics.pupil.pupil_points import points_of
 
 LEAST_SCALE = 0.25  # scene pixels per photosite that count at least: edges in depth are as sharp as the photosites
 SAVED_WITHOUT_BACKGROUND = 4  # divides the number where no layer holds the occluded background, whose lack is the larger error
-MOVING = 1.5  # times as many samples of an area that circles sweep, and up to twice as many, since edges pass all of it
+# Times as many samples where images move, and up to twice as many in all: edges pass all of the area that a circle sweeps.
+MOVING = 1.5
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
 
 
 def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
     """Aperture samples for blur circles of this radius [photosites]: several per scene pixel or photosite in it, powers of two.
 
-    With motion, the area that counts is that which the circle sweeps. The number follows the tolerance; it is not raised where the occluded background is assumed (`Defocus.guessed`).
+    With motion, the area that counts is that which the circle sweeps. The number follows the tolerance; it is not raised
+    where the occluded background is assumed (`Defocus.guessed`).
     Where nothing is even assumed, circles at rest that are not wide take a quarter.
     """
     each = 4.0 * min(max(2.0 * defocus.scale, 0.5), 1.0)  # fewer where a scene pixel covers several photosites
@@ -82,7 +84,7 @@ def disk_of_square(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, n
 
 @lru_cache
 def moving_samples(pupil: Pupil, count: int, samples_per_axis: int, open_side: float = 1.0) -> np.ndarray:
-    """Samples of aperture, photosite and time, (count, 6) float32: those of `aperture_samples`, and the share of the light so far.
+    """Samples of aperture, photosite and time, (count, 6) float32: as `aperture_samples`, and the share of the light so far.
 
     They are points of a lattice in six dimensions, so that the instants are evenly spread and mix well with the aperture.
     """

@@ -64,13 +64,17 @@ class JointMotion:
         """Geometry of the images."""
         return self.path.motion
 
-    def shifts(self, numbers: np.ndarray, places_px: np.ndarray) -> np.ndarray:
-        """Return shifts of the aperture and of the place, (layers, ..., places, 4) float64: x, y [pupil radii], x, y [photosites].
+    @property
+    def _centre_px(self) -> np.ndarray:
+        """Place of the optical axis from the sensor's corner, in photosites of the camera."""
+        return 0.5 * np.array([self.image.geometry.width_px, self.image.geometry.height_px])
 
-        numbers: (..., 6 bodies) of `ImageMotion.pose_numbers`. places_px: (places, 2) from the sensor's corner [photosites].
+    def shifts(self, numbers: np.ndarray, places_px: np.ndarray) -> np.ndarray:
+        """Return shifts of aperture and place, (layers, ..., places, 4) float64: x, y [pupil radii], x, y [photosites].
+
+        numbers: (..., numbers) of `ImageMotion.pose_numbers`. places_px: (places, 2) from the sensor's corner [photosites].
         """
-        centre = np.array(self.image.geometry.centre_px)
-        from_axis = self.wider * np.asarray(places_px, np.float64) - centre
+        from_axis = self.wider * np.asarray(places_px, np.float64) - self._centre_px
         found = []
         for layer in range(self.layers):
             infinity, shift = self.image.parallax(numbers, layer, from_axis)
@@ -88,8 +92,7 @@ class JointMotion:
         """Times [s] and the shifts at the sensor's corners and middles, (layers, times, 9, 4)."""
         step = max(1, (len(self.path.times_s) - 1) // (PROBED - 1))
         numbers = self.path.poses[::step]
-        geometry = self.image.geometry
-        places = (geometry.corners() + geometry.centre_px) / self.wider
+        places = (self.image.geometry.corners() + self._centre_px) / self.wider
         return self.path.times_s[::step], self.shifts(numbers, places)
 
     @cached_property
@@ -189,7 +192,7 @@ class JointMotion:
         return number.T, 0.5 * (first + held)
 
     def at(self, middles_px: np.ndarray, shares: np.ndarray) -> np.ndarray:
-        """Return the shifts of cells when these shares of the light have come, (cells, layers, shares, 4) float32, less `rest_px`.
+        """Return shifts of cells less `rest_px`, when these shares of the light have come: (cells, layers, shares, 4) float32.
 
         middles_px: (cells, 2), x and y, of the cells from the sensor's corner [photosites]. shares: (n,), 0 to 1.
         """

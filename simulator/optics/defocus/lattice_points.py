@@ -6,8 +6,8 @@ Sobol' points, because no plane through a lattice holds many of its points.
 
 import numpy as np
 
-# Of each number of points, the multiplier a with the least figure P_2 in four dimensions among those whose P_2 in three lies within
-# 15 % of the least; of 4096 and 8192 points, among 500 multipliers.
+# Of each number of points, the multiplier a with the least figure P_2 in four dimensions among those whose P_2 in three lies
+# within 15 % of the least; of 4096 and 8192 points, among 500 multipliers.
 MULTIPLIERS = {32: 3, 64: 5, 128: 59, 256: 37, 512: 119, 1024: 367, 2048: 719, 4096: 285, 8192: 5397}
 
 

@@ -241,6 +241,25 @@ class RowBand:
             run = self._run_occlusion if self.defocus.motion is None else self._run_moving
             run(kind.tolist(), places[selected], around, slabs.buffer, light, self._row_band(band_start))
 
+    def _run_occlusion(
+        self,
+        kind: list[int],
+        places: np.ndarray,
+        around: tuple[np.ndarray, np.ndarray],
+        slabs: Buffer,
+        light: Buffer,
+        row_band: dict[str, int],
+    ) -> None:
+        """Run kernels/occlusion.cl on blocks of one kind.
+
+        kind: number of aperture samples, whether they compute a correction, and whether they are the block's own.
+        places: (blocks, 4) of `_places`. around: of `Zones.around_blocks`. row_band: fields of `struct row_band`.
+        """
+        number, correction, clipped = kind
+        points = self.tables.points(number, around if clipped else None)
+        blocks = np.column_stack([places, number * clipped * np.arange(len(places))])
+        self._launch_occlusion((number, correction), blocks, BLOCK_ROWS, points, slabs, light, row_band)
+
     def _run_moving(
         self,
         kind: list[int],

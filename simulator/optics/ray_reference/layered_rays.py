@@ -152,7 +152,7 @@ def ray_samples(
 
 
 def move_rays(points: np.ndarray, motion: JointMotion, middle_px: np.ndarray) -> np.ndarray:
-    """Rays of a cell whose images move, (patterns, samples, 4 + 4 layers) float32: with the shifts of each layer at its instant.
+    """Rays of a cell whose images move, (patterns, samples, 4 + 4 layers) float32, with the shifts of each layer.
 
     points: of `ray_samples`, timed. middle_px: (2,), x and y, of the cell from the sensor's corner [photosites].
     """
@@ -175,7 +175,8 @@ def sample_lens(
     """Device buffer float32, the light of a frame, (1, height, width), in each photosite's own colour, or (channels, ...).
 
     places: photosites to compute, row * width + column, (n,); the buffer is then (1, n). None: all.
-    points: of `ray_samples` or `move_rays`. cfa: planes ((p00, p01), (p10, p11)) of the frame's upper left corner; None: all channels.
+    points: of `ray_samples` or `move_rays`.
+    cfa: planes ((p00, p01), (p10, p11)) of the frame's upper left corner; None: all channels.
     cells: colour and coverage are means over their samples; False: values at their centres, interpolated bilinearly.
     eyes: stops that clip the pupil by field; each ray is tested, and a photosite that no ray reaches is dark.
     The error falls nearly as 1/samples where light is smooth, as samples^-0.7 at edges and small highlights.
