@@ -16,7 +16,7 @@ from simulator.optics.pupil.pupil_points import points_of
 
 LEAST_SCALE = 0.25  # scene pixels per photosite that count at least: edges in depth are as sharp as the photosites
 SAVED_WITHOUT_BACKGROUND = 4  # divides the number where no layer holds the occluded background, whose lack is the larger error
-# Times as many samples where images move, and up to twice as many in all: edges pass all of the area that a circle sweeps.
+# Times as many samples where images move, and up to 3/2 MOST of them: edges pass all of the area that a circle sweeps.
 MOVING = 1.5
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
 
@@ -43,7 +43,8 @@ def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
             len(defocus.radii_px) == 1 and defocus.wider == 1 and defocus.motion is None
         ):  # copies of edges are seen where circles are wide
             count = np.where(radius_px < WIDE_PX, np.maximum(count / SAVED_WITHOUT_BACKGROUND, FEWEST), count)
-    return 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - 1e-9).astype(int)
+    count = 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - 1e-9).astype(int)
+    return count if defocus.motion is None else np.where(count == 2 * MOST, 3 * MOST // 2, count)
 
 
 @lru_cache
