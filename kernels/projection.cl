@@ -9,7 +9,7 @@
 //          (scene height, scene width) float32 [photosites], read bilinearly at the sample's centre. Where the four pixels around it
 //          differ by more than `edge` photosites they belong to two surfaces, and the nearest pixel is read (projection_radius).
 // first_plane: plane or map of the output at which writing begins. origin_x, origin_y: photosite of the sensor at [0, 0] of the
-// output; negative in a margin beyond the sensor.
+// output; negative in a margin beyond the sensor. pose: (10) float32, pivot and pose (scene_place.h); not read where POSE is 0.
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
@@ -19,8 +19,9 @@
 // Dimension 0: columns of photosites; 1: rows.
 kernel void projection_mosaic(global const float *restrict planes, global float *restrict mosaic, const uint scene_width,
                               const uint scene_height, const int origin_x, const int origin_y, const float scale,
-                              const float offset_x, const float offset_y) {
-    const struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
+                              const float offset_x, const float offset_y, global const float *restrict pose) {
+    struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
+    take_pose(&projection, pose);
     const size_t column = get_global_id(0), row = get_global_id(1);
     const uint channel = cfa_plane(column, row);
     const float x = (float)(origin_x + (int)column) + INSET, y = (float)(origin_y + (int)row) + INSET;
@@ -31,8 +32,9 @@ kernel void projection_mosaic(global const float *restrict planes, global float 
 // Dimension 0: columns of a set; 1: rows of samples; 2: column sets of all channels.
 kernel void projection_planes(global const float *restrict planes, global float *restrict sampled, const uint first_plane,
                               const uint scene_width, const uint scene_height, const int origin_x, const int origin_y,
-                              const float scale, const float offset_x, const float offset_y) {
-    const struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
+                              const float scale, const float offset_x, const float offset_y, global const float *restrict pose) {
+    struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
+    take_pose(&projection, pose);
     const size_t column = get_global_id(0), row = get_global_id(1), set = get_global_id(2), channel = set / COLUMN_SETS;
     const float x = (float)origin_x + (float)(COLUMN_SETS * column + set % COLUMN_SETS) * (1.0f / OVER);
     const float y = (float)origin_y + (float)row * (1.0f / OVER);
@@ -43,8 +45,10 @@ kernel void projection_planes(global const float *restrict planes, global float 
 // Dimension 0: columns of a set; 1: rows of samples; 2: column sets.
 kernel void projection_radius(global const float *restrict scene_radius, global float *restrict radius, const float edge,
                               const uint first_plane, const uint scene_width, const uint scene_height, const int origin_x,
-                              const int origin_y, const float scale, const float offset_x, const float offset_y) {
-    const struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
+                              const int origin_y, const float scale, const float offset_x, const float offset_y,
+                              global const float *restrict pose) {
+    struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
+    take_pose(&projection, pose);
     const size_t column = get_global_id(0), row = get_global_id(1), set = get_global_id(2);
     float u = (float)origin_x + ((float)(COLUMN_SETS * column + set) + 0.5f) * (1.0f / OVER);
     float v = (float)origin_y + ((float)row + 0.5f) * (1.0f / OVER);

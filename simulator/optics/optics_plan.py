@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
+from simulator.optics.defocus.accuracy import BRIGHT, SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
 from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
 from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
+from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, plan_motion
 from simulator.optics.geometry.projection import Projection, plan_projection
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
@@ -31,6 +32,8 @@ from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
 
 if TYPE_CHECKING:
     from simulator.optics.ray_reference.deep_rays import DeepBlur
+
+TYPICAL = 0.68  # quantile of differences that stands for their standard deviation
 
 # What a camera does with the light, of which its optics knows the NoiseFloor alone. All other fields of `Camera` are keys.
 SENSOR_ONLY = frozenset(
@@ -66,6 +69,8 @@ class OpticsPlan:
     psf_skip_reason: why a point spread function is left out, with its predicted error; None: it is not.
     ignored_px: largest blur radius that is left out where `defocus` is None [photosites].
     contrast: of the scene, on which the error of the blur depends; that of the laws where there is no blur.
+    motion: how the image moves while the shutter is open; None: it does not.
+    motion_skip_reason: why motion is left out, with its predicted error; None: it is not.
     """
 
     scene: Scene
@@ -83,6 +88,21 @@ class OpticsPlan:
     psf_skip_reason: str | None = None
     ignored_px: float = 0.0
     contrast: SceneContrast = SceneContrast()
+    motion: MotionPlan | None = None
+    motion_skip_reason: str | None = None
+
+    @property
+    def covering_layers(self) -> int:
+        """Layers up to the first that covers all of the picture."""
+        opaque = (number for number, layer in enumerate(self.scene.layers, 1) if layer.coverage is None)
+        return next(opaque, len(self.scene.layers))
+
+    @property
+    def sweeps_rows(self) -> bool:
+        """Whether a swept image is read by spans of a row, which is several times faster than photosite by photosite."""
+        projection, motion = self.projection, self.motion
+        plain = projection.warp is None and (projection.is_fine or not projection.nearest)
+        return plain and motion is not None and motion.turns_slowly and motion.path.lines.axis != "columns"
 
     @property
     def channels(self) -> int:
@@ -129,26 +149,28 @@ class OpticsPlan:
         return self.cfa.macros(self.window.x, self.window.y)
 
 
-def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
+def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float, timing: Timing | None = None) -> OpticsPlan:
     """Plan the image of a scene on a sensor.
 
-    tolerance: as in `Shot`. Raises PhotositeError for light, blur or geometry that cannot be computed.
+    tolerance: as in `Shot`. timing: of what moves; None: nothing does.
+    Raises PhotositeError for light, blur, motion or geometry that cannot be computed.
     All but the window is that of the whole sensor, and kept with the scene for another window of it.
     """
 
     def make() -> OpticsPlan:
         made = _plan_sensor_optics(loaded, lens, sensor, tolerance)
+        made = made if timing is None else _with_motion(made, loaded, lens, sensor, timing)
         if made.scene is not loaded and not any(array.flags.writeable for array in loaded.arrays()):
             for array in made.scene.arrays():
                 array.setflags(write=False)
         return made
 
-    key = optics_key(lens, sensor, tolerance)
+    key = optics_key(lens, sensor, tolerance, timing)
     planned = make() if key is None else loaded.remember(key, make)
     return replace(planned, window=sensor.readout.computed)
 
 
-def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float) -> Hashable | None:
+def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float, timing: Timing | None = None) -> Hashable | None:
     """Return what a plan depends on besides scene and window; None for a lens of which nothing tells when it is the same.
 
     Of what the camera does with the light, that is the NoiseFloor alone.
@@ -157,8 +179,9 @@ def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float) -> Hashable | N
         return None
     try:
         camera = freeze(sensor.camera, SENSOR_ONLY | {"window"})
-        return "optics", freeze(lens), camera, sensor.exposure.time_s, sensor.noise_floor(), tolerance
-    except OSError:  # a file of the lens has gone: what reads it says so
+        moving = None if timing is None else timing.key
+        return "optics", freeze(lens), camera, sensor.exposure.time_s, sensor.noise_floor(), tolerance, moving
+    except OSError:  # a file of the lens or of a path has gone: what reads it says so
         return None
 
 
@@ -307,6 +330,32 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
         planned.accuracy,
     )
     return replace(planned, psf=psf, psf_skip_reason=skip_reason)
+
+
+def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, timing: Timing) -> OpticsPlan:
+    """Return the plan with the motion of the image, unless it is invisible."""
+    if not lens.forms_image:
+        return replace(planned, motion_skip_reason="without a lens there is no image that could move")
+    accuracy, is_sharp = planned.accuracy, planned.defocus is None and planned.psf is None
+    scale = planned.projection.scale
+    edges, texture = (
+        scene_detail(loaded, planned.weights, _electrons_per_radiance(lens, sensor), accuracy, quantile)
+        for quantile in (BRIGHT, TYPICAL)
+    )
+    need = MotionNeed(
+        contrast=max(min(edges * scale, max(edges, 1.0)), min(scale, 1.0) * accuracy.lamp_contrast),
+        texture=texture * min(scale, 1.0),
+        allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
+        cut_off=0.5 * scale,
+    )
+    motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing, need, is_sharp)
+    if isinstance(motion, str):
+        return replace(planned, motion_skip_reason=motion)
+    if planned.deep_blur is not None:
+        rule = "no motion of a deep picture is followed by rays; give a tolerance above 0, such as 0.1"
+        raise PhotositeError(rule, key="tolerance", value=0)
+    layered = is_sharp and not motion.moves_alike
+    return replace(planned, scene=loaded if layered else planned.scene, motion=motion)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from simulator.device import Buffer
 from simulator.errors import PhotositeError, require
 from simulator.optics.optics_plan import OpticsPlan, optics_key
-from simulator.pipeline.shot import Shot
+from simulator.pipeline.shot import Shot, timing_of
 from simulator.scene.content_keys import Itself, freeze, is_ours
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera_sections import Window
@@ -45,9 +45,9 @@ class LightKey:
         """Return the key of the mosaic that a plan of this light gives.
 
         Of a sharp picture, electron radiance does not depend on aperture and shutter: the key has what its projection uses.
-        Otherwise they decide on the blur and how exactly it is computed.
+        Otherwise they decide on the blur, or on the motion, and how exactly it is computed.
         """
-        if optics.defocus is not None or optics.psf is not None:
+        if optics.defocus is not None or optics.psf is not None or optics.motion is not None:
             return self, optics.cfa, optics.window
         glare, readout = optics.veiling_glare, sensor.readout
         scattered = None if glare is None else (freeze(glare), freeze(sensor.irradiance))
@@ -62,7 +62,7 @@ def light_key(shot: Shot, sensor: SensorPlan, scene: Scene) -> LightKey | None:
     scene: that of the shot. Sources of the simulator's give the same scene while their fields and files are the same; other
     sources are asked each time.
     """
-    optics, source = optics_key(shot.lens, sensor, shot.tolerance), shot.scene
+    optics, source = optics_key(shot.lens, sensor, shot.tolerance, timing_of(shot)), shot.scene
     if optics is None:
         return None
     try:

@@ -30,6 +30,9 @@ COST_NS = {
     "projection": 1.6,  # for each point that a photosite averages
     "projection pixel": 0.5,  # for each scene pixel that a photosite averages
     "radius statistics": 10.0,  # for each surface with a map of blur radii
+    "sweep": 2.5,  # for each instant and layer
+    "even sweep": 0.9,  # the same, of a scene with one pixel per photosite
+    "sweep by place": 6.0,  # for each instant, layer and scene pixel that a photosite averages
     "copy": 6.0,
     "mean": 20.0,
     "mean per px": 3.5,  # for each photosite of blur radius
@@ -87,9 +90,11 @@ def passes_of(
     """
     defocus = _defocus(optics, tiles)
     sampling = (_scene_planes(optics), _projection(optics))
+    motion = _motion(optics, (_projection(optics), defocus, _psf(optics)))
     image = (
         defocus,
         _psf(optics),
+        motion,
         _skippable("veiling glare", optics.veiling_glare is not None, optics, "even light added", "the lens scatters no light"),
         _optical_crosstalk(optics, sensor),
         _optical_black(optics, sensor),
@@ -120,6 +125,8 @@ def _scene_planes(optics: OpticsPlan) -> Pass:
 
 
 def _projection(optics: OpticsPlan) -> Pass:
+    if optics.motion is not None and optics.motion.method == "swept":
+        return Pass("projection", False, "part of the motion")
     if optics.defocus is not None or optics.psf is not None:
         return Pass("projection", False, "part of the blur, which needs the scene around each photosite")
     projection, pixels = optics.projection, _pixels(optics)
@@ -180,6 +187,30 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
     }
     cost_ms = _ms(pixels, sum(share * cost[method] for method, share in shares.items()))
     return Pass("defocus", True, methods, pixels, memory, predicted_error(defocus, optics.contrast), cost_ms)
+
+
+def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
+    """Pass of the image's motion. still: passes of the image at rest, which run at each instant where no kernel sweeps."""
+    motion, pixels, name = optics.motion, _pixels(optics), "motion"
+    if motion is None:
+        return Pass(name, False, optics.motion_skip_reason or "nothing moves")
+    error = optics.accuracy.in_sigma(motion.error)
+    if motion.method == "instants":
+        count = motion.count if motion.path.lines.is_common else len(motion.shared_nodes())
+        lit = 1.0 if motion.path.lines.is_common else motion.count / count
+        cost = LAUNCH_MS + (count * lit - 1.0) * sum(one.cost_ms for one in still)
+        method = f"sum of the image at {count} instants"
+        return Pass(name, True, method, pixels, 8 * pixels, error, max(cost, LAUNCH_MS))
+    projection, layers = optics.projection, optics.covering_layers
+    key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
+    if optics.sweeps_rows:
+        key, reads = "sweep", max(projection.taps(1.0), 2) / 2
+        if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:
+            key = "even sweep"
+    planes = 2 * layers - 1
+    method = f"{motion.count} instants on each line, {layers} layers" if layers > 1 else f"{motion.count} instants on each line"
+    cost = _ms(pixels * motion.count * planes * reads, COST_NS[key])
+    return Pass(name, True, f"swept along its path: {method}", pixels, 4 * pixels, error, cost)
 
 
 def _estimated_shares(scene: Scene, defocus: Defocus) -> dict[Method, float]:

@@ -12,7 +12,7 @@ from simulator.pipeline.light_cache import LightCache, LightKey, light_key
 from simulator.pipeline.passes import Pass, passes_of
 from simulator.pipeline.plan_steps import steps_of
 from simulator.pipeline.scene_loading import load_scene
-from simulator.pipeline.shot import Shot, TruthPart
+from simulator.pipeline.shot import Shot, TruthPart, timing_of
 from simulator.pipeline.step import Step
 from simulator.sensor.camera.readout_window import ReadoutGeometry, split_readout
 from simulator.sensor.sensor_plan import SensorPlan, plan_sensor
@@ -63,10 +63,22 @@ class Plan:
     def warnings(self) -> list[str]:
         """Return a sentence for each promise that the plan may not keep."""
         runs = any(one.name == "defocus" and one.kept for one in self.passes)
-        if self.optics.defocus is None or not runs:
-            return []
-        warning = error_warning(self.optics.defocus, self.optics.contrast)
-        return [] if warning is None else [warning]
+        found = [self._motion_warning()]
+        if self.optics.defocus is not None and runs:
+            found.append(error_warning(self.optics.defocus, self.optics.contrast))
+        return [warning for warning in found if warning is not None]
+
+    def _motion_warning(self) -> str | None:
+        """Warn of motion that is sampled too seldom for the tolerance; None: it is not."""
+        motion, accuracy = self.optics.motion, self.optics.accuracy
+        error = 0.0 if motion is None else accuracy.in_sigma(motion.error)
+        if error <= 1.001 * (accuracy.tolerance or accuracy.ray_error):
+            return None
+        assert motion is not None  # it has an error
+        return (
+            f"tolerance = {accuracy.tolerance:g}: the motion blur may be wrong by {error:.2g} sigma, since its path of "
+            f"{motion.length.longest_px:.3g} photosites gets {motion.count} instants at most; give a shorter exposure.time"
+        )
 
     def memory_bytes(self) -> int:
         """Estimate the memory of a shot on device and host together [byte]; a CPU device shares the host's memory."""
@@ -96,8 +108,8 @@ def _plan_light(shot: Shot, sensor: SensorPlan, cache: LightCache | None) -> tup
     scene = load_scene(shot.scene)
     key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene)
     if cache is None or key is None:
-        return plan_optics(scene, shot.lens, sensor, shot.tolerance), None
-    return cache.get(key, lambda: plan_optics(scene, shot.lens, sensor, shot.tolerance)), key
+        return plan_optics(scene, shot.lens, sensor, shot.tolerance, timing_of(shot)), None
+    return cache.get(key, lambda: plan_optics(scene, shot.lens, sensor, shot.tolerance, timing_of(shot))), key
 
 
 def measure(planned: Plan, device: Device) -> Plan:
@@ -105,7 +117,7 @@ def measure(planned: Plan, device: Device) -> Plan:
 
     A frame of several strips is measured strip by strip, when each is computed.
     """
-    if planned.optics.defocus is None or len(planned.strips) > 1:
+    if planned.optics.defocus is None or planned.optics.motion is not None or len(planned.strips) > 1:
         return planned
     from simulator.optics.passes.tile_plan import plan_tiles  # not needed for a sharp frame
 

@@ -4,8 +4,10 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 from simulator.errors import require
+from simulator.exposure.line_times import open_at_once
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
+from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.lens.lens import Lens
 from simulator.raw.raw_format import RawFormat
 from simulator.scene.scene import Scene
@@ -70,3 +72,10 @@ class Shot:
         in a file.
         """
         return {} if self.origin is None or isinstance(self.scene, Scene) else self.origin.describe(self)
+
+
+def timing_of(shot: Shot) -> Timing | None:
+    """Return what moves in a shot and when its lines are open; None where nothing moves."""
+    if shot.motion is None:
+        return None
+    return Timing(shot.motion, open_at_once(shot.exposure.time_s), shot.exposure.start_s)

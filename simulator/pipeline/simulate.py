@@ -9,10 +9,10 @@ import numpy as np
 
 from simulator.device import Buffer, Device, DeviceInfo, open_device
 from simulator.errors import PhotositeError
-from simulator.optics.geometry.projection import project
 from simulator.optics.geometry.scene_part import ScenePart, find_scene_part
 from simulator.optics.lens.lens import Lens
 from simulator.optics.passes.camera_planes import camera_planes
+from simulator.optics.passes.still_mosaic import still_mosaic, still_name
 from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
 from simulator.pipeline.frame_strips import Allocate, FrameArrays, MemoryStore, on_disk
@@ -236,24 +236,14 @@ def expose(
     with timed("scene planes", device):
         part = _scene_part(planned)
         planes = [camera_planes(device, layer, optics.weights, optics.has_coverage, part) for layer in optics.scene.layers]
-    if optics.psf is not None:
-        from simulator.optics.passes.psf_mosaic import psf_mosaic  # brings SciPy's transforms
+    if optics.motion is not None:
+        from simulator.optics.passes.moving_mosaic import moving_mosaic
 
-        with timed("point spread function", device):
-            mosaic = psf_mosaic(optics, tiles, device, planes, progress)
-    elif tiles is not None:
-        from simulator.optics.passes.defocused_mosaic import defocused_mosaic
-
-        with timed("defocus", device):
-            mosaic = defocused_mosaic(tiles, optics.cfa, device, planes, progress)
-    elif optics.defocus is not None:
-        from simulator.optics.passes.reference_mosaic import reference_mosaic
-
-        with timed("defocus", device):
-            mosaic = reference_mosaic(optics, device, planes, progress)
+        with timed("motion", device):
+            mosaic = moving_mosaic(optics, device, planes, progress)
     else:
-        with timed("projection", device):
-            mosaic = project(device, optics.projection, optics.cfa, optics.window, planes[0])
+        with timed(still_name(optics), device):
+            mosaic = still_mosaic(optics, tiles, device, planes, progress)
     if (glare := optics.veiling_glare) is not None:
         with timed("veiling glare", device):
             add_veiling_glare(device, mosaic, glare, planned.sensor.irradiance, optics.cfa_macros(), optics.window)
@@ -269,6 +259,10 @@ def expose(
 def _scene_part(planned: Plan) -> ScenePart | None:
     """Part of the scene that the frame sees; None: all of it, since a point spread function or rays reach far."""
     optics, tiles = planned.optics, planned.tiles
+    if optics.motion is not None:
+        from simulator.optics.passes.swept_mosaic import swept_part
+
+        return swept_part(optics) if optics.motion.method == "swept" else None
     if optics.psf is not None or (tiles is None and optics.defocus is not None):
         return None
     return find_scene_part([(optics.projection, optics.window)] if tiles is None else tiles.areas())

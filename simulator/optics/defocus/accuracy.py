@@ -26,6 +26,7 @@ FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and th
 MOST_WIDE = 4096  # the same for the largest radius on photosites that are wider than the camera's
 WIDE_PX = 24.0  # smallest blur radius at MEASURED for which light is computed on photosites twice as wide [photosites]
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
+LAMP_PEAK = 4.0  # radiance of the brightest pixel, in units of the brightest light, from which on it is a lamp
 SAMPLES_PER_AXIS = (1, 2, 4)  # samples per photosite and axis that kernels know
 _SAMPLES = 400  # places per axis at which the scene's radiance is sampled
 
@@ -63,6 +64,17 @@ class Accuracy:
     def allowed(self) -> float:
         """Error that is allowed, as a share of the brightest light."""
         return self.tolerance * self.sigma
+
+    @property
+    def lamp_contrast(self) -> float:
+        """Contrast of a lamp's edge in the dark, as a share of the brightest light, as `scene_detail` counts it; 0: no lamp.
+
+        A lamp is too small for the quantile of the brightest light, and much brighter.
+        """
+        if self.peak < LAMP_PEAK:
+            return 0.0
+        noise = self.read_noise_e**2 + 0.1 * self.peak * self.electrons
+        return self.peak * math.sqrt((self.electrons + self.read_noise_e**2) / max(noise, 1.0))
 
     @property
     def looser(self) -> float:
@@ -272,8 +284,8 @@ def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) 
     return float(brightest * per_radiance), float(peak * per_radiance)
 
 
-def scene_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy) -> float:
-    """Difference between neighbouring pixels of the scene, as a share of the brightest light: the BRIGHT quantile, above 0.
+def scene_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, quantile: float = BRIGHT) -> float:
+    """Difference between neighbouring pixels of the scene, as a share of the brightest light: this quantile, above 0.
 
     A difference counts as much as one that is seen at the brightest light as clearly as it is seen in the noise at its own
     place, at the darker pixel with a tenth of the difference. weights, per_radiance: as of `brightest_electrons`.
@@ -292,9 +304,9 @@ def scene_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accurac
             step = np.abs(here - there)
             noise = np.minimum(here, there) + 0.1 * step + accuracy.read_noise_e**2
             seen = step * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
-            found.append(float(np.quantile(seen, BRIGHT, axis=(0, 1)).max()))
+            found.append(float(np.quantile(seen, quantile, axis=(0, 1)).max()))
             if layer.coverage is not None:
-                found.append(float(np.quantile(np.abs(layer.coverage[*first] - layer.coverage[*next_]), BRIGHT)))
+                found.append(float(np.quantile(np.abs(layer.coverage[*first] - layer.coverage[*next_]), quantile)))
     return max(found)
 
 

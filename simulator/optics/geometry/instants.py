@@ -9,8 +9,9 @@ path that turns back an edge is passed several times, and the errors of the pass
 
 import math
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
@@ -78,6 +79,13 @@ class TimedPath:
         steps = np.linalg.norm(np.diff(self.displacement_px, axis=0), axis=-1)
         self.steps_px = steps.max(axis=1, initial=0.0)
 
+    def of_lines(self, lines: np.ndarray) -> Self:
+        """Return the same path under the shutter of some lines (lines,) of the sensor, with the same pieces."""
+        own, found = self.lines, copy(self)
+        times = own.opens_s, own.open_s, own.closes_s, own.closed_s, own.peak
+        found.lines = LineTimes(own.axis, *(one[lines] for one in times))
+        return found
+
     @property
     def farthest_px(self) -> float:
         """Largest distance of the image from that at rest, while any line is open [photosites]."""
@@ -107,6 +115,33 @@ class TimedPath:
         """Integral of sqrt(speed) over each cell."""
         return np.sqrt(self.steps_px * np.diff(self.times_s))
 
+    def even_nodes(self, count: int) -> np.ndarray:
+        """Return the borders of so many intervals of equal integrals of sqrt(speed), from first opening to last closing.
+
+        (count + 1,) [s from the release].
+        """
+        measure = self._measure()
+        return np.interp(np.linspace(0.0, measure[-1], count + 1), measure, self.times_s)
+
+    def node_weights(self, nodes_s: np.ndarray) -> np.ndarray:
+        """Return the weights of images at nodes in the light of each line, (lines, nodes) of sum 1.
+
+        The image is taken as linear in time between nodes, so that the mean time of a line's light is kept exactly.
+        """
+        edges = np.broadcast_to(nodes_s, (len(self.lines.peak), len(nodes_s)))
+        sums = self._integrals(edges)[..., :2]
+        light, late = sums[..., 0], (sums[..., 1] - nodes_s[:-1] * sums[..., 0]) / np.diff(nodes_s)
+        weights = np.zeros(edges.shape)
+        weights[:, 1:] += late
+        weights[:, :-1] += light - late
+        return weights / weights.sum(axis=1, keepdims=True)
+
+    def _measure(self) -> np.ndarray:
+        """Integral of sqrt(speed) up to each of `times_s`, which also grows a little where nothing moves."""
+        root = self._root_steps()
+        even = np.diff(self.times_s) * (max(root.sum(), 1e-12) / (self.times_s[-1] - self.times_s[0]))
+        return np.concatenate([[0.0], np.cumsum(root + 1e-6 * even)])
+
     def instants(self, count: int, spacing: Literal["speed", "light"] = "speed") -> Instants:
         """Return so many instants of each line, at the mean poses of their intervals.
 
@@ -117,9 +152,7 @@ class TimedPath:
         if spacing == "light":
             edges = self._equal_light(share)
         else:
-            root = self._root_steps()
-            even = np.diff(self.times_s) * (max(root.sum(), 1e-12) / (self.times_s[-1] - self.times_s[0]))
-            measure = np.concatenate([[0.0], np.cumsum(root + 1e-6 * even)])
+            measure = self._measure()
             first, last = (np.interp(times, self.times_s, measure) for times in (opens, closed))
             edges = np.interp(first + (last - first) * share, measure, self.times_s)
             edges[:, 0], edges[:, -1] = opens[:, 0], closed[:, 0]

@@ -37,6 +37,7 @@ class Projection:
     stretch: largest local magnification of `warp`. warp: distortion of the lens, applied before the scale; None: none.
     open_side: side of the light-sensitive square in the middle of a photosite [photosites] that `project` averages.
     edge_px: difference in blur radius above which neighbouring scene pixels belong to two surfaces [photosites].
+    pose: of the camera, after `warp`: pivot x, y and displacement as kernels/scene_place.h has them; None: at rest.
     """
 
     scale: float
@@ -50,12 +51,17 @@ class Projection:
     stretch: float = 1.0
     open_side: float = 1.0
     edge_px: float = EDGE_PX
+    pose: tuple[float, ...] | None = None
 
     def on_wider_photosites(self) -> Self:
         """Return the resampling of the same scene by photosites twice as wide, from the same corner of the sensor on."""
         warp = None if self.warp is None else self.warp.on_wider_photosites()
         samples = min(2 * self.samples, max(1, math.ceil(4.0 * self.scale)))  # more than two per scene pixel tell nothing
-        return replace(self, scale=2.0 * self.scale, samples=samples, warp=warp, open_side=1.0, edge_px=0.5 * self.edge_px)
+        wider = replace(self, scale=2.0 * self.scale, samples=samples, warp=warp, open_side=1.0, edge_px=0.5 * self.edge_px)
+        if self.pose is None:
+            return wider
+        halved = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 0.5, 1.0, 1.0, 2.0, 2.0]) * self.pose
+        return replace(wider, pose=tuple(halved.tolist()))
 
     @property
     def is_fine(self) -> bool:
@@ -64,7 +70,7 @@ class Projection:
 
     def whole_pixels(self, counts: Sequence[int]) -> int:
         """First of these samples per photosite and axis that divides each scene pixel into whole samples; 0: none."""
-        for count in counts if self.warp is None else ():
+        for count in counts if self.warp is None and self.pose is None else ():
             per_pixel = count / self.scale
             wholes = per_pixel, per_pixel * self.offset_x, per_pixel * self.offset_y
             if per_pixel > 0.5 and all(abs(number - round(number)) < 1e-4 for number in wholes):
@@ -77,7 +83,9 @@ class Projection:
             return 0
         wide = side * self.scale * self.stretch
         places = self.offset_x, self.offset_y, self.scale, side * self.scale
-        begins_on_pixels = self.warp is None and self.open_side == 1.0 and all(place == round(place) for place in places)
+        begins_on_pixels = (
+            self.warp is None and self.pose is None and self.open_side == 1.0 and all(place == round(place) for place in places)
+        )
         return math.ceil(wide - 1e-4) + (not begins_on_pixels)
 
     def defines(self, cfa_macros: dict[str, int], over: int = 1, inset: float = 0.0) -> dict[str, object]:
@@ -85,17 +93,22 @@ class Projection:
 
         cfa_macros: of kernels/cfa.h, for the output's upper left corner. inset: of a mosaic's open area [photosites].
         """
-        split = max(1, TILTED_PARTS // over) if self.warp is not None else 1
+        split = max(1, TILTED_PARTS // over) if self.warp is not None or self.pose is not None else 1
         area = {"TAPS": self.taps((1.0 - 2.0 * inset) / over / split), "SPLIT": split, "INSET": f"{inset:.9e}f"}
         distortion = {"DISTORTION": 0} if self.warp is None else {"DISTORTION": 1, **self.warp.macros()}
         return {
             "SAMPLES": -(-self.samples // over),
             "NEAREST": int(self.nearest),
             "OVER": over,
+            "POSE": int(self.pose is not None),
             **area,
             **distortion,
             **cfa_macros,
         }
+
+    def upload_pose(self, device: Device) -> Buffer | None:
+        """Return the argument `pose` of kernels that project: (10,) float32; None at rest."""
+        return None if self.pose is None else device.upload(np.array(self.pose, np.float32))
 
     def arguments(self, origin_x: int, origin_y: int) -> dict[str, float]:
         """Scalar arguments of kernels/projection.cl for an output whose first photosite is this one of the sensor."""
@@ -149,7 +162,8 @@ def project(device: Device, projection: Projection, cfa: Cfa, window: Window, pl
     defines = projection.defines(cfa.macros(window.x, window.y), inset=0.5 * (1.0 - projection.open_side))
     kernel = device.kernel("projection_mosaic", defines, file="projection.cl")
     arguments = projection.arguments(window.x, window.y)
-    device.run(kernel, (window.width, window.height), None, planes=planes, mosaic=mosaic, **arguments)
+    pose = projection.upload_pose(device)
+    device.run(kernel, (window.width, window.height), None, planes=planes, mosaic=mosaic, pose=pose, **arguments)
     return mosaic
 
 
@@ -170,7 +184,8 @@ def project_planes(
     """
     kernel = device.kernel("projection_planes", projection.defines(ANY_CFA, layout.over), file="projection.cl")
     settings = {"first_plane": first_plane, **projection.arguments(*origin)}
-    device.run(kernel, layout.work_size(count), None, planes=planes, sampled=sampled, **settings)
+    pose = projection.upload_pose(device)
+    device.run(kernel, layout.work_size(count), None, planes=planes, sampled=sampled, pose=pose, **settings)
 
 
 def project_radius(
@@ -189,7 +204,8 @@ def project_radius(
     """
     kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
     settings = {"edge": projection.edge_px, "first_plane": number, **projection.arguments(*origin)}
-    device.run(kernel, layout.work_size(1), None, scene_radius=scene_radius, radius=radius, **settings)
+    pose = projection.upload_pose(device)
+    device.run(kernel, layout.work_size(1), None, scene_radius=scene_radius, radius=radius, pose=pose, **settings)
 
 
 def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:

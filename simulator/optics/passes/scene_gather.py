@@ -52,6 +52,7 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
                 tiles=device.upload(_places(tiles, selected, 0.0 if graded else float(own))),
                 rectangles=device.upload(rectangles),
                 frame=_frame(tiles, layer),
+                pose=projection.upload_pose(device),
                 **arguments,
             )
 
