@@ -10,6 +10,7 @@ import numpy as np
 from simulator.errors import PhotositeError
 from simulator.optics.defocus.accuracy import BRIGHT, SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
 from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
+from simulator.optics.defocus.joint_motion import plan_joint_motion
 from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
 from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, plan_motion
@@ -348,14 +349,39 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
         allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
         cut_off=0.5 * scale,
     )
-    motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing, need, is_sharp)
+    motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing, need, is_sharp, _can_join(planned, timing))
     if isinstance(motion, str):
         return replace(planned, motion_skip_reason=motion)
     if planned.deep_blur is not None:
         rule = "no motion of a deep picture is followed by rays; give a tolerance above 0, such as 0.1"
         raise PhotositeError(rule, key="tolerance", value=0)
+    if motion.method == "joint":
+        return _with_joint_motion(planned, loaded, motion, lens, sensor)
     layered = is_sharp and not motion.moves_alike
     return replace(planned, scene=loaded if layered else planned.scene, motion=motion)
+
+
+def _can_join(planned: OpticsPlan, timing: Timing) -> bool:
+    """Whether points of the aperture may carry instants: places of the picture are those of the scene, lines are rows."""
+    psf = planned.psf
+    plain_psf = psf is None or not (psf.by_distance or psf.corrected_px)
+    return plain_psf and planned.projection.warp is None and timing.lines.axis != "columns"
+
+
+def _with_joint_motion(planned: OpticsPlan, loaded: Scene, motion: MotionPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
+    """Return the plan of a blur whose points of the aperture carry instants, however small the blur itself is."""
+    camera, scene, defocus = sensor.camera, planned.scene, planned.defocus
+    if defocus is None:
+        scene, pitch_um = loaded, camera.pixel_pitch_um
+        area = PhotositeArea(
+            _gathers_squares(planned.projection, lens, camera), planned.accuracy.whole_pixels, planned.projection.open_side
+        )
+        scale = planned.projection.scale
+        defocus = plan_defocus(lens, pitch_um, scene, scale, planned.accuracy, planned.sensor_px, area, keeps_sharp=True)
+        assert defocus is not None  # a sharp one is kept
+    joint = plan_joint_motion(motion.path, lens, camera.pixel_pitch_um, defocus.radii_px)
+    defocus = replace(defocus, motion=joint)
+    return replace(planned, scene=scene, defocus=defocus, motion=replace(motion, error=0.0))  # it is that of the blur
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:

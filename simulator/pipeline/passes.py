@@ -201,6 +201,8 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
         cost = LAUNCH_MS + (count * lit - 1.0) * sum(one.cost_ms for one in still)
         method = f"sum of the image at {count} instants"
         return Pass(name, True, method, pixels, 8 * pixels, error, max(cost, LAUNCH_MS))
+    if motion.method == "joint":
+        return Pass(name, True, "with the blur: each point of the aperture carries an instant", pixels, cost_ms=LAUNCH_MS)
     projection, layers = optics.projection, optics.covering_layers
     key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
     if optics.sweeps_rows:
@@ -215,6 +217,8 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
 
 def _estimated_shares(scene: Scene, defocus: Defocus) -> dict[Method, float]:
     """Share of the frame that each method gets, assumed before the radii are measured."""
+    if defocus.motion is not None:
+        return {Method.OCCLUSION: 1.0}
     several = len(scene.layers) > 1 or any(np.ndim(radius) for radius in defocus.radii_px)
     return {Method.MEAN: 0.85, Method.OCCLUSION: 0.15} if several else {Method.MEAN: 1.0}
 

@@ -201,17 +201,20 @@ def plan_defocus(
     accuracy: Accuracy = _USUAL,
     sensor_px: tuple[int, int] = (0, 0),
     area: PhotositeArea = WHOLE,
+    *,
+    keeps_sharp: bool = False,
 ) -> Defocus | None:
     """Blur of a scene with so many pixels per photosite, or None when no blur circle is as large as `Accuracy.sharp_px`.
 
     area: how a photosite gathers the samples around it.
+    keeps_sharp: whether a blur is returned that is smaller, too.
     sensor_px: (width, height) of the whole sensor, whose middle lies on the axis; (0, 0): all of it is seen from the axis.
     Raises PhotositeError for blur circles above LARGEST_PX.
     """
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
     opaque, pupil = any(layer.coverage is None for layer in scene.layers), replace(lens.pupil, stops=())
     planned = Defocus(radii, opaque, scale, pupil, accuracy, guessed=not scene.behind, area=area)
-    if planned.largest_px <= accuracy.sharp_px:
+    if planned.largest_px <= accuracy.sharp_px and not keeps_sharp:
         return None
     return replace(planned, eyes=plan_cats_eyes(lens, pixel_pitch_um, sensor_px, planned.largest_px))
 

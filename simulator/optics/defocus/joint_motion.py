@@ -77,7 +77,8 @@ class JointMotion:
         from_axis = self.wider * np.asarray(places_px, np.float64) - self._centre_px
         found = []
         for layer in range(self.layers):
-            infinity, shift = self.image.parallax(numbers, layer, from_axis)
+            surface = min(layer, len(self.image.surfaces) - 1)  # background that is continued moves as the last one
+            infinity, shift = self.image.parallax(numbers, surface, from_axis)
             infinity, shift = (infinity - from_axis) / self.wider, shift / self.wider
             aperture = -shift / self.law.growth_px
             place = infinity - self.law.at_infinity_px * aperture

@@ -23,6 +23,9 @@ def moving_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], prog
     assert plan is not None  # without it this pass does not run
     if plan.method == "swept":
         return swept_mosaic(optics, device, planes)
+    if plan.method == "joint":  # the blur carries it
+        joint = replace(optics, motion=None)
+        return still_mosaic(joint, plan_tiles(joint, device), device, planes, progress)
     return _sum_of_instants(optics, plan, device, planes, progress)
 
 

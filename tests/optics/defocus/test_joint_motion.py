@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 import pytest
 from helpers.lens_error import statistics, z_scores
-from helpers.lens_frame import LENS, depth_of, with_accuracy
+from helpers.lens_frame import LENS, case_shot, depth_of, with_accuracy
 from helpers.lens_truths import Case
 from helpers.moving_layers import dense_picture, image_distance_px, moving_picture, moving_plan
 from scipy.ndimage import gaussian_filter, map_coordinates
@@ -15,10 +15,13 @@ from scipy.stats import qmc
 from simulator.device import open_device
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.line_times import LineTimes
+from simulator.exposure.motion import Motion
+from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import Method
+from simulator.optics.defocus.predicted_error import predicted_error
 from simulator.optics.passes.tile_plan import plan_tiles
-from simulator.pipeline.planner import measure
+from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.simulate import expose
 from simulator.sensor.camera.camera_sections import Window
 
@@ -218,3 +221,36 @@ def test_rays_meet_one_picture_that_moves():
         found = moving_picture(flat, planned)
     truth = dense_picture(dataclasses.replace(flat, radius_px=np.full_like(flat.radius_px, 4.0)), lambda share: share * way)
     assert statistics(z_scores(found, truth, 2000.0)).p99 < 0.2
+
+
+def test_layers_that_move_apart_are_planned_as_joint_samples():
+    """The same picture as from hand-made paths, its error told, and rotation of one layer alone left to its instants."""
+    case, way_px = bars_before_a_wall(-4.0, 3.0), (12.0, 3.0)
+    shot = case_shot(case)
+    time_s = shot.exposure.time_s
+    speeds = tuple(Speed(way / time_s, "px/s") for way in way_px)
+    moving = dataclasses.replace(shot, motion=Motion(layers={0: LayerMotion((speeds[0], speeds[1]))}))
+    planned = plan(moving)
+    assert planned.optics.motion.method == "joint"
+    assert 0.0 < predicted_error(planned.optics.defocus) < 0.15
+    expected = moving_picture(case, moving_plan(case, None, (way_px, None)))
+    assert np.abs(z_scores(moving_picture(case, planned), expected, 2000.0)).max() < 0.01
+    flat = dataclasses.replace(case, colour=case.colour[1:], coverage=case.coverage[1:], radius_px=case.radius_px[1:])
+    turned = dataclasses.replace(case_shot(flat), motion=Motion(camera=SteadyMotion(roll_deg_per_s=5.0 / time_s)))
+    assert plan(turned).optics.motion.method == "instants"
+
+
+def test_a_stopped_down_picture_with_depth_shows_its_parallax():
+    """Blur circles that are left out at rest: the picture still moves by its distances."""
+    rows, columns = 96, 128
+    y, x = np.mgrid[:rows, :columns]
+    radius = (0.004 * (x - 64))[None]
+    truth = np.zeros((rows - 2 * MARGIN, columns - 2 * MARGIN))
+    light = texture(np.random.default_rng(1), rows, columns)[None]
+    case = Case("deep", light, np.ones((1, rows, columns)), radius, truth, MARGIN, 1, False)
+    shot = case_shot(case)
+    assert plan(shot).optics.defocus is None
+    camera = SteadyMotion(right_m_per_s=0.003 / shot.exposure.time_s)
+    planned = plan(dataclasses.replace(shot, motion=Motion(camera=camera)))
+    assert planned.optics.motion.method == "joint" and planned.optics.defocus.motion is not None
+    assert np.ptp(moving_picture(case, planned)) > 0.1
