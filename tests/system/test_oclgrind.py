@@ -26,6 +26,7 @@ CASES = [
     "rays",
     "fine",
     "wide",
+    "joint",
     "spread",
 ]
 
