@@ -23,6 +23,7 @@ demo: $(VENV)/demo.stamp ## take the demonstration pictures
 docs: $(VENV)/demo.stamp ## write docs/cameras.md, the figures of other pages and the tables of docs/raw_files.md
 	@$(BIN)/python docs/make_cameras.py
 	@$(BIN)/python docs/make_lens.py
+	@$(BIN)/python docs/make_time.py
 	@$(BIN)/python docs/make_drawings.py
 	@$(BIN)/python docs/make_color_tables.py
 

@@ -109,6 +109,8 @@ def _facts(camera: Camera) -> str:
         "ADC": f"{camera.bit_depth} bit",
         "peak quantum efficiency": ", ".join(peaks) + (" (red, green, blue)" if len(peaks) == 3 else ""),
     }
+    if camera.readout_time_s is not None:
+        facts["read-out"] = f"{1e3 * camera.readout_time_s:g} ms"
     if camera.conversion_gain is not None:
         ratio = "" if camera.conversion_gain.ratio is None else f", ratio {camera.conversion_gain.ratio:g}"
         facts["high conversion gain"] = f"from ISO {camera.conversion_gain.iso}{ratio}"

@@ -7,9 +7,10 @@
 // sampled: (planes, COLUMN_SETS, rows, set_columns) float32, every channel, in interleaved columns (projection_planes).
 // radius:  (maps, COLUMN_SETS, rows, set_columns) float32, signed blur radius [photosites] in interleaved columns: scene_radius,
 //          (scene height, scene width) float32 [photosites], read bilinearly at the sample's centre. Where the four pixels around it
-//          differ by more than `edge` photosites they belong to two surfaces, and the nearest pixel is read (projection_radius).
-// first_plane: plane or map of the output at which writing begins. origin_x, origin_y: photosite of the sensor at [0, 0] of the
-// output; negative in a margin beyond the sensor. pose: (10) float32, pivot and pose (scene_place.h); not read where POSE is 0.
+//          differ by more than EDGE photosites they belong to two surfaces, and the nearest pixel is read (projection_radius).
+// first_plane: plane or map of the output at which writing begins. rows: rows of each plane of the output, of which the first ones are
+// written. origin_x, origin_y: photosite of the sensor at [0, 0] of the output; negative in a margin beyond the sensor.
+// pose: (10) float32, pivot and pose (scene_place.h); not read where POSE is 0.
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
@@ -31,21 +32,21 @@ kernel void projection_mosaic(global const float *restrict planes, global float 
 
 // Dimension 0: columns of a set; 1: rows of samples; 2: column sets of all channels.
 kernel void projection_planes(global const float *restrict planes, global float *restrict sampled, const uint first_plane,
-                              const uint scene_width, const uint scene_height, const int origin_x, const int origin_y,
+                              const uint rows, const uint scene_width, const uint scene_height, const int origin_x, const int origin_y,
                               const float scale, const float offset_x, const float offset_y, global const float *restrict pose) {
     struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
     take_pose(&projection, pose);
     const size_t column = get_global_id(0), row = get_global_id(1), set = get_global_id(2), channel = set / COLUMN_SETS;
     const float x = (float)origin_x + (float)(COLUMN_SETS * column + set % COLUMN_SETS) * (1.0f / OVER);
     const float y = (float)origin_y + (float)row * (1.0f / OVER);
-    sampled[row_start(COLUMN_SETS * first_plane + set, row, get_global_size(1), get_global_size(0)) + column] =
+    sampled[row_start(COLUMN_SETS * first_plane + set, row, rows, get_global_size(0)) + column] =
         square(planes + channel * scene_width * scene_height, x, y, 1.0f / OVER, channel, projection);
 }
 
 // Dimension 0: columns of a set; 1: rows of samples; 2: column sets.
-kernel void projection_radius(global const float *restrict scene_radius, global float *restrict radius, const float edge,
-                              const uint first_plane, const uint scene_width, const uint scene_height, const int origin_x,
-                              const int origin_y, const float scale, const float offset_x, const float offset_y,
+kernel void projection_radius(global const float *restrict scene_radius, global float *restrict radius, const uint first_plane,
+                              const uint rows, const uint scene_width, const uint scene_height,
+                              const int origin_x, const int origin_y, const float scale, const float offset_x, const float offset_y,
                               global const float *restrict pose) {
     struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
     take_pose(&projection, pose);
@@ -61,6 +62,6 @@ kernel void projection_radius(global const float *restrict scene_radius, global 
     const float least = smaller(smaller(a, b), smaller(c, d)), greatest = larger(larger(a, b), larger(c, d));
     const float upper = a + s * (b - a), lower = c + s * (d - c);
     const float nearest_pixel = t < 0.5f ? (s < 0.5f ? a : b) : (s < 0.5f ? c : d);
-    radius[row_start(COLUMN_SETS * first_plane + set, row, get_global_size(1), get_global_size(0)) + column] =
-        greatest - least > edge ? nearest_pixel : upper + t * (lower - upper);
+    radius[row_start(COLUMN_SETS * first_plane + set, row, rows, get_global_size(0)) + column] =
+        greatest - least > EDGE ? nearest_pixel : upper + t * (lower - upper);
 }

@@ -37,7 +37,9 @@ DigitalNumbers = Annotated[float, Unit("DN", "_dn")]
 DigitalNumbersPerElectron = Annotated[float, Unit("DN / electron", "_dn_per_e")]
 DegreesPerSecond = Annotated[float, Unit("degree / second", "_deg_per_s")]
 MetresPerSecond = Annotated[float, Unit("metre / second", "_m_per_s")]
+MetresPerSecondSquared = Annotated[float, Unit("metre / second**2", "_m_per_s2")]
 Hertz = Annotated[float, Unit("hertz", "_hz")]
+Joules = Annotated[float, Unit("joule", "_j")]
 FNumber = Annotated[float, Unit("f_number", "")]
 
 

@@ -63,6 +63,7 @@ def simulate(
     ),
     device: Annotated[str | None, typer.Option(help="Part of an OpenCL device's name; see `photosite devices`.")] = None,
     redo: Annotated[bool, typer.Option("--redo", help="Take the points of a sweep again even when their files stand.")] = False,
+    no_truth: Annotated[bool, typer.Option("--no-truth", help="Write no NAME.truth.exr.")] = False,
     profile: Annotated[
         bool, typer.Option("--profile", help="Show where the time went: imports, builds, device, files.")
     ] = False,
@@ -76,7 +77,7 @@ def simulate(
     ledger = open_ledger() if profile else None
     from simulator.command_line.simulation import simulate_file
 
-    simulate_file(shot, settings or [], out, device, redo)
+    simulate_file(shot, settings or [], out, device, redo, not no_truth)
     if ledger is not None:
         from simulator.command_line.screen import tell
 
@@ -208,8 +209,8 @@ def explain(
     """Show what a shot amounts to.
 
     The plan: which steps run or are skipped and why; the passes with method, size, memory, predicted error and time; the
-    lens in numbers; where white lands; a grey patch from cd/m^2 over lux, photons and electrons to DN; and ISO by ISO the
-    share of each source in the variance of its noise.
+    lens and the exposure in numbers, with what the camera chose; where white lands; a grey patch from cd/m^2 over lux,
+    photons and electrons to DN; and ISO by ISO the share of each source in the variance of its noise.
     """
     from simulator.command_line.explain import show_plan
 

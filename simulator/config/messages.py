@@ -26,6 +26,7 @@ WANTED = {
     "too_short": "give at least one value",
     "dict_type": "give a section of `key: value` lines",
     "model_type": "give a section of `key: value` lines",
+    "none_required": "give a section of `key: value` lines, or leave it out",
     "model_attributes_type": "give a section of `key: value` lines",
 }
 

@@ -25,6 +25,7 @@ second = [time] = s = sec
 minute = 60 * second = min
 hour = 3600 * second = h
 hertz = 1 / second = Hz
+joule = [energy] = J
 kelvin = [temperature] = K
 degree_Celsius = kelvin; offset: 273.15 = degC
 candela = [luminosity] = cd
@@ -48,10 +49,12 @@ WORDS = {
     "degree": ("an angle", "40 deg"),
     "degree / second": ("a speed of rotation", "10 deg/s"),
     "metre / second": ("a speed", "1.5 m/s"),
+    "metre / second**2": ("an acceleration", "900 m/s^2"),
     "hertz": ("a frequency", "100 Hz"),
     "pixel / second": ("a speed on the scene", "120 px/s"),
     "pixel / frame": ("a speed on the scene per frame", "5 px/frame"),
     "metre / frame": ("a speed per frame", "0.1 m/frame"),
+    "joule": ("an energy", "20 J"),
     "kelvin": ("a temperature", "5500 K"),
     "candela / metre**2": ("a luminance", "100 cd/m^2"),
     "electron": ("a number of electrons", "50000 e-"),
@@ -69,7 +72,9 @@ SHORT = {
     "degree": "deg",
     "degree / second": "deg/s",
     "metre / second": "m/s",
+    "metre / second**2": "m/s^2",
     "hertz": "Hz",
+    "joule": "J",
     "kelvin": "K",
     "candela / metre**2": "cd/m^2",
     "electron": "e-",
@@ -88,7 +93,9 @@ COMMON_FACTORS = {
     "degree": {"deg": 1.0},
     "degree / second": {"deg/s": 1.0},
     "metre / second": {"m/s": 1.0, "km/h": 1.0 / 3.6},
+    "metre / second**2": {"m/s^2": 1.0},
     "hertz": {"Hz": 1.0, "kHz": 1e3},
+    "joule": {"J": 1.0, "mJ": 1e-3},
     "kelvin": {"K": 1.0},
     "candela / metre**2": {"cd/m^2": 1.0},
     "electron": {"e-": 1.0},

@@ -1,5 +1,6 @@
 """What moves while the shutter is open."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,6 +9,8 @@ from simulator.errors import PhotositeError, require
 from simulator.exposure.camera_motion import CameraPath, Poses, SteadyMotion
 from simulator.exposure.camera_table import CameraTable, MeasuredClip
 from simulator.exposure.hand_tremor import HandTremor
+from simulator.exposure.line_times import LineTimes
+from simulator.exposure.mid_exposure import mid_exposure_s
 from simulator.exposure.object_motion import LayerMotion, LayerMoves
 from simulator.exposure.vector_maps import BlenderVectors, VectorField, VectorMap
 from simulator.units import Seconds
@@ -22,6 +25,8 @@ class Motion:
         layer 0.
     vectors: velocity of each pixel of a scene of one picture.
     frame_time_s: what `frame` means in speeds per frame [s], such as 1/24 s.
+    flow_time_s: from the middle of this frame's exposure to that of the next, where the truth's flow leads [s]; left out: the
+        frame time.
     Raises PhotositeError for speeds per frame without a frame time, and for vectors beside the motion of layers.
     """
 
@@ -29,12 +34,12 @@ class Motion:
     layers: dict[int, LayerMotion] = field(default_factory=dict)
     vectors: VectorMap | BlenderVectors | None = None
     frame_time_s: Seconds | None = None
+    flow_time_s: Seconds | None = None
 
     def __post_init__(self) -> None:
-        time_s = self.frame_time_s
-        require(
-            time_s is None or 0 < time_s < np.inf, "motion.frame_time", f"{time_s} s", "give a time above 0 s, such as 1/24 s"
-        )
+        for key in ("frame_time", "flow_time"):
+            time_s, rule = getattr(self, f"{key}_s"), "give a time above 0 s, such as 1/24 s"
+            require(time_s is None or 0 < time_s < np.inf, f"motion.{key}", f"{time_s} s", rule)
         for number, layer in self.layers.items():
             require(number >= 0, "motion.layers", number, "name layers by their number from 0, the nearest")
             self._check_frame_time(layer.is_per_frame, f"motion.layers.{number}.velocity")
@@ -46,6 +51,11 @@ class Motion:
     def _check_frame_time(self, is_per_frame: bool, key: str) -> None:
         if is_per_frame and self.frame_time_s is None:
             raise PhotositeError("needs the time of a frame; add motion.frame_time, such as 1/24 s", key=key, value="per frame")
+
+    @property
+    def flow_after_s(self) -> float | None:
+        """Time that the truth's flow spans [s]; None: not stated."""
+        return self.frame_time_s if self.flow_time_s is None else self.flow_time_s
 
     @property
     def moves_camera(self) -> bool:
@@ -80,19 +90,35 @@ class Motion:
         return None if self.vectors is None else self.vectors.load(size, self.frame_time_s)
 
     def check_layers(self, count: int) -> None:
-        """Raise PhotositeError for motion of layers that a scene of so many layers lacks, and for vectors of several."""
+        """Raise PhotositeError for motion of layers that a scene of so many layers lacks, and for vectors.
+
+        Vectors are read and checked, and flow follows them (`SurfaceFlow`), but no pass moves single pixels.
+        """
         for number in self.layers:
             rule = f"the scene has {count} layers, numbered from 0, the nearest; name one of them"
             require(number < count, f"motion.layers.{number}", number, rule)
         if self.vectors is not None:
             rule = f"vectors are of one picture, but the scene has {count} layers; give motion.layers instead"
             require(count == 1, "motion.vectors", self.vectors.image, rule)
+            rule = "no pass moves single pixels; cut the picture into scene.layers and give their motion in motion.layers"
+            raise PhotositeError(rule, key="motion.vectors", value=self.vectors.image)
 
     def check_span(self, first_s: float, last_s: float) -> None:
         """Raise PhotositeError unless all paths hold from one time of the clock to another [s]."""
         self.camera_poses(np.array([first_s, last_s]))
         for number in self.layers:
             self.layer_moves(number, np.array([first_s, last_s]), (1, 1))
+
+    def check_exposure(self, release_s: float, openings: Sequence[LineTimes], has_flow: bool) -> None:
+        """Raise PhotositeError unless all paths hold while any line is open and, with flow, in the middle of the next frame.
+
+        release_s: of the shutter, on the clock [s].
+        """
+        first_s = min(float(one.opens_s.min()) for one in openings)
+        last_s = max(float(one.closed_s.max()) for one in openings)
+        if has_flow and self.flow_after_s is not None:
+            last_s = max(last_s, self.flow_after_s + float(mid_exposure_s(openings).max()))
+        self.check_span(release_s + first_s, release_s + last_s)
 
 
 _STILL: CameraPath = SteadyMotion()

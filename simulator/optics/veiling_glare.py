@@ -4,7 +4,8 @@ A fraction g of the light is scattered evenly: E = (1 - g) E_image + g * mean of
 by itself. A small black patch in a uniform field then has g times the irradiance of the field: the veiling glare index.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -25,10 +26,19 @@ class VeilingGlare:
     """Scattered light, even over the sensor.
 
     share: g. irradiance: (channels,) float64 of the veil, g * mean of the image's electron irradiance [e- s^-1 um^-2].
+    by_band: (bands, channels) float64, the parts of it that come from each band of the scene.
     """
 
     share: float
     irradiance: np.ndarray
+    by_band: np.ndarray | None = None
+
+    def lit_by(self, bands: slice) -> Self:
+        """Return the scattered light of these bands of the scene alone."""
+        assert self.by_band is not None  # plan_veiling_glare gives it
+        part = np.zeros_like(self.by_band)
+        part[bands] = self.by_band[bands]
+        return replace(self, irradiance=part.sum(axis=0), by_band=part)
 
 
 def plan_veiling_glare(
@@ -49,7 +59,8 @@ def plan_veiling_glare(
         open_ = irradiance.relative_illumination(np.hypot(place, x - irradiance.centre_x_px))
         seen = np.bincount(column, wide * open_, width)  # of this row's pixels
         mean += share_of_sensor * (seen @ scene.planes[pixel])
-    return VeilingGlare(share, share * irradiance.effective_solid_angle_sr * (mean @ weights))
+    scattered_sr = share * irradiance.effective_solid_angle_sr
+    return VeilingGlare(share, scattered_sr * (mean @ weights), scattered_sr * (mean[:, np.newaxis] * weights))
 
 
 def _strips(photosites: int, pixels: int, offset: float, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

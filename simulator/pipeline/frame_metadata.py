@@ -1,10 +1,11 @@
 """Metadata of a raw frame: levels, noise, colour, lens, and the shot, files and versions that it was made from."""
 
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from simulator import __version__
 from simulator.color.camera_matrices import as_shot_neutral
 from simulator.device import DeviceInfo
 from simulator.pipeline.input_files import fingerprints
+from simulator.pipeline.motion_truth import pose_facts
 from simulator.pipeline.planner import Plan
 from simulator.pipeline.shot import Shot
 from simulator.raw.raw_image import Raw
@@ -26,13 +28,15 @@ def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[
     """Return the raw frame of these arrays with its metadata. Raises OSError for a scene's file that has gone.
 
     arrays: dn, mean_electrons, noise_free_dn, and those of the truth, as `Raw` has them; the second and third may be functions
-        that make them when they are first read.
+        that make them when they are first read. Its field `resolved` is one.
     """
     camera, lens, sensor = shot.camera, shot.lens, planned.sensor
     fitted_matrices = matrices_under_two_lights(camera)
     frame = {name: arrays[name] for name in ("dn", "mean_electrons", "noise_free_dn")}
+    late: dict[str, Any] = {"resolved": _provenance(shot, planned, device)}
     return Raw(
         **frame,
+        **late,
         truth={name: array for name, array in arrays.items() if name not in frame},
         cfa=camera.frame_cfa(),
         bit_depth=camera.bit_depth,
@@ -60,7 +64,6 @@ def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[
         date_time=shot.exposure.date_time,
         active_area=sensor.readout.active_area,
         warp_rectilinear=warp_rectilinear(planned),
-        resolved=_provenance(shot, planned, device),
     )
 
 
@@ -84,18 +87,29 @@ def warp_rectilinear(planned: Plan) -> tuple[tuple[tuple[float, ...], ...], tupl
     return warp.rectilinear(left + half, top + half, right - half, bottom - half)
 
 
-def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, object]:
-    """Return shot, input files, seeds, plan, device and versions, plain data for the JSON beside the file."""
-    return {
-        "shot": shot.resolved,
-        "inputs": fingerprints(shot.scene, shot.lens),
+def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> Callable[[], dict[str, object]]:
+    """Return a function that gives shot, input files, seeds, plan, device and versions, plain data for the JSON file.
+
+    All but the shot's own text is made at once. That text takes longer than a small frame, and follows from the shot alone,
+    unless a path in it begins at the current folder.
+    """
+    inputs = fingerprints(shot.scene, shot.lens, shot.motion)
+    metered = {} if planned.metered is None else {"metered": planned.metered.describe()}
+    rest: dict[str, object] = {
+        **metered,
+        "inputs": inputs,
         "seeds": asdict(shot.seeds),
+        "pose": pose_facts(shot.exposure, shot.motion, planned.exposed.openings),
+        "times": planned.exposed.describe_lines(planned.sensor.readout.output),
         "plan": [asdict(step) for step in planned.steps],
         "notes": list(planned.optics.scene.notes),
         "warnings": planned.warnings(),
         "device": asdict(device),
         "versions": dict(_versions()),
     }
+    if not all(Path(one["path"]).is_absolute() for one in inputs):
+        rest["shot"] = shot.resolved
+    return lambda: rest if "shot" in rest else {"shot": shot.resolved, **rest}
 
 
 @cache

@@ -21,6 +21,8 @@ def named_files(value: object, keys: tuple[str, ...]) -> list[tuple[tuple[str, .
         return [(keys, value)]
     if isinstance(value, tuple):
         return [found for index, inner in enumerate(value) for found in named_files(inner, keys + (str(index),))]
+    if isinstance(value, dict):
+        return [found for key, inner in value.items() for found in named_files(inner, keys + (str(key),))]
     if not is_dataclass(value):
         return []
     kind: type = type(value)
@@ -35,9 +37,9 @@ def _keys_of(kind: type) -> dict[str, str]:
     return {field.name: key_of(field.name, hints[field.name]) for field in fields(kind)}
 
 
-def fingerprints(scene: object, lens: object = None) -> list[dict[str, str]]:
-    """Key, path and SHA-256 of every file that scene and lens are read from, plain data for files. Raises OSError."""
-    named = named_files(scene, ("scene",)) + named_files(lens, ("lens",))
+def fingerprints(scene: object, lens: object = None, motion: object = None) -> list[dict[str, str]]:
+    """Key, path and SHA-256 of every file that scene, lens and motion are read from, plain data for files. Raises OSError."""
+    named = [*named_files(scene, ("scene",)), *named_files(lens, ("lens",)), *named_files(motion, ("motion",))]
     return [{"key": ".".join(keys), "path": str(path), "sha256": sha256_of(path)} for keys, path in named]
 
 

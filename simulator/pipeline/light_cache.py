@@ -16,8 +16,9 @@ import numpy as np
 
 from simulator.device import Buffer
 from simulator.errors import PhotositeError, require
+from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.optics_plan import OpticsPlan, optics_key
-from simulator.pipeline.shot import Shot, timing_of
+from simulator.pipeline.shot import Shot
 from simulator.scene.content_keys import Itself, freeze, is_ours
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera_sections import Window
@@ -33,13 +34,14 @@ class LightKey:
     """All that the light on the sensor depends on.
 
     scene: its source, or the scene itself. forms_image: whether there is a lens. window: photosites that are read.
-    optics: the rest, of `optics_key`.
+    optics: the rest, of `optics_key`. exposed: of `ExposedLight.key`; None: lines collect steady light for the nominal time.
     """
 
     scene: Hashable
     forms_image: bool
     window: Window
     optics: Hashable
+    exposed: Hashable = None
 
     def of_mosaic(self, optics: OpticsPlan, sensor: SensorPlan) -> Hashable:
         """Return the key of the mosaic that a plan of this light gives.
@@ -53,23 +55,25 @@ class LightKey:
         scattered = None if glare is None else (freeze(glare), freeze(sensor.irradiance))
         passes = readout.crosstalk.optical_shares, readout.reaches_optical_black and readout.active
         sampling = freeze(optics.weights), freeze(optics.projection), optics.cfa, optics.window
-        return self.scene, self.forms_image, sampling, scattered, passes
+        return self.scene, self.forms_image, sampling, scattered, passes, self.exposed
 
 
-def light_key(shot: Shot, sensor: SensorPlan, scene: Scene) -> LightKey | None:
+def light_key(
+    shot: Shot, sensor: SensorPlan, scene: Scene, exposed: Hashable = None, timing: Timing | None = None
+) -> LightKey | None:
     """Return the key of a shot's light; None where nothing tells when it is the same.
 
     scene: that of the shot. Sources of the simulator's give the same scene while their fields and files are the same; other
-    sources are asked each time.
+    sources are asked each time. exposed: key of its light over time, of `ExposedLight.key`. timing: of what moves.
     """
-    optics, source = optics_key(shot.lens, sensor, shot.tolerance, timing_of(shot)), shot.scene
+    optics, source = optics_key(shot.lens, sensor, shot.tolerance, timing), shot.scene
     if optics is None:
         return None
     try:
         own = freeze(source) if is_ours(source) and not isinstance(source, Scene) else Itself(scene)
     except OSError:  # a file has gone meanwhile
         return None
-    return LightKey(own, shot.lens.forms_image, shot.camera.frame, optics)
+    return LightKey(own, shot.lens.forms_image, shot.camera.frame, optics, exposed)
 
 
 class LightCache:

@@ -4,15 +4,19 @@ Predicted times are those of the reference machine: two cores of a server's CPU 
 They rank plans and name the slowest passes; `photosite explain --measure` shows the times of the device at hand beside them.
 """
 
+import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus, Method
 from simulator.optics.defocus.predicted_error import describe_ignored, predicted_error
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.passes.psf_bands import split_into_bands
+from simulator.optics.passes.tile_grid import TileGrid, band_sizes
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
 from simulator.optics.psf.kernel_split import Core
 from simulator.scene.scene import Scene
@@ -23,6 +27,7 @@ if TYPE_CHECKING:
     from simulator.optics.passes.tile_plan import TilePlan
 
 PROGRAM_BYTES = 150_000_000  # of Python, its packages and an OpenCL driver, before a shot is taken
+BLUR_PROGRAM_BYTES = 80_000_000  # more of kernels and packages that the lens blur loads
 LAUNCH_MS = 0.1  # of any pass, however small
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {
@@ -30,14 +35,15 @@ COST_NS = {
     "projection": 1.6,  # for each point that a photosite averages
     "projection pixel": 0.5,  # for each scene pixel that a photosite averages
     "radius statistics": 10.0,  # for each surface with a map of blur radii
-    "sweep": 2.5,  # for each instant and layer
-    "even sweep": 0.9,  # the same, of a scene with one pixel per photosite
+    "sweep": 1.6,  # for each instant and layer
+    "even sweep": 0.8,  # the same, of a scene with one pixel per photosite
     "sweep by place": 6.0,  # for each instant, layer and scene pixel that a photosite averages
     "copy": 6.0,
     "mean": 20.0,
     "mean per px": 3.5,  # for each photosite of blur radius
     "points": 60.0,
     "points per px": 17.0,  # for each photosite of blur radius
+    "moving points": 550.0,  # for each surface
     "rays": 160000.0,
     "psf gather": 15.0,
     "psf tap": 0.08,  # for each sample of light that a photosite gathers
@@ -46,6 +52,7 @@ COST_NS = {
     "veiling glare": 3.0,
     "optical black": 1.0,
     "crosstalk": 4.0,
+    "line exposure": 0.2,
     "sensor": 2.2,
     "sensor stage": 0.25,  # for each stage
     "truth": 6.0,
@@ -53,8 +60,14 @@ COST_NS = {
     "variance": 8.0,
     "depth": 10.0,
     "blur": 10.0,
+    "flow": 2000.0,
 }
-TRUTH_BYTES = {"variance": 4, "depth": 12, "blur": 20}  # per photosite, with the float64 arrays of their computation
+TRUTH_BYTES = {
+    "variance": 4,
+    "depth": 12,
+    "blur": 20,
+    "flow": 96,
+}  # per photosite, with the float64 arrays of their computation
 
 
 @dataclass(frozen=True)
@@ -62,7 +75,8 @@ class Pass:
     """One pass of the executor.
 
     kept: whether it runs; a pass that is skipped has no size, memory or cost. method: how it runs, or why it is skipped.
-    size: photosites, or the unit that `method` names. memory_bytes: on device and host together.
+    size: photosites, or the unit that `method` names. memory_bytes: on device and host together, held until the frame is done.
+    scratch_bytes: the same, of buffers that are freed when the pass is done.
     error_sigma: predicted error, in standard deviations of the noise at the brightest light; None: exact except for
     rounding. cost_ms: predicted time.
     """
@@ -74,37 +88,44 @@ class Pass:
     memory_bytes: int = 0
     error_sigma: float | None = None
     cost_ms: float = 0.0
+    scratch_bytes: int = 0
 
 
 def passes_of(
     optics: OpticsPlan,
     sensor: SensorPlan,
+    exposed: ExposedLight,
     truth: Collection[str],
     tiles: "TilePlan | None" = None,
     strips: Sequence[ReadoutGeometry] = (),
 ) -> tuple[Pass, ...]:
     """Return all passes in the order of the light.
 
-    truth: maps that a shot asks for, as `Shot.truth`. tiles: method of each tile; None: not measured yet.
-    strips: readout of each strip of the frame, where there are several.
+    exposed: light over time. truth: maps that a shot asks for, as `Shot.truth`. tiles: method of each tile; None: not measured
+    yet. strips: readout of each strip of the frame, where there are several.
     """
-    defocus = _defocus(optics, tiles)
-    sampling = (_scene_planes(optics), _projection(optics))
-    motion = _motion(optics, (_projection(optics), defocus, _psf(optics)))
+    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles), _psf(optics))
+    motion = _motion(optics, still)
+    if motion.kept:
+        projection, defocus, psf = (
+            Pass(one.name, False, "part of the motion, at each instant" if one.kept else one.method) for one in still
+        )
+    sampling = (_scene_planes(optics), projection)
     image = (
         defocus,
-        _psf(optics),
+        psf,
         motion,
         _skippable("veiling glare", optics.veiling_glare is not None, optics, "even light added", "the lens scatters no light"),
         _optical_crosstalk(optics, sensor),
         _optical_black(optics, sensor),
     )
+    lines = _line_exposure(optics, exposed, (*sampling, *image))
     noise_free = _truth(optics)
-    maps = [_truth_map(name, optics) for name in ("variance", "depth", "blur") if name in truth]
+    maps = [_truth_map(name, optics) for name in ("variance", "depth", "blur", "flow") if name in truth]
     if "rgb" in truth:
-        maps.append(_truth_rgb(optics, (*sampling, *image, noise_free)))
+        maps.append(_truth_rgb(optics, (*sampling, *image, lines, noise_free)))
     frame = (_sensor(optics, sensor), noise_free, *maps, _strips(optics, strips))
-    return (*sampling, _radius_statistics(optics, defocus), *image, *frame)
+    return (*sampling, _radius_statistics(optics, defocus), *image, lines, *frame)
 
 
 def _pixels(optics: OpticsPlan) -> int:
@@ -125,8 +146,6 @@ def _scene_planes(optics: OpticsPlan) -> Pass:
 
 
 def _projection(optics: OpticsPlan) -> Pass:
-    if optics.motion is not None and optics.motion.method == "swept":
-        return Pass("projection", False, "part of the motion")
     if optics.defocus is not None or optics.psf is not None:
         return Pass("projection", False, "part of the blur, which needs the scene around each photosite")
     projection, pixels = optics.projection, _pixels(optics)
@@ -159,14 +178,13 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
         return Pass("defocus", False, describe_ignored(optics.accuracy, optics.ignored_px), error_sigma=error)
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")
-    memory = pixels * (4 + 4 * defocus.maps)
     if optics.accuracy.tolerance == 0.0:
         return Pass(
             "defocus",
             True,
             "rays through lens and scene",
             pixels,
-            memory,
+            pixels * (4 + 4 * defocus.maps),
             optics.accuracy.ray_error,
             _ms(pixels, COST_NS["rays"]),
         )
@@ -186,7 +204,35 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
         Method.WIDE: 0.25 * optics.channels * points,
     }
     cost_ms = _ms(pixels, sum(share * cost[method] for method, share in shares.items()))
-    return Pass("defocus", True, methods, pixels, memory, predicted_error(defocus, optics.contrast), cost_ms)
+    memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
+    error = predicted_error(defocus, optics.contrast)
+    return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms, scratch)
+
+
+def _blur_bytes(optics: OpticsPlan, defocus: Defocus, tiles: "TilePlan | None") -> tuple[int, int]:
+    """Memory of the lens blur of a window: of its light and its maps of radii, and of what is freed when it is done.
+
+    Bands have as many samples as the tiles with the smallest blur circles need. Where tiles are not measured these are the
+    smallest of the scene.
+    """
+    area, pixels, layers = TileGrid(optics.window, defocus.reach_px), _pixels(optics), len(defocus.radii_px)
+    if tiles is None:
+        least = np.array([min(least for least, _ in defocus.ranges_px)])
+        over = int(defocus.samples_per_axis(least, least)[0])
+        is_wide = defocus.largest_px >= defocus.wide_px
+    else:
+        over, is_wide = max(tiles.chosen.sample_grids(), default=1), tiles.wide is not None
+    layout = area.band_layout(over, whole=True)
+    bands = 4 * sum(band_sizes(layout, layers, optics.channels + optics.has_coverage, defocus.maps))
+    light, maps = 4 * pixels, 4 * 2 * area.set_columns * area.rows * max(defocus.maps, 1)
+    scratch = bands + (light if layers > 1 else 0)
+    if not is_wide:
+        return light + maps, scratch
+    wider = optics.on_wider_photosites()
+    assert wider.defocus is not None  # it is that of `optics`
+    held, wider_scratch = _blur_bytes(wider, wider.defocus, None if tiles is None else tiles.wide)
+    wider_light = 4 * _pixels(wider)
+    return light + maps + held - wider_light, max(scratch, wider_light + wider_scratch)
 
 
 def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
@@ -196,13 +242,15 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
         return Pass(name, False, optics.motion_skip_reason or "nothing moves")
     error = optics.accuracy.in_sigma(motion.error)
     if motion.method == "instants":
-        count = motion.count if motion.path.lines.is_common else len(motion.shared_nodes())
-        lit = 1.0 if motion.path.lines.is_common else motion.count / count
-        cost = LAUNCH_MS + (count * lit - 1.0) * sum(one.cost_ms for one in still)
-        method = f"sum of the image at {count} instants"
-        return Pass(name, True, method, pixels, 8 * pixels, error, max(cost, LAUNCH_MS))
+        count = motion.count if motion.is_common else len(motion.shared_nodes())
+        cost = LAUNCH_MS + motion.count * sum(one.cost_ms for one in still)  # each over the lines that it lights
+        told = ", ".join(f"{one.name} ({one.method})" for one in still if one.kept)
+        memory = 8 * pixels + sum(one.memory_bytes for one in still)
+        return Pass(name, True, f"sum of the image at {count} instants: {told}", pixels, memory, error, cost)
     if motion.method == "joint":
-        return Pass(name, True, "with the blur: each point of the aperture carries an instant", pixels, cost_ms=LAUNCH_MS)
+        blur = COST_NS["moving points"] * len(motion.path.motion.surfaces)
+        method = "with the blur: each point of the aperture carries an instant"
+        return Pass(name, True, method, pixels, 8 * pixels, error, _ms(pixels, blur))
     projection, layers = optics.projection, optics.covering_layers
     key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
     if optics.sweeps_rows:
@@ -217,8 +265,6 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
 
 def _estimated_shares(scene: Scene, defocus: Defocus) -> dict[Method, float]:
     """Share of the frame that each method gets, assumed before the radii are measured."""
-    if defocus.motion is not None:
-        return {Method.OCCLUSION: 1.0}
     several = len(scene.layers) > 1 or any(np.ndim(radius) for radius in defocus.radii_px)
     return {Method.MEAN: 0.85, Method.OCCLUSION: 0.15} if several else {Method.MEAN: 1.0}
 
@@ -265,7 +311,19 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str) ->
         bytes_each * pixels,
         error,
         _ms(pixels, COST_NS["psf gather"] + COST_NS["psf tap"] * taps),
+        _gather_bytes(optics, psf, core),
     )
+
+
+def _gather_bytes(optics: OpticsPlan, psf: FieldPsf, core: Core) -> int:
+    """Memory of a band of light that is gathered: its samples, cells of the tail, and the layers that a correction reads."""
+    band = split_into_bands(optics.window, psf.gather_reach_px, psf.over)[0]
+    planes = optics.channels
+    if psf.corrected_px:
+        layers = len(optics.scene.layers) if optics.has_coverage else 1
+        planes += layers * (optics.channels + optics.has_coverage + 1)
+    cells = optics.channels * band.layout.set_columns * (band.rows // 2) if core.has_tail else 0
+    return 4 * (planes * math.prod(band.layout.shape(1)) + 2 * cells)
 
 
 def _optical_crosstalk(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
@@ -276,6 +334,16 @@ def _optical_crosstalk(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
 def _optical_black(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
     reaches_black = sensor.readout.reaches_optical_black
     return _skippable("optical black", reaches_black, optics, "light removed there", "light reaches all of the window")
+
+
+def _line_exposure(optics: OpticsPlan, exposed: ExposedLight, image: tuple[Pass, ...]) -> Pass:
+    """Shares that lines collect. image: passes of the light, which run again for a flash whose shares differ."""
+    if exposed.is_split or optics.moves_by_component:
+        method, again = "image of the flash added, each line with its shares of both", sum(one.cost_ms for one in image)
+        pixels = _pixels(optics)
+        cost_ms = again + 2 * _ms(pixels, COST_NS["line exposure"])
+        return Pass("line exposure", True, method, pixels, 4 * pixels, cost_ms=cost_ms)
+    return _skippable("line exposure", exposed.varies, optics, f"each of the {exposed.axis} by its share", exposed.even_text())
 
 
 def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:

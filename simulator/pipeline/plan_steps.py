@@ -2,6 +2,7 @@
 
 import math
 
+from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.predicted_error import describe_errors, describe_ignored
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.distortion import Warp
@@ -10,12 +11,13 @@ from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.veiling_glare import VeilingGlare
 from simulator.pipeline.psf_steps import psf_steps
 from simulator.pipeline.step import Step
+from simulator.pipeline.time_steps import time_steps
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.kernel.kernel_program import stage_order
 from simulator.sensor.sensor_plan import SensorPlan
 
 
-def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, ...]:
+def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens, exposed: ExposedLight) -> tuple[Step, ...]:
     """Return all steps of a plan in physical order, then the limits of the blur's accuracy."""
     camera, layout, scene = sensor.camera, sensor.readout, optics.scene
     bands, wavelengths = scene.planes.shape[2], len(scene.wavelengths_nm)
@@ -39,6 +41,7 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens) -> tuple[Step, 
     for what, shares in sharing.items():
         reason = f"{shares[0]:g} to each neighbour beside, {shares[1]:g} at the corners" if any(shares) else "nothing is shared"
         steps.append(Step(f"crosstalk of {what}", any(shares), reason))
+    steps += time_steps(exposed)
     for stem in stage_order():
         stage = sensor.stage(stem)
         if stage is None:
@@ -100,7 +103,7 @@ def _motion_step(optics: OpticsPlan) -> Step:
         return Step("motion blur", False, _without_motion(optics))
     length, layers = motion.length.longest_px, len(motion.path.motion.surfaces)
     moved = "all of the picture alike" if motion.moves_alike else f"{layers} layers apart"
-    own = "" if motion.path.lines.is_common else f", each of the {motion.path.lines.axis} at its own time"
+    own = "" if motion.is_common else f", each of the {motion.path.lines.axis} at its own time"
     return Step("motion blur", True, f"paths of up to {length:.3g} photosites, {moved}{own}")
 
 

@@ -4,17 +4,15 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 from simulator.errors import require
-from simulator.exposure.line_times import open_at_once
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
-from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.lens.lens import Lens
 from simulator.raw.raw_format import RawFormat
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.seeds import Seeds
 
-TruthPart = Literal["variance", "depth", "blur", "rgb"]
+TruthPart = Literal["variance", "depth", "blur", "flow", "rgb"]
 
 
 class SceneSource(Protocol):
@@ -38,7 +36,7 @@ class Shot:
     """One photograph to take.
 
     raw: how the raw file holds the frame.
-    truth: what the truth twin holds besides mean electrons and noise-free codes: variance, depth, blur, rgb; any of them.
+    truth: what the truth twin holds besides mean electrons and noise-free codes: variance, depth, blur, flow, rgb; any of them.
     tolerance: error that the lens blur may have, in standard deviations of the noise of the scene's brightest light, 0 to 10;
         0 follows rays instead (slow).
     motion: what moves while the shutter is open; left out: nothing.
@@ -63,6 +61,9 @@ class Shot:
             0 <= self.tolerance <= 10, "tolerance", self.tolerance, "give 0 to 10 standard deviations of the noise, such as 0.1"
         )
         self.camera.iso_setting(self.exposure.iso)
+        is_timed = self.motion is None or self.motion.flow_after_s is not None
+        rule = "needs the time to the next frame; add motion.flow_time, such as 40 ms"
+        require("flow" not in self.truth or is_timed, "truth", "flow", rule)
 
     @property
     def resolved(self) -> dict[str, Any]:
@@ -72,10 +73,3 @@ class Shot:
         in a file.
         """
         return {} if self.origin is None or isinstance(self.scene, Scene) else self.origin.describe(self)
-
-
-def timing_of(shot: Shot) -> Timing | None:
-    """Return what moves in a shot and when its lines are open; None where nothing moves."""
-    if shot.motion is None:
-        return None
-    return Timing(shot.motion, open_at_once(shot.exposure.time_s), shot.exposure.start_s)

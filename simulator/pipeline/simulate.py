@@ -9,7 +9,9 @@ import numpy as np
 
 from simulator.device import Buffer, Device, DeviceInfo, open_device
 from simulator.errors import PhotositeError
-from simulator.optics.geometry.scene_part import ScenePart, find_scene_part
+from simulator.exposure.line_exposure import add_exposed_lines, expose_lines
+from simulator.optics.geometry.projection import Projection
+from simulator.optics.geometry.scene_part import find_scene_part
 from simulator.optics.lens.lens import Lens
 from simulator.optics.passes.camera_planes import camera_planes
 from simulator.optics.passes.still_mosaic import still_mosaic, still_name
@@ -17,6 +19,7 @@ from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
 from simulator.pipeline.frame_strips import Allocate, FrameArrays, MemoryStore, on_disk
 from simulator.pipeline.light_cache import LightCache
+from simulator.pipeline.motion_truth import flow_map
 from simulator.pipeline.planner import STRIP_PX, Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
@@ -26,6 +29,7 @@ from simulator.raw.dng.writer import check_size
 from simulator.raw.raw_image import Raw
 from simulator.raw.save import files_of
 from simulator.scene.content_keys import Itself
+from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.readout import darken_optical_black, read_mean_electrons, read_noise_free, read_out, share_with_neighbors
 from simulator.sensor.sensor_plan import SensorPlan
 
@@ -118,7 +122,7 @@ def execute(
     report: as progress of `simulate`. timed: gets the time of each pass.
     allocate: makes the arrays of a frame of several strips. cache: as of `simulate`, of a plan that was made with it.
     """
-    parts = planned.by_strip()
+    parts, shot = planned.by_strip(), planned.settle(shot)
     if len(parts) == 1:
         arrays = _execute_strip(planned, shot, device, report, timed, cache)
     else:
@@ -165,6 +169,11 @@ def _execute_strip(
     late = LateTruth(device, planned.sensor, light, timed)
     electrons = late.mean_electrons() if "variance" in planned.truth else None
     maps = compute_truth_maps(planned, shot.lens, device, electrons, timed, cache)
+    if "flow" in planned.truth:
+        with timed("truth: flow", device):
+            maps["flow"] = flow_map(
+                shot, planned.optics.scene, planned.optics.projection, planned.sensor.readout, planned.exposed.openings
+            )
     mean_electrons = late.mean_electrons if electrons is None else electrons
     return {"dn": dn, "mean_electrons": mean_electrons, "noise_free_dn": late.noise_free_dn, **maps}
 
@@ -232,9 +241,25 @@ def expose(
 
     planned: with the methods of its tiles, as `measure` returns it. progress: called with the share of the blur that is done.
     """
-    optics, layout, tiles, timed = planned.optics, planned.sensor.readout, planned.tiles, timed or Stopwatch()
+    timed, exposed, window = timed or Stopwatch(), planned.exposed, planned.optics.window
+    (first, part), *others = planned.by_light()
+    mosaic = _image(part if part.tiles or not others else measure(part, device), device, progress, timed)
+    if exposed.varies:
+        with timed("line exposure", device):
+            expose_lines(device, mosaic, window, exposed, first)
+    for component, part in others:
+        light = _image(measure(part, device), device, progress, timed)
+        with timed("line exposure", device):
+            add_exposed_lines(device, mosaic, light, window, exposed, component)
+    return mosaic
+
+
+def _image(planned: Plan, device: Device, progress: Callable[[float], None], timed: Stopwatch) -> Buffer:
+    """Return the image of the scene in each photosite's own colour, as `expose` does, before lines collect their shares."""
+    optics, layout, tiles = planned.optics, planned.sensor.readout, planned.tiles
     with timed("scene planes", device):
-        part = _scene_part(planned)
+        is_summed = optics.motion is not None and optics.motion.method != "swept"
+        part = None if is_summed else find_scene_part(_read_areas(planned))
         planes = [camera_planes(device, layer, optics.weights, optics.has_coverage, part) for layer in optics.scene.layers]
     if optics.motion is not None:
         from simulator.optics.passes.moving_mosaic import moving_mosaic
@@ -256,16 +281,17 @@ def expose(
     return mosaic
 
 
-def _scene_part(planned: Plan) -> ScenePart | None:
-    """Part of the scene that the frame sees; None: all of it, since a point spread function or rays reach far."""
-    optics, tiles = planned.optics, planned.tiles
-    if optics.motion is not None:
-        from simulator.optics.passes.swept_mosaic import swept_part
+def _read_areas(planned: Plan) -> list[tuple[Projection, Window]]:
+    """Windows whose photosites see what is read of the scene, each with its projection."""
+    optics = planned.optics
+    if optics.psf is None and optics.defocus is None:
+        window = optics.window
+        if optics.motion is not None:
+            window = optics.motion.seen_window(window)
+        return [(optics.projection, window)]
+    from simulator.optics.passes.read_areas import read_areas  # not needed for a sharp frame
 
-        return swept_part(optics) if optics.motion.method == "swept" else None
-    if optics.psf is not None or (tiles is None and optics.defocus is not None):
-        return None
-    return find_scene_part([(optics.projection, optics.window)] if tiles is None else tiles.areas())
+    return read_areas(optics, planned.tiles)
 
 
 def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple[np.ndarray, np.ndarray]:

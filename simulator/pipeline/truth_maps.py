@@ -41,7 +41,7 @@ def depth_map(scene: Scene, projection: Projection, layout: ReadoutGeometry) -> 
         (frame.y, projection.offset_y, shape[0], depth_m.shape[0]),
         (frame.x, projection.offset_x, shape[1], depth_m.shape[1]),
     ):
-        centres = first + _centres_px(pixels, factor, layout.filter_step)
+        centres = first + centres_px(pixels, factor, layout.filter_step)
         indices.append(np.clip(np.floor(offset + projection.scale * centres), 0, scene_pixels - 1).astype(np.intp))
     return depth_m[np.ix_(*indices)].astype(np.float32)[layout.kept]
 
@@ -50,7 +50,7 @@ def _warped_depth(
     depth_m: np.ndarray, projection: Projection, warp: Warp, layout: ReadoutGeometry, shape: tuple[int, int], factor: int
 ) -> np.ndarray:
     """Return the depth at each pixel's centre through a lens with distortion, (height, width) float32 [m]."""
-    across, down = (_centres_px(count, factor, layout.filter_step) for count in shape[::-1])
+    across, down = (centres_px(count, factor, layout.filter_step) for count in shape[::-1])
     channel = min(1, len(warp.magnification) - 1)  # the green one, as in kernels/projection.cl
     x_px, y_px = np.meshgrid(layout.computed.x + across, layout.computed.y + down)
     x, y = warp.undistorted(x_px, y_px, channel)
@@ -71,7 +71,7 @@ def blur_map(sensor: SensorPlan, lens: Lens, depth_m: np.ndarray) -> np.ndarray:
     return np.abs(lens.blur_radius_um(depth_m) / pitch_um).astype(np.float32)
 
 
-def _centres_px(pixels: int, factor: int, filter_step: int) -> np.ndarray:
+def centres_px(pixels: int, factor: int, filter_step: int) -> np.ndarray:
     """Return the centres of a frame's pixels [photosites from its edge]; of a binned pixel, the centre of its photosites.
 
     factor: binned photosites per side; 1: none. filter_step: period of the colour filter [photosites].

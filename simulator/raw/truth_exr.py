@@ -23,6 +23,7 @@ PARTS = {
     "variance": (("dn.variance",), "DN^2", "none"),
     "depth": (("Z",), "m", "zips"),
     "blur": (("blur.radius",), "px", "zips"),
+    "flow": (("flow.x", "flow.y"), "px", "zips"),
     "rgb": (("R", "G", "B"), "1", "none"),
 }
 

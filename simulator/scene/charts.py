@@ -60,14 +60,16 @@ class ChartScene:
         """Draw the chart."""
         light = illuminant(self.illuminant)
         planes, reflectances = self._draw()
+        white = self.luminance_cd_m2 / float(luminance_cd_m2(light))
         return Scene(
             planes=planes.astype(np.float32),
-            spectra_w_m2_sr_nm=reflectances * light * (self.luminance_cd_m2 / luminance_cd_m2(light)),
+            spectra_w_m2_sr_nm=reflectances * light * white,
             wavelengths_nm=WAVELENGTHS_NM,
             illuminant=light,
             depth_m=float(self.depth_m),
             field_of_view_deg=self.field_of_view_deg,
             interpolation="nearest",
+            white=white,
         )
 
     def grey_reflectances(self) -> np.ndarray:

@@ -74,7 +74,7 @@ def light_scene(source: LitSource, layers: Sequence[Layer], path: Path, notes: t
     the source's luminance. path: of the first picture, for the message when it is black.
     """
     first, *behind = layers
-    spectra, relative = _spectra(source, tuple(layers), path)
+    spectra, relative, white = _spectra(source, tuple(layers), path)
     return Scene(
         planes=first.planes,
         spectra_w_m2_sr_nm=spectra,
@@ -85,11 +85,12 @@ def light_scene(source: LitSource, layers: Sequence[Layer], path: Path, notes: t
         notes=notes,
         coverage=first.coverage,
         behind=tuple(behind),
+        white=white,
     )
 
 
-def _spectra(source: LitSource, layers: tuple[Layer, ...], path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return the spectra of the planes, (bands, 81) [W m^-2 sr^-1 nm^-1], and the illuminant's relative power, (81,)."""
+def _spectra(source: LitSource, layers: tuple[Layer, ...], path: Path) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the spectra of the planes, (bands, 81) [W m^-2 sr^-1 nm^-1], the illuminant's relative power, (81,), and k."""
     relative = illuminant(source.illuminant)
     basis = reflectance_basis(source.upsampling) if layers[0].planes.shape[2] == 3 else np.ones((1, relative.size))
     spectra, weights = relative * basis, np.ones(len(basis))
@@ -98,4 +99,4 @@ def _spectra(source: LitSource, layers: tuple[Layer, ...], path: Path) -> tuple[
     own = float(weights @ luminance_cd_m2(spectra))
     rule = f"{path} is black, so it has no mean to scale; write luminance_of: white"
     require(own > 0, "scene.luminance_of", "mean", rule)
-    return spectra * (source.luminance_cd_m2 / own), relative
+    return spectra * (source.luminance_cd_m2 / own), relative, source.luminance_cd_m2 / own

@@ -53,6 +53,8 @@ class Scene:
     interpolation: how the grid is sampled.
     notes: what was assumed while reading, for the log.
     deep: samples of a deep picture as they are, of which the layers are composites; None: the layers are the scene.
+    white: radiance of a perfectly white surface in the light of the scene is `white` times `illuminant`; None: not known, as of
+        radiance that was measured.
     hidden: whether the background is continued behind the edges of near objects, see `extend_background`.
     """
 
@@ -68,6 +70,7 @@ class Scene:
     behind: tuple[Layer, ...] = ()
     hidden: Literal["none", "extend"] = "none"
     deep: DeepPixels | None = None
+    white: float | None = None
     _memo: Memo = field(default_factory=Memo, init=False, repr=False, compare=False)
 
     def load(self) -> "Scene":

@@ -93,7 +93,13 @@ class SpectralCubeScene:
             field_of_view_deg=self.field_of_view_deg,
             notes=notes,
             hidden=self.hidden,
+            white=self._white() if self.quantity == "reflectance" else None,
         )
+
+    def _white(self) -> float:
+        """Radiance of a perfectly white surface over the illuminant; of reflectances, which have a luminance."""
+        assert self.luminance_cd_m2 is not None  # __post_init__
+        return self.luminance_cd_m2 / float(luminance_cd_m2(illuminant(self.illuminant)))
 
     def _bands(self, file: PixelFile) -> list[tuple[float, int]]:
         """Wavelength [nm] and index of each channel."""
@@ -111,7 +117,7 @@ class SpectralCubeScene:
 
     def _spectra(self, planes: np.ndarray, basis: np.ndarray, light: np.ndarray, grid_nm: np.ndarray) -> np.ndarray:
         if self.quantity == "reflectance":
-            return basis * light * (self.luminance_cd_m2 / luminance_cd_m2(illuminant(self.illuminant)))
+            return basis * light * self._white()
         if self.luminance_cd_m2 is None:
             return basis
         mean = float(planes.mean(axis=(0, 1), dtype=np.float64) @ luminance_cd_m2(basis, grid_nm))

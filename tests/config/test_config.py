@@ -4,6 +4,7 @@ import json
 import math
 import re
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,9 @@ from hypothesis import strategies as st
 
 from simulator.config import dump_yaml, frame_warnings, load_shot, shot_warnings
 from simulator.errors import PhotositeError
+from simulator.exposure.flash import Flash
+from simulator.exposure.flicker import MainsFlicker, PwmLamp
+from simulator.exposure.shutter import CurtainShutter, FirstCurtainShutter, GlobalShutter, LeafShutter, RollingShutter
 from simulator.pipeline.simulate import simulate
 
 SHOT = """\
@@ -101,6 +105,12 @@ def test_every_number_arrives_in_the_unit_of_its_field(folder):
         ("2 m", "2 cm", 7, "lens.focus_distance = 0.02 m"),
         ("1/125 s", "0 s", 9, "the shutter must open"),
         ("1/125 s", "12:30", 9, "exposure.time = 12:30"),
+        ("iso: 100", "shutter: rolling", 10, "exposure.shutter = rolling: give a section of `key: value` lines"),
+        ("iso: 100", "shutter: {readout_time: -1 s}", 10, "exposure.shutter.readout_time = -1 s: give a time of 0 s or more"),
+        ("iso: 100", "shutter: {readout_time: 3}", 10, "exposure.shutter.readout_time = 3: has no unit"),
+        ("iso: 100", "shutter: {travel: top_to_bottom}", 10, "exposure.shutter.travel_time is missing"),
+        ("iso: 100", "flicker: {frequency: 100 Hz}", 10, "exposure.flicker.modulation is missing"),
+        ("iso: 100", "flash: {guide_number: 10 m}", 10, "exposure.flash.length = 0 s: a pulse takes time"),
         ("iso: 100", "iso: 1e2", 10, "exposure.iso = 100.0: give a whole number"),
         (
             "iso: 100",
@@ -359,6 +369,30 @@ def test_the_resolved_configuration_gives_the_same_shot_again(folder):
     assert load_shot(sidecar).resolved == first.resolved
 
 
+@pytest.mark.parametrize(
+    ("section", "expected"),
+    [
+        ("shutter: {readout_time: 20 ms}", RollingShutter(0.02)),
+        ("shutter: {scan_order: none}", RollingShutter(None, "none")),
+        ("shutter: {travel_time: 3 ms, acceleration: 90 m/s^2}", CurtainShutter(0.003, 90.0)),
+        ("shutter: {reset_time: 3 ms, travel_time: 4 ms}", FirstCurtainShutter(0.003, 0.004)),
+        ("shutter: {opening: 1 ms, closing: 2 ms, widest_f_number: f/2}", LeafShutter(0.001, 0.002, 2.0)),
+        ("shutter: {parasitic_light: 0.001, readout_time: 8 ms}", GlobalShutter(0.001, 0.008)),
+        ("flicker: {frequency: 100 Hz, modulation: 0.3}", MainsFlicker(100.0, 0.3)),
+        ("flicker: {frequency: 1 kHz, duty: 0.3, phase: 90 deg}", PwmLamp(1000.0, 0.3, 90.0)),
+        ("flash: {energy: 20 J, beam: 60 deg, decay: 1 ms}", Flash(0.0, 0.001, energy_j=20.0, beam_deg=60.0)),
+    ],
+)
+def test_kinds_of_shutter_flicker_and_flash_are_told_apart_by_their_keys(folder, section, expected):
+    shot = load_shot(write(folder, SHOT.replace("iso: 100", f"iso: 100\n  {section}")))
+    key = section.partition(":")[0]
+    assert getattr(shot.exposure, key) == expected
+    assert load_shot(write(folder, dump_yaml(shot.resolved))).exposure == shot.exposure
+    changed = replace(shot, exposure=replace(shot.exposure, **{key: None}))
+    assert key not in changed.resolved["exposure"]
+    assert replace(changed, exposure=shot.exposure).resolved == shot.resolved
+
+
 SCALARS = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(max_size=8)
 
 
@@ -401,7 +435,7 @@ def test_warnings_say_where_highlights_and_dark_clip(folder):
 
 def test_parts_of_the_truth_are_a_list_of_known_names(folder):
     assert load_shot(write(folder), ["truth=[rgb, depth]"]).truth == ("rgb", "depth")
-    with pytest.raises(PhotositeError, match=r"truth\.0 = varianc: did you mean `variance`\? \(known: blur, depth, rgb"):
+    with pytest.raises(PhotositeError, match=r"truth\.0 = varianc: did you mean `variance`\? \(known: blur, depth, flow, rgb"):
         load_shot(write(folder), ["truth=[varianc]"])
 
 

@@ -33,6 +33,25 @@ def test_a_resolved_shot_satisfies_the_schema(validator):
 
 
 @pytest.mark.parametrize(
+    "exposure",
+    [
+        {"shutter": {"readout_time": "20 ms", "scan_order": "left_to_right"}},
+        {"shutter": {}},
+        {"shutter": {"travel_time": "3 ms", "acceleration": "90 m/s^2", "distance": "2 mm"}},
+        {"shutter": {"reset_time": "3 ms", "travel_time": "3 ms"}},
+        {"shutter": {"opening": "1 ms", "closing": "1 ms", "widest_f_number": "f/2.8"}},
+        {"shutter": {"parasitic_light": 0.0001}, "flicker": {"frequency": "240 Hz", "duty": 0.5}},
+        {"flicker": {"frequency": "100 Hz", "modulation": 0.5, "harmonics": [{"order": 2, "modulation": 0.1}]}},
+        {"flash": {"guide_number": "36 m", "length": "1/1000 s", "sync": "second_curtain"}},
+    ],
+)
+def test_the_schema_takes_every_kind_of_shutter_flicker_and_flash(validator, exposure):
+    shot = yaml.safe_load((CONFIGS / "shots" / "color_checker.yaml").read_text())
+    shot["exposure"] |= exposure
+    validator.validate(shot)
+
+
+@pytest.mark.parametrize(
     ("key", "value"),
     [
         (("lens", "focal_length"), 50),
@@ -42,6 +61,11 @@ def test_a_resolved_shot_satisfies_the_schema(validator):
         (("exposure", "time"), 0.01),
         (("scene", "chart"), "colour_checker"),
         (("scene", "chat"), "color_checker"),
+        (("exposure", "shutter"), "rolling"),
+        (("exposure", "shutter"), {"readout_time": 20}),
+        (("exposure", "shutter"), {"readout_time": "20 ms", "travel_time": "3 ms"}),
+        (("exposure", "flicker"), {"frequency": "100 Hz"}),
+        (("exposure", "flash"), {"length": "1 ms", "sync": "rear"}),
         (("camera",), 3),
         (("camera",), {"bit_depth": 12}),
         (("camera",), {"base": "sony_a7s2", "iso_table": {"merge": 1}}),

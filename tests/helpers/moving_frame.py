@@ -9,20 +9,24 @@ from scipy.spatial.transform import Rotation
 
 from simulator.device import open_device
 from simulator.exposure.camera_motion import CameraPath
-from simulator.exposure.line_times import LineTimes
+from simulator.exposure.exposed_light import LightComponent
+from simulator.exposure.light_curve import SteadyLight
+from simulator.exposure.line_times import LineTimes, open_at_once
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import plan_optics
 from simulator.pipeline.planner import Plan, measure, plan
-from simulator.pipeline.shot import Shot, timing_of
+from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import expose
 
 
 def plan_moving(shot: Shot, lines: LineTimes | None = None) -> Plan:
     """Plan of a shot whose lines are open at these times."""
-    planned, timing = plan(replace(shot, motion=None)), timing_of(shot)
-    assert timing is not None
-    timing = timing if lines is None else Timing(timing.motion, lines, timing.start_s)
+    planned, exposure = plan(replace(shot, motion=None)), shot.exposure
+    assert shot.motion is not None
+    openings = (open_at_once(exposure.time_s) if lines is None else lines,)
+    component = LightComponent(False, SteadyLight(), openings, exposure.start_s, exposure.time_s)
+    timing = Timing(shot.motion, (component,))
     return replace(planned, optics=plan_optics(shot.scene.load(), shot.lens, planned.sensor, shot.tolerance, timing))
 
 

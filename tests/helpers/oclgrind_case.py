@@ -1,6 +1,7 @@
 """Takes one small frame with every stage present, or takes one of the rarer ways to a mosaic: python oclgrind_case.py CASE."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,9 +10,12 @@ from helpers.lens_frame import LENS, depth_of
 from helpers.scene_builders import band_scene
 from simulator.device import devices, open_device
 from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.flash import Flash
+from simulator.exposure.flicker import PwmLamp
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
+from simulator.exposure.shutter import RollingShutter
 from simulator.optics.defocus.defocus import Method
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.geometry.projection import Projection
@@ -58,8 +62,13 @@ def run(case: str) -> None:
         settings["behind"] = (Layer(light, rng.uniform(2.3, 2.4) * np.ones((20, 30), np.float32) + 1e-3 * np.arange(30)),)
         depth = 1.8
     scene = band_scene(rng.random((20, 30, camera.channels)), depth, **settings)
+    exposure = Exposure(0.001)
+    if "lines" in case:  # columns that collect different shares of two lamps
+        flash = Flash(0.0005, guide_number_m=2.0)
+        exposure = replace(exposure, shutter=RollingShutter(0.01, "left_to_right"), flicker=PwmLamp(300.0, 0.5), flash=flash)
+        scene = replace(scene.load(), white=1e-3)
     rims = Vignetting(RoundStop(430.0, 10.2)) if "rims" in case else None  # cuts even on so small a sensor
-    take_with_truth(Shot(scene, ThinLens(50.0, 4.0, 2.0, vignetting=rims), Exposure(0.001), camera))
+    take_with_truth(Shot(scene, ThinLens(50.0, 4.0, 2.0, vignetting=rims), exposure, camera))
     print("done", devices()[0].name)
 
 

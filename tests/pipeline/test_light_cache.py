@@ -15,7 +15,10 @@ from helpers.scene_builders import band_scene
 
 from simulator.device import open_device
 from simulator.errors import PhotositeError
+from simulator.exposure.flash import Flash
+from simulator.exposure.flicker import MainsFlicker
 from simulator.exposure.settings import Exposure
+from simulator.exposure.shutter import CurtainShutter, LeafShutter, RollingShutter
 from simulator.optics.lens.bare_sensor import BareSensor
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.pinhole import Pinhole
@@ -95,6 +98,10 @@ def with_scene(**settings) -> Callable[[Shot], Shot]:
     return lambda shot: replace(shot, scene=replace(shot.scene, **settings))
 
 
+def with_exposure(**settings) -> Callable[[Shot], Shot]:
+    return lambda shot: replace(shot, exposure=replace(shot.exposure, **settings))
+
+
 SENSOR_CHANGES = {  # of all fields that are no part of the key
     "make": with_camera(make="other"),
     "model": with_camera(model="other"),
@@ -110,12 +117,21 @@ SENSOR_CHANGES = {  # of all fields that are no part of the key
     "read_noise_spread": with_camera(read_noise_spread=0.2),
     "conversion_gain": lambda shot: shot,  # needs another table
     "color_matrix": lambda shot: shot,  # of the file alone
+    "readout_time_s": with_camera(readout_time_s=0.02),
     "stages": with_camera(stages={**STAGES, "dsnu": Dsnu(3.0)}),
 }
 OTHER_CHANGES = {
     "iso": lambda shot: at_iso(shot, 1600),
     "seeds": lambda shot: replace(shot, seeds=Seeds(7, 8)),
     "time": lambda shot: replace(shot, exposure=Exposure(0.01)),
+    "start": with_exposure(start_s=0.003),
+    "rolling": with_exposure(shutter=RollingShutter(0.01)),
+    "leaf": with_exposure(shutter=LeafShutter(0.001, 0.001)),
+    "flicker": with_exposure(flicker=MainsFlicker(70.0, 0.4)),
+    "later flicker": with_exposure(flicker=MainsFlicker(70.0, 0.4), start_s=0.003),
+    "rolling flicker": with_exposure(shutter=RollingShutter(0.01), flicker=MainsFlicker(70.0, 0.4)),
+    "flash": with_exposure(flash=Flash(0.001, guide_number_m=1.0)),
+    "flash under curtains": with_exposure(flash=Flash(0.001, guide_number_m=1.0), shutter=CurtainShutter(0.03)),
     "f-number": with_lens(f_number=5.6),
     "focal length": with_lens(focal_length_mm=51.0),
     "transmittance": with_lens(transmittance=0.5),
@@ -150,7 +166,7 @@ def test_shots_with_equal_keys_have_the_same_light(picture, is_sharp):
     found = {name: key_and_light(change(base)) for name, change in {**SENSOR_CHANGES, **OTHER_CHANGES}.items()}
     own_key, own = key_and_light(base)
     same = {name for name, (key, _) in found.items() if key == own_key}
-    kept = {*SENSOR_CHANGES, "iso", "seeds"}
+    kept = {*SENSOR_CHANGES, "iso", "seeds", "start", "rolling"}
     if is_sharp:
         kept |= {"time", "f-number", "transmittance", "tolerance"}
         kept |= {"binning", "focal length", "pitch"}  # the picture fills the sensor

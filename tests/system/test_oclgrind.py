@@ -23,6 +23,7 @@ CASES = [
     "sharp MONO near",
     "sharp RGGB window near",
     "sharp RGGB covered",
+    "sharp RGGB window lines",
     "rays",
     "fine",
     "wide",

@@ -23,6 +23,7 @@ from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.lens.lens import Lens
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera_sections import Window
 
 LARGEST_PX = 1024  # largest blur radius; beyond it an image is hardly recognisable and takes minutes
 TILE_COLUMNS, TILE_ROWS = 128, 16
@@ -131,9 +132,19 @@ class Defocus:
         wider = replace(self, radii_px=radii, scale=2.0 * self.scale, accuracy=accuracy, area=WHOLE, wider=2 * self.wider)
         return replace(wider, eyes=eyes, motion=motion)
 
+    @cached_property
+    def ranges_px(self) -> tuple[tuple[float, float], ...]:
+        """Least and greatest blur radius of each layer, without its sign."""
+        sizes = [np.abs(radius) for radius in self.radii_px]
+        return tuple((float(np.min(size)), float(np.max(size))) for size in sizes)
+
     def of_scene(self) -> Self:
         """Return the blur of the scene's own surfaces, without a background that is only assumed."""
-        return replace(self, radii_px=self.radii_px[:1]) if self.guessed else self
+        return self._of_scene if self.guessed else self
+
+    @cached_property
+    def _of_scene(self) -> Self:
+        return replace(self, radii_px=self.radii_px[:1])
 
     def aside_px(self, layer: int) -> tuple[int, int]:
         """Whole photosites x, y by which a layer is read aside of where it rests (`JointMotion.rest_px`)."""
@@ -141,6 +152,11 @@ class Defocus:
             return 0, 0
         x, y = self.motion.rest_px[layer].tolist()
         return x, y
+
+    def seen_aside(self, window: Window) -> list[Window]:
+        """Windows of the sensor at which layers at rest are read for a window (`aside_px`)."""
+        places = {self.aside_px(layer) for layer in range(len(self.radii_px))}
+        return [replace(window, x=window.x + right, y=window.y + down) for right, down in sorted(places)]
 
     @property
     def maps(self) -> int:
@@ -260,6 +276,11 @@ class RadiusStatistics:
     classes: np.ndarray
     covered: np.ndarray
     filled: np.ndarray
+
+    def inside(self, rows: int, columns: int) -> "RadiusStatistics":
+        """Leave out so many rows and columns of patches on each side."""
+        kept = slice(rows, len(self.least_px) - rows), slice(columns, self.least_px.shape[1] - columns)
+        return RadiusStatistics(**{name: plane[kept] for name, plane in vars(self).items()})
 
     def of_tiles(self) -> "RadiusStatistics":
         """Merge the patches of each tile."""

@@ -220,26 +220,17 @@ class JointMotion:
 
         lines: (lines,) places among the lines, whole at the middle of one.
         """
-        own = lines_at(self.path.lines, lines)
-        is_box = bool(np.all(own.open_s == own.opens_s) and np.all(own.closed_s == own.closes_s))
-        if is_box and bool(np.all(self.path.light == self.path.light[0])):
-            return own.opens_s[:, None] + (own.closed_s - own.opens_s)[:, None] * shares
-        path = self.path
+        path, own = self.path, [lines_at(one, lines) for one in self.path.openings]
+        first = own[0]
+        is_box = len(own) == 1 and bool(np.all(first.open_s == first.opens_s) and np.all(first.closed_s == first.closes_s))
+        if is_box and bool(np.all(path.light == path.light[0])):
+            return first.opens_s[:, None] + (first.closed_s - first.opens_s)[:, None] * shares
         middles = np.empty((len(lines), FLICKER_STRATA))
         for line in range(len(lines)):
-            inside = np.linspace(own.opens_s[line], own.closed_s[line], 16 * FLICKER_STRATA + 1)
-            opening = np.interp(
-                inside,
-                [own.opens_s[line], own.open_s[line], own.closes_s[line], own.closed_s[line]],
-                [
-                    0.0 if own.open_s[line] > own.opens_s[line] else 1.0,
-                    1.0,
-                    1.0,
-                    0.0 if own.closed_s[line] > own.closes_s[line] else 1.0,
-                ],
-            )
+            begin, end = min(one.opens_s[line] for one in own), max(one.closed_s[line] for one in own)
+            inside = np.linspace(begin, end, 16 * FLICKER_STRATA + 1)
             cell = np.clip(np.searchsorted(path.times_s, inside, side="right") - 1, 0, len(path.light) - 1)
-            density = opening * path.light[cell]
+            density = path.light[cell] * sum(_opening(one, line, inside) for one in own)
             sums = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
             if sums[-1] <= 0.0:
                 sums = np.linspace(0.0, 1.0, len(inside))
@@ -251,6 +242,14 @@ class JointMotion:
 def _length(vectors: np.ndarray) -> np.ndarray:
     """Lengths of vectors (..., 2)."""
     return np.hypot(vectors[..., 0], vectors[..., 1])
+
+
+def _opening(lines: LineTimes, line: int, times_s: np.ndarray) -> np.ndarray:
+    """Share of the light that passes the shutter over a line at some times."""
+    begin, open_s, closes_s, end = (one[line] for one in (lines.opens_s, lines.open_s, lines.closes_s, lines.closed_s))
+    rise = np.clip((times_s - begin) / max(open_s - begin, 1e-15), 0.0, 1.0)
+    fall = np.clip((end - times_s) / max(end - closes_s, 1e-15), 0.0, 1.0)
+    return lines.peak[line] * np.minimum(rise, fall)
 
 
 def lines_at(lines: LineTimes, places: np.ndarray) -> LineTimes:

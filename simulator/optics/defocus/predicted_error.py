@@ -55,8 +55,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         method = f"{points} points of aperture and time, tilted surfaces and turns of the picture"
         return [ErrorTerm(method, accuracy.in_sigma(joint_error(defocus)), LAYERS)]
     own = defocus.of_scene()
-    radii = [np.abs(radius) for radius in own.radii_px]
-    ranges = [(float(np.min(radius)), float(np.max(radius))) for radius in radii]
+    radii, ranges = own.radii_px, own.ranges_px
     ignored = [min(most, own.copied_px) for least, most in ranges if least <= own.copied_px]
     blurred = [max(least, own.copied_px) for least, most in ranges if most > own.copied_px]
     detail = min(contrast.curvature / WAVE_CURVATURE, 1.0)
@@ -68,6 +67,8 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     if max(ignored, default=0.0) > 0.0:
         left_out = max(detail * copy_error(max(ignored)), crossing_error(max(ignored), accuracy.detail))
         add(f"no blur up to a radius of {max(ignored):.2g}", left_out, TIGHTER)
+    if not blurred:
+        return terms
     smallest, is_sloped = np.array([min(blurred)]), any(np.ndim(radius) > 0 for radius in radii)
     finest = int(own.samples_per_axis(smallest, smallest)[0])
     if len(defocus.radii_px) == 1 and own.gathers_scene(smallest, smallest).any():

@@ -61,14 +61,19 @@ class PathLength:
 class TimedPath:
     """A path of images under a shutter, as straight pieces: how far it reaches, and the instants that represent it."""
 
-    def __init__(self, motion: ImageMotion, lines: LineTimes, start_s: float, light: Light | None = None) -> None:
-        """lines: when each line is open, from the release at start_s on the shot's clock on [s].
+    def __init__(
+        self, motion: ImageMotion, openings: LineTimes | tuple[LineTimes, ...], start_s: float, light: Light | None = None
+    ) -> None:
+        """openings: when each line is open, from the release at start_s on the shot's clock on [s]; several add up.
 
         light: brightness of steady light over time, of instants (instants,) [s] of the shot's clock; None: it is even.
         """
-        self.motion, self.lines, self.start_s = motion, lines, start_s
+        self.openings = (openings,) if isinstance(openings, LineTimes) else openings
+        self.motion, self.lines, self.start_s = motion, _span_of(self.openings), start_s
+        lines = self.lines
         first, last = float(lines.opens_s.min()), float(lines.closed_s.max())
-        line_s = float((lines.closed_s - lines.opens_s).min())
+        open_s = lines.closed_s - lines.opens_s
+        line_s = float(open_s.min(initial=last - first, where=open_s > 0.0))
         wanted = CELLS_PER_LINE * (last - first) / max(line_s, 1e-12)
         cells = int(min(max(wanted, LEAST_CELLS), MOST_CELLS))
         self.times_s = np.linspace(first, last, cells + 1)
@@ -81,9 +86,14 @@ class TimedPath:
 
     def of_lines(self, lines: np.ndarray) -> Self:
         """Return the same path under the shutter of some lines (lines,) of the sensor, with the same pieces."""
-        own, found = self.lines, copy(self)
-        times = own.opens_s, own.open_s, own.closes_s, own.closed_s, own.peak
-        found.lines = LineTimes(own.axis, *(one[lines] for one in times))
+        found = copy(self)
+        found.openings = tuple(
+            LineTimes(
+                own.axis, own.opens_s[lines], own.open_s[lines], own.closes_s[lines], own.closed_s[lines], own.peak[lines]
+            )
+            for own in self.openings  # of the same lines
+        )
+        found.lines = _span_of(found.openings)
         return found
 
     @property
@@ -124,7 +134,7 @@ class TimedPath:
         return np.interp(np.linspace(0.0, measure[-1], count + 1), measure, self.times_s)
 
     def node_weights(self, nodes_s: np.ndarray) -> np.ndarray:
-        """Return the weights of images at nodes in the light of each line, (lines, nodes) of sum 1.
+        """Return the weights of images at nodes in the light of each line, (lines, nodes) of sum 1, or 0 in the dark.
 
         The image is taken as linear in time between nodes, so that the mean time of a line's light is kept exactly.
         """
@@ -134,7 +144,8 @@ class TimedPath:
         weights = np.zeros(edges.shape)
         weights[:, 1:] += late
         weights[:, :-1] += light - late
-        return weights / weights.sum(axis=1, keepdims=True)
+        total = weights.sum(axis=1, keepdims=True)
+        return weights / np.where(total > 0.0, total, 1.0)  # a line without light sees nothing
 
     def _measure(self) -> np.ndarray:
         """Integral of sqrt(speed) up to each of `times_s`, which also grows a little where nothing moves."""
@@ -174,7 +185,8 @@ class TimedPath:
         lines, found = self.lines, []
         fine = np.linspace(0.0, 1.0, 16 * len(share))
         times = lines.opens_s[:, None] + (lines.closed_s - lines.opens_s)[:, None] * fine
-        times = np.sort(np.concatenate([times, lines.open_s[:, None], lines.closes_s[:, None]], axis=1), axis=1)
+        corners = [one[:, None] for own in self.openings for one in (own.open_s, own.closes_s)]
+        times = np.sort(np.concatenate([times, *corners], axis=1), axis=1)
         light = np.cumsum(self._integrals(times)[..., 0], axis=1)
         for own, sums in zip(times, light, strict=True):
             sums = np.concatenate([[0.0], sums])
@@ -187,7 +199,10 @@ class TimedPath:
         Returns (lines, edges - 1, 2 + numbers of poses). The shutter's trapezoid is three pieces, each linear in time.
         """
         values = np.concatenate([np.ones((len(self.times_s), 1)), self.times_s[:, None], self.poses], axis=1)
-        lines = self.lines
+        return np.sum([self._integrals_of(own, edges, values) for own in self.openings], axis=0)
+
+    def _integrals_of(self, lines: LineTimes, edges: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Part of `_integrals` of one opening of each line. values: (times, values), linear between `times_s`."""
         opens, open_, closes, closed = (
             times[:, None] for times in (lines.opens_s, lines.open_s, lines.closes_s, lines.closed_s)
         )
@@ -205,6 +220,15 @@ class TimedPath:
             slope = np.where(length > 0.0, sign * lines.peak[:, None] / np.where(length > 0.0, length, 1.0), 0.0)[..., None]
             found += slope * (np.diff(moment(places), axis=1) - zero[..., None] * np.diff(plain(places), axis=1))
         return found
+
+
+def _span_of(openings: tuple[LineTimes, ...]) -> LineTimes:
+    """Return the first opening and the last closing of each line, without ramps in between, of openings that add up."""
+    first, *others = openings
+    if not others:
+        return first
+    opens, closed = np.min([one.opens_s for one in openings], axis=0), np.max([one.closed_s for one in openings], axis=0)
+    return LineTimes(first.axis, opens, opens, closed, closed, np.ones(len(opens)))
 
 
 class _Cumulated:

@@ -4,21 +4,22 @@ import math
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.exposure.line_times import LineTimes
+from simulator.exposure.exposed_light import LightComponent
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMoves
 from simulator.optics.geometry.image_motion import ImageMotion, LayerPath, Surface, plan_geometry
-from simulator.optics.geometry.instants import Instants, Light, PathLength, TimedPath, instants_error, needed_instants
+from simulator.optics.geometry.instants import Instants, PathLength, TimedPath, instants_error, needed_instants
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Layer, Scene
 from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.camera_sections import Window
 
 SAME_PLACE_PX = 1e-6  # distance of places on the sensor that are the same [photosites]
 
@@ -33,14 +34,11 @@ MotionMethod = Literal["swept", "joint", "instants"]
 class Timing:
     """What moves in a shot, and when light reaches the lines of the sensor.
 
-    motion: on the shot's clock. lines: of the sensor, counted from the release at start_s on the clock [s].
-    light: brightness of steady light over time, of instants (instants,) [s] on the clock; None: it is even.
+    motion: on the shot's clock. components: of the shot's light: the scene's own, then that of a flash.
     """
 
     motion: Motion
-    lines: LineTimes
-    start_s: float = 0.0
-    light: Light | None = None
+    components: tuple[LightComponent, ...]
 
     @property
     def key(self) -> Hashable:
@@ -61,6 +59,10 @@ class MotionNeed:
     texture: float
     allowed: float
     cut_off: float
+
+    def of_share(self, share: float) -> Self:
+        """Return the need of a part of the light whose edges are weaker by a factor."""
+        return replace(self, contrast=share * self.contrast, texture=share * self.texture)
 
     def contrast_along(self, length_px: float) -> float:
         """Return the contrast of the edge that is wrong by as much as all edges of a path of this length [photosites].
@@ -88,6 +90,11 @@ class MotionPlan:
     error: float
     moves_alike: bool
 
+    @property
+    def is_common(self) -> bool:
+        """Whether all lines are open at the same times."""
+        return all(one.is_common for one in self.path.openings)
+
     def shared_nodes(self) -> np.ndarray:
         """Return times of instants that all lines of the sensor share, (nodes,) [s from the release], for `node_weights`."""
         own = self.path.lines
@@ -103,6 +110,13 @@ class MotionPlan:
             return self.path.instants(self.count)
         place = np.clip(np.array(lines), 0, len(own.peak) - 1)
         return self.path.of_lines(place).instants(self.count)
+
+    def seen_window(self, window: Window) -> Window:
+        """Return photosites at rest that see all that the photosites of a window see on their paths."""
+        width, height = self.path.motion.geometry.width_px, self.path.motion.geometry.height_px
+        beyond = max(-window.x, -window.y, window.x + window.width - width, window.y + window.height - height, 0)
+        reach = math.ceil(self.path.farthest_px * (1.0 + 4.0 * beyond / min(width, height))) + 2
+        return Window(window.x - reach, window.y - reach, window.width + 2 * reach, window.height + 2 * reach)
 
     @cached_property
     def slopes(self) -> tuple[float, float]:
@@ -127,26 +141,27 @@ def plan_motion(
     lens: Lens,
     camera: Camera,
     projection: Projection,
-    timing: Timing,
+    moving: Motion,
+    component: LightComponent,
     need: MotionNeed,
     is_sharp: bool,
     can_join: bool = False,
 ) -> MotionPlan | str:
-    """Plan the motion of a frame; the reason where none is computed.
+    """Plan the motion of a frame in the light of one component; the reason where none is computed.
 
     is_sharp: whether each photosite sees one place of each surface, without blur. can_join: whether the optics allow the method
     "joint", which is taken where surfaces move apart or by their depth, or lie behind one another.
     Raises PhotositeError for motion that the scene or the paths do not allow, and for depth that no method holds.
     """
     layers = scene.layers
-    timing.motion.check_layers(len(layers))
+    moving.check_layers(len(layers))
     size = scene.planes.shape[0], scene.planes.shape[1]
-    surfaces = tuple(_surface(timing.motion, number, layer, size) for number, layer in enumerate(layers))
-    motion = ImageMotion(plan_geometry(lens, camera, projection), surfaces, timing.motion.camera)
-    path = TimedPath(motion, timing.lines, timing.start_s, timing.light)
+    surfaces = tuple(_surface(moving, number, layer, size) for number, layer in enumerate(layers))
+    motion = ImageMotion(plan_geometry(lens, camera, projection), surfaces, moving.camera)
+    path = TimedPath(motion, component.lit_openings(), component.release_s, component.curve.brightness)
     farthest = path.farthest_px
     if need.contrast * farthest <= need.allowed:
-        return "nothing moves" if farthest == 0.0 else f"the image moves by up to {farthest:.2g} photosites"
+        return "nothing moves" if farthest < SAME_PLACE_PX else f"the image moves by up to {farthest:.2g} photosites"
     length = path.length
     contrast = need.contrast_along(length.longest_px)
     count = needed_instants(length, contrast, need.allowed, need.cut_off)

@@ -101,6 +101,7 @@ class Projection:
             "NEAREST": int(self.nearest),
             "OVER": over,
             "POSE": int(self.pose is not None),
+            "EDGE": f"{self.edge_px:.9e}f",
             **area,
             **distortion,
             **cfa_macros,
@@ -153,6 +154,18 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
     )
 
 
+def tangent_per_pixel(scene: Scene, lens: Lens, camera: Camera) -> float:
+    """Return the tangent of the angle from the axis per pixel of the scene, without distortion; 0 where nothing tells it.
+
+    Raises PhotositeError as `plan_projection` does.
+    """
+    if scene.field_of_view_deg is not None:
+        return 2.0 * math.tan(math.radians(0.5 * scene.field_of_view_deg)) / scene.planes.shape[1]
+    if not lens.forms_image:
+        return 0.0
+    return 1e-3 * camera.pixel_pitch_um / (lens.image_distance_mm * plan_projection(scene, lens, camera).scale)
+
+
 def project(device: Device, projection: Projection, cfa: Cfa, window: Window, planes: Buffer) -> Buffer:
     """Device buffer (height, width) float32: the sharp image of one surface in each photosite's own colour.
 
@@ -176,16 +189,18 @@ def project_planes(
     first_plane: int,
     layout: InterleavedColumns,
     origin: tuple[int, int],
+    rows: int | None = None,
 ) -> None:
     """Enqueue the projection of all channels of one surface onto the samples of a layout.
 
     planes: device buffer (count, scene height, scene width) float32. sampled: buffer of the layout's planes, written from
-    first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample.
+    first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample. rows: of samples, that are written from
+    the first on; None: all.
     """
     kernel = device.kernel("projection_planes", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"first_plane": first_plane, **projection.arguments(*origin)}
+    settings = {"first_plane": first_plane, "rows": layout.rows, **projection.arguments(*origin)}
     pose = projection.upload_pose(device)
-    device.run(kernel, layout.work_size(count), None, planes=planes, sampled=sampled, pose=pose, **settings)
+    device.run(kernel, layout.work_size(count, rows), None, planes=planes, sampled=sampled, pose=pose, **settings)
 
 
 def project_radius(
@@ -196,16 +211,17 @@ def project_radius(
     number: int,
     layout: InterleavedColumns,
     origin: tuple[int, int],
+    rows: int | None = None,
 ) -> None:
     """Enqueue the projection of a map of signed blur radii [photosites] onto the samples of a layout.
 
     scene_radius: device buffer (scene height, scene width) float32. radius: buffer of the layout's planes, of which plane
-    `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample.
+    `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample. rows: as of `project_planes`.
     """
     kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"edge": projection.edge_px, "first_plane": number, **projection.arguments(*origin)}
+    settings = {"first_plane": number, "rows": layout.rows, **projection.arguments(*origin)}
     pose = projection.upload_pose(device)
-    device.run(kernel, layout.work_size(1), None, scene_radius=scene_radius, radius=radius, pose=pose, **settings)
+    device.run(kernel, layout.work_size(1, rows), None, scene_radius=scene_radius, radius=radius, pose=pose, **settings)
 
 
 def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:

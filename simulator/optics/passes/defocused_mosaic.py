@@ -9,6 +9,7 @@ from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Method
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.passes.row_band import RowBand
 from simulator.optics.passes.scene_gather import gather_scene
+from simulator.optics.passes.tile_grid import band_sizes
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
 
@@ -21,13 +22,34 @@ def defocused_mosaic(
     cfa: which colour each photosite sees. planes: for each layer a device buffer (channels, scene height, scene width) float32
     [e- s^-1 um^-2 sr^-1]; with the layer's coverage as one plane more where any layer of the scene has one.
     """
-    window, area, chosen = tiles.optics.window, tiles.area, tiles.chosen
+    window = tiles.optics.window
     light = device.zeros((window.height, window.width), np.float32)
+    gather_scene(tiles, cfa, device, planes, light)
+    if tiles.chosen.sample_grids():
+        _blur_bands(tiles, cfa, device, planes, light, progress)
+    progress(1.0)
+    if tiles.wide is not None:
+        for channel in cfa.colors:
+            cells = defocused_mosaic(tiles.wide, Cfa.uniform(channel), device, planes, lambda share: None)
+            _write_wide(tiles, tiles.wide, cfa, channel, device, cells, light)
+            device.finish()
+            del cells  # its memory is for the next colour
+    return light
+
+
+def _blur_bands(
+    tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer], light: Buffer, progress: Callable[[float], None]
+) -> None:
+    """Compute all tiles that are sampled, band by band, in buffers that are freed in the end."""
+    window, area, chosen, optics = tiles.optics.window, tiles.area, tiles.chosen, tiles.optics
     composite = chosen.tiles_with(Method.COMPOSITE, Method.CORRECTED).any()
     open_ = device.ones((window.height, window.width) if composite else (1,), np.float32)
-    gather_scene(tiles, cfa, device, planes, light)
     tables = [DeviceTables(tiles, device, samples_per_axis) for samples_per_axis in chosen.sample_grids()]
-    row_bands = [RowBand(tiles, cfa, device, one, planes, open_) for one in tables]
+    each, maps = optics.channels + optics.has_coverage, len(tiles.maps.scene_radius)
+    sampled, sums, radii = map(max, zip(*(band_sizes(one.layout, len(planes), each, maps) for one in tables), strict=True))
+    # Radii of layers without a map do not count, but must be numbers.
+    buffers = device.empty((sampled,), np.float32), device.empty((sums,), np.float32), device.zeros((radii,), np.float32)
+    row_bands = [RowBand(tiles, cfa, device, one, planes, open_, buffers) for one in tables]
     wait_for_last: Callable[[], object] = device.finish
     for band in range(area.bands):  # the host lists a band's tiles while the device computes the band before
         for row_band in row_bands:
@@ -38,19 +60,14 @@ def defocused_mosaic(
             progress(band / area.bands)
         wait_for_last = wait_for_this
     wait_for_last()
-    progress(1.0)
-    if tiles.wide is not None:
-        for channel in cfa.colors:
-            cells = defocused_mosaic(tiles.wide, Cfa.uniform(channel), device, planes, lambda share: None)
-            _write_wide(tiles, tiles.wide, cfa, channel, device, cells, light)
-    return light
 
 
 def _write_wide(tiles: TilePlan, wide: TilePlan, cfa: Cfa, channel: int, device: Device, cells: Buffer, light: Buffer) -> None:
     """Write the photosites of a colour in the blocks with the method WIDE; cells: mosaic of `wide` in this colour."""
     window, area, of_cells = tiles.optics.window, tiles.area, wide.optics.window
     rows, columns = np.nonzero(tiles.chosen.blocks.wide())
-    places = np.stack([BLOCK_COLUMNS * columns - area.margin_x, BLOCK_ROWS * rows - area.margin_y], axis=-1)
+    x, y = area.tile_x - window.x + BLOCK_COLUMNS * columns, area.tile_y - window.y + BLOCK_ROWS * rows
+    places = np.stack([x, y], axis=-1)
     device.run(
         device.kernel("wide_blur", {**cfa.macros(window.x, window.y)}),
         (BLOCK_COLUMNS, BLOCK_ROWS, len(places)),

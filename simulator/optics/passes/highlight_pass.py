@@ -42,20 +42,20 @@ class Band(Protocol):
 class HighlightPass:
     """Highlights of a row band and the blocks that they reach.
 
-    band_start: first row of the band in the area. places: (blocks, 4) uint32 as in kernels/highlights.cl.
+    first_row: row of the sensor at the band's first row. places: (blocks, 4) uint32 as in kernels/highlights.cl.
     limit: (channels,) electron radiance above which a sample is a highlight [e- s^-1 um^-2 sr^-1].
     lamps: whether the limit is that of lamps, LAMP times the mean: all of them are highlights, whatever their radius.
     """
 
-    def __init__(self, band: Band, band_start: int, places: np.ndarray, limit: np.ndarray, *, lamps: bool) -> None:
+    def __init__(self, band: Band, first_row: int, places: np.ndarray, limit: np.ndarray, *, lamps: bool) -> None:
         self.band, self.places = band, places
-        self.origin_px = band.area.x, band.area.y + band_start
+        self.origin_px = band.area.x, first_row
         shape = band.layout.shape(len(band.planes) * band.layer_planes)
         self.sampled = band.device.download(band.sampled, shape, np.float32)
         self.highlights = self._find_highlights(limit, limit / (LAMP if lamps else BRIGHT))
         if not lamps:
             visible = self.highlights.select(np.abs(self.highlights.radii_px) > SMALLEST_PX)
-            self.highlights = select_brightest(visible, band.samples_per_axis, band.area.y + band_start)
+            self.highlights = select_brightest(visible, band.samples_per_axis, first_row)
         self.lists = find_reaching(
             self.highlights, self._pupil, band.samples_per_axis, places[:, 1].astype(int), 2 * places[:, 0].astype(int)
         )

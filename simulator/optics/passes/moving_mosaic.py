@@ -24,7 +24,9 @@ def moving_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], prog
     if plan.method == "swept":
         return swept_mosaic(optics, device, planes)
     if plan.method == "joint":  # the blur carries it
-        joint = replace(optics, motion=None)
+        assert optics.defocus is not None and optics.joint is not None  # they are planned together
+        blur = replace(optics.defocus, motion=replace(optics.joint, path=plan.path))
+        joint = replace(optics, motion=None, flash_motion=None, defocus=blur)
         return still_mosaic(joint, plan_tiles(joint, device), device, planes, progress)
     return _sum_of_instants(optics, plan, device, planes, progress)
 
@@ -66,7 +68,7 @@ def _weighted_poses(plan: MotionPlan, window: Window) -> tuple[np.ndarray, np.nd
     Where all lines are open at once the instants are theirs; else nodes that all lines share.
     """
     path = plan.path
-    if path.lines.is_common:
+    if plan.is_common:
         instants = path.of_lines(np.zeros(1, np.intp)).instants(plan.count)
         lines = {"all": 1, "rows": window.height, "columns": window.width}[path.lines.axis]
         weights = np.broadcast_to(instants.weights, (lines, plan.count))

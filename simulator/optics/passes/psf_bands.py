@@ -84,6 +84,13 @@ def split_into_bands(frame: Window, margin_px: int, over: int) -> list[PsfBand]:
     return [PsfBand(frame, BAND_ROWS * number, margin_rows, over) for number in range(first, last)]
 
 
+def read_by_bands(frame: Window, margin_px: int, over: int) -> Window:
+    """Return the photosites that the bands of a frame hold with their margins; arguments of `split_into_bands`."""
+    bands = split_into_bands(frame, margin_px, over)
+    first, last = bands[0], bands[-1]
+    return Window(first.x, first.y, 2 * first.layout.set_columns, last.y + last.rows - first.y)
+
+
 def node_limits(band: PsfBand, limits: np.ndarray, x_px: np.ndarray, y_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Argument `limits` of kernels/psf_gather.cl, and the weights of the node columns in it (node columns, columns) float32.
 

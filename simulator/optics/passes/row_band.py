@@ -1,7 +1,5 @@
 """A band of rows with its margins on the device, and the kernels that blur it."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from simulator.device import Buffer, Device
@@ -14,12 +12,12 @@ from simulator.optics.defocus.defocus import (
     Method,
 )
 from simulator.optics.defocus.radius_slabs import BlockChoice, SlabLists, make_slab_lists
-from simulator.optics.defocus.tile_methods import TileChoice, each_block
+from simulator.optics.defocus.tile_methods import ROWS_IN_TILE, TileChoice, each_block
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.passes.highlight_pass import HighlightPass
 from simulator.optics.passes.patch_windows import PATCH_MACROS, PatchWindows, map_numbers
-from simulator.optics.passes.tile_grid import HALF_TILE
+from simulator.optics.passes.tile_grid import BAND_ROWS, HALF_TILE, MARGIN_COLUMNS, BandRows
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
 
@@ -47,23 +45,30 @@ class BlockSlabs:
 
 
 class RowBand:
-    """Device buffers of a row band with its margins, at so many samples per photosite and axis, and the passes over them."""
+    """A row band with its margins, at so many samples per photosite and axis, in device buffers, and the passes over them.
+
+    buffers: planes, running sums and radii (`band_sizes`), which bands at other numbers of samples use, too, after one another.
+    """
 
     def __init__(
-        self, tiles: TilePlan, cfa: Cfa, device: Device, tables: DeviceTables, planes: list[Buffer], open_: Buffer
+        self,
+        tiles: TilePlan,
+        cfa: Cfa,
+        device: Device,
+        tables: DeviceTables,
+        planes: list[Buffer],
+        open_: Buffer,
+        buffers: tuple[Buffer, Buffer, Buffer],
     ) -> None:
         samples_per_axis, area, maps = tables.samples_per_axis, tiles.area, tiles.maps
         self.tiles, self.device, self.area, self.maps, self.chosen = tiles, device, area, maps, tiles.chosen
         self.projection, self.defocus = tiles.optics.projection, tiles.defocus
         self.tables, self.planes, self.open = tables, planes, open_
-        self.samples_per_axis, self.layout = samples_per_axis, area.band_layout(samples_per_axis)
+        self.samples_per_axis, self.layout = samples_per_axis, tables.layout
         self.channels, self.coverage = tiles.optics.channels, int(tiles.optics.has_coverage)
         self.partial = [layer.coverage is not None for layer in tiles.optics.scene.layers]
         self.layer_planes = self.channels + self.coverage
-        self.sampled = device.empty(self.layout.shape(len(planes) * self.layer_planes), np.float32)
-        sums = replace(self.layout, rows=self.layout.rows + 2)  # the sum of all rows, and the columns' minima
-        self.sums = device.empty(sums.shape(self.layer_planes), np.float32)
-        self.radius = device.zeros(self.layout.shape(max(len(maps.scene_radius), 1)), np.float32)
+        self.sampled, self.sums, self.radius = buffers
         # A work-item computes 4 sets of 16 columns and 4 rows of a colour on CPUs, and one photosite on GPUs, which need many.
         self.block_size = (1, 1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2, 4)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
@@ -76,30 +81,29 @@ class RowBand:
 
     def compute(self, band: int, light: Buffer) -> None:
         """Compute one band of rows of the mosaic `light`, in place."""
-        tiles = self.area.band_tiles(band)
-        chosen = self.chosen.part(tiles, self.samples_per_axis)
+        rows = self.area.band_rows(band, whole=self.tables.whole)
+        chosen = self.chosen.part(rows.tiles, self.samples_per_axis)
         if not chosen.computed.any():
             return
-        band_start = self.area.band_start(band)
-        self._project_planes(band_start)
+        self._project_planes(rows)
         slabs = self._list_slabs(chosen)
         if slabs.mapped.any() or (self.tiles.highlight_limit is not None and slabs.blocks.any()):
-            self._project_radius(band_start)
+            self._project_radius(rows)
         # A spot is added to every block whose means and samples are made without its light, and to no other.
         corrected = chosen.tiles_with(Method.CORRECTED)
-        lamps = self._find(self.tiles.lamp_limit, slabs, each_block(chosen.computed), band_start, lamps=True)
+        lamps = self._find(self.tiles.lamp_limit, slabs, each_block(chosen.computed), rows, lamps=True)
         if lamps is not None:
             lamps.take()
         some = chosen.blocks.sampled() | each_block(corrected)
-        highlights = self._find(self.tiles.highlight_limit, slabs, some, band_start, lamps=False)
-        self._compute_means(chosen if highlights is None else chosen.without(corrected), band_start, light)
+        highlights = self._find(self.tiles.highlight_limit, slabs, some, rows, lamps=False)
+        self._compute_means(chosen if highlights is None else chosen.without(corrected), rows, light)
         if highlights is not None:
             highlights.take()
-            self._compute_means(chosen.without(~corrected), band_start, light)
-        self._sample_aperture(chosen.blocks, slabs, band_start, light)
+            self._compute_means(chosen.without(~corrected), rows, light)
+        self._sample_aperture(chosen.blocks, slabs, rows, light)
         for found in (lamps, highlights):
             if found is not None:
-                found.spread(slabs.buffer, light, self._row_band(band_start))
+                found.spread(slabs.buffer, light, self._row_band(rows))
 
     def _list_slabs(self, chosen: TileChoice) -> "BlockSlabs":
         """List the slabs of the blocks that sample the aperture or may get spots."""
@@ -114,7 +118,7 @@ class RowBand:
         return BlockSlabs(blocks, self.device.upload(lists.slabs), lists)
 
     def _find(
-        self, limit: np.ndarray | None, slabs: "BlockSlabs", blocks: np.ndarray, band_start: int, *, lamps: bool
+        self, limit: np.ndarray | None, slabs: "BlockSlabs", blocks: np.ndarray, rows: BandRows, *, lamps: bool
     ) -> HighlightPass | None:
         """Highlights of the band; None: it has none, or no block to which their spots are added.
 
@@ -123,53 +127,56 @@ class RowBand:
         """
         if limit is None or not blocks.any():
             return None
-        places = self._places(blocks, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(blocks))
-        found = HighlightPass(self, band_start, places, limit, lamps=lamps)
+        places = self._places(rows, blocks, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(blocks))
+        found = HighlightPass(self, rows.first, places, limit, lamps=lamps)
         return found if found.any else None
 
-    def _row_band(self, band_start: int) -> dict[str, int]:
-        """Fields of `struct row_band` of kernels/row_band.h for the band that begins at this row of the area."""
+    def _row_band(self, rows: BandRows) -> dict[str, int]:
+        """Fields of `struct row_band` of kernels/row_band.h for a band."""
         area, frame = self.area, self.area.frame
         return {
             "sample_rows": self.layout.rows,
             "set_columns": self.layout.set_columns,
-            "frame_x": -area.margin_x,
-            "frame_y": band_start - area.margin_y,
+            "frame_x": area.x - frame.x,
+            "frame_y": rows.first - frame.y,
             "width": frame.width,
             "height": frame.height,
         }
 
-    def _project_planes(self, band_start: int) -> None:
+    def _project_planes(self, rows: BandRows) -> None:
         """Project all layers onto the band's samples."""
-        count = self.layer_planes
+        count, written = self.layer_planes, self._sample_rows(rows)
         for layer, planes in enumerate(self.planes):
-            origin = self._origin(layer, band_start)
-            project_planes(self.device, self.projection, planes, count, self.sampled, layer * count, self.layout, origin)
+            first, origin = layer * count, self._origin(layer, rows)
+            project_planes(self.device, self.projection, planes, count, self.sampled, first, self.layout, origin, written)
 
-    def _origin(self, layer: int, band_start: int) -> tuple[int, int]:
+    def _sample_rows(self, rows: BandRows) -> int:
+        return self.samples_per_axis * rows.count
+
+    def _origin(self, layer: int, rows: BandRows) -> tuple[int, int]:
         """Photosite of the sensor, x and y, at which a layer at rest is read for the first sample of a band."""
         right, down = self.defocus.aside_px(layer)
-        return self.area.x + right, self.area.y + band_start + down
+        return self.area.x + right, rows.first + down
 
-    def _compute_means(self, chosen: TileChoice, band_start: int, light: Buffer) -> None:
+    def _compute_means(self, chosen: TileChoice, rows: BandRows, light: Buffer) -> None:
         """Compute the means of all layers, nearest first."""
         for layer in range(len(self.planes)):
-            self._compute_layer(chosen, layer, band_start, light)
+            self._compute_layer(chosen, layer, rows, light)
 
-    def _compute_layer(self, chosen: TileChoice, layer: int, band_start: int, light: Buffer) -> None:
+    def _compute_layer(self, chosen: TileChoice, layer: int, rows: BandRows, light: Buffer) -> None:
         """Compute a layer's tiles: copied, averaged over the aperture's image, or composited behind nearer layers."""
         here = chosen.visible[layer]
         copied, mean = (here & chosen.tiles_with(method) for method in (Method.COPY, Method.MEAN))
         composite = here & chosen.tiles_with(Method.COMPOSITE, Method.CORRECTED)
         clipped_tiles = (chosen.zone >= 0) & ~copied
-        if any(self.tables.of_tiles(clipped)[2] for clipped in np.unique(clipped_tiles[mean | composite]).tolist()):
+        if any(map(self.tables.reads_sums, np.unique(clipped_tiles[mean | composite]).tolist())):
             planes = self.channels + int(composite.any())
-            kernel = self.device.kernel(
-                "defocus_sums", {**self.defines, "NODES": 0, "COMPOSITE": 0, "ZONE": 0}, file="defocus.cl"
-            )
-            size = (self.layout.set_columns // self.device.span, self.layout.column_sets * planes)
+            span = min(self.device.span, MARGIN_COLUMNS)  # divides the columns of any window
+            defines = {**self.defines, "NODES": 0, "COMPOSITE": 0, "ZONE": 0, "SPAN": span}
+            kernel = self.device.kernel("defocus_sums", defines, file="defocus.cl")
+            size = (self.layout.set_columns // span, self.layout.column_sets * planes)
             buffers = {"sampled": self.sampled, "sums": self.sums, "first_plane": layer * self.layer_planes}
-            self.device.run(kernel, size, None, **buffers, band=self._row_band(band_start))
+            self.device.run(kernel, size, None, **buffers, band=self._row_band(rows))
         constant = chosen.constant[layer]
         for graded, several, selected in (
             (0, 0, copied | mean & constant),
@@ -182,7 +189,7 @@ class RowBand:
                 if tiles.any():
                     variant = {"NODES": graded, "COMPOSITE": several}
                     images = np.where(copied, 0, chosen.images[layer])
-                    self._run_mean(chosen, layer, tiles, images, variant, clipped, band_start, light)
+                    self._run_mean(chosen, layer, tiles, images, variant, clipped, rows, light)
 
     def _run_mean(
         self,
@@ -192,10 +199,10 @@ class RowBand:
         images: np.ndarray,
         variant: dict[str, int],
         clipped: bool,
-        band_start: int,
+        rows: BandRows,
         light: Buffer,
     ) -> None:
-        table, places, _ = self.tables.of_tiles(clipped)
+        table, places = self.tables.of_tiles(clipped)
         zone_defines = self.tables.defines(clipped)
         defines = {**self.defines, **variant, **zone_defines}
         spans, first = HALF_TILE // zone_defines["SPAN"], places[chosen.first_image[layer]]
@@ -203,8 +210,8 @@ class RowBand:
             "first_plane": layer * self.layer_planes,
             "map": max(map_numbers(self.defocus.radii_px)[layer], 0),
             "map_rows": self.area.rows,
-            "map_row": band_start,
-            "zone_row": self.area.reach,
+            "map_row": (rows.first - self.area.y) % 2**32,  # wraps where the band begins above the map; rows in it do not
+            "zone_row": -rows.first % BAND_ROWS,
         }
         self.device.run(
             self.device.kernel("defocus_mean", defines, file="defocus.cl"),
@@ -215,31 +222,31 @@ class RowBand:
             radius=self.maps.radius,
             light=light,
             open=self.open,
-            tiles=self.device.upload(self._places(selected, TILE_ROWS, TILE_COLUMNS, first, images)),
+            tiles=self.device.upload(self._places(rows, selected, TILE_ROWS, TILE_COLUMNS, first, images)),
             corners=self.tables.corners(chosen.zone[selected] if clipped else None),
             surface=surface,
-            band=self._row_band(band_start),
+            band=self._row_band(rows),
             **table,
         )
 
-    def _sample_aperture(self, chosen: BlockChoice, slabs: "BlockSlabs", band_start: int, light: Buffer) -> None:
+    def _sample_aperture(self, chosen: BlockChoice, slabs: "BlockSlabs", rows: BandRows, light: Buffer) -> None:
         """Compute the blocks where surfaces occlude each other."""
         sampled = chosen.sampled()
         if not sampled.any():
             return
-        places = self._places(sampled, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(sampled))
+        places = self._places(rows, sampled, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(sampled))
         corrected = chosen.methods[sampled] == Method.CORRECTED
         points = sample_count(chosen.largest_px[sampled], self.defocus)
         points = np.where(corrected & (self.samples_per_axis == 1), points // POINTS_SAVED, points)
-        self.windows.measure(self.sampled, self.radius, self._row_band(band_start))
-        rows, columns = np.nonzero(sampled)
-        corners, shares = self.tables.around_blocks((band_start + self.area.reach) // BLOCK_ROWS + rows, columns)
+        self.windows.measure(self.sampled, self.radius, self._row_band(rows), self._sample_rows(rows))
+        down, right = np.nonzero(sampled)
+        corners, shares = self.tables.around_blocks(rows.tiles.start * ROWS_IN_TILE + down, right)
         kinds = np.stack([points, corrected, corners[:, 0] >= 0])
         for kind in np.unique(kinds, axis=1).T:
             selected = (kinds == kind[:, None]).all(axis=0)
             around = corners[selected], shares[selected]
             run = self._run_occlusion if self.defocus.motion is None else self._run_moving
-            run(kind.tolist(), places[selected], around, slabs.buffer, light, self._row_band(band_start))
+            run(kind.tolist(), places[selected], around, slabs.buffer, light, self._row_band(rows))
 
     def _run_occlusion(
         self,
@@ -335,14 +342,17 @@ class RowBand:
             band=row_band,
         )
 
-    def _project_radius(self, band_start: int) -> None:
+    def _project_radius(self, rows: BandRows) -> None:
         """Project the radius maps onto the band's samples."""
+        written = self._sample_rows(rows)
         for layer, number in enumerate(map_numbers(self.defocus.radii_px)):
             if number >= 0:
-                scene_radius, origin = self.maps.scene_radius[number], self._origin(layer, band_start)
-                project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin)
+                scene_radius, origin = self.maps.scene_radius[number], self._origin(layer, rows)
+                project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin, written)
 
-    def _places(self, selected: np.ndarray, rows: int, columns: int, first: np.ndarray, count: np.ndarray) -> np.ndarray:
+    def _places(
+        self, band: BandRows, selected: np.ndarray, rows: int, columns: int, first: np.ndarray, count: np.ndarray
+    ) -> np.ndarray:
         """Positions and list ranges of tiles or blocks: (places, 4) uint32.
 
         Column within its set and row of the first photosite in the band, first entry and number of entries of the list.
@@ -350,4 +360,5 @@ class RowBand:
         """
         down, right = np.nonzero(selected)
         first, count = (values[selected] if values.shape == selected.shape else values for values in (first, count))
-        return np.stack([right * (columns // 2), self.area.reach + down * rows, first, count], axis=-1).astype(np.uint32)
+        above, left = self.area.tile_y + TILE_ROWS * band.tiles.start - band.first, self.area.margin_columns // 2
+        return np.stack([left + right * (columns // 2), above + down * rows, first, count], axis=-1).astype(np.uint32)

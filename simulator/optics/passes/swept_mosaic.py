@@ -8,7 +8,6 @@ from simulator.device import Buffer, Device, declared_struct, kernel_source
 from simulator.optics.geometry.instants import Instants
 from simulator.optics.geometry.motion_plan import MotionPlan, pose_numbers, row_views
 from simulator.optics.geometry.projection import Projection
-from simulator.optics.geometry.scene_part import ScenePart, find_scene_part
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.sensor.camera.camera_sections import Window
 
@@ -62,29 +61,6 @@ def swept_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Bu
             )
     device.finish()  # the tables are freed on return
     return mosaic
-
-
-def swept_part(optics: OpticsPlan) -> ScenePart:
-    """Return the part of the scene that the frame sees along its path."""
-    window, plan = optics.window, _plan_of(optics)
-    motion = plan.path.motion
-    x, y = ([start - 0.5 * side, start + size - 0.5 * side] for start, size, side in _sides(optics))
-    corners = np.array([(right, down) for right in x for down in y])
-    low, high = np.full(2, np.inf), np.full(2, -np.inf)
-    for number in range(optics.covering_layers):
-        homographies = motion.homographies(plan.path.poses, number)
-        places = np.append(corners, np.ones((4, 1)), axis=1) @ np.swapaxes(homographies, -1, -2)
-        moved = places[..., :2] / places[..., 2:] - corners
-        low, high = np.minimum(low, moved.min(axis=(0, 1))), np.maximum(high, moved.max(axis=(0, 1)))
-    (left, top), (right, bottom) = np.floor(low).astype(int).tolist(), np.ceil(high).astype(int).tolist()
-    seen = Window(window.x + left - 1, window.y + top - 1, window.width + right - left + 2, window.height + bottom - top + 2)
-    return find_scene_part([(optics.projection, seen)])
-
-
-def _sides(optics: OpticsPlan) -> list[tuple[int, int, int]]:
-    """First photosite and number of photosites of the window, and side of the sensor, across and down."""
-    window, (width, height) = optics.window, optics.sensor_px
-    return [(window.x, window.width, width), (window.y, window.height, height)]
 
 
 def _instants(plan: MotionPlan, window: Window) -> Instants:

@@ -44,9 +44,8 @@ class TilePlan:
 
     def areas(self) -> list[tuple[Projection, Window]]:
         """Photosites whose light the blur gathers, with the projection of the scene onto them."""
-        area, seen = self.area, {self.defocus.aside_px(layer) for layer in range(len(self.defocus.radii_px))}
-        own = [Window(area.x + right, area.y + down, 2 * area.set_columns, area.rows) for right, down in sorted(seen)]
-        return [*((self.optics.projection, one) for one in own), *(self.wide.areas() if self.wide is not None else [])]
+        own = [(self.optics.projection, seen) for seen in self.defocus.seen_aside(self.area.read_area())]
+        return [*own, *(self.wide.areas() if self.wide is not None else [])]
 
     def shares(self) -> dict[Method, float]:
         """Share of the frame that each method computes; blocks that sample the aperture count as parts of their tile."""
@@ -97,17 +96,17 @@ def _plan_tiles(optics: OpticsPlan, defocus: Defocus, device: Device, needed: np
     """
     area = TileGrid(optics.window, defocus.reach_px)
     maps = measure_radius_maps(optics, defocus, device, area)
-    computed = area.tiles_in_frame()
+    computed = np.ones(area.grid, bool)
     if needed is not None:
-        held = np.zeros_like(computed)
-        held[(needed[:, 1] - area.y) // TILE_ROWS, (needed[:, 0] - area.x) // TILE_COLUMNS] = True
-        computed &= held
-    chosen, zones, wide = choose_methods(defocus, maps.layer_statistics, computed), None, None
+        tiles = (needed[:, ::-1] - (area.tile_y, area.tile_x)) // (TILE_ROWS, TILE_COLUMNS)
+        computed[...] = False
+        computed[tuple(tiles[((tiles >= 0) & (tiles < area.grid)).all(axis=1)].T)] = True
+    chosen, zones, wide = choose_methods(defocus, maps.layer_statistics, computed, area.margin_patches), None, None
     if defocus.eyes is not None:
-        zones = Zones(defocus.eyes, area.x, area.y, area.grid)
+        zones = Zones(defocus.eyes, area.tile_x, area.tile_y, area.grid)
         chosen = replace(chosen, zone=zones.first_corner)
     if len(places := np.argwhere(chosen.blocks.wide())):
-        x, y = area.x + BLOCK_COLUMNS * places[:, 1], area.y + BLOCK_ROWS * places[:, 0]
+        x, y = area.tile_x + BLOCK_COLUMNS * places[:, 1], area.tile_y + BLOCK_ROWS * places[:, 0]
         around = [(x // 2 + right, y // 2 + down) for down in (-1, BLOCK_ROWS // 2) for right in (-1, BLOCK_COLUMNS // 2)]
         wider = optics.on_wider_photosites()
         assert wider.defocus is not None  # it is that of `optics`

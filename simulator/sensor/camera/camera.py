@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Annotated, Literal, get_args
 
 from simulator.errors import require
@@ -15,7 +16,7 @@ from simulator.sensor.camera.optical_black import OpticalBlack
 from simulator.sensor.camera.read_noise_model import ReadNoiseModel
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.stage import Stage
-from simulator.units import DigitalNumbers, Micrometres
+from simulator.units import DigitalNumbers, Micrometres, Seconds
 
 LARGEST_SIDE_PX = 65535
 
@@ -36,6 +37,8 @@ class Camera:
     color_matrix: a published colour matrix.
     fill_factor: light-sensitive share of a photosite, a square in its middle.
     low_pass_um: distance between the four spots of an optical low-pass filter, on either axis; 0: no filter.
+    readout_time_s: in which all lines are read one after the other, from the start of the first to that of one past the last,
+        with a rolling shutter that states none.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
     Raises PhotositeError for values out of range, or that contradict each other.
     """
@@ -64,6 +67,7 @@ class Camera:
     binning: Binning | None = None
     optical_black: OpticalBlack | None = None
     low_pass_um: Micrometres = 0.0
+    readout_time_s: Seconds | None = None
 
     def __post_init__(self) -> None:
         for key, side in (("width", self.width_px), ("height", self.height_px)):
@@ -72,6 +76,9 @@ class Camera:
         require(0 < pitch_um < math.inf, "camera.pixel_pitch", f"{pitch_um:g} um", "give a pitch above 0 um")
         require(0 < self.fill_factor <= 1, "camera.fill_factor", self.fill_factor, "give a share above 0 and up to 1")
         require(0 <= self.low_pass_um < 100, "camera.low_pass", f"{self.low_pass_um:g} um", "give a distance from 0 to 100 um")
+        if self.readout_time_s is not None:
+            good = 0 <= self.readout_time_s < math.inf
+            require(good, "camera.readout_time", f"{self.readout_time_s:g} s", "give a time of 0 s or more, such as 20 ms")
         require(self.cfa in get_args(CfaName), "camera.cfa", self.cfa, f"give one of {', '.join(get_args(CfaName))}")
         rule = f"needs {self.channels} values per line of response.relative, which has {self.response.channels}"
         require(self.response.channels == self.channels, "camera.cfa", self.cfa, rule)
@@ -93,7 +100,7 @@ class Camera:
             rule = "a read_noise_model has its own after_gain; leave this out"
             require(after_dn == 0, "camera.read_noise_after_gain", f"{after_dn:g} DN", rule)
             return self.read_noise_model.check_switch(self.conversion_gain)
-        self._table()  # checks the lines
+        _ = self._table  # checks the lines
         rowed = next((iso for iso, setting in self.iso_table.items() if setting.row_noise_dn > 0), None)
         rule = "stages.row_noise is given, too; leave one of them out"
         require(rowed is None or "row_noise" not in self.stages, f"camera.iso_table.{rowed}.row_noise", "given", rule)
@@ -169,7 +176,7 @@ class Camera:
     @property
     def isos(self) -> tuple[int, ...]:
         """ISOs at which the camera was measured, ascending; for a read_noise_model the full stops."""
-        return self._table().isos() if self.read_noise_model is None else self.read_noise_model.isos()
+        return self._table.isos() if self.read_noise_model is None else self.read_noise_model.isos()
 
     def iso_setting(self, iso: float) -> IsoSetting:
         """Return gain, noise and levels at an ISO, with black and white level filled in.
@@ -178,7 +185,7 @@ class Camera:
         """
         extrapolate, name = self.iso_range == "extrapolate", f"{self.make} {self.model}"
         if self.read_noise_model is None:
-            setting = self._table().setting(iso, extrapolate, name)
+            setting = self._table.setting(iso, extrapolate, name)
         else:
             setting = self.read_noise_model.setting(iso, extrapolate, self._conversion_ratio(iso), name)
         black, white = setting.black_level_dn, setting.white_level_dn
@@ -186,8 +193,9 @@ class Camera:
         black = self.black_level_dn if black is None else black
         return replace(setting, black_level_dn=black, white_level_dn=default if white is None else white)
 
+    @cached_property
     def _table(self) -> IsoTable:
-        """Return the ISO table. Raises PhotositeError for lines that contradict each other."""
+        """The ISO table. Raises PhotositeError for lines that contradict each other."""
         return IsoTable(self.iso_table, self.conversion_gain)
 
     def _conversion_ratio(self, iso: float) -> float:

@@ -19,7 +19,6 @@ from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import Method
-from simulator.optics.defocus.predicted_error import predicted_error
 from simulator.optics.passes.tile_plan import plan_tiles
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.simulate import expose
@@ -232,7 +231,7 @@ def test_layers_that_move_apart_are_planned_as_joint_samples():
     moving = dataclasses.replace(shot, motion=Motion(layers={0: LayerMotion((speeds[0], speeds[1]))}))
     planned = plan(moving)
     assert planned.optics.motion.method == "joint"
-    assert 0.0 < predicted_error(planned.optics.defocus) < 0.15
+    assert 0.0 < planned.optics.accuracy.in_sigma(planned.optics.motion.error) < 0.1
     expected = moving_picture(case, moving_plan(case, None, (way_px, None)))
     assert np.abs(z_scores(moving_picture(case, planned), expected, 2000.0)).max() < 0.01
     flat = dataclasses.replace(case, colour=case.colour[1:], coverage=case.coverage[1:], radius_px=case.radius_px[1:])
@@ -252,5 +251,5 @@ def test_a_stopped_down_picture_with_depth_shows_its_parallax():
     assert plan(shot).optics.defocus is None
     camera = SteadyMotion(right_m_per_s=0.003 / shot.exposure.time_s)
     planned = plan(dataclasses.replace(shot, motion=Motion(camera=camera)))
-    assert planned.optics.motion.method == "joint" and planned.optics.defocus.motion is not None
+    assert planned.optics.motion.method == "joint" and planned.optics.defocus is not None
     assert np.ptp(moving_picture(case, planned)) > 0.1

@@ -1,0 +1,65 @@
+"""What moves in a shot fits together and fits the scene."""
+
+import numpy as np
+import pytest
+
+from simulator.errors import PhotositeError
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.camera_table import MeasuredClip
+from simulator.exposure.motion import Motion
+from simulator.exposure.object_motion import LayerMotion, Speed
+from simulator.exposure.vector_maps import VectorMap
+
+PER_FRAME = LayerMotion((Speed(1.0, "px/frame"), Speed(0.0, "px/frame")))
+VECTORS = VectorMap("flow.exr", "px/frame")
+
+
+def test_a_camera_on_a_tripod_does_not_move():
+    poses = Motion().camera_poses(np.arange(3.0))
+    assert poses.rotation_rad.shape == (3, 3) and not poses.rotation_rad.any() and not poses.location_m.any()
+    assert not Motion().moves_camera and Motion(SteadyMotion()).moves_camera
+    assert not Motion().camera_speeds(np.arange(3.0)).rotation_rad.any()
+
+
+def test_layers_that_are_not_named_stand_still():
+    motion = Motion(layers={1: PER_FRAME}, frame_time_s=0.1)
+    assert motion.layer_moves(0, np.zeros(2), (4, 4)) is None
+    moves = motion.layer_moves(1, np.array([0.0, 1.0]), (4, 4))
+    np.testing.assert_allclose(moves.matrices[1, 0, 2], 10.0)
+    assert motion.vector_field((4, 4)) is None
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"layers": {3: PER_FRAME}}, "motion.layers.3.velocity = per frame: needs the time of a frame; add motion.frame_time"),
+        ({"vectors": VECTORS}, "motion.vectors.unit = per frame: needs the time of a frame"),
+        ({"frame_time_s": 0.0}, "motion.frame_time = 0.0 s: give a time above 0 s"),
+        ({"layers": {-1: LayerMotion()}}, "motion.layers = -1: name layers by their number"),
+        ({"layers": {0: LayerMotion()}, "vectors": VECTORS, "frame_time_s": 1.0}, "motion.vectors = flow.exr: a scene of one"),
+    ],
+)
+def test_settings_that_do_not_fit_together_are_refused(settings, message):
+    with pytest.raises(PhotositeError, match=message):
+        Motion(**settings)
+
+
+def test_motion_of_layers_that_the_scene_lacks_is_refused():
+    motion = Motion(layers={0: LayerMotion(), 2: LayerMotion()})
+    motion.check_layers(3)
+    with pytest.raises(PhotositeError, match="motion.layers.2 = 2: the scene has 2 layers, numbered from 0"):
+        motion.check_layers(2)
+    with pytest.raises(PhotositeError, match="motion.vectors = flow.exr: vectors are of one picture, but the scene has 2"):
+        Motion(vectors=VECTORS, frame_time_s=1.0).check_layers(2)
+    with pytest.raises(PhotositeError, match="motion.vectors = flow.exr: no pass moves single pixels; cut the picture into"):
+        Motion(vectors=VECTORS, frame_time_s=1.0).check_layers(1)
+
+
+def test_a_path_that_ends_before_the_exposure_does_is_refused(tmp_path):
+    (tmp_path / "way.csv").write_text("time_s,x_px\n0,0\n1,10\n")
+    motion = Motion(MeasuredClip("the_closeup"), {0: LayerMotion(path=tmp_path / "way.csv")})
+    motion.check_span(0.0, 1.0)
+    with pytest.raises(PhotositeError, match="motion.layers.0.path = .*way.csv: the path holds from 0 s to 1 s"):
+        motion.check_span(0.2, 1.01)
+    with pytest.raises(PhotositeError, match="motion.camera.clip = the_closeup: the path holds from"):
+        motion.check_span(0.0, 3600.0)
