@@ -16,8 +16,8 @@
 //         the slab's range goes from the first to the second, at phase 1 from the second to the third; and the slab's class.
 // windows: (layers, patch_rows, patch_columns) struct patch_window of the band (patch_windows.cl): slabs that no sample lies in are
 //         left out, and where all samples lie in a slab no radius is read.
-// points: (points, 5) float32, sets of point_count: u in x and y [pupil radii], x and y in the photosite from its centre, phase.
-// A block takes the first points of its set until its photosites agree (agreement.h); with CORRECTION, all of them.
+// points: (points, 5) float32, sets of point_count, MOTION 1: of LAYERS x point_count: u in x and y [pupil radii], x and y in the
+// photosite from its centre, phase. A block takes the first points of its set until its photosites agree (agreement.h); with CORRECTION, all.
 #include "conventions.h"
 #include "agreement.h"
 #include "cfa.h"
@@ -50,13 +50,13 @@ kernel void occlusion(global const float *restrict planes, global const float *r
     }
     float *all = sum + LAYERS * CORRECTION * ALL, *all_seen = seen + LAYERS * CORRECTION * ALL;
     for (uint n = 0; n < count; n++) {
-        global const float *point = points + 5 * (size_t)(block[4] + n);
         int current = -1;
         for (uint k = block[2], end = k + block[3]; k < end; k++) {
             global const float *slab = slabs + 6 * k;
             const int layer = (int)slab[0], is_mapped = slab[1] >= 0.0f;
+            global const float *point = points + 5 * ((size_t)block[4] + n + MOTION * layer * sampling.point_count);
             const float low = slab[2] + (slab[3] - slab[2]) * point[4], high = slab[3] + (slab[4] - slab[3]) * point[4];
-            const float middle = 0.5f * (low + high), s = middle > -0.5f && middle < 0.5f ? 0.0f : middle; // the blur circle lies inside the photosite
+            const float middle = 0.5f * (low + high), s = !MOTION && middle > -0.5f && middle < 0.5f ? 0.0f : middle; // the blur circle lies inside the photosite
             const float u = OVER * (s * point[0] + point[2] + 0.5f) - 0.5f, v = OVER * (s * point[1] + point[3] + 0.5f) - 0.5f;
             const int dx = whole(u), dy = whole(v);
             const uint down = (OVER * block[1] + (uint)dy) / (OVER * PATCH_ROWS), across = (COLUMN_SETS * block[0] + (uint)dx) / (COLUMN_SETS * HALF_PATCH);

@@ -11,7 +11,9 @@ import numpy as np
 from simulator.errors import PhotositeError
 from simulator.optics.defocus.accuracy import BRIGHT, SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
 from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
+from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
 from simulator.optics.defocus.photosite_area import PhotositeArea
+from simulator.optics.defocus.predicted_error import joint_error
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
 from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, plan_motion
 from simulator.optics.geometry.projection import Projection, plan_projection
@@ -73,6 +75,7 @@ class OpticsPlan:
     contrast: of the scene, on which the error of the blur depends; that of the laws where there is no blur.
     motion: how the image moves while the shutter is open; None: it does not. flash_motion: while a flash shines.
     has_flash: whether a flash lights the bands of the scene's second half.
+    joint: motion that the points of the aperture carry, of the method "joint"; None: they carry none.
     motion_skip_reason: why motion is left out, with its predicted error; None: it is not.
     """
 
@@ -95,6 +98,7 @@ class OpticsPlan:
     flash_motion: MotionPlan | None = None
     has_flash: bool = False
     motion_skip_reason: str | None = None
+    joint: JointMotion | None = None
 
     @property
     def covering_layers(self) -> int:
@@ -390,10 +394,11 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
         cut_off=0.5 * scale,
     )
     found: list[MotionPlan | None] = []
+    joins = _can_join(planned, timing)
     is_layered, reason = False, None
     for number, component in enumerate(timing.components):
         own = need.of_share(_seen_share(planned, number, len(timing.components), _electrons_per_radiance(lens, sensor)))
-        motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing.motion, component, own, is_sharp)
+        motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing.motion, component, own, is_sharp, joins)
         if isinstance(motion, str):
             found.append(None)
             reason = reason or motion
@@ -406,6 +411,9 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
         rule = "no motion of a deep picture is followed by rays; give a tolerance above 0, such as 0.1"
         raise PhotositeError(rule, key="tolerance", value=0)
     scene = loaded if is_layered else planned.scene
+    if any(motion is not None and motion.method == "joint" for motion in found):
+        found, planned = _with_joint_motion(planned, loaded, found, lens, sensor)
+        scene = planned.scene
     flash = found[1] if len(found) > 1 else None
     return replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
 
@@ -423,6 +431,41 @@ def _seen_share(planned: OpticsPlan, number: int, components: int, per_radiance:
     noise_e2 = max(0.1 * brightest_e + accuracy.read_noise_e**2, 1.0)
     noise_at_brightest_e2 = accuracy.electrons + accuracy.read_noise_e**2
     return min(brightest_e * math.sqrt(noise_at_brightest_e2 / noise_e2) / accuracy.electrons, 1.0)
+
+
+def _can_join(planned: OpticsPlan, timing: Timing) -> bool:
+    """Whether points of the aperture may carry instants: places of the picture are those of the scene, lines are rows."""
+    psf = planned.psf
+    plain_psf = psf is None or not (psf.by_distance or psf.corrected_px)
+    return plain_psf and planned.projection.warp is None and timing.components[0].openings[0].axis != "columns"
+
+
+def _with_joint_motion(
+    planned: OpticsPlan, loaded: Scene, motions: list[MotionPlan | None], lens: Lens, sensor: SensorPlan
+) -> tuple[list[MotionPlan | None], OpticsPlan]:
+    """Return motions whose instants points of the aperture carry, and the plan of their blur, however small that is.
+
+    motions: of each component of the light; None where all is at rest.
+    """
+    camera, scene, defocus = sensor.camera, planned.scene, planned.defocus
+    if defocus is None:
+        scene, pitch_um = loaded, camera.pixel_pitch_um
+        area = PhotositeArea(
+            _gathers_squares(planned.projection, lens, camera), planned.accuracy.whole_pixels, planned.projection.open_side
+        )
+        scale = planned.projection.scale
+        defocus = plan_defocus(lens, pitch_um, scene, scale, planned.accuracy, planned.sensor_px, area, keeps_sharp=True)
+        assert defocus is not None  # a sharp one is kept
+    moving = [motion for motion in motions if motion is not None]
+    joint = plan_joint_motion(moving[0].path, lens, camera.pixel_pitch_um, defocus.radii_px)
+    found: list[MotionPlan | None] = []
+    for motion in motions:
+        if motion is None:
+            found.append(None)
+            continue
+        blur = replace(defocus, motion=replace(joint, path=motion.path))
+        found.append(replace(motion, method="joint", error=joint_error(blur) if planned.accuracy.tolerance else 0.0))
+    return found, replace(planned, scene=scene, defocus=defocus, joint=joint)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:

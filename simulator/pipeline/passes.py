@@ -43,6 +43,7 @@ COST_NS = {
     "mean per px": 3.5,  # for each photosite of blur radius
     "points": 60.0,
     "points per px": 17.0,  # for each photosite of blur radius
+    "moving points": 550.0,  # for each surface
     "rays": 160000.0,
     "psf gather": 15.0,
     "psf tap": 0.08,  # for each sample of light that a photosite gathers
@@ -246,6 +247,10 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
         told = ", ".join(f"{one.name} ({one.method})" for one in still if one.kept)
         memory = 8 * pixels + sum(one.memory_bytes for one in still)
         return Pass(name, True, f"sum of the image at {count} instants: {told}", pixels, memory, error, cost)
+    if motion.method == "joint":
+        blur = COST_NS["moving points"] * len(motion.path.motion.surfaces)
+        method = "with the blur: each point of the aperture carries an instant"
+        return Pass(name, True, method, pixels, 8 * pixels, error, _ms(pixels, blur))
     projection, layers = optics.projection, optics.covering_layers
     key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
     if optics.sweeps_rows:

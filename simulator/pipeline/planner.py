@@ -98,6 +98,11 @@ class Plan:
         if error <= 1.001 * (accuracy.tolerance or accuracy.ray_error):
             return None
         assert motion is not None  # it has an error
+        if motion.method == "joint":
+            return (
+                f"tolerance = {accuracy.tolerance:g}: the motion blur may be wrong by {error:.2g} sigma, by the parallax "
+                "of tilted surfaces or by rotation; give the scene as layers with one distance each, or tolerance: 0 for rays"
+            )
         return (
             f"tolerance = {accuracy.tolerance:g}: the motion blur may be wrong by {error:.2g} sigma, since its path of "
             f"{motion.length.longest_px:.3g} photosites gets {motion.count} instants at most; give a shorter exposure.time"

@@ -258,7 +258,7 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
     """Return the image of the scene in each photosite's own colour, as `expose` does, before lines collect their shares."""
     optics, layout, tiles = planned.optics, planned.sensor.readout, planned.tiles
     with timed("scene planes", device):
-        is_summed = optics.motion is not None and optics.motion.method == "instants"
+        is_summed = optics.motion is not None and optics.motion.method != "swept"
         part = None if is_summed else find_scene_part(_read_areas(planned))
         planes = [camera_planes(device, layer, optics.weights, optics.has_coverage, part) for layer in optics.scene.layers]
     if optics.motion is not None:

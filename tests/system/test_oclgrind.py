@@ -31,6 +31,7 @@ CASES = [
     "rays",
     "fine",
     "wide",
+    "joint",
     "spread",
 ]
 

@@ -89,9 +89,10 @@ def choose_methods(
     layer_statistics: statistics of each layer's patches. computed: (tile rows, tile columns) bool, tiles to compute.
     margin: rows and columns of patches on each side of the tiles.
     """
+    moved_px = 0.0 if defocus.motion is None else defocus.motion.reach_px(defocus.largest_px)
     around = [
-        merge_within_reach(radius_statistics, defocus.pupil.corner_radius, defocus.largest_px).inside(*margin)
-        for radius_statistics in layer_statistics
+        merge_within_reach(seen, defocus.pupil.corner_radius, defocus.largest_px, moved_px).inside(*margin)
+        for seen in layer_statistics
     ]
     tiles, blocks = ([getattr(seen, part)() for seen in around] for part in ("of_tiles", "of_blocks"))
     methods, samples_per_axis, visible, largest, single = _classify(defocus, tiles)
@@ -145,7 +146,10 @@ def _classify(defocus: Defocus, around: list[RadiusStatistics]) -> tuple[np.ndar
     apart = ~several & ((samples_per_axis == 1) | (product_error(largest) <= accuracy.allowed))
     conditions = [single & (largest <= defocus.copied_px), single & smooth, smooth & apart, smooth]
     methods = [Method.COPY, Method.MEAN, Method.COMPOSITE, Method.CORRECTED]
-    return np.select(conditions, methods, Method.OCCLUSION), samples_per_axis, visible, largest, single
+    chosen = np.select(conditions, methods, Method.OCCLUSION)
+    if defocus.motion is not None:  # only samples of the aperture carry instants
+        chosen = np.full_like(chosen, Method.OCCLUSION)
+    return chosen, samples_per_axis, visible, largest, single
 
 
 def _smallest_radius(around: list[RadiusStatistics], visible: np.ndarray) -> np.ndarray:

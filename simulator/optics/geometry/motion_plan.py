@@ -27,7 +27,7 @@ MOST_NODES = 16384  # instants that the lines of a rolling shutter share
 MOST_TILT = 0.01  # rows per column of the picture up to which rows are blended before columns
 MOST_STRETCH = 0.04  # change of scale up to which a span of photosites reads a stated number of scene pixels
 
-MotionMethod = Literal["swept", "instants"]
+MotionMethod = Literal["swept", "joint", "instants"]
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,8 @@ class MotionNeed:
 class MotionPlan:
     """How the image of a scene that moves is computed.
 
-    method: "swept": one kernel gathers each photosite along its path. "instants": the optics are run at each instant.
+    method: "swept": one kernel gathers each photosite along its path. "joint": the points of the aperture that sample the blur
+        carry instants. "instants": the optics are run at each instant.
     path: of the images of all surfaces under the shutter. length: of the longest. count: instants of each line.
     error: predicted, as a share of the brightest light. moves_alike: whether the images of all surfaces move as one.
     """
@@ -144,11 +145,13 @@ def plan_motion(
     component: LightComponent,
     need: MotionNeed,
     is_sharp: bool,
+    can_join: bool = False,
 ) -> MotionPlan | str:
     """Plan the motion of a frame in the light of one component; the reason where none is computed.
 
-    is_sharp: whether each photosite sees one place of each surface, without blur. Raises PhotositeError for motion that the
-    scene or the paths do not allow, and for depth that no method holds.
+    is_sharp: whether each photosite sees one place of each surface, without blur. can_join: whether the optics allow the method
+    "joint", which is taken where surfaces move apart or by their depth, or lie behind one another.
+    Raises PhotositeError for motion that the scene or the paths do not allow, and for depth that no method holds.
     """
     layers = scene.layers
     moving.check_layers(len(layers))
@@ -163,10 +166,17 @@ def plan_motion(
     contrast = need.contrast_along(length.longest_px)
     count = needed_instants(length, contrast, need.allowed, need.cut_off)
     error = instants_error(count, length, contrast)
-    _check_depth(path)
-    alike = _moves_alike(path)
-    if is_sharp:
+    alike, deep = _moves_alike(path), _shifted_by_depth(path)
+    if is_sharp and deep is None:
         return MotionPlan("swept", path, length, count, error, alike)
+    if can_join and not (alike and deep is None and len(layers) == 1):
+        return MotionPlan("joint", path, length, count, error, alike)
+    if deep is not None:
+        raise PhotositeError(
+            f"moves the image of layer {deep} by its distance, which differs from pixel to pixel; turn the camera "
+            "instead of moving it, or give the scene as layers with one distance each",
+            key="motion",
+        )
     if not alike:
         raise PhotositeError(
             "moves the layers of the scene apart, behind a lens that blurs; turn the camera alone, or stop the lens down until "
@@ -189,19 +199,16 @@ def _surface(motion: Motion, number: int, layer: Layer, size: tuple[int, int]) -
     return Surface(float(np.min(layer.depth_m)), float(np.max(layer.depth_m)), path)
 
 
-def _check_depth(path: TimedPath) -> None:
-    """Raise PhotositeError where the image of a surface with depth is shifted by distance."""
+def _shifted_by_depth(path: TimedPath) -> int | None:
+    """Return the first surface whose image is shifted by distances that differ from pixel to pixel; None: none is."""
     motion, corners = path.motion, path.motion.geometry.corners()
     for number, surface in enumerate(motion.surfaces):
         if surface.nearest_m == surface.farthest_m:
             continue
         shift = motion.parallax(path.poses, number, corners)[1]
         if np.abs(shift).max() * (1.0 / surface.nearest_m - 1.0 / surface.farthest_m) > SAME_PLACE_PX:
-            raise PhotositeError(
-                f"moves the image of layer {number} by its distance, which differs from pixel to pixel; turn the camera "
-                "instead of moving it, or give the scene as layers with one distance each",
-                key="motion",
-            )
+            return number
+    return None
 
 
 def _moves_alike(path: TimedPath) -> bool:

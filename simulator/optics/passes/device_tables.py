@@ -7,7 +7,7 @@ import numpy as np
 from simulator.device import Buffer, Device
 from simulator.optics.defocus.aperture_kernel import Taps
 from simulator.optics.defocus.aperture_mean_tables import aperture_taps, blur_table
-from simulator.optics.defocus.aperture_samples import aperture_samples
+from simulator.optics.defocus.aperture_samples import aperture_samples, moving_samples
 from simulator.optics.defocus.defocus import TILE_COLUMNS, Method
 from simulator.optics.defocus.field_zones import Zones
 from simulator.optics.passes.tile_plan import TilePlan
@@ -83,6 +83,13 @@ class DeviceTables:
         if around is None:
             return aperture_samples(self._pupil, count, self.samples_per_axis, self._area.open_side)[None]
         return self.zones.points(*around, count, self.samples_per_axis, self._area)
+
+    def moving_points(self, count: int, around: tuple[np.ndarray, np.ndarray] | None) -> tuple[np.ndarray, np.ndarray]:
+        """Aperture samples as of `points`, and the share of the light that has come at the instant of each, (count,)."""
+        if around is not None:
+            return self.points(count, around), (np.arange(count) + 0.5) / count
+        samples = moving_samples(self._pupil, count, self.samples_per_axis, self._area.open_side)
+        return samples[None, :, :5], samples[:, 5]
 
     def around_blocks(self, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """`Zones.around_blocks`, or corners of -1 where there are no zones."""

@@ -23,6 +23,11 @@ def moving_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], prog
     assert plan is not None  # without it this pass does not run
     if plan.method == "swept":
         return swept_mosaic(optics, device, planes)
+    if plan.method == "joint":  # the blur carries it
+        assert optics.defocus is not None and optics.joint is not None  # they are planned together
+        blur = replace(optics.defocus, motion=replace(optics.joint, path=plan.path))
+        joint = replace(optics, motion=None, flash_motion=None, defocus=blur)
+        return still_mosaic(joint, plan_tiles(joint, device), device, planes, progress)
     return _sum_of_instants(optics, plan, device, planes, progress)
 
 

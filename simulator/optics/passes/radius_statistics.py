@@ -27,9 +27,16 @@ def project_radius_maps(optics: OpticsPlan, defocus: Defocus, device: Device, ar
     """Enqueue the projection of the radius maps onto the photosites."""
     radius = device.empty(area.layout.shape(max(defocus.maps, 1)), np.float32)
     scene_radius = [device.share(np.ascontiguousarray(px)) for px in defocus.radii_px if isinstance(px, np.ndarray)]
-    for number, own in enumerate(scene_radius):
-        project_radius(device, optics.projection, own, radius, number, area.layout, (area.x, area.y))
+    mapped = [place for place, px in enumerate(defocus.radii_px) if isinstance(px, np.ndarray)]
+    for number, (own, place) in enumerate(zip(scene_radius, mapped, strict=True)):
+        project_radius(device, optics.projection, own, radius, number, area.layout, _origin(defocus, area, place))
     return RadiusMaps(radius, scene_radius)
+
+
+def _origin(defocus: Defocus, area: TileGrid, layer: int) -> tuple[int, int]:
+    """Photosite of the sensor, x and y, at which a layer at rest is read for the area's first sample."""
+    right, down = defocus.aside_px(layer)
+    return area.x + right, area.y + down
 
 
 def measure_radius_maps(
@@ -38,8 +45,8 @@ def measure_radius_maps(
     """Measure the patches of every layer."""
     layer_statistics: list[RadiusStatistics] = []
     number = 0
-    for layer, px in zip(optics.scene.layers, defocus.radii_px, strict=True):
-        filled, covered = _coverage(optics.projection, area, layer.coverage)
+    for place, (layer, px) in enumerate(zip(optics.scene.layers, defocus.radii_px, strict=True)):
+        filled, covered = _coverage(optics.projection, area, _origin(defocus, area, place), layer.coverage)
         if isinstance(px, np.ndarray):
             radius_parts, classes = _measure(optics, defocus, device, area, maps.radius, number)
             number += 1
@@ -103,8 +110,13 @@ def _on_sensor(sensor_px: tuple[int, int], area: TileGrid) -> tuple[np.ndarray, 
     return nearest[0], nearest[1]
 
 
-def _coverage(projection: Projection, area: TileGrid, coverage: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest coverage of each patch, from all scene pixels that its photosites may read."""
+def _coverage(
+    projection: Projection, area: TileGrid, origin: tuple[int, int], coverage: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest coverage of each patch, from all scene pixels that its photosites may read.
+
+    origin: photosite of the sensor, x and y, at which the area's first one reads the layer.
+    """
     if coverage is None:
         return np.ones(area.patches, np.float32), np.ones(area.patches, np.float32)
     if (
@@ -113,11 +125,11 @@ def _coverage(projection: Projection, area: TileGrid, coverage: np.ndarray | Non
         return np.full(area.patches, coverage.min(), np.float32), np.full(area.patches, coverage.max(), np.float32)
     least = greatest = coverage
     sides = (
-        (0, area.y, PATCH_ROWS, area.patches[0], projection.offset_y),
-        (1, area.x, PATCH_COLUMNS, area.patches[1], projection.offset_x),
+        (0, origin[1], PATCH_ROWS, area.patches[0], projection.offset_y),
+        (1, origin[0], PATCH_COLUMNS, area.patches[1], projection.offset_x),
     )
-    for axis, origin, size, tiles, offset in sides:
-        first = origin + size * np.arange(tiles)
+    for axis, start, size, tiles, offset in sides:
+        first = start + size * np.arange(tiles)
         low, high = (np.floor(offset + projection.scale * border).astype(int) for border in (first, first + size))
         low, high = (np.clip(px, 0, coverage.shape[axis] - 1) for px in (low - 1, high + 1))
         least, greatest = (

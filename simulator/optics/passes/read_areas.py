@@ -16,6 +16,7 @@ def read_areas(optics: OpticsPlan, tiles: TilePlan | None) -> list[tuple[Project
     window, psf = optics.blur_window(), optics.psf
     if tiles is None and optics.defocus is not None and (psf is None or not psf.by_distance):  # rays
         window = _grown(window, optics.defocus.reach_px)
+        areas += [(optics.projection, seen) for seen in optics.defocus.seen_aside(window)]
     elif psf is not None and psf.core is not None:
         window = read_by_bands(optics.window, psf.gather_reach_px, psf.over)
     elif psf is not None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.defocus.aperture_samples import FEWEST_OF_ALL, most_samples, sample_count, takes_as_needed
+from simulator.optics.defocus.aperture_samples import FEWEST_OF_ALL, most_samples, move_samples, sample_count, takes_as_needed
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
@@ -165,13 +165,18 @@ class RowBand:
 
     def _project_planes(self, rows: BandRows) -> None:
         """Project all layers onto the band's samples."""
-        origin, count, written = (self.area.x, rows.first), self.layer_planes, self._sample_rows(rows)
+        count, written = self.layer_planes, self._sample_rows(rows)
         for layer, planes in enumerate(self.planes):
-            first = layer * count
+            first, origin = layer * count, self._origin(layer, rows)
             project_planes(self.device, self.projection, planes, count, self.sampled, first, self.layout, origin, written)
 
     def _sample_rows(self, rows: BandRows) -> int:
         return self.samples_per_axis * rows.count
+
+    def _origin(self, layer: int, rows: BandRows) -> tuple[int, int]:
+        """Photosite of the sensor, x and y, at which a layer at rest is read for the first sample of a band."""
+        right, down = self.defocus.aside_px(layer)
+        return self.area.x + right, rows.first + down
 
     def _compute_means(self, chosen: TileChoice, rows: BandRows) -> None:
         """Compute the means of all layers, nearest first."""
@@ -263,7 +268,8 @@ class RowBand:
         for kind in np.unique(kinds, axis=1).T:
             selected = (kinds == kind[:, None]).all(axis=0)
             around = corners[selected], shares[selected]
-            self._run_occlusion(kind.tolist(), places[selected], around, slabs.buffer, self._row_band(rows))
+            run = self._run_occlusion if self.defocus.motion is None else self._run_moving
+            run(kind.tolist(), places[selected], around, slabs.buffer, self._row_band(rows))
 
     def _run_occlusion(
         self,
@@ -279,14 +285,63 @@ class RowBand:
         places: (blocks, 4) of `_places`. around: of `Zones.around_blocks`. row_band: fields of `struct row_band`.
         """
         number, correction, clipped = kind
+        points = self.tables.points(number, around if clipped else None)
+        blocks = np.column_stack([places, number * clipped * np.arange(len(places))])
+        self._launch_occlusion((number, correction), blocks, BLOCK_ROWS, points, slabs, row_band)
+
+    def _run_moving(
+        self,
+        kind: list[int],
+        places: np.ndarray,
+        around: tuple[np.ndarray, np.ndarray],
+        slabs: Buffer,
+        row_band: dict[str, int],
+    ) -> None:
+        """Run kernels/occlusion.cl on blocks whose images move. Blocks in one cell of `JointMotion` share their points.
+
+        The arguments are those of `_run_occlusion`. Blocks are cut where the cells of a rolling shutter have fewer rows.
+        """
+        motion = self.defocus.motion
+        assert motion is not None  # else nothing moves
+        number, clipped, frame = kind[0], kind[2], self.area.frame
+        height = min(motion.cell_size(BLOCK_COLUMNS, BLOCK_ROWS)[1], BLOCK_ROWS)
+        parts = BLOCK_ROWS // height
+        blocks = np.repeat(places.astype(int), parts, axis=0)
+        blocks[:, 1] += height * np.tile(np.arange(parts), len(places))
+        x, y = 2 * blocks[:, 0] + row_band["frame_x"] + frame.x, blocks[:, 1] + row_band["frame_y"] + frame.y
+        cells, middles = motion.cells(x, y, (BLOCK_COLUMNS, BLOCK_ROWS))
+        keys = np.stack([*cells, clipped * np.arange(len(x))])  # where rims clip the pupil a block has points of its own
+        _, first, index = np.unique(keys, axis=1, return_index=True, return_inverse=True)
+        corners, shares = (np.repeat(part, parts, axis=0)[first] for part in around)
+        samples, instants = self.tables.moving_points(number, (corners, shares) if clipped else None)
+        points = move_samples(samples, instants, motion, middles[first])
+        blocks = np.column_stack([blocks, len(self.planes) * number * index.reshape(-1)])
+        self._launch_occlusion((number, 0), blocks, height, points, slabs, row_band)
+
+    def _launch_occlusion(
+        self,
+        kind: tuple[int, int],
+        blocks: np.ndarray,
+        block_rows: int,
+        points: np.ndarray,
+        slabs: Buffer,
+        row_band: dict[str, int],
+    ) -> None:
+        """Launch kernels/occlusion.cl. kind: number of aperture samples, and whether they compute a correction.
+
+        blocks, points: as there. block_rows: of a block; fewer where a rolling shutter cuts it.
+        """
+        number, correction = kind
         span, rows = self.block_size
-        size = (BLOCK_COLUMNS // 2 // span, BLOCK_ROWS // 2 // rows, len(places))
+        rows = max(rows * block_rows // BLOCK_ROWS, 1)
+        size = (BLOCK_COLUMNS // 2 // span, block_rows // 2 // rows, len(blocks))
         variant = {
             "LAYERS": len(self.planes),
             "CORRECTION": correction,
             "SPAN": span,
             "ROWS": rows,
             "WORKERS": size[0] * size[1],
+            "MOTION": int(self.defocus.motion is not None),
             **PATCH_MACROS,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
@@ -299,10 +354,7 @@ class RowBand:
             "slope": slope,
             "offset": offset,
         }
-        points = self.tables.points(number, around if clipped else None)
-        first_points = number * clipped * np.arange(len(places))
-        blocks = self.device.upload(np.column_stack([places, first_points]).astype(np.uint32))
-        samples = self.device.upload(points)
+        places, samples = self.device.upload(blocks.astype(np.uint32)), self.device.upload(points)
         for mosaic in self.mosaics:
             defines = {**self.defines, **self._filter(mosaic), **variant}
             self.device.run(
@@ -311,7 +363,7 @@ class RowBand:
                 (*size[:2], 1),
                 planes=self.sampled,
                 radius=self.radius,
-                blocks=blocks,
+                blocks=places,
                 slabs=slabs,
                 points=samples,
                 windows=self.windows.windows,
@@ -322,9 +374,11 @@ class RowBand:
 
     def _project_radius(self, rows: BandRows) -> None:
         """Project the radius maps onto the band's samples."""
-        origin, written = (self.area.x, rows.first), self._sample_rows(rows)
-        for number, scene_radius in enumerate(self.maps.scene_radius):
-            project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin, written)
+        written = self._sample_rows(rows)
+        for layer, number in enumerate(map_numbers(self.defocus.radii_px)):
+            if number >= 0:
+                scene_radius, origin = self.maps.scene_radius[number], self._origin(layer, rows)
+                project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin, written)
 
     def _places(
         self, band: BandRows, selected: np.ndarray, rows: int, columns: int, first: np.ndarray, count: np.ndarray

@@ -44,7 +44,8 @@ class TilePlan:
 
     def areas(self) -> list[tuple[Projection, Window]]:
         """Photosites whose light the blur gathers, with the projection of the scene onto them."""
-        return [(self.optics.projection, self.area.read_area()), *(self.wide.areas() if self.wide is not None else [])]
+        own = [(self.optics.projection, seen) for seen in self.defocus.seen_aside(self.area.read_area())]
+        return [*own, *(self.wide.areas() if self.wide is not None else [])]
 
     def shares(self) -> dict[Method, float]:
         """Share of the frame that each method computes; blocks that sample the aperture count as parts of their tile."""
@@ -57,8 +58,11 @@ class TilePlan:
 
     @cached_property
     def highlight_limit(self) -> np.ndarray | None:
-        """Electron radiance above which a sample is a highlight, (channels,); None: no sample of the scene is."""
-        return self._threshold(BRIGHT)
+        """Electron radiance above which a sample is a highlight, (channels,); None: no sample of the scene is.
+
+        None where images move, too: a highlight stays among the samples, and its light on its path.
+        """
+        return None if self.defocus.motion is not None else self._threshold(BRIGHT)
 
     @cached_property
     def lamp_limit(self) -> np.ndarray | None:

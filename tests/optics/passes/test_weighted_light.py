@@ -8,7 +8,6 @@ from helpers.camera_builders import small_camera
 from helpers.moving_frame import dense_mean, moving_light, plan_moving, rolling
 from helpers.scene_builders import band_scene
 
-from simulator.errors import PhotositeError
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
@@ -105,11 +104,10 @@ def test_a_crop_has_the_bits_of_the_frame():
     assert np.array_equal(moving_light(crop), moving_light(planned)[5:22, 9:49])
 
 
-def test_layers_that_move_apart_behind_a_lens_that_blurs_are_refused():
+def test_layers_that_move_apart_behind_a_lens_that_blurs_are_no_sum_of_instants():
     coverage = np.zeros((HEIGHT, WIDTH), np.float32)
     coverage[8:20, 10:30] = 1.0
     far = (Layer(PICTURE[..., None].astype(np.float32), 40.0),)
     scene = band_scene(PICTURE * coverage, 10.0, coverage=coverage, behind=far)
     shot = replace(shot_of(ThinLens(50.0, 2.0, 20.0), scene=scene), motion=Motion(camera=SteadyMotion(right_m_per_s=9.0)))
-    with pytest.raises(PhotositeError, match="motion: moves the layers of the scene apart"):
-        plan_moving(shot)
+    assert plan_moving(shot).optics.motion.method == "joint"
