@@ -106,6 +106,7 @@ ORDER = {
         "run",
         "report",
         "generate",
+        "moving_frames",
         "recipe",
         "sources",
         "storage",
