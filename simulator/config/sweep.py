@@ -1,6 +1,8 @@
 """The points of a sweep. Each is made when it is asked for, so memory does not grow with their number."""
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -9,6 +11,8 @@ from typing import Any
 from simulator.config.build import locate_error, validate
 from simulator.config.document import Document, Place
 from simulator.config.document_merge import remove_key, replace_value, select_section
+from simulator.config.quantity import format_quantity, parse_quantity
+from simulator.config.series_section import SECONDS, SeriesSection
 from simulator.config.shot_file import apply_overrides, build_shot, load_document
 from simulator.config.sweep_section import SweepSection, expand_values
 from simulator.errors import PhotositeError
@@ -28,6 +32,7 @@ SENSOR_KEYS = (
     "camera.conversion_gain",
     "camera.stages",
 )
+FRAME = "frame"  # the frames of a series, among the keys of a sweep
 MAX_CHECKED = 2000  # most values of one key that are checked when they are computed; listed values are all checked
 
 
@@ -55,8 +60,8 @@ class SweepPoint:
 class Sweep:
     """The points of a document with a `sweep:` section; an iterable that knows its length.
 
-    The last key varies fastest. Each point's seeds.frame is the shot's plus the point's index, so that no two points
-    share their noise, unless the sweep varies seeds.frame itself or says `same_noise: true`.
+    The last key varies fastest, and the frames of a series faster still. Each point's seeds.frame is the shot's plus its
+    index, so that no two points share their noise, unless the sweep varies seeds.frame itself or says `same_noise: true`.
     """
 
     def __init__(self, document: Document):
@@ -70,6 +75,10 @@ class Sweep:
                 self.values[key] = expand_values(values)
             except ValueError as error:
                 raise section_document.problem(("vary", key), f"{error}", key=f"sweep.vary.{key}") from None
+        self._series, self._section = section.series, section_document
+        if self._series is None and not section.vary:
+            rule = "varies nothing; give vary, such as {exposure.iso: [100, 400]}, or a series"
+            raise section_document.problem((), rule, key="sweep")
         self._zip, self._same_noise = section.mode == "zip", section.same_noise
         self.listed = {key for key, values in section.vary.items() if isinstance(values, list)}
         lengths = {key: len(values) for key, values in self.values.items()}
@@ -78,15 +87,32 @@ class Sweep:
             raise section_document.problem(
                 ("vary",), f"mode zip needs as many values for each key, but {counts}", key="sweep.vary"
             )
+        if self._series is not None:
+            with self._locate_series():
+                self._series.check()
+
+    @contextmanager
+    def _locate_series(self) -> Iterator[None]:
+        """Turn a ValueError about the series into a PhotositeError with its line."""
+        try:
+            yield
+        except ValueError as error:
+            raise self._section.problem(("series",), f"{error}", key="sweep.series") from None
+
+    @property
+    def frames(self) -> int:
+        """Frames of the series at every point; 1 without a series."""
+        return 1 if self._series is None else self._series.frames
+
+    @property
+    def keys(self) -> list[str]:
+        """Dotted keys that differ from point to point, those of the series last."""
+        series = [] if self._series is None else ["exposure.start", *(["exposure.time"] if self._series.bracket else [])]
+        return [*(key for key in self.values if key not in series), *series]
 
     def __len__(self) -> int:
         lengths = [len(values) for values in self.values.values()]
-        if self._zip:
-            return lengths[0]
-        total = 1
-        for length in lengths:
-            total *= length
-        return total
+        return self.frames * (lengths[0] if self._zip and lengths else math.prod(lengths))
 
     def __iter__(self) -> Iterator[SweepPoint]:
         return (self[index] for index in range(len(self)))
@@ -96,34 +122,73 @@ class Sweep:
         if self._zip:
             yield from self
             return
-        strides, stride = {}, 1
+        strides = self._strides()
+        order = sorted(strides, key=lambda key: key.startswith(SENSOR_KEYS))
+        counts = {key: len(values) for key, values in self.values.items()} | {FRAME: self.frames}
+        for rows in product(*(range(counts[key]) for key in order)):
+            yield self[sum(row * strides[key] for key, row in zip(order, rows, strict=True))]
+
+    def _strides(self) -> dict[str, int]:
+        """Distance between the indices of points that differ by one value of a key; frames lie side by side."""
+        strides, stride = {}, self.frames
         for key in reversed(self.values):
             strides[key] = stride
             stride *= len(self.values[key])
-        order = sorted(self.values, key=lambda key: key.startswith(SENSOR_KEYS))
-        for rows in product(*(range(len(self.values[key])) for key in order)):
-            yield self[sum(row * strides[key] for key, row in zip(order, rows, strict=True))]
+        return dict(reversed(strides.items())) | {FRAME: 1}
 
     def __getitem__(self, index: int) -> SweepPoint:
         if not 0 <= index < len(self):
             raise IndexError(index)
-        values, rest = {}, index
+        place, frame = divmod(index, self.frames)
+        values, rest = {}, place
         for key in reversed(self.values):
-            row = index if self._zip else rest % len(self.values[key])
+            row = place if self._zip else rest % len(self.values[key])
             rest //= len(self.values[key])
             values[key] = self.values[key][row]
-        return self._point(index, {key: values[key] for key in self.values})
+        return self._point(index, {key: values[key] for key in self.values}, frame)
 
-    def _point(self, index: int, values: dict[str, object]) -> SweepPoint:
+    def _point(self, index: int, values: dict[str, object], frame: int) -> SweepPoint:
         document = self._base
         for key, value in values.items():
             written = self._place(("vary", key))
             document = _set_value(document, key, value, replace(written, via="sweep"))
+        if self._series is not None:
+            document, times = self._set_frame(document, self._series, frame)
+            values |= times
         if not self._same_noise and "seeds.frame" not in self.values:
             document = self._advance_frame_seed(document, index)
         digits = max(4, len(str(len(self) - 1)))
         name = f"{self._base.data['name']}_{index:0{digits}d}"
         return SweepPoint(index, name, values, replace_value(document, "name", name, document.place(("name",))))
+
+    def _set_frame(self, document: Document, series: SeriesSection, frame: int) -> tuple[Document, dict[str, object]]:
+        """Return the document of a frame of the series, and its exposure.start and exposure.time as written.
+
+        Those of the document are the first frame's, and of a bracket those at 0 stops. Where they cannot be read, the check of
+        the shot names them.
+        """
+        exposure = document.data.get("exposure")
+        given = exposure if isinstance(exposure, dict) else {}
+        try:
+            base_s, first_s = (parse_quantity(given.get(key, "0 s"), SECONDS) for key in ("time", "start"))
+        except ValueError:
+            return document, {}
+        with self._locate_series():
+            start_s, time_s = series.times(frame, base_s)
+            next_start_s, next_time_s = series.times(frame + 1, base_s)
+        # In 12 digits, so that 3 times 0.1 s reads 0.3 s.
+        values: dict[str, object] = {"exposure.start": format_quantity(float(f"{first_s + start_s:.12g}"), SECONDS)}
+        if series.bracket is not None:
+            values["exposure.time"] = format_quantity(float(f"{time_s:.12g}"), SECONDS)
+        place = replace(self._place(("series",)), via="sweep")
+        for key, value in values.items():
+            document = replace_value(document, key, value, place)
+        motion, truth = (document.data.get(key) for key in ("motion", "truth"))
+        if isinstance(motion, dict) and "flow_time" not in motion and isinstance(truth, list) and "flow" in truth:
+            # From the middle of this exposure to that of the next.
+            flow_s = next_start_s + 0.5 * next_time_s - (start_s + 0.5 * time_s)
+            document = replace_value(document, "motion.flow_time", format_quantity(float(f"{flow_s:.12g}"), SECONDS), place)
+        return document, values
 
     def _advance_frame_seed(self, document: Document, index: int) -> Document:
         seeds = document.data.get("seeds")
@@ -137,21 +202,20 @@ class Sweep:
 
         Raises PhotositeError with the line of the first value that is wrong.
         """
-        strides, stride = {}, 1
-        for key in reversed(self.values):
-            strides[key] = stride
-            stride *= len(self.values[key])
+        if not self.values:
+            self._check_point(self[0])
+        strides = self._strides()
         for key, values in self.values.items():
             for row in self._rows_to_check(key, len(values)):
-                point = self[row if self._zip else row * strides[key]]
-                shot = point.shot()
-                for keys, path in (
-                    named_files(shot.scene, ("scene",))
-                    + named_files(shot.lens, ("lens",))
-                    + named_files(shot.motion, ("motion",))
-                ):
-                    if not path.is_file():
-                        raise point.document.problem(keys, f"no such file (for {point.name}); check the path", path)
+                self._check_point(self[row * (self.frames if self._zip else strides[key])])
+
+    def _check_point(self, point: SweepPoint) -> None:
+        """Build the shot of a point. Raises PhotositeError, also for a file that is not there."""
+        shot = point.shot()
+        parts = {"scene": shot.scene, "lens": shot.lens, "motion": shot.motion}
+        for keys, path in (found for name, part in parts.items() for found in named_files(part, (name,))):
+            if not path.is_file():
+                raise point.document.problem(keys, f"no such file (for {point.name}); check the path", path)
 
     def _rows_to_check(self, key: str, length: int) -> Iterable[int]:
         if key in self.listed or length <= MAX_CHECKED:

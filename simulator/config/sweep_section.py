@@ -7,6 +7,7 @@ from pydantic import Discriminator, Field, Tag
 
 from simulator.config.quantity import convert, format_quantity, parse_unit, split_quantity
 from simulator.config.section_types import Section
+from simulator.config.series_section import SeriesSection
 from simulator.units import Unit
 
 Number = int | float | str
@@ -44,10 +45,11 @@ Values = Annotated[
 
 
 class SweepSection(Section):
-    """Points of a sweep: each sets the varied keys and is taken as a shot of its own."""
+    """Points of a sweep: each sets the varied keys and is taken as a shot of its own, or as a series of frames."""
 
     mode: Annotated[Literal["product", "zip"], Field(description="every combination, or value by value")] = "product"
-    vary: Annotated[dict[str, Values], Field(min_length=1, description="dotted key -> values")]
+    vary: Annotated[dict[str, Values], Field(description="dotted key -> values")] = {}
+    series: Annotated[SeriesSection | None, Field(description="frames taken one after the other at every point")] = None
     same_noise: Annotated[
         bool, Field(description="use seeds.frame as it is at every point; otherwise the point's index is added")
     ] = False

@@ -78,7 +78,7 @@ def run_sweep(
                 raise row.error.replace(rule=rule).inside(row.name)
     finally:
         rows.sort(key=lambda row: row.index)
-        write_manifest(rows, list(sweep.values), Path(directory) / "manifest.csv")
+        write_manifest(rows, sweep.keys, Path(directory) / "manifest.csv")
     return rows
 
 
@@ -125,6 +125,6 @@ def write_manifest(rows: list[Row], keys: list[str], path: Path) -> None:
         writer = csv.writer(file)
         writer.writerow(["index", "name", *keys, "dng", "truth", "sidecar", "seconds", "status"])
         for row in rows:
-            values = [row.values[key] for key in keys]
+            values = [row.values.get(key, "") for key in keys]
             outputs = [row.files.get(kind, "") for kind in ("dng", "truth", "sidecar")]
             writer.writerow([row.index, row.name, *values, *outputs, f"{row.seconds:.3f}", row.status])

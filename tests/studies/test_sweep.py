@@ -268,3 +268,77 @@ def test_the_points_of_a_sweep_have_the_files_of_shots_taken_alone(tmp_path):
         for point in sweep:
             shared, alone = (tmp_path / folder / f"{point.name}.{end}" for folder in ("shared", "alone"))
             assert shared.read_bytes() == alone.read_bytes()
+
+
+def times(sweep: Sweep) -> list[tuple[float, float]]:
+    exposures = [point.shot().exposure for point in sweep]
+    return [(one.start_s, one.time_s) for one in exposures]
+
+
+def test_frames_of_a_series_are_released_an_interval_apart(tmp_path):
+    sweep = load(tmp_path, {"series": {"frames": 4, "interval": "40 ms"}}, SHOT.replace("iso: 100", "iso: 100, start: 1 s"))
+    assert times(sweep) == [(1.0, 0.008), (1.04, 0.008), (1.08, 0.008), (1.12, 0.008)]
+    seeds = [point.shot().seeds for point in sweep]
+    assert [one.frame for one in seeds] == [40, 41, 42, 43] and len({one.body for one in seeds}) == 1
+
+
+def test_a_bracket_repeats_its_stops_and_waits_the_gap_after_each_exposure(tmp_path):
+    sweep = load(tmp_path, {"series": {"frames": 5, "gap": "2 ms", "bracket": [0, -1, 1]}})
+    assert [time for _, time in times(sweep)] == [0.008, 0.004, 0.016, 0.008, 0.004]
+    assert [start for start, _ in times(sweep)] == pytest.approx([0.0, 0.010, 0.016, 0.034, 0.044], abs=1e-12)
+
+
+def test_every_point_of_a_sweep_may_be_a_series(tmp_path):
+    sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2", "f/4"]}, "series": {"frames": 2}})
+    taken = [(one.exposure.iso, one.lens.f_number, one.exposure.start_s) for one in (point.shot() for point in sweep)]
+    assert taken == list(itertools.product([100, 200], [2.0, 4.0], [0.0, 0.008]))
+    order = [(point.values["lens.f_number"], point.values["exposure.start"]) for point in sweep.by_light()]
+    assert [len(list(group)) for _, group in itertools.groupby(order)] == [2, 2, 2, 2]  # ISO alone leaves the light as it is
+
+
+def test_a_series_beside_values_that_are_zipped(tmp_path):
+    vary = {"exposure.iso": [100, 200], "exposure.time": ["1/50 s", "1/100 s"]}
+    sweep = load(tmp_path, {"mode": "zip", "vary": vary, "series": {"frames": 2, "interval": "20 ms"}})
+    assert times(sweep) == [(0.0, 0.02), (0.02, 0.02), (0.0, 0.01), (0.02, 0.01)]
+
+
+@pytest.mark.parametrize(
+    "series, message",
+    [
+        ({"frames": 2, "interval": "5 ms"}, "outlast the interval"),
+        ({"frames": 2, "interval": "9 ms", "bracket": [0, 1]}, "exposures of 0.016 s outlast the interval of 0.009 s"),
+        ({"frames": 2, "interval": "9 ms", "gap": "1 ms"}, "leave one of them out"),
+        ({"frames": 2, "gap": "-1 ms"}, "0 s or more"),
+        ({"frames": 0}, "series.frames = 0"),
+        ({"frames": 2, "interval": 40}, "has no unit"),
+    ],
+)
+def test_a_series_that_cannot_be_taken_is_named_with_its_line(tmp_path, series, message):
+    with pytest.raises(PhotositeError, match=message) as found:
+        load(tmp_path, {"series": series})
+    assert found.value.line >= 6
+
+
+def test_a_sweep_that_varies_nothing_is_refused(tmp_path):
+    with pytest.raises(PhotositeError, match="varies nothing"):
+        load(tmp_path, {"mode": "zip"})
+
+
+def test_the_manifest_of_a_series_has_the_times_of_its_frames(tmp_path):
+    sweep = load(tmp_path, {"series": {"frames": 2, "gap": "0 s", "bracket": [0, -1]}})
+    run_sweep(sweep, tmp_path, take=lambda shot, directory: None)
+    with open(tmp_path / "manifest.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["exposure.start"], row["exposure.time"]) for row in rows] == [("0 s", "0.008 s"), ("0.008 s", "0.004 s")]
+
+
+def test_the_flow_of_a_frame_of_a_series_leads_to_the_middle_of_the_next(tmp_path):
+    """A bracket of 10, 5 and 20 ms, 2 ms apart: from 5 ms to 14.5 ms, and from there to 29 ms."""
+    text = SHOT.replace("time: 1/125 s", "time: 10 ms") + "truth: [flow]\nmotion: {camera: {pan: 1 deg/s}}\n"
+    sweep = load(tmp_path, {"series": {"frames": 3, "gap": "2 ms", "bracket": [0, -1, 1]}}, text)
+    first, second, last = (point.shot() for point in sweep)
+    middles_s = [shot.exposure.start_s + 0.5 * shot.exposure.time_s for shot in (first, second, last)]
+    assert first.motion.flow_time_s == pytest.approx(middles_s[1] - middles_s[0], rel=1e-12)
+    assert second.motion.flow_time_s == pytest.approx(middles_s[2] - middles_s[1], rel=1e-12)
+    stated = load(tmp_path, {"series": {"frames": 2}}, text.replace("{pan: 1 deg/s}", "{pan: 1 deg/s}, flow_time: 1 s"))
+    assert [point.shot().motion.flow_time_s for point in stated] == [1.0, 1.0]
