@@ -212,8 +212,8 @@ class Sweep:
     def _check_point(self, point: SweepPoint) -> None:
         """Build the shot of a point. Raises PhotositeError, also for a file that is not there."""
         shot = point.shot()
-        parts = {"scene": shot.scene, "lens": shot.lens, "motion": shot.motion}
-        for keys, path in (found for name, part in parts.items() for found in named_files(part, (name,))):
+        sections = (shot.scene, "scene"), (shot.lens, "lens"), (shot.motion, "motion")
+        for keys, path in (named for section, key in sections for named in named_files(section, (key,))):
             if not path.is_file():
                 raise point.document.problem(keys, f"no such file (for {point.name}); check the path", path)
 

@@ -89,6 +89,11 @@ class ExposedLight:
     flash: Flash | None = None
 
     @property
+    def openings(self) -> tuple[LineTimes, ...]:
+        """When the lines of the sensor are open, from the release on."""
+        return self.components[0].openings
+
+    @property
     def is_plain(self) -> bool:
         """Whether all lines collect the scene's own light alone, for the nominal time."""
         only = self.components[0]

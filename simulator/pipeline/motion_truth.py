@@ -8,25 +8,30 @@ from simulator.errors import require
 from simulator.exposure.line_times import LineTimes
 from simulator.exposure.mid_exposure import mid_exposure_s
 from simulator.exposure.motion import Motion
+from simulator.exposure.settings import Exposure
 from simulator.optics.geometry.image_motion import plan_geometry
+from simulator.optics.geometry.projection import Projection
 from simulator.optics.geometry.surface_flow import SurfaceFlow
-from simulator.pipeline.planner import Plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.truth_maps import centres_px
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.readout_window import ReadoutGeometry
 
 
-def flow_map(shot: Shot, planned: Plan) -> np.ndarray:
+def flow_map(
+    shot: Shot, scene: Scene, projection: Projection, layout: ReadoutGeometry, openings: Sequence[LineTimes]
+) -> np.ndarray:
     """Return how far what each pixel's centre sees moves until the next frame, (height, width, 2) float32 [frame's pixels].
 
     From the middle of the pixel's own exposure to that of the line where it is then, `Motion.flow_time_s` later; x to the
     right, y down. Of the first surface that covers more than half, whether it is in focus or not. NaN where the camera moves
-    past it. Raises PhotositeError for a lens that forms no image, and for a path that ends before.
+    past it.
+    openings: of the shutter, from the release on.
+    Raises PhotositeError for a lens that forms no image, and for a path that ends before.
     """
-    scene, projection, layout = planned.optics.scene, planned.optics.projection, planned.sensor.readout
     frame, motion = layout.computed, shot.motion or Motion()
     require(shot.lens.forms_image, "truth", "flow", "this lens forms no image that could move; leave flow out")
     geometry = plan_geometry(shot.lens, shot.camera, projection)
-    openings = planned.exposed.components[0].openings
     middle_s = shot.exposure.start_s + mid_exposure_s(openings)
     field = motion.vector_field((scene.planes.shape[0], scene.planes.shape[1]))
     velocity = None if field is None else field.px_per_s(scene.depth_m, geometry.scale * geometry.image_distance_px)
@@ -41,15 +46,15 @@ def flow_map(shot: Shot, planned: Plan) -> np.ndarray:
     return found.reshape(*x[kept].shape, 2).astype(np.float32)
 
 
-def pose_facts(start_s: float, openings: Sequence[LineTimes], motion: Motion | None) -> dict[str, object]:
+def pose_facts(exposure: Exposure, motion: Motion | None, openings: Sequence[LineTimes]) -> dict[str, object]:
     """Return clock and pose of the camera in the middle of the exposure, plain data for the JSON beside a raw file.
 
-    start_s: release of the shutter, on the clock. openings: of its lines.
     mid_exposure_s: on the shot's clock, of the mean over all lines. rotation_deg: tilt, pan and roll, see `Poses`.
-    location_m: of the lens's centre, right, up and back. Both relative to the camera when the clock is 0.
+    location_m: of the lens's centre, right, up and back. Both relative to the camera when the clock is 0. openings: of the
+    shutter, from the release on.
     Raises PhotositeError for a path that ends before.
     """
-    middle_s = start_s + float(np.mean(mid_exposure_s(openings)))
+    middle_s = exposure.start_s + float(np.mean(mid_exposure_s(openings)))
     pose = (motion or Motion()).camera_poses(np.array([middle_s]))
     turned, moved = np.degrees(pose.rotation_rad[0]), pose.location_m[0]
     return {"mid_exposure_s": middle_s, "rotation_deg": list(map(float, turned)), "location_m": list(map(float, moved))}

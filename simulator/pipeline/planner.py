@@ -116,7 +116,7 @@ def _plan_light(
     scene = load_scene(shot.scene)
     if shot.motion is not None:
         shot.motion.check_layers(len(scene.layers))
-        shot.motion.check_exposure(shot.exposure.start_s, exposed.components[0].openings, "flow" in shot.truth)
+        shot.motion.check_exposure(shot.exposure.start_s, exposed.openings, "flow" in shot.truth)
     tangent = 0.0 if exposed.flash is None else tangent_per_pixel(scene, shot.lens, shot.camera)
 
     def make() -> OpticsPlan:

@@ -169,7 +169,9 @@ def _execute_strip(
     maps = compute_truth_maps(planned, shot.lens, device, electrons, timed, cache)
     if "flow" in planned.truth:
         with timed("truth: flow", device):
-            maps["flow"] = flow_map(shot, planned)
+            maps["flow"] = flow_map(
+                shot, planned.optics.scene, planned.optics.projection, planned.sensor.readout, planned.exposed.openings
+            )
     mean_electrons = late.mean_electrons if electrons is None else electrons
     return {"dn": dn, "mean_electrons": mean_electrons, "noise_free_dn": late.noise_free_dn, **maps}
 

@@ -38,15 +38,15 @@ def flow_of(shot):
 
 
 def test_the_pose_is_that_in_the_middle_of_the_exposure():
-    facts = pose_facts(0.5, (open_at_once(0.01),), PANNING)
+    facts = pose_facts(Exposure(0.01, start_s=0.5), PANNING, (open_at_once(0.01),))
     assert facts["mid_exposure_s"] == pytest.approx(0.505, rel=1e-12)
     np.testing.assert_allclose(facts["rotation_deg"], [0.0, 0.505, -2.525], rtol=1e-12)
-    assert pose_facts(0.0, (open_at_once(0.01),), None)["location_m"] == [0.0, 0.0, 0.0]
+    assert pose_facts(Exposure(0.01), None, (open_at_once(0.01),))["location_m"] == [0.0, 0.0, 0.0]
 
 
 def test_a_panning_camera_moves_the_picture_as_its_pose_says():
     raw = simulate(shot_of())
-    assert raw.resolved["pose"] == pose_facts(0.5, (open_at_once(0.01),), PANNING)
+    assert raw.resolved["pose"] == pose_facts(Exposure(0.01, start_s=0.5), PANNING, (open_at_once(0.01),))
     first, second = (PANNING.camera_poses(np.array([time_s])).matrices()[0] for time_s in (0.505, 0.545))
     far_px = 1e3 * LENS.image_distance_mm / 5.0
     x, y = np.meshgrid(np.arange(64) + 0.5 - 32, np.arange(48) + 0.5 - 24)
@@ -107,11 +107,9 @@ def test_a_path_that_ends_before_the_next_frame_is_refused_when_it_is_planned(tm
 
 
 def test_under_a_rolling_shutter_flow_leads_from_line_to_line():
-    """A layer sinks by v from row to row of read-out: v T / (1 - v T_row), against the skew that the frame has."""
+    """A layer that sinks by v photosites a second, read T_row a row: v T / (1 - v T_row) from frame to frame."""
     exposure = Exposure(0.01, shutter=RollingShutter(readout_time_s=0.48))
     motion = Motion(layers={0: LayerMotion((Speed(0.0, "px/s"), Speed(20.0, "px/s")))}, flow_time_s=0.2)
-    found = flow_of(replace(shot_of(motion), exposure=exposure))
-    np.testing.assert_allclose(found[:36, :, 1], 20.0 * 0.2 / (1.0 - 20.0 * 0.01), atol=1e-6)
-    assert pose_facts(0.0, exposure.shutter.line_times(small_camera(), 0.01, 8.0, 8.0), None)[
-        "mid_exposure_s"
-    ] == pytest.approx(0.005 + 0.47 / 2)
+    raw = simulate(replace(shot_of(motion), exposure=exposure))
+    np.testing.assert_allclose(raw.truth["flow"][:36, :, 1], 20.0 * 0.2 / (1.0 - 20.0 * 0.01), atol=1e-6)
+    assert raw.resolved["pose"]["mid_exposure_s"] == pytest.approx(0.005 + 0.47 / 2)
