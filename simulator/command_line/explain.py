@@ -114,7 +114,7 @@ def _show_patch(out: Console, shot: Shot, planned: Plan, reflectance: float, kee
     from simulator.pipeline.explain.grey_patch import grey_patch
     from simulator.pipeline.explain.noise_budget import iso_budgets
 
-    patch = grey_patch(shot, planned.optics.scene, reflectance)
+    patch = grey_patch(shot, planned.optics.scene, reflectance, planned.exposed.components[0].most)
     if patch is None:
         return
     title = f"A grey patch, {100 * reflectance:g} % of white, at the centre"

@@ -32,10 +32,12 @@ def patch_facts(shot: Shot, sensor: SensorPlan, patch: GreyPatch) -> list[Fact]:
     camera = shot.camera
     solid_angle_sr = shot.lens.irradiance_per_radiance_sr()
     area = f"{camera.pixel_pitch_um:g}^2 um^2" + (f" * {camera.fill_factor:g}" if camera.fill_factor < 1 else "")
+    # That for which the line with most light collects it, with steady light and a global shutter the exposure time.
+    open_s = patch.exposure_lx_s / patch.illuminance_lx if patch.illuminance_lx > 0 else shot.exposure.time_s
     facts = [
         Fact("luminance", f"{patch.luminance_cd_m2:.5g} cd/m^2", f"L = {patch.reflectance:g} * white's luminance"),
         Fact("illuminance on the sensor", f"{patch.illuminance_lx:.4g} lx", f"E = L * {solid_angle_sr:.4g} sr"),
-        Fact("luminous exposure", f"{patch.exposure_lx_s:.4g} lx s", f"H = E t, t = {shot.exposure.time_s:.5g} s"),
+        Fact("luminous exposure", f"{patch.exposure_lx_s:.4g} lx s", f"H = E t, t = {open_s:.5g} s"),
         Fact("photons on a photosite", f"{patch.photons:.1f}", f"t * {area} * integral E_lambda lambda / (h c)"),
     ]
     for color, mean_e in zip(channel_names(sensor.camera), map(float, patch.electrons), strict=True):

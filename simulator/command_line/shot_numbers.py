@@ -20,7 +20,8 @@ class Fact:
 
 def white_facts(shot: Shot, planned: Plan) -> list[Fact]:
     """Luminous exposure, electrons and codes of a white surface that has the scene's stated luminance."""
-    white = grey_patch(shot, planned.optics.scene, 1.0)
+    collected = planned.exposed.components[0].most
+    white = grey_patch(shot, planned.optics.scene, 1.0, collected)
     if white is None:
         return [Fact("luminance", "not stated", "the scene gives absolute radiance")]
     sensor = planned.sensor
@@ -28,7 +29,11 @@ def white_facts(shot: Shot, planned: Plan) -> list[Fact]:
     facts = [
         Fact("luminance", f"{white.luminance_cd_m2:g} cd/m^2", "L"),
         Fact("illuminance on the sensor", f"{white.illuminance_lx:.4g} lx", "E = L * irradiance per radiance"),
-        Fact("luminous exposure", f"{white.exposure_lx_s:.4g} lx s", "H = E t"),
+        Fact(
+            "luminous exposure",
+            f"{white.exposure_lx_s:.4g} lx s",
+            "H = E t" if collected == 1.0 else f"H = E t * {collected:.4g}, see shutter and flicker",
+        ),
     ]
     for color, mean in zip(("red", "green", "blue") if len(white.electrons) == 3 else ("mono",), white.electrons, strict=True):
         facts.append(Fact(f"electrons, {color}", f"{mean:.1f} e-", _describe_headroom(sensor, float(mean), full_e)))

@@ -42,7 +42,7 @@ class LightComponent:
         """Return what each line collects, relative to steady light through a fully open shutter, float64.
 
         (lines,), or up to some instants of the clock (lines, instants); of a flash per second [1/s]. The difference of two
-        instants is the weight of the interval between them in a moving scene's exposure.
+        instants is the weight of the interval between them in a moving scene's exposure. until_s: as `collect` takes it.
         """
         parts = [collect(self.curve, lines, self.release_s, until_s) for lines in self.openings]
         return np.sum(parts, axis=0) / self.time_s
@@ -62,6 +62,18 @@ class LightComponent:
         if shares.min() > 1.0 - LEAST:
             return np.ones(len(shares), np.float32)
         return np.clip(shares, 0.0, 1.0).astype(np.float32)
+
+    def lit_openings(self) -> tuple[LineTimes, ...]:
+        """Return the openings limited to the time in which there is light, such as that of a flash, from the release on.
+
+        Exact where no ramp of the shutter lies across its begin or end.
+        """
+        begin, end = (instant - self.release_s for instant in self.curve.span_s)
+        limited = []
+        for lines in self.openings:
+            edges = np.clip([lines.opens_s, lines.open_s, lines.closes_s, lines.closed_s], begin, end)
+            limited.append(LineTimes(lines.axis, edges[0], edges[1], edges[2], edges[3], lines.peak))
+        return tuple(limited)
 
     @property
     def span_s(self) -> tuple[float, float]:
@@ -169,10 +181,7 @@ class ExposedLight:
     def _expose(self, scene: Scene, tangent_per_px: float) -> Scene:
         bands = scene.planes.shape[2]
         if self.flash is not None:
-            is_kept = not any(array.flags.writeable for array in scene.arrays())
             scene = add_flash(scene, self.flash, tangent_per_px)
-            for array in scene.arrays() if is_kept else ():
-                array.setflags(write=False)
         factors = np.repeat([one.most for one in self.components], bands)
         return replace(scene, spectra_w_m2_sr_nm=scene.spectra_w_m2_sr_nm * factors[:, None])
 
@@ -196,9 +205,8 @@ def plan_exposure(exposure: Exposure, camera: Camera, f_number: float, working_f
     """
     time_s, release_s, shutter = exposure.time_s, exposure.start_s, exposure.shutter
     openings: tuple[LineTimes, ...]
-    if shutter is None:
-        openings, text = (open_at_once(time_s),), "global: all lines are open at the same time"
-    else:
+    openings, text = (open_at_once(time_s),), "global: all lines are open at the same time"
+    if shutter is not None:
         openings = shutter.line_times(camera, time_s, f_number, working_f_number)
         text = shutter.describe(camera, time_s, f_number, working_f_number)
     flicker, flash = exposure.flicker, exposure.flash

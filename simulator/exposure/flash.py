@@ -120,6 +120,13 @@ class FlashPulse:
         mean = ((last - first) - to_come) / np.where(is_narrow, 1.0, width)
         return np.where(is_narrow, self._come(0.5 * (begin + end)), mean)
 
+    def brightness(self, times_s: np.ndarray) -> np.ndarray:
+        """Return the light at some instants of the clock [s], per second."""
+        after_s = np.asarray(times_s) - self.fires_s
+        tail_s = np.maximum(after_s - self.length_s, 0.0)
+        falling = np.exp(-tail_s / self.decay_s) if self.decay_s > 0 else tail_s == 0.0
+        return np.where(after_s < 0.0, 0.0, falling) / (self.length_s + self.decay_s)
+
     def _come(self, after_s: np.ndarray) -> np.ndarray:
         """Return the share of the light that has come this long after firing."""
         whole_s = self.length_s + self.decay_s
@@ -156,17 +163,22 @@ def add_flash(scene: Scene, flash: Flash, tangent_per_px: float) -> Scene:
     grid_nm = scene.wavelengths_nm
     reflectances = [np.interp(grid_nm, grid_nm[known], (own / white)[known]) for own in _over(scene)]
     spectra = np.stack(reflectances) * flash.white_j_m2_sr_nm(grid_nm)
+    lit = scene.remember(("flash", tangent_per_px), lambda: _with_falling_bands(scene, tangent_per_px))
+    return replace(lit, spectra_w_m2_sr_nm=np.vstack([scene.spectra_w_m2_sr_nm, spectra]))
+
+
+def _with_falling_bands(scene: Scene, tangent_per_px: float) -> Scene:
+    """Return the scene with its planes twice, the second time per square metre of distance; whatever the flash."""
+    is_kept = not any(array.flags.writeable for array in scene.arrays())
     height, width = scene.planes.shape[:2]
     y, x = (tangent_per_px * (np.arange(size) + 0.5 - 0.5 * size) for size in (height, width))
     lengthening = 1.0 + x[None, :] ** 2 + y[:, None] ** 2
     front, *behind = (_lit_layer(layer, lengthening) for layer in scene.layers)
-    return replace(
-        scene,
-        planes=front.planes,
-        spectra_w_m2_sr_nm=np.vstack([scene.spectra_w_m2_sr_nm, spectra]),
-        behind=tuple(behind),
-        deep=None if scene.deep is None else _lit_deep(scene.deep, lengthening),
-    )
+    deep = None if scene.deep is None else _lit_deep(scene.deep, lengthening)
+    lit = replace(scene, planes=front.planes, behind=tuple(behind), deep=deep)
+    for array in lit.arrays() if is_kept else ():
+        array.setflags(write=False)
+    return lit
 
 
 def _over(scene: Scene) -> np.ndarray:

@@ -76,6 +76,11 @@ class MainsFlicker:
             total += modulation / (2.0 * np.pi * turns) * np.sin(2.0 * np.pi * turns * middle + phase) * np.sinc(turns * width)
         return total
 
+    def brightness(self, times_s: np.ndarray) -> np.ndarray:
+        """Return the light at some instants of the clock [s]."""
+        turns = 2.0 * np.pi * self.frequency_hz * np.asarray(times_s)
+        return 1.0 + np.sum([m * np.cos(order * turns + phase) for order, m, phase in self._waves()], axis=0)
+
     def describe(self) -> str:
         """Return its numbers."""
         more = f" and {len(self.harmonics)} harmonics" if self.harmonics else ""
@@ -116,6 +121,10 @@ class PwmLamp:
         is_narrow = width < NARROW
         mean = (self._twice(end) - self._twice(begin)) / np.where(is_narrow, 1.0, width)
         return np.where(is_narrow, self._once(middle), mean) / self.frequency_hz
+
+    def brightness(self, times_s: np.ndarray) -> np.ndarray:
+        """Return the light at some instants of the clock [s]."""
+        return ((self.frequency_hz * np.asarray(times_s) + self.phase_deg / 360.0) % 1.0 < self.duty) / self.duty
 
     def _once(self, turns: np.ndarray) -> np.ndarray:
         """Return the integral of light - 1 over the period up to this phase, less its mean over a period [periods]."""

@@ -31,6 +31,10 @@ class LightCurve(Protocol):
         """First and last instant of the clock at which there is light [s]."""
         ...
 
+    def brightness(self, times_s: np.ndarray) -> np.ndarray:
+        """Return the light at some instants of the clock [s], of the same shape."""
+        ...
+
     def mean_integral(self, begin_s: np.ndarray, end_s: np.ndarray) -> np.ndarray:
         """Return the mean over an interval of the clock of the running integral of the part that changes.
 
@@ -46,6 +50,10 @@ class SteadyLight:
     steady: float = 1.0
     span_s: tuple[float, float] = (-math.inf, math.inf)
 
+    def brightness(self, times_s: np.ndarray) -> np.ndarray:
+        """Return 1."""
+        return np.ones(np.shape(times_s))
+
     def mean_integral(self, begin_s: np.ndarray, end_s: np.ndarray) -> np.ndarray:
         """Return 0."""
         return np.zeros(np.broadcast_shapes(np.shape(begin_s), np.shape(end_s)))
@@ -54,16 +62,17 @@ class SteadyLight:
 def collect(light: LightCurve, lines: LineTimes, release_s: float, until_s: np.ndarray | None = None) -> np.ndarray:
     """Return the integral of opening times light of each line, float64: (lines,), or up to some instants (lines, instants).
 
-    release_s: when the shutter is released, on the clock of the light [s]. until_s: instants of that clock (instants,) [s].
+    release_s: when the shutter is released, on the clock of the light [s]. until_s: instants of that clock [s], (instants,) or
+        those of each line, (lines, instants).
     The unit is that of the light times s.
     """
     ramps = (lines.opens_s, lines.open_s), (lines.closes_s, lines.closed_s)
     if until_s is None:
         opening, closing = (light.mean_integral(release_s + begin, release_s + end) for begin, end in ramps)
         return light.steady * lines.effective_s + lines.peak * (closing - opening)
-    until = np.asarray(until_s, np.float64)[None, :] - release_s
+    until = np.atleast_2d(np.asarray(until_s, np.float64)) - release_s
     now = light.mean_integral(release_s + until, release_s + until)
-    result, width = np.zeros((len(lines.peak), until.shape[1])), np.zeros((len(lines.peak), until.shape[1]))
+    result, width = np.zeros((2, len(lines.peak), until.shape[1]))
     for sign, (begin, end) in zip((1.0, -1.0), ramps, strict=True):
         begin, end = begin[:, None], end[:, None]
         reached = np.clip(until, begin, end)

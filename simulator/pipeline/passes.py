@@ -44,7 +44,7 @@ COST_NS = {
     "veiling glare": 3.0,
     "optical black": 1.0,
     "crosstalk": 4.0,
-    "line exposure": 1.0,
+    "line exposure": 0.2,
     "sensor": 2.2,
     "sensor stage": 0.25,  # for each stage
     "truth": 6.0,

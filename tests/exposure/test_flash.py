@@ -21,6 +21,7 @@ from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.scene.arrays import scene_from_rgb, scene_from_spectra
 from simulator.scene.charts import ChartScene
+from simulator.scene.deep_pixels import DeepPixels
 from simulator.scene.scene import Scene
 
 WHITE = np.ones((24, 32), np.float32)
@@ -85,6 +86,40 @@ def test_flash_and_the_light_that_is_there_add_up(shutter):
     assert (alone - dark).max() > 0.2 * ambient.max()
 
 
+def test_behind_a_blur_and_with_scattered_light_they_add_up_too():
+    """Two surfaces out of focus, the nearer one lit four times as much, and a veil of each light's own mean."""
+    lens = replace(LENS, veiling_glare=0.1)
+    depth_m = np.where(np.arange(32) < 16, 1.9, 2.1)[None, :].repeat(24, axis=0)
+    shutter = RollingShutter(0.02)
+    both = electrons(depth_m, lens, luminance=50.0, shutter=shutter, flash=NEAR)
+    ambient = electrons(depth_m, lens, luminance=50.0, shutter=shutter)
+    alone = electrons(depth_m, lens, shutter=shutter, flash=NEAR)
+    assert (np.abs(both - ambient - alone) <= np.sqrt(both)).all()  # the tolerance of each is one sigma of the noise
+    flat = np.abs(both - ambient - alone)[:, [0, -1]]
+    assert (flat < 1e-4 * both[:, [0, -1]]).all()
+    assert np.ptp(alone.mean(axis=1)) > 0.5 * alone.mean() and np.ptp(ambient) < 1e-3 * ambient.mean()
+
+
+def test_planes_are_made_once_for_flashes_of_all_powers():
+    scene = ChartScene("grey_ramp", 7.0).load()
+    for array in scene.arrays():
+        array.setflags(write=False)
+    one, other = (add_flash(scene, Flash(0.001, guide_number_m=number), 0.1) for number in (1.0, 2.0))
+    assert one.planes is other.planes and not one.planes.flags.writeable
+    np.testing.assert_allclose(other.spectra_w_m2_sr_nm[1:], 4.0 * one.spectra_w_m2_sr_nm[1:], rtol=1e-12)
+    np.testing.assert_array_equal(other.spectra_w_m2_sr_nm[:1], scene.spectra_w_m2_sr_nm)
+
+
+def test_samples_of_a_deep_picture_are_lit_by_their_own_distances():
+    deep = DeepPixels(
+        np.array([0, 2, 3]), 2, np.ones((3, 1), np.float32), np.ones(3), np.array([1.0, 2, 3]), np.array([1.0, 4, 3])
+    )
+    scene = replace(scene_from_rgb(np.ones((1, 2), np.float32), luminance_cd_m2=1.0, depth_m=2.0), deep=deep)
+    lit = add_flash(scene, NEAR, 2.0).deep
+    assert lit is not None
+    np.testing.assert_allclose(lit.planes[:, 1], 1.0 / (2.0 * np.array([1.0, 9.0, 9.0])), rtol=1e-6)
+
+
 def test_its_spectrum_lights_the_reflectances_of_the_scene():
     """A wall that is red in daylight is as red in the light of a tungsten flash: reflectance is kept, not radiance."""
     red = np.tile(np.array([1.0, 0.1, 0.1], np.float32), (24, 32, 1))
@@ -136,6 +171,20 @@ def test_the_first_curtain_fires_when_all_is_open_and_the_second_ends_before_any
     end = 5.0 + pulse.openings[0].closes_s.min()
     left = 1.0 - pulse.collected(np.array([end]))[0, 0] * 0.1
     assert left == pytest.approx(0.1 * decay_s / (0.001 + decay_s), abs=1e-9)  # a tenth of the tail is still to come
+
+
+def test_a_flash_lights_lines_within_its_pulse_alone():
+    """What a moving scene is integrated over: 1/30,000 s of an exposure of 1/200 s, on the lines that are open."""
+    flash = Flash(1 / 30_000, guide_number_m=10.0)
+    exposure = Exposure(1 / 200, start_s=2.0, shutter=CurtainShutter(0.004), flash=flash)
+    ambient, pulse = plan_exposure(exposure, small_camera(), 4.0, 4.0).components
+    (lit,), (open_,) = pulse.lit_openings(), ambient.lit_openings()
+    np.testing.assert_allclose(lit.closed_s - lit.opens_s, 1 / 30_000, rtol=1e-6)
+    np.testing.assert_array_equal(open_.opens_s, ambient.openings[0].opens_s)
+    begin, end = pulse.span_s
+    assert end - begin == pytest.approx(1 / 30_000) and begin == pytest.approx(2.0 + lit.opens_s[0])
+    weights = np.diff(pulse.collected(np.linspace(begin, end, 5)), axis=1) / pulse.most
+    np.testing.assert_allclose(weights, 0.25, rtol=1e-6)
 
 
 def test_a_flash_that_fires_while_no_line_is_open_is_told_and_leaves_the_frame_alone():

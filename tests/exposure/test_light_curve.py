@@ -59,6 +59,9 @@ def test_lines_collect_the_integral_of_opening_times_light(name):
         np.testing.assert_allclose(parts[line], expected, atol=2e-4 * scale)
         assert whole[line] == pytest.approx(expected[-1], abs=2e-4 * scale)
     np.testing.assert_allclose(parts[:, -1], whole, atol=1e-12)
+    np.testing.assert_array_equal(collect(curve, LINES, RELEASE_S, np.tile(instants, (4, 1))), parts)
+    own = RELEASE_S + np.random.default_rng(2).uniform(0.0, 0.03, 200)
+    np.testing.assert_allclose(curve.brightness(own), light(own), rtol=1e-9)
     assert (np.diff(parts, axis=1) >= -1e-15).all()
 
 

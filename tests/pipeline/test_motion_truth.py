@@ -14,7 +14,6 @@ from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
-from simulator.exposure.vector_maps import VectorMap
 from simulator.optics.lens.bare_sensor import BareSensor
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.motion_truth import pose_facts
@@ -68,15 +67,6 @@ def test_flow_is_in_pixels_of_the_frame():
     np.testing.assert_allclose(flow_of(shot_of(motion)), np.broadcast_to([10.0, -5.0], (48, 64, 2)), rtol=1e-6)
     binned = flow_of(shot_of(motion, camera=small_camera(binning=Binning(2, "charge"))))
     np.testing.assert_allclose(binned, np.broadcast_to([5.0, -2.5], (24, 32, 2)), rtol=1e-6)
-
-
-def test_vectors_of_a_picture_are_its_flow(tmp_path):
-    vectors = np.random.default_rng(1).normal(size=(48, 64, 2)).astype(np.float32)
-    np.save(tmp_path / "flow.npy", vectors)
-    motion = Motion(vectors=VectorMap(tmp_path / "flow.npy", "px/frame"), frame_time_s=0.25)
-    # Where the picture stands at clock 0; what is seen in the middle of the exposure has moved by 2 % of a frame's way.
-    still = replace(shot_of(motion), exposure=Exposure(1e-6, start_s=-0.5e-6))
-    np.testing.assert_allclose(flow_of(still), vectors, atol=1e-5)
 
 
 def test_flow_is_read_back_from_the_file(tmp_path):

@@ -28,10 +28,11 @@ class GreyPatch:
     electrons: np.ndarray
 
 
-def grey_patch(shot: Shot, scene: Scene, reflectance: float) -> GreyPatch | None:
+def grey_patch(shot: Shot, scene: Scene, reflectance: float, collected: float = 1.0) -> GreyPatch | None:
     """Predict the exposure of a patch of this reflectance; None when the scene states no luminance of white.
 
-    scene: of the shot, as it was read.
+    scene: of the shot, as it was read. collected: share of the light of the nominal time that the shutter lets through, of the
+        line with most of it (`LightComponent.most`). A flash is not counted.
 
     E = L * (irradiance per radiance), H = E t, and with the collecting area A of a photosite
     photons = A t (E / L) integral L_lambda lambda / (h c) dlambda; electrons the same with the quantum efficiency inside.
@@ -44,7 +45,7 @@ def grey_patch(shot: Shot, scene: Scene, reflectance: float) -> GreyPatch | None
     if white_cd_m2 is None:
         return None
     response, camera = shot.camera.response, shot.camera
-    per_radiance_sr, time_s = shot.lens.irradiance_per_radiance_sr(), shot.exposure.time_s
+    per_radiance_sr, time_s = shot.lens.irradiance_per_radiance_sr(), collected * shot.exposure.time_s
     illuminance_lx = reflectance * white_cd_m2 * per_radiance_sr
     gathered = reflectance * per_radiance_sr * camera.pixel_pitch_um**2 * camera.fill_factor * time_s
     every_photon = np.ones((len(response.wavelengths_nm), 1))
