@@ -108,6 +108,7 @@ ORDER = {
         "run",
         "report",
         "generate",
+        "moving_frames",
         "recipe",
         "sources",
         "storage",
