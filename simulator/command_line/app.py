@@ -193,6 +193,35 @@ def emva(
     run_emva_validation(camera, settings or [], iso, out, device)
 
 
+@validate.command(epilog="Example: photosite validate shutter sony_a7_iii --iso 100 --out shutter")
+def shutter(
+    camera: CameraName,
+    settings: CameraSettings = None,
+    readout_time: Annotated[
+        str | None, typer.Option(metavar="TIME", help="Of a rolling shutter, e.g. 20ms; the camera's own when left out.")
+    ] = None,
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            "--shutter",
+            metavar="YAML",
+            help="Keys as in exposure.shutter of a shot, e.g. '{travel_time: 3 ms, distance: 1 mm}'; rolling when left out.",
+        ),
+    ] = None,
+    iso: Annotated[int | None, typer.Option(help="The ISO; the lowest that was measured when left out.")] = None,
+    out: ReportFolder = None,
+    device: DeviceName = None,
+) -> None:
+    """Shutter: read-out or travel time, flicker depth, flash band, efficiency, skew and blur of what moves.
+
+    Simulates a lamp, a flash, steady light, a moving edge and a shake as DNG files, measures the files alone, and compares with
+    what the shots state. Exit status 1 when a gate fails.
+    """
+    from simulator.command_line.validation import run_shutter_validation
+
+    run_shutter_validation(camera, settings or [], readout_time, kind, iso, out, device)
+
+
 @app.command(epilog="Example: photosite explain color_checker --set lens.f_number=f/1.4 --patch 0.05")
 def explain(
     shot: ShotFile,

@@ -387,11 +387,12 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
         scene_detail(loaded, planned.weights, _electrons_per_radiance(lens, sensor), accuracy, quantile)
         for quantile in (BRIGHT, TYPICAL)
     )
+    steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
     need = MotionNeed(
-        contrast=max(min(edges * scale, max(edges, 1.0)), min(scale, 1.0) * accuracy.lamp_contrast),
-        texture=texture * min(scale, 1.0),
+        contrast=max(min(edges * max(scale, steepness), max(edges, 1.0)), steepness * accuracy.lamp_contrast),
+        texture=texture * steepness,
         allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
-        cut_off=0.5 * scale,
+        cut_off=0.5 * max(scale, steepness),
     )
     found: list[MotionPlan | None] = []
     joins = _can_join(planned, timing)

@@ -172,3 +172,14 @@ def test_depth_that_a_moving_camera_shifts_needs_more_than_a_sweep():
     assert moved.optics.motion.method == "joint"
     turned = plan(shot_of(band_scene(texture(1.0), depth), SKEWED))
     assert turned.optics.motion.method == "swept"
+
+
+def test_a_coarse_scene_that_is_not_interpolated_has_steps():
+    """A step of two pixels, each many photosites wide: its blur is the ramp of the path, and not a staircase."""
+    picture = np.array([[1.0, 0.0], [1.0, 0.0]])
+    planned = plan_moving(shot_of(band_scene(picture, math.inf, interpolation="nearest"), PAN))
+    found = moving_light(planned)[20]
+    x = np.arange(WIDTH) + 0.5 - 0.5 * WIDTH
+    turned = math.radians(-PAN.pan_deg_per_s * 0.01)  # to the right, so that the edge moves to the left
+    truth = np.clip(np.arctan(-x / DISTANCE_PX) / turned, 0.0, 1.0)
+    assert np.abs(found - truth).max() < 1.0 / planned.optics.motion.count and planned.optics.motion.count > 20
