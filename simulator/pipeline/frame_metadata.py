@@ -20,6 +20,7 @@ from simulator.raw.raw_image import Raw
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_color import matrices_under_two_lights, matrix_under_d65
+from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.iso_speed import baseline_exposure_ev
 
 
@@ -31,12 +32,14 @@ def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[
     """
     camera, lens, sensor = shot.camera, shot.lens, planned.sensor
     fitted_matrices = matrices_under_two_lights(camera)
+    combined = sensor if isinstance(sensor, HdrSensorPlan) else None
     frame = {name: arrays[name] for name in ("dn", "mean_electrons", "noise_free_dn")}
     return Raw(
         **frame,
         truth={name: array for name, array in arrays.items() if name not in frame},
         cfa=camera.frame_cfa(),
-        bit_depth=camera.bit_depth,
+        bit_depth=camera.bit_depth if combined is None else combined.stored_bits,
+        linearization=None if combined is None else combined.decoding,
         black_level_dn=sensor.black_level_dn,
         white_level_dn=sensor.white_level_dn(),
         noise_profile=(sensor.noise_profile(),) * camera.channels,

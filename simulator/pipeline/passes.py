@@ -18,6 +18,7 @@ from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
 from simulator.optics.psf.kernel_split import Core
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.readout_window import ReadoutGeometry
+from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.sensor_plan import SensorPlan
 
 if TYPE_CHECKING:
@@ -47,6 +48,7 @@ COST_NS = {
     "line exposure": 0.2,
     "sensor": 2.2,
     "sensor stage": 0.25,  # for each stage
+    "combination": 0.4,  # for each reading
     "truth": 6.0,
     "strips": 4.0,
     "variance": 8.0,
@@ -88,11 +90,13 @@ def passes_of(
     truth: Collection[str],
     tiles: "TilePlan | None" = None,
     strips: Sequence[ReadoutGeometry] = (),
+    later: int = 0,
 ) -> tuple[Pass, ...]:
     """Return all passes in the order of the light.
 
     exposed: light over time. truth: maps that a shot asks for, as `Shot.truth`. tiles: method of each tile; None: not measured
-    yet. strips: readout of each strip of the frame, where there are several.
+    yet. strips: readout of each strip of the frame, where there are several. later: exposures after the first whose light is
+    computed on its own.
     """
     defocus = _defocus(optics, tiles)
     sampling = (_scene_planes(optics), _projection(optics))
@@ -108,7 +112,8 @@ def passes_of(
     maps = [_truth_map(name, optics) for name in ("variance", "depth", "blur", "flow") if name in truth]
     if "rgb" in truth:
         maps.append(_truth_rgb(optics, (*sampling, *image, lines, noise_free)))
-    frame = (_sensor(optics, sensor), noise_free, *maps, _strips(optics, strips))
+    combined = (_hdr_readout(optics, sensor, later, (*sampling, *image, lines)),) if isinstance(sensor, HdrSensorPlan) else ()
+    frame = (_sensor(optics, sensor), *combined, noise_free, *maps, _strips(optics, strips))
     return (*sampling, _radius_statistics(optics, defocus), *image, lines, *frame)
 
 
@@ -272,6 +277,17 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
     return Pass(
         "sensor", True, f"{len(sensor.stages)} stages {parts}{binned}", pixels, bytes_each * pixels, cost_ms=_ms(pixels, cost)
     )
+
+
+def _hdr_readout(optics: OpticsPlan, sensor: HdrSensorPlan, later: int, image: tuple[Pass, ...]) -> Pass:
+    """Readings after the first, and their combination. image: passes of the light, which run again for each of `later`."""
+    pixels, readings, exposures = _pixels(optics), len(sensor.readings), len(sensor.exposures)
+    light = "the light of each exposure" if later else "one light"
+    method = f"{readings} readings of {exposures} exposure{'s' * (exposures > 1)}, {light}, combined by the switch points"
+    each = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages)
+    cost_ms = later * sum(one.cost_ms for one in image) + _ms(pixels, (readings - 1) * each + readings * COST_NS["combination"])
+    bytes_each = 4 + 2 + 4 * later  # charge, codes of a reading, light
+    return Pass("hdr read-out", True, method, pixels, bytes_each * pixels, cost_ms=cost_ms)
 
 
 def _truth(optics: OpticsPlan) -> Pass:
