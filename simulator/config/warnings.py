@@ -30,8 +30,8 @@ def shot_warnings(shot: Shot) -> list[str]:
     full_well = camera.stages.get("full_well")
     if isinstance(full_well, FullWell) and full_well.capacity_e > adc_range_e * 1.001:
         warnings.append(
-            f"camera.stages.full_well.capacity = {full_well.capacity_e:.0f} e-: at ISO {least * shot.exposure.iso:g} the ADC is full at "
-            f"{adc_range_e:.0f} e-, so highlights clip there"
+            f"camera.stages.full_well.capacity = {full_well.capacity_e:.0f} e-: at ISO {least * shot.exposure.iso:g} the ADC "
+            f"is full at {adc_range_e:.0f} e-, so highlights clip there"
         )
     if setting.black_level_dn < 4.0 * setting.read_noise_dn:
         warnings.append(

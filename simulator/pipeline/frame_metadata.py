@@ -12,6 +12,8 @@ import numpy as np
 from simulator import __version__
 from simulator.color.camera_matrices import as_shot_neutral
 from simulator.device import DeviceInfo
+from simulator.exposure.exposed_light import plan_exposure
+from simulator.exposure.later_exposures import later_exposures
 from simulator.pipeline.input_files import fingerprints
 from simulator.pipeline.motion_truth import pose_facts
 from simulator.pipeline.planner import Plan
@@ -96,12 +98,21 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, obje
         "seeds": asdict(shot.seeds),
         "pose": pose_facts(shot.exposure, shot.motion, planned.exposed.openings),
         "times": planned.exposed.describe_lines(planned.sensor.readout.output),
+        **_later_times(shot, planned),
         "plan": [asdict(step) for step in planned.steps],
         "notes": list(planned.optics.scene.notes),
         "warnings": planned.warnings(),
         "device": asdict(device),
         "versions": dict(_versions()),
     }
+
+
+def _later_times(shot: Shot, planned: Plan) -> dict[str, object]:
+    """Return when the lines of each exposure after the first are open, of a frame of several exposures; {} of any other."""
+    numbers = shot.camera, shot.lens.f_number, shot.lens.diffraction_f_number
+    later = [plan_exposure(one, *numbers) for one in later_exposures(shot.exposure, shot.camera)]
+    output = planned.sensor.readout.output
+    return {"later_times": [one.describe_lines(output) for one in later]} if later else {}
 
 
 @cache

@@ -112,8 +112,9 @@ def passes_of(
     maps = [_truth_map(name, optics) for name in ("variance", "depth", "blur", "flow") if name in truth]
     if "rgb" in truth:
         maps.append(_truth_rgb(optics, (*sampling, *image, lines, noise_free)))
-    combined = (_hdr_readout(optics, sensor, later, (*sampling, *image, lines)),) if isinstance(sensor, HdrSensorPlan) else ()
-    frame = (_sensor(optics, sensor), *combined, noise_free, *maps, _strips(optics, strips))
+    again = (_later_exposures(optics, later, (*sampling, *image, lines)),) if later else ()
+    read = _readings(optics, sensor) if isinstance(sensor, HdrSensorPlan) else _sensor(optics, sensor)
+    frame = (*again, read, noise_free, *maps, _strips(optics, strips))
     return (*sampling, _radius_statistics(optics, defocus), *image, lines, *frame)
 
 
@@ -279,15 +280,20 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
     )
 
 
-def _hdr_readout(optics: OpticsPlan, sensor: HdrSensorPlan, later: int, image: tuple[Pass, ...]) -> Pass:
-    """Readings after the first, and their combination. image: passes of the light, which run again for each of `later`."""
+def _readings(optics: OpticsPlan, sensor: HdrSensorPlan) -> Pass:
+    """All readings and their combination, in place of the sensor's one pass."""
     pixels, readings, exposures = _pixels(optics), len(sensor.readings), len(sensor.exposures)
-    light = "the light of each exposure" if later else "one light"
-    method = f"{readings} readings of {exposures} exposure{'s' * (exposures > 1)}, {light}, combined by the switch points"
-    each = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages)
-    cost_ms = later * sum(one.cost_ms for one in image) + _ms(pixels, (readings - 1) * each + readings * COST_NS["combination"])
-    bytes_each = 4 + 2 + 4 * later  # charge, codes of a reading, light
-    return Pass("hdr read-out", True, method, pixels, bytes_each * pixels, cost_ms=cost_ms)
+    method = f"{len(sensor.stages)} stages, {readings} readings of {exposures} exposure{'s' * (exposures > 1)}, combined"
+    each = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages) + COST_NS["combination"]
+    cost_ms = readings * _ms(pixels, each)
+    return Pass("sensor", True, method, pixels, 8 * pixels, cost_ms=cost_ms)  # charge, codes of a reading, codes
+
+
+def _later_exposures(optics: OpticsPlan, later: int, image: tuple[Pass, ...]) -> Pass:
+    """Light of the exposures after the first. image: passes of the light, which run again for each of them."""
+    pixels, repeated = _pixels(optics), later * sum(one.cost_ms for one in image)
+    method = f"light once more for each of {later}, which see other lamps or places"
+    return Pass("later exposures", True, method, pixels, 4 * later * pixels, cost_ms=repeated)
 
 
 def _truth(optics: OpticsPlan) -> Pass:

@@ -162,7 +162,8 @@ def _execute_strip(
     if cache is None:
         planned = _measure(planned, device, timed)
     light = _light(planned, device, lambda share: report("light", 0.1 + 0.7 * share), timed, cache)
-    lights = [light, *_later_lights(planned, device, timed, cache)]
+    with timed("later exposures", device) if planned.later else nullcontext():
+        lights = [light, *_later_lights(planned, device, Stopwatch(), cache)]
     report("sensor", 0.8)
     with timed("sensor", device):
         if isinstance(planned.sensor, HdrSensorPlan):

@@ -15,6 +15,7 @@ from simulator.exposure.later_exposures import later_exposures
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import GlobalShutter, RollingShutter
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
@@ -40,11 +41,12 @@ def test_light_at_rest_is_computed_once():
     shot, _ = take(Exposure(0.016, shutter=RollingShutter(0.02)))
     planned = plan(shot)
     assert planned.later == ()
-    made = next(one for one in planned.passes if one.name == "hdr read-out")
-    assert made.kept and "3 readings of 3 exposures, one light" in made.method
+    assert "3 readings of 3 exposures, combined" in next(one for one in planned.passes if one.name == "sensor").method
+    assert not any(one.name == "later exposures" for one in planned.passes)
     assert {"hdr read-out", "companding"} <= {step.stage for step in planned.steps}
     without = plan(replace(shot, camera=replace(CAMERA, hdr_readout=None)))
-    assert not any("hdr" in one.name for one in without.passes) and not any("hdr" in step.stage for step in without.steps)
+    assert [one.name for one in without.passes] == [one.name for one in planned.passes]
+    assert not any("hdr" in step.stage or "companding" in step.stage for step in without.steps)
 
 
 def test_flicker_differs_from_exposure_to_exposure():
@@ -56,6 +58,24 @@ def test_flicker_differs_from_exposure_to_exposure():
         _, flickers = take(exposure, light=1e-3 * gain * wanted / 1000.0)
         mean = 1.0 + 0.5 * (np.sin(200 * np.pi * end) - np.sin(200 * np.pi * begin)) / (200 * np.pi * (end - begin))
         np.testing.assert_allclose(flickers.noise_free_dn - 64.0, wanted * mean, rtol=2e-5)
+
+
+def test_strips_and_a_cache_of_light_change_no_bit_and_files_tell_when_each_exposure_began():
+    exposure, cache = (
+        Exposure(0.016, start_s=0.003, shutter=RollingShutter(0.02), flicker=MainsFlicker(100.0, 0.5)),
+        LightCache(),
+    )
+    camera = replace(CAMERA, stages={"photon_shot_noise": PhotonShotNoise()})
+    shot, whole = take(exposure, camera, 3.0, truth=("variance", "rgb"))
+    assert [one.name for one in plan(shot).passes if one.name == "later exposures"] == ["later exposures"]
+    for again in (simulate(shot, strip_px=300), simulate(shot, cache=cache), simulate(shot, cache=cache)):
+        for name in ("dn", "mean_electrons", "noise_free_dn"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(whole, name))
+        np.testing.assert_array_equal(again.truth["variance"], whole.truth["variance"])
+        np.testing.assert_array_equal(again.truth["rgb"], whole.truth["rgb"])
+    assert cache.reused > 0
+    assert [one["release_s"] for one in whole.resolved["later_times"]] == pytest.approx([0.019, 0.023])
+    assert {one["step_s"] for one in whole.resolved["later_times"]} == {whole.resolved["times"]["step_s"]}
 
 
 def test_truth_knows_the_light_of_each_exposure():

@@ -8,6 +8,7 @@ from helpers.hdr_bench import DUAL_GAIN, TWO_EXPOSURES, combined_codes, hdr_plan
 from helpers.randomness import accept, correlation_p, mean_p, variance_p
 from scipy import stats
 
+from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import IsoSetting, Window
 from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.camera.hdr_readout import Companding, HdrReadout
@@ -103,3 +104,15 @@ def test_parts_of_a_frame_are_those_of_the_whole(device):
     whole = combined_codes(device, hdr_plan(DUAL_GAIN, 48, 40), means)
     part = combined_codes(device, hdr_plan(DUAL_GAIN, 48, 40, window=Window(5, 7, 32, 30)), means[7:37, 5:37])
     np.testing.assert_array_equal(part, whole[7:37, 5:37])
+
+
+def test_charge_that_is_binned_is_summed_before_all_readings(device):
+    """Four photosites of 2000 e- fill the first reading: the second one gives 8000 e-, with the variance of their sum."""
+    sensor = hdr_plan(DUAL_GAIN, 128, 128, binning=Binning(2))
+    means = np.full((128, 128), 2000.0)
+    clean = read_noise_free_combined(device, sensor, [device.upload(means.astype(np.float32))])
+    np.testing.assert_allclose(clean, 64.0 + 1.28 * 8000.0, rtol=1e-6)
+    truth = combined_variance(sensor, [np.full((1, 1), 8000.0, np.float32)], 4)[0, 0]
+    assert truth == pytest.approx(1.28**2 * 8000.0 + 256.0 * (1.3**2 + 1 / 12), rel=2e-3)
+    codes = combined_codes(device, sensor, means).astype(np.float64)
+    accept({"mean": mean_p(codes, clean[0, 0], truth), "variance": variance_p(codes, truth)})

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
 
+from simulator.config import load_camera
 from simulator.errors import PhotositeError
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import IsoSetting
@@ -70,3 +71,11 @@ def test_averaged_codes_are_refused_and_isos_are_those_of_all_readings():
     assert small_camera(iso_table=table, hdr_readout=readout).isos == (400, 800)
     with pytest.raises(PhotositeError, match="camera.binning.mode = average: combined codes"):
         small_camera(iso_table=table, hdr_readout=readout, binning=Binning(2, "average"))
+
+
+def test_a_camera_file_gives_readings_and_knees():
+    text = "camera.hdr_readout={gains: [1, 0.25], companding: {bits: 12, knees: [[1024, 1024], [8192, 2048]]}}"
+    camera = load_camera("sony_a7s2", [text])
+    assert camera.hdr_readout == HdrReadout(gains=(1.0, 0.25), companding=Companding(12, KNEES))
+    with pytest.raises(PhotositeError, match=r"camera.hdr_readout.gains = .*each reading needs less"):
+        load_camera("sony_a7s2", ["camera.hdr_readout.gains=[1, 1]"])
