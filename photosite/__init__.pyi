@@ -79,6 +79,8 @@ from simulator.sensor.camera.camera_sections import IsoSetting as IsoSetting
 from simulator.sensor.camera.camera_sections import SpectralResponse as SpectralResponse
 from simulator.sensor.camera.camera_sections import Window as Window
 from simulator.sensor.camera.crosstalk import Crosstalk as Crosstalk
+from simulator.sensor.camera.hdr_readout import Companding as Companding
+from simulator.sensor.camera.hdr_readout import HdrReadout as HdrReadout
 from simulator.sensor.camera.optical_black import OpticalBlack as OpticalBlack
 from simulator.sensor.camera.read_noise_model import ReadNoiseModel as ReadNoiseModel
 from simulator.sensor.frame_stack import expose_frame_stack as expose_frame_stack

@@ -81,8 +81,8 @@ class CameraChoice:
         check_weights("weight", (self.weight or 1.0,))
         camera, name = self.camera, f"{self.camera.make} {self.camera.model}"
         require(camera.cfa != "MONO", "camera.cfa", "MONO", f"data sets need a 2x2 colour filter, which the {name} has not")
-        for key in ("binning", "crosstalk"):
-            rule = "data sets read each photosite out alone; take it away with null"
+        for key in ("binning", "crosstalk", "hdr_readout"):
+            rule = "data sets read each photosite out alone, and once; take it away with null"
             require(getattr(camera, key) is None, f"camera.{key}", "given", rule)
         for iso in (*self.range(), *self._between()):
             camera.iso_setting(iso)

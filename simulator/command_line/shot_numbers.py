@@ -43,6 +43,8 @@ def white_facts(shot: Shot, planned: Plan) -> list[Fact]:
 
 def _describe_headroom(sensor: SensorPlan, mean_e: float, full_e: float) -> str:
     """Stops to the clipping point and, below it, the signal-to-noise ratio."""
+    if full_e == 0.0:
+        return "dark current alone reaches white"
     stops = math.log2(full_e / mean_e) if mean_e > 0 else math.inf
     if stops <= 0:
         return f"{-stops:.2f} stops above clipping"

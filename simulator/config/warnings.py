@@ -22,13 +22,16 @@ def shot_warnings(shot: Shot) -> list[str]:
     """
     camera, setting = shot.camera, shot.camera.iso_setting(shot.exposure.iso)
     assert setting.black_level_dn is not None and setting.white_level_dn is not None  # iso_setting fills them in
-    adc_range_e = (setting.white_level_dn - setting.black_level_dn) / setting.gain_dn_per_e
+    least = 1.0 if camera.hdr_readout is None else min(camera.hdr_readout.gains)  # gain at which most electrons are read
+    widest = setting if least == 1.0 else camera.iso_setting(least * shot.exposure.iso)
+    black_dn, white_dn = widest.levels_dn
+    adc_range_e = (white_dn - black_dn) / widest.gain_dn_per_e
     warnings = []
     full_well = camera.stages.get("full_well")
     if isinstance(full_well, FullWell) and full_well.capacity_e > adc_range_e * 1.001:
         warnings.append(
-            f"camera.stages.full_well.capacity = {full_well.capacity_e:.0f} e-: at ISO {shot.exposure.iso} the ADC is full at "
-            f"{adc_range_e:.0f} e-, so highlights clip there"
+            f"camera.stages.full_well.capacity = {full_well.capacity_e:.0f} e-: at ISO {least * shot.exposure.iso:g} the ADC "
+            f"is full at {adc_range_e:.0f} e-, so highlights clip there"
         )
     if setting.black_level_dn < 4.0 * setting.read_noise_dn:
         warnings.append(

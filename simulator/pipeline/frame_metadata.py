@@ -13,6 +13,8 @@ import numpy as np
 from simulator import __version__
 from simulator.color.camera_matrices import as_shot_neutral
 from simulator.device import DeviceInfo
+from simulator.exposure.exposed_light import plan_exposure
+from simulator.exposure.later_exposures import later_exposures
 from simulator.pipeline.input_files import fingerprints
 from simulator.pipeline.motion_truth import pose_facts
 from simulator.pipeline.planner import Plan
@@ -21,6 +23,7 @@ from simulator.raw.raw_image import Raw
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_color import matrices_under_two_lights, matrix_under_d65
+from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.iso_speed import baseline_exposure_ev
 
 
@@ -32,6 +35,7 @@ def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[
     """
     camera, lens, sensor = shot.camera, shot.lens, planned.sensor
     fitted_matrices = matrices_under_two_lights(camera)
+    combined = sensor if isinstance(sensor, HdrSensorPlan) else None
     frame = {name: arrays[name] for name in ("dn", "mean_electrons", "noise_free_dn")}
     late: dict[str, Any] = {"resolved": _provenance(shot, planned, device)}
     return Raw(
@@ -39,7 +43,8 @@ def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[
         **late,
         truth={name: array for name, array in arrays.items() if name not in frame},
         cfa=camera.frame_cfa(),
-        bit_depth=camera.bit_depth,
+        bit_depth=camera.bit_depth if combined is None else combined.stored_bits,
+        linearization=None if combined is None else combined.decoding,
         black_level_dn=sensor.black_level_dn,
         white_level_dn=sensor.white_level_dn(),
         noise_profile=(sensor.noise_profile(),) * camera.channels,
@@ -101,6 +106,7 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> Callable[[], d
         "seeds": asdict(shot.seeds),
         "pose": pose_facts(shot.exposure, shot.motion, planned.exposed.openings),
         "times": planned.exposed.describe_lines(planned.sensor.readout.output),
+        **_later_times(shot, planned),
         "plan": [asdict(step) for step in planned.steps],
         "notes": list(planned.optics.scene.notes),
         "warnings": planned.warnings(),
@@ -110,6 +116,14 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> Callable[[], d
     if not all(Path(one["path"]).is_absolute() for one in inputs):
         rest["shot"] = shot.resolved
     return lambda: rest if "shot" in rest else {"shot": shot.resolved, **rest}
+
+
+def _later_times(shot: Shot, planned: Plan) -> dict[str, object]:
+    """Return when the lines of each exposure after the first are open, of a frame of several exposures; {} of any other."""
+    numbers = shot.camera, shot.lens.f_number, shot.lens.diffraction_f_number
+    later = [plan_exposure(one, *numbers) for one in later_exposures(shot.exposure, shot.camera)]
+    output = planned.sensor.readout.output
+    return {"later_times": [one.describe_lines(output) for one in later]} if later else {}
 
 
 @cache

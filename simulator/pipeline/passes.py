@@ -21,6 +21,7 @@ from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
 from simulator.optics.psf.kernel_split import Core
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.readout_window import ReadoutGeometry
+from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.sensor_plan import SensorPlan
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ COST_NS = {
     "line exposure": 0.2,
     "sensor": 2.2,
     "sensor stage": 0.25,  # for each stage
+    "combination": 0.4,  # for each reading
     "truth": 6.0,
     "strips": 4.0,
     "variance": 8.0,
@@ -98,11 +100,13 @@ def passes_of(
     truth: Collection[str],
     tiles: "TilePlan | None" = None,
     strips: Sequence[ReadoutGeometry] = (),
+    later: int = 0,
 ) -> tuple[Pass, ...]:
     """Return all passes in the order of the light.
 
     exposed: light over time. truth: maps that a shot asks for, as `Shot.truth`. tiles: method of each tile; None: not measured
-    yet. strips: readout of each strip of the frame, where there are several.
+    yet. strips: readout of each strip of the frame, where there are several. later: exposures after the first whose light is
+    computed on its own.
     """
     projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles), _psf(optics))
     motion = _motion(optics, still)
@@ -124,7 +128,9 @@ def passes_of(
     maps = [_truth_map(name, optics) for name in ("variance", "depth", "blur", "flow") if name in truth]
     if "rgb" in truth:
         maps.append(_truth_rgb(optics, (*sampling, *image, lines, noise_free)))
-    frame = (_sensor(optics, sensor), noise_free, *maps, _strips(optics, strips))
+    again = (_later_exposures(optics, later, (*sampling, *image, lines)),) if later else ()
+    read = _readings(optics, sensor) if isinstance(sensor, HdrSensorPlan) else _sensor(optics, sensor)
+    frame = (*again, read, noise_free, *maps, _strips(optics, strips))
     return (*sampling, _radius_statistics(optics, defocus), *image, lines, *frame)
 
 
@@ -360,6 +366,22 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
     return Pass(
         "sensor", True, f"{len(sensor.stages)} stages {parts}{binned}", pixels, bytes_each * pixels, cost_ms=_ms(pixels, cost)
     )
+
+
+def _readings(optics: OpticsPlan, sensor: HdrSensorPlan) -> Pass:
+    """All readings and their combination, in place of the sensor's one pass."""
+    pixels, readings, exposures = _pixels(optics), len(sensor.readings), len(sensor.exposures)
+    method = f"{len(sensor.stages)} stages, {readings} readings of {exposures} exposure{'s' * (exposures > 1)}, combined"
+    each = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages) + COST_NS["combination"]
+    cost_ms = readings * _ms(pixels, each)
+    return Pass("sensor", True, method, pixels, 8 * pixels, cost_ms=cost_ms)  # charge, codes of a reading, codes
+
+
+def _later_exposures(optics: OpticsPlan, later: int, image: tuple[Pass, ...]) -> Pass:
+    """Light of the exposures after the first. image: passes of the light, which run again for each of them."""
+    pixels, repeated = _pixels(optics), later * sum(one.cost_ms for one in image)
+    method = f"light once more for each of {later}, which see other lamps or places"
+    return Pass("later exposures", True, method, pixels, 4 * later * pixels, cost_ms=repeated)
 
 
 def _truth(optics: OpticsPlan) -> Pass:

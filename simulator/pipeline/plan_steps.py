@@ -13,6 +13,7 @@ from simulator.pipeline.psf_steps import psf_steps
 from simulator.pipeline.step import Step
 from simulator.pipeline.time_steps import time_steps
 from simulator.sensor.camera.camera import Camera
+from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.kernel.kernel_program import stage_order
 from simulator.sensor.sensor_plan import SensorPlan
 
@@ -52,6 +53,8 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens, exposed: Expose
     binning = layout.binning
     method = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
     steps.append(Step("binning", binning is not None, method))
+    if isinstance(sensor, HdrSensorPlan):
+        steps += [Step("hdr read-out", True, sensor.describe()), Step("companding", *sensor.describe_companding())]
     if optics.defocus is not None:
         accuracy = describe_errors(optics.defocus, optics.contrast)
         steps += [_occluded_background_step(optics), Step("blur accuracy", True, accuracy)]

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Self
 
 from simulator.device import Device
 from simulator.exposure.exposed_light import ExposedLight, LightComponent, plan_exposure
+from simulator.exposure.later_exposures import later_exposures
 from simulator.optics.defocus.predicted_error import error_warning
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import tangent_per_pixel
@@ -19,6 +20,7 @@ from simulator.pipeline.scene_loading import load_scene
 from simulator.pipeline.shot import Shot, TruthPart
 from simulator.pipeline.step import Step
 from simulator.sensor.camera.readout_window import ReadoutGeometry, split_readout
+from simulator.sensor.hdr_plan import HdrSensorPlan, plan_readings
 from simulator.sensor.sensor_plan import SensorPlan, plan_sensor
 from simulator.sensor.stages.exposure import Integration
 from simulator.sensor.stages.stage import Stage
@@ -41,6 +43,7 @@ class Plan:
     key: what the light depends on, of a plan that was made with a cache.
     strips: readout of each strip of the frame, from top to bottom, which are computed one after the other.
     metered: what the camera chose for the shot; None: all is set by hand.
+    later: plans of the light of the exposures after the first, of a frame of several whose light differs.
     """
 
     optics: OpticsPlan
@@ -53,6 +56,7 @@ class Plan:
     strips: tuple[ReadoutGeometry, ...] = ()
     key: LightKey | None = None
     metered: Metered | None = None
+    later: "tuple[Plan, ...]" = ()
 
     def settle(self, shot: Shot) -> Shot:
         """Return the planned shot with the exposure that is planned: manual, where it was metered."""
@@ -66,11 +70,13 @@ class Plan:
 
     def _of_strip(self, readout: ReadoutGeometry) -> Self:
         optics, sensor = replace(self.optics, window=readout.computed), replace(self.sensor, readout=readout)
-        return replace(self, optics=optics, sensor=sensor, tiles=None, strips=(readout,))
+        later = tuple(one._of_strip(readout) for one in self.later)
+        return replace(self, optics=optics, sensor=sensor, tiles=None, strips=(readout,), later=later)
 
     def in_one_color(self, plane: int) -> Self:
         """Return the plan of a sensor whose photosites all see this colour plane; the methods of the tiles are the same."""
-        return replace(self, optics=self.optics.in_one_color(plane))
+        later = tuple(one.in_one_color(plane) for one in self.later)
+        return replace(self, optics=self.optics.in_one_color(plane), later=later)
 
     def by_light(self) -> list[tuple[LightComponent, Self]]:
         """Return the plan of each component of the light whose image is a pass of its own, not measured yet.
@@ -132,13 +138,32 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
     """
     metered = meter_shot(shot)
     shot = shot if metered is None else metered.settle(shot)
-    sensor = plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
+    sensor = plan_readings(_plan_sensor(shot), shot.exposure.iso)
     exposed = plan_exposure(shot.exposure, shot.camera, shot.lens.f_number, shot.lens.diffraction_f_number)
     optics, key = _plan_light(shot, sensor, exposed, cache)
     steps = steps_of(optics, sensor, shot.lens, exposed)
     strips = tuple(split_readout(shot.camera, strip_px, BAND_ROWS))
     planned = Plan(optics, sensor, exposed, shot.truth, steps, (), strips=strips, key=key, metered=metered)
+    if isinstance(sensor, HdrSensorPlan):
+        planned = replace(planned, later=_plan_later(shot, planned, cache))
     return replace(planned, passes=_passes_of(planned))
+
+
+def _plan_sensor(shot: Shot) -> SensorPlan:
+    return plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
+
+
+def _plan_later(shot: Shot, first: Plan, cache: LightCache | None) -> tuple[Plan, ...]:
+    """Plan the light of the exposures after the first; none where it is the same, at rest and in steady light."""
+    found = []
+    for exposure in later_exposures(shot.exposure, shot.camera):
+        part = replace(shot, exposure=exposure)
+        exposed = plan_exposure(exposure, shot.camera, shot.lens.f_number, shot.lens.diffraction_f_number)
+        sensor = _plan_sensor(part)
+        optics, key = _plan_light(part, sensor, exposed, cache)
+        found.append(Plan(optics, sensor, exposed, (), (), (), key=key))
+    is_same = shot.motion is None and all(one.exposed.is_plain for one in (first, *found))
+    return () if is_same else tuple(found)
 
 
 def _plan_light(
@@ -176,11 +201,13 @@ def measure(planned: Plan, device: Device) -> Plan:
 
 def _passes_of(planned: Plan) -> tuple[Pass, ...]:
     """Return the passes of a plan; of several strips, those of the whole frame with the memory of the largest strip."""
-    passes = passes_of(planned.optics, planned.sensor, planned.exposed, planned.truth, planned.tiles, planned.strips)
+    later = len(planned.later)
+    passes = passes_of(planned.optics, planned.sensor, planned.exposed, planned.truth, planned.tiles, planned.strips, later)
     if len(planned.strips) <= 1:
         return passes
     largest = max(planned.by_strip(), key=lambda strip: strip.optics.window.height)
-    parts = {one.name: one for one in passes_of(largest.optics, largest.sensor, largest.exposed, largest.truth)}
+    in_one = passes_of(largest.optics, largest.sensor, largest.exposed, largest.truth, later=later)
+    parts = {one.name: one for one in in_one}
 
     def of_strip(one: Pass) -> Pass:
         part = parts.get(one.name, one)

@@ -1,7 +1,7 @@
 """From a shot to a raw frame: the passes of a plan on an OpenCL device, in the order of the light."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from typing import Any
 
@@ -30,6 +30,8 @@ from simulator.raw.raw_image import Raw
 from simulator.raw.save import files_of
 from simulator.scene.content_keys import Itself
 from simulator.sensor.camera.camera_sections import Window
+from simulator.sensor.hdr_passes import read_noise_free_combined, read_out_combined
+from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.readout import darken_optical_black, read_mean_electrons, read_noise_free, read_out, share_with_neighbors
 from simulator.sensor.sensor_plan import SensorPlan
 
@@ -162,13 +164,18 @@ def _execute_strip(
     if cache is None:
         planned = _measure(planned, device, timed)
     light = _light(planned, device, lambda share: report("light", 0.1 + 0.7 * share), timed, cache)
+    with timed("later exposures", device) if planned.later else nullcontext():
+        lights = [light, *_later_lights(planned, device, Stopwatch(), cache)]
     report("sensor", 0.8)
     with timed("sensor", device):
-        dn = read_out(device, planned.sensor, light, shot.seeds)
+        if isinstance(planned.sensor, HdrSensorPlan):
+            dn = read_out_combined(device, planned.sensor, _by_exposure(planned.sensor, lights), shot.seeds)
+        else:
+            dn = read_out(device, planned.sensor, light, shot.seeds)
     report("truth", 0.9)
-    late = LateTruth(device, planned.sensor, light, timed)
-    electrons = late.mean_electrons() if "variance" in planned.truth else None
-    maps = compute_truth_maps(planned, shot.lens, device, electrons, timed, cache)
+    late = LateTruth(device, planned.sensor, lights, timed)
+    electrons, *later = late.exposures() if "variance" in planned.truth else [None]
+    maps = compute_truth_maps(planned, shot.lens, device, electrons, timed, cache, [one for one in later if one is not None])
     if "flow" in planned.truth:
         with timed("truth: flow", device):
             maps["flow"] = flow_map(
@@ -181,21 +188,42 @@ def _execute_strip(
 class LateTruth:
     """Truth of a frame that is computed when it is first asked for, from the light on the sensor, which is held until then.
 
-    light: mosaic of electron radiance, as `expose` returns it; nothing changes it. timed: gets the time, as that of "truth".
+    lights: mosaic of electron radiance of each exposure, as `expose` returns it; one where they are all the same. Nothing
+    changes them. timed: gets the time, as that of "truth".
     """
 
-    def __init__(self, device: Device, sensor: SensorPlan, light: Buffer, timed: Stopwatch) -> None:
-        self._device, self._sensor, self._light, self._timed = device, sensor, light, timed
+    def __init__(self, device: Device, sensor: SensorPlan, lights: Sequence[Buffer], timed: Stopwatch) -> None:
+        self._device, self._sensor, self._lights, self._timed = device, sensor, lights, timed
 
     def mean_electrons(self) -> np.ndarray:
         """Return the mean electrons [e-] of the frame's pixels, (height, width) float32, a new array."""
         with self._timed("truth", self._device):
-            return read_mean_electrons(self._device, self._sensor, self._light)
+            return read_mean_electrons(self._device, self._sensor, self._lights[0])
+
+    def exposures(self) -> list[np.ndarray]:
+        """Return the mean electrons of each exposure, as `mean_electrons` does; a frame has one unless its readings differ."""
+        if not isinstance(self._sensor, HdrSensorPlan):
+            return [self.mean_electrons()]
+        parts = zip(self._sensor.exposures, _by_exposure(self._sensor, self._lights), strict=True)
+        with self._timed("truth", self._device):
+            return [read_mean_electrons(self._device, part, light) for part, light in parts]
 
     def noise_free_dn(self) -> np.ndarray:
         """Return the codes without noise [DN] of the frame's pixels, (height, width) float32, a new array."""
         with self._timed("truth", self._device):
-            return read_noise_free(self._device, self._sensor, self._light)
+            return _read_noise_free(self._device, self._sensor, self._lights)
+
+
+def _by_exposure(sensor: HdrSensorPlan, lights: Sequence[Buffer]) -> list[Buffer]:
+    """Return the light of each exposure, where `lights` has one for all of them, too."""
+    return [lights[place % len(lights)] for place in range(len(sensor.exposures))]
+
+
+def _read_noise_free(device: Device, sensor: SensorPlan, lights: Sequence[Buffer]) -> np.ndarray:
+    """Return the codes without noise [DN] of the frame's pixels, (height, width) float32."""
+    if isinstance(sensor, HdrSensorPlan):
+        return read_noise_free_combined(device, sensor, _by_exposure(sensor, lights))
+    return read_noise_free(device, sensor, lights[0])
 
 
 def check_memory(planned: Plan, device: DeviceInfo, kept_bytes: int = 0) -> None:
@@ -229,6 +257,12 @@ def _light(
         return expose(planned, device, progress, timed)
     key = Itself(device), planned.key.of_mosaic(planned.optics, planned.sensor)
     return cache.get(key, lambda: expose(_measure(planned, device, timed), device, progress, timed))
+
+
+def _later_lights(planned: Plan, device: Device, timed: Stopwatch, cache: LightCache | None) -> list[Buffer]:
+    """Return the mosaic of each exposure after the first whose light is not the same, as `_light` does."""
+    later = planned.later if cache is not None else [_measure(one, device, timed) for one in planned.later]
+    return [_light(one, device, lambda share: None, timed, cache) for one in later]
 
 
 def expose(
@@ -299,7 +333,7 @@ def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple
 
     light: mosaic of electron radiance, as `expose` returns it.
     """
-    return read_mean_electrons(device, sensor, light), read_noise_free(device, sensor, light)
+    return read_mean_electrons(device, sensor, light), _read_noise_free(device, sensor, [light])
 
 
 def compute_truth_maps(
@@ -309,16 +343,18 @@ def compute_truth_maps(
     mean_electrons: np.ndarray | None,
     timed: Stopwatch | None = None,
     cache: LightCache | None = None,
+    later_electrons: Sequence[np.ndarray] = (),
 ) -> dict[str, np.ndarray]:
     """Return the maps that the plan's truth asks for, by name; see `Raw.truth`.
 
-    mean_electrons: of the frame's pixels [e-], for the map of the variance; None: it is not asked for.
+    mean_electrons: of the frame's pixels [e-], for the map of the variance; None: it is not asked for. later_electrons: of the
+    further exposures of an HDR read-out.
     """
     optics, sensor, wanted, timed = planned.optics, planned.sensor, planned.truth, timed or Stopwatch()
     maps: dict[str, np.ndarray] = {}
     if mean_electrons is not None and "variance" in wanted:
         with timed("truth: variance", device):
-            maps["variance"] = variance_map(sensor, mean_electrons)
+            maps["variance"] = variance_map(sensor, mean_electrons, *later_electrons)
     if "depth" in wanted:
         with timed("truth: depth", device):
             maps["depth"] = depth_map(optics.scene, optics.projection, sensor.readout)
@@ -343,7 +379,9 @@ def clean_rgb(planned: Plan, device: Device, cache: LightCache | None = None) ->
     black_dn, span_dn = np.float32(sensor.black_level_dn), np.float32(sensor.full_scale_dn())
     planes = []
     for channel in range(planned.optics.channels):
-        light = _light(planned.in_one_color(channel), device, lambda share: None, Stopwatch(), cache)
+        part = planned.in_one_color(channel)
+        light = _light(part, device, lambda share: None, Stopwatch(), cache)
+        lights = [light, *_later_lights(part, device, Stopwatch(), cache)]
         # Unnamed, so that the frame's memory is free before the next colour is computed.
-        planes.append((read_noise_free(device, sensor, light) - black_dn) / span_dn)
+        planes.append((_read_noise_free(device, sensor, lights) - black_dn) / span_dn)
     return np.stack(planes, axis=-1)

@@ -9,17 +9,21 @@ from simulator.scene.compositing import visible_depth_m
 from simulator.scene.scene import Scene, is_depth_map
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.code_variance import code_variance
+from simulator.sensor.hdr_plan import HdrSensorPlan
+from simulator.sensor.hdr_variance import combined_variance
 from simulator.sensor.sensor_plan import SensorPlan
 
 
-def variance_map(sensor: SensorPlan, mean_electrons: np.ndarray) -> np.ndarray:
+def variance_map(sensor: SensorPlan, mean_electrons: np.ndarray, *later_electrons: np.ndarray) -> np.ndarray:
     """Return the variance of each code over frames, (height, width) float32 [DN^2]: temporal noise and rounding.
 
-    mean_electrons: (height, width) mean photoelectrons of the frame's pixels [e-].
-    `simulator.sensor.code_variance` lists the noises that it holds.
+    mean_electrons: (height, width) mean photoelectrons of the frame's pixels [e-]; later_electrons: those of the further
+        exposures of an HDR read-out. `simulator.sensor.code_variance` lists the noises that it holds.
     """
     binning = sensor.readout.binning
     count = binning.count if binning is not None and sensor.readout.adds_charge else 1
+    if isinstance(sensor, HdrSensorPlan):
+        return combined_variance(sensor, (mean_electrons, *later_electrons), count)
     return code_variance(sensor.moment_steps(), mean_electrons, count)
 
 

@@ -15,7 +15,7 @@ LATE = ("mean_electrons", "noise_free_dn", "resolved")
 class Raw:
     """A raw frame, its ground truth, and the metadata that a raw converter needs.
 
-    dn: (height, width) uint16 codes [DN].
+    dn: (height, width) uint16 codes, linear in light [DN].
     mean_electrons: (height, width) float32, mean photoelectrons per photosite, before any noise [e-].
     noise_free_dn: (height, width) float32, the code without noise and rounding, clipped as the sensor clips [DN].
         Both are LATE: they may be given as functions that make them. Those of a simulated frame are computed on its device
@@ -23,6 +23,8 @@ class Raw:
     cfa: colours of the 2x2 block at the frame's upper left corner, row by row; "MONO" has no filter.
     black_level_dn: pedestal [DN]. black_offsets_dn: black level less pedestal at the four places of that block [DN].
     white_level_dn: largest code the frame can reach [DN].
+    linearization: (stored codes,) uint16, ascending, the code in `dn` of each code that a file stores (DNG LinearizationTable);
+        None: a file stores `dn` itself.
     noise_profile: (S, O) per colour plane (R, G, B, or one): variance of the signal x that runs from 0 at
         black to 1 at white is S x + O (DNG 1.4, NoiseProfile).
     color_matrix: (3, 3) XYZ to camera under D65 (DNG ColorMatrix); None for MONO.
@@ -69,6 +71,7 @@ class Raw:
     baseline_exposure_ev: float | None = None
     name: str = "shot"
     black_offsets_dn: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    linearization: np.ndarray | None = None
     format: RawFormat = RawFormat()
     date_time: str | None = None
     active_area: tuple[int, int, int, int] | None = None

@@ -27,7 +27,7 @@ def code_variance(steps: Sequence[SignalStep], mean_electrons: np.ndarray, count
     to the sensor, not to the frame, so that a crop has the bits of the whole frame. They are evenly spaced in the square root,
     as shot noise is.
     """
-    top_e = count * _clipping_electrons(steps)
+    top_e = count * clipping_electrons(steps)
     electrons = np.linspace(0.0, math.sqrt(top_e), _NODES) ** 2
     nodes = _variance(steps, electrons / count).astype(np.float32)
     slopes = np.append(np.diff(nodes) / np.diff(electrons), 0.0).astype(np.float32)
@@ -45,7 +45,7 @@ def code_variance(steps: Sequence[SignalStep], mean_electrons: np.ndarray, count
     return result
 
 
-def _clipping_electrons(steps: Sequence[SignalStep]) -> float:
+def clipping_electrons(steps: Sequence[SignalStep]) -> float:
     """Return photoelectrons per photosite above which every code is the white level."""
     dark, one, limits = Moments(0.0, 0.0), Moments(1.0, 0.0), _UNLIMITED
     for step in steps:
@@ -58,6 +58,11 @@ def _clipping_electrons(steps: Sequence[SignalStep]) -> float:
 
 def _variance(steps: Sequence[SignalStep], electrons: np.ndarray) -> np.ndarray:
     """Return the variance of the code [DN^2] for mean photoelectrons per photosite (n,) float64."""
+    return clipped_moments(steps, electrons).variance
+
+
+def clipped_moments(steps: Sequence[SignalStep], electrons: np.ndarray) -> Moments:
+    """Return the moments after these steps for mean photoelectrons per photosite (n,) float64, clipped as the sensor clips."""
     signal = Moments(electrons, np.zeros_like(electrons), np.zeros_like(electrons))
     limits = _UNLIMITED
     for step in steps:
@@ -66,7 +71,7 @@ def _variance(steps: Sequence[SignalStep], electrons: np.ndarray) -> np.ndarray:
         if clipped is not None:
             limits = clipped
             signal = _clip(signal, *limits)
-    return signal.variance
+    return signal
 
 
 def _clip(signal: Moments, low: float, high: float) -> Moments:

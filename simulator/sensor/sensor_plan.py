@@ -80,10 +80,8 @@ class SensorPlan:
 
     def moments(self, mean_electrons: float) -> Moments:
         """Return mean and variance of the code [DN] for a photosite with this mean number of photoelectrons."""
-        signal = Moments(mean_electrons, 0.0)
-        for step in self.moment_steps():
-            signal = step.moments(signal)
-        return signal
+        steps, own_electrons = self.steps_at(mean_electrons)
+        return reduce(lambda signal, step: step.moments(signal), steps, Moments(own_electrons, 0.0))
 
     def moment_steps(self) -> list[SignalStep]:
         """Return the steps from the photoelectrons to the code that change mean or variance, in physical order."""
@@ -97,9 +95,14 @@ class SensorPlan:
     @property
     def black_level_dn(self) -> float:
         """Pedestal [DN]."""
+        return self.adc_range[0]
+
+    @property
+    def adc_range(self) -> tuple[float, int]:
+        """Pedestal and largest code of the ADC [DN]."""
         adc = self.stage("adc")
         assert isinstance(adc, Adc)  # Camera.sensor_stages always gives one
-        return adc.black_level_dn
+        return adc.black_level_dn, adc.max_code
 
     def white_level_dn(self) -> int:
         """Return the code at which a photosite saturates [DN]: that of the full well or of the ADC, whichever is lower."""
@@ -110,15 +113,27 @@ class SensorPlan:
         return self.white_level_dn() - self.black_level_dn
 
     def gain_dn_per_e(self) -> float:
-        """Return the gain of all stages together [DN/e-]: slope of the mean code over the photoelectrons, in the dark."""
-        return self.moments(1.0).mean - self.moments(0.0).mean
+        """Return the gain of all stages together [DN/e-]: slope of the mean code over the photoelectrons, in the dark.
+
+        It is that of a sensor that does not clip, even where dark current alone fills the wells.
+        """
+        dark, one = self._unclipped(0.0), self._unclipped(1.0)
+        return one.mean - dark.mean
 
     def electrons_at_white(self) -> float:
         """Return the photoelectrons that raise the mean code from that in the dark to the white level, linearly [e-].
 
-        The mean code in the dark includes the dark current, which uses a part of the range. The gain must be above 0.
+        The mean code in the dark includes the dark current, which uses a part of the range; 0 where it uses all of it.
         """
-        return (self.white_level_dn() - self.moments(0.0).mean) / self.gain_dn_per_e()
+        return max(self.white_level_dn() - self.moments(0.0).mean, 0.0) / self.gain_dn_per_e()
+
+    def steps_at(self, mean_electrons: float) -> tuple[list[SignalStep], float]:
+        """Return the steps that a photosite with these mean photoelectrons goes through, and the mean that they begin with."""
+        return self.moment_steps(), mean_electrons
+
+    def _unclipped(self, mean_electrons: float) -> Moments:
+        """Return mean and variance of the code [DN] without clipping."""
+        return reduce(lambda signal, step: step.unclipped(signal), self.moment_steps(), Moments(mean_electrons, 0.0))
 
     def noise_floor(self) -> NoiseFloor | None:
         """Return the least noise of this exposure at the camera's ISOs (`Camera.isos`) and at the plan's own.
@@ -131,7 +146,7 @@ class SensorPlan:
         most_e, least_e2 = 0.0, math.inf
         for plan in plans:
             dark, gain = plan.moments(0.0), plan.gain_dn_per_e()
-            if gain > 0.0:
+            if dark.mean < plan.white_level_dn():
                 most_e = max(most_e, (plan.white_level_dn() - dark.mean) / gain)
                 least_e2 = min(least_e2, dark.variance / gain**2)
         if most_e == 0.0:
@@ -151,9 +166,7 @@ class SensorPlan:
 
     def noise_profile(self) -> tuple[float, float]:
         """Return S and O of DNG's NoiseProfile: variance = S x + O, x from 0 at black to 1 at white (DNG 1.4)."""
-        dark, one = Moments(0.0, 0.0), Moments(1.0, 0.0)
-        for step in self.moment_steps():
-            dark, one = step.unclipped(dark), step.unclipped(one)
+        dark, one = self._unclipped(0.0), self._unclipped(1.0)
         slope = (one.variance - dark.variance) / (one.mean - dark.mean)
         return slope / self.full_scale_dn(), dark.variance / self.full_scale_dn() ** 2
 

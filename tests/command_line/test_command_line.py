@@ -222,6 +222,13 @@ def rows_of_passes(out: str) -> list[list[str]]:
     return [[cell.strip() for cell in line.strip("│").split("│")] for line in table.splitlines()]
 
 
+def test_explain_tells_of_an_hour_whose_dark_current_fills_the_wells(capsys):
+    code, out, _ = run(
+        capsys, "explain", FLAT, "--set", "exposure.time=1 h", "--set", "camera.stages.dark_current={rate: 100 e-/s}"
+    )
+    assert code == 0 and "dark current alone reaches white" in out
+
+
 @pytest.mark.parametrize("focus", ["2 m", "1 m"])  # sharp, and out of focus, where the blur has a method and an error
 def test_explain_shows_each_pass_with_method_size_memory_error_and_time(capsys, focus):
     from simulator.device import open_device

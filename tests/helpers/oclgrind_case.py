@@ -33,6 +33,7 @@ from simulator.scene.scene import Layer
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import IsoSetting, Window
 from simulator.sensor.camera.crosstalk import Crosstalk
+from simulator.sensor.camera.hdr_readout import HdrReadout
 from simulator.sensor.camera.optical_black import OpticalBlack
 
 
@@ -54,6 +55,9 @@ def run(case: str) -> None:
         optical_black=OpticalBlack(left_px=4, top_px=2) if "covered" in case else None,
         **neighbours,
     )
+    if "readings" in case:
+        table, readout = {100: IsoSetting(0.5, 3.0), 400: IsoSetting(2.0, 3.0)}, HdrReadout((1.0, 1.0, 0.25), (1.0, 0.25, 0.25))
+        camera = replace(camera, bit_depth=12, iso_table=table, hdr_readout=readout)
     depth = 2.0 if "sharp" in case else 5.0 if "one" in case else rng.uniform(1.7, 2.5, (20, 30)).astype(np.float32)
     settings = {}
     if "layers" in case:  # both out of focus, the nearer one with a soft edge
@@ -62,7 +66,7 @@ def run(case: str) -> None:
         settings["behind"] = (Layer(light, rng.uniform(2.3, 2.4) * np.ones((20, 30), np.float32) + 1e-3 * np.arange(30)),)
         depth = 1.8
     scene = band_scene(rng.random((20, 30, camera.channels)), depth, **settings)
-    exposure = Exposure(0.001)
+    exposure = Exposure(0.001, 400 if "readings" in case else 100)
     if "lines" in case:  # columns that collect different shares of two lamps
         flash = Flash(0.0005, guide_number_m=2.0)
         exposure = replace(exposure, shutter=RollingShutter(0.01, "left_to_right"), flicker=PwmLamp(300.0, 0.5), flash=flash)

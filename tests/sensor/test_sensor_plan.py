@@ -67,3 +67,17 @@ def test_a_sensor_that_dark_current_fills_has_no_floor_and_longer_exposures_have
     assert planned(camera, 100, 1.0).noise_floor() is None
     warm = replace(camera, stages={"dark_current": DarkCurrent(100.0)})
     assert [planned(warm, 100, time_s).noise_floor().read_noise_e for time_s in (1.0, 4.0)] == [8.0, 16.0]
+
+
+def test_wells_that_dark_current_fills_leave_no_electrons_but_the_gain():
+    """An hour at 100 e-/s in wells of 60,000 e-: no light can be told, at any ISO; `explain` says so."""
+    from simulator.pipeline.explain.noise_budget import noise_budget
+
+    stages = {"dark_current": DarkCurrent(100.0), "full_well": FullWell(60000.0)}
+    full = planned(small_camera(stages=stages), 100, 3600.0)
+    assert full.electrons_at_white() == 0.0 and full.gain_dn_per_e() == pytest.approx(1.0)
+    assert full.noise_floor() is None
+    budget = noise_budget(full, 500.0, 100, 3600.0)
+    assert budget.is_clipped and budget.dynamic_range_stops == -math.inf
+    nearly = planned(small_camera(stages=stages), 100, 599.0)
+    assert nearly.electrons_at_white() == pytest.approx(100.0)

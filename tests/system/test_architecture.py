@@ -91,7 +91,10 @@ ORDER = {
     ),
     "simulator/sensor": (
         "frame_stack",
+        "hdr_passes",
+        "hdr_variance",
         "iso_speed",
+        "hdr_plan",
         "readout",
         "sensor_plan",
         "code_variance",
@@ -108,6 +111,7 @@ ORDER = {
         "run",
         "report",
         "generate",
+        "moving_frames",
         "recipe",
         "sources",
         "storage",

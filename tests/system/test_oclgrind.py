@@ -23,6 +23,7 @@ CASES = [
     "sharp MONO near",
     "sharp RGGB window near",
     "sharp RGGB covered",
+    "sharp RGGB readings near",
     "sharp RGGB window lines",
     "sharp RGGB window moving",
     "sharp MONO moving rolling",

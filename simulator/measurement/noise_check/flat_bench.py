@@ -64,6 +64,8 @@ def bench_camera(camera: Camera, width: int, height: int) -> Camera:
     """
     rule = "single photosites are measured; leave binning out, or set it to null"
     require(camera.binning is None, "camera.binning", camera.binning, rule)
+    once = "single readings are measured; leave hdr_readout out, or set it to null"
+    require(camera.hdr_readout is None, "camera.hdr_readout", "given", once)
     width, height = min(width, camera.width_px), min(height, camera.height_px)
     x, y = ((camera.width_px - width) // 4 * 2, (camera.height_px - height) // 4 * 2)
     return replace(camera, window=Window(x, y, width, height))

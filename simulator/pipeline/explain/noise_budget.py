@@ -44,8 +44,8 @@ class NoiseBudget:
 
     @property
     def dynamic_range_stops(self) -> float:
-        """log2 of full scale over the noise of the dark."""
-        return math.log2(self.full_scale_e * self.gain_dn_per_e / self.dark_sigma_dn)
+        """log2 of full scale over the noise of the dark; minus infinity where dark current fills the range."""
+        return -math.inf if self.full_scale_e == 0.0 else math.log2(self.full_scale_e * self.gain_dn_per_e / self.dark_sigma_dn)
 
     @property
     def is_clipped(self) -> bool:
@@ -79,7 +79,7 @@ def contributions(steps: Iterable[SignalStep], mean_electrons: float) -> tuple[M
 
 def noise_budget(sensor: SensorPlan, mean_electrons: float, iso: int, time_s: float) -> NoiseBudget:
     """Return the budget of a photosite with these mean photoelectrons [e-], on a sensor planned for this ISO and time [s]."""
-    signal, temporal, fixed = contributions(sensor.moment_steps(), mean_electrons)
+    signal, temporal, fixed = contributions(*sensor.steps_at(mean_electrons))
     dark = sensor.moments(0.0)
     return NoiseBudget(
         iso=iso,

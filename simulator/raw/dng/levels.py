@@ -7,9 +7,10 @@ from simulator.raw.raw_image import Raw
 
 
 def levels(raw: Raw, bits_per_sample: int) -> dict[Tag, tiff.Field]:
-    """Return BlackLevelRepeatDim, BlackLevel and WhiteLevel.
+    """Return BlackLevelRepeatDim, BlackLevel and WhiteLevel, and LinearizationTable of a companded frame.
 
-    A MONO frame without offsets has one black level, any other four; LibRaw reads a single one of a 2x2 pattern as 0.
+    Levels are those after the table, which has up to 16 bits whatever the codes have. A MONO frame without offsets has one
+    black level, any other four; LibRaw reads a single one of a 2x2 pattern as 0.
     Raises PhotositeError for levels that are not 0 <= black < white < 2^bits: Adobe's reader refuses them.
     """
     black_dn = [raw.black_level_dn + offset for offset in raw.black_offsets_dn]
@@ -17,6 +18,8 @@ def levels(raw: Raw, bits_per_sample: int) -> dict[Tag, tiff.Field]:
         raise PhotositeError(
             "give one for each place of the 2x2 block", part=raw.name, key="black_offsets_dn", value=raw.black_offsets_dn
         )
+    if raw.linearization is not None:
+        bits_per_sample = 16
     largest = 2**bits_per_sample - 1
     rule = f"lies outside the codes 1 to {largest} of {bits_per_sample} bits"
     require(1 <= raw.white_level_dn <= largest, "white_level", f"{raw.white_level_dn} DN", rule, part=raw.name)
@@ -24,7 +27,9 @@ def levels(raw: Raw, bits_per_sample: int) -> dict[Tag, tiff.Field]:
     for level_dn in black_dn:
         require(0 <= level_dn < raw.white_level_dn, "black_level", f"{level_dn:g} DN", rule, part=raw.name)
     single = raw.cfa == "MONO" and not any(raw.black_offsets_dn)
+    table = {} if raw.linearization is None else {Tag.LINEARIZATION_TABLE: tiff.short(*raw.linearization.tolist())}
     return {
+        **table,
         Tag.BLACK_LEVEL_REPEAT_DIM: tiff.short(1, 1) if single else tiff.short(2, 2),
         Tag.BLACK_LEVEL: _black_level(black_dn[:1] if single else black_dn),
         Tag.WHITE_LEVEL: tiff.short(raw.white_level_dn),

@@ -44,14 +44,36 @@ def bits_per_sample(raw: Raw) -> int:
 
 def mosaic_data(raw: Raw) -> MosaicData:
     """Encode the codes of a frame. Raises PhotositeError for a code that does not fit into the bits."""
-    bits = bits_per_sample(raw)
-    largest = max(int(block.max()) for block in in_blocks(raw.dn)) if bits < 16 else 0
+    bits, dn = bits_per_sample(raw), stored_codes(raw)
+    largest = max(int(block.max()) for block in in_blocks(dn)) if bits < 16 else 0
     rule = f"more than {bits} bits hold; take raw.payload: uncompressed"
     require(largest < 2**bits, "code", f"{largest} DN", rule, part=raw.name)
     if raw.format.payload == "lossless_jpeg":
-        return MosaicData(_jpeg(raw.dn, bits), bits, Compression.JPEG)
-    codes = np.ascontiguousarray(raw.dn, dtype="<u2") if bits == 16 else pack_codes(raw.dn, bits)
+        return MosaicData(_jpeg(dn, bits), bits, Compression.JPEG)
+    codes = np.ascontiguousarray(dn, dtype="<u2") if bits == 16 else pack_codes(dn, bits)
     return MosaicData(codes, bits, Compression.NONE)
+
+
+def stored_codes(raw: Raw) -> np.ndarray:
+    """Return the codes that the file stores, (height, width) uint16: those of the frame, companded where it has a table.
+
+    Raises PhotositeError for a code that the table does not hold.
+    """
+    table = raw.linearization
+    if table is None:
+        return raw.dn
+    code_of = np.zeros(2**16, np.uint16)
+    code_of[table] = np.arange(len(table))
+    stored = np.empty(raw.dn.shape, np.uint16)
+    first = 0
+    for block in in_blocks(raw.dn):
+        codes = code_of[block]
+        wrong = table[codes] != block
+        rule = "is none that the linearization table decodes to; take codes of the table"
+        require(not wrong.any(), "code", f"{block[wrong][:1]} DN", rule, part=raw.name)
+        stored[first : first + len(block)] = codes
+        first += len(block)
+    return stored
 
 
 def pack_codes(dn: np.ndarray, bits: int) -> np.ndarray:

@@ -10,6 +10,7 @@ from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera_sections import ColorMatrix, ConversionGainSwitch, IsoSetting, SpectralResponse, Window
 from simulator.sensor.camera.cfa import Cfa, CfaName
 from simulator.sensor.camera.crosstalk import Crosstalk
+from simulator.sensor.camera.hdr_readout import HdrReadout
 from simulator.sensor.camera.iso_stages import iso_stages
 from simulator.sensor.camera.iso_table import IsoTable
 from simulator.sensor.camera.optical_black import OpticalBlack
@@ -39,6 +40,7 @@ class Camera:
     low_pass_um: distance between the four spots of an optical low-pass filter, on either axis; 0: no filter.
     readout_time_s: in which all lines are read one after the other, from the start of the first to that of one past the last,
         with a rolling shutter that states none.
+    hdr_readout: several readings of one frame that are combined; left out: one reading.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
     Raises PhotositeError for values out of range, or that contradict each other.
     """
@@ -68,6 +70,7 @@ class Camera:
     optical_black: OpticalBlack | None = None
     low_pass_um: Micrometres = 0.0
     readout_time_s: Seconds | None = None
+    hdr_readout: HdrReadout | None = None
 
     def __post_init__(self) -> None:
         for key, side in (("width", self.width_px), ("height", self.height_px)):
@@ -141,6 +144,9 @@ class Camera:
         )
         rule = "does not go together with binning, whose blocks would mix dark and lit photosites; leave one of them out"
         require(covered is None or self.binning is None, "camera.optical_black", covered, rule)
+        averages = self.hdr_readout is not None and self.binning is not None and self.binning.mode == "average"
+        rule = "combined codes of an hdr_readout cannot be averaged; take mode charge, or leave one of them out"
+        require(not averages, "camera.binning.mode", "average", rule)
 
     @property
     def channels(self) -> int:
@@ -175,8 +181,15 @@ class Camera:
 
     @property
     def isos(self) -> tuple[int, ...]:
-        """ISOs at which the camera was measured, ascending; for a read_noise_model the full stops."""
-        return self._table.isos() if self.read_noise_model is None else self.read_noise_model.isos()
+        """ISOs at which the camera was measured, ascending; for a read_noise_model the full stops.
+
+        Those at which all readings of an hdr_readout have been measured.
+        """
+        isos = self._table.isos() if self.read_noise_model is None else self.read_noise_model.isos()
+        if self.hdr_readout is None:
+            return isos
+        lowest = min(self.hdr_readout.gains)  # at which the last reading is read
+        return tuple(iso for iso in isos if iso * lowest >= isos[0])
 
     def iso_setting(self, iso: float) -> IsoSetting:
         """Return gain, noise and levels at an ISO, with black and white level filled in.

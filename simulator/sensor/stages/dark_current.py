@@ -7,9 +7,8 @@ from typing import Annotated, ClassVar
 from simulator.errors import require
 from simulator.sensor.stages.poisson_variants import choose_poisson_variants
 from simulator.sensor.stages.stage import FromShot, Moments, Stage
+from simulator.sensor.stages.thermal_generation import check_temperatures, rate_ratio
 from simulator.units import ElectronsPerSecond, Kelvins, Seconds
-
-BOLTZMANN_EV_PER_K = 8.617333262e-5  # CODATA 2018
 
 
 @dataclass(frozen=True)
@@ -33,14 +32,12 @@ class DarkCurrent(Stage):
     def __post_init__(self) -> None:
         rate = self.rate_e_per_s
         require(0 <= rate < 1e12, "dark_current.rate", f"{rate:g} e-/s", "a dark current is not negative")
-        for key, kelvins in (("temperature", self.temperature_k), ("measured_at", self.measured_at_k)):
-            require(150 <= kelvins <= 400, f"dark_current.{key}", f"{kelvins:g} K", "give 150 to 400 K, such as 298.15 K")
+        check_temperatures("dark_current", self.temperature_k, self.measured_at_k)
 
     @property
     def mean_e(self) -> float:
         """Mean dark electrons of the exposure."""
-        share = thermal_generation(self.temperature_k) / thermal_generation(self.measured_at_k)
-        return self.rate_e_per_s * share * self.time_s
+        return self.rate_e_per_s * rate_ratio(self.temperature_k, self.measured_at_k) * self.time_s
 
     def kernel_values(self) -> dict[str, float]:
         """Mean dark electrons of the exposure, and the reciprocal of its square root."""
@@ -53,12 +50,3 @@ class DarkCurrent(Stage):
     def moments(self, signal: Moments) -> Moments:
         """Give mean + rate t, var + rate t (Poisson)."""
         return signal.plus(mean=self.mean_e, variance=self.mean_e)
-
-
-def thermal_generation(temperature_k: float) -> float:
-    """Return T^1.5 exp(-Eg(T) / 2 k T), to which dark current is proportional (Janesick 2001, eq. 7.23).
-
-    Eg: band gap of silicon, 1.1557 eV - 7.021e-4 T^2 / (1108 K + T) eV (Varshni 1967).
-    """
-    gap_ev = 1.1557 - 7.021e-4 * temperature_k**2 / (1108.0 + temperature_k)
-    return temperature_k**1.5 * math.exp(-gap_ev / (2.0 * BOLTZMANN_EV_PER_K * temperature_k))

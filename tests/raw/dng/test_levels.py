@@ -27,6 +27,7 @@ from simulator.raw.dng.writer import dng_bytes, write_dng
 from simulator.raw.raw_format import RawFormat
 from simulator.raw.raw_reader import read_raw_file
 from simulator.sensor.camera.camera import IsoSetting, Window
+from simulator.sensor.camera.hdr_readout import Companding, HdrReadout
 from simulator.sensor.stages.digital_gain import DigitalGain
 
 CFAS = ("RGGB", "BGGR", "GRBG", "GBRG", "MONO")
@@ -155,3 +156,40 @@ def test_a_shot_file_says_how_the_camera_was_held(tmp_path):
     (tmp_path / "b.yaml").write_text(text + "raw: {orientation: 9}\n")
     with pytest.raises(PhotositeError, match=r"b\.yaml:5.*raw\.orientation = 9: give a whole number from 1 to 8"):
         load_shot(tmp_path / "b.yaml")
+
+
+@pytest.mark.parametrize(("payload", "cfa"), [("uncompressed", "RGGB"), ("packed", "GBRG"), ("lossless_jpeg", "MONO")])
+def test_a_companded_frame_is_decoded_by_the_table_in_the_file(tmp_path, payload, cfa):
+    """12 bits are stored; LibRaw gives back the combined signal, whose levels are those of light, and so does tifffile."""
+    companding = Companding(12, ((1024.0, 1024.0), (8192.0, 2048.0)))
+    table = {100: IsoSetting(0.08, 1.3), 1600: IsoSetting(1.28, 2.0)}
+    readout = HdrReadout(gains=(1.0, 0.0625), companding=companding)
+    camera = small_camera(128, 96, cfa, bit_depth=12, black_level_dn=64.0, iso_table=table, hdr_readout=readout)
+    ramp = np.repeat(np.geomspace(1e-5, 1.0, 128)[None], 96, axis=0)
+    scene = band_scene(ramp if cfa == "MONO" else np.repeat(ramp[..., None], 3, axis=2), math.inf)
+    shot = Shot(scene, ThinLens(50.0, 8.0, cos4=False), Exposure(1e-3, 1600), camera, raw=RawFormat(payload))
+    brightest = float(simulate(shot).mean_electrons.max())
+    raw = simulate(dataclasses.replace(shot, exposure=Exposure(1e-3 * 60000.0 / brightest, 1600)))
+    write_dng(raw, tmp_path / "a.dng")
+    with rawpy.imread(str(tmp_path / "a.dng")) as frame:
+        decoded, white, black = frame.raw_image.copy(), frame.white_level, set(frame.black_level_per_channel)
+    np.testing.assert_array_equal(decoded, raw.dn)
+    assert (white, raw.white_level_dn, raw.dn.max()) == (64560, 64560, 64560) and black == {64}
+    found = raw_tags(raw)
+    assert found[Tag.LINEARIZATION_TABLE][:2] == ("SHORT", 4096)
+    np.testing.assert_array_equal(found[Tag.LINEARIZATION_TABLE][2], companding.decoding(64560))
+    assert found[Tag.BITS_PER_SAMPLE][2] == (16 if payload == "uncompressed" else 12)
+    if payload == "uncompressed":
+        with tifffile.TiffFile(tmp_path / "a.dng") as file:
+            stored = file.pages[0].pages[0].asarray()
+        assert stored.max() == 4095
+        np.testing.assert_array_equal(companding.decoding(64560)[stored], raw.dn)
+    step = np.interp(raw.noise_free_dn, [0, 1024, 1025, 8192, 8193], [1, 1, 7, 7, 28])
+    noise = np.where(raw.noise_free_dn < 3692, 2.0, 1.3 * 16)
+    assert (np.abs(raw.dn - raw.noise_free_dn) < 5.5 * noise + 0.5 * step + 8.5).all()
+
+
+def test_a_code_that_the_table_does_not_hold_is_refused():
+    raw = random_frame(48, 64, bit_depth=10, linearization=np.arange(0, 2048, 2, dtype=np.uint16), white_level_dn=2046)
+    with pytest.raises(PhotositeError, match="is none that the linearization table decodes to"):
+        dng_bytes(raw)

@@ -30,6 +30,7 @@ from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.camera.optical_black import OpticalBlack
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.dark_current import DarkCurrent
+from simulator.sensor.stages.full_well import FullWell
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 from simulator.studies.resimulation import differing_codes, resimulate
 
@@ -178,3 +179,24 @@ def test_a_camera_file_gives_the_edge_by_its_sides_and_a_dng_gives_it_again(tmp_
     (tmp_path / "b.yaml").write_text(text + "{left: 15}}\n")
     with pytest.raises(PhotositeError, match=r"b\.yaml:4.*camera\.optical_black\.left = 15: give an even number"):
         load_shot(tmp_path / "b.yaml")
+
+
+def test_the_edge_of_a_long_exposure_has_its_dark_current_until_the_wells_are_full():
+    """100 e-/s: 100 e- after a second, 6000 e- after a minute; after an hour the wells of 30,000 e- are full everywhere."""
+    stages = {"photon_shot_noise": PhotonShotNoise(), "dark_current": DarkCurrent(100.0), "full_well": FullWell(30000.0)}
+    camera = small_camera(64, 64, "RGGB", black_level_dn=500.0, optical_black=OpticalBlack(top_px=32), stages=stages)
+    scene, checks = band_scene(np.full((4, 4, 3), 1e-9), math.inf), {}
+    for time_s in (1.0, 60.0, 3600.0):
+        shot = Shot(scene, ThinLens(50.0, 8.0, cos4=False), Exposure(time_s), camera, Seeds(frame=4), truth=("variance",))
+        raw = simulate(shot)
+        edge, dark_e = raw.dn[:32].astype(float), 100.0 * time_s
+        if time_s == 3600.0:
+            assert (raw.dn == 30500).all() and raw.white_level_dn == 30500 and not raw.truth["variance"].any()
+            continue
+        np.testing.assert_allclose(raw.noise_free_dn[:32], 500.0 + dark_e)
+        np.testing.assert_allclose(raw.truth["variance"][:32], dark_e + 1 / 12, rtol=1e-3)
+        checks[time_s, "mean"] = mean_p(edge, 500.0 + dark_e, dark_e + 1 / 12)
+        checks[time_s, "variance"] = variance_p(edge, dark_e + 1 / 12, 1.0 / dark_e)
+        with rawpy.imread(io.BytesIO(dng_bytes(raw))) as frame:  # from the masked area
+            assert abs(frame.black_level_per_channel[0] - 500.0 - dark_e) < 1.0 + 4.0 * math.sqrt(4.0 * dark_e / edge.size)
+    accept(checks)

@@ -12,7 +12,7 @@ from simulator.sensor.stages.stage import Moments
 DARK = np.zeros((512, 512))
 
 
-@pytest.mark.parametrize(("rate", "time"), [(0.02, 30.0), (5.0, 60.0)])
+@pytest.mark.parametrize(("rate", "time"), [(0.3, 1.0), (0.02, 30.0), (5.0, 60.0), (10.0, 3600.0)])
 def test_dark_electrons_are_poisson(bench, rate, time):
     counts, mean = bench.sensor(DARK, DarkCurrent(rate, time)), rate * time
     accept(

@@ -6,6 +6,7 @@ from helpers.randomness import accept, correlation_p, mean_p
 from scipy import stats
 
 from simulator.errors import PhotositeError
+from simulator.sensor.stages.dark_current import DarkCurrent
 from simulator.sensor.stages.hot_pixels import HotPixels
 from simulator.sensor.stages.stage import Moments
 
@@ -55,3 +56,25 @@ def test_bad_numbers_are_refused(arguments, message):
 
 def test_moments_are_those_of_a_photosite_that_is_not_hot():
     assert HotPixels(0.5, 10.0, 1.0).moments(Moments(5.0, 1.0, 2.0)) == Moments(5.0, 1.0, 2.0)
+
+
+def test_they_grow_with_time_from_a_second_to_an_hour(bench):
+    """The same photosites: counts of 1 s and 60 s are Poisson around what an hour of the same body says of each of them."""
+    counts = {time_s: bench.sensor(DARK, HotPixels(0.02, 8.0, time_s), gain=gain, frame_seed=int(time_s)).astype(float) / gain
+              for time_s, gain in ((1.0, 1.0), (60.0, 1.0), (3600.0, 0.25))}  # fmt: skip
+    hot = (counts[3600.0] > 10000.0) & (counts[3600.0] < 200000.0)
+    checks = {}
+    for time_s in (1.0, 60.0):
+        share = time_s / 3600.0
+        mean = share * counts[3600.0][hot]
+        spread = (counts[time_s][hot] - mean) ** 2 / (mean + share * mean)
+        checks[time_s] = mean_p(spread, 1.0, 2.0 + np.mean(1.0 / mean))
+    assert hot.sum() > 2000
+    accept(checks)
+
+
+def test_they_follow_the_temperature_as_dark_current_does():
+    hot = HotPixels(0.1, 100.0, 2.0, temperature_k=308.15)
+    assert hot.kernel_values()["mean_e"] == pytest.approx(DarkCurrent(100.0, 2.0, temperature_k=308.15).mean_e)
+    with pytest.raises(PhotositeError, match="hot_pixels.temperature = 25 K"):
+        HotPixels(0.1, 1.0, temperature_k=25.0)
