@@ -95,9 +95,11 @@ class MovingEdgeCase:
         blur_px = speed * self.time_s
         blur = measure_blur(light, line.fitted, soft, EXPOSURE * float(line.values[1]))
         blur_at = f"{where}, {1e3 * self.time_s:.4g} ms"
+        skew = float(line.values[1]), speed * stated.time_s, float(line.errors()[1])
+        found_blur = float(blur.values[0]), blur_px, float(blur.errors()[0])
         checks = (
-            check_number("skew", where, float(line.values[1]), speed * stated.time_s, float(line.errors()[1]), "px"),
-            check_number("blur", blur_at, float(blur.values[0]), blur_px, float(blur.errors()[0]), "px"),
+            check_number("skew", where, *skew, "px", bench.reason_dark_is_clipped),
+            check_number("blur", blur_at, *found_blur, "px", bench.reason_edge_is_soft),
         )
         title = f"edge of {where}"
         curves = (
