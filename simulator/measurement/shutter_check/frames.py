@@ -26,7 +26,7 @@ from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera, Window
 
 STRIP_PX = 128  # width of the frames across the scan
-MOTION_TOLERANCE = 0.02  # of frames in which something moves [standard deviations of the noise]
+MOTION_TOLERANCE = 0.01  # of frames in which something moves [standard deviations of the noise]
 FLASH_DISTANCE_M = 2.0
 DARK_CD_M2 = 1e-6  # of the scene in frames that a flash lights
 
