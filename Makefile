@@ -24,6 +24,7 @@ docs: $(VENV)/demo.stamp ## write docs/cameras.md, the figures of other pages an
 	@$(BIN)/python docs/make_cameras.py
 	@$(BIN)/python docs/make_lens.py
 	@$(BIN)/python docs/make_time.py
+	@$(BIN)/python docs/make_gallery.py
 	@$(BIN)/python docs/make_drawings.py
 	@$(BIN)/python docs/make_color_tables.py
 

@@ -1,17 +1,18 @@
 """From recipes to samples: pictures are read and cut, and the noise of a batch of frames is drawn in one launch."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 
 import numpy as np
 
+from data_gen.moving_frames import Light, MovingFrames, expose_moving
 from data_gen.recipe.dataset_config import DataSet
 from data_gen.recipe.random_streams import RandomStream
 from data_gen.recipe.recipe import Recipe, choose_picture, draw_recipe
 from data_gen.samples.sample import Sample
 from data_gen.sources.collections import open_collection
 from data_gen.sources.decoded_pictures import DecodedPictures
-from data_gen.sources.patches import AUGMENTATIONS, Crop, choose_crop, cut_patch
+from data_gen.sources.patches import AUGMENTATIONS, Augmentation, Crop, choose_crop, cut_patch
 from data_gen.sources.photographs import Photographs
 from data_gen.sources.procedural import Procedural
 from data_gen.sources.source import Picture, PictureSource, apply_cfa
@@ -26,6 +27,8 @@ KEPT_BYTES = 2**28  # of pictures in memory, for the next crop of one: 21 drawin
 MOST_PICTURES = 64  # in use at a time in an epoch of several crops of each
 PHOTOGRAPH_BYTES = 75_000_000  # decoded, of 25 megapixels
 BATCH_PIXELS = 2**22  # of one kernel launch, 16 mosaics of 512 x 512; larger batches miss the cache and are slower per pixel
+
+Clean = np.ndarray | MovingFrames  # clean frames of a sample
 
 
 class Generator:
@@ -69,24 +72,24 @@ class Generator:
         drawn = [self._draw_clean(index) for index in indices]
         stacked = np.empty((len(drawn), self.config.frames, *self.config.crop_px), np.float32)
         settings: list[FrameSetting] = []
-        for place, (one, _, signal, _) in enumerate(drawn):
+        for place, (one, _, clean, _) in enumerate(drawn):
             ratios = np.array(one.exposure_ratios)[:, np.newaxis, np.newaxis]
             # Computed in double precision and rounded once, without a temporary array.
-            np.multiply(signal, one.setting.reference_electrons / ratios, out=stacked[place], casting="same_kind")
+            np.multiply(_signal(clean), one.setting.reference_electrons / ratios, out=stacked[place], casting="same_kind")
             x, y = one.window
             settings += [FrameSetting(one.setting.stages, Seeds(one.body_seed, frame), x, y) for frame in one.frame_seeds]
         electrons = stacked.reshape(-1, *self.config.crop_px)
         noisy = expose_frame_stack(self.device, electrons, settings)
         variance_dn2 = frame_stack_moments(self.device, electrons, settings)[1] if self.config.variance else None
         first = 0
-        for one, picture, signal, crop in drawn:
+        for one, picture, clean, crop in drawn:
             frames = slice(first, first + self.config.frames)
             first += self.config.frames
             variance = None if variance_dn2 is None else variance_dn2[frames]
-            yield self._assemble(one, picture, signal, crop, noisy[frames], variance)
+            yield self._assemble(one, picture, clean, crop, noisy[frames], variance)
 
-    def _draw_clean(self, index: int) -> tuple[Recipe, tuple[str, Picture] | None, np.ndarray, Crop | None]:
-        """Draw the clean signal of a sample: recipe, picture with its name, signal (frames, height, width) and crop.
+    def _draw_clean(self, index: int) -> tuple[Recipe, tuple[str, Picture] | None, Clean, Crop | None]:
+        """Draw the clean signal of a sample: recipe, picture with its name, clean frames and crop.
 
         Modes without pictures get a flat signal and no crop. A picture that cannot be used is noted in `problems`, and another
         is drawn in its place.
@@ -129,30 +132,45 @@ class Generator:
         while self._read and sum(each.held_bytes for each in self._read.values()) > left_bytes:
             del self._read[next(iter(self._read))]
 
-    def _cut_frames(self, one: Recipe, picture: Picture, name: str) -> tuple[np.ndarray, Crop]:
+    def _cut_frames(self, one: Recipe, picture: Picture, name: str) -> tuple[Clean, Crop]:
         """Cut the mosaics (frames, height, width) of a sample from its picture; return them and the crop."""
         cfa, size = one.setting.camera.cfa, self.config.crop_px
         others = AUGMENTATIONS if self.config.augment else ()
+        if one.moving is not None:
+            sensor_rows = one.setting.camera.height_px
+            reach = one.moving.reach_px(*size)
+            planes, inner = self._cut_around(one, picture, name, reach, others)
+            setting = one.setting
+            electrons, dark_e = setting.reference_electrons, setting.read_noise_dn / setting.gain_dn_per_e
+            light = [Light(electrons / ratio, dark_e) for ratio in one.exposure_ratios]
+            frames = expose_moving(self.device, planes, reach, one.moving, (one.window[1], sensor_rows), cfa, light)
+            return frames, inner
         if self.config.mode != "burst":
             crop = choose_crop(picture, size, cfa, one.place, one.augmentation, name, others)
             return cut_patch(picture, crop, cfa)[np.newaxis], crop
+        reach = margin_px(self.config)
+        planes, inner = self._cut_around(one, picture, name, reach, others)
+        return np.stack([apply_cfa(shift_planes(planes, offset, reach), cfa) for offset in one.offsets_px]), inner
+
+    def _cut_around(
+        self, one: Recipe, picture: Picture, name: str, reach: int, others: Sequence[Augmentation]
+    ) -> tuple[np.ndarray, Crop]:
+        """Cut planes with a border on all sides [px] from a picture; return them and the crop without the border."""
         if picture.cfa is not None:
             raise PhotositeError(
                 "is a mosaic, which cannot be moved by parts of a pixel; give pictures with R, G, B", part=name
             )
-        reach = margin_px(self.config)
-        around = (size[0] + 2 * reach, size[1] + 2 * reach)
+        (height, width), cfa = self.config.crop_px, one.setting.camera.cfa
+        around = height + 2 * reach, width + 2 * reach
         crop = choose_crop(picture, around, cfa, one.place, one.augmentation, name, others)
-        planes = crop.of(picture)
-        frames = np.stack([apply_cfa(shift_planes(planes, offset, reach), cfa) for offset in one.offsets_px])
         inner = Crop(crop.top + reach, crop.left + reach, crop.height - 2 * reach, crop.width - 2 * reach, crop.augmentation)
-        return frames, inner
+        return crop.of(picture), inner
 
     def _assemble(
         self,
         one: Recipe,
         picture: tuple[str, Picture] | None,
-        signal: np.ndarray,
+        clean: Clean,
         crop: Crop | None,
         noisy_dn: np.ndarray,
         variance_dn2: np.ndarray | None,
@@ -160,13 +178,17 @@ class Generator:
         """Put a sample together from its recipe, its clean signal and its noisy codes."""
         setting, black_dn = one.setting, one.setting.black_level_dn
         white_dn, known = setting.white_level_dn, picture[1] if picture else None
-        clean_dn = np.float32(black_dn) + np.minimum(signal, np.float32(1.0)) * np.float32(white_dn - black_dn)
+        moved = clean if isinstance(clean, MovingFrames) else None
+
+        def codes(signal: np.ndarray) -> np.ndarray:
+            return np.float32(black_dn) + np.minimum(signal, np.float32(1.0)) * np.float32(white_dn - black_dn)
+
         published = setting.camera.color_matrix
         return Sample(
             index=one.index,
             mode=self.config.mode,
             noisy_dn=noisy_dn,
-            clean_dn=np.broadcast_to(clean_dn, noisy_dn.shape),
+            clean_dn=np.broadcast_to(codes(_signal(clean)), noisy_dn.shape),
             variance_dn2=variance_dn2,
             cfa=setting.camera.cfa,
             bit_depth=setting.bit_depth,
@@ -179,13 +201,24 @@ class Generator:
             camera=setting.label,
             iso=setting.iso,
             exposure_ratios=one.exposure_ratios,
-            offsets_px=one.offsets_px,
+            offsets_px=one.offsets_px if moved is None else moved.offsets_px,
             frame_seeds=one.frame_seeds,
             body_seed=one.body_seed,
             source=picture[0] if picture else "",
             crop=(crop.top, crop.left) if crop else (0, 0),
             augmentation=crop.augmentation.name if crop else "none",
+            sharp_dn=None if moved is None else codes(moved.sharp),
+            flow_px=None if moved is None else moved.flow_px,
+            mid_exposure_s=None if moved is None else moved.mid_exposure_s,
+            poses_deg=None if moved is None else moved.poses_deg,
+            exposure_time_s=None if one.moving is None else one.moving.exposure_s,
+            readout_time_s=None if one.moving is None else one.moving.readout_s,
         )
+
+
+def _signal(clean: Clean) -> np.ndarray:
+    """Return the signal of clean frames, (frames, height, width) float32."""
+    return clean.signal if isinstance(clean, MovingFrames) else clean
 
 
 def picture_window(config: DataSet, decoded: DecodedPictures) -> int:
@@ -203,8 +236,11 @@ def picture_window(config: DataSet, decoded: DecodedPictures) -> int:
 
 
 def margin_px(config: DataSet) -> int:
-    """Width of the border [px] that a burst needs around its crop for shifts and spline interpolation; else 0."""
-    return config.burst.reach_px + SPLINE_PX if config.mode == "burst" else 0
+    """Width of the border [px] that a burst needs around its crop for shifts and spline interpolation; else 0.
+
+    What a moving camera needs is drawn for each sample.
+    """
+    return config.burst.reach_px + SPLINE_PX if config.mode == "burst" and config.motion is None else 0
 
 
 def shift_planes(planes: np.ndarray, offset_px: tuple[float, float], reach: int) -> np.ndarray:

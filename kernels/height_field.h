@@ -12,13 +12,13 @@ INLINE size_t cell(const int row, const int column, const float y, const float x
 INLINE bool same(const float a, const float b) { return a - b < 1.5f / OVERSAMPLING && b - a < 1.5f / OVERSAMPLING; }
 
 // Element of the sample on which a ray ends that starts at (y, x) [samples] in direction (step_y, step_x) [samples per photosite of
-// radius]. The ray meets a surface at the surface's own radius, and may come onto it or leave it between two steps of t.
+// radius]. It goes in steps of T_STEP [photosites of radius], half a sample or less each. The ray meets a surface at the surface's own radius, and may come onto it or leave it between two steps of t.
 INLINE size_t seen(global const float *radius, const int row, const int column, const float y, const float x, const float step_y,
                    const float step_x, const int first, const int last, const struct sample_grid grid) {
     float front_radius = 3.0e38f; // of the surface that the ray was last in front of
     size_t front = 0;
     for (int i = first; i <= last; i++) {
-        const float t = (float)i * (0.5f / OVERSAMPLING);
+        const float t = (float)i * T_STEP;
         const size_t here = cell(row, column, y + t * step_y, x + t * step_x, grid);
         const float s = radius[here];
         if (t >= front_radius && s > front_radius && !same(s, front_radius)) {
@@ -32,7 +32,7 @@ INLINE size_t seen(global const float *radius, const int row, const int column, 
         }
         const size_t met = cell(row, column, y + s * step_y, x + s * step_x, grid);
         if (s > front_radius || same(s, front_radius)) return same(radius[met], s) ? met : here;
-        if (t - 0.5f / OVERSAMPLING < s && same(radius[met], s)) return met;
+        if (t - T_STEP < s && same(radius[met], s)) return met;
         if (t >= front_radius) return front;
     }
     return front;

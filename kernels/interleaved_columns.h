@@ -25,4 +25,7 @@ INLINE size_t row_start(const size_t set, const size_t row, const size_t rows, c
     return (set * rows + row) * set_columns;
 }
 
+// Elements from a plane's start to the first row of a column of samples, which may be negative; elements: of a column set.
+INLINE long column_start(const int column, const long elements) { return column_set(column) * elements + column_in_set(column); }
+
 #endif

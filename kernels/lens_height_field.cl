@@ -5,10 +5,10 @@
 //
 // colour: (channels, grid) float32, radiance.
 // radius: (rows, columns) float32, signed blur radius s [photosites], > 0 behind the plane in focus.
-// points: (patterns, samples, 4) float32: x, y from the photosite's upper left corner [photosites]; x, y on the pupil [pupil radii].
+// points: (patterns, samples, POINT) float32, as in lens_sampling.cl.
 // stops:  (STOPS, 2) float32, rims that hide parts of the pupil (lens_rays.h); the mean is that of the rays that pass.
 // light:  (planes, photosites) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
-// first, last: steps of t, from before the least radius to beyond the greatest [1 / (2 OVERSAMPLING) photosites]. All frames of a
+// first, last: steps of t, from before the least radius to beyond the greatest [T_STEP photosites]. All frames of a
 //         picture share them, so a crop has the bits of the whole. OVERSAMPLING: samples per photosite and axis.
 // places: (photosites) uint32, row * width + column of the frame: those that are computed.
 // Dimension 0: entries of `places`; 1: planes of `light`.
@@ -27,18 +27,18 @@ kernel void lens_height_field(global const float *restrict colour, global const 
     const int sensor_x = rays.origin_x + (int)x_index, sensor_y = rays.origin_y + (int)y_index;
     const uint pattern = place_bits((uint)sensor_x, (uint)sensor_y) % rays.patterns;
     global const float *plane = colour + (size_t)channel * grid.rows * grid.columns;
-    global const float *point = points + (size_t)pattern * rays.samples * 4;
+    global const float *point = points + (size_t)pattern * rays.samples * POINT;
     const float off_axis_x = (float)sensor_x - rays.centre_x, off_axis_y = (float)sensor_y - rays.centre_y; // [photosites]
     uint taken = 0;
     float sum = 0.0f, lost = 0.0f; // Kahan's compensated sum
-    for (uint i = 0; i < rays.samples; i++, point += 4) {
+    for (uint i = 0; i < rays.samples; i++, point += POINT) {
 #if STOPS
         const float field_y = rays.tangent_per_px * (off_axis_y + point[1]), field_x = rays.tangent_per_px * (off_axis_x + point[0]);
         if (!passes(stops, point[3], point[2], field_y, field_x)) continue;
 #endif
         taken++;
-        const size_t end = seen(radius, row, column, point[1] * OVERSAMPLING, point[0] * OVERSAMPLING, point[3] * OVERSAMPLING,
-                                point[2] * OVERSAMPLING, first, last, grid);
+        const struct ray_path path = ray_path(point, 0);
+        const size_t end = seen(radius, row, column, path.y, path.x, path.step_y, path.step_x, first, last, grid);
         const float added = plane[end] - lost, next = sum + added;
         lost = (next - sum) - added;
         sum = next;

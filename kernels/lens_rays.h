@@ -34,6 +34,24 @@ INLINE float bilinear(global const float *plane, const int row, const int column
     return upper + t * (lower - upper);
 }
 
+// The way of a ray through a layer: where it starts [samples from the photosite's corner], and how it goes on [samples per photosite of
+// radius]. point: of a kernel that defines POINT, the numbers of a ray; above 4, four for each layer follow, where images move.
+#ifdef POINT
+struct ray_path {
+    float y, x, step_y, step_x;
+};
+
+INLINE struct ray_path ray_path(global const float *point, const uint layer) {
+    global const float *moved = point + (POINT > 4 ? 4 + 4 * layer : 0);
+    struct ray_path path;
+    path.y = (POINT > 4 ? point[1] + moved[3] : point[1]) * OVERSAMPLING;
+    path.x = (POINT > 4 ? point[0] + moved[2] : point[0]) * OVERSAMPLING;
+    path.step_y = (POINT > 4 ? point[3] + moved[1] : point[3]) * OVERSAMPLING;
+    path.step_x = (POINT > 4 ? point[2] + moved[0] : point[2]) * OVERSAMPLING;
+    return path;
+}
+#endif
+
 // Hash of a place on the sensor, 32 bits (the finaliser of MurmurHash3, by A. Appleby, public domain).
 INLINE uint place_bits(const uint x, const uint y) {
     uint h = x * 0x9E3779B1u ^ (y * 0x85EBCA77u + 0x165667B1u);

@@ -9,7 +9,8 @@
 // colour:   (layers, channels, grid) float32, radiance times coverage, nearest layer first.
 // coverage: (layers, grid) float32, 0 to 1.
 // radius:   (layers, grid) float32, signed blur radius s [photosites], > 0 behind the plane in focus.
-// points:   (patterns, samples, 4) float32: x, y from the photosite's upper left corner [photosites]; x, y on the pupil [pupil radii].
+// points:   (patterns, samples, POINT) float32: x, y from the photosite's upper left corner [photosites]; x, y on the pupil [pupil radii];
+//           POINT above 4, where images move: for each layer, shifts of the pupil and of the place at the ray's instant, x, y each.
 // stops:    (STOPS, 2) float32, rims that hide parts of the pupil (lens_rays.h); the mean is that of the rays that pass.
 // light:    (planes, photosites) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
 // iterations: fixed-point steps; 0 where every layer has one radius. OVERSAMPLING: samples per photosite and axis.
@@ -40,20 +41,20 @@ kernel void lens_sampling(global const float *restrict colour, global const floa
     const size_t area = (size_t)grid.rows * grid.columns;
     const int sensor_x = rays.origin_x + (int)x_index, sensor_y = rays.origin_y + (int)y_index;
     const uint pattern = place_bits((uint)sensor_x, (uint)sensor_y) % rays.patterns;
-    global const float *point = points + (size_t)pattern * rays.samples * 4;
+    global const float *point = points + (size_t)pattern * rays.samples * POINT;
     const float off_axis_x = (float)sensor_x - rays.centre_x, off_axis_y = (float)sensor_y - rays.centre_y; // [photosites]
     uint taken = 0;
     float sum = 0.0f, lost = 0.0f; // Kahan's compensated sum: a flat field stays flat with any number of samples
-    for (uint i = 0; i < rays.samples; i++, point += 4) {
+    for (uint i = 0; i < rays.samples; i++, point += POINT) {
 #if STOPS
         const float field_y = rays.tangent_per_px * (off_axis_y + point[1]), field_x = rays.tangent_per_px * (off_axis_x + point[0]);
         if (!passes(stops, point[3], point[2], field_y, field_x)) continue;
 #endif
         taken++;
-        const float y = point[1] * OVERSAMPLING, x = point[0] * OVERSAMPLING;
-        const float step_y = point[3] * OVERSAMPLING, step_x = point[2] * OVERSAMPLING;
         float seen = 0.0f, through = 1.0f;
         for (uint layer = 0; layer < layers && through > 0.0f; layer++) {
+            const struct ray_path path = ray_path(point, layer);
+            const float y = path.y, x = path.x, step_y = path.step_y, step_x = path.step_x;
             global const float *map = radius + layer * area;
             float s = bilinear(map, row, column, y, x, grid);
             for (uint step = 0; step < iterations; step++)

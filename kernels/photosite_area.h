@@ -1,20 +1,12 @@
 // Mean of the scene over the area of a photosite, or of a sample of one. Beyond the scene's grid its edge pixels continue.
-// TAPS > 0, a scene finer than the photosites: a scene pixel is an even square, and the mean is exact. Where a lens distorts, the area
-// is a parallelogram, of SPLIT x SPLIT upright rectangles. One touches at most TAPS pixels on either axis.
+// TAPS > 0, a scene finer than the photosites: a scene pixel is an even square, and the mean is exact. Where a lens distorts or the
+// camera is posed, the area is a parallelogram, of SPLIT x SPLIT upright rectangles. One touches at most TAPS pixels on either axis.
 // TAPS 0, a coarser scene: the mean over SAMPLES x SAMPLES points of the area. Each is read bilinearly, which is the mean of even
 // squares over one scene pixel's area around the point, or from the nearest pixel where NEAREST is 1.
 #ifndef PHOTOSITE_AREA_H
 #define PHOTOSITE_AREA_H
 #include "plain_math.h"
-#if DISTORTION
-#include "distortion.h"
-#endif
-// Where the sensor lies in the scene. Kernels take it as scalars: PoCL 3.1 vectorises over work-items 1.6 times worse with a struct.
-struct projection {
-    uint scene_width, scene_height; // of the scene's grid [px]
-    float scale;                    // scene pixels per photosite
-    float offset_x, offset_y;       // scene position of the sensor's upper left corner [px]
-};
+#include "scene_place.h"
 
 INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
 
@@ -33,15 +25,6 @@ INLINE float point(global const float *plane, const float u, const float v, cons
 #endif
 }
 
-// Turn a place on the sensor [photosites] into the scene position [px] that a channel sees there.
-INLINE void scene_place(float *x, float *y, const uint channel, const struct projection p) {
-#if DISTORTION
-    undistort(x, y, channel);
-#endif
-    *x = p.offset_x + p.scale * *x;
-    *y = p.offset_y + p.scale * *y;
-}
-
 // Part of pixel `number` [counted from `first`] that lies between `low` and `high` [px from the start of `first`].
 INLINE float overlap(const float low, const float high, const uint number) {
     const float part = smaller(high, (float)(number + 1)) - larger(low, (float)number);
@@ -56,7 +39,7 @@ struct area {
 // The scene's area that a channel sees in a square of `size` photosites whose upper left corner lies at (x, y) on the sensor.
 INLINE struct area area_of(const float x, const float y, const float size, const uint channel, const struct projection p) {
     float left = x, top = y;
-#if DISTORTION
+#if DISTORTION || POSE
     float right = x + size, bottom = y + size, left_y = y + 0.5f * size, top_x = x + 0.5f * size, right_y = left_y, bottom_x = top_x;
     scene_place(&left, &left_y, channel, p);
     scene_place(&right, &right_y, channel, p);
@@ -70,10 +53,9 @@ INLINE struct area area_of(const float x, const float y, const float size, const
     return found;
 }
 
-// Mean of a plane over a square of `size` photosites whose upper left corner lies at (x, y) on the sensor [photosites].
 #if TAPS
-INLINE float square(global const float *plane, const float x, const float y, const float size, const uint channel, const struct projection p) {
-    const struct area area = area_of(x, y, size, channel, p);
+// Mean of a plane over an area of the scene.
+INLINE float area_mean(global const float *plane, const struct area area, const struct projection p) {
     const float wide = area.wide * (1.0f / SPLIT), tall = area.tall * (1.0f / SPLIT);
     float sum = 0.0f;
     for (uint part = 0; part < SPLIT * SPLIT; part++) {
@@ -92,18 +74,6 @@ INLINE float square(global const float *plane, const float x, const float y, con
         }
     }
     return sum / (area.wide * area.tall);
-}
-#else
-INLINE float square(global const float *plane, const float x, const float y, const float size, const uint channel, const struct projection p) {
-    float sum = 0.0f;
-    for (uint j = 0; j < SAMPLES; j++)
-        __attribute__((opencl_unroll_hint(8)))
-        for (uint i = 0; i < SAMPLES; i++) {
-            float u = x + size * (((float)i + 0.5f) * (1.0f / SAMPLES)), v = y + size * (((float)j + 0.5f) * (1.0f / SAMPLES));
-            scene_place(&u, &v, channel, p);
-            sum += point(plane, u, v, p);
-        }
-    return sum * (1.0f / (SAMPLES * SAMPLES));
 }
 #endif
 

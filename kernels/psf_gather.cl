@@ -1,23 +1,25 @@
 // Point spread functions by direct sums: each photosite gathers light in its own colour only, with a core on the samples of the light
-// and with a wide smooth tail on cells of 2 x 2 photosites (kernels/psf_tail.cl).
+// and with a wide smooth tail on cells of CELL x CELL photosites (kernels/psf_tail.cl).
 //   light(x) = tail(x) + sum over terms n of weight_n(x) * sum over taps t of kernel_n(t) * planes(x + t)
 // A term is the kernel of one blur radius and one column of nodes on the sensor; the node rows above and below a photosite are mixed.
 //
 // planes:  (CHANNELS, COLUMN_SETS, sample_rows, set_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1], a band with its margins;
 //          interleaved columns. Its first photosite has even coordinates on the sensor, whose filter cfa.h holds.
-// tail:    (CHANNELS, sample_rows / (2 OVER), set_columns) float32, light of the tail at the cells' centres; TAIL 0: not read.
+// tail:    (CHANNELS, rows of photosites / CELL, 2 set_columns / CELL) float32, light of the tail at the cells' centres; CELL 0: not read.
 // radius:  (2, sample_rows, set_columns) float32, signed blur radius [photosites] of the surface that a photosite sees; MAPPED 0: not
 //          read. MAPPED 1 adds a correction whose kernels have the sum 0, OVER is 1 then. With STEPS, light of a surface whose blur
 //          radius differs by more than `edge` photosites counts as that of the photosite itself.
 // light:   (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
 // tiles:   (tiles) struct tile. terms: (terms) struct term, of all tiles.
-// kernels: (1 + BRIGHT, radii, NODE_ROWS, NODE_COLUMNS, CHANNELS, TAPS, TAPS) float32; the second half is for light above `limits`.
+// kernels: (1 + BRIGHT, radii, NODE_ROWS, NODE_COLUMNS, CHANNELS, TAPS_Y, TAPS_X) float32; the second half is for light above `limits`.
 // limits:  (CHANNELS) float32 [e- s^-1 um^-2 sr^-1], then (rows) place of each row of photosites between the node rows, then
 //          (NODE_COLUMNS, 2 set_columns) weight of each node column at each column of photosites.
-// radii:   blur radii in `kernels`. FIRST: first sample of the taps, relative to the photosite's first sample.
+// radii:   blur radii in `kernels`. FIRST_X, FIRST_Y: first sample of the taps, relative to the photosite's first sample.
+// ADDS 0: the last of the kernels, after which light below 0 becomes 0.
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
+#include "psf_tail.h"
 #include "row_band.h"
 
 struct tile {
@@ -46,12 +48,12 @@ kernel void psf_gather(global const float *restrict planes, global const float *
     const uint row = tile.row + (uint)(get_global_id(1) >> 1), y = (uint)band.frame_y + row; // y wraps above the frame
     const size_t column = tile.column + get_global_id(0) * SPAN;
     if (y >= band.height) return;
-    const size_t colour = cfa_plane(parity, row), size = TAPS * TAPS, line = NODE_COLUMNS * CHANNELS * size;
+    const size_t colour = cfa_plane(parity, row), size = TAPS_Y * TAPS_X, line = NODE_COLUMNS * CHANNELS * size;
     const float limit = limits[colour], place = limits[CHANNELS + row];
     const size_t node = (size_t)place, below = node + 1 < NODE_ROWS ? line : 0, bright = BRIGHT * radii * NODE_ROWS * line;
     const float share = place - (float)node;
     global const float *across = limits + CHANNELS + rows / OVER + 2 * column + parity;
-    global const float *from = planes + row_start(COLUMN_SETS * colour, OVER * row, rows, columns) + FIRST * (long)columns + column;
+    global const float *from = planes + row_start(COLUMN_SETS * colour, OVER * row, rows, columns) + FIRST_Y * (long)columns + column;
     global const float *sharp = planes + row_start(COLUMN_SETS * colour + parity, row, rows, columns) + column;
     global const float *own = radius + row_start(parity, row, rows, columns) + column;
     float total[SPAN];
@@ -64,24 +66,24 @@ kernel void psf_gather(global const float *restrict planes, global const float *
         for (uint i = 0; i < SPAN; i++) sum[i] = 0.0f;
         for (uint i = 0; i < SPAN; i++) all += column_weight[2 * i] * (MAPPED ? radius_weight(term, own[i]) : 1.0f);
         if (all == 0.0f) continue; // no photosite of the span has this term
-        for (uint j = 0; j < TAPS; j++) {
-            float weight[TAPS], excess[TAPS];
-            __attribute__((opencl_unroll_hint(TAPS)))
-            for (uint t = 0; t < TAPS; t++) {
-                global const float *tap = of_term + j * TAPS + t;
+        for (uint j = 0; j < TAPS_Y; j++) {
+            float weight[TAPS_X], excess[TAPS_X];
+            __attribute__((opencl_unroll_hint(TAPS_X)))
+            for (uint t = 0; t < TAPS_X; t++) {
+                global const float *tap = of_term + j * TAPS_X + t;
                 weight[t] = tap[0] + share * (tap[below] - tap[0]);
                 excess[t] = BRIGHT ? tap[bright] + share * (tap[bright + below] - tap[bright]) : 0.0f;
             }
             for (uint i = 0; i < SPAN; i++) {
                 float part = 0.0f;
-                __attribute__((opencl_unroll_hint(TAPS)))
-                for (uint t = 0; t < TAPS; t++) {
-                    const int sample = (int)(OVER * parity + t) + FIRST;
+                __attribute__((opencl_unroll_hint(TAPS_X)))
+                for (uint t = 0; t < TAPS_X; t++) {
+                    const int sample = (int)(OVER * parity + t) + FIRST_X;
                     const long at = (column_set(sample) * (long)rows + j) * (long)columns + column_in_set(sample) + i;
                     float value = from[at];
 #if STEPS
-                    const float away = radius[((FIRST + (long)row) * (long)columns + (long)column) + at] - own[i];
-                    value = away < edge && away > -edge ? value : sharp[i];
+                    const float away = radius[((FIRST_Y + (long)row) * (long)columns + (long)column) + at] - own[i];
+                    value = away * away < edge * edge ? value : sharp[i];
 #endif
                     const float dim = BRIGHT && value > limit ? limit : value;
                     part += BRIGHT ? weight[t] * dim + excess[t] * (value - dim) : weight[t] * value;
@@ -92,13 +94,8 @@ kernel void psf_gather(global const float *restrict planes, global const float *
         for (uint i = 0; i < SPAN; i++)
             total[i] += column_weight[2 * i] * (MAPPED ? radius_weight(term, own[i]) : 1.0f) * sum[i];
     }
-#if TAIL
-    const size_t cell = row >> 1, beside = (row & 1) ? cell + 1 : cell - 1, cell_rows = rows / COLUMN_SETS;
-    global const float *near = tail + row_start(colour, cell, cell_rows, columns) + column;
-    global const float *far = tail + row_start(colour, beside, cell_rows, columns) + column;
-    const long next = parity ? 1 : -1;
-    for (uint i = 0; i < SPAN; i++)
-        total[i] += 0.75f * (0.75f * near[i] + 0.25f * near[i + next]) + 0.25f * (0.75f * far[i] + 0.25f * far[i + next]);
+#if CELL
+    add_tail(tail + colour * (2 * columns / CELL) * (rows / OVER / CELL), 2 * columns / CELL, row, 2 * column + parity, total);
 #endif
     for (uint i = 0; i < SPAN; i++) {
         const uint x = (uint)(2 * (column + i) + parity) + (uint)band.frame_x; // wraps to a large number left of the frame

@@ -9,6 +9,7 @@
 //             read, and each tile has its own.
 // light:      (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
 // tiles:      (tiles) struct gathered_tile. rectangles: (RECTANGLES) struct rectangle.
+// pose:       as in projection.cl.
 // TAPS:       most scene pixels on either axis that a photosite and its blur circle touch. INSET as in projection.cl.
 #include "conventions.h"
 #include "cfa.h"
@@ -58,8 +59,9 @@ INLINE void overlaps(const float low, const float wide, const float range, float
 kernel void scene_gather(global const float *restrict planes, global const float *restrict radius, global float *restrict light,
                          global const struct gathered_tile *restrict tiles, global const struct rectangle *restrict rectangles,
                          const uint scene_width, const uint scene_height, const float scale, const float offset_x,
-                         const float offset_y, const struct gather frame) {
-    const struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
+                         const float offset_y, const struct gather frame, global const float *restrict pose) {
+    struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
+    take_pose(&projection, pose);
     const struct gathered_tile tile = tiles[get_global_id(2)];
     const int column = tile.column + (int)get_global_id(0), row = tile.row + (int)get_global_id(1);
     if (column < 0 || row < 0 || column >= (int)frame.width || row >= (int)frame.height) return;

@@ -1,25 +1,29 @@
-// Adds the light of a slab of a layer, seen through one point of the aperture, to photosites of one colour (occlusion.cl).
+// Adds the light of a slab of a layer, seen through one point of the aperture, to the photosites of a work-item (occlusion.cl).
 #ifndef SLAB_LIGHT_H
 #define SLAB_LIGHT_H
 #include "conventions.h"
 #if SPAN >= 16 // one vector of 16 floats: some compilers halve it, and compute the addresses of all samples twice
-#pragma clang diagnostic ignored "-Wpass-failed" // some cannot; they compute the same without it
 #define LANES _Pragma("clang loop vectorize_width(16) interleave_count(1)")
 #else
 #define LANES
 #endif
-#define SIZE (ROWS * SPAN) // photosites: ROWS rows, two apart, of SPAN columns of a set
+#define SETS 4             // of photosites: even or odd row, even or odd column
+#define SIZE (ROWS * SPAN) // photosites of a set: ROWS rows, two apart, of SPAN columns of a column set
+#define ALL (SETS * SIZE)  // photosites of a work-item
 
-// The four samples around the place where each photosite's ray meets the slab, and their weights: a itself, b to the right, c below,
-// d below to the right.
+// Where the rays of a work-item's photosites meet the slab: each reads four samples, a, b to the right of it, c below it, and d. Where
+// OVER is 1, neighbours share samples, whose radii are then read once.
 struct slab_samples {
-    global const float *light, *coverage, *radius; // sample a of the first photosite
-    long right, below, next;                       // elements to b, to c, and to the next row of photosites
-    float wa, wb, wc, wd;                          // bilinear weights
-    float least, most;                             // radii of the slab [photosites]
+    global const float *light[SETS], *coverage, *radius; // planes; light: of the colour of each set, even row and even column first
+    long rows[4], columns[4]; // elements to the samples a and c, a and b of the first even photosite, and to those of the first odd one
+    long next;                // elements to the next photosites of a set below
+    float wa, wb, wc, wd;     // bilinear weights
+    float least, most;        // radii of the slab [photosites]
 };
 
-// State of the photosites' rays through this point, and sums over points; SIZE each.
+struct weights { float a, b, c, d; };
+
+// State of the photosites' rays through this point, and sums over points; ALL each.
 struct ray_state {
     float *before, *missed, *covered; // share of light that passes the layers in front; share that missed this layer so far; its coverage
     float *all, *all_seen;            // sums of light and of coverage, composited
@@ -36,75 +40,71 @@ INLINE void begin_layer(const int fresh, float *before, float *missed, float *co
 }
 
 // Weight of a sample in a slab: 0 outside its range of radii.
-INLINE float inside(const float radius, const float low, const float high, const float weight) {
-    return radius < low || radius >= high ? 0.0f : weight;
+INLINE float inside(const float radius, const struct slab_samples at, const float weight) {
+    return radius < at.least || radius >= at.most ? 0.0f : weight;
+}
+
+// Weights of the samples of a photosite in an odd or even row (down 1 or 0) and column (across), at an element from the first one.
+INLINE struct weights weigh(const struct slab_samples at, const long element, const uint down, const uint across) {
+    global const float *a = at.radius + at.rows[2 * down] + element, *c = at.radius + at.rows[2 * down + 1] + element;
+    const long left = at.columns[2 * across], right = at.columns[2 * across + 1];
+    const struct weights found = {inside(a[left], at, at.wa), inside(a[right], at, at.wb), inside(c[left], at, at.wc), inside(c[right], at, at.wd)};
+    return found;
+}
+
+// Sum of a plane's samples by these weights.
+INLINE float mix(global const float *plane, const struct weights w, const struct slab_samples at, const long element, const uint down, const uint across) {
+    global const float *a = plane + at.rows[2 * down] + element, *c = plane + at.rows[2 * down + 1] + element;
+    const long left = at.columns[2 * across], right = at.columns[2 * across + 1];
+    return w.a * a[left] + w.b * a[right] + w.c * c[left] + w.d * c[right];
+}
+
+// Add the slab's light to photosite m of the set in an odd or even row and column; returns the share of its ray that is left.
+// OPAQUE 1: only the last layer has a coverage below 1. The share that missed all slabs so far, of whatever layer, is the share that
+// passes on, and no other state is needed; all_seen is less the share that has met any slab. fresh: whether this is the first slab
+// that the rays meet, before which that state is not read.
+INLINE float add_ray(const int partial, const int fresh, const uint m, const struct weights w, const struct slab_samples at,
+                     const struct ray_state ray, const long element, const uint down, const uint across) {
+    const float met = w.a + w.b + w.c + w.d, cover = partial ? mix(at.coverage, w, at, element, down, across) : met;
+    const float missed = OPAQUE && fresh ? 1.0f : ray.missed[m], open = OPAQUE ? missed : ray.before[m] * missed, left = missed - missed * met;
+    const float more = mix(at.light[2 * down + across], w, at, element, down, across) - ray.sharp[m] * cover;
+    ray.all[m] += open * more;
+    if (OPAQUE && partial) ray.all_seen[m] += open * (cover - met);
+    if (!OPAQUE) ray.all_seen[m] += open * cover, ray.covered[m] += missed * cover;
+    if (CORRECTION) ray.sum[m] += missed * more, ray.seen[m] += missed * cover;
+    ray.missed[m] = left;
+    return left;
 }
 
 // Add the slab's light. mapped: whether any sample may lie outside the slab, else all rays meet it. partial: whether any coverage is
 // below 1.
-INLINE void add_slab(const int mapped, const int partial, const struct slab_samples at, const struct ray_state ray) {
-    for (uint j = 0; j < ROWS; j++) {
-        global const float *a = at.light + j * at.next, *b = a + at.right, *c = a + at.below, *d = b + at.below;
-        global const float *ca = at.coverage + j * at.next, *cb = ca + at.right, *cc = ca + at.below, *cd = cb + at.below;
-        global const float *ra = at.radius + j * at.next, *rb = ra + at.right, *rc = ra + at.below, *rd = rb + at.below;
+INLINE void add_slab(const int mapped, const int partial, const int fresh, const struct slab_samples at, const struct ray_state ray) {
+    const struct weights all = {at.wa, at.wb, at.wc, at.wd};
+    __attribute__((opencl_unroll_hint(ROWS))) // else compilers keep 25 addresses on the stack and step all of them
+    for (uint j = 0; j < ROWS; j++)
         LANES
         for (uint i = 0; i < SPAN; i++) {
-            const size_t m = j * SPAN + i;
-            const float ma = mapped ? inside(ra[i], at.least, at.most, at.wa) : at.wa, mb = mapped ? inside(rb[i], at.least, at.most, at.wb) : at.wb;
-            const float mc = mapped ? inside(rc[i], at.least, at.most, at.wc) : at.wc, md = mapped ? inside(rd[i], at.least, at.most, at.wd) : at.wd;
-            const float met = ma + mb + mc + md, cover = partial ? ma * ca[i] + mb * cb[i] + mc * cc[i] + md * cd[i] : met;
-            const float missed = ray.missed[m], open = ray.before[m] * missed;
-            const float more = ma * a[i] + mb * b[i] + mc * c[i] + md * d[i] - ray.sharp[m] * cover;
-            ray.all[m] += open * more;
-            ray.all_seen[m] += open * cover;
-            if (CORRECTION) ray.sum[m] += missed * more, ray.seen[m] += missed * cover;
-            ray.covered[m] += missed * cover;
-            ray.missed[m] = missed - missed * met;
-            if (mapped) ray.unmet[i] |= missed - missed * met > 1e-3f ? 1u : 0u;
+            const long e = j * at.next + i;
+            const uint m = j * SPAN + i;
+            const struct weights w0 = mapped ? weigh(at, e, 0, 0) : all, w1 = mapped ? weigh(at, e, 0, 1) : all;
+            const struct weights w2 = mapped ? weigh(at, e, 1, 0) : all, w3 = mapped ? weigh(at, e, 1, 1) : all;
+            const float left0 = add_ray(partial, fresh, m, w0, at, ray, e, 0, 0), left1 = add_ray(partial, fresh, m + SIZE, w1, at, ray, e, 0, 1);
+            const float left2 = add_ray(partial, fresh, m + 2 * SIZE, w2, at, ray, e, 1, 0), left3 = add_ray(partial, fresh, m + 3 * SIZE, w3, at, ray, e, 1, 1);
+            const float even = left0 > left1 ? left0 : left1, odd = left2 > left3 ? left2 : left3, most = even > odd ? even : odd;
+            if (mapped) ray.unmet[i] |= most > 1e-3f ? 1u : 0u;
         }
-    }
 }
 
-// The same where only the last layer has a coverage below 1: the share that missed all slabs so far, of whatever layer, is the share
-// that passes on, and no other state is needed. all_seen: less the share that has met any slab. fresh: whether this is the first slab
-// that the rays meet, before which the state is not read.
-INLINE void add_opaque(const int mapped, const int partial, const int fresh, const struct slab_samples at, const struct ray_state ray) {
-    for (uint j = 0; j < ROWS; j++) {
-        global const float *a = at.light + j * at.next, *b = a + at.right, *c = a + at.below, *d = b + at.below;
-        global const float *ca = at.coverage + j * at.next, *cb = ca + at.right, *cc = ca + at.below, *cd = cb + at.below;
-        global const float *ra = at.radius + j * at.next, *rb = ra + at.right, *rc = ra + at.below, *rd = rb + at.below;
-        LANES
-        for (uint i = 0; i < SPAN; i++) {
-            const size_t m = j * SPAN + i;
-            const float ma = mapped ? inside(ra[i], at.least, at.most, at.wa) : at.wa, mb = mapped ? inside(rb[i], at.least, at.most, at.wb) : at.wb;
-            const float mc = mapped ? inside(rc[i], at.least, at.most, at.wc) : at.wc, md = mapped ? inside(rd[i], at.least, at.most, at.wd) : at.wd;
-            const float met = ma + mb + mc + md, open = fresh ? 1.0f : ray.missed[m], left = open - open * met;
-            const float cover = partial ? ma * ca[i] + mb * cb[i] + mc * cc[i] + md * cd[i] : met;
-            ray.all[m] += open * (ma * a[i] + mb * b[i] + mc * c[i] + md * d[i] - ray.sharp[m] * cover);
-            if (partial) ray.all_seen[m] += open * (cover - met);
-            ray.missed[m] = left;
-            if (mapped) ray.unmet[i] |= left > 1e-3f ? 1u : 0u;
-        }
-    }
-}
-
-// `add_slab`, or `add_opaque` where OPAQUE is 1: compiled for each case, so that no more is read than it needs.
+// `add_slab` compiled for each case, so that no more is read than it needs.
 INLINE void add_case(const int mapped, const int partial, const int fresh, const struct slab_samples at, const struct ray_state ray) {
-#if OPAQUE
-    if (mapped && partial && fresh) add_opaque(1, 1, 1, at, ray);
-    else if (mapped && partial) add_opaque(1, 1, 0, at, ray);
-    else if (mapped && fresh) add_opaque(1, 0, 1, at, ray);
-    else if (mapped) add_opaque(1, 0, 0, at, ray);
-    else if (partial && fresh) add_opaque(0, 1, 1, at, ray);
-    else if (partial) add_opaque(0, 1, 0, at, ray);
-    else if (fresh) add_opaque(0, 0, 1, at, ray);
-    else add_opaque(0, 0, 0, at, ray);
-#else
-    if (mapped && partial) add_slab(1, 1, at, ray);
-    else if (mapped) add_slab(1, 0, at, ray);
-    else if (partial) add_slab(0, 1, at, ray);
-    else add_slab(0, 0, at, ray);
-#endif
+    if (mapped && partial && fresh) add_slab(1, 1, 1, at, ray);
+    else if (mapped && partial) add_slab(1, 1, 0, at, ray);
+    else if (mapped && fresh) add_slab(1, 0, 1, at, ray);
+    else if (mapped) add_slab(1, 0, 0, at, ray);
+    else if (partial && fresh) add_slab(0, 1, 1, at, ray);
+    else if (partial) add_slab(0, 1, 0, at, ray);
+    else if (fresh) add_slab(0, 0, 1, at, ray);
+    else add_slab(0, 0, 0, at, ray);
 }
 
 #endif

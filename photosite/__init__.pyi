@@ -15,10 +15,14 @@ from simulator.device import DeviceInfo as DeviceInfo
 from simulator.device import devices as devices
 from simulator.device import open_device as open_device
 from simulator.errors import PhotositeError as PhotositeError
+from simulator.exposure.dials import AutoIso as AutoIso
+from simulator.exposure.dials import Dials as Dials
 from simulator.exposure.flash import Flash as Flash
 from simulator.exposure.flicker import Harmonic as Harmonic
 from simulator.exposure.flicker import MainsFlicker as MainsFlicker
 from simulator.exposure.flicker import PwmLamp as PwmLamp
+from simulator.exposure.metering import LevelBound as LevelBound
+from simulator.exposure.metering import Metering as Metering
 from simulator.exposure.settings import Exposure as Exposure
 from simulator.exposure.shutter import CurtainShutter as CurtainShutter
 from simulator.exposure.shutter import FirstCurtainShutter as FirstCurtainShutter
@@ -30,6 +34,7 @@ from simulator.measurement.statistics.inspection import inspect_raw as inspect_r
 from simulator.optics.lens.bare_sensor import BareSensor as BareSensor
 from simulator.optics.lens.distortion import Distortion as Distortion
 from simulator.optics.lens.lens import Lens as Lens
+from simulator.optics.lens.nd_filter import NeutralDensity as NeutralDensity
 from simulator.optics.lens.pinhole import Pinhole as Pinhole
 from simulator.optics.lens.thin_lens import ThinLens as ThinLens
 from simulator.optics.lens.wavefront import Aberrations as Aberrations

@@ -4,7 +4,9 @@ from simulator.measurement.emva1288.report import EmvaReport as EmvaReport
 from simulator.measurement.emva1288.report import validate_emva as validate_emva
 from simulator.measurement.noise_check.report import NoiseReport as NoiseReport
 from simulator.measurement.noise_check.report import validate_noise as validate_noise
-from simulator.measurement.noise_check.tolerance_check import ToleranceCheck as ToleranceCheck
+from simulator.measurement.report.tolerance_check import ToleranceCheck as ToleranceCheck
+from simulator.measurement.shutter_check.report import ShutterReport as ShutterReport
+from simulator.measurement.shutter_check.report import validate_shutter as validate_shutter
 from simulator.measurement.statistics.interval import Interval as Interval
 from simulator.measurement.statistics.photon_transfer import DarkNoise as DarkNoise
 from simulator.measurement.statistics.photon_transfer import TransferPoint as TransferPoint

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from data_gen.recipe.camera_noise import CameraNoise
 from data_gen.recipe.distributions import Distribution, LogUniform, Normal, check_weights, support_of
+from data_gen.recipe.moving_camera import CameraMotion
 from data_gen.recipe.published_priors import PriorNoise
 from data_gen.recipe.random_streams import LARGEST_SEED
 from data_gen.samples.sample import Mode
@@ -17,6 +18,7 @@ from simulator.config import load_file, named_file
 from simulator.errors import require
 
 LARGEST_COUNT = 2**48
+OF_MOTION = "webdataset", "hdf5", "zarr", "lmdb"  # formats that hold all of a sample of a moving camera
 
 
 @dataclass(frozen=True)
@@ -24,11 +26,12 @@ class Burst:
     """Several frames of one scene, each moved against the first.
 
     frames: how many, 2 to 64.
-    shift_px: shift of a frame along y and along x, drawn for each [px].
+    shift_px: shift of a frame along y and along x, drawn for each [px]; left out: normal, mean 0, standard deviation 1, unless
+        the camera moves.
     """
 
     frames: int = 8
-    shift_px: Distribution = Normal((0.0, 1.0))
+    shift_px: Distribution | None = None
 
     def __post_init__(self) -> None:
         require(2 <= self.frames <= 64, "burst.frames", self.frames, "give 2 to 64")
@@ -36,12 +39,18 @@ class Burst:
         require(reach <= 64, "burst.shift", f"up to {reach} px", "shifts beyond 64 pixels are no burst; narrow the range")
 
     @property
+    def shifts(self) -> Distribution:
+        """Distribution of the shift."""
+        return Normal((0.0, 1.0)) if self.shift_px is None else self.shift_px
+
+    @property
     def reach_px(self) -> int:
         """Largest shift, rounded up; a normal one ends at six standard deviations."""
-        if isinstance(self.shift_px, Normal) and self.shift_px.within is None:
-            mean, deviation = self.shift_px.normal
+        shifts = self.shifts
+        if isinstance(shifts, Normal) and shifts.within is None:
+            mean, deviation = shifts.normal
             return math.ceil(abs(mean) + 6.0 * deviation)
-        return math.ceil(max(map(abs, support_of(self.shift_px))))
+        return math.ceil(max(map(abs, support_of(shifts))))
 
 
 @dataclass(frozen=True)
@@ -106,6 +115,7 @@ class DataSet:
     noise: calibrated cameras, or a published prior.
     exposure_ratio: light of the clean reference over that of the noisy frame; 1, or the prior's when left out.
     mode: single, burst, dark, noise_only or multi_exposure; of the last sections, the one of that name counts.
+    motion: camera that moves, in modes with pictures; left out: it stands still, but for the shifts of a burst.
     variance: whether samples hold the variance of each code.
     augment: flips and transposition, each with probability 1/2.
     crops_per_picture: samples in a row that are cut from one picture, seen by one camera.
@@ -123,6 +133,7 @@ class DataSet:
     seed: int = 0
     exposure_ratio: Distribution | None = None
     mode: Mode = "single"
+    motion: CameraMotion | None = None
     variance: bool = False
     augment: bool = True
     crops_per_picture: int = 1
@@ -148,6 +159,13 @@ class DataSet:
         require(support_of(ratio)[0] > 0, "exposure_ratio", f"from {support_of(ratio)[0]:g}", "a ratio of light is above 0")
         need = "this mode cuts samples from pictures; name a collection, such as `leaves: {procedural: [dead_leaves]}`"
         require(bool(self.pictures) or not self.needs_pictures, "pictures", "{}", need)
+        if self.motion is not None:
+            rule = f"there is no picture to move in mode {self.mode}; leave it out"
+            require(self.needs_pictures, "motion", "given", rule)
+            rule = "the camera's path moves the frames; leave the shift out"
+            require(self.burst.shift_px is None, "burst.shift", self.burst.shift_px, rule)
+            rule = f"has no place for sharp twins and flow; give one of {', '.join(OF_MOTION)}"
+            require(self.writer.format in OF_MOTION, "writer.format", self.writer.format, rule)
         for name in self.picture_weights:
             require(name in self.pictures, "picture_weights", name, f"no such collection; there is {', '.join(self.pictures)}")
         check_weights("picture_weights", self.weights or (1.0,))

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from data_gen.recipe.dataset_config import DataSet
 from data_gen.recipe.distributions import Normal, draw, weighted_index
+from data_gen.recipe.moving_camera import MovingCamera
 from data_gen.recipe.noise_setting import NoiseSetting
 from data_gen.recipe.random_streams import RandomStream
 from data_gen.sources.patches import AUGMENTATIONS, Augmentation
@@ -21,6 +22,7 @@ class Recipe:
     place: two numbers in [0, 1): how far down and right the crop lies, over all places that fit.
     level: signal of a flat frame, 0 dark, 1 saturated; for a sample without a picture.
     window: x and y of the crop's corner on the sensor, both even, so that its colour filter begins like the camera's [px].
+    moving: how the camera moves; None: it stands still.
     """
 
     index: int
@@ -35,6 +37,7 @@ class Recipe:
     frame_seeds: tuple[int, ...]
     body_seed: int
     window: tuple[int, int]
+    moving: MovingCamera | None = None
 
 
 def draw_recipe(config: DataSet, index: int, attempt: int = 0) -> Recipe:
@@ -60,6 +63,7 @@ def draw_recipe(config: DataSet, index: int, attempt: int = 0) -> Recipe:
         frame_seeds=_frame_seeds(config, index),
         body_seed=_body_seed(config, setting, index, stream),
         window=_window(config, setting, stream),
+        moving=None if config.motion is None else config.motion.draw(stream, config.frames),
     )
 
 
@@ -88,9 +92,9 @@ def _offsets(config: DataSet, stream: RandomStream) -> tuple[tuple[float, float]
 
     An unbounded normal distribution is cut at the reach, six standard deviations; fewer than one draw in 10^8 lies beyond.
     """
-    if config.mode != "burst":
+    if config.mode != "burst" or config.motion is not None:
         return ((0.0, 0.0),) * config.frames
-    distribution, reach = config.burst.shift_px, config.burst.reach_px
+    distribution, reach = config.burst.shifts, config.burst.reach_px
     if isinstance(distribution, Normal) and distribution.within is None:
         distribution = Normal(distribution.normal, (-reach, reach))
     drawn = [draw(distribution, probability) for probability in stream.uniforms("shift", 2 * config.frames)]

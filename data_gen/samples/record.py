@@ -11,21 +11,25 @@ from data_gen.samples.packing import Channels, pack, unpack
 from data_gen.samples.sample import Sample
 from simulator.errors import PhotositeError
 
-ARRAYS = {"noisy": "noisy_dn", "clean": "clean_dn", "variance": "variance_dn2"}  # name in a file -> field of Sample
-TYPES: dict[str, np.dtype[Any]] = {"noisy": np.dtype("<u2"), "clean": np.dtype("<f4"), "variance": np.dtype("<f4")}
-UNITS = {"noisy": "DN", "clean": "DN", "variance": "DN^2"}
+# Name in a file -> field of Sample.
+ARRAYS = {"noisy": "noisy_dn", "clean": "clean_dn", "variance": "variance_dn2", "sharp": "sharp_dn", "flow": "flow_px"}
+NO_MOSAIC = ("flow",)  # arrays that are not packed
+TYPES: dict[str, np.dtype[Any]] = {name: np.dtype("<u2" if name == "noisy" else "<f4") for name in ARRAYS}
+UNITS = {"noisy": "DN", "clean": "DN", "variance": "DN^2", "sharp": "DN", "flow": "px"}
 _FACTS = [one.name for one in fields(Sample) if one.name not in ARRAYS.values()]
+_OF_MOTION = [one.name for one in fields(Sample) if one.default is None]  # left out where the camera stands still
 
 
 def sample_arrays(sample: Sample, channels: Channels) -> dict[str, np.ndarray]:
-    """Arrays by their names in files, little-endian and contiguous; without "variance" when the sample has none.
+    """Arrays by their names in files, little-endian and contiguous; without those that the sample does not have.
 
     Each is (frames, height, width), packed (frames, 4, height / 2, width / 2); "noisy" uint16 codes with their pedestal,
-    "clean" float32 [DN], "variance" float32 [DN^2]. Raises PhotositeError for what cannot be packed.
+    "clean" and "sharp" float32 [DN], "variance" float32 [DN^2]. "flow" is (frames, 2, height, width) float32 [px].
+    Raises PhotositeError for what cannot be packed.
     """
     found: dict[str, np.ndarray | None] = {name: getattr(sample, field) for name, field in ARRAYS.items()}
     return {
-        name: np.ascontiguousarray(pack(array, sample.cfa, channels), TYPES[name])
+        name: np.ascontiguousarray(array if name in NO_MOSAIC else pack(array, sample.cfa, channels), TYPES[name])
         for name, array in found.items()
         if array is not None
     }
@@ -36,7 +40,9 @@ def sample_facts(sample: Sample, channels: Channels) -> str:
 
     Besides the fields of Sample: `channels`, and `shape`, that of the mosaics (frames, height, width).
     """
-    facts = {name: getattr(sample, name) for name in _FACTS} | {"channels": channels, "shape": sample.noisy_dn.shape}
+    known = {name: getattr(sample, name) for name in _FACTS}
+    known = {name: value for name, value in known.items() if value is not None or name not in _OF_MOTION}
+    facts = known | {"channels": channels, "shape": sample.noisy_dn.shape}
     return json.dumps(facts, sort_keys=True, allow_nan=False, default=lambda value: value.tolist())
 
 
@@ -65,10 +71,10 @@ def sample_from(arrays: Mapping[str, np.ndarray], facts: str | bytes) -> Sample:
     channels = known.pop("channels")
     del known["shape"]
     known = {name: _to_tuples(value) for name, value in known.items()}
-    mosaics: dict[str, Any] = {
-        field: unpack(np.asarray(arrays[name]), known["cfa"], channels) if name in arrays else None
-        for name, field in ARRAYS.items()
-    }
+    mosaics: dict[str, Any] = {}
+    for name, field in ARRAYS.items():
+        stored = np.asarray(arrays[name]) if name in arrays else None
+        mosaics[field] = stored if stored is None or name in NO_MOSAIC else unpack(stored, known["cfa"], channels)
     return Sample(**mosaics, **known)
 
 

@@ -26,8 +26,16 @@ class Sample:
     white_balance: gains of R, G, B that make the light's white neutral, green = 1.
     color_matrix: (3, 3) XYZ to camera under D65; None when not known.
     exposure_ratios: light of the reference exposure over that of each noisy frame, (frames,).
-    offsets_px: (frames, 2) shift of each frame against the first, y and x [px]; zeros unless the mode is burst.
+    offsets_px: (frames, 2) shift of each frame against the first, y and x [px]; zeros unless the mode is burst. Of a moving
+        camera, that of the crop's middle.
     frame_seeds: (frames,) seeds of what is new in each frame; body_seed: of what belongs to the camera body.
+    sharp_dn: (frames, height, width) float32, what clean_dn would be if all rows were exposed in the middle of the exposure,
+        within an instant; of a moving camera, as are all below; else None [DN].
+    flow_px: (frames, 2, height, width) float32, way y and x on the picture from the first frame, of what stands there in the
+        first frame, each in the middle of its row's exposure [px].
+    mid_exposure_s: (frames,) middle of the exposure of the crop's rows [s], on the clock of the camera's path.
+    poses_deg: (frames, 3) tilt, pan and roll of the camera then [deg].
+    exposure_time_s: of each row [s]. readout_time_s: from the first row of the sensor to one past the last [s].
     source: name of the picture it was cut from; crop: top, left [px] of the picture; augmentation: flips and transposition.
     """
 
@@ -53,3 +61,9 @@ class Sample:
     source: str
     crop: tuple[int, int]
     augmentation: str
+    sharp_dn: np.ndarray | None = None
+    flow_px: np.ndarray | None = None
+    mid_exposure_s: tuple[float, ...] | None = None
+    poses_deg: tuple[tuple[float, ...], ...] | None = None
+    exposure_time_s: float | None = None
+    readout_time_s: float | None = None

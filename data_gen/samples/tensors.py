@@ -34,6 +34,8 @@ class TensorForm:
         noisy, clean: (..., planes, height, width) float32, (code - black) / unit; nothing is clipped, so noise in the dark
             goes below 0 and what is amplified goes above 1.
         variance: like noisy, its variance; missing when the sample has none.
+        sharp: like clean, in an instant; flow: (..., 2, height, width) float32 way y and x from the first frame, in photosites
+            whatever the planes; both of a moving camera alone.
         gain, read_noise: (...) float32. The variance of noisy is gain * mean + read_noise^2 (`gain_dn_per_e` and
             `read_noise_dn` of `Sample` in the units of noisy).
         noisy_unit_dn: (...), clean_unit_dn, black_level_dn: () float32; noisy code = noisy * noisy_unit_dn + black_level_dn,
@@ -58,6 +60,9 @@ class TensorForm:
         }
         if sample.variance_dn2 is not None:
             found["variance"] = self._planes(sample, sample.variance_dn2, np.float32(0), unit_dn * unit_dn)
+        if sample.sharp_dn is not None and sample.flow_px is not None:
+            found["sharp"] = self._planes(sample, sample.sharp_dn, black_dn, np.full_like(unit_dn, clean_unit_dn))
+            found["flow"] = np.asarray(sample.flow_px, np.float32)
         if not several:
             found = {name: array[0] for name, array in found.items()}
         elif sample.mode == "burst":

@@ -63,6 +63,7 @@ def simulate(
     ),
     device: Annotated[str | None, typer.Option(help="Part of an OpenCL device's name; see `photosite devices`.")] = None,
     redo: Annotated[bool, typer.Option("--redo", help="Take the points of a sweep again even when their files stand.")] = False,
+    no_truth: Annotated[bool, typer.Option("--no-truth", help="Write no NAME.truth.exr.")] = False,
     profile: Annotated[
         bool, typer.Option("--profile", help="Show where the time went: imports, builds, device, files.")
     ] = False,
@@ -76,7 +77,7 @@ def simulate(
     ledger = open_ledger() if profile else None
     from simulator.command_line.simulation import simulate_file
 
-    simulate_file(shot, settings or [], out, device, redo)
+    simulate_file(shot, settings or [], out, device, redo, not no_truth)
     if ledger is not None:
         from simulator.command_line.screen import tell
 
@@ -192,6 +193,35 @@ def emva(
     run_emva_validation(camera, settings or [], iso, out, device)
 
 
+@validate.command(epilog="Example: photosite validate shutter sony_a7_iii --iso 100 --out shutter")
+def shutter(
+    camera: CameraName,
+    settings: CameraSettings = None,
+    readout_time: Annotated[
+        str | None, typer.Option(metavar="TIME", help="Of a rolling shutter, e.g. 20ms; the camera's own when left out.")
+    ] = None,
+    kind: Annotated[
+        str | None,
+        typer.Option(
+            "--shutter",
+            metavar="YAML",
+            help="Keys as in exposure.shutter of a shot, e.g. '{travel_time: 3 ms, distance: 1 mm}'; rolling when left out.",
+        ),
+    ] = None,
+    iso: Annotated[int | None, typer.Option(help="The ISO; the lowest that was measured when left out.")] = None,
+    out: ReportFolder = None,
+    device: DeviceName = None,
+) -> None:
+    """Shutter: read-out or travel time, flicker depth, flash band, efficiency, skew and blur of what moves.
+
+    Simulates a lamp, a flash, steady light, a moving edge and a shake as DNG files, measures the files alone, and compares with
+    what the shots state. Exit status 1 when a gate fails.
+    """
+    from simulator.command_line.validation import run_shutter_validation
+
+    run_shutter_validation(camera, settings or [], readout_time, kind, iso, out, device)
+
+
 @app.command(epilog="Example: photosite explain color_checker --set lens.f_number=f/1.4 --patch 0.05")
 def explain(
     shot: ShotFile,
@@ -208,8 +238,8 @@ def explain(
     """Show what a shot amounts to.
 
     The plan: which steps run or are skipped and why; the passes with method, size, memory, predicted error and time; the
-    lens in numbers; where white lands; a grey patch from cd/m^2 over lux, photons and electrons to DN; and ISO by ISO the
-    share of each source in the variance of its noise.
+    lens and the exposure in numbers, with what the camera chose; where white lands; a grey patch from cd/m^2 over lux,
+    photons and electrons to DN; and ISO by ISO the share of each source in the variance of its noise.
     """
     from simulator.command_line.explain import show_plan
 

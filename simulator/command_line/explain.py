@@ -7,11 +7,13 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from simulator.command_line.exposure_numbers import exposure_facts
 from simulator.command_line.lens_numbers import lens_facts
 from simulator.command_line.screen import console, show_progress
 from simulator.command_line.shot_numbers import Fact, white_facts
 from simulator.config import load_shot, locate_errors, shot_warnings
 from simulator.device import Device, has_devices, open_device
+from simulator.pipeline.light_reuse import describe_reuse
 from simulator.pipeline.passes import PROGRAM_BYTES
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
@@ -36,7 +38,7 @@ def show_devices() -> None:
 
 
 def show_plan(path: Path, settings: list[str], reflectance: float, keep: Kept, device: str | None, measured: bool) -> None:
-    """Print the plan of a shot, its lens, a white surface, and a grey patch with its noise over the ISO range.
+    """Print the plan of a shot, its lens, its exposure, a white surface, and a grey patch with its noise over the ISO range.
 
     reflectance: of the grey patch, 0 to 1. keep: what stays the same over the ISO range.
     device: part of the name of the OpenCL device that measures blur radii, which decide the method of each tile of the blur.
@@ -52,12 +54,14 @@ def show_plan(path: Path, settings: list[str], reflectance: float, keep: Kept, d
             planned, times_ms = _measure_times(planned, shot, open_device(device))
         elif has_devices():
             planned = measure(planned, open_device(device))
-    out = console()
+    out, shot = console(), planned.settle(shot)
     out.print(_make_step_table(planned, shot.name))
     out.print(_make_pass_table(planned, times_ms))
     out.print(_make_fact_table("Lens", lens_facts(shot, planned)))
+    out.print(_make_fact_table("Exposure", exposure_facts(shot, planned)))
     out.print(_make_fact_table("A white surface at the centre", white_facts(shot, planned)))
     _show_patch(out, shot, planned, reflectance, keep)
+    out.print(f"reuse: {escape(describe_reuse(planned))}")
     for note in planned.optics.scene.notes:
         out.print(f"note: {escape(note)}")
     for warning in [*shot_warnings(shot), *planned.warnings()]:
@@ -98,7 +102,8 @@ def _make_pass_table(planned: Plan, times_ms: dict[str, float]) -> Table:
         table.add_column(escape(head), justify="right")
     for one in planned.passes:
         error = "" if one.error_sigma is None else f"{one.error_sigma:.2g}"
-        numbers = [f"{1e-6 * one.size:.2f}", f"{1e-6 * one.memory_bytes:.0f}", error, f"{one.cost_ms:.3g}"] if one.kept else []
+        memory = f"{1e-6 * (one.memory_bytes + one.scratch_bytes):.0f}"
+        numbers = [f"{1e-6 * one.size:.2f}", memory, error, f"{one.cost_ms:.3g}"] if one.kept else []
         if times_ms and one.kept:
             numbers.append(f"{times_ms[one.name]:.3g}" if one.name in times_ms else "")
         table.add_row(escape(one.name), escape(one.method), *numbers, style=None if one.kept else "dim")

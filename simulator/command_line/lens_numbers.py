@@ -22,7 +22,16 @@ BLOCK_PX = 2.0  # a blur circle within one 2x2 block of the filter mosaic cannot
 
 def lens_facts(shot: Shot, planned: Plan) -> list[Fact]:
     """Geometry, depth of field, blur and light gathering of the shot's lens."""
-    return _facts(shot.lens, shot, planned)
+    return [*_facts(shot.lens, shot, planned), *_filter_facts(shot.lens)]
+
+
+def _filter_facts(lens: Lens) -> list[Fact]:
+    """Grey filter before the lens; nothing without one."""
+    if lens.nd_filter is None:
+        return []
+    share = lens.nd_filter.transmittance
+    formula = f"10^-D, D = {-math.log10(share):.4g}: {100 * share:.4g} % of the light passes"
+    return [Fact("ND filter", f"{-math.log2(share):.3f} stops", formula)]
 
 
 @singledispatch
@@ -34,7 +43,7 @@ def _facts(lens: Lens, shot: Shot, planned: Plan) -> list[Fact]:
 @_facts.register
 def _bare_sensor_facts(lens: BareSensor, shot: Shot, planned: Plan) -> list[Fact]:
     formula = "pi, of a hemisphere of one radiance; the notes say how much of it the scene fills"
-    return [Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.5f} sr", formula)]
+    return [Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.6g} sr", formula)]
 
 
 @_facts.register
@@ -70,7 +79,7 @@ def _thin_lens_facts(lens: ThinLens, shot: Shot, planned: Plan) -> list[Fact]:
         Fact("Airy disk", size(lens.airy_diameter_um(), pitch_um), f"2.44 lambda N_w at {GREEN_NM:g} nm"),
         Fact("working f-number", f"f/{lens.working_f_number:.4g}", "N_w = N (1 + m)"),
         Fact("T-stop", f"T/{lens.t_number:.4g}", f"T = N / sqrt(tau), tau = {lens.effective_transmittance:.4g}"),
-        Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.5f} sr", _irradiance_formula(lens.irradiance)),
+        Fact("irradiance per radiance", f"{lens.irradiance_per_radiance_sr():.6g} sr", _irradiance_formula(lens.irradiance)),
         _corner_fact(shot.camera, planned.sensor.irradiance),
     ]
 

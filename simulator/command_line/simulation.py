@@ -20,9 +20,10 @@ from simulator.raw.save import save
 from simulator.studies.sweep_runner import SKIPPED, Row, run_sweep, take
 
 
-def simulate_file(path: Path, settings: list[str], out: Path, device: str | None, redo: bool) -> None:
+def simulate_file(path: Path, settings: list[str], out: Path, device: str | None, redo: bool, truth: bool) -> None:
     """Take what a shot file describes; paths of the files go to stdout, everything else to stderr.
 
+    truth: whether the truth twin is written.
     Raises PhotositeError; typer.Exit(1) when points of a sweep failed.
     """
     sweep = load_sweep(path, settings)
@@ -32,21 +33,21 @@ def simulate_file(path: Path, settings: list[str], out: Path, device: str | None
     with _check_folder(out):
         if sweep is None:
             with locate_errors(path, settings):
-                return simulate_shot(shot, out, device)
-        failed = simulate_sweep(sweep, out, device, redo)
+                return simulate_shot(shot, out, device, truth)
+        failed = simulate_sweep(sweep, out, device, redo, truth)
     if failed:
         tell(f"error: {failed} of {len(sweep)} points failed; the column status of {out / 'manifest.csv'} says why")
         raise typer.Exit(1)
 
 
-def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
-    """Take and save one shot."""
+def simulate_shot(shot: Shot, out: Path, device: str | None, truth: bool) -> None:
+    """Take and save one shot. truth: whether with its truth twin."""
     with show_progress(shot.name, prefix=f"{shot.name}: ", is_long=False) as progress:
         with (
             warnings.catch_warnings(record=True, action="always", category=UserWarning) as told,
             simulate_on_disk(shot, out, device=device, progress=progress) as raw,
         ):
-            files, seen = save(raw, out), frame_warnings(raw)
+            files, seen = save(raw, out, truth=truth), frame_warnings(raw)
     resolved: dict[str, Any] = raw.resolved  # plain data, as the sidecar file holds it
     for note in resolved["notes"]:
         tell(f"note: {note}")
@@ -56,16 +57,16 @@ def simulate_shot(shot: Shot, out: Path, device: str | None) -> None:
         print(file)
 
 
-def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool) -> int:
-    """Take and save all points; returns the number that failed."""
+def simulate_sweep(sweep: Sweep, out: Path, device: str | None, redo: bool, truth: bool) -> int:
+    """Take and save all points; returns the number that failed. truth: whether with their truth twins."""
 
     def report(row: Row) -> None:
         if row.error is not None:
             tell(f"{row.name}: {row.status}")
 
     with show_progress("sweep") as progress:
-        taking = partial(take, device=device, cache=LightCache())
-        rows = run_sweep(sweep, out, take=taking, redo=redo, report=report, progress=progress)
+        taking = partial(take, device=device, cache=LightCache(), truth=truth)
+        rows = run_sweep(sweep, out, take=taking, redo=redo, truth=truth, report=report, progress=progress)
     if skipped := sum(row.status == SKIPPED for row in rows):
         tell(f"note: {skipped} of {len(rows)} points were there already; --redo takes them again")
     print(out / "manifest.csv")

@@ -11,12 +11,14 @@ from rich.markup import escape
 from rich.table import Table
 
 from simulator.command_line.screen import console, show_progress, tell
-from simulator.config import load_camera
-from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
+from simulator.config import load_camera, shutter_option, time_s
+from simulator.errors import require
+from simulator.measurement.report.tolerance_check import ToleranceCheck
 
 if TYPE_CHECKING:
     from simulator.measurement.emva1288.report import EmvaReport
     from simulator.measurement.noise_check.report import NoiseReport
+    from simulator.measurement.shutter_check.report import ShutterReport
 
 
 def run_noise_validation(camera: str, settings: list[str], isos: list[int], out: Path | None, device: str | None) -> None:
@@ -62,6 +64,66 @@ def run_emva_validation(camera: str, settings: list[str], iso: int | None, out: 
         write_figure(emva_overview(report.found, f"EMVA 1288 of {report.camera} at ISO {report.iso}"), out / "emva.png")
         tell(f"frames in {folder}, report in {out / 'emva.html'} and {out / 'emva.json'}")
     _report_verdict(report.checks)
+
+
+def run_shutter_validation(
+    camera: str,
+    settings: list[str],
+    readout_time: str | None,
+    shutter: str | None,
+    iso: int | None,
+    out: Path | None,
+    device: str | None,
+) -> None:
+    """Print the gates; with `out`, keep the frames there and write shutter.html, shutter.json and shutter.png.
+
+    readout_time: of a rolling shutter; shutter: another one, see `shutter_option`. iso: the lowest that was measured when None.
+    Raises PhotositeError; typer.Exit(1) when a gate failed.
+    """
+    from simulator.exposure.shutter import AnyShutter, RollingShutter
+    from simulator.measurement.report.figures import write_figure
+    from simulator.measurement.shutter_check import html
+    from simulator.measurement.shutter_check import report as shutter_report
+    from simulator.measurement.shutter_check.figure import shutter_overview
+
+    body = load_camera(camera, settings)
+    kind: AnyShutter | None = None if shutter is None else shutter_option(shutter, "--shutter")
+    if readout_time is not None:
+        rule = "goes with a rolling shutter alone; state it in --shutter, or leave --shutter out"
+        require(kind is None, "--readout-time", readout_time, rule)
+        kind = RollingShutter(time_s(readout_time, "--readout-time"))
+    with _open_frame_folder(out) as folder, show_progress("frames") as progress:
+        report = shutter_report.validate_shutter(body, folder, shutter=kind, iso=iso, device=device, progress=progress)
+    console().print(
+        escape(f"{report.shutter}; {report.frames} raw files of {report.window[0]} x {report.window[1]} photosites")
+    )
+    show_shutter(report)
+    if out is not None:
+        shutter_report.write_shutter_json(report, out / "shutter.json")
+        html.write_shutter_html(report, out / "shutter.html")
+        write_figure(shutter_overview(report), out / "shutter.png")
+        tell(f"frames in {folder}, report in {out / 'shutter.html'} and {out / 'shutter.json'}")
+    _report_verdict(report.checks)
+
+
+def show_shutter(report: "ShutterReport") -> None:
+    """Print a line per gate: measured and expected, and the deviation beside what is allowed."""
+    from rich.box import SIMPLE_HEAD
+
+    title = f"{report.title}, against what the shots state"
+    table = Table(title=escape(title), box=SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
+    for column in ("quantity", "where", "measured", "expected", "deviation", "allowed", ""):
+        table.add_column(column, justify="left" if column in ("quantity", "where", "") else "right")
+    for gate in report.checks:
+        name = f"{gate.quantity} [{gate.unit}]" if gate.unit else gate.quantity
+        allowed = "" if gate.reason_unchecked else _format_amount(gate, gate.tolerance)
+        verdict = "not gated" if gate.reason_unchecked else "pass" if gate.passed else "FAIL"
+        numbers = (f"{gate.measured:.5g}", f"{gate.expected:.5g}", _format_amount(gate, gate.deviation, "+"), allowed)
+        style = "dim" if gate.reason_unchecked else None if gate.passed else "red"
+        table.add_row(escape(name), escape(gate.where), *numbers, verdict, style=style)
+    console().print(table)
+    for line in _list_reasons(report.checks):
+        console().print(escape(line))
 
 
 def show_summary(report: "EmvaReport") -> None:

@@ -5,7 +5,7 @@ from simulator.config.camera_file import load_camera, read_camera_document
 from simulator.config.dataclass_sections import defer_fields
 from simulator.config.document_merge import named_file
 from simulator.config.json_schema import schema
-from simulator.config.option_values import camera_data, length_um, response_name
+from simulator.config.option_values import camera_data, length_um, response_name, shutter_option, time_s
 from simulator.config.shot_file import build_shot_from_data, load_shot, locate_errors
 from simulator.config.sweep import Sweep, SweepPoint, load_sweep
 from simulator.config.warnings import frame_warnings, shot_warnings
@@ -30,4 +30,6 @@ __all__ = [
     "response_name",
     "schema",
     "shot_warnings",
+    "shutter_option",
+    "time_s",
 ]

@@ -1,14 +1,22 @@
-"""Read cameras, responses and lengths that an option of a command names, outside any shot file."""
+"""Read cameras, responses, shutters, lengths and times that an option of a command names, outside any shot file."""
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+from pydantic import create_model
+
 from simulator.color.color_tables import CONFIGS
+from simulator.config.build import build, validate
 from simulator.config.camera_file import inline_camera
-from simulator.config.document import Document, Place
-from simulator.config.document_merge import find_config
+from simulator.config.dataclass_sections import make_section
+from simulator.config.document import Document, Place, parse_document
+from simulator.config.document_merge import find_config, replace_section
 from simulator.config.quantity import parse_quantity
+from simulator.config.section_types import Section
 from simulator.errors import PhotositeError
+from simulator.exposure.settings import Exposure
+from simulator.exposure.shutter import AnyShutter
 from simulator.units import Unit
 
 
@@ -41,6 +49,35 @@ def length_um(text: str, label: str) -> float:
         return parse_quantity(text, Unit("micrometre", "_um"))
     except ValueError as error:
         raise PhotositeError(f"{error}", key=label, value=text) from None
+
+
+def time_s(text: str, label: str) -> float:
+    """Return a time with its unit in seconds. Raises PhotositeError, which names the option `label`."""
+    try:
+        return parse_quantity(text, Unit("second", "_s"))
+    except ValueError as error:
+        raise PhotositeError(f"{error}", key=label, value=text) from None
+
+
+def shutter_option(text: str, label: str) -> AnyShutter:
+    """Return the shutter of a text such as `{opening: 1 ms, closing: 2 ms}`, with the keys of `exposure.shutter` of a shot.
+
+    Raises PhotositeError, which names the option `label`, for what that section refuses.
+    """
+    place = Place(label, Path.cwd())
+    shutter = parse_document(text, label, Path.cwd(), lines=False)
+    exposure = replace_section(Document({"time": "1 s"}, {(): place, ("time",): place}), "shutter", shutter)
+    document = replace_section(Document({}, {(): place}), "exposure", exposure)
+    section: Any = validate(_make_shutter_file_section(), document)  # its fields are made at run time
+    found: Exposure = build(section.exposure, ("exposure",), document)
+    if found.shutter is None:
+        raise PhotositeError("give its keys, such as {opening: 1 ms, closing: 2 ms}", key=label, value=text)
+    return found.shutter
+
+
+@cache
+def _make_shutter_file_section() -> type[Section]:
+    return create_model("ShutterOption", __base__=Section, exposure=(make_section(Exposure), ...))
 
 
 def _name_response(response: Path) -> str:

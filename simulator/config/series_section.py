@@ -25,7 +25,10 @@ class SeriesSection(Section):
     ] = None
     bracket: Annotated[
         list[float] | None,
-        Field(min_length=1, description="stops of exposure.time, frame by frame and over again, such as [0, -2, 2]"),
+        Field(
+            min_length=1,
+            description="stops of time, or of compensation where it is metered, frame by frame and over again: [0, -2, 2]",
+        ),
     ] = None
 
     def check(self) -> None:

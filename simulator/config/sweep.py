@@ -32,6 +32,8 @@ SENSOR_KEYS = (
     "camera.conversion_gain",
     "camera.stages",
 )
+BY_HAND = ("manual", "shutter_priority")  # modes of an exposure whose time is stated
+COMPENSATION = "exposure.compensation"
 FRAME = "frame"  # the frames of a series, among the keys of a sweep
 MAX_CHECKED = 2000  # most values of one key that are checked when they are computed; listed values are all checked
 
@@ -55,6 +57,14 @@ class SweepPoint:
     def locate_error(self, error: PhotositeError) -> PhotositeError:
         """Return an error of taking the point, with file and line where it is about the value of a key of the document."""
         return locate_error(error, self.document)
+
+
+def _bracket_key(document: Document) -> str:
+    """Return the key that a bracket varies: the time, or the compensation where the camera would even out another time."""
+    exposure = document.data.get("exposure")
+    given = exposure if isinstance(exposure, dict) else {}
+    is_metered = given.get("mode", "manual") != "manual" or given.get("auto_iso") is not None
+    return COMPENSATION if is_metered else "exposure.time"
 
 
 class Sweep:
@@ -107,7 +117,8 @@ class Sweep:
     @property
     def keys(self) -> list[str]:
         """Dotted keys that differ from point to point, those of the series last."""
-        series = [] if self._series is None else ["exposure.start", *(["exposure.time"] if self._series.bracket else [])]
+        bracketed = [] if self._series is None or not self._series.bracket else [_bracket_key(self._base)]
+        series = [] if self._series is None else ["exposure.start", *bracketed]
         return [*(key for key in self.values if key not in series), *series]
 
     def __len__(self) -> int:
@@ -162,7 +173,7 @@ class Sweep:
         return SweepPoint(index, name, values, replace_value(document, "name", name, document.place(("name",))))
 
     def _set_frame(self, document: Document, series: SeriesSection, frame: int) -> tuple[Document, dict[str, object]]:
-        """Return the document of a frame of the series, and its exposure.start and exposure.time as written.
+        """Return the document of a frame of the series, and its exposure.start and what is bracketed, as written.
 
         Those of the document are the first frame's, and of a bracket those at 0 stops. Where they cannot be read, the check of
         the shot names them.
@@ -173,15 +184,28 @@ class Sweep:
             base_s, first_s = (parse_quantity(given.get(key, "0 s"), SECONDS) for key in ("time", "start"))
         except ValueError:
             return document, {}
+        key = _bracket_key(document)
+        is_metered_bracket = series.bracket is not None and key == COMPENSATION
+        if series.interval is None and (is_metered_bracket or given.get("mode", "manual") not in BY_HAND):
+            rule = "the camera chooses the exposure when it is planned, so that no gap says when it ends; give an interval"
+            raise self._section.problem(("series",), rule, key="sweep.series")
         with self._locate_series():
-            start_s, time_s = series.times(frame, base_s)
+            known_s = 0.0 if is_metered_bracket else base_s
+            (start_s, time_s), (next_start_s, next_time_s) = (series.times(one, known_s) for one in (frame, frame + 1))
         # In 12 digits, so that 3 times 0.1 s reads 0.3 s.
         values: dict[str, object] = {"exposure.start": format_quantity(float(f"{first_s + start_s:.12g}"), SECONDS)}
-        if series.bracket is not None:
-            values["exposure.time"] = format_quantity(float(f"{time_s:.12g}"), SECONDS)
+        if series.bracket is not None and is_metered_bracket:
+            stated = given.get("compensation", 0.0)
+            if not isinstance(stated, int | float):
+                return document, {}
+            values[key] = stated + series.bracket[frame % len(series.bracket)]
+        elif series.bracket is not None:
+            values[key] = format_quantity(float(f"{time_s:.12g}"), SECONDS)
+        place = replace(self._place(("series",)), via="sweep")
         for key, value in values.items():
-            document = replace_value(document, key, value, replace(self._place(("series",)), via="sweep"))
-        return document, values
+            document = replace_value(document, key, value, place)
+        flow_s = next_start_s + 0.5 * next_time_s - (start_s + 0.5 * time_s)  # to the middle of the next exposure
+        return _set_flow_time(document, flow_s, place), values
 
     def _advance_frame_seed(self, document: Document, index: int) -> Document:
         seeds = document.data.get("seeds")
@@ -221,6 +245,14 @@ def _set_value(document: Document, key: str, value: object, place: Place) -> Doc
     if key in ("camera", "camera.base"):
         return apply_overrides(replace_value(document, "camera", value, place), ())
     return replace_value(document, key, value, place)
+
+
+def _set_flow_time(document: Document, flow_s: float, place: Place) -> Document:
+    """Return the document with the time that the truth's flow spans [s], where it asks for a flow and states none."""
+    motion, truth = (document.data.get(key) for key in ("motion", "truth"))
+    if not isinstance(motion, dict) or "flow_time" in motion or not isinstance(truth, list) or "flow" not in truth:
+        return document
+    return replace_value(document, "motion.flow_time", format_quantity(float(f"{flow_s:.12g}"), SECONDS), place)
 
 
 def load_sweep(path: str | Path, overrides: Iterable[str] | Mapping[str, object] = ()) -> Sweep | None:

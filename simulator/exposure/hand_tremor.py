@@ -51,16 +51,21 @@ class HandTremor:
     def poses(self, times_s: np.ndarray) -> Poses:
         """Return the poses at some instants (instants,) [s]: the integral of the speeds from clock 0 on."""
         hertz, cosine, sine = self._lines()
-        omega = 2.0 * np.pi * hertz
-        phase = np.multiply.outer(np.asarray(times_s, np.float64), omega)
-        moved = np.sum((cosine * np.sin(phase) + sine * (1.0 - np.cos(phase))) / omega, axis=-1)
+        times_s, moved = np.asarray(times_s, np.float64), np.zeros((len(times_s), len(hertz)))
+        for axis in np.flatnonzero(cosine.any(axis=1)):
+            omega = 2.0 * np.pi * hertz[axis]
+            phase = np.multiply.outer(times_s, omega)
+            # A sum, not a product of matrices, whose last bits depend on how many instants there are.
+            moved[:, axis] = np.sum((cosine[axis] * np.sin(phase) + sine[axis] * (1.0 - np.cos(phase))) / omega, axis=1)
         return Poses(moved[:, :3], moved[:, 3:])
 
     def speeds(self, times_s: np.ndarray) -> Poses:
         """Return the derivatives of the poses at some instants (instants,) [s]."""
         hertz, cosine, sine = self._lines()
-        phase = np.multiply.outer(np.asarray(times_s, np.float64), 2.0 * np.pi * hertz)
-        speed = np.sum(cosine * np.cos(phase) + sine * np.sin(phase), axis=-1)
+        times_s, speed = np.asarray(times_s, np.float64), np.zeros((len(times_s), len(hertz)))
+        for axis in np.flatnonzero(cosine.any(axis=1)):
+            phase = np.multiply.outer(times_s, 2.0 * np.pi * hertz[axis])
+            speed[:, axis] = np.sum(cosine[axis] * np.cos(phase) + sine[axis] * np.sin(phase), axis=1)
         return Poses(speed[:, :3], speed[:, 3:])
 
     def _lines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

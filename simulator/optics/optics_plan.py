@@ -2,16 +2,20 @@
 
 import math
 from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from simulator.errors import PhotositeError
-from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
+from simulator.optics.defocus.accuracy import BRIGHT, SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
 from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
+from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
 from simulator.optics.defocus.photosite_area import PhotositeArea
+from simulator.optics.defocus.predicted_error import joint_error
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
+from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, plan_motion
 from simulator.optics.geometry.projection import Projection, plan_projection
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
@@ -31,6 +35,8 @@ from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
 
 if TYPE_CHECKING:
     from simulator.optics.ray_reference.deep_rays import DeepBlur
+
+TYPICAL = 0.68  # quantile of differences that stands for their standard deviation
 
 # What a camera does with the light, of which its optics knows the NoiseFloor alone. All other fields of `Camera` are keys.
 SENSOR_ONLY = frozenset(
@@ -67,6 +73,10 @@ class OpticsPlan:
     psf_skip_reason: why a point spread function is left out, with its predicted error; None: it is not.
     ignored_px: largest blur radius that is left out where `defocus` is None [photosites].
     contrast: of the scene, on which the error of the blur depends; that of the laws where there is no blur.
+    motion: how the image moves while the shutter is open; None: it does not. flash_motion: while a flash shines.
+    has_flash: whether a flash lights the bands of the scene's second half.
+    joint: motion that the points of the aperture carry, of the method "joint"; None: they carry none.
+    motion_skip_reason: why motion is left out, with its predicted error; None: it is not.
     """
 
     scene: Scene
@@ -84,6 +94,24 @@ class OpticsPlan:
     psf_skip_reason: str | None = None
     ignored_px: float = 0.0
     contrast: SceneContrast = SceneContrast()
+    motion: MotionPlan | None = None
+    flash_motion: MotionPlan | None = None
+    has_flash: bool = False
+    motion_skip_reason: str | None = None
+    joint: JointMotion | None = None
+
+    @property
+    def covering_layers(self) -> int:
+        """Layers up to the first that covers all of the picture."""
+        opaque = (number for number, layer in enumerate(self.scene.layers, 1) if layer.coverage is None)
+        return next(opaque, len(self.scene.layers))
+
+    @property
+    def sweeps_rows(self) -> bool:
+        """Whether a swept image is read by spans of a row, which is several times faster than photosite by photosite."""
+        projection, motion = self.projection, self.motion
+        plain = projection.warp is None and (projection.is_fine or not projection.nearest)
+        return plain and motion is not None and motion.turns_slowly and motion.path.lines.axis != "columns"
 
     @property
     def channels(self) -> int:
@@ -111,12 +139,18 @@ class OpticsPlan:
         """Return the plan of a sensor whose photosites all have this colour."""
         return replace(self, cfa=Cfa.uniform(plane))
 
-    def lit_by(self, bands: slice) -> Self:
+    @property
+    def moves_by_component(self) -> bool:
+        """Whether there is a flash that sees what moves at other times than the scene's own light does."""
+        return self.has_flash and not (self.motion is None and self.flash_motion is None)
+
+    def lit_by(self, bands: slice, is_flash: bool = False) -> Self:
         """Return the plan of the light of these bands of the scene alone, such as those of a flash."""
         weights = np.zeros_like(self.weights)
         weights[bands] = self.weights[bands]
         glare = None if self.veiling_glare is None else self.veiling_glare.lit_by(bands)
-        return replace(self, weights=weights, veiling_glare=glare)
+        motion = self.flash_motion if is_flash else self.motion
+        return replace(self, weights=weights, veiling_glare=glare, motion=motion)
 
     def on_wider_photosites(self) -> Self:
         """Return the plan of the same blur on photosites twice as wide, which cover the window and one more on each side."""
@@ -137,26 +171,29 @@ class OpticsPlan:
         return self.cfa.macros(self.window.x, self.window.y)
 
 
-def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
+def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float, timing: Timing | None = None) -> OpticsPlan:
     """Plan the image of a scene on a sensor.
 
-    tolerance: as in `Shot`. Raises PhotositeError for light, blur or geometry that cannot be computed.
+    tolerance: as in `Shot`. timing: of what moves; None: nothing does.
+    Raises PhotositeError for light, blur, motion or geometry that cannot be computed.
     All but the window is that of the whole sensor, and kept with the scene for another window of it.
     """
 
     def make() -> OpticsPlan:
+        if timing is not None:  # the plan of the image at rest is kept with the scene, too
+            return _with_motion(plan_optics(loaded, lens, sensor, tolerance), loaded, lens, sensor, timing)
         made = _plan_sensor_optics(loaded, lens, sensor, tolerance)
         if made.scene is not loaded and not any(array.flags.writeable for array in loaded.arrays()):
             for array in made.scene.arrays():
                 array.setflags(write=False)
         return made
 
-    key = optics_key(lens, sensor, tolerance)
+    key = optics_key(lens, sensor, tolerance, timing)
     planned = make() if key is None else loaded.remember(key, make)
     return replace(planned, window=sensor.readout.computed)
 
 
-def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float) -> Hashable | None:
+def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float, timing: Timing | None = None) -> Hashable | None:
     """Return what a plan depends on besides scene and window; None for a lens of which nothing tells when it is the same.
 
     Of what the camera does with the light, that is the NoiseFloor alone.
@@ -165,9 +202,28 @@ def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float) -> Hashable | N
         return None
     try:
         camera = freeze(sensor.camera, SENSOR_ONLY | {"window"})
-        return "optics", freeze(lens), camera, sensor.exposure.time_s, sensor.noise_floor(), tolerance
-    except OSError:  # a file of the lens has gone: what reads it says so
+        moving = None if timing is None else timing.key
+        return "optics", freeze(lens), camera, sensor.exposure.time_s, noise_floor(sensor), tolerance, moving
+    except OSError:  # a file of the lens or of a path has gone: what reads it says so
         return None
+
+
+def noise_floor(sensor: SensorPlan) -> NoiseFloor | None:
+    """Return `SensorPlan.noise_floor`, which asks for all ISOs of the camera, from the last sensors where it is known."""
+    return _noise_floor_of(_AskedSensor((freeze(sensor.camera, frozenset({"window"})), freeze(sensor.stages)), sensor))
+
+
+@dataclass(frozen=True)
+class _AskedSensor:
+    """A sensor whose noise is asked for. content: all that its noise depends on."""
+
+    content: Hashable
+    sensor: SensorPlan = field(compare=False)
+
+
+@lru_cache(maxsize=32)
+def _noise_floor_of(asked: _AskedSensor) -> NoiseFloor | None:
+    return asked.sensor.noise_floor()
 
 
 def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
@@ -193,7 +249,7 @@ def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance
         accuracy=Accuracy(tolerance),
         veiling_glare=glare,
     )
-    floor = sensor.noise_floor()
+    floor = noise_floor(sensor)
     if lens.forms_image and floor is not None:
         accuracy = plan_accuracy(planned, lens, sensor, floor, tolerance)
         planned = replace(planned, accuracy=accuracy)
@@ -223,6 +279,7 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: Noi
         floor.read_noise_e,
         max(peak_e / electrons, 1.0),
         electrons_per_radiance=per_radiance,
+        brightest=electrons / per_radiance,
     )
     if not _gathers_squares(optics.projection, lens, sensor.camera):
         return accuracy
@@ -314,7 +371,102 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
         contrast,
         planned.accuracy,
     )
-    return replace(planned, psf=psf, psf_skip_reason=skip_reason)
+    defocus = planned.defocus
+    if defocus is not None and psf is not None and psf.corrected_px:
+        defocus = replace(defocus, corrected=True)
+    return replace(planned, psf=psf, psf_skip_reason=skip_reason, defocus=defocus)
+
+
+def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, timing: Timing) -> OpticsPlan:
+    """Return the plan with the motion of the image, unless it is invisible."""
+    if not lens.forms_image:
+        return replace(planned, motion_skip_reason="without a lens there is no image that could move")
+    accuracy, is_sharp = planned.accuracy, planned.defocus is None and planned.psf is None
+    scale = planned.projection.scale
+    edges, texture = (
+        scene_detail(loaded, planned.weights, _electrons_per_radiance(lens, sensor), accuracy, quantile)
+        for quantile in (BRIGHT, TYPICAL)
+    )
+    steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
+    need = MotionNeed(
+        contrast=max(min(edges * max(scale, steepness), max(edges, 1.0)), steepness * accuracy.lamp_contrast),
+        texture=texture * steepness,
+        allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
+        cut_off=0.5 * max(scale, steepness),
+    )
+    found: list[MotionPlan | None] = []
+    joins = _can_join(planned, timing)
+    is_layered, reason = False, None
+    for number, component in enumerate(timing.components):
+        own = need.of_share(_seen_share(planned, number, len(timing.components), _electrons_per_radiance(lens, sensor)))
+        motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing.motion, component, own, is_sharp, joins)
+        if isinstance(motion, str):
+            found.append(None)
+            reason = reason or motion
+            continue
+        found.append(motion)
+        is_layered |= is_sharp and not motion.moves_alike
+    if all(motion is None for motion in found):
+        return replace(planned, motion_skip_reason=reason)
+    if planned.deep_blur is not None:
+        rule = "no motion of a deep picture is followed by rays; give a tolerance above 0, such as 0.1"
+        raise PhotositeError(rule, key="tolerance", value=0)
+    scene = loaded if is_layered else planned.scene
+    if any(motion is not None and motion.method == "joint" for motion in found):
+        found, planned = _with_joint_motion(planned, loaded, found, lens, sensor)
+        scene = planned.scene
+    flash = found[1] if len(found) > 1 else None
+    return replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
+
+
+def _seen_share(planned: OpticsPlan, number: int, components: int, per_radiance: float) -> float:
+    """Return how strong the edges of a component of the light can be, up to 1, relative to the scene's brightest light.
+
+    An edge counts as much as one that is seen at the brightest light as clearly as it is seen at its own.
+    """
+    if components == 1:
+        return 1.0
+    own = len(planned.weights) // components  # bands of a component
+    accuracy, lit = planned.accuracy, planned.lit_by(slice(number * own, (number + 1) * own))
+    brightest_e = max(brightest_electrons(planned.scene, lit.weights, per_radiance))
+    noise_e2 = max(0.1 * brightest_e + accuracy.read_noise_e**2, 1.0)
+    noise_at_brightest_e2 = accuracy.electrons + accuracy.read_noise_e**2
+    return min(brightest_e * math.sqrt(noise_at_brightest_e2 / noise_e2) / accuracy.electrons, 1.0)
+
+
+def _can_join(planned: OpticsPlan, timing: Timing) -> bool:
+    """Whether points of the aperture may carry instants: places of the picture are those of the scene, lines are rows."""
+    psf = planned.psf
+    plain_psf = psf is None or not (psf.by_distance or psf.corrected_px)
+    return plain_psf and planned.projection.warp is None and timing.components[0].openings[0].axis != "columns"
+
+
+def _with_joint_motion(
+    planned: OpticsPlan, loaded: Scene, motions: list[MotionPlan | None], lens: Lens, sensor: SensorPlan
+) -> tuple[list[MotionPlan | None], OpticsPlan]:
+    """Return motions whose instants points of the aperture carry, and the plan of their blur, however small that is.
+
+    motions: of each component of the light; None where all is at rest.
+    """
+    camera, scene, defocus = sensor.camera, planned.scene, planned.defocus
+    if defocus is None:
+        scene, pitch_um = loaded, camera.pixel_pitch_um
+        area = PhotositeArea(
+            _gathers_squares(planned.projection, lens, camera), planned.accuracy.whole_pixels, planned.projection.open_side
+        )
+        scale = planned.projection.scale
+        defocus = plan_defocus(lens, pitch_um, scene, scale, planned.accuracy, planned.sensor_px, area, keeps_sharp=True)
+        assert defocus is not None  # a sharp one is kept
+    moving = [motion for motion in motions if motion is not None]
+    joint = plan_joint_motion(moving[0].path, lens, camera.pixel_pitch_um, defocus.radii_px)
+    found: list[MotionPlan | None] = []
+    for motion in motions:
+        if motion is None:
+            found.append(None)
+            continue
+        blur = replace(defocus, motion=replace(joint, path=motion.path))
+        found.append(replace(motion, method="joint", error=joint_error(blur) if planned.accuracy.tolerance else 0.0))
+    return found, replace(planned, scene=scene, defocus=defocus, joint=joint)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:

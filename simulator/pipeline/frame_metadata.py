@@ -1,10 +1,11 @@
 """Metadata of a raw frame: levels, noise, colour, lens, and the shot, files and versions that it was made from."""
 
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,14 +31,16 @@ def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[
     """Return the raw frame of these arrays with its metadata. Raises OSError for a scene's file that has gone.
 
     arrays: dn, mean_electrons, noise_free_dn, and those of the truth, as `Raw` has them; the second and third may be functions
-        that make them when they are first read.
+        that make them when they are first read. Its field `resolved` is one.
     """
     camera, lens, sensor = shot.camera, shot.lens, planned.sensor
     fitted_matrices = matrices_under_two_lights(camera)
     combined = sensor if isinstance(sensor, HdrSensorPlan) else None
     frame = {name: arrays[name] for name in ("dn", "mean_electrons", "noise_free_dn")}
+    late: dict[str, Any] = {"resolved": _provenance(shot, planned, device)}
     return Raw(
         **frame,
+        **late,
         truth={name: array for name, array in arrays.items() if name not in frame},
         cfa=camera.frame_cfa(),
         bit_depth=camera.bit_depth if combined is None else combined.stored_bits,
@@ -66,7 +69,6 @@ def assemble_raw(shot: Shot, planned: Plan, device: DeviceInfo, arrays: Mapping[
         date_time=shot.exposure.date_time,
         active_area=sensor.readout.active_area,
         warp_rectilinear=warp_rectilinear(planned),
-        resolved=_provenance(shot, planned, device),
     )
 
 
@@ -90,11 +92,17 @@ def warp_rectilinear(planned: Plan) -> tuple[tuple[tuple[float, ...], ...], tupl
     return warp.rectilinear(left + half, top + half, right - half, bottom - half)
 
 
-def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, object]:
-    """Return shot, input files, seeds, plan, device and versions, plain data for the JSON beside the file."""
-    return {
-        "shot": shot.resolved,
-        "inputs": fingerprints(shot.scene, shot.lens, shot.motion),
+def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> Callable[[], dict[str, object]]:
+    """Return a function that gives shot, input files, seeds, plan, device and versions, plain data for the JSON file.
+
+    All but the shot's own text is made at once. That text takes longer than a small frame, and follows from the shot alone,
+    unless a path in it begins at the current folder.
+    """
+    inputs = fingerprints(shot.scene, shot.lens, shot.motion)
+    metered = {} if planned.metered is None else {"metered": planned.metered.describe()}
+    rest: dict[str, object] = {
+        **metered,
+        "inputs": inputs,
         "seeds": asdict(shot.seeds),
         "pose": pose_facts(shot.exposure, shot.motion, planned.exposed.openings),
         "times": planned.exposed.describe_lines(planned.sensor.readout.output),
@@ -105,6 +113,9 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> dict[str, obje
         "device": asdict(device),
         "versions": dict(_versions()),
     }
+    if not all(Path(one["path"]).is_absolute() for one in inputs):
+        rest["shot"] = shot.resolved
+    return lambda: rest if "shot" in rest else {"shot": shot.resolved, **rest}
 
 
 def _later_times(shot: Shot, planned: Plan) -> dict[str, object]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from simulator.device import Buffer
 from simulator.errors import PhotositeError, require
+from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.optics_plan import OpticsPlan, optics_key
 from simulator.pipeline.shot import Shot
 from simulator.scene.content_keys import Itself, freeze, is_ours
@@ -46,9 +47,9 @@ class LightKey:
         """Return the key of the mosaic that a plan of this light gives.
 
         Of a sharp picture, electron radiance does not depend on aperture and shutter: the key has what its projection uses.
-        Otherwise they decide on the blur and how exactly it is computed.
+        Otherwise they decide on the blur, or on the motion, and how exactly it is computed.
         """
-        if optics.defocus is not None or optics.psf is not None:
+        if optics.defocus is not None or optics.psf is not None or optics.motion is not None:
             return self, optics.cfa, optics.window
         glare, readout = optics.veiling_glare, sensor.readout
         scattered = None if glare is None else (freeze(glare), freeze(sensor.irradiance))
@@ -57,13 +58,15 @@ class LightKey:
         return self.scene, self.forms_image, sampling, scattered, passes, self.exposed
 
 
-def light_key(shot: Shot, sensor: SensorPlan, scene: Scene, exposed: Hashable = None) -> LightKey | None:
+def light_key(
+    shot: Shot, sensor: SensorPlan, scene: Scene, exposed: Hashable = None, timing: Timing | None = None
+) -> LightKey | None:
     """Return the key of a shot's light; None where nothing tells when it is the same.
 
     scene: that of the shot. Sources of the simulator's give the same scene while their fields and files are the same; other
-    sources are asked each time. exposed: key of its light over time, of `ExposedLight.key`.
+    sources are asked each time. exposed: key of its light over time, of `ExposedLight.key`. timing: of what moves.
     """
-    optics, source = optics_key(shot.lens, sensor, shot.tolerance), shot.scene
+    optics, source = optics_key(shot.lens, sensor, shot.tolerance, timing), shot.scene
     if optics is None:
         return None
     try:

@@ -4,8 +4,9 @@ Predicted times are those of the reference machine: two cores of a server's CPU 
 They rank plans and name the slowest passes; `photosite explain --measure` shows the times of the device at hand beside them.
 """
 
+import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,8 @@ from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus, Method
 from simulator.optics.defocus.predicted_error import describe_ignored, predicted_error
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.passes.psf_bands import split_into_bands
+from simulator.optics.passes.tile_grid import TileGrid, band_sizes
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
 from simulator.optics.psf.kernel_split import Core
 from simulator.scene.scene import Scene
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
     from simulator.optics.passes.tile_plan import TilePlan
 
 PROGRAM_BYTES = 150_000_000  # of Python, its packages and an OpenCL driver, before a shot is taken
+BLUR_PROGRAM_BYTES = 80_000_000  # more of kernels and packages that the lens blur loads
 LAUNCH_MS = 0.1  # of any pass, however small
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {
@@ -32,11 +36,15 @@ COST_NS = {
     "projection": 1.6,  # for each point that a photosite averages
     "projection pixel": 0.5,  # for each scene pixel that a photosite averages
     "radius statistics": 10.0,  # for each surface with a map of blur radii
+    "sweep": 1.6,  # for each instant and layer
+    "even sweep": 0.8,  # the same, of a scene with one pixel per photosite
+    "sweep by place": 6.0,  # for each instant, layer and scene pixel that a photosite averages
     "copy": 6.0,
     "mean": 20.0,
     "mean per px": 3.5,  # for each photosite of blur radius
     "points": 60.0,
     "points per px": 17.0,  # for each photosite of blur radius
+    "moving points": 550.0,  # for each surface
     "rays": 160000.0,
     "psf gather": 15.0,
     "psf tap": 0.08,  # for each sample of light that a photosite gathers
@@ -69,7 +77,8 @@ class Pass:
     """One pass of the executor.
 
     kept: whether it runs; a pass that is skipped has no size, memory or cost. method: how it runs, or why it is skipped.
-    size: photosites, or the unit that `method` names. memory_bytes: on device and host together.
+    size: photosites, or the unit that `method` names. memory_bytes: on device and host together, held until the frame is done.
+    scratch_bytes: the same, of buffers that are freed when the pass is done.
     error_sigma: predicted error, in standard deviations of the noise at the brightest light; None: exact except for
     rounding. cost_ms: predicted time.
     """
@@ -81,6 +90,7 @@ class Pass:
     memory_bytes: int = 0
     error_sigma: float | None = None
     cost_ms: float = 0.0
+    scratch_bytes: int = 0
 
 
 def passes_of(
@@ -98,11 +108,17 @@ def passes_of(
     yet. strips: readout of each strip of the frame, where there are several. later: exposures after the first whose light is
     computed on its own.
     """
-    defocus = _defocus(optics, tiles)
-    sampling = (_scene_planes(optics), _projection(optics))
+    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles), _psf(optics))
+    motion = _motion(optics, still)
+    if motion.kept:
+        projection, defocus, psf = (
+            Pass(one.name, False, "part of the motion, at each instant" if one.kept else one.method) for one in still
+        )
+    sampling = (_scene_planes(optics), projection)
     image = (
         defocus,
-        _psf(optics),
+        psf,
+        motion,
         _skippable("veiling glare", optics.veiling_glare is not None, optics, "even light added", "the lens scatters no light"),
         _optical_crosstalk(optics, sensor),
         _optical_black(optics, sensor),
@@ -168,14 +184,13 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
         return Pass("defocus", False, describe_ignored(optics.accuracy, optics.ignored_px), error_sigma=error)
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")
-    memory = pixels * (4 + 4 * defocus.maps)
     if optics.accuracy.tolerance == 0.0:
         return Pass(
             "defocus",
             True,
             "rays through lens and scene",
             pixels,
-            memory,
+            pixels * (4 + 4 * defocus.maps),
             optics.accuracy.ray_error,
             _ms(pixels, COST_NS["rays"]),
         )
@@ -195,7 +210,63 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
         Method.WIDE: 0.25 * optics.channels * points,
     }
     cost_ms = _ms(pixels, sum(share * cost[method] for method, share in shares.items()))
-    return Pass("defocus", True, methods, pixels, memory, predicted_error(defocus, optics.contrast), cost_ms)
+    memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
+    error = predicted_error(defocus, optics.contrast)
+    return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms, scratch)
+
+
+def _blur_bytes(optics: OpticsPlan, defocus: Defocus, tiles: "TilePlan | None") -> tuple[int, int]:
+    """Memory of the lens blur of a window: of its light and its maps of radii, and of what is freed when it is done.
+
+    Bands have as many samples as the tiles with the smallest blur circles need. Where tiles are not measured these are the
+    smallest of the scene.
+    """
+    area, pixels, layers = TileGrid(optics.window, defocus.reach_px), _pixels(optics), len(defocus.radii_px)
+    if tiles is None:
+        least = np.array([min(least for least, _ in defocus.ranges_px)])
+        over = int(defocus.samples_per_axis(least, least)[0])
+        is_wide = defocus.largest_px >= defocus.wide_px
+    else:
+        over, is_wide = max(tiles.chosen.sample_grids(), default=1), tiles.wide is not None
+    layout = area.band_layout(over, whole=True)
+    bands = 4 * sum(band_sizes(layout, layers, optics.channels + optics.has_coverage, defocus.maps))
+    light, maps = 4 * pixels, 4 * 2 * area.set_columns * area.rows * max(defocus.maps, 1)
+    scratch = bands + (light if layers > 1 else 0)
+    if not is_wide:
+        return light + maps, scratch
+    wider = optics.on_wider_photosites()
+    assert wider.defocus is not None  # it is that of `optics`
+    held, wider_scratch = _blur_bytes(wider, wider.defocus, None if tiles is None else tiles.wide)
+    wider_light = 4 * _pixels(wider)
+    return light + maps + held - wider_light, max(scratch, wider_light + wider_scratch)
+
+
+def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
+    """Pass of the image's motion. still: passes of the image at rest, which run at each instant where no kernel sweeps."""
+    motion, pixels, name = optics.motion, _pixels(optics), "motion"
+    if motion is None:
+        return Pass(name, False, optics.motion_skip_reason or "nothing moves")
+    error = optics.accuracy.in_sigma(motion.error)
+    if motion.method == "instants":
+        count = motion.count if motion.is_common else len(motion.shared_nodes())
+        cost = LAUNCH_MS + motion.count * sum(one.cost_ms for one in still)  # each over the lines that it lights
+        told = ", ".join(f"{one.name} ({one.method})" for one in still if one.kept)
+        memory = 8 * pixels + sum(one.memory_bytes for one in still)
+        return Pass(name, True, f"sum of the image at {count} instants: {told}", pixels, memory, error, cost)
+    if motion.method == "joint":
+        blur = COST_NS["moving points"] * len(motion.path.motion.surfaces)
+        method = "with the blur: each point of the aperture carries an instant"
+        return Pass(name, True, method, pixels, 8 * pixels, error, _ms(pixels, blur))
+    projection, layers = optics.projection, optics.covering_layers
+    key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
+    if optics.sweeps_rows:
+        key, reads = "sweep", max(projection.taps(1.0), 2) / 2
+        if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:
+            key = "even sweep"
+    planes = 2 * layers - 1
+    method = f"{motion.count} instants on each line, {layers} layers" if layers > 1 else f"{motion.count} instants on each line"
+    cost = _ms(pixels * motion.count * planes * reads, COST_NS[key])
+    return Pass(name, True, f"swept along its path: {method}", pixels, 4 * pixels, error, cost)
 
 
 def _estimated_shares(scene: Scene, defocus: Defocus) -> dict[Method, float]:
@@ -229,9 +300,14 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str) ->
     """Pass of a PSF that the device gathers."""
     pixels, across = _pixels(optics), 2 * core.reach_px + 1
     method = f"{places}, gathered from {across} x {across} photosites"
+    taps = float((psf.over * across) ** 2)
+    if core.arm_px > core.reach_px:
+        method += f", from its row and column up to {core.arm_px} away"
+        taps += 4 * core.arm_px
     if core.has_tail:
-        method += f", and from cells of 2 x 2 up to {psf.reach_px} photosites away"
-    taps = (psf.over * across) ** 2 * (4 if psf.nodes != (1, 1) else 1) + core.has_tail * 2 * (psf.reach_px + 1) ** 2
+        method += f", and from cells of {core.cell_px} x {core.cell_px} up to {psf.reach_px} photosites away"
+        taps += 32 * (psf.reach_px / core.cell_px**2) ** 2
+    taps *= 4 if psf.nodes != (1, 1) else 1
     if psf.corrected_px:
         largest = 2 * max(correction_reach_px(radius) for radius in psf.corrected_px) + 1
         method += f", blur corrected to wave optics at {len(psf.corrected_px)} radii"
@@ -246,7 +322,19 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str) ->
         bytes_each * pixels,
         error,
         _ms(pixels, COST_NS["psf gather"] + COST_NS["psf tap"] * taps),
+        _gather_bytes(optics, psf, core),
     )
+
+
+def _gather_bytes(optics: OpticsPlan, psf: FieldPsf, core: Core) -> int:
+    """Memory of a band of light that is gathered: its samples, cells of the tail, and the layers that a correction reads."""
+    band = split_into_bands(optics.window, psf.gather_reach_px, psf.over)[0]
+    planes = optics.channels
+    if psf.corrected_px:
+        layers = len(optics.scene.layers) if optics.has_coverage else 1
+        planes += layers * (optics.channels + optics.has_coverage + 1)
+    cells = optics.channels * band.layout.set_columns * (band.rows // 2) if core.has_tail else 0
+    return 4 * (planes * math.prod(band.layout.shape(1)) + 2 * cells)
 
 
 def _optical_crosstalk(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
@@ -261,7 +349,7 @@ def _optical_black(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
 
 def _line_exposure(optics: OpticsPlan, exposed: ExposedLight, image: tuple[Pass, ...]) -> Pass:
     """Shares that lines collect. image: passes of the light, which run again for a flash whose shares differ."""
-    if exposed.is_split:
+    if exposed.is_split or optics.moves_by_component:
         method, again = "image of the flash added, each line with its shares of both", sum(one.cost_ms for one in image)
         pixels = _pixels(optics)
         cost_ms = again + 2 * _ms(pixels, COST_NS["line exposure"])

@@ -30,6 +30,7 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens, exposed: Expose
         ),
         Step("projection", True, f"{optics.projection.scale:.3f} scene pixels per photosite, {_samples(optics.projection)}"),
         _distortion_step(optics.projection.warp, camera),
+        _motion_step(optics),
         _defocus_step(optics, lens),
         *psf_steps(lens, camera, optics.defocus, optics.psf, optics.psf_skip_reason),
         _glare_step(optics.veiling_glare),
@@ -96,6 +97,22 @@ def _distortion_step(warp: Warp | None, camera: Camera) -> Step:
         warp.centre_x_px, warp.centre_y_px
     )
     return Step("distortion", True, f"the corner moves {moved_px:+.1f} photosites outwards, traced back in {warp.steps} steps")
+
+
+def _motion_step(optics: OpticsPlan) -> Step:
+    """Path of the image while the shutter is open."""
+    motion = optics.motion
+    if motion is None:
+        return Step("motion blur", False, _without_motion(optics))
+    length, layers = motion.length.longest_px, len(motion.path.motion.surfaces)
+    moved = "all of the picture alike" if motion.moves_alike else f"{layers} layers apart"
+    own = "" if motion.is_common else f", each of the {motion.path.lines.axis} at its own time"
+    return Step("motion blur", True, f"paths of up to {length:.3g} photosites, {moved}{own}")
+
+
+def _without_motion(optics: OpticsPlan) -> str:
+    """Why no motion is computed, with the predicted error."""
+    return optics.motion_skip_reason or "nothing moves"
 
 
 def _glare_step(glare: VeilingGlare | None) -> Step:

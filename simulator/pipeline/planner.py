@@ -7,11 +7,13 @@ from simulator.device import Device
 from simulator.exposure.exposed_light import ExposedLight, LightComponent, plan_exposure
 from simulator.exposure.later_exposures import later_exposures
 from simulator.optics.defocus.predicted_error import error_warning
+from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import tangent_per_pixel
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_grid import BAND_ROWS
 from simulator.pipeline.light_cache import LightCache, LightKey, light_key
+from simulator.pipeline.metered_shot import Metered, meter_shot
 from simulator.pipeline.passes import Pass, passes_of
 from simulator.pipeline.plan_steps import steps_of
 from simulator.pipeline.scene_loading import load_scene
@@ -40,6 +42,7 @@ class Plan:
     tiles: method of each tile, as `measure` chooses them; None: not measured, or no method is chosen by tile.
     key: what the light depends on, of a plan that was made with a cache.
     strips: readout of each strip of the frame, from top to bottom, which are computed one after the other.
+    metered: what the camera chose for the shot; None: all is set by hand.
     later: plans of the light of the exposures after the first, of a frame of several whose light differs.
     """
 
@@ -52,7 +55,12 @@ class Plan:
     tiles: "TilePlan | None" = None
     strips: tuple[ReadoutGeometry, ...] = ()
     key: LightKey | None = None
+    metered: Metered | None = None
     later: "tuple[Plan, ...]" = ()
+
+    def settle(self, shot: Shot) -> Shot:
+        """Return the planned shot with the exposure that is planned: manual, where it was metered."""
+        return shot if self.metered is None else self.metered.settle(shot)
 
     def by_strip(self) -> list[Self]:
         """Return the plan of each strip, which is not measured yet; a frame of one strip has this plan."""
@@ -75,25 +83,47 @@ class Plan:
 
         One component stands for all where all lines collect the same shares of them: their bands then add up in one image.
         """
-        if not self.exposed.is_split:
+        if not (self.exposed.is_split or self.optics.moves_by_component):
             return [(self.exposed.components[0], self)]
         count = self.optics.weights.shape[0]
         bands = [(one, self.exposed.bands(one, count)) for one in self.exposed.components]
-        return [(one, replace(self, optics=self.optics.lit_by(own), tiles=None)) for one, own in bands]
+        return [(one, replace(self, optics=self.optics.lit_by(own, one.is_flash), tiles=None)) for one, own in bands]
 
     def warnings(self) -> list[str]:
         """Return a sentence for each promise that the plan may not keep."""
-        missed = self.exposed.missed_flash()
-        warnings = [] if missed is None else [missed]
-        runs = any(one.name == "defocus" and one.kept for one in self.passes)
-        if self.optics.defocus is None or not runs:
-            return warnings
-        warning = error_warning(self.optics.defocus, self.optics.contrast)
-        return warnings if warning is None else [*warnings, warning]
+        runs = self.optics.motion is not None or any(one.name == "defocus" and one.kept for one in self.passes)
+        found = [self.exposed.missed_flash(), self._motion_warning()]
+        if self.optics.defocus is not None and runs:
+            found.append(error_warning(self.optics.defocus, self.optics.contrast))
+        return [warning for warning in found if warning is not None]
+
+    def _motion_warning(self) -> str | None:
+        """Warn of motion that is sampled too seldom for the tolerance; None: it is not."""
+        motion, accuracy = self.optics.motion, self.optics.accuracy
+        error = 0.0 if motion is None else accuracy.in_sigma(motion.error)
+        if error <= 1.001 * (accuracy.tolerance or accuracy.ray_error):
+            return None
+        assert motion is not None  # it has an error
+        if motion.method == "joint":
+            return (
+                f"tolerance = {accuracy.tolerance:g}: the motion blur may be wrong by {error:.2g} sigma, by the parallax "
+                "of tilted surfaces or by rotation; give the scene as layers with one distance each, or tolerance: 0 for rays"
+            )
+        return (
+            f"tolerance = {accuracy.tolerance:g}: the motion blur may be wrong by {error:.2g} sigma, since its path of "
+            f"{motion.length.longest_px:.3g} photosites gets {motion.count} instants at most; give a shorter exposure.time"
+        )
 
     def memory_bytes(self) -> int:
-        """Estimate the memory of a shot on device and host together [byte]; a CPU device shares the host's memory."""
-        return sum(one.memory_bytes for one in self.passes)
+        """Estimate the most memory that a shot needs at once, on device and host together [byte].
+
+        A CPU device shares the host's memory.
+        """
+        held = peak = 0
+        for one in self.passes:
+            held += one.memory_bytes
+            peak = max(peak, held + one.scratch_bytes)
+        return peak
 
     def cost_ms(self) -> float:
         """Predicted time of all passes on the reference machine of `simulator.pipeline.passes` [ms]."""
@@ -106,12 +136,14 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
     strip_px: photosites that are computed at once, at most; larger frames are computed in strips, with the same bits.
     cache: holds plans of the optics, whose light may be shared; None: nothing is held.
     """
+    metered = meter_shot(shot)
+    shot = shot if metered is None else metered.settle(shot)
     sensor = plan_readings(_plan_sensor(shot), shot.exposure.iso)
     exposed = plan_exposure(shot.exposure, shot.camera, shot.lens.f_number, shot.lens.diffraction_f_number)
     optics, key = _plan_light(shot, sensor, exposed, cache)
     steps = steps_of(optics, sensor, shot.lens, exposed)
     strips = tuple(split_readout(shot.camera, strip_px, BAND_ROWS))
-    planned = Plan(optics, sensor, exposed, shot.truth, steps, (), strips=strips, key=key)
+    planned = Plan(optics, sensor, exposed, shot.truth, steps, (), strips=strips, key=key, metered=metered)
     if isinstance(sensor, HdrSensorPlan):
         planned = replace(planned, later=_plan_later(shot, planned, cache))
     return replace(planned, passes=_passes_of(planned))
@@ -142,12 +174,13 @@ def _plan_light(
     if shot.motion is not None:
         shot.motion.check_layers(len(scene.layers))
         shot.motion.check_exposure(shot.exposure.start_s, exposed.openings, "flow" in shot.truth)
+    timing = None if shot.motion is None else Timing(shot.motion, exposed.components)
     tangent = 0.0 if exposed.flash is None else tangent_per_pixel(scene, shot.lens, shot.camera)
 
     def make() -> OpticsPlan:
-        return plan_optics(exposed.expose(scene, tangent), shot.lens, sensor, shot.tolerance)
+        return plan_optics(exposed.expose(scene, tangent), shot.lens, sensor, shot.tolerance, timing)
 
-    key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene, exposed.key(tangent))
+    key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene, exposed.key(tangent), timing)
     if cache is None or key is None:
         return make(), None
     return cache.get(key, make), key
@@ -158,7 +191,7 @@ def measure(planned: Plan, device: Device) -> Plan:
 
     A frame of several strips is measured strip by strip, when each is computed.
     """
-    if planned.optics.defocus is None or len(planned.strips) > 1:
+    if planned.optics.defocus is None or planned.optics.motion is not None or len(planned.strips) > 1:
         return planned
     from simulator.optics.passes.tile_plan import plan_tiles  # not needed for a sharp frame
 
@@ -174,8 +207,13 @@ def _passes_of(planned: Plan) -> tuple[Pass, ...]:
         return passes
     largest = max(planned.by_strip(), key=lambda strip: strip.optics.window.height)
     in_one = passes_of(largest.optics, largest.sensor, largest.exposed, largest.truth, later=later)
-    parts = {one.name: one.memory_bytes for one in in_one}
-    return tuple(replace(one, memory_bytes=parts.get(one.name, one.memory_bytes)) for one in passes)
+    parts = {one.name: one for one in in_one}
+
+    def of_strip(one: Pass) -> Pass:
+        part = parts.get(one.name, one)
+        return replace(one, memory_bytes=part.memory_bytes, scratch_bytes=part.scratch_bytes)
+
+    return tuple(map(of_strip, passes))
 
 
 def light_stages(shot: Shot) -> tuple[Stage, Stage]:

@@ -10,10 +10,11 @@ import numpy as np
 from simulator.device import Buffer, Device, DeviceInfo, open_device
 from simulator.errors import PhotositeError
 from simulator.exposure.line_exposure import add_exposed_lines, expose_lines
-from simulator.optics.geometry.projection import project
-from simulator.optics.geometry.scene_part import ScenePart, find_scene_part
+from simulator.optics.geometry.projection import Projection
+from simulator.optics.geometry.scene_part import find_scene_part
 from simulator.optics.lens.lens import Lens
 from simulator.optics.passes.camera_planes import camera_planes
+from simulator.optics.passes.still_mosaic import still_mosaic, still_name
 from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
 from simulator.pipeline.frame_strips import Allocate, FrameArrays, MemoryStore, on_disk
@@ -28,6 +29,7 @@ from simulator.raw.dng.writer import check_size
 from simulator.raw.raw_image import Raw
 from simulator.raw.save import files_of
 from simulator.scene.content_keys import Itself
+from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.hdr_passes import read_noise_free_combined, read_out_combined
 from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.readout import darken_optical_black, read_mean_electrons, read_noise_free, read_out, share_with_neighbors
@@ -122,7 +124,7 @@ def execute(
     report: as progress of `simulate`. timed: gets the time of each pass.
     allocate: makes the arrays of a frame of several strips. cache: as of `simulate`, of a plan that was made with it.
     """
-    parts = planned.by_strip()
+    parts, shot = planned.by_strip(), planned.settle(shot)
     if len(parts) == 1:
         arrays = _execute_strip(planned, shot, device, report, timed, cache)
     else:
@@ -290,26 +292,17 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
     """Return the image of the scene in each photosite's own colour, as `expose` does, before lines collect their shares."""
     optics, layout, tiles = planned.optics, planned.sensor.readout, planned.tiles
     with timed("scene planes", device):
-        part = _scene_part(planned)
+        is_summed = optics.motion is not None and optics.motion.method != "swept"
+        part = None if is_summed else find_scene_part(_read_areas(planned))
         planes = [camera_planes(device, layer, optics.weights, optics.has_coverage, part) for layer in optics.scene.layers]
-    if optics.psf is not None:
-        from simulator.optics.passes.psf_mosaic import psf_mosaic  # brings SciPy's transforms
+    if optics.motion is not None:
+        from simulator.optics.passes.moving_mosaic import moving_mosaic
 
-        with timed("point spread function", device):
-            mosaic = psf_mosaic(optics, tiles, device, planes, progress)
-    elif tiles is not None:
-        from simulator.optics.passes.defocused_mosaic import defocused_mosaic
-
-        with timed("defocus", device):
-            mosaic = defocused_mosaic(tiles, optics.cfa, device, planes, progress)
-    elif optics.defocus is not None:
-        from simulator.optics.passes.reference_mosaic import reference_mosaic
-
-        with timed("defocus", device):
-            mosaic = reference_mosaic(optics, device, planes, progress)
+        with timed("motion", device):
+            mosaic = moving_mosaic(optics, device, planes, progress)
     else:
-        with timed("projection", device):
-            mosaic = project(device, optics.projection, optics.cfa, optics.window, planes[0])
+        with timed(still_name(optics), device):
+            mosaic = still_mosaic(optics, tiles, device, planes, progress)
     if (glare := optics.veiling_glare) is not None:
         with timed("veiling glare", device):
             add_veiling_glare(device, mosaic, glare, planned.sensor.irradiance, optics.cfa_macros(), optics.window)
@@ -322,12 +315,17 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
     return mosaic
 
 
-def _scene_part(planned: Plan) -> ScenePart | None:
-    """Part of the scene that the frame sees; None: all of it, since a point spread function or rays reach far."""
-    optics, tiles = planned.optics, planned.tiles
-    if optics.psf is not None or (tiles is None and optics.defocus is not None):
-        return None
-    return find_scene_part([(optics.projection, optics.window)] if tiles is None else tiles.areas())
+def _read_areas(planned: Plan) -> list[tuple[Projection, Window]]:
+    """Windows whose photosites see what is read of the scene, each with its projection."""
+    optics = planned.optics
+    if optics.psf is None and optics.defocus is None:
+        window = optics.window
+        if optics.motion is not None:
+            window = optics.motion.seen_window(window)
+        return [(optics.projection, window)]
+    from simulator.optics.passes.read_areas import read_areas  # not needed for a sharp frame
+
+    return read_areas(optics, planned.tiles)
 
 
 def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple[np.ndarray, np.ndarray]:

@@ -4,11 +4,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from simulator.raw.late_array import LateArray
+from simulator.raw.late_field import LateField
 from simulator.raw.raw_format import RawFormat
 from simulator.sensor.camera.cfa import CfaName
 
-LATE = ("mean_electrons", "noise_free_dn")
+LATE = ("mean_electrons", "noise_free_dn", "resolved")
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,8 @@ class Raw:
     truth: further channels of the truth EXR: "variance" [DN^2], "depth" [m], "blur" [pixels], each (height, width)
         float32, "flow" (height, width, 2) [pixels], and "rgb" (height, width, 3, or 1 for MONO), 0 at black and 1 at white.
         docs/raw_files.md.
-    resolved: the shot, seeds, versions and device, plain data for the JSON sidecar.
+    resolved: the shot, seeds, versions and device, plain data for the JSON sidecar. LATE, too: a shot whose parts were
+        replaced is described when it is read.
     """
 
     dn: np.ndarray
@@ -95,4 +96,4 @@ class Raw:
 
 
 for _name in LATE:
-    setattr(Raw, _name, LateArray(_name))
+    setattr(Raw, _name, LateField(_name))

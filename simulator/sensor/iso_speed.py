@@ -8,6 +8,18 @@ from simulator.sensor.sensor_plan import SensorPlan
 
 MIDDLE_GREY = 0.18  # of white: level 118 of 255 in sRGB, which defines the standard output sensitivity
 EXPOSURE_LX_S = 10.0  # luminous exposure of middle grey at ISO 1: recommended exposure index = 10 lx s / H
+SATURATION_LX_S = 78.0  # luminous exposure that saturates at ISO 1: 100 / 18 * sqrt(2) * 10 lx s, rounded by the standard
+METERED_LEVEL = EXPOSURE_LX_S / SATURATION_LX_S  # of white, of what a meter exposes for: 0.128
+
+
+def saturation_based_speed(saturation_lx_s: float) -> float:
+    """Return the ISO speed 78 lx s / H_sat, which leaves half a stop above a white surface."""
+    return SATURATION_LX_S / saturation_lx_s
+
+
+def standard_output_sensitivity(middle_grey_lx_s: float) -> float:
+    """Return the sensitivity 10 lx s / H of the exposure that gives the output level 118 of 255 in sRGB: 0.18 of white."""
+    return EXPOSURE_LX_S / middle_grey_lx_s
 
 
 def saturation_exposure_lx_s(sensor: SensorPlan) -> float:

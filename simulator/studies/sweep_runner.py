@@ -35,13 +35,15 @@ class Row:
     error: PhotositeError | None = None
 
 
-def take(shot: Shot, directory: Path, device: str | None = None, cache: LightCache | None = None) -> None:
-    """Simulate a shot and save its files. cache: light of earlier shots."""
+def take(
+    shot: Shot, directory: Path, device: str | None = None, cache: LightCache | None = None, *, truth: bool = True
+) -> None:
+    """Simulate a shot and save its files. cache: light of earlier shots. truth: False leaves the truth twin out."""
     from simulator.pipeline.simulate import simulate_on_disk
     from simulator.raw.save import save
 
     with simulate_on_disk(shot, directory, device=device, cache=cache) as raw:
-        save(raw, directory)
+        save(raw, directory, truth=truth)
 
 
 def run_sweep(
@@ -51,6 +53,7 @@ def run_sweep(
     take: Callable[[Shot, Path], object] = take,
     map: Callable[..., Iterable[Row]] = map,
     redo: bool = False,
+    truth: bool | None = None,
     report: Callable[[Row], None] = lambda row: None,
     progress: Progress = silent,
 ) -> list[Row]:
@@ -60,6 +63,7 @@ def run_sweep(
     take: simulates one shot and saves it; give it a cache, such as partial(take, cache=LightCache()), of which each worker
         process gets one of its own. map: like the built-in; an executor's map spreads points over processes.
     redo: run also points whose files are up to date. report: called with each row as it is done.
+    truth: True: a point is done only when its truth twin stands; False: `take` leaves it out; None: nobody looks.
     progress: called with the name of each point and the share done.
     What a killed run was writing in `directory` is removed.
     A point that fails is a row whose status says why; three in a row end the run.
@@ -68,7 +72,7 @@ def run_sweep(
     remove_abandoned(Path(directory))
     rows, failures, steps = [], 0, Steps(progress, len(sweep))
     try:
-        for row in map(partial(run_point, directory=Path(directory), take=take, redo=redo), sweep.by_light()):
+        for row in map(partial(run_point, directory=Path(directory), take=take, redo=redo, truth=truth), sweep.by_light()):
             rows.append(row)
             report(row)
             steps.add(row.name)
@@ -82,15 +86,21 @@ def run_sweep(
     return rows
 
 
-def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], object], redo: bool = False) -> Row:
-    """Run one point unless its files exist and were made from the same configuration and input files."""
+def run_point(
+    point: SweepPoint, directory: Path, take: Callable[[Shot, Path], object], redo: bool = False, truth: bool | None = None
+) -> Row:
+    """Run one point unless its files exist and were made from the same configuration and input files.
+
+    truth: as of `run_sweep`.
+    """
     start, status, failure = time.perf_counter(), "", None
     files = {kind: f"{point.name}{end}" for kind, end in (("dng", ".dng"), ("truth", ".truth.exr"), ("sidecar", ".json"))}
     try:
         shot = point.shot()
         settings, sidecar = directory / f"{point.name}.yaml", directory / files["sidecar"]
         text = dump_yaml(shot.resolved)
-        if not redo and _is_up_to_date(text, settings, sidecar, shot):
+        has_all = truth is not True or (directory / files["truth"]).exists()
+        if not redo and has_all and _is_up_to_date(text, settings, sidecar, shot):
             status = SKIPPED
         else:
             # The sidecar is written last and vouches for the rest, so an old one has to go first.
@@ -99,6 +109,8 @@ def run_point(point: SweepPoint, directory: Path, take: Callable[[Shot, Path], o
                 path.write_text(text, encoding="utf-8")
             take(shot, directory)
             status = "done"
+        if truth is False:
+            del files["truth"]
     except PhotositeError as error:
         failure = point.locate_error(error)
     except (OSError, MemoryError) as error:

@@ -92,6 +92,13 @@ print("HEAVY", [name for name in {UNUSED!r} if name in sys.modules])
     assert in_fresh_process(code).strip().endswith("HEAVY []")
 
 
+def test_the_truth_twin_is_left_out_on_request(tmp_path, capsys):
+    for options, ends in (((), [".dng", ".json", ".truth.exr"]), (("--no-truth",), [".dng", ".json"])):
+        code, out, _ = run(capsys, "simulate", FLAT, *SMALL, "--out", str(tmp_path), *options)
+        assert code == 0 and [f"flat_field{end}" for end in ends] == sorted(path.name for path in tmp_path.iterdir())
+        assert sorted(out.split()) == [str(tmp_path / f"flat_field{end}") for end in ends]
+
+
 def test_a_profile_adds_up_to_the_age_of_the_process(tmp_path):
     arguments = ["simulate", FLAT, *SMALL, "--out", str(tmp_path), "--profile"]
     code = f"from simulator.command_line.main import main\nmain({arguments!r})"
@@ -238,7 +245,7 @@ def test_explain_shows_each_pass_with_method_size_memory_error_and_time(capsys, 
             assert (size, memory, error, time) == ("", "", "", "")
             continue
         assert float(size) == pytest.approx(1e-6 * one.size, abs=0.006)
-        assert float(memory) == pytest.approx(1e-6 * one.memory_bytes, abs=0.6)
+        assert float(memory) == pytest.approx(1e-6 * (one.memory_bytes + one.scratch_bytes), abs=0.6)
         assert float(time) == pytest.approx(one.cost_ms, rel=0.006)
         assert (error == "") == (one.error_sigma is None)
         assert not error or float(error) == pytest.approx(one.error_sigma, rel=0.06)

@@ -30,7 +30,12 @@ def depth_of(radius_px: float | np.ndarray) -> float | np.ndarray:
 
 
 def case_plan(case: Case, electrons: float = 2000.0, tolerance: float = 0.1, hidden: Hidden = "none") -> Plan:
-    """Plan of a case whose samples become scene pixels, on a camera without colour filter.
+    """Plan of `case_shot`."""
+    return plan(case_shot(case, electrons, tolerance, hidden))
+
+
+def case_shot(case: Case, electrons: float = 2000.0, tolerance: float = 0.1, hidden: Hidden = "none") -> Shot:
+    """Shot of a case whose samples become scene pixels, on a camera without colour filter.
 
     electrons: of a photosite at radiance 1. tolerance: as in `Shot`. hidden: as in `Scene`.
     """
@@ -56,7 +61,7 @@ def case_plan(case: Case, electrons: float = 2000.0, tolerance: float = 0.1, hid
     camera = small_camera(width, height)
     weight = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency).sum()
     time_s = electrons / (weight * LENS.irradiance_per_radiance_sr() * camera.pixel_pitch_um**2)
-    return plan(Shot(FixedScene(scene), LENS, Exposure(time_s), camera, tolerance=tolerance))
+    return Shot(FixedScene(scene), LENS, Exposure(time_s), camera, tolerance=tolerance)
 
 
 def with_accuracy(planned: Plan, kind: type[Accuracy], **settings: Any) -> Plan:

@@ -9,8 +9,11 @@ from helpers.camera_builders import every_stage, small_camera
 from helpers.lens_frame import LENS, depth_of
 from helpers.scene_builders import band_scene
 from simulator.device import devices, open_device
+from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.flash import Flash
 from simulator.exposure.flicker import PwmLamp
+from simulator.exposure.motion import Motion
+from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
 from simulator.optics.defocus.defocus import Method
@@ -69,7 +72,17 @@ def run(case: str) -> None:
         exposure = replace(exposure, shutter=RollingShutter(0.01, "left_to_right"), flicker=PwmLamp(300.0, 0.5), flash=flash)
         scene = replace(scene.load(), white=1e-3)
     rims = Vignetting(RoundStop(430.0, 10.2)) if "rims" in case else None  # cuts even on so small a sensor
-    take_with_truth(Shot(scene, ThinLens(50.0, 4.0, 2.0, vignetting=rims), exposure, camera))
+    lens, motion = ThinLens(50.0, 4.0, 2.0, vignetting=rims), None
+    if "moving" in case:  # a pan reads spans of a row, a roll places one by one; layers need what covers them at each instant
+        roll = 40000.0 if "rolling" in case else 0.0
+        motion = Motion(
+            camera=SteadyMotion(pan_deg_per_s=40.0, roll_deg_per_s=roll, right_m_per_s=0.1 if "layers" in case else 0.0)
+        )
+        lens = replace(lens, f_number=64.0) if "layers" in case else lens
+        if "layers" in case:
+            far = replace(scene.load().behind[0], depth_m=2.1)
+            scene = replace(scene.load(), depth_m=1.9, behind=(far,))
+    take_with_truth(Shot(scene, lens, exposure, camera, motion=motion, tolerance=2.0 if motion else 0.1))
     print("done", devices()[0].name)
 
 
@@ -99,6 +112,22 @@ def take_wide() -> None:
     print("done", devices()[0].name)
 
 
+def take_joint() -> None:
+    """Two layers that move apart behind a lens whose rims clip the pupil, and a map of distances behind a camera that moves."""
+    rng, camera = np.random.default_rng(0), small_camera(30, 20, "RGGB")
+    light = rng.random((20, 30, camera.channels)).astype(np.float32)
+    behind = {"coverage": rng.random((20, 30)).astype(np.float32), "behind": (Layer(light, 2.3),)}
+    lens = ThinLens(50.0, 4.0, 2.0, vignetting=Vignetting(RoundStop(430.0, 10.2)))
+    apart = Motion(layers={0: LayerMotion((Speed(5e3, "px/s"), Speed(-3e3, "px/s")))})
+    aside = Motion(camera=SteadyMotion(right_m_per_s=2.0, roll_deg_per_s=300.0))
+    for depth_m, rest, motion in ((1.8, behind, apart), (rng.uniform(1.8, 2.3, (20, 30)), {}, aside)):
+        scene = band_scene(rng.random((20, 30, camera.channels)), depth_m, **rest)
+        planned = plan(Shot(scene, lens, Exposure(0.001), camera, tolerance=10.0, motion=motion))
+        assert planned.optics.motion is not None and planned.optics.motion.method == "joint"
+        expose(planned, open_device())
+    print("done", devices()[0].name)
+
+
 def take_spread() -> None:
     """Light that a low-pass filter and diffraction spread, in focus, and beside a blur that is corrected to wave optics."""
     rng, camera = np.random.default_rng(0), small_camera(18, 10, "RGGB", low_pass_um=4.0)
@@ -125,6 +154,9 @@ def follow_rays() -> None:
         for cells in (True, False):
             sample_lens(device, surfaces, points, frame, cfa, cells, eyes if cells else None)
         sample_height_field(device, colour[0], rough, 2, points, frame, 2, cfa, eyes if cfa else None)
+    moved = np.concatenate([points, rng.normal(0.0, 3.0, (*points.shape[:2], 8)).astype(np.float32)], axis=-1)
+    sample_lens(device, surfaces, moved, frame, eyes=eyes)
+    sample_height_field(device, colour[0], rough, 2, moved[..., :8], frame, 2, finer=3)
     lights = np.array([[9, 11, 1, 8.0, 0.0, 0.1], [0, 0, 1, -3.0, 0.0, 0.0]], np.float32)
     settings = device, 2, frame, 2, ((0, 1), (1, 2)), eyes
     for rays in (LayeredRays(surfaces, *settings), HeightField(colour[0], rough.astype(np.float32), *settings)):
@@ -141,5 +173,5 @@ def follow_rays() -> None:
 
 
 if __name__ == "__main__":
-    others = {"rays": follow_rays, "fine": take_fine, "wide": take_wide, "spread": take_spread}
+    others = {"rays": follow_rays, "fine": take_fine, "wide": take_wide, "joint": take_joint, "spread": take_spread}
     others[sys.argv[1]]() if sys.argv[1] in others else run(sys.argv[1])

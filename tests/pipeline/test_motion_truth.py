@@ -13,7 +13,7 @@ from simulator.exposure.line_times import open_at_once
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
-from simulator.exposure.vector_maps import VectorMap
+from simulator.exposure.shutter import RollingShutter
 from simulator.optics.lens.bare_sensor import BareSensor
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.motion_truth import pose_facts
@@ -69,15 +69,6 @@ def test_flow_is_in_pixels_of_the_frame():
     np.testing.assert_allclose(binned, np.broadcast_to([5.0, -2.5], (24, 32, 2)), rtol=1e-6)
 
 
-def test_vectors_of_a_picture_are_its_flow(tmp_path):
-    vectors = np.random.default_rng(1).normal(size=(48, 64, 2)).astype(np.float32)
-    np.save(tmp_path / "flow.npy", vectors)
-    motion = Motion(vectors=VectorMap(tmp_path / "flow.npy", "px/frame"), frame_time_s=0.25)
-    # Where the picture stands at clock 0; what is seen in the middle of the exposure has moved by 2 % of a frame's way.
-    still = replace(shot_of(motion), exposure=Exposure(1e-6, start_s=-0.5e-6))
-    np.testing.assert_allclose(flow_of(still), vectors, atol=1e-5)
-
-
 def test_flow_is_read_back_from_the_file(tmp_path):
     raw = simulate(shot_of())
     write_twin(raw, tmp_path / "a.truth.exr")
@@ -103,3 +94,12 @@ def test_a_path_that_ends_before_the_next_frame_is_refused_when_it_is_planned(tm
         simulate(shot_of(Motion(layers={0: layer}, flow_time_s=0.04)))
     with pytest.raises(PhotositeError, match="motion.layers.1 = 1: the scene has 1 layers"):
         simulate(shot_of(Motion(layers={1: layer}, flow_time_s=0.04)))
+
+
+def test_under_a_rolling_shutter_flow_leads_from_line_to_line():
+    """A layer that sinks by v photosites a second, read T_row a row: v T / (1 - v T_row) from frame to frame."""
+    exposure = Exposure(0.01, shutter=RollingShutter(readout_time_s=0.48))
+    motion = Motion(layers={0: LayerMotion((Speed(0.0, "px/s"), Speed(20.0, "px/s")))}, flow_time_s=0.2)
+    raw = simulate(replace(shot_of(motion), exposure=exposure))
+    np.testing.assert_allclose(raw.truth["flow"][:36, :, 1], 20.0 * 0.2 / (1.0 - 20.0 * 0.01), atol=1e-6)
+    assert raw.resolved["pose"]["mid_exposure_s"] == pytest.approx(0.005 + 0.47 / 2)

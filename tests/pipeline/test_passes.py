@@ -1,5 +1,6 @@
 """The passes of a plan: the same as the executor runs, with sizes, shares and costs that add up."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -8,17 +9,20 @@ import pytest
 from helpers.camera_builders import every_stage, small_camera
 from helpers.scene_builders import band_scene
 
+from simulator.device import Device
+from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.flicker import MainsFlicker
+from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.wavefront import Aberrations
-from simulator.pipeline.passes import Pass
+from simulator.pipeline.passes import BLUR_PROGRAM_BYTES, Pass
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import execute
+from simulator.pipeline.simulate import execute, expose
 from simulator.pipeline.stopwatch import Stopwatch
 from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.camera.optical_black import OpticalBlack
@@ -30,6 +34,7 @@ EDGE_M = np.where(np.arange(32) < 16, 1.9, 2.1)[None, :].repeat(24, axis=0)
 IDEAL = ThinLens(50.0, 2.0, 2.0, cos4=False)
 REAL = replace(IDEAL, veiling_glare=0.02, distortion=Distortion(k1=-0.01))
 ABERRATED = replace(REAL, f_number=8.0, aberrations=Aberrations(spherical_um=0.1))
+PAN = Motion(camera=SteadyMotion(pan_deg_per_s=2.0))
 ROLLING = Exposure(0.001, shutter=RollingShutter(0.01), flicker=MainsFlicker(100.0, 0.4))
 TRUTH = ("variance", "depth", "blur", "rgb")
 
@@ -57,6 +62,8 @@ SHOTS = {
     "kernels stand for the blur": shot_of(lens=ABERRATED, depth_m=EDGE_M),
     "pinhole": shot_of(lens=Pinhole(0.2, 50.0, diffraction=False), depth_m=2.0),
     "sharp": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=()),
+    "swept": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=(), motion=PAN),
+    "blurred at each instant": shot_of(lens=IDEAL, camera=small_camera(16, 12), truth=(), motion=PAN, tolerance=10.0),
     "rolling shutter under a flickering lamp": shot_of(
         lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=(), exposure=ROLLING
     ),
@@ -96,14 +103,33 @@ def test_the_shots_above_keep_every_pass_at_least_once():
 def test_sums_are_those_of_the_kept_passes_and_skipped_ones_cost_nothing(name, device):
     planned = measure(plan_of(name), device)
     kept = [one for one in planned.passes if one.kept]
-    assert planned.memory_bytes() == sum(one.memory_bytes for one in kept) > 0
+    held = itertools.accumulate(one.memory_bytes for one in kept)
+    assert planned.memory_bytes() == max(bytes_ + one.scratch_bytes for bytes_, one in zip(held, kept, strict=True)) > 0
     assert planned.cost_ms() == pytest.approx(math.fsum(one.cost_ms for one in kept))
     for one in planned.passes:
         assert one.method
         if one.kept:
             assert one.size > 0 and one.cost_ms > 0.0
         else:
-            assert (one.size, one.memory_bytes, one.cost_ms, one.error_sigma) == (0, 0, 0.0, None)
+            assert (one.size, one.memory_bytes, one.scratch_bytes, one.cost_ms, one.error_sigma) == (0, 0, 0, 0.0, None)
+
+
+def test_the_buffers_of_a_blur_are_stated(device, monkeypatch):
+    """Light, maps of radii and bands with their margins. The scene has few pixels, so that nothing else is large."""
+    sizes, empty = [], Device.empty
+
+    def counted(self, shape, dtype):
+        sizes.append(math.prod(shape) * np.dtype(dtype).itemsize)
+        return empty(self, shape, dtype)
+
+    monkeypatch.setattr(Device, "empty", counted)
+    planned = plan(shot_of(lens=IDEAL, depth_m=EDGE_M, camera=small_camera(1400, 600, "RGGB", pixel_pitch_um=6.0), truth=()))
+    measured = measure(planned, device)
+    expose(measured, device)
+    for told in (planned, measured):
+        (blur,) = (one for one in told.passes if one.name == "defocus")
+        stated = blur.memory_bytes + blur.scratch_bytes - BLUR_PROGRAM_BYTES
+        assert 0.8 * sum(sizes) <= stated <= 1.2 * sum(sizes)
 
 
 def test_where_kernels_stand_for_the_blur_no_method_is_chosen_by_tile(device):

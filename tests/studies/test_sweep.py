@@ -182,6 +182,17 @@ def test_a_point_that_stands_is_skipped_and_a_changed_one_redone(tmp_path):
     assert len(again.taken) == 3
 
 
+def test_a_point_without_its_truth_is_redone_when_the_truth_is_wanted(tmp_path):
+    sweep, out = load(tmp_path, {"vary": {"exposure.iso": [100]}}), tmp_path / "out"
+    for truth, status in ((False, "done"), (False, SKIPPED), (True, "done"), (True, SKIPPED), (False, SKIPPED)):
+        shutter = Shutter()
+        run_sweep(sweep, out, take=shutter, truth=truth)
+        if shutter.taken and truth:
+            (out / "s_0000.truth.exr").touch()
+        (row,) = manifest(out)
+        assert (row["status"], row["truth"]) == (status, "s_0000.truth.exr" if truth else "")
+
+
 def test_a_point_is_redone_when_its_picture_is_newer(tmp_path):
     picture, out = tmp_path / "a.png", tmp_path / "out"
     picture.touch()
@@ -288,6 +299,17 @@ def test_a_bracket_repeats_its_stops_and_waits_the_gap_after_each_exposure(tmp_p
     assert [start for start, _ in times(sweep)] == pytest.approx([0.0, 0.010, 0.016, 0.034, 0.044], abs=1e-12)
 
 
+def test_a_metered_bracket_varies_the_compensation_and_needs_an_interval(tmp_path):
+    text = SHOT.replace("time: 1/125 s", "mode: aperture_priority, compensation: 0.5")
+    sweep = load(tmp_path, {"series": {"frames": 4, "interval": "1 s", "bracket": [0, -1, 1]}}, text)
+    exposures = [point.shot().exposure for point in sweep]
+    assert [(one.start_s, one.compensation) for one in exposures] == [(0.0, 0.5), (1.0, -0.5), (2.0, 1.5), (3.0, 0.5)]
+    assert sweep.keys == ["exposure.start", "exposure.compensation"]
+    for series in ({"frames": 2}, {"frames": 2, "gap": "1 s", "bracket": [0, 1]}):
+        with pytest.raises(PhotositeError, match="sweep.series.*no gap says when it ends; give an interval"):
+            load(tmp_path, {"series": series}, text)
+
+
 def test_every_point_of_a_sweep_may_be_a_series(tmp_path):
     sweep = load(tmp_path, {"vary": {"exposure.iso": [100, 200], "lens.f_number": ["f/2", "f/4"]}, "series": {"frames": 2}})
     taken = [(one.exposure.iso, one.lens.f_number, one.exposure.start_s) for one in (point.shot() for point in sweep)]
@@ -330,3 +352,15 @@ def test_the_manifest_of_a_series_has_the_times_of_its_frames(tmp_path):
     with open(tmp_path / "manifest.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [(row["exposure.start"], row["exposure.time"]) for row in rows] == [("0 s", "0.008 s"), ("0.008 s", "0.004 s")]
+
+
+def test_the_flow_of_a_frame_of_a_series_leads_to_the_middle_of_the_next(tmp_path):
+    """A bracket of 10, 5 and 20 ms, 2 ms apart: from 5 ms to 14.5 ms, and from there to 29 ms."""
+    text = SHOT.replace("time: 1/125 s", "time: 10 ms") + "truth: [flow]\nmotion: {camera: {pan: 1 deg/s}}\n"
+    sweep = load(tmp_path, {"series": {"frames": 3, "gap": "2 ms", "bracket": [0, -1, 1]}}, text)
+    first, second, last = (point.shot() for point in sweep)
+    middles_s = [shot.exposure.start_s + 0.5 * shot.exposure.time_s for shot in (first, second, last)]
+    assert first.motion.flow_time_s == pytest.approx(middles_s[1] - middles_s[0], rel=1e-12)
+    assert second.motion.flow_time_s == pytest.approx(middles_s[2] - middles_s[1], rel=1e-12)
+    stated = load(tmp_path, {"series": {"frames": 2}}, text.replace("{pan: 1 deg/s}", "{pan: 1 deg/s}, flow_time: 1 s"))
+    assert [point.shot().motion.flow_time_s for point in stated] == [1.0, 1.0]

@@ -25,9 +25,14 @@ CASES = [
     "sharp RGGB covered",
     "sharp RGGB readings near",
     "sharp RGGB window lines",
+    "sharp RGGB window moving",
+    "sharp MONO moving rolling",
+    "layers MONO moving",
+    "one depth MONO moving",
     "rays",
     "fine",
     "wide",
+    "joint",
     "spread",
 ]
 

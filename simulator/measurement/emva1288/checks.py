@@ -20,7 +20,7 @@ from simulator.measurement.noise_check.expected import (
     reason_read_noise_is_unmeasurable,
 )
 from simulator.measurement.noise_check.flat_bench import FlatBench
-from simulator.measurement.noise_check.tolerance_check import LEAST_SIGMAS, ToleranceCheck
+from simulator.measurement.report.tolerance_check import LEAST_SIGMAS, ToleranceCheck
 from simulator.sensor.sensor_plan import SensorPlan
 
 EFFICIENCY_TOLERANCE = 0.005

@@ -14,6 +14,7 @@ from simulator.measurement.statistics.photon_transfer import DarkNoise, dark_noi
 from simulator.measurement.statistics.spatial_variance import Stack, stack_of
 from simulator.measurement.statistics.temporal_noise import PairNoise, pair_noise
 from simulator.raw.raw_reader import RawFile, read_raw_file
+from simulator.sensor.iso_speed import saturation_based_speed
 
 COLOR_OF = {"R": "R", "Gr": "G", "Gb": "G", "B": "B", "MONO": "MONO"}
 
@@ -37,7 +38,7 @@ class EmvaCamera:
     @property
     def saturation_speed(self) -> float:
         """S_sat = 78 / H_sat (ISO 12232:2019), which keeps half a stop between white of 100 % reflectance and saturation."""
-        return 78.0 / self.saturation_exposure_lx_s
+        return saturation_based_speed(self.saturation_exposure_lx_s)
 
 
 def measure_emva(files: EmvaFiles) -> EmvaCamera:

@@ -10,7 +10,7 @@ from simulator.atomic_files import atomic_write
 from simulator.measurement.emva1288.checks import check_emva
 from simulator.measurement.emva1288.files_to_planes import EmvaCamera, measure_emva
 from simulator.measurement.emva1288.frames import EXPOSURE_TIME_S, EmvaBench, take_emva_frames
-from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
+from simulator.measurement.report.tolerance_check import ToleranceCheck
 from simulator.progress import Progress, silent
 from simulator.raw.software import software
 from simulator.sensor.camera.camera import Camera

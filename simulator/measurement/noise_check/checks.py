@@ -17,7 +17,7 @@ from simulator.measurement.noise_check.expected import (
 from simulator.measurement.noise_check.flat_bench import FlatBench
 from simulator.measurement.noise_check.frames import DARK_PAIRS, FramePlan
 from simulator.measurement.noise_check.measure import IsoNoise, log_slope, noise_steps
-from simulator.measurement.noise_check.tolerance_check import LEAST_SIGMAS, ToleranceCheck
+from simulator.measurement.report.tolerance_check import LEAST_SIGMAS, ToleranceCheck
 
 GAIN_TOLERANCE = 0.006
 READ_NOISE_TOLERANCE = 0.015

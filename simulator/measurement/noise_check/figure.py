@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 from simulator.measurement.noise_check.report import NoiseReport
-from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
 from simulator.measurement.report.figures import ALLOWED, FAILED, MEASURED, TRUTH, decade_axis, iso_axis, new_figure
+from simulator.measurement.report.tolerance_check import ToleranceCheck
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,7 +10,7 @@ from simulator.atomic_files import atomic_write
 from simulator.measurement.noise_check.checks import check_iso, check_iso_table
 from simulator.measurement.noise_check.frames import FramePlan, NoiseFiles, make_noise_bench, plan_frames, take_frames
 from simulator.measurement.noise_check.measure import IsoNoise, measure_iso_noise
-from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
+from simulator.measurement.report.tolerance_check import ToleranceCheck
 from simulator.progress import Progress, Steps, silent
 from simulator.raw.software import software
 from simulator.sensor.camera.camera import Camera

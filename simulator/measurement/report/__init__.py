@@ -1,1 +1,1 @@
-"""Figures that reports share."""
+"""What reports share: checks against stated numbers, figures, and tables of pages."""

@@ -25,7 +25,9 @@ FINE_PX = 12.0  # blur circles up to this radius keep detail finer than a photos
 FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and the largest radius
 MOST_WIDE = 4096  # the same for the largest radius on photosites that are wider than the camera's
 WIDE_PX = 24.0  # smallest blur radius at MEASURED for which light is computed on photosites twice as wide [photosites]
+AGREED = 0.58  # difference of a block's means over half and all of its points at which they suffice [allowed errors]
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
+LAMP_PEAK = 4.0  # radiance of the brightest pixel, in units of the brightest light, from which on it is a lamp
 SAMPLES_PER_AXIS = (1, 2, 4)  # samples per photosite and axis that kernels know
 _SAMPLES = 400  # places per axis at which the scene's radiance is sampled
 
@@ -42,6 +44,7 @@ class Accuracy:
         mosaic, e- s^-1 um^-2 sr^-1].
     detail: difference between neighbouring pixels of a scene finer than the photosites, of `scene_detail`; 0: a coarser scene.
     whole_pixels: least samples per photosite and axis that divide each pixel of a fine scene into whole samples; 0: none do.
+    brightest: radiance of the brightest light [unit of the mosaic]; 0: unknown.
     """
 
     tolerance: float = 0.1
@@ -53,6 +56,7 @@ class Accuracy:
     electrons_per_radiance: float = 1.0
     detail: float = 0.0
     whole_pixels: int = 0
+    brightest: float = 0.0
 
     @property
     def sigma(self) -> float:
@@ -63,6 +67,17 @@ class Accuracy:
     def allowed(self) -> float:
         """Error that is allowed, as a share of the brightest light."""
         return self.tolerance * self.sigma
+
+    @property
+    def lamp_contrast(self) -> float:
+        """Contrast of a lamp's edge in the dark, as a share of the brightest light, as `scene_detail` counts it; 0: no lamp.
+
+        A lamp is too small for the quantile of the brightest light, and much brighter.
+        """
+        if self.peak < LAMP_PEAK:
+            return 0.0
+        noise = self.read_noise_e**2 + 0.1 * self.peak * self.electrons
+        return self.peak * math.sqrt((self.electrons + self.read_noise_e**2) / max(noise, 1.0))
 
     @property
     def looser(self) -> float:
@@ -114,6 +129,18 @@ class Accuracy:
         needed = np.where(good[0], 1, np.where(good[1], 2, 4))
         there = 4 if scale >= 3.0 else 2 if scale >= 1.5 else 1
         return np.where(largest_px * min(self.looser, 1.0) <= FINE_PX, np.minimum(needed, there), 1)
+
+    def allowed_disagreement(self, is_guessed: bool) -> tuple[float, float]:
+        """Squared difference between a block's means over half and all of its points of the aperture at which these suffice.
+
+        Returns its slope over light and its value in the dark, in the mosaic's unit: the noise at each place counts.
+        is_guessed: whether the background behind edges is assumed, whose error no number of points lowers: then what is allowed
+        is not below MEASURED.
+        """
+        allowed = AGREED * (max(self.allowed, MEASURED) if is_guessed else self.allowed) * self.brightest
+        variance_e = max(self.electrons + self.read_noise_e**2, 1.0)
+        square = allowed**2 / variance_e
+        return square * self.electrons_per_radiance, square * max(self.read_noise_e**2, 1.0)
 
     def allowed_ray_error(self, light: np.ndarray) -> np.ndarray:
         """Largest standard error of the light of photosites by rays, in its unit; noise below 1 e- counts as 1 e-."""
@@ -272,8 +299,8 @@ def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) 
     return float(brightest * per_radiance), float(peak * per_radiance)
 
 
-def scene_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy) -> float:
-    """Difference between neighbouring pixels of the scene, as a share of the brightest light: the BRIGHT quantile, above 0.
+def scene_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, quantile: float = BRIGHT) -> float:
+    """Difference between neighbouring pixels of the scene, as a share of the brightest light: this quantile, above 0.
 
     A difference counts as much as one that is seen at the brightest light as clearly as it is seen in the noise at its own
     place, at the darker pixel with a tenth of the difference. weights, per_radiance: as of `brightest_electrons`.
@@ -292,9 +319,9 @@ def scene_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accurac
             step = np.abs(here - there)
             noise = np.minimum(here, there) + 0.1 * step + accuracy.read_noise_e**2
             seen = step * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
-            found.append(float(np.quantile(seen, BRIGHT, axis=(0, 1)).max()))
+            found.append(float(np.quantile(seen, quantile, axis=(0, 1)).max()))
             if layer.coverage is not None:
-                found.append(float(np.quantile(np.abs(layer.coverage[*first] - layer.coverage[*next_]), BRIGHT)))
+                found.append(float(np.quantile(np.abs(layer.coverage[*first] - layer.coverage[*next_]), quantile)))
     return max(found)
 
 

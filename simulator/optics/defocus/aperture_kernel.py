@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.defocus.clipped_kernel import shape_weights
+from simulator.optics.defocus.clipped_kernel import image_grid, shape_weights
 from simulator.optics.defocus.photosite_area import FINEST, WHOLE, PhotositeArea
 from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
@@ -84,20 +84,37 @@ def photosite_weights(pupil: Pupil, radius_px: float, samples_per_axis: int, are
 def clipped_weights(
     pupil: Pupil, fields: np.ndarray, radii_px: np.ndarray, samples_per_axis: int, area: PhotositeArea = WHOLE
 ) -> list[np.ndarray]:
-    """`photosite_weights` of the pupil as its stops clip it, for each field (n, 2) and its signed radius (n,) [photosites]."""
-    order, weights = np.argsort(np.abs(radii_px)), [np.empty(0)] * len(radii_px)
-    largest = 2.0 * samples_per_axis * pupil.corner_radius * float(np.abs(radii_px).max(initial=0.0)) + 3.0
-    batch = max(1, min(MOST_AT_ONCE, int(MOST_WEIGHTS / largest**2)))
-    for start in range(0, len(order), batch):  # images of similar size, because a batch is padded to its largest
-        some = order[start : start + batch]
+    """`photosite_weights` of the pupil as its stops clip it, for each field (n, 2) and its signed radius (n,) [photosites].
 
-        def gather(_: float, samples: int, some: np.ndarray = some) -> np.ndarray:
-            return area.mean(shape_weights(pupil, fields[some], samples * radii_px[some]), samples)
+    Images on grids of one size are computed together, so that those of a field and radius do not depend on the others.
+    """
+    weights = [np.empty(0)] * len(radii_px)
+    radii, index = np.unique(np.abs(radii_px), return_inverse=True)
+    grids = [_clipped_grid(pupil, radius, samples_per_axis, area) for radius in radii.tolist()]
+    for kind in sorted(set(grids)):
+        order = np.flatnonzero(np.array([grid == kind for grid in grids])[index.reshape(-1)])
+        batch = max(1, min(MOST_AT_ONCE, int(MOST_WEIGHTS / kind[0] ** 2)))
+        for start in range(0, len(order), batch):
+            some = order[start : start + batch]
 
-        images = area.weights(gather, max(float(np.abs(radii_px[some]).min()), 1.0 / FINEST), samples_per_axis)
-        for number, image in zip(some, images, strict=True):
-            weights[number] = image
+            def gather(_: float, samples: int, some: np.ndarray = some) -> np.ndarray:
+                return area.mean(shape_weights(pupil, fields[some], samples * radii_px[some]), samples)
+
+            images = area.weights(gather, _not_sharp(np.abs(radii_px[some]).min()), samples_per_axis)
+            for place, image in zip(some, images, strict=True):
+                weights[place] = image
     return weights
+
+
+def _clipped_grid(pupil: Pupil, radius_px: float, samples_per_axis: int, area: PhotositeArea) -> tuple[int, int, int]:
+    """Weights per axis and slices of a clipped image of this radius [photosites], and the parts of each sample."""
+    parts = area.parts(_not_sharp(radius_px), samples_per_axis)
+    return *image_grid(pupil, samples_per_axis * parts * radius_px), parts
+
+
+def _not_sharp(radius_px: float) -> float:
+    """Radius by which the parts of a sample are chosen [photosites]: clipped images are not interpolated towards none."""
+    return max(float(radius_px), 1.0 / FINEST)
 
 
 def _corner_area(x: np.ndarray, y: np.ndarray, radius: float) -> np.ndarray:

@@ -7,6 +7,8 @@ import numpy as np
 
 from simulator.optics.defocus.accuracy import FEWEST, MOST, MOST_WIDE, WIDE_PX
 from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.joint_motion import JointMotion
+from simulator.optics.defocus.lattice_points import lattice_points
 from simulator.optics.defocus.sobol_points import sobol_points
 from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
@@ -14,25 +16,51 @@ from simulator.optics.pupil.pupil_points import points_of
 
 LEAST_SCALE = 0.25  # scene pixels per photosite that count at least: edges in depth are as sharp as the photosites
 SAVED_WITHOUT_BACKGROUND = 4  # divides the number where no layer holds the occluded background, whose lack is the larger error
+# Times as many samples where images move, and up to 3/2 MOST of them: edges pass all of the area that a circle sweeps.
+MOVING = 1.5
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
+HARDEST = 2  # times the number of points for blocks that do not agree on their light (`most_samples`)
 
 
 def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
     """Aperture samples for blur circles of this radius [photosites]: several per scene pixel or photosite in it, powers of two.
 
-    The number follows the tolerance; it is not raised where the occluded background is assumed (`Defocus.guessed`).
-    Where nothing is even assumed, circles that are not wide take a quarter.
+    With motion, the area that counts is that which the circle sweeps. The number follows the tolerance; it is not raised
+    where the occluded background is assumed (`Defocus.guessed`).
+    Where nothing is even assumed, circles at rest that are not wide take a quarter.
     """
     each = 4.0 * min(max(2.0 * defocus.scale, 0.5), 1.0)  # fewer where a scene pixel covers several photosites
     finest = min(max(defocus.scale, LEAST_SCALE), 1.0)
     most = MOST if defocus.wider == 1 else MOST_WIDE
-    target = np.clip(each * np.pi * (radius_px * finest + 1.0) ** 2, FEWEST, most)
+    area = np.pi * (radius_px * finest + 1.0) ** 2
+    if defocus.motion is not None:
+        area = MOVING * (area + 2.0 * (radius_px * finest + 1.0) * finest * defocus.motion.path_px(radius_px))
+        most = 2 * most
+    target = np.clip(each * area, FEWEST, most)
     count, factor = 2.0 ** np.ceil(np.log2(target)), defocus.accuracy.points_factor
     if defocus.guessed:
         factor = min(factor, 1.0)
-        if len(defocus.radii_px) == 1 and defocus.wider == 1:  # copies of edges are seen where circles are wide
+        if (
+            len(defocus.radii_px) == 1 and defocus.wider == 1 and defocus.motion is None
+        ):  # copies of edges are seen where circles are wide
             count = np.where(radius_px < WIDE_PX, np.maximum(count / SAVED_WITHOUT_BACKGROUND, FEWEST), count)
-    return 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - 1e-9).astype(int)
+    count = 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - 1e-9).astype(int)
+    return count if defocus.motion is None else np.where(count == 2 * MOST, 3 * MOST // 2, count)
+
+
+def most_samples(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
+    """Most aperture samples of blocks that take as many as they need, in which surfaces occlude parts of themselves.
+
+    A block takes FEWEST_OF_ALL, and twice as many until its light agrees (`Accuracy.allowed_disagreement`). Where the brightest
+    light is unknown, it has `sample_count`.
+    """
+    count = sample_count(radius_px, defocus)
+    return np.minimum(HARDEST * count, MOST_OF_ALL) if takes_as_needed(defocus) else count
+
+
+def takes_as_needed(defocus: Defocus) -> bool:
+    """Whether blocks take as many aperture samples as they need; those that move take all, which lie evenly only together."""
+    return defocus.accuracy.brightest > 0.0 and defocus.motion is None
 
 
 @lru_cache
@@ -48,8 +76,7 @@ def aperture_samples(pupil: Pupil, count: int, samples_per_axis: int, open_side:
         y, x = disk_of_square(square[:, 0], square[:, 1])
     else:
         x, y = pupil.points(count).T
-    width = np.sqrt(max(open_side**2 - 1.0 / samples_per_axis**2, 0.0))
-    place = width * (square[:, 2:4] - 0.5)
+    place = _place_width(samples_per_axis, open_side) * (square[:, 2:4] - 0.5)
     return np.stack([x, y, *place.T, square[:, 4]], axis=-1).astype(np.float32)
 
 
@@ -70,3 +97,36 @@ def disk_of_square(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, n
     ratio = np.where(wide, b, a) / np.where(radius == 0.0, 1.0, radius)
     angle = np.where(wide, 0.25 * math.pi * ratio, 0.5 * math.pi - 0.25 * math.pi * ratio)
     return radius * np.sin(angle), radius * np.cos(angle)
+
+
+@lru_cache
+def moving_samples(pupil: Pupil, count: int, samples_per_axis: int, open_side: float = 1.0) -> np.ndarray:
+    """Samples of aperture, photosite and time, (count, 6) float32: as `aperture_samples`, and the share of the light so far.
+
+    They are points of a lattice in six dimensions, so that the instants are evenly spread and mix well with the aperture.
+    """
+    square = lattice_points(count, 6)
+    if pupil.opening == (Disk(0.0, 0.0, 1.0),):
+        y, x = disk_of_square(square[:, 0], square[:, 1])
+    else:
+        x, y = pupil.map_unit_square(square[:, 0], square[:, 1])
+    place = _place_width(samples_per_axis, open_side) * (square[:, 4:6] - 0.5)
+    return np.stack([x, y, *place.T, square[:, 3], square[:, 2]], axis=-1).astype(np.float32)
+
+
+def move_samples(samples: np.ndarray, shares: np.ndarray, motion: JointMotion, middles_px: np.ndarray) -> np.ndarray:
+    """Aperture samples of cells whose images move, (cells, layers, count, 5) float32.
+
+    samples: (cells or 1, count, 5) of an aperture at rest. shares: (count,) of the light that has come at the sample's instant.
+    middles_px: (cells, 2) as in `JointMotion.at`.
+    """
+    shifts = motion.at(middles_px, shares)
+    moved = np.empty((*shifts.shape[:3], 5), np.float32)
+    np.add(samples[:, None, :, :4], shifts, out=moved[..., :4])
+    moved[..., 4] = samples[:, None, :, 4]
+    return moved
+
+
+def _place_width(samples_per_axis: int, open_side: float) -> float:
+    """Width over which points of a photosite spread [photosites]."""
+    return float(np.sqrt(max(open_side**2 - 1.0 / samples_per_axis**2, 0.0)))

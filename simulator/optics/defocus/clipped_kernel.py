@@ -23,9 +23,7 @@ def shape_weights(pupil: Pupil, fields: np.ndarray, radii_px: np.ndarray) -> np.
     A pupil that is closed at a field gives zeros.
     """
     radii_px = np.where(np.abs(radii_px) < LEAST_PX, LEAST_PX, radii_px)
-    largest = float(np.abs(radii_px).max())
-    slices = next(count for radius, count in SLICES if largest <= radius)
-    size = 2 * max(0, math.ceil(largest * pupil.corner_radius - 0.5)) + 1
+    size, slices = image_grid(pupil, float(np.abs(radii_px).max()))
     borders = np.linspace(0.0, size, size * slices + 1) - 0.5 * size
     low, high, inside = _ends(pupil, np.asarray(fields), radii_px[:, None], borders)
     low = np.clip(low + 0.5 * size, 0.0, size)
@@ -34,6 +32,13 @@ def shape_weights(pupil: Pupil, fields: np.ndarray, radii_px: np.ndarray) -> np.
     weights = np.maximum(np.cumsum(steps, axis=2)[:, :, :size].transpose(0, 2, 1), 0.0)
     total = weights.sum(axis=(1, 2), keepdims=True)
     return weights / np.where(total > 0.0, total, 1.0)
+
+
+def image_grid(pupil: Pupil, radius_px: float) -> tuple[int, int]:
+    """Return the photosites per axis of an image of this radius [px], an odd number, and the slices of each column of them."""
+    radius_px = max(abs(radius_px), LEAST_PX)
+    slices = next(count for radius, count in SLICES if radius_px <= radius)
+    return 2 * max(0, math.ceil(radius_px * pupil.corner_radius - 0.5)) + 1, slices
 
 
 def _ends(

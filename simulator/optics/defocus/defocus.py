@@ -5,11 +5,11 @@ where a single surface surrounds it, and sampled through points of the aperture 
 """
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from functools import cached_property
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 
@@ -17,11 +17,14 @@ from simulator.errors import require
 from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, WIDE_PX, Accuracy
 from simulator.optics.defocus.aperture_rectangles import rectangle_count
 from simulator.optics.defocus.field_pupil import MOST_MOVED, CatsEyes, plan_cats_eyes
+from simulator.optics.defocus.joint_motion import JointMotion
 from simulator.optics.defocus.patch_reach import merge_far_patches
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.lens.lens import Lens
 from simulator.optics.pupil.pupil import Pupil
+from simulator.scene.memo import Memo
 from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera_sections import Window
 
 LARGEST_PX = 1024  # largest blur radius; beyond it an image is hardly recognisable and takes minutes
 TILE_COLUMNS, TILE_ROWS = 128, 16
@@ -30,10 +33,12 @@ PATCH_COLUMNS, PATCH_ROWS = 8, 8  # unit of the radius statistics
 PATCHWISE_PX = 66.0  # largest reach for which pairs of patches are compared one by one
 STEEPEST_PX = 0.2  # largest change of the radius between photosites of one continuous surface
 NODES_PER_PX = 2  # tabulated radii per photosite of radius; the mean is interpolated between them by a cubic
-FINE_NODES_PER_PX = 8  # the same for scenes finer than the photosites near the focus
+FINE_NODES_PER_PX = 8  # the same near the focus for scenes finer than the photosites, and where wave optics corrects the blur
 MOST_GATHERED = 4000.0  # most scene pixels, once for each rectangle of the aperture, that a photosite gathers one by one
 CLASSES = 64  # classes of radii, one bit each of a 64-bit mask
 _USUAL = Accuracy()
+MOST_APART_PX = 1.0  # way of an image between neighbouring slabs of radius [photosites]
+T = TypeVar("T")
 CLASS_UNIT_PX = 4.0  # up to about this radius all classes are equally wide
 
 
@@ -61,6 +66,8 @@ class Defocus:
     guessed: whether the background behind edges is assumed, because the scene does not contain it.
     area: how a photosite gathers the samples around it.
     wider: width of the photosites of this blur, in photosites of the camera; a power of two.
+    corrected: whether the blur is corrected to wave optics, by kernels of single blur radii.
+    motion: of the layers' images while the shutter is open, which is computed together with the blur; None: they rest.
     """
 
     radii_px: tuple[float | np.ndarray, ...]
@@ -72,6 +79,13 @@ class Defocus:
     eyes: CatsEyes | None = None
     area: PhotositeArea = WHOLE
     wider: int = 1
+    corrected: bool = False
+    motion: JointMotion | None = None
+    _memo: Memo = field(default_factory=Memo, init=False, repr=False, compare=False)
+
+    def remember(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return `make()`, which depends on the blur and the key alone, and keep it with the blur."""
+        return self._memo.get(key, make)
 
     @cached_property
     def least_px(self) -> float:
@@ -110,9 +124,13 @@ class Defocus:
 
     @property
     def nodes_per_px(self) -> int:
-        """Tabulated radii per photosite of radius; light of a fine scene bends where blur circles cross its pixels' borders."""
+        """Tabulated radii per photosite of radius.
+
+        Light bends with the radius where blur circles cross the borders of a fine scene's pixels. A correction to wave optics
+        is interpolated between radii as the blur is, so that the radii of both must lie close together.
+        """
         near_focus = not self.least_px > 2.0 and not self.greatest_px < -2.0
-        return FINE_NODES_PER_PX if self.area.whole_pixels and near_focus else NODES_PER_PX
+        return FINE_NODES_PER_PX if (self.area.whole_pixels or self.corrected) and near_focus else NODES_PER_PX
 
     def on_wider_photosites(self) -> Self:
         """Return the blur as photosites see it that are twice as wide, which take means over all of their area."""
@@ -123,13 +141,35 @@ class Defocus:
         radii = tuple(0.5 * radius for radius in self.radii_px)
         eyes = None if self.eyes is None else self.eyes.on_wider_photosites(0.5 * self.largest_px)
         accuracy = replace(self.accuracy, detail=0.0, whole_pixels=0)  # nothing inside a pixel is seen at these radii
-        return replace(
-            self, radii_px=radii, scale=2.0 * self.scale, accuracy=accuracy, eyes=eyes, area=WHOLE, wider=2 * self.wider
-        )
+        motion = None if self.motion is None else self.motion.on_wider_photosites()
+        wider = replace(self, radii_px=radii, scale=2.0 * self.scale, accuracy=accuracy, area=WHOLE, wider=2 * self.wider)
+        return replace(wider, eyes=eyes, motion=motion)
+
+    @cached_property
+    def ranges_px(self) -> tuple[tuple[float, float], ...]:
+        """Least and greatest blur radius of each layer, without its sign."""
+        sizes = [np.abs(radius) for radius in self.radii_px]
+        return tuple((float(np.min(size)), float(np.max(size))) for size in sizes)
 
     def of_scene(self) -> Self:
         """Return the blur of the scene's own surfaces, without a background that is only assumed."""
-        return replace(self, radii_px=self.radii_px[:1]) if self.guessed else self
+        return self._of_scene if self.guessed else self
+
+    @cached_property
+    def _of_scene(self) -> Self:
+        return replace(self, radii_px=self.radii_px[:1])
+
+    def aside_px(self, layer: int) -> tuple[int, int]:
+        """Whole photosites x, y by which a layer is read aside of where it rests (`JointMotion.rest_px`)."""
+        if self.motion is None:
+            return 0, 0
+        x, y = self.motion.rest_px[layer].tolist()
+        return x, y
+
+    def seen_aside(self, window: Window) -> list[Window]:
+        """Windows of the sensor at which layers at rest are read for a window (`aside_px`)."""
+        places = {self.aside_px(layer) for layer in range(len(self.radii_px))}
+        return [replace(window, x=window.x + right, y=window.y + down) for right, down in sorted(places)]
 
     @property
     def maps(self) -> int:
@@ -140,7 +180,9 @@ class Defocus:
     def reach_px(self) -> int:
         """Margin that the blur needs on each side [photosites]."""
         class_px = (self.largest_px + CLASS_UNIT_PX) / self.classes_per_unit
-        return math.ceil(self.pupil.corner_radius * (self.largest_px + 2.0 * class_px)) + 2
+        farthest_px = self.largest_px + 2.0 * class_px
+        moved_px = 0.0 if self.motion is None else self.motion.reach_px(farthest_px)
+        return math.ceil(self.pupil.corner_radius * farthest_px + moved_px) + 2
 
     @property
     def wide_px(self) -> float:
@@ -159,10 +201,13 @@ class Defocus:
         """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
 
         With twelve, a class is a third of a photosite wide in focus and a twelfth of the radius for large radii. There are
-        twice as many where all radii are large, and fewer for a loose tolerance.
+        twice as many where all radii are large, and fewer for a loose tolerance. Where images move, slabs near the focus are
+        read at most MOST_APART_PX apart; where they are nearer than the samples of a slope, these fall into several.
         """
         span = math.asinh(self.greatest_px / CLASS_UNIT_PX) - math.asinh(self.least_px / CLASS_UNIT_PX)
         finest = (12.0 if self.wider == 1 else 24.0) / self.accuracy.coarser
+        if self.motion is not None:
+            finest = max(finest, CLASS_UNIT_PX / MOST_APART_PX * (1.0 + self.motion.largest_aperture))
         return min(finest, (CLASSES - 3) / span) if span else finest
 
     @cached_property
@@ -185,17 +230,20 @@ def plan_defocus(
     accuracy: Accuracy = _USUAL,
     sensor_px: tuple[int, int] = (0, 0),
     area: PhotositeArea = WHOLE,
+    *,
+    keeps_sharp: bool = False,
 ) -> Defocus | None:
     """Blur of a scene with so many pixels per photosite, or None when no blur circle is as large as `Accuracy.sharp_px`.
 
     area: how a photosite gathers the samples around it.
+    keeps_sharp: whether a blur is returned that is smaller, too.
     sensor_px: (width, height) of the whole sensor, whose middle lies on the axis; (0, 0): all of it is seen from the axis.
     Raises PhotositeError for blur circles above LARGEST_PX.
     """
     radii = tuple(_radius_px(lens, pixel_pitch_um, layer.depth_m) for layer in scene.layers)
     opaque, pupil = any(layer.coverage is None for layer in scene.layers), replace(lens.pupil, stops=())
     planned = Defocus(radii, opaque, scale, pupil, accuracy, guessed=not scene.behind, area=area)
-    if planned.largest_px <= accuracy.sharp_px:
+    if planned.largest_px <= accuracy.sharp_px and not keeps_sharp:
         return None
     return replace(planned, eyes=plan_cats_eyes(lens, pixel_pitch_um, sensor_px, planned.largest_px))
 
@@ -241,6 +289,11 @@ class RadiusStatistics:
     classes: np.ndarray
     covered: np.ndarray
     filled: np.ndarray
+
+    def inside(self, rows: int, columns: int) -> "RadiusStatistics":
+        """Leave out so many rows and columns of patches on each side."""
+        kept = slice(rows, len(self.least_px) - rows), slice(columns, self.least_px.shape[1] - columns)
+        return RadiusStatistics(**{name: plane[kept] for name, plane in vars(self).items()})
 
     def of_tiles(self) -> "RadiusStatistics":
         """Merge the patches of each tile."""
@@ -291,14 +344,16 @@ _SLOPES = ("slope_x", "slope_y")
 
 
 def merge_within_reach(
-    radius_statistics: RadiusStatistics, corner_radius: float = 1.0, largest_px: float = math.inf
+    radius_statistics: RadiusStatistics, corner_radius: float = 1.0, largest_px: float = math.inf, beside_px: float = 0.0
 ) -> RadiusStatistics:
     """Merge into each patch the statistics of all patches that its blur circles reach or whose blur circles reach it.
 
     corner_radius: largest radius of the pupil's shape in blur radii. largest_px: largest blur radius of the scene, so that a
-        crop of the frame gets the same statistics as the whole frame.
+        crop of the frame gets the same statistics as the whole frame. beside_px: way beside the blur circles to which light
+        reaches, too.
     """
-    reach = np.maximum(np.abs(radius_statistics.least_px), np.abs(radius_statistics.greatest_px)) * corner_radius + 2.0
+    reach = np.maximum(np.abs(radius_statistics.least_px), np.abs(radius_statistics.greatest_px)) * corner_radius
+    reach = reach + (2.0 + beside_px)
     largest = np.where(reach <= PATCHWISE_PX, reach, 0.0)
     rows, columns = (math.ceil(float(largest.max()) / size) for size in (PATCH_ROWS, PATCH_COLUMNS))
     varying = {name: getattr(radius_statistics, name) for name in _JOIN if not _is_constant(getattr(radius_statistics, name))}
@@ -317,5 +372,5 @@ def merge_within_reach(
             for name, plane in merged.items():
                 _JOIN[name](plane, padded[name][window], out=plane, where=near)
     far = np.where(largest > 0, 0.0, reach)
-    merge_far_patches(varying, _JOIN, merged, far, largest_px * corner_radius + 2.0, (PATCH_ROWS, PATCH_COLUMNS))
+    merge_far_patches(varying, _JOIN, merged, far, largest_px * corner_radius + 2.0 + beside_px, (PATCH_ROWS, PATCH_COLUMNS))
     return replace(radius_statistics, **merged)

@@ -54,6 +54,16 @@ class PhotositeArea:
                 spread[..., down : down + size, right : right + size] += share_down * share * weights
         return spread
 
+    def _finer(self, parts: float) -> float:
+        return (1, PART_OPEN)[self.open_side < 1.0] * parts
+
+    def parts(self, radius_px: float, samples_per_axis: int, least_parts: float = RADIUS_IN_PARTS) -> int:
+        """Parts per sample and axis on which the weights of a blur circle are computed; arguments as of `weights`."""
+        if not self.has_squares(samples_per_axis) or radius_px == 0.0:
+            return 1
+        wanted = math.ceil(self._finer(least_parts) / (abs(radius_px) * samples_per_axis))
+        return max(1, min(wanted, int(self._finer(FINEST)) // samples_per_axis))
+
     def weights(
         self, gather: Gather, radius_px: float, samples_per_axis: int, least_parts: float = RADIUS_IN_PARTS
     ) -> np.ndarray:
@@ -64,8 +74,7 @@ class PhotositeArea:
         """
         if not self.has_squares(samples_per_axis) or radius_px == 0.0:
             return gather(radius_px, samples_per_axis)
-        finest, least_parts = ((1, PART_OPEN)[self.open_side < 1.0] * number for number in (FINEST, least_parts))
-        least_px = 1.0 / finest
+        least_px = 1.0 / self._finer(FINEST)
         if abs(radius_px) < least_px:  # light crosses the borders of squares in proportion to the radius
             none, some = (
                 gather(0.0, samples_per_axis),
@@ -73,8 +82,7 @@ class PhotositeArea:
             )
             share, reach = abs(radius_px) / least_px, (some.shape[-1] - none.shape[-1]) // 2
             return share * some + (1.0 - share) * _pad(none, reach)
-        wanted = math.ceil(least_parts / (abs(radius_px) * samples_per_axis))
-        parts = max(1, min(wanted, int(finest) // samples_per_axis))
+        parts = self.parts(radius_px, samples_per_axis, least_parts)
         return _add_parts(_blur_by_square(gather(radius_px, samples_per_axis * parts)), samples_per_axis, parts)
 
 

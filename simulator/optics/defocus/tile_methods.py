@@ -81,14 +81,18 @@ class TileChoice:
         return [self.all_images[index] for index in np.flatnonzero(needed)], np.cumsum(needed) - 1
 
 
-def choose_methods(defocus: Defocus, layer_statistics: list[RadiusStatistics], computed: np.ndarray) -> TileChoice:
+def choose_methods(
+    defocus: Defocus, layer_statistics: list[RadiusStatistics], computed: np.ndarray, margin: tuple[int, int]
+) -> TileChoice:
     """Choose for each tile, and each of its blocks, the cheapest method whose error stays below the tolerance.
 
     layer_statistics: statistics of each layer's patches. computed: (tile rows, tile columns) bool, tiles to compute.
+    margin: rows and columns of patches on each side of the tiles.
     """
+    moved_px = 0.0 if defocus.motion is None else defocus.motion.reach_px(defocus.largest_px)
     around = [
-        merge_within_reach(radius_statistics, defocus.pupil.corner_radius, defocus.largest_px)
-        for radius_statistics in layer_statistics
+        merge_within_reach(seen, defocus.pupil.corner_radius, defocus.largest_px, moved_px).inside(*margin)
+        for seen in layer_statistics
     ]
     tiles, blocks = ([getattr(seen, part)() for seen in around] for part in ("of_tiles", "of_blocks"))
     methods, samples_per_axis, visible, largest, single = _classify(defocus, tiles)
@@ -102,7 +106,8 @@ def choose_methods(defocus: Defocus, layer_statistics: list[RadiusStatistics], c
     samples_per_axis = np.where(methods == Method.COPY, 1, samples_per_axis)
     gathered = (methods == Method.MEAN) & ~some & defocus.gathers_scene(_smallest_radius(tiles, visible), largest)
     samples_per_axis = np.where(gathered, 0, samples_per_axis)
-    images = _choose_images(defocus, [r.of_blocks() for r in layer_statistics], ~hard, visible & computed)
+    own_blocks = [radius_statistics.inside(*margin).of_blocks() for radius_statistics in layer_statistics]
+    images = _choose_images(defocus, own_blocks, ~hard, visible & computed)
     present = np.where(block_visible, np.stack([seen.classes for seen in blocks]), np.uint64(0))
     even = np.stack([find_even_radius(defocus, seen, block_methods) for seen in blocks])
     block_methods = np.where(hard & wide, Method.WIDE, block_methods)
@@ -141,7 +146,10 @@ def _classify(defocus: Defocus, around: list[RadiusStatistics]) -> tuple[np.ndar
     apart = ~several & ((samples_per_axis == 1) | (product_error(largest) <= accuracy.allowed))
     conditions = [single & (largest <= defocus.copied_px), single & smooth, smooth & apart, smooth]
     methods = [Method.COPY, Method.MEAN, Method.COMPOSITE, Method.CORRECTED]
-    return np.select(conditions, methods, Method.OCCLUSION), samples_per_axis, visible, largest, single
+    chosen = np.select(conditions, methods, Method.OCCLUSION)
+    if defocus.motion is not None:  # only samples of the aperture carry instants
+        chosen = np.full_like(chosen, Method.OCCLUSION)
+    return chosen, samples_per_axis, visible, largest, single
 
 
 def _smallest_radius(around: list[RadiusStatistics], visible: np.ndarray) -> np.ndarray:

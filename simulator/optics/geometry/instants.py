@@ -9,16 +9,18 @@ path that turns back an edge is passed several times, and the errors of the pass
 
 import math
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
 from simulator.exposure.line_times import LineTimes
 from simulator.optics.geometry.image_motion import ImageMotion
 
-LEAST_CELLS, MOST_CELLS = 512, 65536  # of the time in which any line is open, in which a path is straight
+LEAST_CELLS, MOST_CELLS = 512, 131072  # of the time in which any line is open, in which a path is straight
 CELLS_PER_LINE = 256  # of the time for which a line is open
+CELLS_PER_S = 200.0  # enough for the tremor of a hand, up to 20 Hz
 MOST_INSTANTS = 4096
 
 Light = Callable[[np.ndarray], np.ndarray]
@@ -60,15 +62,20 @@ class PathLength:
 class TimedPath:
     """A path of images under a shutter, as straight pieces: how far it reaches, and the instants that represent it."""
 
-    def __init__(self, motion: ImageMotion, lines: LineTimes, start_s: float, light: Light | None = None) -> None:
-        """lines: when each line is open, from the release at start_s on the shot's clock on [s].
+    def __init__(
+        self, motion: ImageMotion, openings: LineTimes | tuple[LineTimes, ...], start_s: float, light: Light | None = None
+    ) -> None:
+        """openings: when each line is open, from the release at start_s on the shot's clock on [s]; several add up.
 
         light: brightness of steady light over time, of instants (instants,) [s] of the shot's clock; None: it is even.
         """
-        self.motion, self.lines, self.start_s = motion, lines, start_s
+        self.openings = (openings,) if isinstance(openings, LineTimes) else openings
+        self.motion, self.lines, self.start_s = motion, _span_of(self.openings), start_s
+        lines = self.lines
         first, last = float(lines.opens_s.min()), float(lines.closed_s.max())
-        line_s = float((lines.closed_s - lines.opens_s).min())
-        wanted = CELLS_PER_LINE * (last - first) / max(line_s, 1e-12)
+        open_s = lines.closed_s - lines.opens_s
+        line_s = float(open_s.min(initial=last - first, where=open_s > 0.0))
+        wanted = max(CELLS_PER_LINE / max(line_s, 1e-12), CELLS_PER_S) * (last - first)
         cells = int(min(max(wanted, LEAST_CELLS), MOST_CELLS))
         self.times_s = np.linspace(first, last, cells + 1)
         self.poses = motion.pose_numbers(start_s + self.times_s)
@@ -77,6 +84,18 @@ class TimedPath:
         self.displacement_px = motion.displacements(self.poses)
         steps = np.linalg.norm(np.diff(self.displacement_px, axis=0), axis=-1)
         self.steps_px = steps.max(axis=1, initial=0.0)
+
+    def of_lines(self, lines: np.ndarray) -> Self:
+        """Return the same path under the shutter of some lines (lines,) of the sensor, with the same pieces."""
+        found = copy(self)
+        found.openings = tuple(
+            LineTimes(
+                own.axis, own.opens_s[lines], own.open_s[lines], own.closes_s[lines], own.closed_s[lines], own.peak[lines]
+            )
+            for own in self.openings  # of the same lines
+        )
+        found.lines = _span_of(found.openings)
+        return found
 
     @property
     def farthest_px(self) -> float:
@@ -107,6 +126,34 @@ class TimedPath:
         """Integral of sqrt(speed) over each cell."""
         return np.sqrt(self.steps_px * np.diff(self.times_s))
 
+    def even_nodes(self, count: int) -> np.ndarray:
+        """Return the borders of so many intervals of equal integrals of sqrt(speed), from first opening to last closing.
+
+        (count + 1,) [s from the release].
+        """
+        measure = self._measure()
+        return np.interp(np.linspace(0.0, measure[-1], count + 1), measure, self.times_s)
+
+    def node_weights(self, nodes_s: np.ndarray) -> np.ndarray:
+        """Return the weights of images at nodes in the light of each line, (lines, nodes) of sum 1, or 0 in the dark.
+
+        The image is taken as linear in time between nodes, so that the mean time of a line's light is kept exactly.
+        """
+        edges = np.broadcast_to(nodes_s, (len(self.lines.peak), len(nodes_s)))
+        sums = self._integrals(edges)[..., :2]
+        light, late = sums[..., 0], (sums[..., 1] - nodes_s[:-1] * sums[..., 0]) / np.diff(nodes_s)
+        weights = np.zeros(edges.shape)
+        weights[:, 1:] += late
+        weights[:, :-1] += light - late
+        total = weights.sum(axis=1, keepdims=True)
+        return weights / np.where(total > 0.0, total, 1.0)  # a line without light sees nothing
+
+    def _measure(self) -> np.ndarray:
+        """Integral of sqrt(speed) up to each of `times_s`, which also grows a little where nothing moves."""
+        root = self._root_steps()
+        even = np.diff(self.times_s) * (max(root.sum(), 1e-12) / (self.times_s[-1] - self.times_s[0]))
+        return np.concatenate([[0.0], np.cumsum(root + 1e-6 * even)])
+
     def instants(self, count: int, spacing: Literal["speed", "light"] = "speed") -> Instants:
         """Return so many instants of each line, at the mean poses of their intervals.
 
@@ -117,9 +164,7 @@ class TimedPath:
         if spacing == "light":
             edges = self._equal_light(share)
         else:
-            root = self._root_steps()
-            even = np.diff(self.times_s) * (max(root.sum(), 1e-12) / (self.times_s[-1] - self.times_s[0]))
-            measure = np.concatenate([[0.0], np.cumsum(root + 1e-6 * even)])
+            measure = self._measure()
             first, last = (np.interp(times, self.times_s, measure) for times in (opens, closed))
             edges = np.interp(first + (last - first) * share, measure, self.times_s)
             edges[:, 0], edges[:, -1] = opens[:, 0], closed[:, 0]
@@ -141,7 +186,8 @@ class TimedPath:
         lines, found = self.lines, []
         fine = np.linspace(0.0, 1.0, 16 * len(share))
         times = lines.opens_s[:, None] + (lines.closed_s - lines.opens_s)[:, None] * fine
-        times = np.sort(np.concatenate([times, lines.open_s[:, None], lines.closes_s[:, None]], axis=1), axis=1)
+        corners = [one[:, None] for own in self.openings for one in (own.open_s, own.closes_s)]
+        times = np.sort(np.concatenate([times, *corners], axis=1), axis=1)
         light = np.cumsum(self._integrals(times)[..., 0], axis=1)
         for own, sums in zip(times, light, strict=True):
             sums = np.concatenate([[0.0], sums])
@@ -154,7 +200,10 @@ class TimedPath:
         Returns (lines, edges - 1, 2 + numbers of poses). The shutter's trapezoid is three pieces, each linear in time.
         """
         values = np.concatenate([np.ones((len(self.times_s), 1)), self.times_s[:, None], self.poses], axis=1)
-        lines = self.lines
+        return np.sum([self._integrals_of(own, edges, values) for own in self.openings], axis=0)
+
+    def _integrals_of(self, lines: LineTimes, edges: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Part of `_integrals` of one opening of each line. values: (times, values), linear between `times_s`."""
         opens, open_, closes, closed = (
             times[:, None] for times in (lines.opens_s, lines.open_s, lines.closes_s, lines.closed_s)
         )
@@ -172,6 +221,15 @@ class TimedPath:
             slope = np.where(length > 0.0, sign * lines.peak[:, None] / np.where(length > 0.0, length, 1.0), 0.0)[..., None]
             found += slope * (np.diff(moment(places), axis=1) - zero[..., None] * np.diff(plain(places), axis=1))
         return found
+
+
+def _span_of(openings: tuple[LineTimes, ...]) -> LineTimes:
+    """Return the first opening and the last closing of each line, without ramps in between, of openings that add up."""
+    first, *others = openings
+    if not others:
+        return first
+    opens, closed = np.min([one.opens_s for one in openings], axis=0), np.max([one.closed_s for one in openings], axis=0)
+    return LineTimes(first.axis, opens, opens, closed, closed, np.ones(len(opens)))
 
 
 class _Cumulated:

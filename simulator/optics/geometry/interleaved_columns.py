@@ -39,9 +39,12 @@ class InterleavedColumns:
         """Shape of the array of so many stored planes."""
         return planes, self.column_sets, self.rows, self.set_columns
 
-    def work_size(self, planes: int) -> tuple[int, int, int]:
-        """Global size of a kernel with one work-item per sample: columns of a set, rows, column sets of all planes."""
-        return self.set_columns, self.rows, self.column_sets * planes
+    def work_size(self, planes: int, rows: int | None = None) -> tuple[int, int, int]:
+        """Global size of a kernel with one work-item per sample: columns of a set, rows, column sets of all planes.
+
+        rows: the first ones alone; None: all.
+        """
+        return self.set_columns, self.rows if rows is None else rows, self.column_sets * planes
 
     def encode(self, planes: np.ndarray) -> np.ndarray:
         """Interleave planes (..., rows, columns), with the columns of all sets, into (..., column sets, rows, set columns)."""

@@ -19,6 +19,8 @@ from simulator.sensor.camera.cfa import Cfa
 
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
 TILTED_PARTS = 4  # upright parts per axis of a photosite whose sides distortion tilts
+SEPARABLE = 0.5  # most scene pixels per sample and axis for which a plane is read across first, then down
+SPAN = 16  # samples of a work-item on a CPU
 EDGE_PX = 1.0  # difference in blur radius above which neighbouring scene pixels belong to two surfaces
 
 
@@ -37,6 +39,7 @@ class Projection:
     stretch: largest local magnification of `warp`. warp: distortion of the lens, applied before the scale; None: none.
     open_side: side of the light-sensitive square in the middle of a photosite [photosites] that `project` averages.
     edge_px: difference in blur radius above which neighbouring scene pixels belong to two surfaces [photosites].
+    pose: of the camera, after `warp`: pivot x, y and displacement as kernels/scene_place.h has them; None: at rest.
     """
 
     scale: float
@@ -50,12 +53,17 @@ class Projection:
     stretch: float = 1.0
     open_side: float = 1.0
     edge_px: float = EDGE_PX
+    pose: tuple[float, ...] | None = None
 
     def on_wider_photosites(self) -> Self:
         """Return the resampling of the same scene by photosites twice as wide, from the same corner of the sensor on."""
         warp = None if self.warp is None else self.warp.on_wider_photosites()
         samples = min(2 * self.samples, max(1, math.ceil(4.0 * self.scale)))  # more than two per scene pixel tell nothing
-        return replace(self, scale=2.0 * self.scale, samples=samples, warp=warp, open_side=1.0, edge_px=0.5 * self.edge_px)
+        wider = replace(self, scale=2.0 * self.scale, samples=samples, warp=warp, open_side=1.0, edge_px=0.5 * self.edge_px)
+        if self.pose is None:
+            return wider
+        halved = np.array([0.5, 0.5, 0.5, 1.0, 1.0, 0.5, 1.0, 1.0, 2.0, 2.0]) * self.pose
+        return replace(wider, pose=tuple(halved.tolist()))
 
     @property
     def is_fine(self) -> bool:
@@ -64,7 +72,7 @@ class Projection:
 
     def whole_pixels(self, counts: Sequence[int]) -> int:
         """First of these samples per photosite and axis that divides each scene pixel into whole samples; 0: none."""
-        for count in counts if self.warp is None else ():
+        for count in counts if self.warp is None and self.pose is None else ():
             per_pixel = count / self.scale
             wholes = per_pixel, per_pixel * self.offset_x, per_pixel * self.offset_y
             if per_pixel > 0.5 and all(abs(number - round(number)) < 1e-4 for number in wholes):
@@ -77,7 +85,9 @@ class Projection:
             return 0
         wide = side * self.scale * self.stretch
         places = self.offset_x, self.offset_y, self.scale, side * self.scale
-        begins_on_pixels = self.warp is None and self.open_side == 1.0 and all(place == round(place) for place in places)
+        begins_on_pixels = (
+            self.warp is None and self.pose is None and self.open_side == 1.0 and all(place == round(place) for place in places)
+        )
         return math.ceil(wide - 1e-4) + (not begins_on_pixels)
 
     def defines(self, cfa_macros: dict[str, int], over: int = 1, inset: float = 0.0) -> dict[str, object]:
@@ -85,17 +95,34 @@ class Projection:
 
         cfa_macros: of kernels/cfa.h, for the output's upper left corner. inset: of a mosaic's open area [photosites].
         """
-        split = max(1, TILTED_PARTS // over) if self.warp is not None else 1
+        split = max(1, TILTED_PARTS // over) if self.warp is not None or self.pose is not None else 1
         area = {"TAPS": self.taps((1.0 - 2.0 * inset) / over / split), "SPLIT": split, "INSET": f"{inset:.9e}f"}
         distortion = {"DISTORTION": 0} if self.warp is None else {"DISTORTION": 1, **self.warp.macros()}
         return {
             "SAMPLES": -(-self.samples // over),
             "NEAREST": int(self.nearest),
             "OVER": over,
+            "POSE": int(self.pose is not None),
+            "EDGE": f"{self.edge_px:.9e}f",
             **area,
             **distortion,
             **cfa_macros,
         }
+
+    def upload_pose(self, device: Device) -> Buffer | None:
+        """Return the argument `pose` of kernels that project: (10,) float32; None at rest."""
+        return None if self.pose is None else device.upload(np.array(self.pose, np.float32))
+
+    def is_separable(self, over: int) -> bool:
+        """Whether samples, `over` per photosite and axis, are read bilinearly and at least two to a scene pixel and axis."""
+        smooth = self.warp is None and self.pose is None and not self.nearest and not self.is_fine
+        return smooth and -(-self.samples // over) == 1 and self.scale <= SEPARABLE * over
+
+    def scene_rows(self, first_px: float, rows_px: float) -> tuple[int, int]:
+        """First scene row that rows of photosites read bilinearly, and how many; one more on each side, as kernels round."""
+        first, last = (math.floor(self.offset_y + self.scale * place - 0.5) for place in (first_px, first_px + rows_px))
+        low, high = (min(max(row, 0), self.scene_height - 1) for row in (first - 1, last + 2))
+        return low, high - low + 1
 
     def arguments(self, origin_x: int, origin_y: int) -> dict[str, float]:
         """Scalar arguments of kernels/projection.cl for an output whose first photosite is this one of the sensor."""
@@ -159,9 +186,10 @@ def project(device: Device, projection: Projection, cfa: Cfa, window: Window, pl
     """
     mosaic = device.empty((window.height, window.width), np.float32)
     defines = projection.defines(cfa.macros(window.x, window.y), inset=0.5 * (1.0 - projection.open_side))
-    kernel = device.kernel("projection_mosaic", defines, file="projection.cl")
+    kernel = device.kernel("projection_mosaic", {**defines, "SPAN": 1}, file="projection.cl")
     arguments = projection.arguments(window.x, window.y)
-    device.run(kernel, (window.width, window.height), None, planes=planes, mosaic=mosaic, **arguments)
+    pose = projection.upload_pose(device)
+    device.run(kernel, (window.width, window.height), None, planes=planes, mosaic=mosaic, pose=pose, **arguments)
     return mosaic
 
 
@@ -174,15 +202,38 @@ def project_planes(
     first_plane: int,
     layout: InterleavedColumns,
     origin: tuple[int, int],
+    rows: int | None = None,
 ) -> None:
     """Enqueue the projection of all channels of one surface onto the samples of a layout.
 
     planes: device buffer (count, scene height, scene width) float32. sampled: buffer of the layout's planes, written from
-    first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample.
+    first_plane on. origin: photosite (x, y) of the sensor at the layout's first sample. rows: of samples, that are written from
+    the first on; None: all.
     """
-    kernel = device.kernel("projection_planes", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"first_plane": first_plane, **projection.arguments(*origin)}
-    device.run(kernel, layout.work_size(count), None, planes=planes, sampled=sampled, **settings)
+    defines, settings = projection.defines(ANY_CFA, layout.over), projection.arguments(*origin)
+    if not projection.is_separable(layout.over):
+        span = _span(device, layout)
+        kernel = device.kernel("projection_planes", {**defines, "SPAN": span}, file="projection.cl")
+        settings |= {"first_plane": first_plane, "rows": layout.rows}
+        pose = projection.upload_pose(device)
+        size = _work_size(layout, count, span, rows)
+        device.run(kernel, size, None, planes=planes, sampled=sampled, pose=pose, **settings)
+        return
+    columns, written, sets = layout.work_size(count, rows)
+    first_row, scene_rows = projection.scene_rows(origin[1], written / layout.over)
+    across = device.empty((sets, scene_rows, columns), np.float32)
+    steps: tuple[tuple[str, int, dict[str, object]], ...] = (
+        ("projection_across", scene_rows, {"planes": planes, "across": across}),
+        (
+            "projection_down",
+            written,
+            {"across": across, "sampled": sampled, "first_plane": first_plane, "across_rows": scene_rows, "rows": layout.rows},
+        ),
+    )
+    for name, height, buffers in steps:
+        kernel = device.kernel(name, {**defines, "SPAN": 1}, file="projection.cl")
+        arguments = {"first_row": first_row, **settings, **buffers}
+        device.run(kernel, (columns, height, sets), None, **{key: arguments[key] for key in kernel.arguments})
 
 
 def project_radius(
@@ -193,15 +244,31 @@ def project_radius(
     number: int,
     layout: InterleavedColumns,
     origin: tuple[int, int],
+    rows: int | None = None,
 ) -> None:
     """Enqueue the projection of a map of signed blur radii [photosites] onto the samples of a layout.
 
     scene_radius: device buffer (scene height, scene width) float32. radius: buffer of the layout's planes, of which plane
-    `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample.
+    `number` is written. origin: photosite (x, y) of the sensor at the layout's first sample. rows: as of `project_planes`.
     """
-    kernel = device.kernel("projection_radius", projection.defines(ANY_CFA, layout.over), file="projection.cl")
-    settings = {"edge": projection.edge_px, "first_plane": number, **projection.arguments(*origin)}
-    device.run(kernel, layout.work_size(1), None, scene_radius=scene_radius, radius=radius, **settings)
+    span = _span(device, layout)
+    kernel = device.kernel(
+        "projection_radius", {**projection.defines(ANY_CFA, layout.over), "SPAN": span}, file="projection.cl"
+    )
+    settings = {"first_plane": number, "rows": layout.rows, **projection.arguments(*origin)}
+    pose, size = projection.upload_pose(device), _work_size(layout, 1, span, rows)
+    device.run(kernel, size, None, scene_radius=scene_radius, radius=radius, pose=pose, **settings)
+
+
+def _span(device: Device, layout: InterleavedColumns) -> int:
+    """Samples of a work-item: a whole part of a row, of which a CPU's compiler makes vectors."""
+    return math.gcd(min(device.span, SPAN), layout.set_columns)
+
+
+def _work_size(layout: InterleavedColumns, planes: int, span: int, rows: int | None) -> tuple[int, int, int]:
+    """Global size of a kernel whose work-items have `span` samples of a column set. rows: as of `project_planes`."""
+    columns, height, sets = layout.work_size(planes, rows)
+    return columns // span, height, sets
 
 
 def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from simulator.optics.lens.nd_filter import NeutralDensity, filter_transmittance
 from simulator.optics.lens.perspective import GREEN_NM
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.scene import Scene
@@ -19,6 +20,7 @@ class BareSensor:
     """Sensor without a lens. Valid for a scene whose distance is large beside the sensor: then the frame is uniform.
 
     model: name for the file's metadata.
+    nd_filter: grey filter before the sensor; left out: none.
     """
 
     pupil = Pupil()
@@ -37,10 +39,11 @@ class BareSensor:
     focus_distance_m = math.nan
     image_distance_mm = math.inf
     model: str = "no lens"
+    nd_filter: NeutralDensity | None = None
 
     def irradiance_per_radiance_sr(self) -> float:
-        """E / L under a hemisphere of one radiance [sr]: pi."""
-        return math.pi
+        """E / L under a hemisphere of one radiance [sr]: pi, times what the filter lets pass."""
+        return math.pi * filter_transmittance(self.nd_filter)
 
     def field_of_view_deg(self, extent_mm: float) -> float:
         """NaN: no image, so no field of view."""

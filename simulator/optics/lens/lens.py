@@ -6,6 +6,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from simulator.optics.lens.distortion import Distortion
+from simulator.optics.lens.nd_filter import NeutralDensity
 from simulator.optics.lens.perspective import GREEN_NM
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.pupil.pupil import Pupil
@@ -98,8 +99,13 @@ class Lens(Protocol):
         """File of point spread functions that replaces diffraction and aberrations; None: none."""
         ...
 
+    @property
+    def nd_filter(self) -> NeutralDensity | None:
+        """Grey filter; None: none."""
+        ...
+
     def irradiance_per_radiance_sr(self) -> float:
-        """E / L on the axis [sr]."""
+        """E / L on the axis [sr], behind the filter."""
         ...
 
     def field_of_view_deg(self, extent_mm: float) -> float:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.errors import require
+from simulator.optics.lens.nd_filter import NeutralDensity, filter_transmittance
 from simulator.optics.lens.perspective import AIRY_ZERO, GREEN_NM, Perspective
 from simulator.optics.lens.relative_illumination import check_veiling_glare
 from simulator.optics.pupil.pupil import Pupil
@@ -32,6 +33,7 @@ class Pinhole(Perspective):
     veiling_glare: share of the light that is scattered evenly over the sensor, 0 <= share < 1 (ISO 9358).
     model: name for the file's metadata.
     diffraction: whether the hole spreads light, by wave optics; true unless switched off, since a small hole spreads much.
+    nd_filter: grey filter before the hole; left out: none.
     """
 
     pupil = Pupil()
@@ -48,6 +50,7 @@ class Pinhole(Perspective):
     model: str = "pinhole"
     veiling_glare: float = 0.0
     diffraction: bool = True
+    nd_filter: NeutralDensity | None = None
 
     def __post_init__(self) -> None:
         distance_mm, diameter_mm, key = self.distance_mm, self.diameter_mm, "lens.pinhole"
@@ -91,9 +94,9 @@ class Pinhole(Perspective):
         """E / L on the axis [sr]: pi sin^2 of the half angle of the hole = pi / (1 + 4 N^2).
 
         The integral of cos over the cone of a disk; radiance does not change along a ray, so no distance enters. Off the
-        axis it falls with cos^4, exactly for a hole much smaller than its distance.
+        axis it falls with cos^4, exactly for a hole much smaller than its distance. Times what the filter lets pass.
         """
-        return math.pi / (1.0 + 4.0 * self.f_number**2)
+        return math.pi * filter_transmittance(self.nd_filter) / (1.0 + 4.0 * self.f_number**2)
 
     def blur_radius_um(self, depth_m: float | np.ndarray) -> np.float64 | np.ndarray:
         """Signed radius of the hole's geometric image of a point on the sensor [um]: -(d/2) (1 + v / z), similar triangles.

@@ -15,6 +15,7 @@ import numpy as np
 
 from simulator.errors import PhotositeError, require
 from simulator.optics.lens.distortion import Distortion
+from simulator.optics.lens.nd_filter import NeutralDensity, filter_transmittance
 from simulator.optics.lens.perspective import AIRY_ZERO, GREEN_NM, Perspective
 from simulator.optics.lens.relative_illumination import check_veiling_glare
 from simulator.optics.lens.wavefront import Aberrations
@@ -44,6 +45,7 @@ class ThinLens(Perspective):
     diffraction: whether the aperture spreads light, by wave optics.
     aberrations: wavefront error; implies diffraction.
     psf: file of point spread functions (.npz, .npy, .txt) instead of both.
+    nd_filter: grey filter before the lens, in addition to transmittance or T-stop; left out: none.
     model: name for the file's metadata.
     """
 
@@ -66,6 +68,7 @@ class ThinLens(Perspective):
     diffraction: bool = False
     aberrations: Aberrations | None = None
     psf: Path | None = None
+    nd_filter: NeutralDensity | None = None
 
     def __post_init__(self) -> None:
         good = 0 < self.focal_length_mm < math.inf
@@ -159,10 +162,11 @@ class ThinLens(Perspective):
         return self.f_number / math.sqrt(self.effective_transmittance)
 
     def irradiance_per_radiance_sr(self) -> float:
-        """E / L on the axis [sr]."""
+        """E / L on the axis [sr], behind the filter."""
         return (
             math.pi
             * self.effective_transmittance
+            * filter_transmittance(self.nd_filter)
             / (4.0 * self.working_f_number**2 + (1.0 if self.irradiance == "thin_lens" else 0.0))
         )
 

@@ -5,9 +5,10 @@ from functools import cache
 import numpy as np
 
 from simulator.device import Buffer, Device
+from simulator.optics.defocus.aperture_kernel import Taps
 from simulator.optics.defocus.aperture_mean_tables import aperture_taps, blur_table
-from simulator.optics.defocus.aperture_samples import aperture_samples
-from simulator.optics.defocus.defocus import TILE_COLUMNS
+from simulator.optics.defocus.aperture_samples import aperture_samples, moving_samples
+from simulator.optics.defocus.defocus import TILE_COLUMNS, Method
 from simulator.optics.defocus.field_zones import Zones
 from simulator.optics.passes.tile_plan import TilePlan
 
@@ -16,15 +17,18 @@ class DeviceTables:
     """Tables for row bands with so many samples per photosite and axis.
 
     tiles: methods of the frame's tiles, and zones of the field.
+    whole: whether all rows of a band are sampled, whatever the window: running sums begin at its first row, and highlights are
+        counted in all of it. layout: of the samples of a band with its margins.
     """
 
     def __init__(self, tiles: TilePlan, device: Device, samples_per_axis: int) -> None:
         self._device, self._pupil, self._zones, self._area = device, tiles.defocus.pupil, tiles.zones, tiles.defocus.area
         self.samples_per_axis = samples_per_axis
         self._chosen = tiles.chosen.part(slice(0, len(tiles.chosen.computed)), samples_per_axis)
-        self._size = samples_per_axis, samples_per_axis * tiles.area.rows_with_margins, tiles.area.set_columns
         self._unread = device.zeros((1,), np.int32)
-        self.of_tiles, self._images = cache(self._of_tiles), cache(self._chosen.table)
+        self.of_tiles, self._images, self._taps = cache(self._of_tiles), cache(self._chosen.table), cache(self._find_taps)
+        self.whole = tiles.highlight_limit is not None or any(map(self.reads_sums, self._kinds()))
+        self.layout = tiles.area.band_layout(samples_per_axis, whole=self.whole)
 
     @property
     def zones(self) -> Zones:
@@ -32,28 +36,34 @@ class DeviceTables:
         assert self._zones is not None  # without zones nothing is clipped
         return self._zones
 
-    def _of_tiles(self, clipped: bool) -> tuple[dict[str, Buffer], np.ndarray, bool]:
-        """Table arguments of kernels/defocus.cl, the index in them of each of `TileChoice.all_images`, whether any reads sums.
+    def _kinds(self) -> list[bool]:
+        """Whether the tiles that take means are clipped: the arguments with which `of_tiles` may be called."""
+        means = self._chosen.tiles_with(Method.MEAN, Method.COMPOSITE, Method.CORRECTED)
+        return np.unique(self._chosen.zone[means] >= 0).tolist()
+
+    def reads_sums(self, clipped: bool) -> bool:
+        """Whether any mean reads running sums; clipped: as of `of_tiles`."""
+        return not all(image.direct for image in self._taps(clipped)[0])
+
+    def _find_taps(self, clipped: bool) -> tuple[list[Taps], list[int], np.ndarray | None]:
+        """Taps of all images of the aperture, the number of each image's node, and with zones the images' places by corner."""
+        images, places = self._images()
+        if clipped:
+            return self.zones.images(self._chosen, images, places, self.samples_per_axis, self._area)
+        over, area = self.samples_per_axis, self._area
+        taps = [aperture_taps(self._pupil, image.radius_px, image.slope, over, area) for image in images]
+        return taps, [image.node for image in images], None
+
+    def _of_tiles(self, clipped: bool) -> tuple[dict[str, Buffer], np.ndarray]:
+        """Table arguments of kernels/defocus.cl, and the index in them of each of `TileChoice.all_images`.
 
         clipped: whether the table is that of tiles in zones, where rims clip the pupil.
         """
-        images, places = self._images()
-        if clipped:
-            taps, numbers, entries = self.zones.images(self._chosen, images, places, self.samples_per_axis, self._area)
-        else:
-            taps, entries = (
-                [
-                    aperture_taps(self._pupil, image.radius_px, image.slope, self.samples_per_axis, self._area)
-                    for image in images
-                ],
-                None,
-            )
-            numbers = [image.node for image in images]
-        table = blur_table(taps, numbers, *self._size)
+        taps, numbers, entries = self._taps(clipped)
+        table = blur_table(taps, numbers, self.samples_per_axis, self.layout.rows, self.layout.set_columns)
         buffers = {name: self._device.upload(array) for name, array in vars(table).items()}
         buffers["entries"] = self._unread if entries is None else self._device.upload(entries)
-        sums = not all(image.direct for image in taps)
-        return buffers, places, sums
+        return buffers, self._images()[1]
 
     def corners(self, first_corners: np.ndarray | None) -> Buffer:
         """Device buffer of the corners of tiles for kernels/zones.h; a buffer that is not read where there are no zones.
@@ -73,6 +83,13 @@ class DeviceTables:
         if around is None:
             return aperture_samples(self._pupil, count, self.samples_per_axis, self._area.open_side)[None]
         return self.zones.points(*around, count, self.samples_per_axis, self._area)
+
+    def moving_points(self, count: int, around: tuple[np.ndarray, np.ndarray] | None) -> tuple[np.ndarray, np.ndarray]:
+        """Aperture samples as of `points`, and the share of the light that has come at the instant of each, (count,)."""
+        if around is not None:
+            return self.points(count, around), (np.arange(count) + 0.5) / count
+        samples = moving_samples(self._pupil, count, self.samples_per_axis, self._area.open_side)
+        return samples[None, :, :5], samples[:, 5]
 
     def around_blocks(self, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """`Zones.around_blocks`, or corners of -1 where there are no zones."""

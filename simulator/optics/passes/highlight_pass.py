@@ -1,5 +1,6 @@
 """Removes highlights from a row band's sampled planes, and adds their blur spots to the blocks that they reach."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -42,20 +43,20 @@ class Band(Protocol):
 class HighlightPass:
     """Highlights of a row band and the blocks that they reach.
 
-    band_start: first row of the band in the area. places: (blocks, 4) uint32 as in kernels/highlights.cl.
+    first_row: row of the sensor at the band's first row. places: (blocks, 4) uint32 as in kernels/highlights.cl.
     limit: (channels,) electron radiance above which a sample is a highlight [e- s^-1 um^-2 sr^-1].
     lamps: whether the limit is that of lamps, LAMP times the mean: all of them are highlights, whatever their radius.
     """
 
-    def __init__(self, band: Band, band_start: int, places: np.ndarray, limit: np.ndarray, *, lamps: bool) -> None:
+    def __init__(self, band: Band, first_row: int, places: np.ndarray, limit: np.ndarray, *, lamps: bool) -> None:
         self.band, self.places = band, places
-        self.origin_px = band.area.x, band.area.y + band_start
+        self.origin_px = band.area.x, first_row
         shape = band.layout.shape(len(band.planes) * band.layer_planes)
         self.sampled = band.device.download(band.sampled, shape, np.float32)
         self.highlights = self._find_highlights(limit, limit / (LAMP if lamps else BRIGHT))
         if not lamps:
             visible = self.highlights.select(np.abs(self.highlights.radii_px) > SMALLEST_PX)
-            self.highlights = select_brightest(visible, band.samples_per_axis, band.area.y + band_start)
+            self.highlights = select_brightest(visible, band.samples_per_axis, first_row)
         self.lists = find_reaching(
             self.highlights, self._pupil, band.samples_per_axis, places[:, 1].astype(int), 2 * places[:, 0].astype(int)
         )
@@ -97,12 +98,13 @@ class HighlightPass:
         plane = highlights.layers * band.layer_planes + np.arange(band.channels)[:, None]
         element = np.ravel(band.layout.element(plane, highlights.rows, highlights.columns))
         left = self.sampled.reshape(-1)[element] - highlights.excess.ravel()
-        self._run("highlights_take", (len(element),), {"places": element.astype(np.uint32), "left": left.astype(np.float32)})
+        buffers = self._upload({"places": element.astype(np.uint32), "left": left.astype(np.float32)})
+        self._run("highlights_take", (len(element),), self.band.defines, **buffers)
 
-    def spread(self, slabs: Buffer, light: Buffer, band: dict[str, int]) -> None:
-        """Add the highlights' spots to `light` in the blocks that they reach.
+    def spread(self, slabs: Buffer, lights: Sequence[tuple[dict[str, int], Buffer]], band: dict[str, int]) -> None:
+        """Add the highlights' spots to mosaics in the blocks that they reach.
 
-        band: fields of `struct row_band` of kernels/row_band.h.
+        lights: macros of kernels/cfa.h of each mosaic, and its light. band: fields of `struct row_band` of kernels/row_band.h.
         """
         highlights, lists = self.highlights, [own for own in self.lists if len(own)]
         if not lists:
@@ -126,10 +128,17 @@ class HighlightPass:
             "weights": weights,
         }
         size = (BLOCK_COLUMNS // 2, 2 * BLOCK_ROWS, len(lists))
-        self._run("highlights_spread", size, arrays, radius=self.band.radius, slabs=slabs, light=light, band=band)
+        buffers = self._upload(arrays)
+        for cfa_macros, light in lights:
+            defines = {**self.band.defines, **cfa_macros}
+            self._run(
+                "highlights_spread", size, defines, **buffers, radius=self.band.radius, slabs=slabs, light=light, band=band
+            )
 
-    def _run(self, name: str, size: tuple[int, ...], arrays: dict[str, np.ndarray], **arguments: object) -> None:
+    def _upload(self, arrays: dict[str, np.ndarray]) -> dict[str, Buffer]:
+        return {key: self.band.device.upload(np.ascontiguousarray(array)) for key, array in arrays.items()}
+
+    def _run(self, name: str, size: tuple[int, ...], defines: dict[str, object], **arguments: object) -> None:
         device = self.band.device
-        buffers = {key: device.upload(np.ascontiguousarray(array)) for key, array in arrays.items()}
-        kernel = device.kernel(name, self.band.defines, file="highlights.cl")
-        device.run(kernel, size, None, sampled=self.band.sampled, **buffers, **arguments)
+        kernel = device.kernel(name, defines, file="highlights.cl")
+        device.run(kernel, size, None, sampled=self.band.sampled, **arguments)

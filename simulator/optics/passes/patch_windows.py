@@ -24,7 +24,7 @@ class PatchWindows:
     """Windows of patches of a band, from every patch on.
 
     windows: device buffer (layers, patch rows, patch columns) of `struct patch_window` of kernels/patch_windows.h.
-    rows, columns: of patches. layout: of the band's samples.
+    rows, columns: of patches that were measured last. layout: of the band's samples.
     defines: macros of kernels/interleaved_columns.h, CHANNELS and COVERAGE.
     """
 
@@ -32,16 +32,21 @@ class PatchWindows:
         self._device, self._layout, self._defocus = device, layout, defocus
         sizes = {"WINDOW_ROWS": WINDOW_ROWS, "WINDOW_COLUMNS": WINDOW_COLUMNS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
         self._defines = {**defines, **PATCH_MACROS, **sizes}
-        self.rows, self.columns = -(-layout.rows // (layout.over * PATCH_ROWS)), 2 * layout.set_columns // PATCH_COLUMNS
+        self.rows, self.columns = self._patch_rows(layout.rows), 2 * layout.set_columns // PATCH_COLUMNS
         size = (len(defocus.radii_px), self.rows, self.columns)
         window = declared_struct(kernel_source("patch_windows.h"), "patch_window")
         self._patches, self.windows = device.empty(size, window), device.empty(size, window)
 
-    def measure(self, planes: Buffer, radius: Buffer, band: dict[str, int]) -> None:
+    def _patch_rows(self, sample_rows: int) -> int:
+        return -(-sample_rows // (self._layout.over * PATCH_ROWS))
+
+    def measure(self, planes: Buffer, radius: Buffer, band: dict[str, int], rows: int | None = None) -> None:
         """Enqueue the measurement of the band's samples; `windows` holds them afterwards.
 
         planes, radius: as in kernels/occlusion.cl. band: fields of `struct row_band` of kernels/row_band.h.
+        rows: of samples, a whole number of patches; None: all.
         """
+        self.rows = self._patch_rows(self._layout.rows if rows is None else rows)
         content = self._device.kernel("patch_content", self._defines, file="patch_windows.cl")
         classes = {"first_class": self._defocus.first_class, "classes_per_unit": self._defocus.classes_per_unit}
         for layer, number in enumerate(map_numbers(self._defocus.radii_px)):

@@ -12,6 +12,8 @@ BAND_ROWS = 256  # photosites
 TILE_ROWS, TILE_COLUMNS = 16, 128
 HALF_TILE = TILE_COLUMNS // 2
 TERM = np.dtype([("number", "u4"), ("node_column", "u4"), ("radius", "f4"), ("rise", "f4"), ("fall", "f4")])
+EXTREME_ROWS = 4  # rows of photosites that share their least and greatest value; a divisor of TILE_ROWS
+STEP_PARTS = 4  # side by side, of a tile whose kernels reach several surfaces
 SPAN_CELLS = 32  # cells of a tail that a work-item computes on a CPU
 
 
@@ -84,6 +86,13 @@ def split_into_bands(frame: Window, margin_px: int, over: int) -> list[PsfBand]:
     return [PsfBand(frame, BAND_ROWS * number, margin_rows, over) for number in range(first, last)]
 
 
+def read_by_bands(frame: Window, margin_px: int, over: int) -> Window:
+    """Return the photosites that the bands of a frame hold with their margins; arguments of `split_into_bands`."""
+    bands = split_into_bands(frame, margin_px, over)
+    first, last = bands[0], bands[-1]
+    return Window(first.x, first.y, 2 * first.layout.set_columns, last.y + last.rows - first.y)
+
+
 def node_limits(band: PsfBand, limits: np.ndarray, x_px: np.ndarray, y_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Argument `limits` of kernels/psf_gather.cl, and the weights of the node columns in it (node columns, columns) float32.
 
@@ -101,24 +110,58 @@ def tile_nodes(band: PsfBand, across: np.ndarray) -> np.ndarray:
     return np.asarray(present)[:, [column for _, column in band.tiles]].T
 
 
+def join_within(band: PsfBand, values: np.ndarray, join: np.ufunc, reach_px: int, parts: int = 1) -> np.ndarray:
+    """Join the values that lie within reach_px photosites of each tile, (tiles, parts) in the order of `PsfBand.tiles`.
+
+    values: (groups of EXTREME_ROWS rows, columns of a set) of a band, each for two photosites side by side.
+    parts: of each tile, side by side.
+    """
+    beside, beyond, down, across = (
+        -(-reach_px // 2),
+        -(-reach_px // EXTREME_ROWS),
+        TILE_ROWS // EXTREME_ROWS,
+        HALF_TILE // parts,
+    )
+    columns = across * np.arange(parts, parts * (band.tile_columns + 1))
+    rows = down * np.array(sorted({row for row, _ in band.tiles}))
+    values = np.pad(values, ((0, 1), (0, 1)), mode="edge")  # an interval ends before the last value
+    ends = np.stack([columns - beside, columns + across + beside], axis=1).ravel()
+    found = join.reduceat(values, ends, axis=1)[:, ::2]
+    ends = np.stack([rows - beyond, rows + down + beyond], axis=1).ravel()
+    return np.asarray(join.reduceat(found, ends, axis=0)[::2]).reshape(-1, parts)
+
+
+def join_extremes(band: PsfBand, extremes: np.ndarray, reach_px: int, parts: int = 1) -> np.ndarray:
+    """Least and greatest value within reach of each part of each tile, (2, tiles, parts).
+
+    extremes: (2, rows, columns) by places of `join_within`.
+    """
+    joined = zip(extremes, (np.minimum, np.maximum), strict=True)
+    return np.stack([join_within(band, values, join, reach_px, parts) for values, join in joined])
+
+
 def make_terms(
     band: PsfBand, present: np.ndarray, radii_px: tuple[float, ...], ranges: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tiles (tiles, 4) uint32 and terms of kernels/psf_gather.cl, in the order of `PsfBand.tiles`.
+    """Parts of tiles (tiles, parts, 4) uint32 and terms of kernels/psf_gather.cl, in the order of `PsfBand.tiles`.
 
     present: of `tile_nodes`. radii_px: blur radii of the kernels, ascending.
-    ranges: (2, tiles) least and greatest blur radius in each tile; None: one kernel for all radii.
+    ranges: (2, tiles, parts) least and greatest blur radius in each part of a tile; None: one kernel for all
+        radii, and one part.
     """
     radii = np.array(radii_px)
     below, above = np.r_[-np.inf, radii[:-1]], np.r_[radii[1:], np.inf]
-    held = np.ones((len(present), 1), bool)
+    held = np.ones((len(present), 1, 1), bool)
     if ranges is not None:
-        least, greatest = ranges[:, :, np.newaxis]
+        least, greatest = ranges[..., np.newaxis]
         held = np.less(least, above) & np.greater(greatest, below)
-    tile, number, node = np.nonzero(held[:, :, None] & present[:, None, :])
+    parts = held.shape[1]
+    tile, part, number, node = np.nonzero(held[..., None] & present[:, None, None, :])
     terms = np.zeros(len(tile), TERM)
     terms["number"], terms["node_column"], terms["radius"] = number, node, radii[number]
     terms["rise"], terms["fall"] = 1.0 / (radii - below)[number], 1.0 / (above - radii)[number]
-    count = held.sum(axis=1) * present.sum(axis=1)
-    rows, columns = np.array(band.tiles).reshape(-1, 2).T
-    return np.stack([HALF_TILE * columns, TILE_ROWS * rows, np.cumsum(count) - count, count], axis=-1).astype(np.uint32), terms
+    count = (held.sum(axis=2) * present.sum(axis=1)[:, None]).ravel()
+    rows, columns = np.repeat(np.array(band.tiles).reshape(-1, 2), parts, axis=0).T
+    first = HALF_TILE * columns + HALF_TILE // parts * np.tile(np.arange(parts), len(present))
+    found = np.stack([first, TILE_ROWS * rows, np.cumsum(count) - count, count], axis=-1).astype(np.uint32)
+    return found.reshape(len(present), parts, 4), terms

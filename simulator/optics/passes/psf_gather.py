@@ -10,12 +10,16 @@ import numpy as np
 from simulator.device import Buffer, Device
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.defocused_mosaic import defocused_mosaic
+from simulator.optics.passes.defocused_mosaic import defocused_mosaics
 from simulator.optics.passes.psf_bands import (
+    EXTREME_ROWS,
     HALF_TILE,
     SPAN_CELLS,
+    STEP_PARTS,
     TILE_ROWS,
     PsfBand,
+    join_extremes,
+    join_within,
     make_terms,
     node_limits,
     split_into_bands,
@@ -24,6 +28,7 @@ from simulator.optics.passes.psf_bands import (
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.gather_kernels import GatherKernels, corrections_of, gather_kernels_of
+from simulator.optics.psf.kernel_split import TAIL_MARGIN_PX
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
@@ -84,7 +89,7 @@ class BlurredLight:
 class SharpLight:
     """The light of all layers as if nothing were out of focus, and the blur radius of the surface that each photosite sees.
 
-    planes: of `defocused_mosaic`. blur: holds the layers' blur radii. layers, radius: buffers for a band.
+    planes: as for `defocused_mosaics`. blur: holds the layers' blur radii. layers, radius: buffers for a band.
     """
 
     optics: OpticsPlan
@@ -134,7 +139,7 @@ def gather_psf(
     light = device.zeros((frame.height, frame.width), np.float32)
     first, source = 0.0, _source(optics, blur, device, planes, lambda share: progress(BLUR_SHARE * share))
     bands = split_into_bands(frame, psf.gather_reach_px, psf.over)
-    gathers = [BandGather(optics, psf, [gather_kernels_of(psf, optics.channels)], device, bands[0], source)]
+    gathers = [BandGather(optics, psf, gather_kernels_of(psf, optics.channels), device, bands[0], source)]
     if blur is not None:
         first = BLUR_SHARE
         corrections = corrections_of(psf, optics.channels)
@@ -154,13 +159,9 @@ def _source(
 ) -> Source:
     if blur is None:
         return ProjectedLight(optics, device, planes[0])
-    colors, mosaics = optics.cfa.colors, {}
-    for count, channel in enumerate(colors):
-
-        def report(share: float, count: int = count) -> None:
-            progress((count + share) / len(colors))
-
-        mosaics[channel] = defocused_mosaic(blur, Cfa.uniform(channel), device, list(planes), report)
+    colors = optics.cfa.colors
+    found = defocused_mosaics(blur, [Cfa.uniform(channel) for channel in colors], device, list(planes), progress)
+    mosaics = dict(zip(colors, found, strict=True))
     return BlurredLight(device, blur.optics.window, mosaics)
 
 
@@ -190,11 +191,10 @@ class BandGather:
         sharp = source if isinstance(source, SharpLight) else None
         self.radius = None if sharp is None else sharp.radius
         self.planes = device.zeros(layout.shape(self.channels), np.float32) if sharp is None else sharp.layers
-        tail = any(kernels.tail_taps for kernels in every)
-        cells = (self.channels, band.rows // 2, layout.set_columns) if tail else (1,)
+        cell_px = max(kernels.cell_px for kernels in every)
+        cells = (self.channels, band.rows // cell_px, 2 * layout.set_columns // cell_px) if cell_px else (1,)
         self.cells, self.tail = device.zeros(cells, np.float32), device.zeros(cells, np.float32)
         self.core = [device.upload(kernels.core) for kernels in every]
-        self.core_px = max(kernels.core_px for kernels in every)
         rings = any(kernels.rings for kernels in every) and psf.highlight_limits
         self.limits = np.array(psf.highlight_limits) if rings else np.full(self.channels, UNLIMITED)
         rows, columns = psf.nodes
@@ -211,30 +211,65 @@ class BandGather:
         self.source.fill(band, self.planes)
         numbers, across = node_limits(band, self.limits, self.psf.x_px, self.psf.y_px)
         limits = self.device.upload(numbers)
-        bright, present = self._is_bright(band), tile_nodes(band, across)
-        ranges, steps = (None, np.zeros(len(bright), bool)) if self.radius is None else self._radius_ranges(band)
+        above, present = self._bright_places(band), tile_nodes(band, across)
+        radii = None if self.radius is None else self._radius_extremes(band)
         for kernels, core in zip(self.every, self.core, strict=True):
             if kernels.tail is not None:
-                self._make_tail(band, kernels.tail, limits)
-            tiles, terms = make_terms(band, present, kernels.radii_px, ranges)
-            for is_bright, has_steps in itertools.product((False, True), repeat=2):
-                selected = tiles[(bright == is_bright) & (steps == has_steps) & (tiles[:, 3] > 0)]
-                if len(selected):
-                    self._gather(band, kernels, core, selected, terms, limits, light, is_bright, has_steps)
+                self._make_tail(band, kernels.tail, kernels.cell_px, limits)
+            wide = np.ones(len(present), bool)
+            if radii is not None:
+                wide = ~self._has_steps(band, radii, kernels, 1)[:, 0]
+            self._gather_parts(band, kernels, core, (above, present, radii), 1, wide, limits, light)
+            if not wide.all():  # smaller parts reach fewer surfaces
+                self._gather_parts(band, kernels, core, (above, present, radii), STEP_PARTS, ~wide, limits, light)
 
-    def _make_tail(self, band: PsfBand, tail: np.ndarray, limits: Buffer) -> None:
-        device, layout, cell_rows = self.device, band.layout, band.rows // 2
-        span = min(device.span, SPAN_CELLS)
-        defines = {**self.defines, "SPAN": span, "TAIL_TAPS": tail.shape[-1]}
+    def _has_steps(self, band: PsfBand, radii: np.ndarray, kernels: GatherKernels, parts: int) -> np.ndarray:
+        """Whether the kernels of a part of a tile reach several surfaces, (tiles, parts)."""
+        least, greatest = join_extremes(band, radii, kernels.reach_px, parts)
+        return np.asarray(greatest - least > EDGE_PX)
+
+    def _gather_parts(
+        self,
+        band: PsfBand,
+        kernels: GatherKernels,
+        core: Buffer,
+        found: tuple[np.ndarray | None, np.ndarray, np.ndarray | None],
+        parts: int,
+        wanted: np.ndarray,
+        limits: Buffer,
+        light: Buffer,
+    ) -> None:
+        """Gather the wanted tiles (tiles,) in so many parts side by side.
+
+        found: of the band, `_bright_places`, `tile_nodes` and `_radius_extremes`.
+        """
+        above, present, radii = found
+        tiles, terms = make_terms(
+            band, present, kernels.radii_px, None if radii is None else join_extremes(band, radii, 0, parts)
+        )
+        bright = steps = np.zeros(tiles.shape[:2], bool)
+        if above is not None:
+            bright = join_within(band, above, np.maximum, kernels.reach_px, parts)
+        if radii is not None and parts > 1:
+            steps = self._has_steps(band, radii, kernels, parts)
+        for is_bright, has_steps in itertools.product((False, True), repeat=2):
+            selected = tiles[(bright == is_bright) & (steps == has_steps) & (tiles[..., 3] > 0) & wanted[:, None]]
+            if len(selected):
+                self._gather(band, kernels, core, selected, HALF_TILE // parts, terms, limits, light, is_bright, has_steps)
+
+    def _make_tail(self, band: PsfBand, tail: np.ndarray, cell_px: int, limits: Buffer) -> None:
+        device, rows, columns = self.device, band.rows // cell_px, 2 * band.layout.set_columns // cell_px
+        span, margin = min(device.span, SPAN_CELLS), TAIL_MARGIN_PX // cell_px
+        defines = {**self.defines, "SPAN": span, "TAIL_TAPS": tail.shape[-1], "CELL": cell_px, "MARGIN": margin}
         device.run(
             device.kernel("psf_cells", defines, file="psf_tail.cl"),
-            (layout.set_columns, cell_rows, self.channels),
+            (columns, rows, self.channels),
             None,
             planes=self.planes,
             cells=self.cells,
         )
-        first = band.margin_rows // 2 - 1
-        size = ((layout.set_columns - 2 * SPAN_CELLS) // span, cell_rows - 2 * first, self.channels)
+        first = band.margin_rows // cell_px - 1
+        size = ((columns - 2 * margin) // span, rows - 2 * first, self.channels)
         device.run(
             device.kernel("psf_tail", defines, file="psf_tail.cl"),
             size,
@@ -244,46 +279,33 @@ class BandGather:
             kernels=device.upload(tail),
             limits=limits,
             first_row=first,
-            cell_rows=cell_rows,
-            set_columns=layout.set_columns,
+            cell_rows=rows,
+            cell_columns=columns,
         )
 
     def _extremes(self, band: PsfBand, planes: Buffer, sets: int, over: int) -> np.ndarray:
-        """Least and greatest value of the tiles of all column sets (2, sets, tile rows, tile columns), margins included."""
-        shape = (2, sets, band.rows // TILE_ROWS, band.layout.set_columns)
+        """Least and greatest value (2, sets, groups of EXTREME_ROWS rows, columns of a set), margins included."""
+        shape = (2, sets, band.rows // EXTREME_ROWS, band.layout.set_columns)
         found = self.device.empty(shape, np.float32)
-        kernel = self.device.kernel(
-            "psf_extremes", {**self.defines, "OVER": over, "SPAN": 1, "TAIL_TAPS": 1}, file="psf_tail.cl"
-        )
+        defines = {**self.defines, "OVER": over, "EXTREME_ROWS": EXTREME_ROWS}
+        kernel = self.device.kernel("psf_extremes", defines, file="psf_extremes.cl")
         self.device.run(kernel, (shape[3], shape[2], sets), None, planes=planes, extremes=found)
-        least, greatest = self.device.download(found, shape, np.float32).reshape(*shape[:3], -1, HALF_TILE)
-        return np.stack([least.min(axis=-1), greatest.max(axis=-1)])
+        return self.device.download(found, shape, np.float32)
 
-    def _is_bright(self, band: PsfBand) -> np.ndarray:
-        """Whether light above the limit of highlights reaches a tile, in the order of `make_terms`."""
+    def _bright_places(self, band: PsfBand) -> np.ndarray | None:
+        """Whether light is above the limit of highlights, by places of `join_within`; None: none is."""
         if self.limits.min() >= UNLIMITED:
-            return np.zeros(len(band.tiles), bool)
+            return None
         greatest = self._extremes(band, self.planes, self.channels * band.layout.column_sets, self.psf.over)[1]
-        above = (greatest.reshape(self.channels, -1, *greatest.shape[1:]) > self.limits[:, None, None, None]).any(axis=(0, 1))
-        return self._within_reach(band, above, np.maximum)
+        above = greatest.reshape(self.channels, -1, *greatest.shape[1:]) > self.limits[:, None, None, None]
+        found = np.asarray(above.any(axis=(0, 1)))
+        return found if found.any() else None
 
-    def _radius_ranges(self, band: PsfBand) -> tuple[np.ndarray, np.ndarray]:
-        """Least and greatest blur radius of each tile (2, tiles), and whether its kernels reach other surfaces (tiles,)."""
+    def _radius_extremes(self, band: PsfBand) -> np.ndarray:
+        """Least and greatest blur radius, (2, rows, columns) by places of `join_within`."""
         assert self.radius is not None  # only corrections ask
         least, greatest = self._extremes(band, self.radius, 2, 1)
-        least, greatest = least.min(axis=0), greatest.max(axis=0)
-        low, high = self._within_reach(band, least, np.minimum), self._within_reach(band, greatest, np.maximum)
-        places = tuple(np.array(band.tiles).T)
-        return np.stack([least[places], greatest[places]]), high - low > EDGE_PX
-
-    def _within_reach(self, band: PsfBand, values: np.ndarray, join: np.ufunc) -> np.ndarray:
-        """Join the values of all tiles (tile rows, tile columns) that the cores reach from each tile of the frame."""
-        reach = -(-self.core_px // TILE_ROWS)
-        padded, found = np.pad(values, ((reach, reach), (1, 1)), mode="edge"), values
-        for down in range(2 * reach + 1):
-            for right in range(3):
-                found = join(found, padded[down : down + len(values), right : right + values.shape[1]])
-        return found[tuple(np.array(band.tiles).T)]
+        return np.stack([least.min(axis=0), greatest.max(axis=0)])
 
     def _gather(
         self,
@@ -291,6 +313,7 @@ class BandGather:
         kernels: GatherKernels,
         core: Buffer,
         tiles: np.ndarray,
+        columns: int,
         terms: np.ndarray,
         limits: Buffer,
         light: Buffer,
@@ -298,21 +321,23 @@ class BandGather:
         has_steps: bool,
     ) -> None:
         device, mapped = self.device, self.radius is not None
-        span = min(device.span, HALF_TILE)
+        span = min(device.span, columns)
         variant = {
-            "TAPS": kernels.taps,
-            "FIRST": f"({kernels.first})",
+            "TAPS_Y": kernels.taps[0],
+            "TAPS_X": kernels.taps[1],
+            "FIRST_Y": f"({kernels.first[0]})",
+            "FIRST_X": f"({kernels.first[1]})",
             "SPAN": span,
             "BRIGHT": int(is_bright),
-            "TAIL": int(kernels.tail_taps > 0),
+            "CELL": kernels.cell_px,
             "MAPPED": int(mapped),
             "STEPS": int(has_steps),
-            "ADDS": int(mapped),
+            "ADDS": int(mapped or kernels is not self.every[-1]),
         }
         device.run(
             device.kernel("psf_gather", {**self.defines, **variant}),
-            (HALF_TILE // span, 2 * TILE_ROWS, len(tiles)),
-            (HALF_TILE // span, 1, 1),
+            (columns // span, 2 * TILE_ROWS, len(tiles)),
+            (columns // span, 1, 1),
             planes=self.planes,
             tail=self.tail,
             radius=self.unread if self.radius is None else self.radius,

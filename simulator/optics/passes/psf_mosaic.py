@@ -14,7 +14,7 @@ from simulator.device import Buffer, Device
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.defocused_mosaic import defocused_mosaic
+from simulator.optics.passes.defocused_mosaic import defocused_mosaics
 from simulator.optics.passes.psf_gather import gather_psf
 from simulator.optics.passes.reference_mosaic import reference_mosaic
 from simulator.optics.passes.tile_plan import TilePlan
@@ -54,7 +54,7 @@ def psf_mosaic(
     """Device buffer (height, width) float32: the mosaic of electron radiance behind the lens.
 
     blur: methods of the geometric blur that comes first; None: of the reference, by rays, or no blur.
-    planes: a device buffer for each layer, as for `defocused_mosaic`.
+    planes: a device buffer for each layer, as for `defocused_mosaics`.
     """
     frame, psf = optics.window, _psf_of(optics)
     if psf.core is not None:
@@ -109,15 +109,18 @@ class _BlurredFrame:
         shape = self.area.height, self.area.width
         self.light: dict[int, np.ndarray] = {}
         whole = replace(optics, window=self.area)
-        for count, channel in enumerate(optics.cfa.colors):
+        colors = optics.cfa.colors
+        if blur is not None:
+            buffers = defocused_mosaics(blur, [Cfa.uniform(channel) for channel in colors], device, list(planes), progress)
+        else:
+            buffers = []
+            for count, channel in enumerate(colors):
 
-            def report(share: float, count: int = count) -> None:
-                progress((count + share) / len(optics.cfa.colors))
+                def report(share: float, count: int = count) -> None:
+                    progress((count + share) / len(colors))
 
-            if blur is None:
-                buffer = reference_mosaic(whole.in_one_color(channel), device, list(planes), report)
-            else:
-                buffer = defocused_mosaic(blur, Cfa.uniform(channel), device, list(planes), report)
+                buffers.append(reference_mosaic(whole.in_one_color(channel), device, list(planes), report))
+        for channel, buffer in zip(colors, buffers, strict=True):
             self.light[channel] = device.download(buffer, shape, np.float32)
 
     def crop(self, part: Window) -> list[Surface]:

@@ -13,37 +13,50 @@ from simulator.optics.passes.tile_grid import TileGrid
 
 @dataclass(frozen=True)
 class RadiusMaps:
-    """Radius maps of the layers whose radius varies, one after the other on the device, and the statistics of every layer.
+    """Radius maps of the layers whose radius varies, one after the other on the device.
 
     radius: buffer (maps, 2, rows, set columns) float32 [photosites], in interleaved columns.
     scene_radius: the maps on the scene's grid, a buffer (height, width) float32 [photosites] each.
-    layer_statistics: statistics of each layer's patches.
     """
 
     radius: Buffer
     scene_radius: list[Buffer]
-    layer_statistics: list[RadiusStatistics]
 
 
-def measure_radius_maps(optics: OpticsPlan, defocus: Defocus, device: Device, area: TileGrid) -> RadiusMaps:
-    """Project the radius maps onto the photosites and measure the patches of every layer."""
-    layer_statistics: list[RadiusStatistics] = []
-    scene_radius: list[Buffer] = []
+def project_radius_maps(optics: OpticsPlan, defocus: Defocus, device: Device, area: TileGrid) -> RadiusMaps:
+    """Enqueue the projection of the radius maps onto the photosites."""
     radius = device.empty(area.layout.shape(max(defocus.maps, 1)), np.float32)
-    for layer, px in zip(optics.scene.layers, defocus.radii_px, strict=True):
-        filled, covered = _coverage(optics.projection, area, layer.coverage)
+    scene_radius = [device.share(np.ascontiguousarray(px)) for px in defocus.radii_px if isinstance(px, np.ndarray)]
+    mapped = [place for place, px in enumerate(defocus.radii_px) if isinstance(px, np.ndarray)]
+    for number, (own, place) in enumerate(zip(scene_radius, mapped, strict=True)):
+        project_radius(device, optics.projection, own, radius, number, area.layout, _origin(defocus, area, place))
+    return RadiusMaps(radius, scene_radius)
+
+
+def _origin(defocus: Defocus, area: TileGrid, layer: int) -> tuple[int, int]:
+    """Photosite of the sensor, x and y, at which a layer at rest is read for the area's first sample."""
+    right, down = defocus.aside_px(layer)
+    return area.x + right, area.y + down
+
+
+def measure_radius_maps(
+    optics: OpticsPlan, defocus: Defocus, device: Device, area: TileGrid, maps: RadiusMaps
+) -> list[RadiusStatistics]:
+    """Measure the patches of every layer."""
+    layer_statistics: list[RadiusStatistics] = []
+    number = 0
+    for place, (layer, px) in enumerate(zip(optics.scene.layers, defocus.radii_px, strict=True)):
+        filled, covered = _coverage(optics.projection, area, _origin(defocus, area, place), layer.coverage)
         if isinstance(px, np.ndarray):
-            number = len(scene_radius)
-            scene_radius.append(device.share(np.ascontiguousarray(px)))
-            project_radius(device, optics.projection, scene_radius[-1], radius, number, area.layout, (area.x, area.y))
-            radius_parts, classes = _measure(optics, defocus, device, area, radius, number)
+            radius_parts, classes = _measure(optics, defocus, device, area, maps.radius, number)
+            number += 1
         else:
             level, classes = np.zeros(area.patches, np.float32), np.ones(area.patches, np.uint64)
             radius_parts = level + np.float32(px), level + np.float32(px), level, level, level
         least, greatest, steepest, slope_x, slope_y = radius_parts
         classes = np.where(covered > 0.0, classes, np.uint64(0))  # a layer shows no radius where it covers nothing
         layer_statistics.append(RadiusStatistics(least, greatest, steepest, slope_x, slope_y, classes, covered, filled))
-    return RadiusMaps(radius, scene_radius, layer_statistics)
+    return layer_statistics
 
 
 def _measure(
@@ -97,19 +110,26 @@ def _on_sensor(sensor_px: tuple[int, int], area: TileGrid) -> tuple[np.ndarray, 
     return nearest[0], nearest[1]
 
 
-def _coverage(projection: Projection, area: TileGrid, coverage: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest coverage of each patch, from all scene pixels that its photosites may read."""
+def _coverage(
+    projection: Projection, area: TileGrid, origin: tuple[int, int], coverage: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest coverage of each patch, from all scene pixels that its photosites may read.
+
+    origin: photosite of the sensor, x and y, at which the area's first one reads the layer.
+    """
     if coverage is None:
         return np.ones(area.patches, np.float32), np.ones(area.patches, np.float32)
-    if projection.warp is not None:  # a warped tile has no straight border in the scene, so the bounds of the whole layer hold
+    if (
+        projection.warp is not None or projection.pose is not None
+    ):  # a warped tile has no straight border in the scene, so the bounds of the whole layer hold
         return np.full(area.patches, coverage.min(), np.float32), np.full(area.patches, coverage.max(), np.float32)
     least = greatest = coverage
     sides = (
-        (0, area.y, PATCH_ROWS, area.patches[0], projection.offset_y),
-        (1, area.x, PATCH_COLUMNS, area.patches[1], projection.offset_x),
+        (0, origin[1], PATCH_ROWS, area.patches[0], projection.offset_y),
+        (1, origin[0], PATCH_COLUMNS, area.patches[1], projection.offset_x),
     )
-    for axis, origin, size, tiles, offset in sides:
-        first = origin + size * np.arange(tiles)
+    for axis, start, size, tiles, offset in sides:
+        first = start + size * np.arange(tiles)
         low, high = (np.floor(offset + projection.scale * border).astype(int) for border in (first, first + size))
         low, high = (np.clip(px, 0, coverage.shape[axis] - 1) for px in (low - 1, high + 1))
         least, greatest = (

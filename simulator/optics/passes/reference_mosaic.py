@@ -1,5 +1,6 @@
 """Executes the reference blur, without tolerance: traces rays through the lens for every photosite, in bands of rows."""
 
+import math
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from simulator.device import Buffer, Device
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.highlights import BRIGHT, highlight_threshold
+from simulator.optics.defocus.joint_motion import JointMotion
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
@@ -18,13 +20,17 @@ from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.ray_reference.convergence import REPLICATIONS, RaySet, follow_until_converged
 from simulator.optics.ray_reference.deep_rays import DeepPicture
 from simulator.optics.ray_reference.height_field_rays import HeightField
-from simulator.optics.ray_reference.layered_rays import LayeredRays, ray_samples, upload_surfaces
+from simulator.optics.ray_reference.layered_rays import LayeredRays, move_rays, ray_samples, upload_surfaces
 from simulator.optics.ray_reference.small_lights import LightSpots, SmallLights, light_pairs, open_share, take_lights
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Window
 
 BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins with the same colours
 MOST_LIGHTS = 4096  # scene pixels that count as small lights, the brightest
+LEAST_CELL, RAY_CELL_PX = (
+    (8, 1),
+    0.004,
+)  # columns and rows of the smallest cells of moving images, and their largest error [photosites]
 RAYS_PER_LIGHT_RAY = 4  # rays of a photosite for each from one of its small lights
 PATTERNS, FEWEST_PATTERNS, PATTERN_RAYS = 32, 4, 131072  # patterns of a set of rays: fewer of many rays
 
@@ -67,7 +73,8 @@ def _rays_of(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Callab
     """Function that gives, for a band of rows, the function that samples its light."""
     deep, blur, defocus = optics.scene.deep, optics.deep_blur, _defocus_of(optics)
     if deep is None or blur is None:
-        grid, limit = Grid(optics, device, planes), light_limit(optics.scene, optics.weights)
+        grid = Grid(optics, device, planes)
+        limit = None if defocus.motion is not None else light_limit(optics.scene, optics.weights)
         return lambda window: BandRays(grid, window, limit).sample
     picture = DeepPicture(device, deep, blur, optics.weights, optics.projection)
 
@@ -109,10 +116,10 @@ def _bands(frame: Window) -> Iterator[Window]:
 
 
 @lru_cache(maxsize=8 * REPLICATIONS)
-def _points(rays: int, seed: int, pupil: Pupil | None, side: float) -> np.ndarray:
+def _points(rays: int, seed: int, pupil: Pupil | None, side: float, *, timed: bool = False) -> np.ndarray:
     """Rays of a set. pupil: None: the last two numbers are places in the light's cell. side: of their square [px]."""
     patterns = max(FEWEST_PATTERNS, min(PATTERNS, PATTERN_RAYS // rays))
-    points = ray_samples(rays, patterns, seed, pupil)
+    points = ray_samples(rays, patterns, seed, pupil, timed=timed)
     points[..., :2] = 0.5 + side * (points[..., :2] - 0.5)
     return points
 
@@ -121,21 +128,25 @@ class BandRays:
     """Rays of a band of rows.
 
     limit: of `light_limit`. Samples of a grid with one per photosite are means over photosites, so that the area of the
-    photosite counts once: rays start from its centre.
+    photosite counts once: rays start from its centre. Those of images that move start anywhere in it: the mean over an even
+    square that moves.
     """
 
     def __init__(self, grid: "Grid", window: Window, limit: tuple[np.ndarray, np.ndarray] | None) -> None:
         optics, defocus = grid.optics, _defocus_of(grid.optics)
         block = optics.cfa.block(window.x, window.y)
         colour, coverage, radius = grid.band(window)
-        self._pupil, self._side = defocus.pupil, 0.0 if grid.over == 1 else optics.projection.open_side
+        starts_in_middle = grid.over == 1 and defocus.motion is None
+        self._pupil, self._side = defocus.pupil, 0.0 if starts_in_middle else optics.projection.open_side
         lights = None if limit is None else take_lights(colour, radius, *limit, grid.over)
         args = grid.device, grid.margin_px, window, grid.over, block, defocus.eyes
+        self._motion, self._window = defocus.motion, window
+        farthest = 1.0 if self._motion is None else 1.0 + self._motion.largest_aperture
         self._rays: HeightField | LayeredRays
         if len(grid.planes) == 1 and np.ndim(defocus.radii_px[0]) > 0:
-            self._rays = HeightField(colour[0], radius[0], *args)
+            self._rays = HeightField(colour[0], radius[0], *args, finer=math.ceil(farthest))
         else:
-            surfaces = upload_surfaces(grid.device, colour, coverage, radius, grid.margin_px, grid.over)
+            surfaces = upload_surfaces(grid.device, colour, coverage, radius, grid.margin_px, grid.over, farthest=farthest)
             self._rays = LayeredRays(surfaces, *args)
         self._spots = None if lights is None or not len(lights.rows) else self._light_spots(lights, window, grid)
         self._unhidden = None if self._spots is None else self._spots.unhidden()
@@ -153,11 +164,25 @@ class BandRays:
 
     def sample(self, rays: RaySet, places: np.ndarray) -> np.ndarray:
         """Mean light of some photosites (n,), by a set of rays."""
+        if self._motion is not None:
+            return self._sample_moving(rays, places, self._motion)
         light = self._rays.sample(_points(rays.rays, rays.seed, self._pupil, self._side), places).astype(np.float64)
         if self._spots is None or self._unhidden is None:
             return light
         points = _points(max(rays.rays // RAYS_PER_LIGHT_RAY, 1), rays.seed, None, self._side)
         return light + self._unhidden[places] - self._spots.lost_light(points, places, rays.doubling == 0)
+
+    def _sample_moving(self, rays: RaySet, places: np.ndarray, motion: JointMotion) -> np.ndarray:
+        """`sample` where images move: cell by cell, each with the shifts of its middle."""
+        points = _points(rays.rays, rays.seed, self._pupil, self._side, timed=True)
+        y, x = np.divmod(places, self._window.width)
+        cells, middles = motion.cells(self._window.x + x, self._window.y + y, LEAST_CELL, RAY_CELL_PX)
+        _, first, index = np.unique(cells, axis=1, return_index=True, return_inverse=True)
+        light = np.empty(len(places))
+        for cell, one in enumerate(first):
+            own = np.flatnonzero(index.reshape(-1) == cell)
+            light[own] = self._rays.sample(move_rays(points, motion, middles[one]), places[own])
+        return light
 
 
 @dataclass
@@ -178,9 +203,11 @@ class Grid:
         """Colour (layers, channels, rows, columns), coverage and signed radius (layers, rows, columns) of a window."""
         channels, over = self.optics.channels, self.over
         size = [(side + 2 * self.margin_px) * over for side in (window.height, window.width)]
-        origin, layout = (window.x - self.margin_px, window.y - self.margin_px), InterleavedColumns.holding(over, *size)
-        light = np.stack([self._light(planes, layout, origin) for planes in self.planes])[..., : size[1]]
-        radius = np.stack([self._radius(px, layout, origin) for px in self.radii])[..., : size[1]]
+        layout, aside = InterleavedColumns.holding(over, *size), map(_defocus_of(self.optics).aside_px, range(len(self.planes)))
+        origins = [(window.x - self.margin_px + right, window.y - self.margin_px + down) for right, down in aside]
+        light = np.stack([self._light(planes, layout, at) for planes, at in zip(self.planes, origins, strict=True)])
+        radius = np.stack([self._radius(px, layout, at) for px, at in zip(self.radii, origins, strict=True)])
+        light, radius = light[..., : size[1]], radius[..., : size[1]]
         covered = light[:, channels] if light.shape[1] > channels else np.ones_like(light[:, 0])
         return light[:, :channels], covered, radius
 

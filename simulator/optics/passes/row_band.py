@@ -1,11 +1,12 @@
 """A band of rows with its margins on the device, and the kernels that blur it."""
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.defocus.aperture_samples import sample_count
+from simulator.optics.defocus.aperture_samples import FEWEST_OF_ALL, most_samples, move_samples, sample_count, takes_as_needed
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
@@ -14,16 +15,28 @@ from simulator.optics.defocus.defocus import (
     Method,
 )
 from simulator.optics.defocus.radius_slabs import BlockChoice, SlabLists, make_slab_lists
-from simulator.optics.defocus.tile_methods import TileChoice, each_block
+from simulator.optics.defocus.tile_methods import ROWS_IN_TILE, TileChoice, each_block
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.passes.highlight_pass import HighlightPass
 from simulator.optics.passes.patch_windows import PATCH_MACROS, PatchWindows, map_numbers
-from simulator.optics.passes.tile_grid import HALF_TILE
+from simulator.optics.passes.tile_grid import BAND_ROWS, HALF_TILE, MARGIN_COLUMNS, BandRows
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
 
 POINTS_SAVED = 4  # divides the aperture samples of a correction at one sample per photosite: they do not sample its area too
+
+
+@dataclass(frozen=True)
+class Mosaic:
+    """A mosaic that is made: its colour filter, and device buffers (height, width) float32.
+
+    light: electron radiance [e- s^-1 um^-2 sr^-1]. open: share of light that the layers composited so far let through.
+    """
+
+    cfa: Cfa
+    light: Buffer
+    open: Buffer
 
 
 class BlockSlabs:
@@ -47,59 +60,70 @@ class BlockSlabs:
 
 
 class RowBand:
-    """Device buffers of a row band with its margins, at so many samples per photosite and axis, and the passes over them."""
+    """A row band with its margins, at so many samples per photosite and axis, in device buffers, and the passes over them.
+
+    Mosaics of several colours share all that does not depend on the colour: projection, sums, and lists of slabs.
+    buffers: planes, running sums and radii (`band_sizes`), which bands at other numbers of samples use, too, after one another.
+    """
 
     def __init__(
-        self, tiles: TilePlan, cfa: Cfa, device: Device, tables: DeviceTables, planes: list[Buffer], open_: Buffer
+        self,
+        tiles: TilePlan,
+        mosaics: Sequence[Mosaic],
+        device: Device,
+        tables: DeviceTables,
+        planes: list[Buffer],
+        buffers: tuple[Buffer, Buffer, Buffer],
     ) -> None:
         samples_per_axis, area, maps = tables.samples_per_axis, tiles.area, tiles.maps
         self.tiles, self.device, self.area, self.maps, self.chosen = tiles, device, area, maps, tiles.chosen
         self.projection, self.defocus = tiles.optics.projection, tiles.defocus
-        self.tables, self.planes, self.open = tables, planes, open_
-        self.samples_per_axis, self.layout = samples_per_axis, area.band_layout(samples_per_axis)
+        self.tables, self.planes, self.mosaics = tables, planes, mosaics
+        self.samples_per_axis, self.layout = samples_per_axis, tables.layout
         self.channels, self.coverage = tiles.optics.channels, int(tiles.optics.has_coverage)
         self.partial = [layer.coverage is not None for layer in tiles.optics.scene.layers]
         self.layer_planes = self.channels + self.coverage
-        self.sampled = device.empty(self.layout.shape(len(planes) * self.layer_planes), np.float32)
-        sums = replace(self.layout, rows=self.layout.rows + 2)  # the sum of all rows, and the columns' minima
-        self.sums = device.empty(sums.shape(self.layer_planes), np.float32)
-        self.radius = device.zeros(self.layout.shape(max(len(maps.scene_radius), 1)), np.float32)
-        # A work-item computes 4 sets of 16 columns and 4 rows of a colour on CPUs, and one photosite on GPUs, which need many.
-        self.block_size = (1, 1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2, 4)
+        self.sampled, self.sums, self.radius = buffers
+        # A work-item computes 16 columns and 4 rows of 2 x 2 photosites on CPUs, and one of them on GPUs, which need many.
+        self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
-        self.defines: dict[str, object] = {**cfa.macros(area.frame.x, area.frame.y), **held}
+        self.defines: dict[str, object] = {**self._filter(mosaics[0]), **held}
         linear = (
             1 if self.defocus.area.has_squares(samples_per_axis) else self.defocus.nodes_per_px if samples_per_axis == 1 else 0
         )
         self.defines |= {"NODES_PER_PX": f"{self.defocus.nodes_per_px}.0f", "LINEAR_NODES": f"{linear}.0f", "SPAN": device.span}
-        self.windows = PatchWindows(device, self.layout, self.defocus, {**cfa.macros(area.frame.x, area.frame.y), **held})
+        self.windows = PatchWindows(device, self.layout, self.defocus, {**self._filter(mosaics[0]), **held})
 
-    def compute(self, band: int, light: Buffer) -> None:
-        """Compute one band of rows of the mosaic `light`, in place."""
-        tiles = self.area.band_tiles(band)
-        chosen = self.chosen.part(tiles, self.samples_per_axis)
+    def _filter(self, mosaic: Mosaic) -> dict[str, int]:
+        """Macros of kernels/cfa.h for a mosaic."""
+        return mosaic.cfa.macros(self.area.frame.x, self.area.frame.y)
+
+    def compute(self, band: int) -> None:
+        """Compute one band of rows of the mosaics, in place."""
+        rows = self.area.band_rows(band, whole=self.tables.whole)
+        chosen = self.chosen.part(rows.tiles, self.samples_per_axis)
         if not chosen.computed.any():
             return
-        band_start = self.area.band_start(band)
-        self._project_planes(band_start)
+        self._project_planes(rows)
         slabs = self._list_slabs(chosen)
         if slabs.mapped.any() or (self.tiles.highlight_limit is not None and slabs.blocks.any()):
-            self._project_radius(band_start)
+            self._project_radius(rows)
         # A spot is added to every block whose means and samples are made without its light, and to no other.
         corrected = chosen.tiles_with(Method.CORRECTED)
-        lamps = self._find(self.tiles.lamp_limit, slabs, each_block(chosen.computed), band_start, lamps=True)
+        lamps = self._find(self.tiles.lamp_limit, slabs, each_block(chosen.computed), rows, lamps=True)
         if lamps is not None:
             lamps.take()
         some = chosen.blocks.sampled() | each_block(corrected)
-        highlights = self._find(self.tiles.highlight_limit, slabs, some, band_start, lamps=False)
-        self._compute_means(chosen if highlights is None else chosen.without(corrected), band_start, light)
+        highlights = self._find(self.tiles.highlight_limit, slabs, some, rows, lamps=False)
+        self._compute_means(chosen if highlights is None else chosen.without(corrected), rows)
         if highlights is not None:
             highlights.take()
-            self._compute_means(chosen.without(~corrected), band_start, light)
-        self._sample_aperture(chosen.blocks, slabs, band_start, light)
+            self._compute_means(chosen.without(~corrected), rows)
+        self._sample_aperture(chosen.blocks, slabs, rows)
         for found in (lamps, highlights):
             if found is not None:
-                found.spread(slabs.buffer, light, self._row_band(band_start))
+                lights = [(self._filter(mosaic), mosaic.light) for mosaic in self.mosaics]
+                found.spread(slabs.buffer, lights, self._row_band(rows))
 
     def _list_slabs(self, chosen: TileChoice) -> "BlockSlabs":
         """List the slabs of the blocks that sample the aperture or may get spots."""
@@ -109,12 +133,12 @@ class RowBand:
         elif self.tiles.highlight_limit is not None:
             blocks = blocks | each_block(chosen.tiles_with(Method.CORRECTED))
         if not blocks.any():
-            return BlockSlabs(blocks, self.open, SlabLists(*np.zeros((4, 0), int)))
+            return BlockSlabs(blocks, self.mosaics[0].open, SlabLists(*np.zeros((4, 0), int)))
         lists = make_slab_lists(self.defocus, chosen.blocks.present[:, blocks], chosen.blocks.even_px[:, blocks])
         return BlockSlabs(blocks, self.device.upload(lists.slabs), lists)
 
     def _find(
-        self, limit: np.ndarray | None, slabs: "BlockSlabs", blocks: np.ndarray, band_start: int, *, lamps: bool
+        self, limit: np.ndarray | None, slabs: "BlockSlabs", blocks: np.ndarray, rows: BandRows, *, lamps: bool
     ) -> HighlightPass | None:
         """Highlights of the band; None: it has none, or no block to which their spots are added.
 
@@ -123,47 +147,56 @@ class RowBand:
         """
         if limit is None or not blocks.any():
             return None
-        places = self._places(blocks, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(blocks))
-        found = HighlightPass(self, band_start, places, limit, lamps=lamps)
+        places = self._places(rows, blocks, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(blocks))
+        found = HighlightPass(self, rows.first, places, limit, lamps=lamps)
         return found if found.any else None
 
-    def _row_band(self, band_start: int) -> dict[str, int]:
-        """Fields of `struct row_band` of kernels/row_band.h for the band that begins at this row of the area."""
+    def _row_band(self, rows: BandRows) -> dict[str, int]:
+        """Fields of `struct row_band` of kernels/row_band.h for a band."""
         area, frame = self.area, self.area.frame
         return {
             "sample_rows": self.layout.rows,
             "set_columns": self.layout.set_columns,
-            "frame_x": -area.margin_x,
-            "frame_y": band_start - area.margin_y,
+            "frame_x": area.x - frame.x,
+            "frame_y": rows.first - frame.y,
             "width": frame.width,
             "height": frame.height,
         }
 
-    def _project_planes(self, band_start: int) -> None:
+    def _project_planes(self, rows: BandRows) -> None:
         """Project all layers onto the band's samples."""
-        origin, count = (self.area.x, self.area.y + band_start), self.layer_planes
+        count, written = self.layer_planes, self._sample_rows(rows)
         for layer, planes in enumerate(self.planes):
-            project_planes(self.device, self.projection, planes, count, self.sampled, layer * count, self.layout, origin)
+            first, origin = layer * count, self._origin(layer, rows)
+            project_planes(self.device, self.projection, planes, count, self.sampled, first, self.layout, origin, written)
 
-    def _compute_means(self, chosen: TileChoice, band_start: int, light: Buffer) -> None:
+    def _sample_rows(self, rows: BandRows) -> int:
+        return self.samples_per_axis * rows.count
+
+    def _origin(self, layer: int, rows: BandRows) -> tuple[int, int]:
+        """Photosite of the sensor, x and y, at which a layer at rest is read for the first sample of a band."""
+        right, down = self.defocus.aside_px(layer)
+        return self.area.x + right, rows.first + down
+
+    def _compute_means(self, chosen: TileChoice, rows: BandRows) -> None:
         """Compute the means of all layers, nearest first."""
         for layer in range(len(self.planes)):
-            self._compute_layer(chosen, layer, band_start, light)
+            self._compute_layer(chosen, layer, rows)
 
-    def _compute_layer(self, chosen: TileChoice, layer: int, band_start: int, light: Buffer) -> None:
+    def _compute_layer(self, chosen: TileChoice, layer: int, rows: BandRows) -> None:
         """Compute a layer's tiles: copied, averaged over the aperture's image, or composited behind nearer layers."""
         here = chosen.visible[layer]
         copied, mean = (here & chosen.tiles_with(method) for method in (Method.COPY, Method.MEAN))
         composite = here & chosen.tiles_with(Method.COMPOSITE, Method.CORRECTED)
         clipped_tiles = (chosen.zone >= 0) & ~copied
-        if any(self.tables.of_tiles(clipped)[2] for clipped in np.unique(clipped_tiles[mean | composite]).tolist()):
+        if any(map(self.tables.reads_sums, np.unique(clipped_tiles[mean | composite]).tolist())):
             planes = self.channels + int(composite.any())
-            kernel = self.device.kernel(
-                "defocus_sums", {**self.defines, "NODES": 0, "COMPOSITE": 0, "ZONE": 0}, file="defocus.cl"
-            )
-            size = (self.layout.set_columns // self.device.span, self.layout.column_sets * planes)
+            span = min(self.device.span, MARGIN_COLUMNS)  # divides the columns of any window
+            defines = {**self.defines, "NODES": 0, "COMPOSITE": 0, "ZONE": 0, "SPAN": span}
+            kernel = self.device.kernel("defocus_sums", defines, file="defocus.cl")
+            size = (self.layout.set_columns // span, self.layout.column_sets * planes)
             buffers = {"sampled": self.sampled, "sums": self.sums, "first_plane": layer * self.layer_planes}
-            self.device.run(kernel, size, None, **buffers, band=self._row_band(band_start))
+            self.device.run(kernel, size, None, **buffers, band=self._row_band(rows))
         constant = chosen.constant[layer]
         for graded, several, selected in (
             (0, 0, copied | mean & constant),
@@ -176,7 +209,7 @@ class RowBand:
                 if tiles.any():
                     variant = {"NODES": graded, "COMPOSITE": several}
                     images = np.where(copied, 0, chosen.images[layer])
-                    self._run_mean(chosen, layer, tiles, images, variant, clipped, band_start, light)
+                    self._run_mean(chosen, layer, tiles, images, variant, clipped, rows)
 
     def _run_mean(
         self,
@@ -186,10 +219,9 @@ class RowBand:
         images: np.ndarray,
         variant: dict[str, int],
         clipped: bool,
-        band_start: int,
-        light: Buffer,
+        rows: BandRows,
     ) -> None:
-        table, places, _ = self.tables.of_tiles(clipped)
+        table, places = self.tables.of_tiles(clipped)
         zone_defines = self.tables.defines(clipped)
         defines = {**self.defines, **variant, **zone_defines}
         spans, first = HALF_TILE // zone_defines["SPAN"], places[chosen.first_image[layer]]
@@ -197,42 +229,47 @@ class RowBand:
             "first_plane": layer * self.layer_planes,
             "map": max(map_numbers(self.defocus.radii_px)[layer], 0),
             "map_rows": self.area.rows,
-            "map_row": band_start,
-            "zone_row": self.area.reach,
+            "map_row": (rows.first - self.area.y) % 2**32,  # wraps where the band begins above the map; rows in it do not
+            "zone_row": -rows.first % BAND_ROWS,
         }
-        self.device.run(
-            self.device.kernel("defocus_mean", defines, file="defocus.cl"),
-            (spans, 2 * TILE_ROWS, int(selected.sum())),
-            (spans, 1, 1),
-            sampled=self.sampled,
-            sums=self.sums,
-            radius=self.maps.radius,
-            light=light,
-            open=self.open,
-            tiles=self.device.upload(self._places(selected, TILE_ROWS, TILE_COLUMNS, first, images)),
-            corners=self.tables.corners(chosen.zone[selected] if clipped else None),
-            surface=surface,
-            band=self._row_band(band_start),
-            **table,
-        )
+        listed = self.device.upload(self._places(rows, selected, TILE_ROWS, TILE_COLUMNS, first, images))
+        corners = self.tables.corners(chosen.zone[selected] if clipped else None)
+        for mosaic in self.mosaics:
+            self.device.run(
+                self.device.kernel("defocus_mean", {**defines, **self._filter(mosaic)}, file="defocus.cl"),
+                (spans, 2 * TILE_ROWS, int(selected.sum())),
+                (spans, 1, 1),
+                sampled=self.sampled,
+                sums=self.sums,
+                radius=self.maps.radius,
+                light=mosaic.light,
+                open=mosaic.open,
+                tiles=listed,
+                corners=corners,
+                surface=surface,
+                band=self._row_band(rows),
+                **table,
+            )
 
-    def _sample_aperture(self, chosen: BlockChoice, slabs: "BlockSlabs", band_start: int, light: Buffer) -> None:
+    def _sample_aperture(self, chosen: BlockChoice, slabs: "BlockSlabs", rows: BandRows) -> None:
         """Compute the blocks where surfaces occlude each other."""
         sampled = chosen.sampled()
         if not sampled.any():
             return
-        places = self._places(sampled, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(sampled))
+        places = self._places(rows, sampled, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(sampled))
         corrected = chosen.methods[sampled] == Method.CORRECTED
-        points = sample_count(chosen.largest_px[sampled], self.defocus)
+        points, largest = sample_count(chosen.largest_px[sampled], self.defocus), chosen.largest_px[sampled]
         points = np.where(corrected & (self.samples_per_axis == 1), points // POINTS_SAVED, points)
-        self.windows.measure(self.sampled, self.radius, self._row_band(band_start))
-        rows, columns = np.nonzero(sampled)
-        corners, shares = self.tables.around_blocks((band_start + self.area.reach) // BLOCK_ROWS + rows, columns)
+        points = np.where(corrected, points, most_samples(largest, self.defocus))
+        self.windows.measure(self.sampled, self.radius, self._row_band(rows), self._sample_rows(rows))
+        down, right = np.nonzero(sampled)
+        corners, shares = self.tables.around_blocks(rows.tiles.start * ROWS_IN_TILE + down, right)
         kinds = np.stack([points, corrected, corners[:, 0] >= 0])
         for kind in np.unique(kinds, axis=1).T:
             selected = (kinds == kind[:, None]).all(axis=0)
             around = corners[selected], shares[selected]
-            self._run_occlusion(kind.tolist(), places[selected], around, slabs.buffer, light, self._row_band(band_start))
+            run = self._run_occlusion if self.defocus.motion is None else self._run_moving
+            run(kind.tolist(), places[selected], around, slabs.buffer, self._row_band(rows))
 
     def _run_occlusion(
         self,
@@ -240,7 +277,6 @@ class RowBand:
         places: np.ndarray,
         around: tuple[np.ndarray, np.ndarray],
         slabs: Buffer,
-        light: Buffer,
         row_band: dict[str, int],
     ) -> None:
         """Run kernels/occlusion.cl on blocks of one kind.
@@ -249,43 +285,104 @@ class RowBand:
         places: (blocks, 4) of `_places`. around: of `Zones.around_blocks`. row_band: fields of `struct row_band`.
         """
         number, correction, clipped = kind
-        span, rows, sets = self.block_size
-        size = (BLOCK_COLUMNS // 2 // span, 2 * BLOCK_ROWS // rows // sets, len(places))
+        points = self.tables.points(number, around if clipped else None)
+        blocks = np.column_stack([places, number * clipped * np.arange(len(places))])
+        self._launch_occlusion((number, correction), blocks, BLOCK_ROWS, points, slabs, row_band)
+
+    def _run_moving(
+        self,
+        kind: list[int],
+        places: np.ndarray,
+        around: tuple[np.ndarray, np.ndarray],
+        slabs: Buffer,
+        row_band: dict[str, int],
+    ) -> None:
+        """Run kernels/occlusion.cl on blocks whose images move. Blocks in one cell of `JointMotion` share their points.
+
+        The arguments are those of `_run_occlusion`. Blocks are cut where the cells of a rolling shutter have fewer rows.
+        """
+        motion = self.defocus.motion
+        assert motion is not None  # else nothing moves
+        number, clipped, frame = kind[0], kind[2], self.area.frame
+        height = min(motion.cell_size(BLOCK_COLUMNS, BLOCK_ROWS)[1], BLOCK_ROWS)
+        parts = BLOCK_ROWS // height
+        blocks = np.repeat(places.astype(int), parts, axis=0)
+        blocks[:, 1] += height * np.tile(np.arange(parts), len(places))
+        x, y = 2 * blocks[:, 0] + row_band["frame_x"] + frame.x, blocks[:, 1] + row_band["frame_y"] + frame.y
+        cells, middles = motion.cells(x, y, (BLOCK_COLUMNS, BLOCK_ROWS))
+        keys = np.stack([*cells, clipped * np.arange(len(x))])  # where rims clip the pupil a block has points of its own
+        _, first, index = np.unique(keys, axis=1, return_index=True, return_inverse=True)
+        corners, shares = (np.repeat(part, parts, axis=0)[first] for part in around)
+        samples, instants = self.tables.moving_points(number, (corners, shares) if clipped else None)
+        points = move_samples(samples, instants, motion, middles[first])
+        blocks = np.column_stack([blocks, len(self.planes) * number * index.reshape(-1)])
+        self._launch_occlusion((number, 0), blocks, height, points, slabs, row_band)
+
+    def _launch_occlusion(
+        self,
+        kind: tuple[int, int],
+        blocks: np.ndarray,
+        block_rows: int,
+        points: np.ndarray,
+        slabs: Buffer,
+        row_band: dict[str, int],
+    ) -> None:
+        """Launch kernels/occlusion.cl. kind: number of aperture samples, and whether they compute a correction.
+
+        blocks, points: as there. block_rows: of a block; fewer where a rolling shutter cuts it.
+        """
+        number, correction = kind
+        span, rows = self.block_size
+        rows = max(rows * block_rows // BLOCK_ROWS, 1)
+        size = (BLOCK_COLUMNS // 2 // span, block_rows // 2 // rows, len(blocks))
         variant = {
             "LAYERS": len(self.planes),
             "CORRECTION": correction,
             "SPAN": span,
             "ROWS": rows,
-            "SETS": sets,
+            "WORKERS": size[0] * size[1],
+            "MOTION": int(self.defocus.motion is not None),
             **PATCH_MACROS,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
-        points = self.tables.points(number, around if clipped else None)
-        first_points = number * clipped * np.arange(len(places))
-        self.device.run(
-            self.device.kernel("occlusion", {**self.defines, **variant}, file="occlusion.cl"),
-            size,
-            (size[0], 1, 1),
-            planes=self.sampled,
-            radius=self.radius,
-            blocks=self.device.upload(np.column_stack([places, first_points]).astype(np.uint32)),
-            slabs=slabs,
-            points=self.device.upload(points),
-            windows=self.windows.windows,
-            patch_rows=self.windows.rows,
-            point_count=number,
-            normalise=int(self.defocus.opaque),
-            light=light,
-            band=row_band,
-        )
+        slope, offset = self.defocus.accuracy.allowed_disagreement(self.defocus.guessed)
+        sampling = {
+            "patch_rows": self.windows.rows,
+            "point_count": number,
+            "least": FEWEST_OF_ALL if takes_as_needed(self.defocus) else number,
+            "normalise": int(self.defocus.opaque),
+            "slope": slope,
+            "offset": offset,
+        }
+        places, samples = self.device.upload(blocks.astype(np.uint32)), self.device.upload(points)
+        for mosaic in self.mosaics:
+            defines = {**self.defines, **self._filter(mosaic), **variant}
+            self.device.run(
+                self.device.kernel("occlusion", defines, file="occlusion.cl"),
+                size,
+                (*size[:2], 1),
+                planes=self.sampled,
+                radius=self.radius,
+                blocks=places,
+                slabs=slabs,
+                points=samples,
+                windows=self.windows.windows,
+                sampling=sampling,
+                light=mosaic.light,
+                band=row_band,
+            )
 
-    def _project_radius(self, band_start: int) -> None:
+    def _project_radius(self, rows: BandRows) -> None:
         """Project the radius maps onto the band's samples."""
-        origin = self.area.x, self.area.y + band_start
-        for number, scene_radius in enumerate(self.maps.scene_radius):
-            project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin)
+        written = self._sample_rows(rows)
+        for layer, number in enumerate(map_numbers(self.defocus.radii_px)):
+            if number >= 0:
+                scene_radius, origin = self.maps.scene_radius[number], self._origin(layer, rows)
+                project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin, written)
 
-    def _places(self, selected: np.ndarray, rows: int, columns: int, first: np.ndarray, count: np.ndarray) -> np.ndarray:
+    def _places(
+        self, band: BandRows, selected: np.ndarray, rows: int, columns: int, first: np.ndarray, count: np.ndarray
+    ) -> np.ndarray:
         """Positions and list ranges of tiles or blocks: (places, 4) uint32.
 
         Column within its set and row of the first photosite in the band, first entry and number of entries of the list.
@@ -293,4 +390,5 @@ class RowBand:
         """
         down, right = np.nonzero(selected)
         first, count = (values[selected] if values.shape == selected.shape else values for values in (first, count))
-        return np.stack([right * (columns // 2), self.area.reach + down * rows, first, count], axis=-1).astype(np.uint32)
+        above, left = self.area.tile_y + TILE_ROWS * band.tiles.start - band.first, self.area.margin_columns // 2
+        return np.stack([left + right * (columns // 2), above + down * rows, first, count], axis=-1).astype(np.uint32)

@@ -52,6 +52,7 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
                 tiles=device.upload(_places(tiles, selected, 0.0 if graded else float(own))),
                 rectangles=device.upload(rectangles),
                 frame=_frame(tiles, layer),
+                pose=projection.upload_pose(device),
                 **arguments,
             )
 
@@ -68,8 +69,8 @@ def _places(tiles: TilePlan, selected: np.ndarray, radius_px: float) -> np.ndarr
     """First photosites in the frame, and blur radius, of the selected tiles: (tiles,) of `struct gathered_tile`."""
     down, right = np.nonzero(selected)
     places = np.zeros(len(down), declared_struct(kernel_source("scene_gather.cl"), "gathered_tile"))
-    places["column"] = right * TILE_COLUMNS - tiles.area.margin_x
-    places["row"] = down * TILE_ROWS - tiles.area.margin_y
+    places["column"] = right * TILE_COLUMNS + tiles.area.tile_x - tiles.area.frame.x
+    places["row"] = down * TILE_ROWS + tiles.area.tile_y - tiles.area.frame.y
     places["radius"] = radius_px
     return places
 
@@ -83,8 +84,8 @@ def _frame(tiles: TilePlan, layer: int) -> dict[str, int]:
         "width": area.frame.width,
         "height": area.frame.height,
         "map": sum(isinstance(radius, np.ndarray) for radius in radii[:layer]),
-        "map_column": area.margin_x,
-        "map_row": area.margin_y,
+        "map_column": area.frame.x - area.x,
+        "map_row": area.frame.y - area.y,
         "map_rows": area.rows,
         "set_columns": area.set_columns,
     }

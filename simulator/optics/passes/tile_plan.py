@@ -13,7 +13,7 @@ from simulator.optics.defocus.highlights import BRIGHT, LAMP, highlight_threshol
 from simulator.optics.defocus.tile_methods import TileChoice, choose_methods
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.radius_statistics import RadiusMaps, measure_radius_maps
+from simulator.optics.passes.radius_statistics import RadiusMaps, measure_radius_maps, project_radius_maps
 from simulator.optics.passes.tile_grid import TileGrid
 from simulator.scene.content_keys import freeze
 from simulator.sensor.camera.camera_sections import Window
@@ -44,8 +44,8 @@ class TilePlan:
 
     def areas(self) -> list[tuple[Projection, Window]]:
         """Photosites whose light the blur gathers, with the projection of the scene onto them."""
-        area = Window(self.area.x, self.area.y, 2 * self.area.set_columns, self.area.rows)
-        return [(self.optics.projection, area), *(self.wide.areas() if self.wide is not None else [])]
+        own = [(self.optics.projection, seen) for seen in self.defocus.seen_aside(self.area.read_area())]
+        return [*own, *(self.wide.areas() if self.wide is not None else [])]
 
     def shares(self) -> dict[Method, float]:
         """Share of the frame that each method computes; blocks that sample the aperture count as parts of their tile."""
@@ -58,8 +58,11 @@ class TilePlan:
 
     @cached_property
     def highlight_limit(self) -> np.ndarray | None:
-        """Electron radiance above which a sample is a highlight, (channels,); None: no sample of the scene is."""
-        return self._threshold(BRIGHT)
+        """Electron radiance above which a sample is a highlight, (channels,); None: no sample of the scene is.
+
+        None where images move, too: a highlight stays among the samples, and its light on its path.
+        """
+        return None if self.defocus.motion is not None else self._threshold(BRIGHT)
 
     @cached_property
     def lamp_limit(self) -> np.ndarray | None:
@@ -92,18 +95,25 @@ def _plan_tiles(optics: OpticsPlan, defocus: Defocus, device: Device, needed: np
     needed: (photosites, 2) int, x and y on the sensor of photosites whose tiles are computed; None: all tiles of the window.
     """
     area = TileGrid(optics.window, defocus.reach_px)
-    maps = measure_radius_maps(optics, defocus, device, area)
-    computed = area.tiles_in_frame()
+    maps = project_radius_maps(optics, defocus, device, area)
+    computed = np.ones(area.grid, bool)
     if needed is not None:
-        held = np.zeros_like(computed)
-        held[(needed[:, 1] - area.y) // TILE_ROWS, (needed[:, 0] - area.x) // TILE_COLUMNS] = True
-        computed &= held
-    chosen, zones, wide = choose_methods(defocus, maps.layer_statistics, computed), None, None
+        tiles = (needed[:, ::-1] - (area.tile_y, area.tile_x)) // (TILE_ROWS, TILE_COLUMNS)
+        computed[...] = False
+        computed[tuple(tiles[((tiles >= 0) & (tiles < area.grid)).all(axis=1)].T)] = True
+
+    def choose() -> TileChoice:
+        layer_statistics = measure_radius_maps(optics, defocus, device, area, maps)
+        return choose_methods(defocus, layer_statistics, computed, area.margin_patches)
+
+    # The plan of the optics is kept with the scene, and with it what was measured on any device: they give the same bits.
+    key = optics.projection, optics.sensor_px, optics.window, computed.tobytes()
+    chosen, zones, wide = defocus.remember(key, choose), None, None
     if defocus.eyes is not None:
-        zones = Zones(defocus.eyes, area.x, area.y, area.grid)
+        zones = Zones(defocus.eyes, area.tile_x, area.tile_y, area.grid)
         chosen = replace(chosen, zone=zones.first_corner)
     if len(places := np.argwhere(chosen.blocks.wide())):
-        x, y = area.x + BLOCK_COLUMNS * places[:, 1], area.y + BLOCK_ROWS * places[:, 0]
+        x, y = area.tile_x + BLOCK_COLUMNS * places[:, 1], area.tile_y + BLOCK_ROWS * places[:, 0]
         around = [(x // 2 + right, y // 2 + down) for down in (-1, BLOCK_ROWS // 2) for right in (-1, BLOCK_COLUMNS // 2)]
         wider = optics.on_wider_photosites()
         assert wider.defocus is not None  # it is that of `optics`

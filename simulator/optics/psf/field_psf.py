@@ -18,7 +18,7 @@ from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.lens.zernike import noll_orders
 from simulator.optics.psf.defocused_psf import DefocusedPsf
 from simulator.optics.psf.fraunhofer import ROUND, odd
-from simulator.optics.psf.kernel_split import CELL, Core, tail_reach
+from simulator.optics.psf.kernel_split import Core, tail_reach
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, kernel_size_px
@@ -100,7 +100,9 @@ class FieldPsf:
     def gather_reach_px(self) -> int:
         """Margin that a gather with core and tail needs [photosites]."""
         assert self.core is not None  # else it is convolved by transforms
-        own = CELL * (tail_reach(self.reach_px) + 2) if self.core.has_tail else self.core.reach_px
+        own, cell_px = self.core.arm_px, self.core.cell_px
+        if self.core.has_tail:
+            own = max(own, cell_px * (tail_reach(self.reach_px, cell_px) + 2))
         return max(own, *(correction_reach_px(radius) for radius in self.corrected_px), 0)
 
     @cached_property

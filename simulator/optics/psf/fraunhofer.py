@@ -56,13 +56,28 @@ def compute_psf(
     pupil = _pupil(wavefront_error_um, wavelength_um, count * step_um / (wavelength_um * f_number), opening)
     places_um = (np.arange(count) - count // 2) * step_um
     across = np.arange(-(len(pupil) - 1) / 2, len(pupil) / 2) * (2.0 * opening.reach / len(pupil))
-    wave = np.exp(-2j * math.pi * np.outer(places_um, across) / (2.0 * wavelength_um * f_number))
-    amplitude = wave @ pupil @ wave.T
+    turns = 1.0 / (2.0 * wavelength_um * f_number)
+    if np.array_equal(pupil, pupil[::-1]) and np.array_equal(pupil, pupil[:, ::-1]):
+        amplitude = _even_image(pupil, across, places_um * turns)
+    else:
+        wave = np.exp(-2j * math.pi * np.outer(places_um * turns, across))
+        amplitude = wave @ pupil @ wave.T
     # Parseval: the light of the whole image plane, from the pupil's area in samples, pi / (2 reach / count)^2.
     power = math.pi * ((0.5 * len(pupil) / opening.reach) ** 2 * 2.0 * wavelength_um * f_number) ** 2
     cells = _cell_means(np.abs(amplitude) ** 2, finer)[1:-1, 1:-1]
     # Truncation at the window leaves ripples along the border, which may be negative.
     return np.maximum(cells, 0.0) * (cell_um**2 / power)
+
+
+def _even_image(pupil: np.ndarray, across: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Fourier transform of a pupil that is even in x and y, at places that are symmetric about 0, from a quarter of both."""
+    half, middle = len(across) // 2, len(places) // 2
+    weights = np.where(across[half:] == 0.0, 1.0, 2.0)
+    wave = weights * np.cos(2.0 * math.pi * np.outer(places[middle:], across[half:]))
+    real, imaginary = (np.ascontiguousarray(part[half:, half:]) for part in (np.real(pupil), np.imag(pupil)))
+    quarter = wave @ real @ wave.T + 1j * (wave @ imaginary @ wave.T)
+    below = np.concatenate([quarter[:0:-1], quarter])
+    return np.concatenate([below[:, :0:-1], below], axis=1)
 
 
 def _cell_means(density: np.ndarray, finer: int) -> np.ndarray:

@@ -1,20 +1,22 @@
 """Kernels of a point spread function as the device gathers with them, for all nodes, channels and blur radii."""
 
+import math
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
 from simulator.optics.defocus.aperture_kernel import aperture_weights
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px, farthest_correction_px
-from simulator.optics.psf.kernel_split import Core, cut_kernel, gather_table, split_kernel, tail_reach
+from simulator.optics.psf.kernel_split import CELLS, Core, SplitKernel, fits_tail, gather_table, split_kernel, tail_reach
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.pupil.pupil import Pupil
 
 CORES_PX = (*range(2, 18), 20, 22, 24, 28, 32)
-TAIL_COST = 2.0  # of a tap on cells, in taps of a core: three colours on a quarter as many places, and margins
+ARMS_PX = (8, 12, 16, 20, 24, 32)
+PASS_COST = 16.0  # of a launch that adds arms, in taps of a core
+TAIL_COST = 8.0  # of a tap on cells of one photosite, in taps of a core: three colours, and margins
 MOST_TAPS = 96  # samples across a core; more are cheaper by transforms
-LARGEST_TAIL_CELLS = 31
 
 
 @dataclass(frozen=True)
@@ -22,48 +24,48 @@ class GatherKernels:
     """Weights for kernels/psf_gather.cl and kernels/psf_tail.cl.
 
     radii_px: signed blur radii, ascending [photosites].
-    core: (2, radii, node rows, node columns, channels, taps, taps) float32, for all light and without negative values.
-    tail: (node rows, node columns, channels, cells, cells) float32; None: there is none.
-    over: samples per photosite and axis. core_px: photosites that the core reaches.
-    error: predicted, as a share of the brightest light. rings: whether highlights need the second half of `core`.
+    core: (2, radii, node rows, node columns, channels, taps down, taps across) float32, for all light, and without negative
+        values.
+    tail: (node rows, node columns, channels, cells, cells) float32; None: there is none. cell_px: photosites across its cells.
+    over: samples per photosite and axis. rings: whether highlights need the second half of `core`.
     """
 
     radii_px: tuple[float, ...]
     core: np.ndarray
     tail: np.ndarray | None
+    cell_px: int
     over: int
-    core_px: int
-    error: float
     rings: bool
 
     @property
-    def taps(self) -> int:
-        """Samples across the core."""
-        return self.core.shape[-1]
+    def taps(self) -> tuple[int, int]:
+        """Samples down and across."""
+        return self.core.shape[-2], self.core.shape[-1]
 
     @property
-    def first(self) -> int:
-        """Sample at which the taps begin, relative to the photosite's first sample."""
-        return -self.over * self.core_px
+    def first(self) -> tuple[int, int]:
+        """Row and column of the sample at which the taps begin, relative to the photosite's first sample."""
+        down, across = (-self.over * (taps // self.over // 2) for taps in self.taps)
+        return down, across
+
+    @property
+    def reach_px(self) -> int:
+        """Photosites to either side."""
+        return max(self.taps) // self.over // 2
 
     @property
     def tail_taps(self) -> int:
         """Cells across the tail; 0: there is none."""
         return 0 if self.tail is None else self.tail.shape[-1]
 
-    @cached_property
-    def nodes(self) -> tuple[int, int]:
-        """Rows and columns of nodes."""
-        return self.core.shape[2:4]
-
 
 def fits_gather(psf: FieldPsf) -> bool:
     """Whether kernels are small enough for direct sums."""
-    return tail_reach(psf.reach_px) <= LARGEST_TAIL_CELLS
+    return any(fits_tail(psf.reach_px, cell_px) for cell_px in CELLS)
 
 
 def choose_core(psf: FieldPsf, channels: int, allowed: float, peak: float) -> Core | None:
-    """Cheapest core and tail whose error is allowed, by the kernels in the middle of the sensor and in its corner.
+    """Cheapest core, arms and tail whose error is allowed, by the kernels in the middle of the sensor and in its corner.
 
     None where no core of up to MOST_TAPS samples is. peak: light of the brightest scene pixel on one photosite, in units of the
     brightest light.
@@ -73,47 +75,73 @@ def choose_core(psf: FieldPsf, channels: int, allowed: float, peak: float) -> Co
 
 @lru_cache(maxsize=32)
 def _chosen(of: "_Keyed", channels: int, allowed: float, peak: float) -> Core | None:
-    psf = of.psf
+    psf, found = of.psf, None
     places = {(psf.nodes[0] // 2, psf.nodes[1] // 2), (0, 0)}
     tables = [gather_table(psf.kernel(0, channel, False, *place)) for place in places for channel in range(channels)]
-    found: list[tuple[float, Core]] = []
-    for has_tail, split, cost in (
-        (True, split_kernel, TAIL_COST * (2 * tail_reach(psf.reach_px) + 1) ** 2),
-        (False, cut_kernel, 0.0),
-    ):
-        for wanted_px in (*CORES_PX, psf.reach_px):
-            reach_px = min(wanted_px, psf.reach_px)
-            taps = psf.over * (2 * reach_px + 1)
-            if taps > MOST_TAPS or (found and taps**2 + cost >= found[0][0]):
+    least = math.inf
+
+    def error_of(core_px: int, arm_px: int, cell_px: int) -> float:
+        """Predicted error; inf where one of the tables has more than is allowed."""
+        most = 0.0
+        for table in tables:
+            split = split_kernel(table, psf.over, core_px, arm_px, cell_px)
+            most = max(most, split.error, peak * split.largest)
+            if most > allowed:
+                return math.inf
+        return most
+
+    for cell_px in (*(cell_px for cell_px in CELLS if fits_tail(psf.reach_px, cell_px)), 0):
+        beyond = TAIL_COST * ((2 * tail_reach(psf.reach_px, cell_px) + 1) / cell_px) ** 2 if cell_px else 0.0
+        for core_px in (*(core_px for core_px in CORES_PX if core_px < psf.reach_px), psf.reach_px):
+            taps = psf.over * (2 * core_px + 1)
+            if taps > MOST_TAPS or taps**2 + beyond >= least:
                 break
-            splits = [split(table, psf.over, reach_px) for table in tables]
-            error = max(max(one.error, peak * one.largest) for one in splits)
-            if error <= allowed:
-                found = [(taps**2 + cost, Core(reach_px, has_tail and reach_px < psf.reach_px, error))]
-                break
-    return found[0][1] if found else None
+            arms_px = [arm_px for arm_px in ARMS_PX if core_px < arm_px < psf.reach_px] if psf.over == 1 else []
+            if math.isinf(error_of(core_px, arms_px[-1] if arms_px else 0, cell_px)):
+                continue
+            for arm_px in (core_px, *arms_px):
+                cost = taps**2 + beyond + (2.0 * (2 * arm_px + 1 + PASS_COST) if arm_px > core_px else 0.0)
+                error = error_of(core_px, arm_px, cell_px) if cost < least else math.inf
+                if not math.isinf(error):
+                    least, found = cost, Core(core_px, arm_px, cell_px if core_px < psf.reach_px else 0, error)
+                    break
+    return found
 
 
-def make_gather_kernels(psf: FieldPsf, channels: int) -> GatherKernels:
-    """Kernels of a planned PSF of one blur radius."""
+def make_gather_kernels(psf: FieldPsf, channels: int) -> list[GatherKernels]:
+    """Kernels of a planned PSF of one blur radius, to be summed: its arms, if any, then core and tail."""
     assert psf.core is not None  # else it is convolved by transforms
-    split, core_px = split_kernel if psf.core.has_tail else cut_kernel, psf.core.reach_px
+    core = psf.core
     found = [
-        [
-            [
-                split(_padded(psf.kernel(0, channel, False, row, column), psf.reach_px, psf.over), psf.over, core_px)
-                for channel in range(channels)
-            ]
-            for column in range(psf.nodes[1])
-        ]
+        split_kernel(
+            _padded(psf.kernel(0, channel, False, row, column), psf.reach_px, psf.over),
+            psf.over,
+            core.reach_px,
+            core.arm_px,
+            core.cell_px,
+        )
         for row in range(psf.nodes[0])
+        for column in range(psf.nodes[1])
+        for channel in range(channels)
     ]
-    core = np.array([[[one.core for one in places] for places in row] for row in found])[None]
-    tails = [[[one.tail for one in places] for places in row] for row in found]
-    tail = None if found[0][0][0].tail is None else np.array(tails, np.float32)
-    error = max(one.error for row in found for places in row for one in places)
+    grid = (*psf.nodes, channels)
     rings = any(psf.has_ringing(0, channel) for channel in range(channels))
-    return GatherKernels((0.0,), positive_too(core), tail, psf.over, core_px, error, rings)
+    middle = np.array([one.core for one in found])
+    tail = None if found[0].tail is None else np.array([one.tail for one in found], np.float32)
+    if tail is not None:
+        tail = tail.reshape(*grid, *tail.shape[-2:])
+    parts = [middle.reshape(len(found), -1), *_arms(found)]
+    both = np.split(positive_too(np.concatenate(parts, axis=1)), np.cumsum([part.shape[1] for part in parts])[:-1], axis=-1)
+    made = [GatherKernels((0.0,), both[0].reshape(2, 1, *grid, *middle.shape[1:]), tail, core.cell_px, psf.over, rings)]
+    for arm, shape in zip(both[1:], ((1, -1), (-1, 1)), strict=False):
+        made.insert(0, GatherKernels((0.0,), arm.reshape(2, 1, *grid, *shape), None, 0, psf.over, rings))
+    return made
+
+
+def _arms(found: list[SplitKernel]) -> list[np.ndarray]:
+    """Arms across and down of each kernel, (kernels, taps); empty where there are none."""
+    arms = [one.arms for one in found if one.arms is not None]
+    return [] if not arms else list(np.stack(arms, axis=1))
 
 
 def _padded(phases: np.ndarray, reach_px: int, over: int) -> np.ndarray:
@@ -122,10 +150,10 @@ def _padded(phases: np.ndarray, reach_px: int, over: int) -> np.ndarray:
 
 
 def positive_too(core: np.ndarray) -> np.ndarray:
-    """Join to cores (..., taps, taps) the same without negative values and with the same sum: (2, ..., taps, taps) float32."""
+    """Join to cores (..., taps) the same without negative values and with the same sum: (2, ..., taps) float32."""
     kept = np.maximum(core, 0.0)
-    sums = kept.sum(axis=(-2, -1), keepdims=True)
-    scale = core.sum(axis=(-2, -1), keepdims=True) / np.where(sums > 0.0, sums, 1.0)
+    sums = kept.sum(axis=-1, keepdims=True)
+    scale = core.sum(axis=-1, keepdims=True) / np.where(sums > 0.0, sums, 1.0)
     return np.stack([core, kept * scale]).astype(np.float32)
 
 
@@ -138,11 +166,11 @@ class _Keyed:
 
 
 @lru_cache(maxsize=8)
-def _made(of: _Keyed, channels: int) -> GatherKernels:
+def _made(of: _Keyed, channels: int) -> list[GatherKernels]:
     return make_gather_kernels(of.psf, channels)
 
 
-def gather_kernels_of(psf: FieldPsf, channels: int) -> GatherKernels:
+def gather_kernels_of(psf: FieldPsf, channels: int) -> list[GatherKernels]:
     """Kernels of a planned PSF; those of the last few are kept."""
     return _made(_Keyed((*psf.key, psf.core), psf), channels)
 
@@ -173,7 +201,7 @@ def _corrections(of: _Keyed, channels: int) -> list[GatherKernels]:
         for place, number in enumerate(held):
             if sizes[number] == size:
                 core[:, place, 0, 0] = cores[number].swapaxes(0, 1)
-        found.append(GatherKernels(tuple(psf.corrected_px[number] for number in held), core, None, 1, size, 0.0, rings))
+        found.append(GatherKernels(tuple(psf.corrected_px[number] for number in held), core, None, 0, 1, rings))
     return found
 
 

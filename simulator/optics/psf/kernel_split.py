@@ -1,7 +1,8 @@
-"""Splits a kernel into a near core on the samples of the light and a wide smooth tail on cells of 2 x 2 photosites.
+"""Splits a kernel into a near core on the samples of the light, arms along rows and columns, and a wide smooth tail on cells.
 
 The tail is what a gather on cells, read bilinearly between their centres, gives on average over the photosites of a cell. The
-core is the kernel less that average, so that both together have the kernel's values near the photosite, and its sum. What is
+core is the kernel less that average, so that all together have the kernel's values near the photosite, and its sum. Arms are a
+row and a column of it that reach farther, since kernels that are cut at half a cycle per photosite ring along the axes. What is
 left differs from photosite to photosite of a cell, and is the error.
 """
 
@@ -11,7 +12,8 @@ from functools import lru_cache
 
 import numpy as np
 
-CELL = 2  # photosites across a cell
+CELLS = (4, 2)  # photosites across the cells of a tail
+TAIL_MARGIN_PX = 64  # photosites beside a tile that have no tail; cells are read there
 _NOISE = 3.3 * 0.29  # a photosite in a thousand exceeds 3.3 deviations; light that is even from 0 to 1 has a deviation of 0.29
 
 
@@ -19,24 +21,33 @@ _NOISE = 3.3 * 0.29  # a photosite in a thousand exceeds 3.3 deviations; light t
 class Core:
     """How kernels are gathered.
 
-    reach_px: photosites to either side. has_tail: whether a tail takes the light beyond; else the photosite itself does.
+    reach_px: photosites to either side. arm_px: photosites to either side along the photosite's row and column; reach_px: no
+    farther. cell_px: photosites across the cells of a tail that takes the light beyond; 0: the photosite itself does.
     error: predicted, as a share of the brightest light.
     """
 
     reach_px: int
-    has_tail: bool
+    arm_px: int
+    cell_px: int
     error: float
+
+    @property
+    def has_tail(self) -> bool:
+        """Whether a tail takes the light beyond."""
+        return self.cell_px > 0
 
 
 @dataclass(frozen=True)
 class SplitKernel:
-    """Two kernels that together stand for one.
+    """Kernels that together stand for one.
 
-    core: (taps, taps) float64, weights of samples. tail: (cells, cells) float64, weights of cells; None: the core is all.
+    core: (taps, taps) float64, weights of samples. arms: (2, 2 arm_px + 1) weights of the photosite's row and of its column
+    beyond the core, 0 within; None: there are none. tail: (cells, cells) float64, weights of cells; None: there is none.
     error: of `visible_error`. largest: greatest difference from the kernel at any photosite.
     """
 
     core: np.ndarray
+    arms: np.ndarray | None
     tail: np.ndarray | None
     error: float
     largest: float
@@ -55,75 +66,91 @@ def gather_table(phases: np.ndarray) -> np.ndarray:
 def visible_error(rest: np.ndarray) -> float:
     """Error that a difference of kernels (size, size) makes, as a share of the brightest light.
 
-    The larger of that beside straight edges from 0 to 1, and of that exceeded by one photosite in a thousand where each has
-    light of its own, even from 0 to 1.
+    The larger of that beside a bar of light 1 on 0 of any width, and of that exceeded by one photosite in a thousand where each
+    has light of its own, even from 0 to 1.
     """
-    edges = max(float(np.abs(np.cumsum(rest.sum(axis=axis))).max()) for axis in (0, 1))
-    return max(edges, _NOISE * math.sqrt(float((rest * rest).sum())))
+    bars = max(float(np.ptp(np.concatenate([[0.0], np.cumsum(rest.sum(axis=axis))]))) for axis in (0, 1))
+    return max(bars, _NOISE * math.sqrt(float((rest * rest).sum())))
 
 
-def split_kernel(table: np.ndarray, over: int, core_px: int) -> SplitKernel:
-    """Split a gather table into a core of core_px photosites to either side and a tail of all that the table reaches.
+def split_kernel(table: np.ndarray, over: int, core_px: int, arm_px: int = 0, cell_px: int = 0) -> SplitKernel:
+    """Split a gather table into a core of core_px photosites to either side, arms of arm_px, and a tail of all it reaches.
 
-    table: (over * size, over * size) of `gather_table`, size odd.
+    table: (over * size, over * size) of `gather_table`, size odd. arm_px: with one sample per photosite; up to core_px: none.
+    cell_px: photosites across the tail's cells; 0: no tail, and the light beyond goes to the photosite itself.
     """
     half = len(table) // over // 2
     if core_px >= half:
-        return SplitKernel(table, None, 0.0, 0.0)
-    tail_cells = tail_reach(half)
-    average, each = _cell_shares(tail_cells)
-    reach = average.shape[-1] // 2
+        return SplitKernel(table, None, None, 0.0, 0.0)
     photosites = table.reshape(2 * half + 1, over, 2 * half + 1, over)
+    if cell_px:
+        tail, spread = _fit_tail(photosites.sum(axis=(1, 3)), core_px, cell_px)
+    else:
+        tail, spread = None, np.zeros((1, 2 * half + 1, 2 * half + 1))
+    reach, average = spread.shape[-1] // 2, spread.mean(axis=0)
+    beyond = reach - half
+    full = np.pad(photosites, ((beyond, beyond), (0, 0), (beyond, beyond), (0, 0)))
+    rest = full - average[:, None, :, None] / over**2
+    whole = full.sum(axis=(1, 3))
+    left = table.sum() - (0.0 if tail is None else tail.sum())
+    near, middle = slice(reach - core_px, reach + core_px + 1), reach
+    taken, arms = np.zeros(whole.shape), None
+    if arm_px > core_px:
+        along = slice(max(middle - arm_px, 0), middle + arm_px + 1)
+        arms = np.stack([rest[middle, 0, :, 0], rest[:, 0, middle, 0]])
+        arms[:, near] = 0.0
+        arms = np.pad(arms, ((0, 0), (arm_px, arm_px)))[:, middle : middle + 2 * arm_px + 1]
+        taken[middle, along], taken[along, middle] = arms[:, : taken[middle, along].size]
+        left -= arms.sum()
+    core = rest[near, :, near].copy()
+    core[core_px, :, core_px] += (left - core.sum()) / over**2
+    taken[near, near] += core.sum(axis=(1, 3))
+    rests = whole - taken - spread
+    error, largest = max(map(visible_error, rests)), float(np.abs(rests).max())
+    taps = over * (2 * core_px + 1)
+    return SplitKernel(core.reshape(taps, taps), arms, tail, error, largest)
+
+
+def _fit_tail(kernel: np.ndarray, core_px: int, cell_px: int) -> tuple[np.ndarray, np.ndarray]:
+    """Weights of cells for a kernel on photosites (size, size) outside a core, and what photosites gather with them.
+
+    Returns (cells, cells), and (places in a cell, photosites, photosites).
+    """
+    half = len(kernel) // 2
+    average, each, inverse = _cell_shares(tail_reach(half, cell_px), cell_px)
     places = np.arange(-half, half + 1)
     away = np.clip(np.hypot(places[:, None], places[None, :]) / (core_px + 0.5), 0.0, 1.0)
-    smooth = np.pad(photosites.sum(axis=(1, 3)) * away * away * (3.0 - 2.0 * away), reach - half)
-    inverse = np.linalg.pinv(average.T)
+    # A tail that rises slowly from the middle is smooth on its cells; the core takes what it leaves there.
+    smooth = np.pad(kernel * away**4 * (5.0 - 4.0 * away), average.shape[-1] // 2 - half)
     tail = inverse @ smooth @ inverse.T
-    full = np.pad(photosites, ((reach - half, reach - half), (0, 0), (reach - half, reach - half), (0, 0)))
-    near = slice(reach - core_px, reach + core_px + 1)
-    core = (full - (average.T @ tail @ average)[:, None, :, None] / over**2)[near, :, near]
-    core[core_px, :, core_px] += (table.sum() - core.sum() - tail.sum()) / over**2
-    full = full.sum(axis=(1, 3))
-    full[near, near] -= core.sum(axis=(1, 3))
-    rests = [full - down.T @ tail @ across for down in each for across in each]
-    error, largest = max(map(visible_error, rests)), max(float(np.abs(rest).max()) for rest in rests)
-    taps = over * (2 * core_px + 1)
-    return SplitKernel(core.reshape(taps, taps), tail, error, largest)
+    return tail, np.array([down.T @ tail @ across for down in each for across in each])
 
 
-def cut_kernel(table: np.ndarray, over: int, core_px: int) -> SplitKernel:
-    """Cut a gather table to core_px photosites to either side; the light beyond goes to the photosite itself."""
-    half = len(table) // over // 2
-    if core_px >= half:
-        return SplitKernel(table, None, 0.0, 0.0)
-    first, last = over * (half - core_px), over * (half + core_px + 1)
-    core = table[first:last, first:last].copy()
-    own = slice(over * core_px, over * (core_px + 1))
-    core[own, own] += (table.sum() - core.sum()) / over**2
-    rest = table.copy()
-    rest[first:last, first:last] -= core
-    rest = rest.reshape(2 * half + 1, over, 2 * half + 1, over).sum(axis=(1, 3))
-    return SplitKernel(core, None, visible_error(rest), float(np.abs(rest).max()))
-
-
-def tail_reach(half_px: int) -> int:
+def tail_reach(half_px: int, cell_px: int) -> int:
     """Cells to either side of a tail that reaches half_px photosites."""
-    return -(-half_px // CELL)
+    return -(-half_px // cell_px)
+
+
+def fits_tail(half_px: int, cell_px: int) -> bool:
+    """Whether a tail that reaches half_px photosites finds its cells in the margin of a tile."""
+    return tail_reach(half_px, cell_px) < TAIL_MARGIN_PX // cell_px
 
 
 @lru_cache(maxsize=8)
-def _cell_shares(tail_cells: int) -> tuple[np.ndarray, np.ndarray]:
+def _cell_shares(tail_cells: int, cell_px: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Weights that a photosite gives to the photosites around it through each cell of a tail.
 
-    (cells, photosites) on average over the places in a cell, and (CELL, cells, photosites) for each place.
+    (cells, photosites) on average over the places in a cell, (cell_px, cells, photosites) for each place, and the inverse of
+    the first, (cells, photosites).
     """
-    reach = CELL * (tail_cells + 2)
-    found = np.zeros((CELL, 2 * tail_cells + 1, 2 * reach + 1))
-    for place in range(CELL):
-        offset = (place + 0.5) / CELL - 0.5
+    reach = cell_px * (tail_cells + 2)
+    found = np.zeros((cell_px, 2 * tail_cells + 1, 2 * reach + 1))
+    for place in range(cell_px):
+        offset = (place + 0.5) / cell_px - 0.5
         low = math.floor(offset)
         for cell, share in ((low, 1.0 - (offset - low)), (low + 1, offset - low)):
             for number in range(2 * tail_cells + 1):
-                first = CELL * (cell + number - tail_cells) - place + reach
-                found[place, number, first : first + CELL] += share / CELL
-    return found.mean(axis=0), found
+                first = cell_px * (cell + number - tail_cells) - place + reach
+                found[place, number, first : first + cell_px] += share / cell_px
+    average = found.mean(axis=0)
+    return average, found, np.linalg.pinv(average.T)

@@ -37,11 +37,10 @@ MOST_OVER = 4  # light samples per photosite and axis
 MOST_RADII = 16  # distinct blur radii of a depth map up to which each is a slab of its own
 MOST_AIRY = 64.0  # blur radius [radii of the Airy disk] up to which kernels of a wavefront with aberrations include defocus
 HIGHLIGHT = 4.0  # limit of highlights over the mean of the darker nine tenths of a scene
-INVISIBLE_SIGMA = 0.01  # change below which a PSF is left out [standard deviations of the noise]
+SKIPPED_SHARE = 0.5  # of the tolerance: change below which a PSF is left out
 LARGE_CONTRAST = 1e3  # of a scene [standard deviations of the noise], above which no PSF is left out
-GATHER_SHARE = 0.2  # of the allowed error, for core and tail: beside an edge the dark side has less noise than the bright one
-CORRECTION_STEP_PX = 0.5  # blur radius between corrections, half of it up to CORRECTION_FINE_PX
-CORRECTION_FINE_PX = 2.0
+GATHER_SHARE = 0.16  # of the allowed error, for core and tail: beside an edge the dark side has less noise than the bright one
+CORRECTIONS_PX = ((0.125, 2.0), (0.25, 4.0), (0.5, math.inf))  # blur radius between corrections, and up to which radius
 WAVELENGTHS = {1: 7, 3: 3}  # per channel, by the number of channels
 
 
@@ -91,7 +90,7 @@ def plan_visible_psf(
     psf = replace(psf, highlight_limits=highlight_thresholds(scene, weights))
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
         change = contrast * bound_change(psf, camera.channels)
-        if change < INVISIBLE_SIGMA:
+        if change < SKIPPED_SHARE * accuracy.tolerance:
             return None, f"changes nothing by more than {change:.2g} sigma"
     return _with_gather(psf, camera.channels, scene, accuracy, scale), None
 
@@ -148,9 +147,9 @@ def _corrected_px(lens_psf: WavefrontPsf, defocus: Defocus) -> tuple[float, ...]
     most = farthest_correction_px(lens_psf)
     gone = FADE * most  # the last correction, which is none
     least, greatest = max(defocus.least_px, -gone), min(defocus.greatest_px, gone)
-    outer = np.arange(CORRECTION_FINE_PX, most, CORRECTION_STEP_PX)
-    grid = np.concatenate([np.arange(0.0, CORRECTION_FINE_PX, 0.5 * CORRECTION_STEP_PX), outer])
-    grid = np.concatenate([grid[grid < most], [most, gone]])
+    starts = (0.0, *(end for _, end in CORRECTIONS_PX))
+    steps = [np.arange(start, min(end, most), step) for start, (step, end) in zip(starts, CORRECTIONS_PX, strict=False)]
+    grid = np.concatenate([*steps, [most, gone]])
     grid = np.unique(np.concatenate([-grid[1:], grid]))
     first, last = np.searchsorted(grid, least, side="right") - 1, np.searchsorted(grid, greatest)
     return tuple(float(radius) for radius in grid[max(first, 0) : last + 1])

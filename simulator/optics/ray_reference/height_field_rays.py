@@ -38,11 +38,13 @@ def sample_height_field(
     cfa: CfaBlock | None = None,
     eyes: CatsEyes | None = None,
     places: np.ndarray | None = None,
+    finer: int = 1,
 ) -> Buffer:
     """Device buffer float32, the light of a frame, (1, height, width), in each photosite's own colour, or (channels, ...).
 
     colour: (channels, rows, columns) radiance, means over samples. radius_px: (rows, columns) signed blur radius [photosites].
-    rows, columns: (frame + 2 margin_px) * oversampling. points: of `ray_samples`. cfa, eyes, places: as in `sample_lens`.
+    rows, columns: (frame + 2 margin_px) * oversampling. points: of `ray_samples` or `move_rays`. cfa, eyes, places: as in
+    `sample_lens`. finer: as of `ray_defines`.
     Neighbours whose radii differ by more than 1.5 times their distance are an edge. Raises PhotositeError for NaN and infinity.
     """
     light_in, radius = np.asarray(colour, dtype=np.float32), np.asarray(radius_px, dtype=np.float32)
@@ -64,7 +66,7 @@ def sample_height_field(
     planes, computed = 1 if cfa is not None else light_in.shape[0], all_places(frame) if places is None else places
     light = device.empty((planes, len(computed)), np.float32)
     device.run(
-        device.kernel("lens_height_field", ray_defines(oversampling, cfa, eyes)),
+        device.kernel("lens_height_field", ray_defines(oversampling, cfa, eyes, points.shape[-1], finer)),
         (len(computed), planes),
         None,
         places=device.upload(computed.astype(np.uint32)),
@@ -72,15 +74,15 @@ def sample_height_field(
         radius=device.upload(radius),
         light=light,
         grid={"rows": light_in.shape[1], "columns": light_in.shape[2], "margin": margin_px},
-        **_steps(radius, oversampling),
+        **_steps(radius, oversampling * finer),
         **ray_arguments(device, points, frame, eyes),
     )
     return light
 
 
-def _steps(radius_px: np.ndarray, oversampling: int) -> dict[str, int]:
+def _steps(radius_px: np.ndarray, per_half_px: int) -> dict[str, int]:
     """First and last step of a ray, from before the least radius to beyond the greatest."""
-    steps = 2 * oversampling  # per photosite of radius
+    steps = 2 * per_half_px  # per photosite of radius
     return {"first": math.floor(steps * float(radius_px.min())) - 1, "last": math.ceil(steps * float(radius_px.max())) + 1}
 
 
@@ -96,12 +98,13 @@ class HeightField:
     oversampling: int
     cfa: CfaBlock
     eyes: CatsEyes | None
+    finer: int = 1
 
     def sample(self, points: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Mean light of some photosites, (n,) float32. points: of `ray_samples`."""
         scene = self.colour, self.radius_px, self.margin_px
         light = sample_height_field(
-            self.device, *scene, points, self.frame, self.oversampling, self.cfa, self.eyes, places=places
+            self.device, *scene, points, self.frame, self.oversampling, self.cfa, self.eyes, places, self.finer
         )
         return self.device.download(light, places.shape, np.float32)
 

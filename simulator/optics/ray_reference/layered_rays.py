@@ -16,12 +16,14 @@ from simulator.device import Buffer, Device
 from simulator.errors import require
 from simulator.optics.defocus.aperture_samples import disk_of_square
 from simulator.optics.defocus.field_pupil import CatsEyes
+from simulator.optics.defocus.joint_motion import JointMotion
 from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.ray_reference.small_lights import pupil_spans
 from simulator.sensor.camera.camera import Window
 
 POSITION_ERROR_PX = 1e-3  # of the intersection of a ray with a tilted surface
 MOST_ITERATIONS = 64
+INSTANTS = 8192  # at which the path of moving images is known: steps of 0.003 photosites on a path of 20
 ROUND = Pupil()
 PATTERNS = 32  # of rays, so that neighbouring photosites rarely share one; a pattern of 1024 rays takes 16 KiB
 
@@ -58,10 +60,12 @@ def upload_surfaces(
     margin_px: int,
     oversampling: int = 1,
     iterations: int | None = None,
+    farthest: float = 1.0,
 ) -> Surfaces:
     """Upload arrays shaped as in `Surfaces`.
 
-    iterations: fixed-point steps; None: of `needed_iterations`. A surface continues behind what occludes it, and its radius
+    iterations: fixed-point steps; None: of `needed_iterations`. farthest: from the pupil's middle, of any ray's point and shift
+    [pupil radii]. A surface continues behind what occludes it, and its radius
     is smooth where its coverage is 0.
     Raises PhotositeError for a coverage outside 0 to 1, NaN or infinity in a radius or colour, and a surface too steep.
     """
@@ -80,7 +84,7 @@ def upload_surfaces(
     require(inside, "surface coverage", f"{covered.min():g} to {covered.max():g}", "coverage runs from 0 to 1")
     layers, channels, rows, columns = light.shape
     if iterations is None:
-        iterations = needed_iterations(radius, oversampling)
+        iterations = needed_iterations(radius, oversampling, farthest)
     return Surfaces(
         device.upload(light),
         device.upload(covered),
@@ -95,17 +99,18 @@ def upload_surfaces(
     )
 
 
-def needed_iterations(radius_px: np.ndarray, oversampling: int = 1) -> int:
+def needed_iterations(radius_px: np.ndarray, oversampling: int = 1, farthest: float = 1.0) -> int:
     """Fixed-point steps after which every ray is within 0.001 photosites of the surface.
 
-    x' = x + s(x') u with |u| <= 1 contracts by the slope g = |grad s| per step (Banach), so n steps leave at
+    x' = x + s(x') u with |u| <= `farthest` contracts by g = |grad s| |u| per step (Banach), so n steps leave at
     most |s| g^n / (1 - g). A flat layer needs none.
     Raises PhotositeError for g >= 0.9: a ray could meet such a surface several times.
     """
     steepest = 0.0
     for axis in (1, 2):
         if radius_px.shape[axis] > 1:
-            steepest = math.hypot(steepest, oversampling * float(np.abs(np.diff(radius_px, axis=axis)).max()))
+            slope = oversampling * float(np.abs(np.diff(radius_px, axis=axis)).max())
+            steepest = math.hypot(steepest, farthest * slope)
     if steepest == 0.0:
         return 0
     require(
@@ -119,19 +124,22 @@ def needed_iterations(radius_px: np.ndarray, oversampling: int = 1) -> int:
     return min(max(1, math.ceil(steps)), MOST_ITERATIONS)
 
 
-def ray_samples(samples: int, patterns: int = PATTERNS, seed: int = 1, pupil: Pupil | None = ROUND) -> np.ndarray:
+def ray_samples(
+    samples: int, patterns: int = PATTERNS, seed: int = 1, pupil: Pupil | None = ROUND, *, timed: bool = False
+) -> np.ndarray:
     """Patterns of rays (patterns, samples, 4) float32: x, y in a photosite, 0 to 1; x, y on the pupil [pupil radii].
 
-    pupil: None: the last two numbers are x, y in the unit square.
+    pupil: None: the last two numbers are x, y in the unit square. timed: a fifth number is the share of the light, 0 to 1, that
+    has come at the ray's instant.
 
-    Each pattern is a Sobol' sequence in four dimensions with its own scrambling (Matousek 1998, as in SciPy), which is most
+    Each pattern is a Sobol' sequence in as many dimensions with its own scrambling (Matousek 1998, as in SciPy), which is most
     uniform for powers of two. The pupil is sampled through area-preserving maps of the unit square.
     """
     from scipy.stats import qmc  # slow to import
 
     power = math.ceil(math.log2(samples))
     # SciPy's annotations lack `seed`; `rng` may give other numbers.
-    sobol = (qmc.Sobol(4, seed=seed + 1000 * i) for i in range(patterns))  # pyright: ignore[reportCallIssue]
+    sobol = (qmc.Sobol(4 + timed, seed=seed + 1000 * i) for i in range(patterns))  # pyright: ignore[reportCallIssue]
     square = np.stack([sequence.random_base2(power)[:samples] for sequence in sobol])
     if pupil is None:
         y, x = square[..., 2], square[..., 3]
@@ -139,7 +147,19 @@ def ray_samples(samples: int, patterns: int = PATTERNS, seed: int = 1, pupil: Pu
         y, x = disk_of_square(square[..., 2], square[..., 3])
     else:
         x, y = pupil.map_unit_square(square[..., 2], square[..., 3])
-    return np.stack([square[..., 1], square[..., 0], x, y], axis=-1).astype(np.float32)
+    time = [square[..., 4]] if timed else []
+    return np.stack([square[..., 1], square[..., 0], x, y, *time], axis=-1).astype(np.float32)
+
+
+def move_rays(points: np.ndarray, motion: JointMotion, middle_px: np.ndarray) -> np.ndarray:
+    """Rays of a cell whose images move, (patterns, samples, 4 + 4 layers) float32, with the shifts of each layer.
+
+    points: of `ray_samples`, timed. middle_px: (2,), x and y, of the cell from the sensor's corner [photosites].
+    """
+    shifts = motion.at(middle_px[None], (np.arange(INSTANTS) + 0.5) / INSTANTS)[0]
+    instants = np.minimum((points[..., 4] * INSTANTS).astype(np.intp), INSTANTS - 1)
+    moved = np.moveaxis(shifts, 0, 1).reshape(INSTANTS, -1)[instants]
+    return np.concatenate([points[..., :4], moved], axis=-1)
 
 
 def sample_lens(
@@ -155,13 +175,14 @@ def sample_lens(
     """Device buffer float32, the light of a frame, (1, height, width), in each photosite's own colour, or (channels, ...).
 
     places: photosites to compute, row * width + column, (n,); the buffer is then (1, n). None: all.
-    points: of `ray_samples`. cfa: planes ((p00, p01), (p10, p11)) of the frame's upper left corner; None: all channels.
+    points: of `ray_samples` or `move_rays`.
+    cfa: planes ((p00, p01), (p10, p11)) of the frame's upper left corner; None: all channels.
     cells: colour and coverage are means over their samples; False: values at their centres, interpolated bilinearly.
     eyes: stops that clip the pupil by field; each ray is tested, and a photosite that no ray reaches is dark.
     The error falls nearly as 1/samples where light is smooth, as samples^-0.7 at edges and small highlights.
     """
     check_grid((surfaces.rows, surfaces.columns), frame, surfaces.margin_px, surfaces.oversampling)
-    defines = ray_defines(surfaces.oversampling, cfa, eyes) | {"CELLS": int(cells)}
+    defines = ray_defines(surfaces.oversampling, cfa, eyes, points.shape[-1]) | {"CELLS": int(cells)}
     planes, computed = 1 if cfa is not None else surfaces.channels, all_places(frame) if places is None else places
     light = device.empty((planes, len(computed)), np.float32)
     device.run(
@@ -264,11 +285,17 @@ def check_grid(shape: tuple[int, int], frame: Window, margin_px: int, oversampli
     require(enough, "surfaces", f"{shape} samples", f"give {wanted}: the frame and its margin, {oversampling} per photosite")
 
 
-def ray_defines(oversampling: int, cfa: CfaBlock | None, eyes: CatsEyes | None) -> dict[str, object]:
-    """Macros of a kernel that traces rays; cfa: planes of the frame's upper left corner, or None."""
+def ray_defines(
+    oversampling: int, cfa: CfaBlock | None, eyes: CatsEyes | None, numbers: int = 4, finer: int = 1
+) -> dict[str, object]:
+    """Macros of a kernel that traces rays; cfa: planes of the frame's upper left corner, or None.
+
+    numbers: of a ray (`move_rays`). finer: divides the steps along a ray, half a sample for a ray through the pupil's rim.
+    """
     block = cfa or ((0, 0), (0, 0))
     places: dict[str, object] = {f"CFA_{y}{x}": block[y][x] for y in (0, 1) for x in (0, 1)}
-    return places | {"OVERSAMPLING": oversampling, "MOSAIC": int(cfa is not None), "STOPS": len(_stops(eyes))}
+    sampling = {"OVERSAMPLING": oversampling, "POINT": numbers, "T_STEP": f"{0.5 / (oversampling * finer)!r}f"}
+    return places | sampling | {"MOSAIC": int(cfa is not None), "STOPS": len(_stops(eyes))}
 
 
 def ray_arguments(device: Device, points: np.ndarray, frame: Window, eyes: CatsEyes | None) -> dict[str, object]:

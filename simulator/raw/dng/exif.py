@@ -5,6 +5,10 @@ from simulator.raw.dng.tags import SensitivityType, Tag
 from simulator.raw.raw_image import Raw
 
 _LARGEST_SHORT = 65535
+# Values of ExposureProgram and MeteringMode (Exif 2.3, 4.6.5), by the words of a shot file.
+_PROGRAMS = {"manual": 1, "programme": 2, "auto": 2, "aperture_priority": 3, "shutter_priority": 4}
+_METERING_MODES = {"mean": 1, "centre_weighted": 2, "spot": 3}
+_OTHER_METERING = 255
 
 
 def exif_directory(raw: Raw) -> dict[Tag, tiff.Field]:
@@ -31,6 +35,19 @@ def exif_directory(raw: Raw) -> dict[Tag, tiff.Field]:
         tags[Tag.FOCAL_LENGTH_IN_35MM_FILM] = tiff.short(round(raw.focal_length_35mm_mm))
     if raw.lens_model:
         tags[Tag.LENS_MODEL] = tiff.text(raw.lens_model)
+    tags |= _metering_tags(raw)
     if raw.date_time:  # never the clock: one shot gives one file
         tags[Tag.DATE_TIME_ORIGINAL] = tiff.text(raw.date_time.replace("-", ":"))
     return tags
+
+
+def _metering_tags(raw: Raw) -> dict[Tag, tiff.Field]:
+    """Return mode, compensation and metering of a frame whose exposure was metered; none for one set by hand."""
+    metered = raw.resolved.get("metered")
+    if not isinstance(metered, dict):
+        return {}
+    return {
+        Tag.EXPOSURE_PROGRAM: tiff.short(_PROGRAMS[metered["mode"]]),
+        Tag.EXPOSURE_BIAS_VALUE: tiff.signed_rational(metered["compensation"]),
+        Tag.METERING_MODE: tiff.short(_METERING_MODES.get(metered["metering"]["pattern"], _OTHER_METERING)),
+    }

@@ -51,6 +51,8 @@ def xmp_packet(raw: Raw) -> bytes | None:
         return None
     shot, inputs = (json_text(raw.name, raw.resolved.get(key, []), **_COMPACT) for key in ("shot", "inputs"))
     values = {"ConfigSHA256": _sha256(shot), "Version": __version__, "Inputs": inputs, "Shot": shot}
+    if "metered" in raw.resolved:
+        values["Metered"] = json_text(raw.name, raw.resolved["metered"], **_COMPACT)
     attributes = "".join(f"\n    photosite:{name}={_quoted(value)}" for name, value in values.items())
     text = (
         '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>\n'

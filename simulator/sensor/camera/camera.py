@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Annotated, Literal, get_args
 
 from simulator.errors import require
@@ -102,7 +103,7 @@ class Camera:
             rule = "a read_noise_model has its own after_gain; leave this out"
             require(after_dn == 0, "camera.read_noise_after_gain", f"{after_dn:g} DN", rule)
             return self.read_noise_model.check_switch(self.conversion_gain)
-        self._table()  # checks the lines
+        _ = self._table  # checks the lines
         rowed = next((iso for iso, setting in self.iso_table.items() if setting.row_noise_dn > 0), None)
         rule = "stages.row_noise is given, too; leave one of them out"
         require(rowed is None or "row_noise" not in self.stages, f"camera.iso_table.{rowed}.row_noise", "given", rule)
@@ -184,7 +185,7 @@ class Camera:
 
         Those at which all readings of an hdr_readout have been measured.
         """
-        isos = self._table().isos() if self.read_noise_model is None else self.read_noise_model.isos()
+        isos = self._table.isos() if self.read_noise_model is None else self.read_noise_model.isos()
         if self.hdr_readout is None:
             return isos
         lowest = min(self.hdr_readout.gains)  # at which the last reading is read
@@ -197,7 +198,7 @@ class Camera:
         """
         extrapolate, name = self.iso_range == "extrapolate", f"{self.make} {self.model}"
         if self.read_noise_model is None:
-            setting = self._table().setting(iso, extrapolate, name)
+            setting = self._table.setting(iso, extrapolate, name)
         else:
             setting = self.read_noise_model.setting(iso, extrapolate, self._conversion_ratio(iso), name)
         black, white = setting.black_level_dn, setting.white_level_dn
@@ -205,8 +206,9 @@ class Camera:
         black = self.black_level_dn if black is None else black
         return replace(setting, black_level_dn=black, white_level_dn=default if white is None else white)
 
+    @cached_property
     def _table(self) -> IsoTable:
-        """Return the ISO table. Raises PhotositeError for lines that contradict each other."""
+        """The ISO table. Raises PhotositeError for lines that contradict each other."""
         return IsoTable(self.iso_table, self.conversion_gain)
 
     def _conversion_ratio(self, iso: float) -> float:

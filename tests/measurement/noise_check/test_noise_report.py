@@ -17,7 +17,7 @@ from simulator.measurement.noise_check import flat_bench
 from simulator.measurement.noise_check.frames import make_noise_bench, plan_frames, take_frames
 from simulator.measurement.noise_check.measure import log_slope, measure_iso_noise, noise_steps
 from simulator.measurement.noise_check.report import validate_noise
-from simulator.measurement.noise_check.tolerance_check import ToleranceCheck
+from simulator.measurement.report.tolerance_check import ToleranceCheck
 from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import IsoSetting
 from simulator.sensor.stages.column_offset import ColumnOffset

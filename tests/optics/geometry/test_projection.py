@@ -9,8 +9,11 @@ from helpers.camera_builders import small_camera
 from helpers.scene_builders import band_scene
 from scipy.stats import qmc
 
+from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
+from simulator.optics.geometry.interleaved_columns import InterleavedColumns
+from simulator.optics.geometry.projection import Projection, project_planes
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
@@ -135,3 +138,25 @@ def test_a_distorted_photosite_is_the_mean_over_its_own_area():
     truth = picture[tuple(np.floor(place).astype(int) for place in places)].mean(axis=1)
     found = simulate(shot).mean_electrons.astype(float)[row.ravel(), column.ravel()] / unit(camera)
     assert np.abs(found - truth).max() < 0.0015  # tilted sides as steps: 0.009 with one rectangle
+
+
+@pytest.mark.parametrize(("scale", "over"), [(0.17, 1), (0.5, 1), (0.9, 2), (0.7, 1)])
+def test_samples_of_a_coarse_scene_are_its_bilinear_values(scale, over):
+    """Against float64 NumPy, beyond the scene's edges too; across and down in two steps where samples are close."""
+    device, rng = open_device(), np.random.default_rng(1)
+    scene = rng.random((3, 23, 31), np.float32)
+    projection = Projection(scale, -1.3, 2.1, 31, 23, 1, False)
+    assert projection.is_separable(over) == (scale <= 0.5 * over)
+    layout, origin = InterleavedColumns(over, 24 * over, 32), (-9, 5)
+    sampled = device.empty(layout.shape(4), np.float32)
+    project_planes(device, projection, device.upload(scene), 3, sampled, 1, layout, origin)
+    found = layout.decode(device.download(sampled, layout.shape(4), np.float32))[1:]
+    places = [
+        offset + scale * (first + (np.arange(count) + 0.5) / over) - 0.5
+        for offset, first, count in ((2.1, 5, found.shape[1]), (-1.3, -9, found.shape[2]))
+    ]
+    down, right = (np.clip(place, 0, size - 1) for place, size in zip(places, (23, 31), strict=True))
+    rows, columns = np.minimum(down.astype(int), 21), np.minimum(right.astype(int), 29)
+    s, t = right - columns, (down - rows)[:, None]
+    upper, lower = (scene[:, row][:, :, columns] * (1 - s) + scene[:, row][:, :, columns + 1] * s for row in (rows, rows + 1))
+    assert np.abs(found - (upper * (1 - t) + lower * t)).max() < 2e-6

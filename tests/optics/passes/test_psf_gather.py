@@ -30,11 +30,11 @@ def test_light_is_convolved_with_the_exact_kernel_to_a_tenth_of_the_noise(name):
     assert error(shot, planes, psf.kernel(0, 0, False, 0, 0).sum(axis=0)) < 0.1
 
 
-@pytest.mark.parametrize(("f_number", "radius_px"), [(8.0, 1.0), (8.0, 2.2), (8.0, -3.0), (2.0, 1.5)])
+@pytest.mark.parametrize(("f_number", "radius_px"), [(8.0, 0.7), (8.0, 0.85), (8.0, 2.2), (8.0, -3.0), (2.0, 1.6)])
 def test_a_geometric_blur_is_corrected_to_wave_optics(f_number, radius_px):
     """A wall of which half is out of focus, with light between 0.4 and 1: the kernel of wave optics, away from the step.
 
-    What is left is the interpolation between the radii of corrections, and what they cut off.
+    What is left is the interpolation between the radii of the blur and of its corrections, and what they cut off.
     """
     planes = 0.4 + 0.6 * contrasts()
     through = ThinLens(50.0, f_number, 2.0, cos4=False, diffraction=True)
@@ -46,5 +46,5 @@ def test_a_geometric_blur_is_corrected_to_wave_optics(f_number, radius_px):
     assert psf.corrected_px and not psf.by_distance
     exact = psf.at_radius(radius_px).kernel(0, 0, False, 0, 0)[0]
     left, right = slice(0, SIDE // 2 - 24), slice(SIDE // 2 + 24, SIDE)
-    assert error(shot, planes, exact, (slice(None), left)) < 0.3
+    assert error(shot, planes, exact, (slice(None), left)) < 0.1
     assert error(shot, planes, psf.at_radius(0.0).kernel(0, 0, False, 0, 0)[0], (slice(None), right)) < 0.1

@@ -1,4 +1,4 @@
-"""The wide part of a kernel on cells of 2 x 2 photosites: with the core it is the exact kernel."""
+"""The wide part of a kernel on cells of several photosites: with the core it is the exact kernel."""
 
 import math
 

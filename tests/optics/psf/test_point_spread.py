@@ -77,7 +77,7 @@ def test_a_point_is_an_airy_disk_on_photosites(f_number, tolerance):
     """At f/8 a light far smaller than a photosite has detail beyond the four points that its light is given on."""
     camera = green_camera(121, 121)
     found, whole = (point_frame(camera, lens(f_number, diffraction=wave)) for wave in (True, False))
-    assert found.sum() == pytest.approx(whole.sum(), rel=1e-5)
+    assert found.sum() == pytest.approx(whole.sum(), rel=1e-4)  # errors of the tail below 0 become 0 in the dark
     shares, expected = found[55:66, 55:66] / whole.sum(), airy_shares(11, f_number)
     assert np.abs(shares - expected).max() < tolerance * expected.max()
 
@@ -141,7 +141,7 @@ def test_light_is_spread_beyond_the_frame_and_from_beyond_it():
 
 
 def test_what_is_skipped_agrees_with_what_would_have_been_done():
-    """Kernels that are skipped because they move the scene's contrast by less than 0.01 sigma."""
+    """Kernels that are skipped because they move the scene's contrast by less than half the tolerance."""
     planes = 1.0 + 1e-6 * RNG.random((48, 64))
     shot = Shot(band_scene(planes, math.inf), lens(11.0, diffraction=True), Exposure(0.05), green_camera(low_pass_um=3.0))
     planned = plan(shot)
@@ -155,7 +155,7 @@ def test_what_is_skipped_agrees_with_what_would_have_been_done():
     electrons_each = planned.sensor.stage("exposure").time_s * planned.sensor.stage("exposure").collecting_area_um2
     electrons_each *= planned.sensor.stage("irradiance").effective_solid_angle_sr
     z = electrons_each * (found - skipped) / np.sqrt(planned.sensor.moments(electrons_each * skipped.mean()).variance)
-    assert 0.0 < np.abs(z).max() < float(told[1]) < 0.01
+    assert 0.0 < np.abs(z).max() < float(told[1]) < 0.5 * shot.tolerance
 
 
 @pytest.mark.parametrize("name", ["f/8", "filter", "small aperture", "out of focus"])

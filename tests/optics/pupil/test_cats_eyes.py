@@ -10,9 +10,10 @@ from helpers.lens_error import statistics, z_scores
 from helpers.scene_builders import FixedScene, band_scene
 
 from simulator.exposure.settings import Exposure
-from simulator.optics.defocus.aperture_kernel import disk_weights
+from simulator.optics.defocus.aperture_kernel import clipped_weights, disk_weights
 from simulator.optics.defocus.clipped_kernel import shape_weights
 from simulator.optics.defocus.field_pupil import MOST_MOVED, plan_cats_eyes
+from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.convex_area import Disk, intersection_area
 from simulator.optics.pupil.pupil import Aperture, Pupil, PupilStop
@@ -44,6 +45,18 @@ def depth_of(lens, radius_px: float, pitch_um: float) -> float:
     """Distance at which a lens blurs by this signed radius [m]."""
     per_dioptre = float(lens.blur_radius_um(math.inf)) * lens.focus_distance_m / pitch_um
     return 1.0 / (1.0 / lens.focus_distance_m - radius_px / per_dioptre)
+
+
+@pytest.mark.parametrize("area", [PhotositeArea(), PhotositeArea(True, 1)])
+def test_weights_of_an_image_do_not_depend_on_those_beside_it(area):
+    """A window has fewer images than its frame; radii on both sides of each number of slices, and below a photosite."""
+    random, pupil = np.random.default_rng(3), Pupil(5, stops=STOPS)
+    radii = np.array([0.0, 0.01, -0.3, 1.0, -2.4, 2.6, 7.9, 8.1, -9.0, 33.0])
+    fields = random.uniform(-0.2, 0.2, (len(radii), 2))
+    together = clipped_weights(pupil, fields, radii, 1, area)
+    for number, found in enumerate(together):
+        (alone,) = clipped_weights(pupil, fields[[number]], radii[[number]], 1, area)
+        assert np.array_equal(found, alone), radii[number]
 
 
 @pytest.mark.parametrize("pupil", [Pupil(stops=STOPS), Pupil(5, 12.0, stops=STOPS), Pupil(6, 30.0), Pupil(7, 3.0, 0.8, STOPS)])

@@ -22,7 +22,12 @@ def late_frame() -> tuple[Raw, list[str]]:
 
         return compute
 
-    return random_frame(mean_electrons=make("mean_electrons", 2.0), noise_free_dn=make("noise_free_dn", 3.0)), called
+    def describe() -> dict[str, object]:
+        called.append("resolved")
+        return {"shot": {"name": "frame"}}
+
+    late = {"mean_electrons": make("mean_electrons", 2.0), "noise_free_dn": make("noise_free_dn", 3.0), "resolved": describe}
+    return random_frame(**late), called
 
 
 def test_a_late_field_is_computed_once_when_it_is_read():
@@ -42,7 +47,7 @@ def test_an_array_is_held_as_it_is_and_what_was_computed_lets_go_of_its_function
     assert vars(raw)["mean_electrons"] is first
 
 
-def test_copies_hold_arrays():
+def test_copies_hold_arrays_and_text():
     """A pickle may be read where there is no device; replaced fields leave the others."""
     for made in (lambda raw: pickle.loads(pickle.dumps(raw)), copy.deepcopy, lambda raw: replace(raw, name="other")):
         raw, called = late_frame()
@@ -50,6 +55,7 @@ def test_copies_hold_arrays():
         assert sorted(called) == sorted(LATE)
         assert not any(callable(vars(other)[name]) for name in LATE)
         assert other.mean_electrons.max() == 2.0 and other.noise_free_dn.max() == 3.0
+        assert other.resolved == {"shot": {"name": "frame"}}
 
 
 def test_late_fields_are_fields_and_not_of_the_class():

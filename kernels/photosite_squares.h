@@ -1,0 +1,38 @@
+// Means of the scene over squares of photosites (photosite_area.h): the places of up to BATCH of them are computed together, before the
+// scene is read, so that compilers make vectors of the former.
+#ifndef PHOTOSITE_SQUARES_H
+#define PHOTOSITE_SQUARES_H
+#include "photosite_area.h"
+
+// Means of a plane over `count` squares of `size` photosites, up to BATCH. x, y: upper left corner of the first on the sensor; the
+// others lie `step` photosites apart to the right.
+INLINE void squares(global const float *plane, const float x, const float step, const float y, const float size, const uint count,
+                    const uint channel, const struct projection p, float *mean) {
+#if TAPS
+    float left[BATCH], top[BATCH], wide[BATCH], tall[BATCH], tilt_right[BATCH], tilt_down[BATCH];
+    for (uint i = 0; i < count; i++) {
+        const struct area a = area_of(x + (float)i * step, y, size, channel, p);
+        left[i] = a.left, top[i] = a.top, wide[i] = a.wide, tall[i] = a.tall, tilt_right[i] = a.tilt_right, tilt_down[i] = a.tilt_down;
+    }
+    for (uint i = 0; i < count; i++) {
+        const struct area a = {left[i], top[i], wide[i], tall[i], tilt_right[i], tilt_down[i]};
+        mean[i] = area_mean(plane, a, p);
+    }
+#else
+    float u[BATCH], v[BATCH];
+    for (uint i = 0; i < count; i++) mean[i] = 0.0f;
+    for (uint part = 0; part < SAMPLES * SAMPLES; part++) {
+        const float across = size * (((float)(part % SAMPLES) + 0.5f) * (1.0f / SAMPLES));
+        const float down = size * (((float)(part / SAMPLES) + 0.5f) * (1.0f / SAMPLES));
+        for (uint i = 0; i < count; i++) {
+            float a = x + (float)i * step + across, b = y + down;
+            scene_place(&a, &b, channel, p);
+            u[i] = a, v[i] = b;
+        }
+        for (uint i = 0; i < count; i++) mean[i] += point(plane, u[i], v[i], p);
+    }
+    for (uint i = 0; i < count; i++) mean[i] *= 1.0f / (SAMPLES * SAMPLES);
+#endif
+}
+
+#endif

@@ -1,0 +1,49 @@
+// Where in the scene a place on the sensor sees: through the distortion of the lens, the pose of the camera and the scale of the
+// scene. POSE 1: the camera or the surface has moved, which is a homography of places x, y from the pivot [photosites]. It is kept as
+// the displacement that it causes, so that single precision loses nothing where that is small:
+//   dx = (pose[0] + pose[1] x + pose[2] y - x (pose[6] x + pose[7] y)) / (1 + pose[6] x + pose[7] y)
+// and dy alike from pose[3] to pose[5].
+#ifndef SCENE_PLACE_H
+#define SCENE_PLACE_H
+#include "conventions.h"
+#if DISTORTION
+#include "distortion.h"
+#endif
+#define POSE_NUMBERS 10
+
+// Where the sensor lies in the scene. Kernels take it as scalars: PoCL 3.1 vectorises over work-items 1.6 times worse with a struct.
+struct projection {
+    uint scene_width, scene_height; // of the scene's grid [px]
+    float scale;                    // scene pixels per photosite
+    float offset_x, offset_y;       // scene position of the sensor's upper left corner [px]
+#if POSE
+    float pivot_x, pivot_y;         // photosites from the sensor's upper left corner
+    float pose[POSE_NUMBERS - 2];
+#endif
+};
+
+// Fill in the pose: pivot x, y, then pose[0] to pose[7].
+INLINE void take_pose(struct projection *projection, global const float *pose) {
+#if POSE
+    projection->pivot_x = pose[0];
+    projection->pivot_y = pose[1];
+    __attribute__((opencl_unroll_hint(POSE_NUMBERS - 2)))
+    for (uint i = 0; i < POSE_NUMBERS - 2; i++) projection->pose[i] = pose[2 + i];
+#endif
+}
+
+// Turn a place on the sensor [photosites] into the scene position [px] that a channel sees there.
+INLINE void scene_place(float *x, float *y, const uint channel, const struct projection p) {
+#if DISTORTION
+    undistort(x, y, channel);
+#endif
+#if POSE
+    const float a = *x - p.pivot_x, b = *y - p.pivot_y, slope = p.pose[6] * a + p.pose[7] * b, shrink = 1.0f / (1.0f + slope);
+    *x += (p.pose[0] + p.pose[1] * a + p.pose[2] * b - a * slope) * shrink;
+    *y += (p.pose[3] + p.pose[4] * a + p.pose[5] * b - b * slope) * shrink;
+#endif
+    *x = p.offset_x + p.scale * *x;
+    *y = p.offset_y + p.scale * *y;
+}
+
+#endif

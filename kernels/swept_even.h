@@ -1,0 +1,41 @@
+// Reading of a span where the scene has one pixel per photosite: all its photosites read the same pixels, but for one more, with weights
+// that change little along it (swept_area.h). Adjacent pixels of a row then come as vectors.
+#ifndef SWEPT_EVEN_H
+#define SWEPT_EVEN_H
+
+INLINE void read_even(global const float *plane, const struct path path, const struct projection p, float *value) {
+    const float drift = path.u_slope - 1.0f, reach = (float)(SPAN - 1), even = path.u - reach;
+    const int first = whole(even + reach * (reach * path.u_bend - (drift < 0.0f ? -drift : drift)));
+    const float from = even - (float)first, low = path.v + path.v_slope * (float)first, step = 2.0f * path.v_slope;
+    if (path.rows == 2u && from + reach * (reach * path.u_bend + (drift < 0.0f ? -drift : drift)) < 1.0f) { // 2 x 2 pixels each
+        global const float *upper = plane + (size_t)clamped(path.row, p.scene_height) * p.scene_width + path.column + first;
+        global const float *lower = plane + (size_t)clamped(path.row + 1, p.scene_height) * p.scene_width + path.column + first;
+        const float down = low + path.v_slope * from;
+        for (uint i = 0; i < SPAN; i++) {
+            const float r = (float)(int)(2 * i) - reach, at = from + r * (drift + r * path.u_bend);
+            const float above = upper[2 * i] + at * (upper[2 * i + 1] - upper[2 * i]);
+            const float below = lower[2 * i] + at * (lower[2 * i + 1] - lower[2 * i]);
+            value[i] = above + (down + step * (float)(int)i) * (below - above);
+        }
+        return;
+    }
+    float left[SPAN + 1], right[SPAN];
+    for (uint i = 0; i < SPAN; i++) left[i] = right[i] = 0.0f;
+    left[SPAN] = 0.0f;
+    for (uint n = 0; n < path.rows; n++) {
+        global const float *line = plane + (size_t)clamped(path.row + (int)n, p.scene_height) * p.scene_width + path.column + first;
+        for (uint i = 0; i < SPAN; i++) {
+            const float at = (low - (float)(int)n) + step * (float)(int)i;
+            left[i] += share_of(at, 0.0f) * line[2 * i];
+            right[i] += share_of(at + path.v_slope, 0.0f) * line[2 * i + 1];
+        }
+        left[SPAN] += share_of((low - (float)(int)n) + step * SPAN, 0.0f) * line[2 * SPAN];
+    }
+    for (uint i = 0; i < SPAN; i++) {
+        const float r = (float)(int)(2 * i) - reach, at = from + r * (drift + r * path.u_bend);
+        const float a = at < 1.0f ? 1.0f - at : 0.0f, c = at > 1.0f ? at - 1.0f : 0.0f;
+        value[i] = a * left[i] + ((1.0f - a) - c) * right[i] + c * left[i + 1];
+    }
+}
+
+#endif

@@ -1,0 +1,100 @@
+// Sharp image of a scene that moves while the shutter is open: for each photosite the mean over instants of what it sees at each, every
+// line of the sensor with its own instants. One launch adds one layer, the nearest first, which covers the next at each instant.
+//
+// planes: (channels, scene height, scene width) float32, electron radiance [e- s^-1 um^-2 sr^-1]; COVERED 1: and its coverage, 0 to 1.
+// views:  swept_rows: (rows, instants) struct view (swept_area.h), of the frame's rows.
+// poses:  swept_places: (lines, instants, 11) float32, weight, pivot and pose (scene_place.h), of the frame's rows, or of its columns
+//         where COLUMNS is 1.
+// open:   (instants, rows of the launch, 2, set_columns) float32, light that nearer layers let through, even and odd columns apart.
+//         FIRST 1: not read. COVERED 0, the last layer: not written.
+// mosaic: (rows, width) float32, each photosite's own colour, over its open area; FIRST 0: what is there is added to.
+#include "conventions.h"
+#include "cfa.h"
+#include "plain_math.h"
+#define BATCH 1
+#include "photosite_squares.h"
+#include "swept_area.h"
+
+struct sweep {
+    int origin_x, origin_y;         // photosite of the sensor at [0, 0] of the frame
+    uint width;                     // of the frame [photosites]
+    int first_column;               // of the first span in the frame; spans begin at multiples of 2 SPAN photosites of the sensor
+    uint first_row;                 // of the launch in the frame
+    uint set_columns;               // photosites of a row in even or in odd columns, rounded up to whole spans
+    uint instants;                  // of each line
+    uint scene_width, scene_height; // of the scene's grid [px]
+    float scale;                    // scene pixels per photosite
+    float offset_x, offset_y;       // scene position of the sensor's upper left corner [px]
+    float pivot_x, pivot_y;         // place on the sensor from which displacements are counted [photosites]
+};
+
+INLINE size_t open_row(const uint instant, const struct sweep sweep) {
+    const size_t rows = get_global_size(1) >> 1, row = get_global_id(1) >> 1, odd = get_global_id(1) & 1;
+    return ((instant * rows + row) * 2 + odd) * sweep.set_columns + get_global_id(0) * SPAN;
+}
+
+// Add a span at an instant to `sum` (SPAN), and close what it covers. value, cover: (SPAN) its light and coverage.
+INLINE void add_span(const float *value, const float *cover, const float weight, global float *open, float *sum) {
+    for (uint i = 0; i < SPAN; i++) {
+        const float through = FIRST ? 1.0f : open[i];
+        sum[i] += weight * through * value[i];
+        if (COVERED) open[i] = through * (1.0f - cover[i]);
+    }
+}
+
+INLINE void write_span(const float *sum, const size_t row, const int first, const struct sweep sweep, global float *mosaic) {
+    for (uint i = 0; i < SPAN; i++) {
+        const uint column = (uint)(first + (int)(2 * i)); // wraps to a large number left of the frame
+        if (column >= sweep.width) continue;
+        global float *photosite = mosaic + row * sweep.width + column;
+        *photosite = FIRST ? sum[i] : *photosite + sum[i];
+    }
+}
+
+// Dimension 0: spans of a row's even or odd columns; 1: rows of the launch, each as even and odd columns. For displacements that
+// change little along a span, without distortion.
+kernel void swept_rows(global const float *restrict planes, global const struct view *restrict views, global float *restrict open,
+                       global float *restrict mosaic, const struct sweep sweep) {
+    const size_t row = sweep.first_row + (get_global_id(1) >> 1);
+    const int first = sweep.first_column + (int)(2 * get_global_id(0) * SPAN + (get_global_id(1) & 1));
+    const size_t pixels = (size_t)sweep.scene_width * sweep.scene_height;
+    const struct projection projection = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
+    const float x = (float)(sweep.origin_x + first + SPAN - 1), y = (float)(sweep.origin_y + (int)row);
+    float value[SPAN], cover[SPAN], sum[SPAN];
+    for (uint i = 0; i < SPAN; i++) sum[i] = cover[i] = 0.0f;
+    for (uint k = 0; k < sweep.instants; k++) {
+        const struct view view = views[row * sweep.instants + k];
+        const float into = TAPS ? INSET : 0.5f;
+        const struct path path = path_of(view, x + 0.5f - sweep.pivot_x, x + into, y + into, projection);
+        read_span(planes + cfa_plane((uint)first, row) * pixels, path, projection, value);
+        if (COVERED) read_span(planes + CHANNELS * pixels, path, projection, cover);
+        add_span(value, cover, view.weight, open + open_row(k, sweep), sum);
+    }
+    write_span(sum, row, first, sweep, mosaic);
+}
+
+// The same for any displacement, distortion and lines.
+kernel void swept_places(global const float *restrict planes, global const float *restrict poses, global float *restrict open,
+                         global float *restrict mosaic, const struct sweep sweep) {
+    const size_t row = sweep.first_row + (get_global_id(1) >> 1);
+    const int first = sweep.first_column + (int)(2 * get_global_id(0) * SPAN + (get_global_id(1) & 1));
+    const size_t pixels = (size_t)sweep.scene_width * sweep.scene_height;
+    struct projection projection = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
+    const uint channel = cfa_plane((uint)first, row);
+    float value[SPAN], cover[SPAN], sum[SPAN];
+    for (uint i = 0; i < SPAN; i++) sum[i] = 0.0f;
+    for (uint k = 0; k < sweep.instants; k++) {
+        for (uint i = 0; i < SPAN; i++) {
+            const uint own = (uint)(first + (int)(2 * i)), column = own < sweep.width ? own : 0;
+            global const float *pose = poses + ((COLUMNS ? column : row) * sweep.instants + k) * (POSE_NUMBERS + 1);
+            take_pose(&projection, pose + 1);
+            const float x = (float)(sweep.origin_x + (int)column) + INSET, y = (float)(sweep.origin_y + (int)row) + INSET;
+            squares(planes + channel * pixels, x, 0.0f, y, SIDE, 1, channel, projection, value + i);
+            value[i] *= pose[0];
+            cover[i] = 0.0f;
+            if (COVERED) squares(planes + CHANNELS * pixels, x, 0.0f, y, SIDE, 1, channel, projection, cover + i);
+        }
+        add_span(value, cover, 1.0f, open + open_row(k, sweep), sum);
+    }
+    write_span(sum, row, first, sweep, mosaic);
+}

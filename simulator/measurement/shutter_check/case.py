@@ -1,0 +1,66 @@
+"""A measurement of a shutter: the frames that it needs, and what it finds in them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from simulator.measurement.report.tolerance_check import LEAST_SIGMAS, ToleranceCheck
+from simulator.measurement.shutter_check.frames import Frame, ShutterBench, TakenFrame
+
+LARGEST_TOLERANCE = 0.25  # a wider one would let anything pass
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A measured curve beside the fitted or stated one, for the report.
+
+    x, measured, model: (points,).
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    x: np.ndarray
+    measured: np.ndarray
+    model: np.ndarray
+    model_label: str = "fitted"
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a measurement found: checks against what the shot states, and curves."""
+
+    checks: tuple[ToleranceCheck, ...]
+    curves: tuple[Curve, ...] = ()
+
+
+class ShutterCase(Protocol):
+    """A measurement of one kind."""
+
+    def frames(self, bench: ShutterBench) -> list[Frame]:
+        """Return the frames that it needs."""
+        ...
+
+    def measure(self, bench: ShutterBench, files: Mapping[str, TakenFrame]) -> Findings:
+        """Measure these frames, by name, from their raw files, and compare. Raises PhotositeError."""
+        ...
+
+
+def check_number(quantity: str, where: str, measured: float, expected: float, error: float, unit: str = "") -> ToleranceCheck:
+    """Return the check of a number whose tolerance is LEAST_SIGMAS standard errors.
+
+    error: standard error, in the unit of the number. Not gated where the noise leaves a tolerance over LARGEST_TOLERANCE.
+    """
+    if expected == 0:
+        return ToleranceCheck(quantity, where, measured, 0.0, LEAST_SIGMAS * error, error, unit, relative=False)
+    share = error / abs(expected)
+    reason = "" if LEAST_SIGMAS * share <= LARGEST_TOLERANCE else f"{LEAST_SIGMAS:g} standard errors are {400 * share:.2g} %"
+    return ToleranceCheck(quantity, where, measured, expected, LEAST_SIGMAS * share, share, unit, reason_unchecked=reason)
+
+
+def mean_of(values: np.ndarray) -> tuple[float, float]:
+    """Return the mean and its standard error, from how values differ from their neighbours."""
+    scatter = float(np.sqrt(0.5 * np.mean(np.diff(values) ** 2)))
+    return float(values.mean()), scatter / np.sqrt(values.size)

@@ -1,0 +1,279 @@
+"""Motion behind a defocused lens: each point of the aperture carries an instant.
+
+A camera's translation moves the image of a surface by an amount linear in its signed blur radius R, as a point of the aperture
+does. So through the point u, at the instant t, a photosite at x sees the place of a surface
+    x + R (u + aperture(t)) + place(t),
+exactly where the surface is flat: `aperture` [pupil radii] and `place` [photosites] are those of its inverse distance. Light is
+the mean over pairs of a point and an instant that mix well, which holds occlusion, blur and motion together; neither may be
+computed before the other. Places and instants are those of the middle of a cell of photosites, which share their points.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from simulator.exposure.line_times import LineTimes
+from simulator.optics.geometry.image_motion import ImageMotion
+from simulator.optics.geometry.instants import TimedPath
+from simulator.optics.lens.lens import Lens
+
+CELL_PX = 0.03  # largest difference of an image's path within a cell that shares its points [photosites]
+WIDEST_CELL_PX = 2048  # cells are no wider and no higher
+LEAST_CELL_ROWS = 2  # of a rolling shutter: rows of the colours of a filter's block
+PROBED = 257  # instants at which paths are measured
+FLICKER_STRATA = 512  # parts of equal light of a line whose light is uneven over time
+
+
+@dataclass(frozen=True)
+class BlurLaw:
+    """Signed blur radius of a distance Z: R = at_infinity_px - growth_px / Z [photosites, m]."""
+
+    at_infinity_px: float
+    growth_px: float
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """Motion of the images of a scene's layers, nearest first, while lines of the sensor are open.
+
+    path: of the images, with lines and light. law: of the blur. radii_px: (layers, 2) least and greatest signed blur radius of
+    each layer [photosites]. wider: width of the photosites of the blur in photosites of the camera, as in `Defocus`.
+    """
+
+    path: TimedPath
+    law: BlurLaw
+    radii_px: np.ndarray
+    wider: int = 1
+
+    def on_wider_photosites(self) -> Self:
+        """Return the same motion as photosites see it that are twice as wide."""
+        law = BlurLaw(0.5 * self.law.at_infinity_px, 0.5 * self.law.growth_px)
+        return replace(self, law=law, radii_px=0.5 * self.radii_px, wider=2 * self.wider)
+
+    @property
+    def layers(self) -> int:
+        """Number of layers."""
+        return len(self.radii_px)
+
+    @property
+    def image(self) -> ImageMotion:
+        """Geometry of the images."""
+        return self.path.motion
+
+    @property
+    def _centre_px(self) -> np.ndarray:
+        """Place of the optical axis from the sensor's corner, in photosites of the camera."""
+        return 0.5 * np.array([self.image.geometry.width_px, self.image.geometry.height_px])
+
+    def shifts(self, numbers: np.ndarray, places_px: np.ndarray) -> np.ndarray:
+        """Return shifts of aperture and place, (layers, ..., places, 4) float64: x, y [pupil radii], x, y [photosites].
+
+        numbers: (..., numbers) of `ImageMotion.pose_numbers`. places_px: (places, 2) from the sensor's corner [photosites].
+        """
+        from_axis = self.wider * np.asarray(places_px, np.float64) - self._centre_px
+        found = []
+        for layer in range(self.layers):
+            surface = min(layer, len(self.image.surfaces) - 1)  # background that is continued moves as the last one
+            infinity, shift = self.image.parallax(numbers, surface, from_axis)
+            infinity, shift = (infinity - from_axis) / self.wider, shift / self.wider
+            aperture = -shift / self.law.growth_px
+            place = infinity - self.law.at_infinity_px * aperture
+            least, greatest = self.radii_px[layer]
+            if least == greatest:  # all of its way is one of the place
+                aperture, place = np.zeros_like(aperture), place + least * aperture
+            found.append(np.concatenate([aperture, place], axis=-1))
+        return np.stack(found)
+
+    @cached_property
+    def _probes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times [s] and the shifts at the sensor's corners and middles, (layers, times, 9, 4)."""
+        step = max(1, (len(self.path.times_s) - 1) // (PROBED - 1))
+        numbers = self.path.poses[::step]
+        places = (self.image.geometry.corners() + self._centre_px) / self.wider
+        return self.path.times_s[::step], self.shifts(numbers, places)
+
+    @cached_property
+    def _ends(self) -> np.ndarray:
+        """Way of the image of the least and the greatest blur radius of each layer, (2, layers, times, 9, 2) [photosites]."""
+        _, shifts = self._probes
+        return self.radii_px.T[:, :, None, None, None] * shifts[..., :2] + shifts[..., 2:]
+
+    @cached_property
+    def rest_px(self) -> np.ndarray:
+        """Whole photosites by which each layer is read aside of its place at rest, (layers, 2) int: most of its way so far.
+
+        A layer that has come far is read where it is, so that the margin of the blur holds only what it moves meanwhile.
+        """
+        ends = self._ends
+        return np.rint(0.5 * (ends.max(axis=(0, 2, 3)) + ends.min(axis=(0, 2, 3)))).astype(int)
+
+    @cached_property
+    def largest_aperture(self) -> float:
+        """Largest shift of the aperture [pupil radii]."""
+        return float(_length(self._probes[1][..., :2]).max())
+
+    @cached_property
+    def _farthest_px(self) -> float:
+        """Largest way of an image beside `rest_px` [photosites]."""
+        return float(_length(self._ends - self.rest_px[:, None, None]).max())
+
+    def reach_px(self, radius_px: float) -> float:
+        """Largest way of an image beside `rest_px`, read at blur radii up to this [photosites]."""
+        return self._farthest_px + self.largest_aperture * max(radius_px - float(np.abs(self.radii_px).max()), 0.0)
+
+    @cached_property
+    def _paths(self) -> tuple[float, float, float]:
+        """Longest way while a line is open: of the aperture [pupil radii], of the place, and of any image [photosites]."""
+        times, shifts = self._probes
+        lines, ways = self.path.lines, []
+        for part in (shifts[..., :2], shifts[..., 2:], self._ends):
+            steps = _length(np.diff(part, axis=-3))
+            steps = steps.max(axis=tuple(axis for axis in range(steps.ndim) if axis != steps.ndim - 2), initial=0.0)
+            sums = np.concatenate([[0.0], np.cumsum(steps)])
+            ways.append(float((np.interp(lines.closed_s, times, sums) - np.interp(lines.opens_s, times, sums)).max()))
+        return ways[0], ways[1], ways[2]
+
+    def path_px(self, radius_px: np.ndarray) -> np.ndarray:
+        """Longest way of the image of a surface with blur circles of this radius while a line is open [photosites]."""
+        aperture, place, longest = self._paths
+        return np.minimum(aperture * radius_px + place, longest)
+
+    @cached_property
+    def _tilt(self) -> tuple[float, float]:
+        """Largest change of a way per photosite, across and down."""
+        grid = self._ends.reshape(*self._ends.shape[:3], 3, 3, 2)  # rows from top to bottom
+        geometry = self.image.geometry
+        across = np.abs(np.diff(grid, axis=4)).max(initial=0.0) / (0.5 * geometry.width_px / self.wider)
+        down = np.abs(np.diff(grid, axis=3)).max(initial=0.0) / (0.5 * geometry.height_px / self.wider)
+        return float(across), float(down)
+
+    @cached_property
+    def skew_px(self) -> float:
+        """Largest way of an image from one line of the sensor to the next [photosites]; 0 where all are open at once."""
+        lines = self.path.lines
+        if lines.is_common or len(lines.opens_s) < 2:
+            return 0.0
+        times, _ = self._probes
+        speed = _length(np.diff(self._ends, axis=2)).max(initial=0.0) / (times[1] - times[0])
+        apart = max(float(np.abs(np.diff(one)).max()) for one in (lines.opens_s, lines.closed_s))
+        return float(speed) * apart * self.wider
+
+    def cell_size(self, block_columns: int, block_rows: int, error_px: float = CELL_PX) -> tuple[int, int]:
+        """Columns and rows of the cells that share points: blocks times a power of two, or fewer rows of a rolling shutter.
+
+        error_px: largest error of a path at the rim of a cell, where blocks are small enough [photosites].
+        """
+        across, down = self._tilt
+        columns = _largest(across, error_px, block_columns, block_columns)
+        return columns, _largest(down + self.skew_px, error_px, block_rows, min(block_rows, LEAST_CELL_ROWS))
+
+    def cell_error_px(self, block_columns: int, block_rows: int) -> float:
+        """Largest error of a path at the rim of a cell [photosites]."""
+        (columns, rows), (across, down) = self.cell_size(block_columns, block_rows), self._tilt
+        return 0.5 * (across * columns + (down + self.skew_px) * (rows - 1))
+
+    def cells(
+        self, x_px: np.ndarray, y_px: np.ndarray, block: tuple[int, int], error_px: float = CELL_PX
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return which cell each photosite lies in, (2, n) int, and the cells' middles, (n, 2) [photosites].
+
+        x_px, y_px: (n,) int from the sensor's corner. block, error_px: of `cell_size`. Cells end at the edge of the sensor.
+        """
+        size, edge = (
+            np.array(self.cell_size(*block, error_px)),
+            np.array([self.image.geometry.width_px, self.image.geometry.height_px]),
+        )
+        number = np.stack([x_px, y_px], axis=-1) // size
+        first, last = number * size, (number + 1) * size
+        held = np.where(first < edge / self.wider, np.minimum(last, edge / self.wider), last)
+        return number.T, 0.5 * (first + held)
+
+    def at(self, middles_px: np.ndarray, shares: np.ndarray) -> np.ndarray:
+        """Return shifts of cells less `rest_px`, when these shares of the light have come: (cells, layers, shares, 4) float32.
+
+        middles_px: (cells, 2), x and y, of the cells from the sensor's corner [photosites]. shares: (n,), 0 to 1.
+        """
+        lines, line_of = np.unique(self._lines(middles_px[:, 1]), return_inverse=True)
+        times = self.quantiles(lines, shares)
+        found = np.empty((len(middles_px), self.layers, len(shares), 4), np.float32)
+        for line, own_times in enumerate(times):
+            columns = [np.interp(own_times, self.path.times_s, column) for column in self.path.poses.T]
+            numbers = np.stack(columns, axis=-1) if columns else np.zeros((len(shares), 0))
+            own = np.flatnonzero(line_of == line)
+            shifts = self.shifts(numbers, middles_px[own])
+            shifts[..., 2:] -= self.rest_px[:, None, None]
+            found[own] = np.moveaxis(shifts, 2, 0)
+        return found
+
+    def _lines(self, y_px: np.ndarray) -> np.ndarray:
+        """Place of each cell's middle among the lines, in lines; 0 where all are open at once."""
+        if self.path.lines.is_common:
+            return np.zeros(len(y_px))
+        return np.clip(self.wider * np.asarray(y_px, np.float64) - 0.5, 0.0, len(self.path.lines.opens_s) - 1.0)
+
+    def quantiles(self, lines: np.ndarray, shares: np.ndarray) -> np.ndarray:
+        """Return the times after the release when these shares of a line's light have come, (lines, shares) [s].
+
+        lines: (lines,) places among the lines, whole at the middle of one.
+        """
+        path, own = self.path, [lines_at(one, lines) for one in self.path.openings]
+        first = own[0]
+        is_box = len(own) == 1 and bool(np.all(first.open_s == first.opens_s) and np.all(first.closed_s == first.closes_s))
+        if is_box and bool(np.all(path.light == path.light[0])):
+            return first.opens_s[:, None] + (first.closed_s - first.opens_s)[:, None] * shares
+        middles = np.empty((len(lines), FLICKER_STRATA))
+        for line in range(len(lines)):
+            begin, end = min(one.opens_s[line] for one in own), max(one.closed_s[line] for one in own)
+            inside = np.linspace(begin, end, 16 * FLICKER_STRATA + 1)
+            cell = np.clip(np.searchsorted(path.times_s, inside, side="right") - 1, 0, len(path.light) - 1)
+            density = path.light[cell] * sum(_opening(one, line, inside) for one in own)
+            sums = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
+            if sums[-1] <= 0.0:
+                sums = np.linspace(0.0, 1.0, len(inside))
+            middles[line] = np.interp((np.arange(FLICKER_STRATA) + 0.5) / FLICKER_STRATA * sums[-1], sums, inside)
+        place = shares * FLICKER_STRATA - 0.5
+        return np.stack([np.interp(place, np.arange(FLICKER_STRATA), one) for one in middles])
+
+
+def _length(vectors: np.ndarray) -> np.ndarray:
+    """Lengths of vectors (..., 2)."""
+    return np.hypot(vectors[..., 0], vectors[..., 1])
+
+
+def _opening(lines: LineTimes, line: int, times_s: np.ndarray) -> np.ndarray:
+    """Share of the light that passes the shutter over a line at some times."""
+    begin, open_s, closes_s, end = (one[line] for one in (lines.opens_s, lines.open_s, lines.closes_s, lines.closed_s))
+    rise = np.clip((times_s - begin) / max(open_s - begin, 1e-15), 0.0, 1.0)
+    fall = np.clip((end - times_s) / max(end - closes_s, 1e-15), 0.0, 1.0)
+    return lines.peak[line] * np.minimum(rise, fall)
+
+
+def lines_at(lines: LineTimes, places: np.ndarray) -> LineTimes:
+    """Return the times between lines, linear in their place."""
+    number = np.arange(len(lines.opens_s))
+    parts = lines.opens_s, lines.open_s, lines.closes_s, lines.closed_s, lines.peak
+    return LineTimes(lines.axis, *(np.interp(places, number, part) for part in parts))
+
+
+def _largest(tilt: float, error_px: float, block: int, least: int) -> int:
+    """Largest side, of `least` times a power of two, across which a path changes by less than the error to either side."""
+    side = WIDEST_CELL_PX
+    while side > least and 0.5 * tilt * (side - (side <= block)) > error_px:
+        side //= 2
+    return side
+
+
+def plan_joint_motion(
+    path: TimedPath, lens: Lens, pixel_pitch_um: float, radii_px: Sequence[float | np.ndarray]
+) -> JointMotion:
+    """Return the motion of layers with these signed blur radii [photosites], floats or maps, behind a lens.
+
+    path: of the images of as many surfaces.
+    """
+    at_infinity, at_a_metre = (float(lens.blur_radius_um(depth_m)) / pixel_pitch_um for depth_m in (math.inf, 1.0))
+    ranges = np.array([(float(np.min(radius)), float(np.max(radius))) for radius in radii_px])
+    return JointMotion(path, BlurLaw(at_infinity, at_infinity - at_a_metre), ranges)

@@ -1,0 +1,250 @@
+"""Plans how the motion of a frame's image is computed: skipped, swept by one kernel, or as the sum of instants."""
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal, Self
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+from simulator.exposure.exposed_light import LightComponent
+from simulator.exposure.motion import Motion
+from simulator.exposure.object_motion import LayerMoves
+from simulator.optics.geometry.image_motion import ImageMotion, LayerPath, Surface, plan_geometry
+from simulator.optics.geometry.instants import Instants, PathLength, TimedPath, instants_error, needed_instants
+from simulator.optics.geometry.projection import Projection
+from simulator.optics.lens.lens import Lens
+from simulator.scene.content_keys import freeze
+from simulator.scene.scene import Layer, Scene
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.camera_sections import Window
+
+SAME_PLACE_PX = 1e-6  # distance of places on the sensor that are the same [photosites]
+
+MOST_NODES = 16384  # instants that the lines of a rolling shutter share
+MOST_TILT = 0.01  # rows per column of the picture up to which rows are blended before columns
+MOST_STRETCH = 0.04  # change of scale up to which a span of photosites reads a stated number of scene pixels
+
+MotionMethod = Literal["swept", "joint", "instants"]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What moves in a shot, and when light reaches the lines of the sensor.
+
+    motion: on the shot's clock. components: of the shot's light: the scene's own, then that of a flash.
+    """
+
+    motion: Motion
+    components: tuple[LightComponent, ...]
+
+    @property
+    def key(self) -> Hashable:
+        """What the image of a moving scene depends on. Raises OSError for a file of a path that is not there."""
+        return freeze(self)
+
+
+@dataclass(frozen=True)
+class MotionNeed:
+    """What a scene and its optics ask of the number of instants.
+
+    contrast: of the scene's edges over one photosite, as a share of the brightest light. allowed: error that is allowed, as
+    a share of the brightest light, > 0. cut_off: highest frequency that is seen [cycles per photosite].
+    texture: standard deviation of the scene's differences over one photosite, as a share of the brightest light.
+    """
+
+    contrast: float
+    texture: float
+    allowed: float
+    cut_off: float
+
+    def of_share(self, share: float) -> Self:
+        """Return the need of a part of the light whose edges are weaker by a factor."""
+        return replace(self, contrast=share * self.contrast, texture=share * self.texture)
+
+    def contrast_along(self, length_px: float) -> float:
+        """Return the contrast of the edge that is wrong by as much as all edges of a path of this length [photosites].
+
+        Errors of a texture's edges have either sign: they add as the root of their number. The factor bounds 99 % of the
+        photosites of random pixels.
+        """
+        return max(self.contrast, 1.6 * self.texture * math.sqrt(2.0 * self.cut_off * length_px))
+
+
+@dataclass(frozen=True)
+class MotionPlan:
+    """How the image of a scene that moves is computed.
+
+    method: "swept": one kernel gathers each photosite along its path. "joint": the points of the aperture that sample the blur
+        carry instants. "instants": the optics are run at each instant.
+    path: of the images of all surfaces under the shutter. length: of the longest. count: instants of each line.
+    error: predicted, as a share of the brightest light. moves_alike: whether the images of all surfaces move as one.
+    """
+
+    method: MotionMethod
+    path: TimedPath
+    length: PathLength
+    count: int
+    error: float
+    moves_alike: bool
+
+    @property
+    def is_common(self) -> bool:
+        """Whether all lines are open at the same times."""
+        return all(one.is_common for one in self.path.openings)
+
+    def shared_nodes(self) -> np.ndarray:
+        """Return times of instants that all lines of the sensor share, (nodes,) [s from the release], for `node_weights`."""
+        own = self.path.lines
+        open_s = float((own.closed_s - own.opens_s).mean())
+        span_s = float(own.closed_s.max() - own.opens_s.min())
+        count = math.ceil(self.count * span_s / max(open_s, 1e-12) - 1e-9)
+        return self.path.even_nodes(min(max(count, 1), MOST_NODES))
+
+    def instants(self, lines: range) -> Instants:
+        """Return the instants of some lines of the sensor; beyond its border, those of the line at the border."""
+        own = self.path.lines
+        if own.axis == "all":
+            return self.path.instants(self.count)
+        place = np.clip(np.array(lines), 0, len(own.peak) - 1)
+        return self.path.of_lines(place).instants(self.count)
+
+    def seen_window(self, window: Window) -> Window:
+        """Return photosites at rest that see all that the photosites of a window see on their paths."""
+        width, height = self.path.motion.geometry.width_px, self.path.motion.geometry.height_px
+        beyond = max(-window.x, -window.y, window.x + window.width - width, window.y + window.height - height, 0)
+        reach = math.ceil(self.path.farthest_px * (1.0 + 4.0 * beyond / min(width, height))) + 2
+        return Window(window.x - reach, window.y - reach, window.width + 2 * reach, window.height + 2 * reach)
+
+    @cached_property
+    def slopes(self) -> tuple[float, float]:
+        """Largest change of the displacement along a row, across and down the picture [photosites per photosite]."""
+        own, tilt, stretch = self.path.motion, 0.0, 0.0
+        reach = 0.5 * math.hypot(own.geometry.width_px, own.geometry.height_px)
+        for surface in range(len(own.surfaces)):
+            shape = np.abs(own.homographies(self.path.poses, surface) - np.eye(3)).max(axis=0)
+            bend = reach * float(shape[2, 0] + shape[2, 1])
+            tilt, stretch = max(tilt, float(shape[1, 0]) + bend), max(stretch, float(shape[0, 0]) + 2.0 * bend)
+        return tilt, stretch
+
+    @property
+    def turns_slowly(self) -> bool:
+        """Whether displacements change so little along a row that spans of photosites may be read together."""
+        tilt, stretch = self.slopes
+        return tilt <= MOST_TILT and stretch <= MOST_STRETCH
+
+
+def plan_motion(
+    scene: Scene,
+    lens: Lens,
+    camera: Camera,
+    projection: Projection,
+    moving: Motion,
+    component: LightComponent,
+    need: MotionNeed,
+    is_sharp: bool,
+    can_join: bool = False,
+) -> MotionPlan | str:
+    """Plan the motion of a frame in the light of one component; the reason where none is computed.
+
+    is_sharp: whether each photosite sees one place of each surface, without blur. can_join: whether the optics allow the method
+    "joint", which is taken where surfaces move apart or by their depth, or lie behind one another.
+    Raises PhotositeError for motion that the scene or the paths do not allow, and for depth that no method holds.
+    """
+    layers = scene.layers
+    moving.check_layers(len(layers))
+    size = scene.planes.shape[0], scene.planes.shape[1]
+    surfaces = tuple(_surface(moving, number, layer, size) for number, layer in enumerate(layers))
+    motion = ImageMotion(plan_geometry(lens, camera, projection), surfaces, moving.camera)
+    path = TimedPath(motion, component.lit_openings(), component.release_s, component.curve.brightness)
+    farthest = path.farthest_px
+    if need.contrast * farthest <= need.allowed:
+        return "nothing moves" if farthest < SAME_PLACE_PX else f"the image moves by up to {farthest:.2g} photosites"
+    length = path.length
+    contrast = need.contrast_along(length.longest_px)
+    count = needed_instants(length, contrast, need.allowed, need.cut_off)
+    error = instants_error(count, length, contrast)
+    alike, deep = _moves_alike(path), _shifted_by_depth(path)
+    if is_sharp and deep is None:
+        return MotionPlan("swept", path, length, count, error, alike)
+    if can_join and not (alike and deep is None and len(layers) == 1):
+        return MotionPlan("joint", path, length, count, error, alike)
+    if deep is not None:
+        raise PhotositeError(
+            f"moves the image of layer {deep} by its distance, which differs from pixel to pixel; turn the camera "
+            "instead of moving it, or give the scene as layers with one distance each",
+            key="motion",
+        )
+    if not alike:
+        raise PhotositeError(
+            "moves the layers of the scene apart, behind a lens that blurs; turn the camera alone, or stop the lens down until "
+            "all is sharp",
+            key="motion",
+        )
+    return MotionPlan("instants", path, length, count, error, alike)
+
+
+def _surface(motion: Motion, number: int, layer: Layer, size: tuple[int, int]) -> Surface:
+    path: LayerPath | None = None
+    if number in motion.layers:
+
+        def moves(times_s: np.ndarray) -> LayerMoves:
+            found = motion.layer_moves(number, times_s, size)
+            assert found is not None  # the layer moves
+            return found
+
+        path = moves
+    return Surface(float(np.min(layer.depth_m)), float(np.max(layer.depth_m)), path)
+
+
+def _shifted_by_depth(path: TimedPath) -> int | None:
+    """Return the first surface whose image is shifted by distances that differ from pixel to pixel; None: none is."""
+    motion, corners = path.motion, path.motion.geometry.corners()
+    for number, surface in enumerate(motion.surfaces):
+        if surface.nearest_m == surface.farthest_m:
+            continue
+        shift = motion.parallax(path.poses, number, corners)[1]
+        if np.abs(shift).max() * (1.0 / surface.nearest_m - 1.0 / surface.farthest_m) > SAME_PLACE_PX:
+            return number
+    return None
+
+
+def _moves_alike(path: TimedPath) -> bool:
+    """Whether the images of all surfaces move as one."""
+    motion = path.motion
+    first, *others = (motion.homographies(path.poses, number) for number in range(len(motion.surfaces)))
+    return all(bool(np.abs(other - first).max() < SAME_PLACE_PX / motion.geometry.image_distance_px) for other in others)
+
+
+def posed(projection: Projection, plan: MotionPlan, homography: np.ndarray) -> Projection:
+    """Return the projection of a scene at rest onto a sensor whose places are moved by a homography (3, 3)."""
+    return replace(projection, pose=tuple(pose_numbers(plan, homography).tolist()))
+
+
+def pose_numbers(plan: MotionPlan, homographies: np.ndarray) -> np.ndarray:
+    """Return pivot and displacement of homographies (..., 3, 3), as kernels/scene_place.h has them: (..., 10) float64."""
+    geometry, h = plan.path.motion.geometry, homographies
+    x, y = (np.full(h.shape[:-2], 0.5 * side) for side in (geometry.width_px, geometry.height_px))
+    across = h[..., 0, 2], h[..., 0, 0] - 1.0, h[..., 0, 1]
+    down = h[..., 1, 2], h[..., 1, 0], h[..., 1, 1] - 1.0
+    return np.stack([x, y, *across, *down, h[..., 2, 0], h[..., 2, 1]], axis=-1)
+
+
+def row_views(plan: MotionPlan, homographies: np.ndarray, rows: range) -> dict[str, np.ndarray]:
+    """Return the displacement over rows of the sensor at their instants, fields of `struct view` (kernels/swept_area.h).
+
+    homographies: (rows or 1, instants, 3, 3). Each field is (rows, instants) float64.
+    """
+    y = (np.array(rows) + 0.5 - 0.5 * plan.path.motion.geometry.height_px)[:, None]
+    numbers = np.moveaxis(pose_numbers(plan, homographies)[..., 2:], -1, 0)
+    x0, xx, xy, y0, yx, yy, right, down = numbers
+    along = 1.0 + down * y
+    return {
+        "x": (x0 + xy * y) / along,
+        "x_slope": (xx - down * y) / along,
+        "y": (y0 + yy * y - down * y**2) / along,
+        "y_slope": (yx - right * y) / along,
+        "shrink": right / along,
+    }

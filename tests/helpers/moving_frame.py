@@ -1,0 +1,90 @@
+"""Frames of moving scenes: what the simulator makes of them, and the mean of very many instants in float64."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+from scipy.spatial.transform import Rotation
+
+from simulator.device import open_device
+from simulator.exposure.camera_motion import CameraPath
+from simulator.exposure.exposed_light import LightComponent
+from simulator.exposure.light_curve import SteadyLight
+from simulator.exposure.line_times import LineTimes, open_at_once
+from simulator.optics.geometry.motion_plan import Timing
+from simulator.optics.geometry.projection import Projection
+from simulator.optics.optics_plan import plan_optics
+from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import expose
+
+
+def plan_moving(shot: Shot, lines: LineTimes | None = None) -> Plan:
+    """Plan of a shot whose lines are open at these times."""
+    planned, exposure = plan(replace(shot, motion=None)), shot.exposure
+    assert shot.motion is not None
+    openings = (open_at_once(exposure.time_s) if lines is None else lines,)
+    component = LightComponent(False, SteadyLight(), openings, exposure.start_s, exposure.time_s)
+    timing = Timing(shot.motion, (component,))
+    return replace(planned, optics=plan_optics(shot.scene.load(), shot.lens, planned.sensor, shot.tolerance, timing))
+
+
+def moving_light(planned: Plan) -> np.ndarray:
+    """Mosaic of a plan, (height, width) float64, in units of the scene's plane weights."""
+    device = open_device()
+    window = planned.optics.window
+    light = device.download(expose(measure(planned, device), device), (window.height, window.width), np.float32)
+    return light.astype(np.float64) / float(planned.optics.weights.max())
+
+
+def rolling(rows: int, time_s: float, row_s: float) -> LineTimes:
+    """Times of an electronic shutter that opens one row after the other."""
+    opens = row_s * np.arange(rows)
+    return LineTimes("rows", opens, opens, opens + time_s, opens + time_s, np.ones(rows))
+
+
+def places_seen(
+    camera: CameraPath, time_s: np.ndarray, x: np.ndarray, y: np.ndarray, distance_px: float, depth_m: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places at rest that places x, y on the sensor [photosites from the axis] see at some times, by rays through space."""
+    pose = camera.poses(np.ravel(time_s))
+    rays = np.stack([x, -y, np.full_like(x, -distance_px)], axis=-1)
+    turned = Rotation.from_euler("xyz", pose.rotation_rad).apply(rays)
+    if not np.isfinite(depth_m):
+        met = turned / -turned[:, 2:]
+    else:
+        along = (-depth_m - pose.location_m[:, 2]) / turned[:, 2]
+        met = (pose.location_m + along[:, None] * turned) / depth_m
+    return distance_px * met[:, 0], -distance_px * met[:, 1]
+
+
+def dense_mean(
+    pictures: Sequence[tuple[np.ndarray, np.ndarray | None, float]],
+    camera: CameraPath,
+    projection: Projection,
+    sensor: tuple[int, int],
+    distance_px: float,
+    opens_s: np.ndarray,
+    time_s: float,
+    instants: int = 160,
+) -> np.ndarray:
+    """Mean over dense instants of layers (light, coverage, depth), read bilinearly at the centre of each photosite.
+
+    sensor: rows, columns. opens_s: (rows,). Returns (rows, columns) float64.
+    """
+    rows, columns = np.mgrid[: sensor[0], : sensor[1]]
+    x, y = columns.ravel() + 0.5 - 0.5 * sensor[1], rows.ravel() + 0.5 - 0.5 * sensor[0]
+    total = np.zeros(x.size)
+    for part in (np.arange(instants) + 0.5) / instants:
+        time = opens_s[rows.ravel()] + part * time_s
+        light, through = np.zeros(x.size), np.ones(x.size)
+        for picture, coverage, depth_m in pictures:
+            right, down = places_seen(camera, time, x, y, distance_px, depth_m)
+            u = projection.offset_x + projection.scale * (right + 0.5 * sensor[1]) - 0.5
+            v = projection.offset_y + projection.scale * (down + 0.5 * sensor[0]) - 0.5
+            light += through * map_coordinates(np.float64(picture), (v, u), order=1, mode="nearest")
+            if coverage is not None:
+                through *= 1.0 - map_coordinates(np.float64(coverage), (v, u), order=1, mode="nearest")
+        total += light / instants
+    return total.reshape(sensor)

@@ -1,0 +1,99 @@
+"""Layers that move behind a lens, and their picture by dense sums over aperture and time in float64."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+from scipy.stats import qmc
+
+from helpers.lens_frame import LENS, case_plan, depth_of
+from helpers.lens_truths import Case
+from simulator.device import open_device
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.line_times import LineTimes, open_at_once
+from simulator.exposure.object_motion import LayerMotion, Speed
+from simulator.optics.defocus.joint_motion import plan_joint_motion
+from simulator.optics.geometry.image_motion import ImageMotion, LayerPath, Surface, plan_geometry
+from simulator.optics.geometry.instants import TimedPath
+from simulator.pipeline.planner import Plan, measure
+from simulator.pipeline.simulate import expose
+from simulator.sensor.camera.camera_sections import Window
+
+
+def moving_plan(
+    case: Case,
+    camera: SteadyMotion | None = None,
+    ways_px: tuple[tuple[float, float] | None, ...] = (),
+    lines: LineTimes | None = None,
+    start_s: float = 0.0,
+    tolerance: float = 0.1,
+) -> Plan:
+    """Plan of a case whose camera and layers move while lines are open (one second at once, if left out).
+
+    ways_px: of each layer in a second, to the right and down; None: it rests.
+    """
+    planned = case_plan(case, tolerance=tolerance)
+    defocus, sensor = planned.optics.defocus, planned.sensor
+    assert defocus is not None  # all cases are out of focus somewhere
+    paths = [_path(way) for way in ways_px or (None,) * len(case.radius_px)]
+    depths = [np.ravel(depth_of(radius)) for radius in case.radius_px]
+    surfaces = tuple(Surface(float(depth.min()), float(depth.max()), own) for depth, own in zip(depths, paths, strict=True))
+    motion = ImageMotion(plan_geometry(LENS, sensor.camera, planned.optics.projection), surfaces, camera)
+    path = TimedPath(motion, lines or open_at_once(1.0), start_s)
+    joint = plan_joint_motion(path, LENS, sensor.camera.pixel_pitch_um, defocus.radii_px)
+    return dataclasses.replace(
+        planned, optics=dataclasses.replace(planned.optics, defocus=dataclasses.replace(defocus, motion=joint))
+    )
+
+
+def _path(way_px: tuple[float, float] | None) -> LayerPath | None:
+    if way_px is None:
+        return None
+    motion = LayerMotion((Speed(way_px[0], "px/s"), Speed(way_px[1], "px/s")))
+    return lambda times_s: motion.moves(times_s, (1, 1))
+
+
+def image_distance_px(pixel_pitch_um: float = 5.0) -> float:
+    """Lens to sensor [photosites]."""
+    return 1e3 * LENS.image_distance_mm / pixel_pitch_um
+
+
+def dense_picture(case: Case, shifts_px: Callable[[float], np.ndarray], samples: int = 1 << 14) -> np.ndarray:
+    """Picture of flat layers, of the shape of the case's truth, by bilinear reads along rays through `samples` points.
+
+    shifts_px: (layers, 2), x and y, of the place seen at rest at this share of the time. Points of aperture and time
+    are Sobol' points of another scrambling than those of the pipeline.
+    """
+    points = qmc.Sobol(3, seed=77).random(samples)
+    radius, angle = np.sqrt(points[:, 0]), 2.0 * np.pi * points[:, 1]
+    aperture = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+    colour, coverage = case.colour.astype(np.float64), case.coverage.astype(np.float64)
+    blur_px = case.radius_px[:, 0, 0]
+    height, width = (side - 2 * case.margin for side in colour.shape[1:])
+    total = np.zeros((height, width))
+    for u, share in zip(aperture, points[:, 2], strict=True):
+        moved = blur_px[:, None] * u + shifts_px(float(share))
+        light, through = np.zeros((height, width)), np.ones((height, width))
+        for layer, (x, y) in enumerate(moved):
+            light += through * _read(colour[layer], case.margin + x, case.margin + y, height, width)
+            through = through * (1.0 - _read(coverage[layer], case.margin + x, case.margin + y, height, width))
+        total += light
+    return total / samples
+
+
+def _read(plane: np.ndarray, x: float, y: float, height: int, width: int) -> np.ndarray:
+    """Bilinear read of a window that begins at (x, y)."""
+    column, row = int(np.floor(x)), int(np.floor(y))
+    right, down = x - column, y - row
+    part = plane[row : row + height + 1, column : column + width + 1]
+    across = (1.0 - right) * part[:, :-1] + right * part[:, 1:]
+    return (1.0 - down) * across[:-1] + down * across[1:]
+
+
+def moving_picture(case: Case, planned: Plan) -> np.ndarray:
+    """Radiance of the photosites of the case's truth by a plan of it, of which no other is computed."""
+    height, width = case.truth.shape
+    inside = dataclasses.replace(planned.optics, window=Window(case.margin, case.margin, width, height))
+    device = open_device()
+    mosaic = expose(measure(dataclasses.replace(planned, optics=inside, strips=()), device), device)
+    return device.download(mosaic, (height, width), np.float32) / planned.optics.weights.sum()

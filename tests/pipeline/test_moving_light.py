@@ -1,0 +1,79 @@
+"""What moves, under the light and the shutter of a whole shot: a flash freezes it, lines see it at their own times."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.flash import Flash
+from simulator.exposure.motion import Motion
+from simulator.exposure.settings import Exposure
+from simulator.exposure.shutter import RollingShutter
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.light_cache import LightCache
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.scene.arrays import scene_from_rgb
+
+WIDTH, HEIGHT, PITCH_UM = 64, 24, 40.0
+LENS = ThinLens(50.0, 8.0, 3.0, cos4=False)
+SPEED = math.degrees(800.0 * PITCH_UM / (1e3 * LENS.image_distance_mm))  # 800 photosites per second on the axis [deg/s]
+PAN = Motion(camera=SteadyMotion(pan_deg_per_s=-SPEED))
+EDGE = np.repeat((np.arange(WIDTH) >= 40.0)[None, :], HEIGHT, axis=0).astype(np.float32)
+SCENE = scene_from_rgb(EDGE, luminance_cd_m2=10.0, depth_m=3.0)
+EDGE.setflags(write=False)
+for array in SCENE.arrays():
+    array.setflags(write=False)
+
+
+def electrons(exposure: Exposure, motion: Motion | None = PAN, cache: LightCache | None = None) -> np.ndarray:
+    camera = small_camera(WIDTH, HEIGHT, pixel_pitch_um=PITCH_UM)
+    shot = Shot(SCENE, LENS, exposure, camera, motion=motion, tolerance=0.1)
+    return simulate(shot, cache=cache).mean_electrons.astype(float)
+
+
+def edge_widths(light: np.ndarray) -> np.ndarray:
+    """Width of the ramp of each row's edge: photosites between dark and bright."""
+    share = light / light.max(axis=1, keepdims=True)
+    return ((share > 0.02) & (share < 0.98)).sum(axis=1)
+
+
+def test_a_rolling_shutter_leans_the_edge_and_keeps_its_blur():
+    light = electrons(Exposure(0.01, shutter=RollingShutter(0.012)))
+    middle = WIDTH - (light / light[:, -1:]).sum(axis=1)
+    assert np.abs(np.diff(middle) + 800.0 * 0.012 / HEIGHT).max() < 0.01
+    assert np.all(np.abs(edge_widths(light) - 8) <= 1)
+
+
+def test_a_flash_freezes_what_the_ambient_light_blurs():
+    """A pulse of 1/30,000 s at the release: the frame less the ambient light has a sharp edge, where the edge stands then."""
+    ambient = Exposure(0.01)
+    both = electrons(replace(ambient, flash=Flash(length_s=1.0 / 30000.0, guide_number_m=10.0)))
+    blurred = electrons(ambient)
+    flash = both - blurred
+    assert edge_widths(blurred).min() >= 7 and flash.max() > 0.02 * blurred.max()
+    assert edge_widths(flash).max() <= 1
+    middle = WIDTH - (flash / flash[:, -1:]).sum(axis=1)
+    assert np.abs(middle - 40.0).max() < 0.1
+
+
+@pytest.mark.parametrize("motion", [PAN, Motion(camera=SteadyMotion(pan_deg_per_s=SPEED))])
+def test_a_cache_tells_motions_and_times_apart(motion):
+    cache = LightCache()
+    first = electrons(Exposure(0.01), PAN, cache)
+    assert np.array_equal(electrons(Exposure(0.01), PAN, cache), first) and cache.reused > 0
+    for exposure in (Exposure(0.01), Exposure(0.01, start_s=0.01), Exposure(0.02)):
+        assert np.array_equal(electrons(exposure, motion, cache), electrons(exposure, motion))
+
+
+def test_a_still_scene_on_a_tripod_costs_nothing_more():
+    camera = small_camera(WIDTH, HEIGHT)
+    shot = Shot(SCENE, LENS, Exposure(0.01), camera)
+    kept = [(one.name, one.cost_ms) for one in plan(shot).passes if one.kept]
+    still = plan(replace(shot, motion=Motion(camera=SteadyMotion())))
+    assert [(one.name, one.cost_ms) for one in still.passes if one.kept] == kept
+    assert next(one for one in still.passes if one.name == "motion").method == "nothing moves"
