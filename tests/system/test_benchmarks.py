@@ -177,7 +177,7 @@ def test_photosite_and_accumulated_frames_see_one_moving_scene(device, radius_px
     frames.photosite()
     name = next(name for name in frames.runs if name.endswith(" 0.1 σ"))
     frames.runs[name]()
-    assert error(frames.made[name][here], truth)["p99_9"] < 0.15
+    assert error(frames.made[name]()[here], truth)["p99_9"] < 0.15
     planes = held.padded(np.float32)
 
     def accumulated(count, read):
