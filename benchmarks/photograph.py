@@ -21,7 +21,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from measuring.contest import Contestant, contest
+from measuring.contest import turns
 from measuring.report import Report
 from rich.console import Console
 from rich.progress import Progress
@@ -59,13 +59,6 @@ ASKED_END_TO_END = 4.0  # times sensor kernel and plain write
 ASKED_SWEEP = 3.0  # times one shot, for all ISOs of its camera
 ASKED_PEAK = 0.2  # of the stated peak
 CALLS, ASKED_GROWTH = 200, 0.02  # growth of the memory over these calls
-
-
-def turns(shots: dict[str, Callable[[], object]], rounds: int) -> dict[str, dict[str, float]]:
-    """Best wall and processor time [s] of each, in turns."""
-    contestants = [Contestant(name, run, lambda: np.empty(0)) for name, run in shots.items()]
-    timings = contest(contestants, rounds, turn_s=1e-9)
-    return {name: {"best_s": min(timing.wall_s), "cpu_s": statistics.median(timing.cpu_s)} for name, timing in timings.items()}
 
 
 def taking(shot: Shot) -> Callable[[], object]:

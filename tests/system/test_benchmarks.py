@@ -1,7 +1,7 @@
 """The benchmarks measure what they say: peers make the frame of the model, and a sampler's error is computed right."""
 
-import dataclasses
 import importlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,10 +11,30 @@ from measuring.blur_report import at_equal_error, verdicts
 from measuring.contest import Contestant, contest
 from measuring.samplers import SHORTCUTS, Probe, errors, from_normals
 from measuring.work import CHAIN, ELD, ONE_READ_NOISE, ramp
+from motion import (
+    BLUR_PX,
+    WAY_PX,
+    Frames,
+    accumulate,
+    by_shift,
+    by_slices,
+    dense_truth,
+    dominating,
+    error,
+    error_verdicts,
+    launches_of,
+    middle_of,
+    moving_shot,
+    points_of,
+    squares,
+    surfaces,
+)
 from pairs import one_by_one, ours, patches
 from peers.mitsuba_lens import MitsubaLens
 from scipy import stats
 
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.motion import Motion
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.sensor.camera.camera import Window
 
@@ -36,7 +56,7 @@ def test_a_peer_makes_the_frame_of_the_model(module, sensor):
     """Mean and variance over the frame; peers that are not installed are those the benchmark leaves out."""
     pytest.importorskip({"torch_eld": "torch", "getframes_camera": "getframes", "galsim_ccd": "galsim"}.get(module, "numpy"))
     peer = importlib.import_module(f"peers.{module}")
-    sensor = dataclasses.replace(sensor, row_dn=0.01 if sensor.row_dn else 0.0)  # a row is one draw: too few for the variance
+    sensor = replace(sensor, row_dn=0.01 if sensor.row_dn else 0.0)  # a row is one draw: too few for the variance
     for one in peer.contestants(PICTURE, sensor) if hasattr(peer, "contestants") else [peer.contestant(PICTURE, sensor)]:
         one.run()
         mean_error, variance = sensor.check(one.codes(), PICTURE)
@@ -145,3 +165,40 @@ def test_the_time_at_equal_error_follows_the_power_law():
     radii = [{"radius_px": px, "cpu_s": px, "sensor_cpu_s": 4.0} for px in (16.0, 32.0)]
     assert [verdict["reached"] for verdict in verdicts(radii, rows)] == [True, True, False, True]
     assert verdicts(radii, rows)[3]["figure"] == "200 x faster"
+
+
+@pytest.mark.parametrize("radius_px", [(0.0, 0.0), BLUR_PX])
+def test_photosite_and_accumulated_frames_see_one_moving_scene(device, radius_px):
+    """The planned method keeps its tolerance; more frames of a peer come closer to the same truth; both readers see alike."""
+    width, height = 128, 96
+    held, window = surfaces(squares(width, height, 2), radius_px, (WAY_PX, (0.0, 0.0))), middle_of(width, height)
+    here = np.s_[window.y : window.y + window.height, window.x : window.x + window.width]
+    frames, truth = Frames(device, held), dense_truth(held, window, 4096 if any(radius_px) else 512)
+    frames.photosite()
+    name = next(name for name in frames.runs if name.endswith(" 0.1 σ"))
+    frames.runs[name]()
+    assert error(frames.made[name]()[here], truth)["p99_9"] < 0.15
+    planes = held.padded(np.float32)
+
+    def accumulated(count, read):
+        return accumulate(planes, radius_px, held.ways_px, points_of(count, held.is_blurred), read)[here]
+
+    few, many = (error(accumulated(count, by_slices), truth)["rms"] for count in (4, 32))
+    assert many < few / 2
+    assert np.abs(accumulated(4, by_shift) - accumulated(4, by_slices)).max() < 1e-5
+
+
+def test_a_peer_dominates_where_it_is_neither_slower_nor_more_wrong():
+    ours = {"scene": "a", "name": "Photosite, swept", "cpu_s": 2.0, "p99_9": 0.1}
+    better = {"scene": "a", "name": "NumPy, 8 frames", "cpu_s": 1.0, "p99_9": 0.1}
+    others = [better | {"cpu_s": 3.0}, better | {"p99_9": 0.2}, better | {"scene": "b"}]
+    assert dominating(ours, [ours, better, *others]) == [better]
+    assert [one["reached"] for one in error_verdicts([ours, *others[:2]])] == [True]
+    assert [one["reached"] for one in error_verdicts([ours, better])] == [False]
+
+
+def test_a_tripod_launches_what_a_still_shot_launches(device):
+    moving = moving_shot(surfaces(squares(128, 96, 1), (0.0,), (WAY_PX,)), 1, 0.1)
+    still, tripod = (launches_of(replace(moving, motion=motion)) for motion in (None, Motion(camera=SteadyMotion())))
+    assert tripod == still and "swept_projection" not in still
+    assert launches_of(moving) != still
