@@ -16,7 +16,8 @@
 #define BATCH 1
 #include "photosite_squares.h"
 #define SIDE (1.0f - 2.0f * INSET)
-#define TURNS 5 // steps of each search
+#define TURNS 5    // steps of each search
+#define FAR 1.0e7f // [px], beyond all pictures, whose edges continue; integers hold it
 
 struct sweep {
     int origin_x, origin_y;         // photosite of the sensor at [0, 0] of the frame
@@ -27,9 +28,7 @@ struct sweep {
 };
 
 INLINE float size_of(const float value) { return value < 0.0f ? -value : value; }
-INLINE float bounded(const float place, const uint count) { return smaller(larger(place, 0.0f), (float)count); }
-
-// Largest difference of four numbers.
+INLINE float bounded(const float place, const float low, const float high) { return smaller(larger(place, low), high); }
 INLINE float spread(const float a, const float b, const float c, const float d) {
     return larger(larger(a, b), larger(c, d)) - smaller(smaller(a, b), smaller(c, d));
 }
@@ -41,7 +40,7 @@ struct surface {
 
 // The surface at the scene position (u, v) [px]: velocity between pixels that stay together until a time, else of the nearest.
 INLINE struct surface surface_at(global const float *vectors, const float u, const float v, const float time, const struct projection p) {
-    const float x = bounded(u, p.scene_width), y = bounded(v, p.scene_height);
+    const float x = bounded(u, 0.0f, p.scene_width), y = bounded(v, 0.0f, p.scene_height);
     const int left = whole(x - 0.5f), top = whole(y - 0.5f);
     const float s = (x - 0.5f) - (float)left, t = (y - 0.5f) - (float)top;
     const size_t x0 = 3 * clamped(left, p.scene_width), x1 = 3 * clamped(left + 1, p.scene_width), row = 3 * (size_t)p.scene_width;
@@ -62,8 +61,8 @@ INLINE void trace_back(global const float *vectors, global const float *starts, 
                        float *u, float *v) {
     const float x = *u, y = *v;
     const uint columns = (p.scene_width + TILE - 1) / TILE, rows = (p.scene_height + TILE - 1) / TILE;
-    const int column = clamped(whole(bounded(x, p.scene_width) * (1.0f / TILE)), columns);
-    const int row = clamped(whole(bounded(y, p.scene_height) * (1.0f / TILE)), rows);
+    const int column = clamped(whole(bounded(x, 0.0f, p.scene_width) * (1.0f / TILE)), columns);
+    const int row = clamped(whole(bounded(y, 0.0f, p.scene_height) * (1.0f / TILE)), rows);
     global const float *own = starts + ((size_t)row * columns + column) * (2 * STARTS);
     const uint count = (uint)own[0];
     uint is_met = 0;
@@ -82,7 +81,7 @@ INLINE void trace_back(global const float *vectors, global const float *starts, 
         if (!meets && next.order < here.order) next_x = a, next_y = b; // a search without an end goes to and fro between two
         const float reached = meets ? here.order : larger(here.order, next.order);
         if (start && (meets ? is_met && reached >= order : is_met || reached <= order)) continue;
-        *u = next_x, *v = next_y, order = reached, is_met = meets;
+        *u = bounded(next_x, -FAR, FAR), *v = bounded(next_y, -FAR, FAR), order = reached, is_met = meets;
     }
 }
 
@@ -93,7 +92,7 @@ kernel void swept_vectors(global const float *restrict planes, global const floa
     global const float *plane = planes + channel * ((size_t)sweep.scene_width * sweep.scene_height);
     struct projection still = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
     const float x = (float)(sweep.origin_x + (int)column), y = (float)(sweep.origin_y + (int)row);
-    float sum = 0.0f;
+    float sum = 0.0f, lost = 0.0f;
     for (uint k = 0; k < sweep.instants; k++) {
         global const float *pose = poses + ((COLUMNS ? column : row) * sweep.instants + k) * (POSE_NUMBERS + 2);
         take_pose(&still, pose + 2);
@@ -104,7 +103,8 @@ kernel void swept_vectors(global const float *restrict planes, global const floa
         struct projection moved = still;
         moved.offset_x += from_x - u, moved.offset_y += from_y - v;
         squares(plane, x + INSET, 0.0f, y + INSET, SIDE, 1, channel, moved, &value);
-        sum += pose[0] * value;
+        const float term = pose[0] * value - lost, total = sum + term; // lost: what rounding added (Kahan), of thousands of instants
+        lost = (total - sum) - term, sum = total;
     }
     mosaic[row * get_global_size(0) + column] = sum;
 }

@@ -54,7 +54,7 @@ class PixelVectors:
     def table(self) -> np.ndarray:
         """Return velocity and order, (height, width, 3) float32: the surface of the smaller order covers the other."""
         x, y = self.velocity[..., 0], self.velocity[..., 1]
-        order = -(x * x + y * y) if self.depth_m is None else np.minimum(self.depth_m, FARTHEST)
+        order = -np.hypot(x, y) if self.depth_m is None else np.minimum(self.depth_m, FARTHEST)
         return np.concatenate([self.velocity, order[..., None]], axis=-1, dtype=np.float32)
 
     def starts(self, first_s: float, last_s: float) -> np.ndarray:

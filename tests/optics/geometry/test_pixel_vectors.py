@@ -33,7 +33,7 @@ def test_the_nearer_covers_and_without_depth_the_faster():
     velocity[0, 0], velocity[0, 1] = (3.0, 4.0), (0.0, -6.0)
     depth_m = np.full(SIZE, np.inf, np.float32)
     depth_m[0, 1] = 2.0
-    assert PixelVectors(velocity, None).table()[0, :3, 2].tolist() == [-25.0, -36.0, 0.0]
+    assert PixelVectors(velocity, None).table()[0, :3, 2].tolist() == [-5.0, -6.0, 0.0]
     assert PixelVectors(velocity, depth_m).table()[0, :3, 2].tolist() == [FARTHEST, 2.0, FARTHEST]
 
 
