@@ -57,7 +57,7 @@ COST_NS = {
     "line exposure": 0.2,
     "sensor": 2.2,
     "sensor stage": 0.25,  # for each stage
-    "combination": 0.4,  # for each reading
+    "combination": 0.2,  # for each reading
     "truth": 6.0,
     "strips": 4.0,
     "variance": 8.0,

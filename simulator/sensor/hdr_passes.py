@@ -1,7 +1,7 @@
 """Passes of an HDR read-out: each reading of each exposure by the fused kernel, then combined in place."""
 
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -20,23 +20,16 @@ def read_out_combined(device: Device, sensor: HdrSensorPlan, lights: Sequence[Bu
     lights: mosaic of electron radiance of each exposure, (height, width) float32; nothing changes them.
     seeds: of the frame; the first reading has the noise of a frame with these seeds that is read once.
     """
-    frame, read = sensor.readout.computed, sensor.readout.read
-
-    def collect(place: int, reading: Reading) -> Buffer:
-        charge, setting = device.empty((frame.height, frame.width), np.float32), _setting(reading, place, seeds, frame)
-        launch_sensor(device, lights[reading.exposure], charge, (frame.height, frame.width), [setting], KernelPart.CHARGE)
-        return share_charge(device, sensor.readout, charge)
-
-    combined = device.empty((read.height, read.width), np.uint16)
-    codes = device.empty((read.height, read.width), np.uint16)
+    read = sensor.readout.read
+    shape = read.height, read.width
+    combined, codes = (device.empty(shape, np.uint16) for _ in range(2))
     kernel = device.kernel("combine_codes", {}, file="hdr_readout.cl")
-    for place, charge in _charges(sensor, collect):
+    for place, source, part in _sources(device, sensor, lights, seeds):
         reading = sensor.readings[place]
-        setting = _setting(reading, place, seeds, read)
-        launch_sensor(device, charge, codes, (read.height, read.width), [setting], KernelPart.READOUT)
+        launch_sensor(device, source, codes, shape, [_setting(reading, place, seeds, read)], part)
         arguments = {"codes": codes, "table": device.upload(sensor.table(reading)), "combined": combined}
-        device.run(kernel, (read.width, read.height), None, **arguments, switch_dn=reading.switch_dn)
-    return device.download(combined, (read.height, read.width), np.uint16)[sensor.readout.kept]
+        device.run(kernel, shape[::-1], None, **arguments, switch_dn=reading.switch_dn)
+    return device.download(combined, shape, np.uint16)[sensor.readout.kept]
 
 
 def read_noise_free_combined(device: Device, sensor: HdrSensorPlan, lights: Sequence[Buffer]) -> np.ndarray:
@@ -70,19 +63,27 @@ def reading_seeds(seeds: Seeds, place: int) -> Seeds:
     return Seeds(seeds.body, zlib.crc32(f"reading {place} of frame {seeds.frame}".encode()))
 
 
-def _charges(sensor: HdrSensorPlan, collect: Callable[[int, Reading], Buffer]) -> Iterator[tuple[int, Buffer]]:
-    """Yield the place of each reading, the last one first, with the charge that it reads.
+def _sources(
+    device: Device, sensor: HdrSensorPlan, lights: Sequence[Buffer], seeds: Seeds
+) -> Iterator[tuple[int, Buffer, KernelPart]]:
+    """Yield the place of each reading, the last one first, with what it reads, and the part of the fused kernel that reads it.
 
-    collect: makes the charge of an exposure from the place of its first reading, and that reading.
+    Readings of one exposure read the same charge; a reading that has an exposure alone turns light into codes at once.
     """
-    charge, exposure = None, None
+    frame, exposure_of = sensor.readout.computed, sensor.spec.exposure_of
+    charge, collected = None, None
     for place in reversed(range(len(sensor.readings))):
-        reading = sensor.readings[place]
-        if charge is None or reading.exposure != exposure:
-            exposure = reading.exposure
-            first = sensor.spec.exposure_of.index(exposure)
-            charge = collect(first, sensor.readings[first])
-        yield place, charge
+        exposure = exposure_of[place]
+        if exposure_of.count(exposure) == 1 and not sensor.readout.shares_charge:
+            yield place, lights[exposure], KernelPart.WHOLE
+            continue
+        if charge is None or collected != exposure:
+            first, shape = exposure_of.index(exposure), (frame.height, frame.width)
+            charge, collected = device.empty(shape, np.float32), exposure
+            setting = _setting(sensor.readings[first], first, seeds, frame)
+            launch_sensor(device, lights[exposure], charge, shape, [setting], KernelPart.CHARGE)
+            charge = share_charge(device, sensor.readout, charge)
+        yield place, charge, KernelPart.READOUT
 
 
 def _setting(reading: Reading, place: int, seeds: Seeds, window: Window) -> FrameSetting:

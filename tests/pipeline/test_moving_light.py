@@ -19,6 +19,8 @@ from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.scene.arrays import scene_from_rgb
+from simulator.sensor.camera.camera import Camera, IsoSetting
+from simulator.sensor.camera.hdr_readout import HdrReadout
 
 WIDTH, HEIGHT, PITCH_UM = 64, 24, 40.0
 LENS = ThinLens(50.0, 8.0, 3.0, cos4=False)
@@ -88,3 +90,23 @@ def test_a_still_scene_on_a_tripod_costs_nothing_more():
     still = plan(replace(shot, motion=Motion(camera=SteadyMotion())))
     assert [(one.name, one.cost_ms) for one in still.passes if one.kept] == kept
     assert next(one for one in still.passes if one.name == "motion").method == "nothing moves"
+
+
+def test_each_exposure_of_a_frame_sees_its_own_place():
+    """An edge that moves on between two exposures: the frame is composed of those two, taken alone at their own times."""
+    camera = small_camera(WIDTH, HEIGHT, pixel_pitch_um=PITCH_UM, iso_table={100: IsoSetting(0.01, 0.0)}, bit_depth=12)
+
+    def take(time_s: float, start_s: float = 0.0, camera: Camera = camera) -> np.ndarray:
+        shot = Shot(SCENE, LENS, Exposure(time_s, start_s=start_s, shutter=RollingShutter(0.004)), camera, motion=PAN)
+        return simulate(shot).noise_free_dn.astype(float)
+
+    bright = 0.01 * float(electrons(Exposure(0.01)).max())  # [DN]
+    camera = replace(camera, iso_table={100: IsoSetting(0.01 * 6000.0 / bright, 0.0)})  # 1.5 times the range of the long one
+    long, short = take(0.01, camera=camera), take(0.00125, 0.01, camera)
+    both = take(0.01, camera=replace(camera, hdr_readout=HdrReadout(exposures=(1.0, 0.125))))
+    switch = math.floor(0.9 * 4095)
+    near = np.abs(long - switch) < 0.01  # rounding of float32 may decide there
+    np.testing.assert_allclose(both[~near], np.where(long < switch, long, 8.0 * short)[~near], rtol=1e-6)
+    assert (both > 5000.0).any() and ((long < switch) & (long > 500.0)).any()
+    middle = WIDTH - (short / short[:, -1:]).sum(axis=1)
+    assert np.abs(middle[0] - middle[-1]) > 2.0 and np.abs(middle.mean() - 40.0) > 6.0

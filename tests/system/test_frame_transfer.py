@@ -57,6 +57,7 @@ def test_a_dng_without_noise_has_the_transfer_of_lens_and_photosite(tmp_path, ca
     assert np.max(np.abs(found.at(FREQUENCY) - expected_transfer(f_number, side, apart))) < 0.015
 
 
+@pytest.mark.slow
 def test_noisy_dngs_have_it_on_average(tmp_path):
     """Five frames with shot noise and read noise: the mean lies within its standard errors and what the method is off by."""
     noise = {"stages": {"photon_shot_noise": PhotonShotNoise()}, "iso_table": {100: IsoSetting(1.0, 3.0)}}

@@ -210,7 +210,7 @@ def test_three_failed_points_end_with_the_fields_of_the_last(shot_file, tmp_path
 def test_an_output_that_cannot_be_written_is_told_of_the_option(shot_file, tmp_path):
     (tmp_path / "file").touch()
     out = tmp_path / "file" / "out"
-    error = caught(lambda: simulate_file(shot_file(), [], out, None, False))
+    error = caught(lambda: simulate_file(shot_file(), [], out, None, redo=False, truth=True))
     assert (error.file, error.key, error.value) == (None, "--out", out)
     assert str(error).startswith(f"--out {out}: cannot be written: ")
 

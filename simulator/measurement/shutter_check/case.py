@@ -9,6 +9,7 @@ import numpy as np
 from simulator.measurement.report.tolerance_check import LEAST_SIGMAS, ToleranceCheck
 from simulator.measurement.shutter_check.frames import Frame, ShutterBench, TakenFrame
 
+LEAST_TOLERANCE = 1e-5  # single precision and the rounding of codes
 LARGEST_TOLERANCE = 0.25  # a wider one would let anything pass
 
 
@@ -48,16 +49,21 @@ class ShutterCase(Protocol):
         ...
 
 
-def check_number(quantity: str, where: str, measured: float, expected: float, error: float, unit: str = "") -> ToleranceCheck:
-    """Return the check of a number whose tolerance is LEAST_SIGMAS standard errors.
+def check_number(
+    quantity: str, where: str, measured: float, expected: float, error: float, unit: str = "", reason: str = ""
+) -> ToleranceCheck:
+    """Return the check of a number whose tolerance is LEAST_SIGMAS standard errors, and LEAST_TOLERANCE at least.
 
-    error: standard error, in the unit of the number. Not gated where the noise leaves a tolerance over LARGEST_TOLERANCE.
+    error: standard error, in the unit of the number. reason: why it is not gated; nor is it where the noise leaves a tolerance
+    over LARGEST_TOLERANCE.
     """
     if expected == 0:
-        return ToleranceCheck(quantity, where, measured, 0.0, LEAST_SIGMAS * error, error, unit, relative=False)
+        return ToleranceCheck(quantity, where, measured, 0.0, LEAST_SIGMAS * error, error, unit, False, reason)
     share = error / abs(expected)
-    reason = "" if LEAST_SIGMAS * share <= LARGEST_TOLERANCE else f"{LEAST_SIGMAS:g} standard errors are {400 * share:.2g} %"
-    return ToleranceCheck(quantity, where, measured, expected, LEAST_SIGMAS * share, share, unit, reason_unchecked=reason)
+    if LEAST_SIGMAS * share > LARGEST_TOLERANCE:
+        reason = reason or f"{LEAST_SIGMAS:g} standard errors are {100 * LEAST_SIGMAS * share:.2g} %"
+    tolerance = max(LEAST_SIGMAS * share, LEAST_TOLERANCE)
+    return ToleranceCheck(quantity, where, measured, expected, tolerance, share, unit, reason_unchecked=reason)
 
 
 def mean_of(values: np.ndarray) -> tuple[float, float]:

@@ -6,7 +6,7 @@ evenly. So the flash shows the overlap of the exposure and that time; a slit of 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -46,13 +46,13 @@ class CurtainSlitCase:
         efficiency, error = slit_efficiency(band, found)
         where = f"{1e3 * self.time_s:.4g} ms"
         ramp_mm = bench.way_mm * band.ramp, bench.way_mm * cone, bench.way_mm * band.ramp_error
-        checks = [
-            check_number("slit efficiency", where, efficiency, float(slit / (slit + cone)), error),
-            check_number("penumbra", where, *ramp_mm, "mm"),
-        ]
+        reason = bench.reason_dark_is_clipped
         if cone * bench.lines < LEAST_RAMP:
             reason = f"the penumbra is {cone * bench.lines:.2g} lines wide, too few to fit"
-            checks = [replace(check, reason_unchecked=reason) for check in checks]
+        checks = [
+            check_number("slit efficiency", where, efficiency, float(slit / (slit + cone)), error, "", reason),
+            check_number("penumbra", where, *ramp_mm, "mm", reason),
+        ]
         title = f"slit of {bench.way_mm * float(slit):.3g} mm, by a flash of a moment"
         curve = Curve(title, "line, as opened", "share of the flash", np.arange(light.size), light, band.fit.fitted)
         return Findings(tuple(checks), (curve,))

@@ -64,8 +64,8 @@ class ExposedTimeCase:
         for part, lines in line_parts(bench.shutter, share.size).items():
             mean, error = mean_of(share[lines])
             checks.append(check_number(name, where + part, mean, float(stated[lines].mean()), error))
-        title = f"effective over nominal time, {where}"
-        labels = "line", "efficiency"
+        title = f"steady light, {where}"
+        labels = "line", "effective over nominal time"
         curve = Curve(title, *labels, np.arange(share.size), share, stated, model_label="stated")
         return Findings(tuple(checks), (curve,))
 

@@ -44,4 +44,4 @@ def _draw(axes: "Axes", curve: Curve) -> None:
     axes.plot(curve.x[shown], curve.measured[shown], ".", color=MEASURED, markersize=3, label="measured from the files")
     axes.plot(curve.x, curve.model, color=TRUTH, linewidth=1, label=curve.model_label)
     axes.set(xlabel=curve.x_label, ylabel=curve.y_label)
-    axes.legend(frameon=False, fontsize="small")
+    axes.legend(fontsize="small", edgecolor="none", framealpha=0.9)

@@ -78,7 +78,8 @@ def _spread(share: np.ndarray) -> np.ndarray:
     dark, full = share[share < 0.02], share[share > 0.98]
     of_dark, of_full = (float(np.var(part)) if part.size > 4 else 0.0 for part in (dark, full))
     level = np.clip(share, 0.0, 1.0)
-    return np.sqrt(of_dark + max(of_full - of_dark, 1e-3 * of_dark, 1e-12) * 0.5 * level * (1.0 + level))
+    of_light = max(of_full - of_dark, 1e-3 * of_dark, 1e-12)
+    return np.sqrt(max(of_dark, 1e-3 * of_light) + of_light * 0.5 * level * (1.0 + level))
 
 
 def flash_frames(bench: ShutterBench, scan: Scan, time_s: float, pulse_s: float) -> list[Frame]:
@@ -116,9 +117,10 @@ class FlashBandCase:
         where = f"{open_ms:.4g} + {pulse_ms:.4g} ms"
         lines = bench.lines
         height, ramp = lines * (EXPOSURE + PULSE), lines * min(EXPOSURE, PULSE)
+        reason = bench.reason_dark_is_clipped
         checks = (
-            check_number("flash band", where, lines * band.height, height, lines * band.height_error, "lines"),
-            check_number("flash ramp", where, lines * band.ramp, ramp, lines * band.ramp_error, "lines"),
+            check_number("flash band", where, lines * band.height, height, lines * band.height_error, "lines", reason),
+            check_number("flash ramp", where, lines * band.ramp, ramp, lines * band.ramp_error, "lines", reason),
         )
         title = f"open for {open_ms:.4g} ms, flash of {pulse_ms:.4g} ms"
         curve = Curve(title, "line, as opened", "share of the flash", np.arange(light.size), light, band.fit.fitted)

@@ -14,6 +14,7 @@ from simulator.exposure.flicker import MainsFlicker
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import AnyShutter, CurtainShutter, FirstCurtainShutter, GlobalShutter, RollingShutter
+from simulator.measurement.noise_check.expected import CLEAR_SIGMAS, is_pedestal_sufficient
 from simulator.measurement.noise_check.flat_bench import FlatBench, UniformLight, white_light
 from simulator.measurement.shutter_check.scan import Scan
 from simulator.pipeline.shot import SceneSource
@@ -25,7 +26,7 @@ from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera, Window
 
 STRIP_PX = 128  # width of the frames across the scan
-MOTION_TOLERANCE = 0.02  # of frames in which something moves [standard deviations of the noise]
+MOTION_TOLERANCE = 0.01  # of frames in which something moves [standard deviations of the noise]
 FLASH_DISTANCE_M = 2.0
 DARK_CD_M2 = 1e-6  # of the scene in frames that a flash lights
 
@@ -160,6 +161,18 @@ class ShutterBench:
     def way_mm(self) -> float:
         """Side of the sensor along which the shutter crosses it [mm]."""
         return self.camera.sensor_mm[0 if self.by_columns else 1]
+
+    @property
+    def reason_dark_is_clipped(self) -> str:
+        """Why light beside darkness cannot be measured exactly, or an empty string."""
+        is_clear = is_pedestal_sufficient(self.flat(1.0).sensor)
+        return "" if is_clear else f"the pedestal is below {CLEAR_SIGMAS:g} standard deviations, so that files clip the dark"
+
+    @property
+    def reason_edge_is_soft(self) -> str:
+        """Why an edge's profile is not that of its motion, or an empty string."""
+        is_soft = self.camera.low_pass_um > 0 or self.camera.crosstalk is not None
+        return "neighbouring photosites share the light of an edge" if is_soft else self.reason_dark_is_clipped
 
     def bend_of(self, acceleration_m_per_s2: float, time_s: float) -> float:
         """Return the share of the way that is made by an acceleration, for a crossing in this time; see `crossing_share`."""

@@ -3,6 +3,7 @@
 The middle of the edge in a line is the sum of the line's light over that of the bright side, whatever the edge's blur.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -13,7 +14,7 @@ from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.measurement.noise_check.flat_bench import white_light
 from simulator.measurement.shutter_check.case import Curve, Findings, check_number
 from simulator.measurement.shutter_check.fits import Fit, box_sum_share, fit_curve, fit_linear
-from simulator.measurement.shutter_check.frames import EdgeScene, Frame, ShutterBench, TakenFrame
+from simulator.measurement.shutter_check.frames import MOTION_TOLERANCE, EdgeScene, Frame, ShutterBench, TakenFrame
 from simulator.measurement.shutter_check.lamp import FLAT, SHARE, LampCase, flat_frame
 from simulator.measurement.shutter_check.lines import over_flat
 from simulator.measurement.shutter_check.scan import crossing_share, crossing_speed
@@ -56,6 +57,15 @@ def measure_blur(light: np.ndarray, places: np.ndarray, penumbra: np.ndarray | f
     return fit_curve(model, data, first, np.array([0.1, 0.1, 0.01 * level, 0.01 * level]), spread)
 
 
+def allowed_error_px(light: np.ndarray, blur_px: float) -> float:
+    """Return the error of the blur that the accuracy of the frame allows: MOTION_TOLERANCE standard deviations of its noise.
+
+    light: as of `measure_blur`. A profile that is wrong by a share at both of its ends has a ramp that is wrong by twice that.
+    """
+    bright = light[:, : max(light.shape[1] // 16, 2)]
+    return 2.0 * MOTION_TOLERANCE * float(bright.std()) * blur_px
+
+
 @dataclass(frozen=True)
 class MovingEdgeCase:
     """An edge that moves across the strip while the shutter crosses it."""
@@ -95,9 +105,11 @@ class MovingEdgeCase:
         blur_px = speed * self.time_s
         blur = measure_blur(light, line.fitted, soft, EXPOSURE * float(line.values[1]))
         blur_at = f"{where}, {1e3 * self.time_s:.4g} ms"
+        skew = float(line.values[1]), speed * stated.time_s, float(line.errors()[1])
+        found_blur = float(blur.values[0]), blur_px, math.hypot(float(blur.errors()[0]), allowed_error_px(light, blur_px))
         checks = (
-            check_number("skew", where, float(line.values[1]), speed * stated.time_s, float(line.errors()[1]), "px"),
-            check_number("blur", blur_at, float(blur.values[0]), blur_px, float(blur.errors()[0]), "px"),
+            check_number("skew", where, *skew, "px", bench.reason_dark_is_clipped),
+            check_number("blur", blur_at, *found_blur, "px", bench.reason_edge_is_soft),
         )
         title = f"edge of {where}"
         curves = (

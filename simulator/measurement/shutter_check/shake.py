@@ -104,4 +104,4 @@ class ShakeCase:
         where = f"{camera.rms_deg_per_s:g} deg/s, {1e3 * TIME_S:g} ms"
         labels = "photosite of the line", "light over that of a flat"
         curve = Curve(f"edge, hand of {where}", *labels, np.arange(profile.size), profile, model, "stated path")
-        return Findings((check_number("shake", where, extent, stated, error, "px"),), (curve,))
+        return Findings((check_number("shake", where, extent, stated, error, "px", bench.reason_edge_is_soft),), (curve,))

@@ -121,6 +121,9 @@ class Camera:
 
     def _check_levels(self) -> None:
         """Raise PhotositeError for black and white levels out of the ADC's range or in the wrong order."""
+        gains = [] if self.hdr_readout is None else list(self.hdr_readout.gains)
+        rule = "there is no ISO at which the camera was measured for all of them; give less different ones"
+        require(bool(self.isos) or not gains, "camera.hdr_readout.gains", gains, rule)
         largest = 2**self.bit_depth - 1
         for iso in self.isos:
             setting = self.iso_setting(iso)
@@ -186,7 +189,7 @@ class Camera:
         Those at which all readings of an hdr_readout have been measured.
         """
         isos = self._table.isos() if self.read_noise_model is None else self.read_noise_model.isos()
-        if self.hdr_readout is None:
+        if self.hdr_readout is None or self.iso_range == "extrapolate":
             return isos
         lowest = min(self.hdr_readout.gains)  # at which the last reading is read
         return tuple(iso for iso in isos if iso * lowest >= isos[0])

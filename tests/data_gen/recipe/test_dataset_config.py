@@ -110,6 +110,11 @@ def test_shipped_configurations_load(path):
             r"set.yaml:10: noise.cameras.sony_a7s2.iso = 1789: .*not measured there, but at 50 to 1600 and 2000",
         ),
         ("{base: imx385, bit_depth: 12}", "ideal", r"set.yaml:1\d: .*MONO.*2x2 colour filter"),
+        (
+            "{base: imx385, bit_depth: 12}",
+            "{base: imx385, hdr_readout: {exposures: [1, 0.25]}}",
+            r"hdr_readout = given: .*each photosite out alone, and once",
+        ),
         ("[1, 300]", "[0, 300]", r"set.yaml:14: exposure_ratio.log_uniform = .*above 0"),
         ("frames: 4", "frames: 1", r"set.yaml:16: burst.frames = 1: give 2 to 64"),
         ("[64, 96]", "[64, 97]", r"set.yaml:2: crop = \[64, 97\]: give height and width, even"),

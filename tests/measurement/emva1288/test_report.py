@@ -20,6 +20,7 @@ from simulator.measurement.emva1288.report import validate_emva
 from simulator.measurement.noise_check.expected import reason_read_noise_is_unmeasurable
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import IsoSetting
+from simulator.sensor.camera.hdr_readout import HdrReadout
 from simulator.sensor.stages.column_offset import ColumnOffset
 from simulator.sensor.stages.dark_current import DarkCurrent
 from simulator.sensor.stages.dsnu import Dsnu
@@ -89,6 +90,8 @@ def test_defects_are_named_as_the_reason_not_to_ask(tmp_path):
     assert "hot pixels" in reason_read_noise_is_unmeasurable(sensor)
     with pytest.raises(PhotositeError, match=r"camera\.binning = .*single photosites"):
         _ = EmvaBench(mono(binning=Binning(2)), 100, tmp_path).white
+    with pytest.raises(PhotositeError, match=r"camera\.hdr_readout = .*single readings"):
+        _ = EmvaBench(mono(hdr_readout=HdrReadout(exposures=(1.0, 0.25))), 100, tmp_path).white
 
 
 def test_photons_are_counted_as_the_definition_says():

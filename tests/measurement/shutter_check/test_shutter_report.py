@@ -19,6 +19,7 @@ from simulator.exposure.shutter import (
     RollingShutter,
 )
 from simulator.measurement.shutter_check import frames as shutter_frames
+from simulator.measurement.shutter_check.case import check_number
 from simulator.measurement.shutter_check.curtain_slit import CurtainSlitCase
 from simulator.measurement.shutter_check.frames import ShutterBench, take_shutter_frames
 from simulator.measurement.shutter_check.html import shutter_html
@@ -122,6 +123,18 @@ def test_a_penumbra_of_few_lines_is_not_gated(tmp_path):
     slit = CurtainSlitCase(lamp)
     found = slit.measure(bench, take_shutter_frames(bench, [*lamp.frames(bench)[:2], *slit.frames(bench)], 1))
     assert ["1.6 lines wide, too few" in check.reason_unchecked for check in found.checks] == [True, True]
+
+
+def test_darkness_that_files_clip_and_soft_edges_are_reasons_not_to_gate(tmp_path):
+    bench = ShutterBench(CAMERA, RollingShutter(0.02), 100, tmp_path)
+    black, soft = (dataclasses.replace(CAMERA, **change) for change in ({"black_level_dn": 0.0}, {"low_pass_um": 4.0}))
+    clipped, blurred = (dataclasses.replace(bench, camera=one) for one in (black, soft))
+    assert bench.reason_dark_is_clipped == bench.reason_edge_is_soft == blurred.reason_dark_is_clipped == ""
+    assert "clip the dark" in clipped.reason_dark_is_clipped and clipped.reason_edge_is_soft == clipped.reason_dark_is_clipped
+    assert "neighbouring photosites" in blurred.reason_edge_is_soft
+    check = check_number("skew", "1 px/s", 1.01, 1.0, 0.001, "px", "because")
+    assert check.passed and not dataclasses.replace(check, reason_unchecked="").passed
+    assert "4 standard errors are 40 %" in check_number("skew", "1 px/s", 1.0, 1.0, 0.1).reason_unchecked
 
 
 def test_a_camera_that_states_no_time_is_refused(tmp_path):

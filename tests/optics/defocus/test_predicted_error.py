@@ -33,7 +33,14 @@ def check(case: Case, truth: Case, electrons: float, hidden: Hidden = "none", le
     assert np.quantile(np.abs(z), 0.99) <= predicted(case_plan(case, electrons, hidden=hidden)) + left
 
 
-@pytest.mark.parametrize("radii_px", [(-12.0, -4.0, 6.0), (-8.0, 0.0, 8.0), (0.0, 6.0, 14.0)])
+@pytest.mark.parametrize(
+    "radii_px",
+    [
+        pytest.param((-12.0, -4.0, 6.0), marks=pytest.mark.slow),
+        (-8.0, 0.0, 8.0),
+        pytest.param((0.0, 6.0, 14.0), marks=pytest.mark.slow),
+    ],
+)
 def test_it_is_not_below_what_textured_planes_have(radii_px):
     """As one picture with depth, with either background, and as layers."""
     case = with_truth_of_rays(textured_planes(radii_px), open_device())

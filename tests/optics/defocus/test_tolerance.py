@@ -51,7 +51,8 @@ def test_a_tenth_of_the_noise_is_kept(electrons):
 
 @pytest.mark.parametrize("tolerance", [0.3, 1.0])
 def test_a_loose_tolerance_is_kept_too(tolerance):
-    scenes = [case for case in cases(2, squares=True) if not case.name.startswith(LIGHTS)]
+    """Every second scene at either tolerance."""
+    scenes = [case for case in cases(2, squares=True) if not case.name.startswith(LIGHTS)][int(tolerance == 1.0) :: 2]
     missed = {case.name: worst(case, 2000.0, tolerance) for case in scenes}
     assert max(missed.values()) <= tolerance, missed
 

@@ -22,6 +22,7 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
+from simulator.raw.development import develop
 from simulator.raw.dng.tags import Tag
 from simulator.raw.dng.writer import dng_bytes, write_dng
 from simulator.raw.raw_format import RawFormat
@@ -184,6 +185,10 @@ def test_a_companded_frame_is_decoded_by_the_table_in_the_file(tmp_path, payload
             stored = file.pages[0].pages[0].asarray()
         assert stored.max() == 4095
         np.testing.assert_array_equal(companding.decoding(64560)[stored], raw.dn)
+    if cfa == "RGGB":
+        developed, planes = develop(raw, output="metric"), np.tile([[0, 1], [1, 2]], (48, 64))
+        own = np.take_along_axis(developed, planes[..., None], axis=2)[..., 0]
+        np.testing.assert_allclose(own, (raw.dn.astype(np.float32) - 64.0) / 64496.0, atol=1e-6)
     step = np.interp(raw.noise_free_dn, [0, 1024, 1025, 8192, 8193], [1, 1, 7, 7, 28])
     noise = np.where(raw.noise_free_dn < 3692, 2.0, 1.3 * 16)
     assert (np.abs(raw.dn - raw.noise_free_dn) < 5.5 * noise + 0.5 * step + 8.5).all()

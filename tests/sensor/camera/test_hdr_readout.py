@@ -69,6 +69,9 @@ def test_averaged_codes_are_refused_and_isos_are_those_of_all_readings():
     table = {iso: IsoSetting(iso / 100, 2.0) for iso in (100, 200, 400, 800)}
     readout = HdrReadout(gains=(1.0, 0.25))
     assert small_camera(iso_table=table, hdr_readout=readout).isos == (400, 800)
+    assert small_camera(iso_table=table, hdr_readout=readout, iso_range="extrapolate").isos == (100, 200, 400, 800)
+    with pytest.raises(PhotositeError, match=re.escape("camera.hdr_readout.gains = [1.0, 0.1]: there is no ISO")):
+        small_camera(iso_table=table, hdr_readout=HdrReadout(gains=(1.0, 0.1)))
     with pytest.raises(PhotositeError, match="camera.binning.mode = average: combined codes"):
         small_camera(iso_table=table, hdr_readout=readout, binning=Binning(2, "average"))
 
