@@ -90,18 +90,13 @@ class Motion:
         return None if self.vectors is None else self.vectors.load(size, self.frame_time_s)
 
     def check_layers(self, count: int) -> None:
-        """Raise PhotositeError for motion of layers that a scene of so many layers lacks, and for vectors.
-
-        Vectors are read and checked, and flow follows them (`SurfaceFlow`), but no pass moves single pixels.
-        """
+        """Raise PhotositeError for motion of layers that a scene of so many layers lacks, and for vectors of several layers."""
         for number in self.layers:
             rule = f"the scene has {count} layers, numbered from 0, the nearest; name one of them"
             require(number < count, f"motion.layers.{number}", number, rule)
         if self.vectors is not None:
             rule = f"vectors are of one picture, but the scene has {count} layers; give motion.layers instead"
             require(count == 1, "motion.vectors", self.vectors.image, rule)
-            rule = "no pass moves single pixels; cut the picture into scene.layers and give their motion in motion.layers"
-            raise PhotositeError(rule, key="motion.vectors", value=self.vectors.image)
 
     def check_span(self, first_s: float, last_s: float) -> None:
         """Raise PhotositeError unless all paths hold from one time of the clock to another [s]."""

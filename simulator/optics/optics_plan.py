@@ -111,7 +111,9 @@ class OpticsPlan:
         """Whether a swept image is read by spans of a row, which is several times faster than photosite by photosite."""
         projection, motion = self.projection, self.motion
         plain = projection.warp is None and (projection.is_fine or not projection.nearest)
-        return plain and motion is not None and motion.turns_slowly and motion.path.lines.axis != "columns"
+        if motion is None or motion.vectors is not None:
+            return False
+        return plain and motion.turns_slowly and motion.path.lines.axis != "columns"
 
     @property
     def channels(self) -> int:
@@ -393,6 +395,7 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
         texture=texture * steepness,
         allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
         cut_off=0.5 * max(scale, steepness),
+        border=max(edges, accuracy.lamp_contrast),
     )
     found: list[MotionPlan | None] = []
     joins = _can_join(planned, timing)

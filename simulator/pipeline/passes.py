@@ -38,6 +38,7 @@ COST_NS = {
     "radius statistics": 10.0,  # for each surface with a map of blur radii
     "sweep": 1.6,  # for each instant and layer
     "even sweep": 0.8,  # the same, of a scene with one pixel per photosite
+    "sweep by vector": 100.0,  # for each instant, where each pixel moves by itself
     "sweep by place": 6.0,  # for each instant, layer and scene pixel that a photosite averages
     "copy": 6.0,
     "mean": 20.0,
@@ -258,6 +259,10 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
         method = "with the blur: each point of the aperture carries an instant"
         return Pass(name, True, method, pixels, 8 * pixels, error, _ms(pixels, blur))
     projection, layers = optics.projection, optics.covering_layers
+    if motion.vectors is not None:
+        cost = _ms(pixels * motion.count, COST_NS["sweep by vector"])
+        method = f"swept by the velocity of each pixel: {motion.count} instants on each line"
+        return Pass(name, True, method, pixels, 4 * pixels + 12 * optics.scene.planes[..., 0].size, error, cost)
     key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
     if optics.sweeps_rows:
         key, reads = "sweep", max(projection.taps(1.0), 2) / 2

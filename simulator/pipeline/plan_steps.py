@@ -106,6 +106,10 @@ def _motion_step(optics: OpticsPlan) -> Step:
         return Step("motion blur", False, _without_motion(optics))
     length, layers = motion.length.longest_px, len(motion.path.motion.surfaces)
     moved = "all of the picture alike" if motion.moves_alike else f"{layers} layers apart"
+    if motion.vectors is not None:
+        moved = "each pixel by its own velocity, where " + (
+            "the faster covers the slower" if motion.vectors.depth_m is None else "the nearer covers the farther"
+        )
     own = "" if motion.is_common else f", each of the {motion.path.lines.axis} at its own time"
     return Step("motion blur", True, f"paths of up to {length:.3g} photosites, {moved}{own}")
 

@@ -1,7 +1,9 @@
 """Takes one small frame with every stage present, or takes one of the rarer ways to a mosaic: python oclgrind_case.py CASE."""
 
 import sys
+import tempfile
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
+from simulator.exposure.vector_maps import VectorMap
 from simulator.optics.defocus.defocus import Method
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.geometry.projection import Projection
@@ -128,6 +131,23 @@ def take_joint() -> None:
     print("done", devices()[0].name)
 
 
+def take_vectors() -> None:
+    """Pixels that move by themselves, some of them far out of the picture, in a coarse and in a fine scene."""
+    rng, camera = np.random.default_rng(0), small_camera(18, 10, "RGGB")
+    for height, width in (8, 15), (20, 34):
+        velocity = rng.normal(0.0, 2e3, (height, width, 2)).astype(np.float32)
+        velocity[3:6, 5:9] = (2e4, -1e4)
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "vectors.npy"
+            np.save(file, velocity)
+            scene = band_scene(rng.random((height, width, camera.channels)), rng.uniform(1e6, 2e6, (height, width)))
+            lens, motion = ThinLens(50.0, 16.0), Motion(vectors=VectorMap(file, "px/s"))
+            planned = plan(Shot(scene, lens, Exposure(0.001), camera, tolerance=10.0, motion=motion))
+        assert planned.optics.motion is not None and planned.optics.motion.vectors is not None
+        expose(planned, open_device())
+    print("done", devices()[0].name)
+
+
 def take_spread() -> None:
     """Light that a low-pass filter and diffraction spread, in focus, and beside a blur that is corrected to wave optics."""
     rng, camera = np.random.default_rng(0), small_camera(18, 10, "RGGB", low_pass_um=4.0)
@@ -173,5 +193,6 @@ def follow_rays() -> None:
 
 
 if __name__ == "__main__":
-    others = {"rays": follow_rays, "fine": take_fine, "wide": take_wide, "joint": take_joint, "spread": take_spread}
+    others = {"rays": follow_rays, "fine": take_fine, "wide": take_wide, "joint": take_joint}
+    others |= {"spread": take_spread, "vectors": take_vectors}
     others[sys.argv[1]]() if sys.argv[1] in others else run(sys.argv[1])

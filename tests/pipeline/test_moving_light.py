@@ -12,6 +12,7 @@ from simulator.exposure.flash import Flash
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
+from simulator.exposure.vector_maps import VectorMap
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.planner import plan
@@ -70,6 +71,16 @@ def test_a_cache_tells_motions_and_times_apart(motion):
     assert np.array_equal(electrons(Exposure(0.01), PAN, cache), first) and cache.reused > 0
     for exposure in (Exposure(0.01), Exposure(0.01, start_s=0.01), Exposure(0.02)):
         assert np.array_equal(electrons(exposure, motion, cache), electrons(exposure, motion))
+
+
+def test_a_cache_tells_vectors_in_a_changed_file_apart(tmp_path):
+    """The file's version is a part of the key: other vectors under the same name give another frame."""
+    motion, cache, frames = Motion(vectors=VectorMap(tmp_path / "vectors.npy", "px/s")), LightCache(), []
+    for right in (800.0, 400.0):
+        np.save(tmp_path / "vectors.npy", np.broadcast_to(np.float32([right, 0.0]), (*SCENE.planes.shape[:2], 2)))
+        frames += [electrons(Exposure(0.01), motion, cache), electrons(Exposure(0.01), motion, cache)]
+        assert cache.reused > 0 and np.array_equal(frames[-2], frames[-1])
+    assert edge_widths(frames[0]).min() >= 7 and edge_widths(frames[2]).max() <= 5
 
 
 def test_a_still_scene_on_a_tripod_costs_nothing_more():

@@ -68,16 +68,20 @@ class ImageMotion:
     """Motion of the images of a scene's surfaces.
 
     geometry: of the image. surfaces: front to back. camera: its path; None: it rests.
+    drifts_px: (corners, 2) float64, corners of a polygon around the velocities of all pixels of the only surface, to the right
+        and down [photosites/s], on top of its path; None: pixels do not move by themselves.
     """
 
     geometry: ImageGeometry
     surfaces: tuple[Surface, ...]
     camera: CameraPath | None = None
+    drifts_px: np.ndarray | None = None
 
     def pose_numbers(self, times_s: np.ndarray) -> np.ndarray:
         """Return the poses of all that moves at some instants (instants,) [s] of the clock, (instants, numbers) float64.
 
-        The camera's first, where it moves, then those of surfaces. A mean of them is that of the poses.
+        The camera's first, where it moves, then those of surfaces, then the time where pixels move. A mean of them is that of
+        the poses.
         """
         parts = [np.zeros((len(times_s), 0))]
         if self.camera is not None:
@@ -89,6 +93,8 @@ class ImageMotion:
                 moves = surface.path(times_s)
                 matrices = np.linalg.inv(to_scene) @ moves.matrices @ to_scene
                 parts += [matrices[:, :2].reshape(-1, 6), moves.shift_m]
+        if self.drifts_px is not None:
+            parts.append(times_s[:, None])
         return np.concatenate(parts, axis=-1)
 
     def _camera(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -171,13 +177,20 @@ class ImageMotion:
     def displacements(self, numbers: np.ndarray) -> np.ndarray:
         """Return how far the image lies from that at rest, (..., views, 2) [photosites].
 
-        views: each of the 9 `ImageGeometry.corners`, at the nearest and the farthest distance of each surface.
+        views: each of the 9 `ImageGeometry.corners`, at the nearest and the farthest distance of each surface, with each of the
+        drifts where pixels move.
         """
         corners, found = self.geometry.corners(), []
         for index, surface in enumerate(self.surfaces):
             infinity, shift = self.parallax(numbers, index, corners)
             found += [infinity + shift / depth_m - corners for depth_m in (surface.nearest_m, surface.farthest_m)]
-        return np.concatenate(found, axis=-2)
+        views = np.concatenate(found, axis=-2)
+        if self.drifts_px is None:
+            return views
+        if self.camera is None:  # all views are alike
+            views = views[..., :1, :]
+        ways = numbers[..., -1:, None] * self.drifts_px
+        return (views[..., None, :] - ways[..., None, :, :]).reshape(*views.shape[:-2], -1, 2)
 
 
 def plan_geometry(lens: Lens, camera: Camera, projection: Projection) -> ImageGeometry:

@@ -4,7 +4,9 @@ The laws, for a path of L photosites, N instants and a photosite's even square: 
 C L / (8 N^2) where neighbouring instants lie within a photosite, else by (C / 2N) (1 - N / 2L); detail of frequency f aliases
 above f = N / (2L) [cycles per photosite]. With speed that varies, intervals of equal integrals of sqrt(speed), each represented
 by its mean position and weighted by its light, keep the first law with (integral of sqrt(speed))^2 / T <= L instead of L. On a
-path that turns back an edge is passed several times, and the errors of the passages add.
+path that turns back an edge is passed several times, and the errors of the passages add. A border at which one surface covers
+another within a picture, without coverage, is seen or not at the photosite's centre: wrong by at most C / (2N), however short
+the path.
 """
 
 import math
@@ -263,6 +265,16 @@ def needed_instants(length: PathLength, contrast: float, allowed: float, cut_off
         edges = min(longest, contrast / (2.0 * allowed + 0.5 * contrast / longest))
     texture = 2.0 * cut_off * longest if contrast > allowed else 0.0
     return min(max(math.ceil(max(edges, texture) - 1e-9), 1), MOST_INSTANTS)
+
+
+def needed_cuts(contrast: float, allowed: float) -> int:
+    """Return how many instants keep the error at borders that are seen or not below what is allowed; as `needed_instants`."""
+    return min(max(math.ceil(0.5 * contrast / allowed - 1e-9), 1), MOST_INSTANTS)
+
+
+def cut_error(count: int, contrast: float) -> float:
+    """Return the predicted error of so many instants at borders that are seen or not, as a share of the brightest light."""
+    return 0.5 * contrast / count
 
 
 def instants_error(count: int, length: PathLength, contrast: float) -> float:

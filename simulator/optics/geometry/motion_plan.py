@@ -13,7 +13,16 @@ from simulator.exposure.exposed_light import LightComponent
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMoves
 from simulator.optics.geometry.image_motion import ImageMotion, LayerPath, Surface, plan_geometry
-from simulator.optics.geometry.instants import Instants, PathLength, TimedPath, instants_error, needed_instants
+from simulator.optics.geometry.instants import (
+    Instants,
+    PathLength,
+    TimedPath,
+    cut_error,
+    instants_error,
+    needed_cuts,
+    needed_instants,
+)
+from simulator.optics.geometry.pixel_vectors import PixelVectors, pixel_vectors
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.scene.content_keys import freeze
@@ -53,16 +62,18 @@ class MotionNeed:
     contrast: of the scene's edges over one photosite, as a share of the brightest light. allowed: error that is allowed, as
     a share of the brightest light, > 0. cut_off: highest frequency that is seen [cycles per photosite].
     texture: standard deviation of the scene's differences over one photosite, as a share of the brightest light.
+    border: contrast of neighbouring pixels of the scene, as a share of the brightest light, where one covers the other.
     """
 
     contrast: float
     texture: float
     allowed: float
     cut_off: float
+    border: float
 
     def of_share(self, share: float) -> Self:
         """Return the need of a part of the light whose edges are weaker by a factor."""
-        return replace(self, contrast=share * self.contrast, texture=share * self.texture)
+        return replace(self, contrast=share * self.contrast, texture=share * self.texture, border=share * self.border)
 
     def contrast_along(self, length_px: float) -> float:
         """Return the contrast of the edge that is wrong by as much as all edges of a path of this length [photosites].
@@ -81,6 +92,7 @@ class MotionPlan:
         carry instants. "instants": the optics are run at each instant.
     path: of the images of all surfaces under the shutter. length: of the longest. count: instants of each line.
     error: predicted, as a share of the brightest light. moves_alike: whether the images of all surfaces move as one.
+    vectors: velocities of the pixels of a scene of one picture, for the method "swept"; None: pixels do not move by themselves.
     """
 
     method: MotionMethod
@@ -89,6 +101,7 @@ class MotionPlan:
     count: int
     error: float
     moves_alike: bool
+    vectors: PixelVectors | None = None
 
     @property
     def is_common(self) -> bool:
@@ -110,6 +123,12 @@ class MotionPlan:
             return self.path.instants(self.count)
         place = np.clip(np.array(lines), 0, len(own.peak) - 1)
         return self.path.of_lines(place).instants(self.count)
+
+    def window_instants(self, window: Window) -> Instants:
+        """Return the instants of the lines of a window of the sensor."""
+        columns = self.path.lines.axis == "columns"
+        first, size = (window.x, window.width) if columns else (window.y, window.height)
+        return self.instants(range(first, first + size))
 
     def seen_window(self, window: Window) -> Window:
         """Return photosites at rest that see all that the photosites of a window see on their paths."""
@@ -157,7 +176,10 @@ def plan_motion(
     moving.check_layers(len(layers))
     size = scene.planes.shape[0], scene.planes.shape[1]
     surfaces = tuple(_surface(moving, number, layer, size) for number, layer in enumerate(layers))
-    motion = ImageMotion(plan_geometry(lens, camera, projection), surfaces, moving.camera)
+    geometry = plan_geometry(lens, camera, projection)
+    vectors = pixel_vectors(scene, moving, geometry.scale * geometry.image_distance_px)
+    drifts_px = None if vectors is None else vectors.polygon / geometry.scale
+    motion = ImageMotion(geometry, surfaces, moving.camera, drifts_px)
     path = TimedPath(motion, component.lit_openings(), component.release_s, component.curve.brightness)
     farthest = path.farthest_px
     if need.contrast * farthest <= need.allowed:
@@ -165,10 +187,15 @@ def plan_motion(
     length = path.length
     contrast = need.contrast_along(length.longest_px)
     count = needed_instants(length, contrast, need.allowed, need.cut_off)
-    error = instants_error(count, length, contrast)
-    alike, deep = _moves_alike(path), _shifted_by_depth(path)
+    tears = vectors is not None and vectors.tears(*(path.start_s + path.times_s[[0, -1]]))
+    if tears:
+        count = max(count, needed_cuts(need.border, need.allowed))
+    error = max(instants_error(count, length, contrast), cut_error(count, need.border) if tears else 0.0)
+    alike, deep = vectors is None and _moves_alike(path), _shifted_by_depth(path)
     if is_sharp and deep is None:
-        return MotionPlan("swept", path, length, count, error, alike)
+        return MotionPlan("swept", path, length, count, error, alike, vectors)
+    if moving.vectors is not None:
+        raise PhotositeError(_why_no_vectors(is_sharp), key="motion.vectors", value=moving.vectors.image)
     if can_join and not (alike and deep is None and len(layers) == 1):
         return MotionPlan("joint", path, length, count, error, alike)
     if deep is not None:
@@ -184,6 +211,18 @@ def plan_motion(
             key="motion",
         )
     return MotionPlan("instants", path, length, count, error, alike)
+
+
+def _why_no_vectors(is_sharp: bool) -> str:
+    if is_sharp:
+        return (
+            "moves pixels of a picture with a depth map, which a camera that moves would shift apart; turn the camera instead "
+            "of moving it, or have its motion in the vectors"
+        )
+    return (
+        "moves pixels one by one, which no pass does behind a lens or a filter that blurs; use a lens without aberrations and "
+        "diffraction, focused until all is sharp, or cut the picture into scene.layers and give motion.layers"
+    )
 
 
 def _surface(motion: Motion, number: int, layer: Layer, size: tuple[int, int]) -> Surface:

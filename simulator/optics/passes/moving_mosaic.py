@@ -10,6 +10,7 @@ from simulator.optics.geometry.motion_plan import MotionPlan, posed
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.still_mosaic import still_mosaic
 from simulator.optics.passes.swept_mosaic import swept_mosaic
+from simulator.optics.passes.swept_vectors import swept_vectors
 from simulator.optics.passes.tile_plan import plan_tiles
 from simulator.sensor.camera.camera_sections import Window
 
@@ -21,6 +22,8 @@ def moving_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], prog
     """
     plan = optics.motion
     assert plan is not None  # without it this pass does not run
+    if plan.vectors is not None:
+        return swept_vectors(optics, plan, plan.vectors, device, planes[0])
     if plan.method == "swept":
         return swept_mosaic(optics, device, planes)
     if plan.method == "joint":  # the blur carries it

@@ -9,7 +9,6 @@ from simulator.optics.geometry.instants import Instants
 from simulator.optics.geometry.motion_plan import MotionPlan, pose_numbers, row_views
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.sensor.camera.camera_sections import Window
 
 SPAN = 64  # photosites of a row and colour that share a parabola of displacements, on every device, for the same bits
 FILE = "swept_projection.cl"
@@ -24,7 +23,7 @@ def swept_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Bu
     coverage as one plane more where any layer of the scene has one.
     """
     window, plan = optics.window, _plan_of(optics)
-    instants = _instants(plan, window)
+    instants = plan.window_instants(window)
     mosaic, layers = device.empty((window.height, window.width), np.float32), optics.covering_layers
     aligned = window.x // (2 * SPAN) * 2 * SPAN
     spans = -(-(window.x + window.width - aligned) // (2 * SPAN))
@@ -61,12 +60,6 @@ def swept_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Bu
             )
     device.finish()  # the tables are freed on return
     return mosaic
-
-
-def _instants(plan: MotionPlan, window: Window) -> Instants:
-    columns = plan.path.lines.axis == "columns"
-    first, size = (window.x, window.width) if columns else (window.y, window.height)
-    return plan.instants(range(first, first + size))
 
 
 def _table(

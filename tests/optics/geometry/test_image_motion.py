@@ -101,3 +101,16 @@ def test_a_shift_with_distance_is_a_shift_of_the_aperture(lens):
     for depth_m in (1.5, 3.0, 20.0, math.inf):
         radius = float(lens.blur_radius_um(depth_m)) / camera.pixel_pitch_um
         assert np.allclose(radius * aperture + place, infinity + shift / depth_m, atol=1e-9)
+
+
+def test_pixels_that_drift_lie_apart_from_where_the_camera_sees_them():
+    """What a photosite sees at rest lies back along the drift, by its speed times the clock, on top of the camera's turn."""
+    camera, drifts = SteadyMotion(pan_deg_per_s=2.0), np.array([[30.0, -10.0], [0.0, 5.0]])
+    geometry, surface, times_s = ImageGeometry(500.0, 60, 40), Surface(3.0, 3.0), np.array([-0.5, 0.0, 2.0])
+    alone, moved = ImageMotion(geometry, (surface,), camera), ImageMotion(geometry, (surface,), camera, drifts)
+    views = alone.displacements(alone.pose_numbers(times_s))
+    found = moved.displacements(moved.pose_numbers(times_s)).reshape(3, 18, 2, 2)
+    expected = views[:, :, None] - times_s[:, None, None, None] * drifts
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    still = ImageMotion(geometry, (surface,), None, drifts)
+    np.testing.assert_allclose(still.displacements(still.pose_numbers(times_s)), -times_s[:, None, None] * drifts, atol=1e-12)

@@ -6,7 +6,7 @@ import pytest
 from simulator.exposure.camera_motion import Poses, SteadyMotion
 from simulator.exposure.line_times import LineTimes, open_at_once
 from simulator.optics.geometry.image_motion import ImageGeometry, ImageMotion, Surface
-from simulator.optics.geometry.instants import PathLength, TimedPath, instants_error, needed_instants
+from simulator.optics.geometry.instants import PathLength, TimedPath, cut_error, instants_error, needed_cuts, needed_instants
 
 GEOMETRY = ImageGeometry(1000.0, 64, 48)
 
@@ -86,3 +86,13 @@ def test_the_number_of_instants_follows_edges_and_texture():
     for length in (0.02, 0.3, 2.0, 50.0, 900.0, 5000.0):
         even = PathLength(length, length)
         assert instants_error(needed_instants(even, 1.0, 0.003, 0.0), even, 1.0) <= 0.003
+
+
+@pytest.mark.parametrize("count", [1, 7, 40])
+def test_a_border_that_is_seen_or_not_is_wrong_by_half_an_instant(count):
+    """Borders that pass at any time: the share of the instants after it, and that of time."""
+    passes = np.linspace(0.0, 1.0, 2001)
+    seen = ((np.arange(count) + 0.5) / count > passes[:, None]).mean(axis=1)
+    worst = 0.8 * np.abs(seen - (1.0 - passes)).max()
+    assert worst == pytest.approx(cut_error(count, 0.8), rel=0.05)
+    assert needed_cuts(0.8, cut_error(count, 0.8)) == count
