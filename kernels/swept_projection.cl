@@ -66,8 +66,10 @@ kernel void swept_rows(global const float *restrict planes, global const struct 
         const struct view view = views[row * sweep.instants + k];
         const float into = TAPS ? INSET : 0.5f;
         const struct path path = path_of(view, x + 0.5f - sweep.pivot_x, x + into, y + into, projection);
-        read_span(planes + cfa_plane((uint)first, row) * pixels, path, projection, value);
-        if (COVERED) read_span(planes + CHANNELS * pixels, path, projection, cover);
+        if (!AT_REST || k == 0) { // a layer at rest is read once
+            read_span(planes + cfa_plane((uint)first, row) * pixels, path, projection, value);
+            if (COVERED) read_span(planes + CHANNELS * pixels, path, projection, cover);
+        }
         add_span(value, cover, view.weight, open + open_row(k, sweep), sum);
     }
     write_span(sum, row, first, sweep, mosaic);

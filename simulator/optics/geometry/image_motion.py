@@ -77,6 +77,10 @@ class ImageMotion:
     camera: CameraPath | None = None
     drifts_px: np.ndarray | None = None
 
+    def is_at_rest(self, surface: int) -> bool:
+        """Whether the image of a surface is where it is at rest at every instant."""
+        return self.camera is None and self.drifts_px is None and self.surfaces[surface].path is None
+
     def pose_numbers(self, times_s: np.ndarray) -> np.ndarray:
         """Return the poses of all that moves at some instants (instants,) [s] of the clock, (instants, numbers) float64.
 

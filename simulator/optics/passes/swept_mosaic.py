@@ -12,7 +12,7 @@ from simulator.optics.optics_plan import OpticsPlan
 
 SPAN = 64  # photosites of a row and colour that share a parabola of displacements, on every device, for the same bits
 FILE = "swept_projection.cl"
-OPEN_BYTES = 2**24  # of the light that nearer layers let through, while a band of rows is computed
+OPEN_BYTES = 2**22  # of the light that nearer layers let through, while a band of rows is computed
 EVEN_DRIFT = 0.9  # photosites by which the span's reading may drift, where it reads adjacent pixels
 
 
@@ -36,7 +36,8 @@ def swept_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Bu
         count = min(rows, window.height - first_row)
         for layer in range(layers):
             name, table, macros = tables[layer]
-            defines = {**macros, "FIRST": int(layer == 0), "COVERED": int(layer < layers - 1)}
+            at_rest = int(plan.path.motion.is_at_rest(layer))
+            defines = {**macros, "FIRST": int(layer == 0), "COVERED": int(layer < layers - 1), "AT_REST": at_rest}
             device.run(
                 device.kernel(name, defines, file=FILE),
                 (spans, 2 * count),
