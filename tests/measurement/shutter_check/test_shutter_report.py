@@ -75,6 +75,7 @@ def test_columns_are_measured_as_rows_are(tmp_path):
     assert report.window == (152, 92) and report.of("read-out time")[0].expected == 20.0
 
 
+@pytest.mark.slow
 def test_curtains_are_measured_back(tmp_path):
     """Accelerated ones, whose penumbra is 5 % of the way."""
     fastest = 2e-3 * HEIGHT_MM / 3e-3**2
