@@ -69,7 +69,11 @@ class Plan:
         return [self._of_strip(readout) for readout in self.strips]
 
     def _of_strip(self, readout: ReadoutGeometry) -> Self:
-        optics, sensor = replace(self.optics, window=readout.computed), replace(self.sensor, readout=readout)
+        defocus = self.optics.defocus
+        # Its own blur holds the methods of its tiles, so that they are freed with the strip.
+        own = None if defocus is None else replace(defocus)
+        optics = replace(self.optics, window=readout.computed, defocus=own)
+        sensor = replace(self.sensor, readout=readout)
         later = tuple(one._of_strip(readout) for one in self.later)
         return replace(self, optics=optics, sensor=sensor, tiles=None, strips=(readout,), later=later)
 
