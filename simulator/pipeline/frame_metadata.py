@@ -109,6 +109,7 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> Callable[[], d
         **_later_times(shot, planned),
         "plan": [asdict(step) for step in planned.steps],
         "notes": list(planned.optics.scene.notes),
+        "error_budget": planned.error_budget.describe(),
         "warnings": planned.warnings(),
         "device": asdict(device),
         "versions": dict(_versions()),

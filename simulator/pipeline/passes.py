@@ -246,7 +246,8 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
     """Pass of the image's motion. still: passes of the image at rest, which run at each instant where no kernel sweeps."""
     motion, pixels, name = optics.motion, _pixels(optics), "motion"
     if motion is None:
-        return Pass(name, False, optics.motion_skip_reason or "nothing moves")
+        skipped = optics.motion_skipped
+        return Pass(name, False, "nothing moves" if skipped is None else skipped.reason)
     error = optics.accuracy.in_sigma(motion.error)
     if motion.method == "instants":
         count = motion.count if motion.is_common else len(motion.shared_nodes())
@@ -286,7 +287,7 @@ def _psf(optics: OpticsPlan) -> Pass:
         ideal = "the lens is ideal and photosites are sensitive all over"
         if optics.projection.open_side < 1.0:
             ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
-        why = optics.psf_skip_reason or ideal
+        why = ideal if optics.psf_skipped is None else optics.psf_skipped.reason
         return Pass("point spread function", False, why)
     places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"
     slabs = f", {len(psf.radii_px)} slabs of blur radius" if len(psf.radii_px) > 1 else ""

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Self
 from simulator.device import Device
 from simulator.exposure.exposed_light import ExposedLight, LightComponent, plan_exposure
 from simulator.exposure.later_exposures import later_exposures
-from simulator.optics.defocus.predicted_error import error_warning
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import tangent_per_pixel
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_grid import BAND_ROWS
+from simulator.pipeline.error_budget import ErrorBudget, error_budget
 from simulator.pipeline.light_cache import LightCache, LightKey, light_key
 from simulator.pipeline.metered_shot import Metered, meter_shot
 from simulator.pipeline.passes import Pass, passes_of
@@ -95,28 +95,14 @@ class Plan:
 
     def warnings(self) -> list[str]:
         """Return a sentence for each promise that the plan may not keep."""
-        runs = self.optics.motion is not None or any(one.name == "defocus" and one.kept for one in self.passes)
-        found = [self.exposed.missed_flash(), self._motion_warning()]
-        if self.optics.defocus is not None and runs:
-            found.append(error_warning(self.optics.defocus, self.optics.contrast))
-        return [warning for warning in found if warning is not None]
+        missed = self.exposed.missed_flash()
+        return [*([] if missed is None else [missed]), *self.error_budget.warnings()]
 
-    def _motion_warning(self) -> str | None:
-        """Warn of motion that is sampled too seldom for the tolerance; None: it is not."""
-        motion, accuracy = self.optics.motion, self.optics.accuracy
-        error = 0.0 if motion is None else accuracy.in_sigma(motion.error)
-        if error <= 1.001 * (accuracy.tolerance or accuracy.ray_error):
-            return None
-        assert motion is not None  # it has an error
-        if motion.method == "joint":
-            return (
-                f"tolerance = {accuracy.tolerance:g}: the motion blur may be wrong by {error:.2g} sigma, by the parallax "
-                "of tilted surfaces or by rotation; give the scene as layers with one distance each, or tolerance: 0 for rays"
-            )
-        return (
-            f"tolerance = {accuracy.tolerance:g}: the motion blur may be wrong by {error:.2g} sigma, since its path of "
-            f"{motion.length.longest_px:.3g} photosites gets {motion.count} instants at most; give a shorter exposure.time"
-        )
+    @property
+    def error_budget(self) -> ErrorBudget:
+        """Predicted errors of all approximations of the light; of a frame of several exposures, of the one with the largest."""
+        budgets = [error_budget(self.optics), *(one.error_budget for one in self.later)]
+        return max(budgets, key=lambda one: one.predicted_sigma)
 
     def memory_bytes(self) -> int:
         """Estimate the most memory that a shot needs at once, on device and host together [byte].

@@ -50,6 +50,7 @@ ORDER = {
         "explain",
         "light_reuse",
         "planner",
+        "error_budget",
         "metered_shot",
         "light_cache",
         "plan_steps",
@@ -88,6 +89,7 @@ ORDER = {
         "geometry",
         "lens",
         "pupil",
+        "error_term",
     ),
     "simulator/sensor": (
         "frame_stack",
