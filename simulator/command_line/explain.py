@@ -14,11 +14,11 @@ from simulator.command_line.shot_numbers import Fact, white_facts
 from simulator.config import load_shot, locate_errors, shot_warnings
 from simulator.device import Device, has_devices, open_device
 from simulator.pipeline.error_budget import ErrorBudget
+from simulator.pipeline.execution import execute
 from simulator.pipeline.light_reuse import describe_reuse
 from simulator.pipeline.passes import PROGRAM_BYTES
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import execute
 from simulator.pipeline.stopwatch import Stopwatch
 
 Kept = Literal["exposure", "brightness"]  # what stays the same over the ISO range

@@ -43,6 +43,7 @@ ORDER = {
     "simulator/measurement": ("shutter_check", "emva1288", "noise_check", "calibration", "report", "statistics"),
     "simulator/pipeline": (
         "simulate",
+        "execution",
         "frame_metadata",
         "frame_strips",
         "motion_truth",

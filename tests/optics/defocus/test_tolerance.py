@@ -24,9 +24,9 @@ from simulator.optics.passes.row_band import POINTS_SAVED
 from simulator.optics.pupil.pupil import Aperture
 from simulator.optics.ray_reference.height_field_rays import sample_height_field
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.sensor.camera.camera import Window
 from simulator.sensor.stages.dark_current import DarkCurrent
 from simulator.sensor.stages.full_well import FullWell

@@ -20,9 +20,10 @@ from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.psf_planning import plan_psf
 from simulator.optics.pupil.pupil import Aperture
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose, simulate
+from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import Window
 
 
