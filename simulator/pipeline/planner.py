@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
 from simulator.device import Device
+from simulator.errors import require
 from simulator.exposure.exposed_light import ExposedLight, LightComponent, plan_exposure
 from simulator.exposure.later_exposures import later_exposures
 from simulator.optics.geometry.motion_plan import Timing
@@ -19,6 +20,7 @@ from simulator.pipeline.plan_steps import steps_of
 from simulator.pipeline.scene_loading import load_scene
 from simulator.pipeline.shot import Shot, TruthPart
 from simulator.pipeline.step import Step
+from simulator.pipeline.time_fit import TimeFit
 from simulator.sensor.camera.readout_window import ReadoutGeometry, split_readout
 from simulator.sensor.hdr_plan import HdrSensorPlan, plan_readings
 from simulator.sensor.sensor_plan import SensorPlan, plan_sensor
@@ -44,6 +46,7 @@ class Plan:
     strips: readout of each strip of the frame, from top to bottom, which are computed one after the other.
     metered: what the camera chose for the shot; None: all is set by hand.
     later: plans of the light of the exposures after the first, of a frame of several whose light differs.
+    fitted: what a time budget chose; None: the shot has none.
     """
 
     optics: OpticsPlan
@@ -57,10 +60,12 @@ class Plan:
     key: LightKey | None = None
     metered: Metered | None = None
     later: "tuple[Plan, ...]" = ()
+    fitted: TimeFit | None = None
 
     def settle(self, shot: Shot) -> Shot:
-        """Return the planned shot with the exposure that is planned: manual, where it was metered."""
-        return shot if self.metered is None else self.metered.settle(shot)
+        """Return the planned shot with all that was chosen for it: a manual exposure, where it was metered, and a tolerance."""
+        shot = shot if self.metered is None else self.metered.settle(shot)
+        return shot if self.fitted is None else self.fitted.settle(shot)
 
     def by_strip(self) -> list[Self]:
         """Return the plan of each strip, which is not measured yet; a frame of one strip has this plan."""
@@ -96,7 +101,8 @@ class Plan:
     def warnings(self) -> list[str]:
         """Return a sentence for each promise that the plan may not keep."""
         missed = self.exposed.missed_flash()
-        return [*([] if missed is None else [missed]), *self.error_budget.warnings()]
+        in_time = [] if self.fitted is None else self.fitted.warnings()
+        return [*([] if missed is None else [missed]), *self.error_budget.warnings(), *in_time]
 
     @property
     def error_budget(self) -> ErrorBudget:
@@ -126,6 +132,8 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
     strip_px: photosites that are computed at once, at most; larger frames are computed in strips, with the same bits.
     cache: holds plans of the optics, whose light may be shared; None: nothing is held.
     """
+    rule = "needs a device: plan the shot with plan_in_time of simulator.pipeline.time_budget, or give tolerance instead"
+    require(shot.time_budget_s is None, "time_budget", f"{shot.time_budget_s} s", rule)
     metered = meter_shot(shot)
     shot = shot if metered is None else metered.settle(shot)
     sensor = plan_readings(_plan_sensor(shot), shot.exposure.iso)

@@ -87,7 +87,13 @@ def simulate_on_disk(
 def _prepare(shot: Shot, device: str | None, report: Progress, strip_px: int, cache: LightCache | None) -> tuple[Plan, Device]:
     """Return the plan of a shot and the device that it fits on. Raises PhotositeError."""
     report("scene", 0.0)
-    planned, opened = plan(shot, strip_px, cache), open_device(device)
+    if shot.time_budget_s is None:
+        planned, opened = plan(shot, strip_px, cache), open_device(device)
+    else:
+        from simulator.pipeline.time_budget import plan_in_time  # only a time budget needs the rates of a device
+
+        opened = open_device(device)
+        planned = plan_in_time(shot, opened, strip_px, cache, report)
     check_memory(planned, opened.info)
     return planned, opened
 

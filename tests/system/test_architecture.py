@@ -43,6 +43,8 @@ ORDER = {
     "simulator/measurement": ("shutter_check", "emva1288", "noise_check", "calibration", "report", "statistics"),
     "simulator/pipeline": (
         "simulate",
+        "time_budget",
+        "device_rates",
         "execution",
         "frame_metadata",
         "frame_strips",
@@ -62,6 +64,7 @@ ORDER = {
         "stopwatch",
         "input_files",
         "scene_loading",
+        "time_fit",
         "shot",
     ),
     "simulator/raw": (
