@@ -58,7 +58,8 @@ REFERENCE = DeviceRates()
 def rates_of(device: Device, progress: Progress = silent, side_px: int = SIDE_PX) -> DeviceRates:
     """Return the rates of a device from the user's cache; where there are none, they are measured, in some seconds, and kept.
 
-    side_px: of the frames that are taken. A cache that cannot be written to is told in the log; the rates then hold for this call alone.
+    side_px: of the frames that are taken. A cache that cannot be written to is told in the log; the rates then hold for this
+    call alone.
     """
     path, key = cache_path(), rates_key(device)
     kept = read_rates(path)
@@ -130,9 +131,7 @@ def _times_ms(shot: Shot, device: Device) -> dict[str, float]:
 
 
 def calibration_shots(side_px: int) -> tuple[Shot, ...]:
-    """Return a sharp shot of so many photosites across, and of half as many: one out of focus, one with steps in depth, one
-    with diffraction.
-    """
+    """Return a sharp shot of so many photosites across; smaller ones out of focus, with steps, and with diffraction."""
     side = side_px // 2
     texture = np.random.default_rng(0).random((side_px, side_px, 1), dtype=np.float32)
     wavelengths_nm = np.arange(400.0, 701.0, 10.0)

@@ -22,6 +22,7 @@ from simulator.optics.defocus.accuracy import (
 )
 from simulator.optics.defocus.aperture_samples import sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Defocus
+from simulator.optics.defocus.field_pupil import middle_error, zone_error
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import ErrorTerm, Limit
 
@@ -30,6 +31,7 @@ WORST = SceneContrast()  # detail that varies between zero and the brightest lig
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 TIGHTER = "give a smaller tolerance, or tolerance: 0 for rays"
 LAYERS = "give the scene as layers, which hold what lies behind edges"
+RAYS = "give tolerance: 0 for rays"
 BLUR = "lens blur"  # effect of the terms
 
 
@@ -74,12 +76,18 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     wide_or_not = np.array([own.largest_px, min(own.largest_px, 0.999 * WIDE_PX)])
     points = int(sample_count(wide_or_not, defocus).min())
     if contrast.has_steps:
-        add(f"{points} points of the aperture beside steps in depth", occlusion_error(points), TIGHTER)
-        add(f"{defocus.classes_per_unit:.2g} slabs of radius", slab_error(defocus.classes_per_unit), TIGHTER)
+        range_ = contrast.beside / WORST.beside  # of the light beside the steps
+        add(f"{points} points of the aperture beside steps in depth", range_ * occlusion_error(points), TIGHTER)
+        add(f"{defocus.classes_per_unit:.2g} slabs of radius", range_ * slab_error(defocus.classes_per_unit), TIGHTER)
         if own.largest_px >= defocus.wide_px:
-            add("wider photosites", wide_error(defocus.wide_px), TIGHTER)
+            add("wider photosites", range_ * wide_error(defocus.wide_px), TIGHTER)
     elif len(radii) > 1:
         add(f"{points} points of the aperture", points_error(points, finest), TIGHTER)
+    if own.eyes is not None:
+        side_px = own.eyes.zone_px
+        add(f"zones of {side_px} photosites that share a pupil", zone_error(own.eyes.movement(side_px)), TIGHTER)
+        if contrast.has_steps:
+            add("one pupil for a block beside steps in depth", middle_error(own.eyes.movement(BLOCK_COLUMNS)), RAYS)
     if contrast.behind > 0.0:
         is_extended = len(defocus.radii_px) > len(radii)
         hidden = hidden_error(contrast.behind, is_extended)

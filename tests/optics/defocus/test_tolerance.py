@@ -15,12 +15,11 @@ from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import MOST, Accuracy, grid_error, points_error, product_error, slope_error
-from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, sample_count
+from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, POINTS_SAVED, sample_count
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import error_terms
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.passes.reference_mosaic import BAND_ROWS
-from simulator.optics.passes.row_band import POINTS_SAVED
 from simulator.optics.pupil.pupil import Aperture
 from simulator.optics.ray_reference.height_field_rays import sample_height_field
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
