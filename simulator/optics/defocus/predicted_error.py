@@ -9,6 +9,7 @@ from simulator.optics.defocus.accuracy import (
     WAVE_CURVATURE,
     WIDE_PX,
     Accuracy,
+    blurred_share,
     copy_error,
     crossing_error,
     grid_error,
@@ -63,7 +64,8 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     if len(defocus.radii_px) == 1 and own.gathers_scene(smallest, smallest).any():
         add("means over the scene's pixels", accuracy.gathering_error(), TIGHTER)
     else:
-        smooth = contrast.curvature / (12.0 * finest**2)  # a parabola in both directions, against its values at the points
+        # A parabola in both directions, against its values at the points.
+        smooth = contrast.curvature * blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)
         grid = min(smooth, grid_error(min(blurred), finest, defocus.scale))
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
@@ -77,8 +79,9 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     points = int(sample_count(wide_or_not, defocus).min())
     if contrast.has_steps:
         range_ = contrast.beside / WORST.beside  # of the light beside the steps
-        add(f"{points} points of the aperture beside steps in depth", range_ * occlusion_error(points), TIGHTER)
-        add(f"{defocus.classes_per_unit:.2g} slabs of radius", range_ * slab_error(defocus.classes_per_unit), TIGHTER)
+        fix = LAYERS if defocus.guessed else TIGHTER  # more points are not taken where what they see is assumed
+        add(f"{points} points of the aperture beside steps in depth", range_ * occlusion_error(points), fix)
+        add(f"{defocus.classes_per_unit:.2g} slabs of radius", range_ * slab_error(defocus.classes_per_unit), fix)
         if own.largest_px >= defocus.wide_px:
             add("wider photosites", range_ * wide_error(defocus.wide_px), TIGHTER)
     elif len(radii) > 1:
