@@ -212,7 +212,7 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
     }
     cost_ms = _ms(pixels, sum(share * cost[method] for method, share in shares.items()))
     memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
-    error = predicted_error(defocus, optics.contrast)
+    error = predicted_error(optics.moving_blur or defocus, optics.contrast)
     return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms, scratch)
 
 

@@ -55,8 +55,9 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens, exposed: Expose
     steps.append(Step("binning", binning is not None, method))
     if isinstance(sensor, HdrSensorPlan):
         steps += [Step("hdr read-out", True, sensor.describe()), Step("companding", *sensor.describe_companding())]
-    if optics.defocus is not None:
-        accuracy = describe_errors(optics.defocus, optics.contrast)
+    blur = optics.moving_blur
+    if blur is not None:
+        accuracy = describe_errors(blur, optics.contrast)
         steps += [_occluded_background_step(optics), Step("blur accuracy", True, accuracy)]
     return tuple(steps)
 

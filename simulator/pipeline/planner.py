@@ -97,22 +97,19 @@ class Plan:
         """Return a sentence for each promise that the plan may not keep."""
         runs = self.optics.motion is not None or any(one.name == "defocus" and one.kept for one in self.passes)
         found = [self.exposed.missed_flash(), self._motion_warning()]
-        if self.optics.defocus is not None and runs:
-            found.append(error_warning(self.optics.defocus, self.optics.contrast))
+        blur = self.optics.moving_blur
+        if blur is not None and runs:
+            found.append(error_warning(blur, self.optics.contrast))
         return [warning for warning in found if warning is not None]
 
     def _motion_warning(self) -> str | None:
         """Warn of motion that is sampled too seldom for the tolerance; None: it is not."""
         motion, accuracy = self.optics.motion, self.optics.accuracy
-        error = 0.0 if motion is None else accuracy.in_sigma(motion.error)
+        is_joint = motion is not None and motion.method == "joint"  # what its blur warns of
+        error = 0.0 if motion is None or is_joint else accuracy.in_sigma(motion.error)
         if error <= 1.001 * (accuracy.tolerance or accuracy.ray_error):
             return None
         assert motion is not None  # it has an error
-        if motion.method == "joint":
-            return (
-                f"tolerance = {accuracy.tolerance:g}: the motion blur may be wrong by {error:.2g} sigma, by the parallax "
-                "of tilted surfaces or by rotation; give the scene as layers with one distance each, or tolerance: 0 for rays"
-            )
         return (
             f"tolerance = {accuracy.tolerance:g}: the motion blur may be wrong by {error:.2g} sigma, since its path of "
             f"{motion.length.longest_px:.3g} photosites gets {motion.count} instants at most; give a shorter exposure.time"

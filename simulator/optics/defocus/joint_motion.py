@@ -140,7 +140,18 @@ class JointMotion:
     def path_px(self, radius_px: np.ndarray) -> np.ndarray:
         """Longest way of the image of a surface with blur circles of this radius while a line is open [photosites]."""
         aperture, place, longest = self._paths
-        return np.minimum(aperture * radius_px + place, longest)
+        return np.minimum(aperture * np.abs(radius_px) + place, longest)
+
+    def least_path_px(self, radius_px: np.ndarray) -> np.ndarray:
+        """Shortest way of the image of a surface of these signed blur radii while a line is open, (radii,) [photosites].
+
+        Shortest of all layers and over the sensor's corners and middles.
+        """
+        times, shifts = self._probes
+        ends = radius_px[:, None, None, None, None] * shifts[..., :2] + shifts[..., 2:]
+        lines = self.path.lines
+        share = float((lines.closed_s - lines.opens_s).min()) / max(float(times[-1] - times[0]), 1e-300)
+        return share * _length(np.diff(ends, axis=2)).sum(axis=2).min(axis=(1, 2))
 
     @cached_property
     def _tilt(self) -> tuple[float, float]:
