@@ -62,7 +62,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             const uint down = (OVER * block[1] + (uint)dy) / (OVER * PATCH_ROWS), across = (COLUMN_SETS * block[0] + (uint)dx) / (COLUMN_SETS * HALF_PATCH);
             global const struct patch_window *window = windows + ((size_t)layer * sampling.patch_rows + down) * patch_columns + across;
             const float least = is_mapped ? low - 0.25f * (high - low) : -1e30f, most = is_mapped ? high : 1e30f; // overlaps the slab in front, so that slopes show no gaps
-            if (!is_met(window, (int)slab[5], least, most)) continue;
+            if (!is_met(window, (int)slab[5], MOTION && is_mapped ? beside_slab(point[0], point[1]) : 0.0f, high - low, least, most)) continue;
             const int fresh = current < 0, partial = COVERAGE && window->filled < 1.0f;
             if (!OPAQUE && layer != current)
                 for (uint i = 0; i < ALL; i++) begin_layer(fresh, before + i, missed + i, covered + i);
@@ -77,7 +77,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
                 held + COLUMN_SETS * CHANNELS * plane, radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + start,
                 {dy * set_columns, (dy + 1) * set_columns, (dy + OVER) * set_columns, (dy + OVER + 1) * set_columns},
                 {column_start(dx, plane), column_start(dx + 1, plane), column_start(dx + OVER, plane), column_start(dx + OVER + 1, plane)}, next,
-                (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most};
+                (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most, middle, OVER * point[0], OVER * point[1]};
             const size_t own = CORRECTION * layer * ALL;
             const struct ray_state ray = {before, missed, covered, all, all_seen, sum + own, seen + own, unmet, sharp};
             add_case(mapped, partial, fresh, at, ray);

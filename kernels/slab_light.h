@@ -2,26 +2,12 @@
 #ifndef SLAB_LIGHT_H
 #define SLAB_LIGHT_H
 #include "conventions.h"
+#include "slab_samples.h"
 #if SPAN >= 16 // one vector of 16 floats: some compilers halve it, and compute the addresses of all samples twice
 #define LANES _Pragma("clang loop vectorize_width(16) interleave_count(1)")
 #else
 #define LANES
 #endif
-#define SETS 4             // of photosites: even or odd row, even or odd column
-#define SIZE (ROWS * SPAN) // photosites of a set: ROWS rows, two apart, of SPAN columns of a column set
-#define ALL (SETS * SIZE)  // photosites of a work-item
-
-// Where the rays of a work-item's photosites meet the slab: each reads four samples, a, b to the right of it, c below it, and d. Where
-// OVER is 1, neighbours share samples, whose radii are then read once.
-struct slab_samples {
-    global const float *light[SETS], *coverage, *radius; // planes; light: of the colour of each set, even row and even column first
-    long rows[4], columns[4]; // elements to the samples a and c, a and b of the first even photosite, and to those of the first odd one
-    long next;                // elements to the next photosites of a set below
-    float wa, wb, wc, wd;     // bilinear weights
-    float least, most;        // radii of the slab [photosites]
-};
-
-struct weights { float a, b, c, d; };
 
 // State of the photosites' rays through this point, and sums over points; ALL each.
 struct ray_state {
@@ -37,19 +23,6 @@ INLINE void begin_layer(const int fresh, float *before, float *missed, float *co
     *before = fresh ? 1.0f : *before * (1.0f - *covered);
     *missed = 1.0f;
     *covered = 0.0f;
-}
-
-// Weight of a sample in a slab: 0 outside its range of radii.
-INLINE float inside(const float radius, const struct slab_samples at, const float weight) {
-    return radius < at.least || radius >= at.most ? 0.0f : weight;
-}
-
-// Weights of the samples of a photosite in an odd or even row (down 1 or 0) and column (across), at an element from the first one.
-INLINE struct weights weigh(const struct slab_samples at, const long element, const uint down, const uint across) {
-    global const float *a = at.radius + at.rows[2 * down] + element, *c = at.radius + at.rows[2 * down + 1] + element;
-    const long left = at.columns[2 * across], right = at.columns[2 * across + 1];
-    const struct weights found = {inside(a[left], at, at.wa), inside(a[right], at, at.wb), inside(c[left], at, at.wc), inside(c[right], at, at.wd)};
-    return found;
 }
 
 // Sum of a plane's samples by these weights.

@@ -4,16 +4,16 @@ import math
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Literal, Self, overload
 
 import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.optics.defocus.accuracy import BRIGHT, SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
 from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
+from simulator.optics.defocus.joint_errors import joint_error
 from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
 from simulator.optics.defocus.photosite_area import PhotositeArea
-from simulator.optics.defocus.predicted_error import joint_error
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
 from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, plan_motion
@@ -169,6 +169,14 @@ class OpticsPlan:
             defocus=self.defocus.on_wider_photosites(),
         )
 
+    @property
+    def moving_blur(self) -> Defocus | None:
+        """The blur with the motion that the points of its aperture carry, of the light whose error is larger; None: no blur."""
+        if self.joint is None or self.defocus is None:
+            return self.defocus
+        moving = [motion for motion in (self.motion, self.flash_motion) if motion is not None]
+        return replace(self.defocus, motion=replace(self.joint, path=max(moving, key=lambda motion: motion.error).path))
+
     def cfa_macros(self) -> dict[str, int]:
         """Macros of kernels/cfa.h for the window."""
         return self.cfa.macros(self.window.x, self.window.y)
@@ -311,26 +319,45 @@ def _with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: Sensor
     """Return the plan with the blur of the scene's surfaces, and with the background that shows beside blurred edges."""
     camera, scale, accuracy = sensor.camera, planned.projection.scale, planned.accuracy
     pitch_um = camera.pixel_pitch_um
-    area = PhotositeArea(
-        _gathers_squares(planned.projection, lens, camera), accuracy.whole_pixels, planned.projection.open_side
-    )
-    defocus = plan_defocus(lens, pitch_um, loaded, scale, accuracy, planned.sensor_px, area)
+    defocus = _plan_defocus(planned, loaded, lens, camera)
     if defocus is None:
         return replace(planned, ignored_px=largest_radius_px(lens, pitch_um, loaded))
     per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
     if not loaded.behind and isinstance(loaded.depth_m, np.ndarray):
         share = disoccluded_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
-    per_share = _electrons_per_radiance(lens, sensor) / accuracy.electrons
-    contrast = scene_contrast(loaded, planned.weights, per_share, defocus)
+    contrast = _contrast_of(planned, loaded, lens, sensor, defocus)
     scene = extend_background(loaded, per_dioptre) if accuracy.tolerance else loaded
     if scene is not loaded:
-        extended = plan_defocus(lens, pitch_um, scene, scale, accuracy, planned.sensor_px, area)
+        extended = _plan_defocus(planned, scene, lens, camera)
         assert extended is not None  # an extended background keeps the foreground that is blurred
         defocus = replace(extended, guessed=defocus.guessed)
     if accuracy.tolerance == 0.0 and scene.deep is None and scene.behind and _is_steep(defocus, scale):
         scene = replace(scene, deep=deep_pixels_of(scene.layers))
     deep_blur = None if accuracy.tolerance else _blur_deep(scene, lens, pitch_um)
     return replace(planned, scene=scene, defocus=defocus, disoccluded_share=share, deep_blur=deep_blur, contrast=contrast)
+
+
+@overload
+def _plan_defocus(planned: OpticsPlan, scene: Scene, lens: Lens, camera: Camera, *, keeps_sharp: Literal[True]) -> Defocus: ...
+@overload
+def _plan_defocus(
+    planned: OpticsPlan, scene: Scene, lens: Lens, camera: Camera, *, keeps_sharp: bool = False
+) -> Defocus | None: ...
+def _plan_defocus(
+    planned: OpticsPlan, scene: Scene, lens: Lens, camera: Camera, *, keeps_sharp: bool = False
+) -> Defocus | None:
+    """Return the blur of a scene's surfaces, as `plan_defocus`; never None where a sharp one is kept."""
+    accuracy, projection = planned.accuracy, planned.projection
+    area = PhotositeArea(_gathers_squares(projection, lens, camera), accuracy.whole_pixels, projection.open_side)
+    return plan_defocus(
+        lens, camera.pixel_pitch_um, scene, projection.scale, accuracy, planned.sensor_px, area, keeps_sharp=keeps_sharp
+    )
+
+
+def _contrast_of(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, defocus: Defocus) -> SceneContrast:
+    """Return the contrasts of a scene on which the error of its blur depends."""
+    per_share = _electrons_per_radiance(lens, sensor) / planned.accuracy.electrons
+    return scene_contrast(loaded, planned.weights, per_share, defocus)
 
 
 def _is_steep(defocus: Defocus, scale: float) -> bool:
@@ -453,25 +480,34 @@ def _with_joint_motion(
 
     motions: of each component of the light; None where all is at rest.
     """
-    camera, scene, defocus = sensor.camera, planned.scene, planned.defocus
+    camera, defocus = sensor.camera, planned.defocus
     if defocus is None:
-        scene, pitch_um = loaded, camera.pixel_pitch_um
-        area = PhotositeArea(
-            _gathers_squares(planned.projection, lens, camera), planned.accuracy.whole_pixels, planned.projection.open_side
-        )
-        scale = planned.projection.scale
-        defocus = plan_defocus(lens, pitch_um, scene, scale, planned.accuracy, planned.sensor_px, area, keeps_sharp=True)
-        assert defocus is not None  # a sharp one is kept
+        defocus = _plan_defocus(planned, loaded, lens, camera, keeps_sharp=True)
+        contrast = _contrast_of(planned, loaded, lens, sensor, defocus)
+        planned = replace(planned, scene=loaded, contrast=contrast)
     moving = [motion for motion in motions if motion is not None]
-    joint = plan_joint_motion(moving[0].path, lens, camera.pixel_pitch_um, defocus.radii_px)
+
+    def join(radii_px: tuple[float | np.ndarray, ...]) -> JointMotion:
+        return plan_joint_motion(moving[0].path, lens, camera.pixel_pitch_um, radii_px)
+
+    joint = join(defocus.radii_px)
+    per_dioptre = blur_per_dioptre(lens, camera.pixel_pitch_um, planned.projection.scale)
+    is_extended = planned.scene is not loaded and joint.largest_aperture == 0.0
+    reach = (1.0 + joint.largest_aperture) * per_dioptre  # so far do rays see behind edges
+    scene = extend_background(loaded, reach) if planned.accuracy.tolerance and not is_extended else loaded
+    if scene is not loaded:
+        extended = _plan_defocus(planned, scene, lens, camera, keeps_sharp=True)
+        defocus, planned = replace(extended, guessed=True), replace(planned, scene=scene)
+        joint = join(defocus.radii_px)
     found: list[MotionPlan | None] = []
     for motion in motions:
         if motion is None:
             found.append(None)
             continue
         blur = replace(defocus, motion=replace(joint, path=motion.path))
-        found.append(replace(motion, method="joint", error=joint_error(blur) if planned.accuracy.tolerance else 0.0))
-    return found, replace(planned, scene=scene, defocus=defocus, joint=joint)
+        error = joint_error(blur, planned.contrast) if planned.accuracy.tolerance else 0.0
+        found.append(replace(motion, method="joint", error=error))
+    return found, replace(planned, defocus=defocus, joint=joint)
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:

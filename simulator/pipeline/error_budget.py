@@ -73,10 +73,11 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     """Return the predicted errors of all approximations of a plan's light, in the order of the light."""
     accuracy, contrast, sigma = optics.accuracy, optics.contrast, optics.accuracy.sigma
     terms: list[ErrorTerm] = []
-    if optics.defocus is None:
+    blur = optics.moving_blur
+    if blur is None:
         terms += ignored_error(accuracy, optics.ignored_px)
     elif optics.psf is None or not optics.psf.by_distance:
-        terms += error_terms(optics.defocus, contrast)
+        terms += error_terms(blur, contrast)
     terms += psf_errors(optics.psf, optics.psf_skipped, accuracy)
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))

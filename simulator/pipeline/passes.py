@@ -202,7 +202,7 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
         work = work_of(tiles)
         methods = ", ".join(f"{one.name.lower()} {100 * share:.3g} %" for one, share in tiles.shares().items() if share > 0)
     memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
-    error = predicted_error(defocus, optics.contrast)
+    error = predicted_error(optics.moving_blur or defocus, optics.contrast)
     return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms(work), scratch)
 
 

@@ -38,7 +38,8 @@ MOST_GATHERED = 4000.0  # most scene pixels, once for each rectangle of the aper
 CLASSES = 64  # classes of radii, one bit each of a 64-bit mask
 _USUAL = Accuracy()
 ZONE_SHARE = 0.75  # of the allowed error, for zones that share a pupil
-MOST_APART_PX = 1.0  # way of an image between neighbouring slabs of radius [photosites]
+MOST_APART_PX = 0.4  # largest way of a ray between slabs of radius near the focus at MEASURED, where images move [photosites]
+LEAST_APART_PX = 0.1  # slabs are not nearer to each other at any tolerance
 T = TypeVar("T")
 CLASS_UNIT_PX = 4.0  # up to about this radius all classes are equally wide
 
@@ -180,8 +181,8 @@ class Defocus:
     @property
     def reach_px(self) -> int:
         """Margin that the blur needs on each side [photosites]."""
-        class_px = (self.largest_px + CLASS_UNIT_PX) / self.classes_per_unit
-        farthest_px = self.largest_px + 2.0 * class_px
+        slab_px = (self.largest_px + CLASS_UNIT_PX) / (self.classes_per_unit * self.slab_parts)
+        farthest_px = self.largest_px + 2.0 * slab_px
         moved_px = 0.0 if self.motion is None else self.motion.reach_px(farthest_px)
         return math.ceil(self.pupil.corner_radius * farthest_px + moved_px) + 2
 
@@ -202,13 +203,10 @@ class Defocus:
         """Classes of radii per unit of asinh(radius / CLASS_UNIT_PX).
 
         With twelve, a class is a third of a photosite wide in focus and a twelfth of the radius for large radii. There are
-        twice as many where all radii are large, and fewer for a loose tolerance. Where images move, slabs near the focus are
-        read at most MOST_APART_PX apart; where they are nearer than the samples of a slope, these fall into several.
+        twice as many where all radii are large, and fewer for a loose tolerance.
         """
         span = math.asinh(self.greatest_px / CLASS_UNIT_PX) - math.asinh(self.least_px / CLASS_UNIT_PX)
         finest = (12.0 if self.wider == 1 else 24.0) / self.accuracy.coarser
-        if self.motion is not None:
-            finest = max(finest, CLASS_UNIT_PX / MOST_APART_PX * (1.0 + self.motion.largest_aperture))
         return min(finest, (CLASSES - 3) / span) if span else finest
 
     @cached_property
@@ -217,10 +215,28 @@ class Defocus:
         return math.floor(self.classes_per_unit * math.asinh(self.least_px / CLASS_UNIT_PX)) - 1.0
 
     @cached_property
-    def class_borders_px(self) -> tuple[float, ...]:
-        """Signed radii at which the classes begin, and two more."""
-        numbers = (self.first_class + number for number in range(CLASSES + 2))
-        return tuple(CLASS_UNIT_PX * math.sinh(number / self.classes_per_unit) for number in numbers)
+    def slab_parts(self) -> int:
+        """Slabs of each class of radii: one where images rest, else as many as `apart_px` needs."""
+        if self.motion is None:
+            return 1
+        most_px = min(max(MOST_APART_PX * math.sqrt(self.accuracy.looser), LEAST_APART_PX), 1.0)  # errors grow with its square
+        way_px = CLASS_UNIT_PX / self.classes_per_unit * (1.0 + self.motion.largest_aperture)
+        return max(math.ceil(way_px / most_px - 1e-9), 1)
+
+    @property
+    def apart_px(self) -> float:
+        """Way of a ray from a slab of radius near the focus to the next one, where images move [photosites].
+
+        A ray that meets a surface in a slab reads it up to half of this way aside, evenly to either side.
+        """
+        assert self.motion is not None  # else slabs are read where rays meet them
+        return CLASS_UNIT_PX / (self.classes_per_unit * self.slab_parts) * (1.0 + self.motion.largest_aperture)
+
+    @cached_property
+    def slab_borders_px(self) -> np.ndarray:
+        """Signed radii at which the slabs of all classes begin, and two more."""
+        numbers = self.first_class + np.arange(CLASSES * self.slab_parts + 2) / self.slab_parts
+        return CLASS_UNIT_PX * np.sinh(numbers / self.classes_per_unit)
 
 
 def plan_defocus(

@@ -25,6 +25,8 @@ CELL_PX = 0.03  # largest difference of an image's path within a cell that share
 WIDEST_CELL_PX = 2048  # cells are no wider and no higher
 LEAST_CELL_ROWS = 2  # of a rolling shutter: rows of the colours of a filter's block
 PROBED = 257  # instants at which paths are measured
+STRAIGHT_PX = 0.002  # largest distance of a path from the straight pieces by which points follow it [photosites]
+LEAST_NODES, MOST_NODES = 8, 4096  # of those pieces
 FLICKER_STRATA = 512  # parts of equal light of a line whose light is uneven over time
 
 
@@ -140,7 +142,18 @@ class JointMotion:
     def path_px(self, radius_px: np.ndarray) -> np.ndarray:
         """Longest way of the image of a surface with blur circles of this radius while a line is open [photosites]."""
         aperture, place, longest = self._paths
-        return np.minimum(aperture * radius_px + place, longest)
+        return np.minimum(aperture * np.abs(radius_px) + place, longest)
+
+    def least_path_px(self, radius_px: np.ndarray) -> np.ndarray:
+        """Shortest way of the image of a surface of these signed blur radii while a line is open, (radii,) [photosites].
+
+        Shortest of all layers and over the sensor's corners and middles.
+        """
+        times, shifts = self._probes
+        ends = radius_px[:, None, None, None, None] * shifts[..., :2] + shifts[..., 2:]
+        lines = self.path.lines
+        share = float((lines.closed_s - lines.opens_s).min()) / max(float(times[-1] - times[0]), 1e-300)
+        return share * _length(np.diff(ends, axis=2)).sum(axis=2).min(axis=(1, 2))
 
     @cached_property
     def _tilt(self) -> tuple[float, float]:
@@ -198,16 +211,35 @@ class JointMotion:
         middles_px: (cells, 2), x and y, of the cells from the sensor's corner [photosites]. shares: (n,), 0 to 1.
         """
         lines, line_of = np.unique(self._lines(middles_px[:, 1]), return_inverse=True)
-        times = self.quantiles(lines, shares)
-        found = np.empty((len(middles_px), self.layers, len(shares), 4), np.float32)
+        node_shares = np.linspace(0.0, 1.0, self._nodes + 1)
+        times = self.quantiles(lines, node_shares)
+        nodes = np.empty((len(middles_px), self.layers, len(node_shares), 4), np.float32)
         for line, own_times in enumerate(times):
             columns = [np.interp(own_times, self.path.times_s, column) for column in self.path.poses.T]
-            numbers = np.stack(columns, axis=-1) if columns else np.zeros((len(shares), 0))
+            numbers = np.stack(columns, axis=-1) if columns else np.zeros((len(node_shares), 0))
             own = np.flatnonzero(line_of == line)
             shifts = self.shifts(numbers, middles_px[own])
             shifts[..., 2:] -= self.rest_px[:, None, None]
-            found[own] = np.moveaxis(shifts, 2, 0)
+            nodes[own] = np.moveaxis(shifts, 2, 0)
+        place = np.clip(shares, 0.0, 1.0) * self._nodes
+        node = np.minimum(place.astype(np.intp), self._nodes - 1)
+        found = nodes[:, :, node]
+        found += (place - node).astype(np.float32)[:, None] * (nodes[:, :, node + 1] - found)
         return found
+
+    @cached_property
+    def _nodes(self) -> int:
+        """Parts of equal light of a line in which the image of every surface is taken to move evenly along a straight line."""
+        path = self.path
+        lines, cell_s = path.lines, float(path.times_s[1] - path.times_s[0])
+        if len(path.openings) > 1 or not bool(np.all(path.light == path.light[0])):
+            return FLICKER_STRATA
+        bend_px = float(_length(np.diff(path.displacement_px, 2, axis=0)).max(initial=0.0)) / self.wider
+        cells = math.sqrt(8.0 * STRAIGHT_PX / max(bend_px, 1e-12))  # over which a path lies this near to its chord
+        edges = lines.open_s - lines.opens_s, lines.closed_s - lines.closes_s  # where light grows unevenly with time
+        least = FLICKER_STRATA if max(float(edge.max()) for edge in edges) > 0.0 else LEAST_NODES
+        open_s = float((lines.closed_s - lines.opens_s).max())
+        return int(min(max(math.ceil(open_s / (cell_s * cells)), least), MOST_NODES))
 
     def _lines(self, y_px: np.ndarray) -> np.ndarray:
         """Place of each cell's middle among the lines, in lines; 0 where all are open at once."""

@@ -22,18 +22,15 @@ from simulator.optics.defocus.accuracy import (
     wide_error,
 )
 from simulator.optics.defocus.aperture_samples import sample_count
-from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Defocus
+from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
 from simulator.optics.defocus.field_pupil import middle_error, zone_error
+from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import ErrorTerm, Limit
 
-EDGE_STEP_PX = 0.5  # change of the blur radius between scene pixels from which they belong to two surfaces [photosites]
-WORST = SceneContrast()  # detail that varies between zero and the brightest light, without steps in depth
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
-TIGHTER = "give a smaller tolerance, or tolerance: 0 for rays"
-LAYERS = "give the scene as layers, which hold what lies behind edges"
 RAYS = "give tolerance: 0 for rays"
-BLUR = "lens blur"  # effect of the terms
+BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
 
 def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[ErrorTerm]:
@@ -42,8 +39,11 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     defocus: blur of the scene's layers, with a background that is assumed. contrast: of the scene (`scene_contrast`).
     """
     accuracy = defocus.accuracy
-    if accuracy.tolerance == 0.0 or defocus.motion is not None:  # the motion tells the error of what carries both
+    if accuracy.tolerance == 0.0:
         return []
+    if defocus.motion is not None:
+        joint = joint_terms(defocus, contrast)
+        return [ErrorTerm(MOVING, one.cause, accuracy.in_sigma(one.share), one.fix, one.limit) for one in joint]
     own = defocus.of_scene()
     radii, ranges = own.radii_px, own.ranges_px
     ignored = [min(most, own.copied_px) for least, most in ranges if least <= own.copied_px]
@@ -109,29 +109,6 @@ def ignored_error(accuracy: Accuracy, radius_px: float) -> list[ErrorTerm]:
 def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
     """Sum of the terms [standard deviations at the brightest light]."""
     return sum(term.sigma for term in error_terms(defocus, contrast))
-
-
-def joint_error(defocus: Defocus) -> float:
-    """Predict the error of aperture samples that carry instants, as a share of the brightest light, for edges of full contrast.
-
-    It bounds 99.9 % of the photosites of bars before a wall that move apart, and of tilted surfaces whose parallax turns the
-    picture by up to a sixth of a photosite per photosite: paths of 10 to 24 photosites, radii up to 10.
-    """
-    motion = defocus.motion
-    assert motion is not None  # else there is no instant
-    points = int(sample_count(np.array([defocus.largest_px]), defocus)[0])
-    cell_px = motion.cell_error_px(BLOCK_COLUMNS, BLOCK_ROWS)
-    path_px = float(motion.path_px(np.array(defocus.largest_px)))
-    steepest = [_typical_slope(radius) for radius in defocus.of_scene().radii_px if isinstance(radius, np.ndarray)]
-    slope = defocus.scale * max(steepest, default=0.0)
-    return 0.4 * points**-0.72 + cell_px / (path_px + 2.0) + 0.07 * slope * (1.0 + motion.largest_aperture)
-
-
-def _typical_slope(radius_px: np.ndarray) -> float:
-    """Change of the radius from a scene pixel to the next that 90 % of them stay below, steps in depth left out."""
-    found = [np.abs(np.diff(radius_px, axis=axis)).ravel() for axis in (0, 1)]
-    smooth = np.concatenate([steps[steps < EDGE_STEP_PX] for steps in found])
-    return float(np.quantile(smooth, 0.9)) if smooth.size else 0.0
 
 
 def describe_ignored(accuracy: Accuracy, radius_px: float) -> str:

@@ -84,18 +84,22 @@ def _slabs(defocus: Defocus, classes: np.ndarray, even_px: np.ndarray) -> tuple[
 
     classes, even_px: (layers, lists).
     """
-    is_even = ~np.isnan(even_px)
-    held = classes | classes >> np.uint64(
-        1
-    )  # slabs shift by a phase of 0 to 1, so that a class lies in its own slab or the one before
-    bits = (held.T[..., None] >> np.arange(CLASSES, dtype=np.uint64) & np.uint64(1)).astype(bool)
-    one = np.zeros_like(bits)  # a layer of constant radius is one slab
+    is_even, parts = ~np.isnan(even_px), defocus.slab_parts
+    bits, one_before = (
+        (held.T[..., None] >> np.arange(CLASSES, dtype=np.uint64) & np.uint64(1)).astype(bool)
+        for held in (classes, classes >> np.uint64(1))
+    )
+    listed = np.repeat(bits, parts, axis=-1)
+    listed[..., parts - 1 :: parts] |= (
+        one_before  # slabs shift by a phase of 0 to 1, so that a class begins in the slab before its own
+    )
+    one = np.zeros_like(listed)  # a layer of constant radius is one slab
     one[..., 0] = classes.T > 0
-    lists, layers, numbers = np.nonzero(np.where(is_even.T[..., None], one, bits))
+    lists, layers, numbers = np.nonzero(np.where(is_even.T[..., None], one, listed))
     even = is_even[layers, lists]
-    borders = np.array(defocus.class_borders_px)[numbers[:, None] + np.arange(3)]
+    borders = defocus.slab_borders_px[numbers[:, None] + np.arange(3)]
     radii = np.where(even[:, None], even_px[layers, lists][:, None], borders)
     maps = np.cumsum([np.ndim(radius) > 0 for radius in defocus.radii_px]) - 1
-    names = np.where(even, -1, [maps[layers], numbers])
+    names = np.where(even, -1, [maps[layers], numbers // parts])
     slabs = np.column_stack([layers, names[0], radii, names[1]]).astype(np.float32)
     return slabs, np.bincount(lists, minlength=classes.shape[1])

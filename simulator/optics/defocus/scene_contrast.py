@@ -22,7 +22,7 @@ class SceneContrast:
 
     Where the light is weaker, and with it the noise, a difference counts as much more as it is seen more clearly.
 
-    curvature: second difference of the light between photosites.
+    curvature: second difference of the light between photosites. texture: the same, without the borders of layers.
     lamp: light of the brightest blur spot of a single scene pixel that is LAMP times as bright as the brightest light.
     beside: deviation of the light beside depth edges from its mean around them, that of lamps left out; 0.5 where it varies by
         its whole range. behind: the same, where the scene does not hold what is hidden; 0: it does.
@@ -34,6 +34,7 @@ class SceneContrast:
     beside: float = 0.5
     behind: float = 0.0
     has_steps: bool = False
+    texture: float = 1.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -44,11 +45,11 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     """
     to_share = per_share * weights
     layers = list(zip(scene.layers, defocus.radii_px, strict=False))
-    curvature = max(_curvature(layer.planes, to_share, defocus) for layer, _ in layers)
+    curvature, texture = np.max([_curvatures(layer, to_share, defocus) for layer, _ in layers], axis=0).tolist()
     lamp = max(_brightest_spot(layer, to_share, radius, defocus.scale, defocus.accuracy.sharp_px) for layer, radius in layers)
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
-    return SceneContrast(curvature, lamp, beside, beside if defocus.guessed else 0.0, has_steps)
+    return SceneContrast(curvature, lamp, beside, beside if defocus.guessed else 0.0, has_steps, texture)
 
 
 def _seen(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:
@@ -57,18 +58,27 @@ def _seen(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.n
     return np.abs(difference) * np.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / np.maximum(noise, 1.0))
 
 
-def _curvature(planes: np.ndarray, to_share: np.ndarray, defocus: Defocus) -> float:
-    """Quantile MOST of the second difference between photosites, in the scene's strips of three photosites' height."""
-    side, (rows, columns, _) = max(1, round(defocus.scale)), planes.shape
+def _curvatures(layer: Layer, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float]:
+    """Quantile MOST of the second difference between photosites, in the scene's strips of three photosites' height.
+
+    Of all places, and of those that the layer covers with what lies around them.
+    """
+    side, (rows, columns, _) = max(1, round(defocus.scale)), layer.planes.shape
     if min(rows, columns) < 3 * side:
-        return 0.0
-    found = []
+        return 0.0, 0.0
+    found, inside = [], []
     for top in np.unique(np.linspace(0, rows - 3 * side, _STRIPS).astype(int)):
-        strip = planes[top : top + 3 * side, : columns // side * side]
-        light = strip.reshape(3, side, columns // side, side, -1).mean(axis=(1, 3)) @ to_share
+        part = slice(top, top + 3 * side), slice(columns // side * side)
+        light = layer.planes[*part].reshape(3, side, columns // side, side, -1).mean(axis=(1, 3)) @ to_share
         across, down = np.diff(light, 2, axis=1)[1], np.diff(light, 2, axis=0)[0, 1:-1]
         found.append(_seen(np.maximum(np.abs(across), np.abs(down)), light[1, 1:-1], defocus.accuracy).max(axis=1))
-    return float(np.quantile(np.concatenate(found), MOST)) * min(defocus.scale, 1.0)
+        if layer.coverage is not None:
+            filled = layer.coverage[*part].reshape(3, side, columns // side, side).min(axis=(0, 1, 3)) >= 1.0
+            inside.append(np.where(filled[:-2] & filled[1:-1] & filled[2:], found[-1], 0.0))
+    every, own = (
+        min(defocus.scale, 1.0) * float(np.quantile(np.concatenate(one), MOST)) if one else 0.0 for one in (found, inside)
+    )
+    return every, own if inside else every
 
 
 def _brightest_spot(layer: Layer, to_share: np.ndarray, radius_px: float | np.ndarray, scale: float, sharp_px: float) -> float:

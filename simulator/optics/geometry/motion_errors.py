@@ -6,7 +6,6 @@ from simulator.optics.geometry.motion_plan import MotionPlan
 MOTION = "motion blur"  # effect of the terms
 STILL = "give a smaller tolerance"
 SHORTER = "give a shorter exposure.time"
-LAYERS = "give the scene as layers with one distance each, or tolerance: 0 for rays"
 
 
 def motion_errors(motion: MotionPlan | None, skipped: Skipped | None, sigma: float) -> list[ErrorTerm]:
@@ -16,10 +15,7 @@ def motion_errors(motion: MotionPlan | None, skipped: Skipped | None, sigma: flo
     """
     if skipped is not None:
         return [ErrorTerm(MOTION, "none, since nothing moves far", skipped.sigma, STILL)]
-    if motion is None:
+    if motion is None or motion.method == "joint":  # whose error is that of the blur
         return []
-    if motion.method == "joint":
-        cause = f"{motion.count} instants on points of the aperture, tilted surfaces and turns of the picture"
-        return [ErrorTerm(MOTION, cause, motion.error / sigma, LAYERS)]
     cause = f"{motion.count} instants on a path of {motion.length.longest_px:.3g} photosites"
     return [ErrorTerm(MOTION, cause, motion.error / sigma, SHORTER)]

@@ -1,0 +1,118 @@
+"""Predicts the error of points of the aperture that carry instants (`joint_motion`), from its measured laws."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.optics.defocus.accuracy import LAMP_PEAK, hidden_error
+from simulator.optics.defocus.aperture_samples import sample_count
+from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, CLASS_UNIT_PX, Defocus
+from simulator.optics.defocus.scene_contrast import SceneContrast
+from simulator.optics.error_term import Limit
+
+EDGE_STEP_PX = 0.5  # change of the blur radius between scene pixels from which they belong to two surfaces [photosites]
+WORST = SceneContrast()  # detail that varies between zero and the brightest light, without steps in depth
+TURNING, LEAST_LEAN = 0.22, 0.65  # growth of the error with slope times shift, and from which on
+TIGHTER = "give a smaller tolerance, or tolerance: 0 for rays"
+SHORTER = "give a shorter exposure.time, or tolerance: 0 for rays"
+LESS_SHIFT = "move the camera less, give a smaller aperture, or tolerance: 0 for rays"
+LAYERS = "give the scene as layers, which hold what lies behind edges"
+
+
+@dataclass(frozen=True)
+class JointTerm:
+    """One cause of error of points that carry instants. cause, fix, limit: as in `ErrorTerm`. share: of the brightest light."""
+
+    cause: str
+    share: float
+    fix: str
+    limit: Limit = "method"
+
+
+def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[JointTerm]:
+    """Predict the errors of aperture samples that carry instants.
+
+    They bound 99.9 % of the photosites of bars before a wall that move apart, and of tilted and wavy surfaces of smooth, random
+    and hard-edged detail and with lamps: slopes up to 0.2, shifts up to 14 pupil radii, radii up to 24, paths up to 90 px.
+    contrast: of the scene.
+    """
+    motion, accuracy = defocus.motion, defocus.accuracy
+    assert motion is not None  # else there is no instant
+    points = int(sample_count(np.array([defocus.largest_px]), defocus)[0])
+    maps = [radius for radius in defocus.of_scene().radii_px if isinstance(radius, np.ndarray)]
+    has_edges = contrast.has_steps or len(defocus.of_scene().radii_px) > 1
+    detail = max(1.3 * math.sqrt(contrast.texture), 1.0 if has_edges else 0.0)
+    found = [JointTerm(f"{points} points of aperture and time", 0.4 * points**-0.72 * detail, TIGHTER)]
+    cell_px = motion.cell_error_px(BLOCK_COLUMNS, BLOCK_ROWS)
+    path_px = float(motion.path_px(np.array(defocus.largest_px)))
+    found.append(JointTerm("turns of the picture within cells", cell_px / (path_px + 2.0), SHORTER))
+    if maps:
+        lean = defocus.scale * max(map(_typical_slope, maps)) * (1.0 + motion.largest_aperture)
+        jitter = contrast.texture * float(_slab_jitter(defocus).max())
+        found.append(JointTerm(f"slabs {defocus.apart_px:.2g} photosites apart", jitter, TIGHTER))
+        away = TURNING * max(lean - LEAST_LEAN, 0.0)
+        found.append(JointTerm(f"surfaces that turn away, slope times shift {lean:.2g}", away, LESS_SHIFT))
+    if accuracy.peak >= LAMP_PEAK:
+        found.append(JointTerm("dots of lamps", _lamp_error(defocus, points), TIGHTER))
+    if contrast.behind > 0.0:
+        is_extended = len(defocus.radii_px) > len(defocus.of_scene().radii_px)
+        share = hidden_error(contrast.behind, is_extended)
+        found.append(JointTerm("background behind edges, which the scene does not show", share, LAYERS, "input"))
+    return found
+
+
+def joint_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
+    """Sum of `joint_terms`, as a share of the brightest light."""
+    return sum(term.share for term in joint_terms(defocus, contrast))
+
+
+def _radii(defocus: Defocus) -> np.ndarray:
+    """Signed radii of all surfaces, at most 0.5 photosites apart near the focus, (radii,)."""
+    least, greatest = math.asinh(defocus.least_px / 4.0), math.asinh(defocus.greatest_px / 4.0)
+    return 4.0 * np.sinh(np.linspace(least, greatest, max(math.ceil((greatest - least) / 0.125), 1) + 1))
+
+
+def _slab_jitter(defocus: Defocus) -> np.ndarray:
+    """Error of reading surfaces of `_radii` at the middles of slabs, for detail with a second difference of 1, (radii,).
+
+    In focus and at rest it is the mean of a kink over the way between slabs. Blur and motion leave of it what lies at the
+    border of the area that a photosite gathers.
+    """
+    motion, radii = defocus.motion, _radii(defocus)
+    assert motion is not None  # else slabs are read where rays meet them
+    border_px = 2.0 * np.pi * np.abs(radii) + 4.0
+    left = np.minimum(np.sqrt(border_px) / _swept_area(radii, motion.least_path_px(radii)), 1.0)
+    return _slab_ways(defocus, radii) / 32.0 * left
+
+
+def _slab_ways(defocus: Defocus, radii_px: np.ndarray) -> np.ndarray:
+    """Way of a ray from slab to slab at signed radii [photosites]."""
+    return defocus.apart_px * np.sqrt(1.0 + (radii_px / CLASS_UNIT_PX) ** 2)
+
+
+def _swept_area(radii_px: np.ndarray, paths_px: np.ndarray) -> np.ndarray:
+    """Area over which blur circles of signed radii and paths spread a photosite [photosites]."""
+    size = np.abs(radii_px)
+    return np.pi * size**2 + 2.0 * np.maximum(size, 0.5) * paths_px + 1.0
+
+
+def _lamp_error(defocus: Defocus, points: int) -> float:
+    """Error of a lamp of one pixel, whose light comes as a dot for each point, and is read aside of its place by slabs.
+
+    It counts in the noise of the lamp's own light, on the area over which that is spread.
+    """
+    motion, radii, peak = defocus.motion, _radii(defocus), defocus.accuracy.peak
+    assert motion is not None  # else lamps have spots of their own
+    area = _swept_area(radii, motion.least_path_px(radii))
+    dots = 0.5 * peak / np.sqrt(points * np.minimum(area, points)) / np.sqrt(0.1 + 0.25 * peak / area)  # at the spot's border
+    ways_px = _slab_ways(defocus, radii) if defocus.maps else np.zeros(len(radii))
+    aside = peak / area * np.minimum(ways_px / 16.0, 0.25) / np.sqrt(0.1 + peak / area)
+    return float(dots.max() + aside.max())
+
+
+def _typical_slope(radius_px: np.ndarray) -> float:
+    """Change of the radius from a scene pixel to the next that 99 % of them stay below, steps in depth left out."""
+    found = [np.abs(np.diff(radius_px, axis=axis)).ravel() for axis in (0, 1)]
+    smooth = np.concatenate([steps[steps < EDGE_STEP_PX] for steps in found])
+    return float(np.quantile(smooth, 0.99)) if smooth.size else 0.0
