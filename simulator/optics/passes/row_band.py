@@ -6,7 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.defocus.aperture_samples import FEWEST_OF_ALL, most_samples, move_samples, sample_count, takes_as_needed
+from simulator.optics.defocus.aperture_samples import (
+    CORRECTION_AGREES,
+    fewest_samples,
+    most_samples,
+    move_samples,
+    sample_count,
+)
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
@@ -345,11 +351,12 @@ class RowBand:
             **PATCH_MACROS,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
-        slope, offset = self.defocus.accuracy.allowed_disagreement(self.defocus.guessed)
+        stricter = CORRECTION_AGREES**2 if correction else 1.0
+        slope, offset = (stricter * part for part in self.defocus.accuracy.allowed_disagreement(self.defocus.guessed))
         sampling = {
             "patch_rows": self.windows.rows,
             "point_count": number,
-            "least": FEWEST_OF_ALL if takes_as_needed(self.defocus) else number,
+            "least": fewest_samples(number, bool(correction), self.samples_per_axis, self.defocus),
             "normalise": int(self.defocus.opaque),
             "slope": slope,
             "offset": offset,
