@@ -108,7 +108,7 @@ def _spans(pupil: Pupil, slope: tuple[float, float], rows: np.ndarray) -> tuple[
 
 @lru_cache(maxsize=16)
 def _sides(pupil: Pupil, slope: tuple[float, float]) -> list[tuple[np.ndarray, np.ndarray]]:
-    """x and y of the left and of the right side of the pupil's image v, from top to bottom."""
+    """Places (x, y) of the left and of the right side of the pupil's image v, from top to bottom."""
     edge = _outline(pupil)
     edge = edge / (1.0 - edge @ slope)[:, None]
     edge = np.roll(edge, -int(edge[:, 1].argmin()), axis=0)
