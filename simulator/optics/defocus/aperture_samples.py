@@ -20,9 +20,7 @@ SAVED_WITHOUT_BACKGROUND = 4  # divides the number where no layer holds the occl
 MOVING = 1.5
 ROUNDED_DOWN = 0.05  # octaves by which a number may be below the wanted one, so that read noise alone does not double it
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
-CORRECTION_AGREES = (
-    1 / 3
-)  # share of the allowed disagreement at which a correction suffices; the means that it corrects err, too
+CORRECTION_AGREES = 0.25  # share of the allowed disagreement at which a correction suffices: the means it corrects err, too
 CORRECTION_LEAST = 8  # divides the number after which a correction is compared first: beside an edge few points agree by chance
 HARDEST = 2  # times the number of points for blocks that do not agree on their light (`most_samples`)
 
