@@ -1,5 +1,5 @@
-// Whether a block has seen enough points of the aperture: the means of its photosites over half of the points so far and over all of
-// them differ by less than is allowed, root mean square over the block (occlusion.cl).
+// Whether a block has seen enough points of the aperture: what its photosites found over half of the points so far and over all of
+// them differs by less than is allowed, root mean square over the block (occlusion.cl).
 #ifndef AGREEMENT_H
 #define AGREEMENT_H
 #include "conventions.h"
@@ -18,21 +18,35 @@ INLINE float mean_light(const float all, const float seen, const float sharp, co
     return (all + sharp * seen) / (normalise ? (seen > 1e-6f ? seen : 1e-6f) : (float)count);
 }
 
-// Sum of the squared differences of a work-item's photosites between their means and `kept`, over those allowed; `kept` becomes the
-// means. It is counted in fours of neighbours, so that work-items of one such four each add up to the same bits.
-INLINE float disagreement(const float *all, const float *seen, const float *sharp, float *kept, const uint count, const struct sampling by) {
-    float sum = 0.0f;
+// What photosite m found over so many points: its mean light; CORRECTION 1: the light of the layers composited point by point less that
+// of their means over the aperture, composited. sum, seen: of each layer and, last, of all.
+INLINE float found_light(const float *sum, const float *seen, const uint m, const float sharp, const uint count, const uint normalise) {
+    const uint all = LAYERS * CORRECTION * ALL + m;
+    if (!CORRECTION) return mean_light(sum[all], seen[all], sharp, count, normalise);
+    float apart_sum = 0.0f, open = 1.0f; // of the layers' means, composited
+    for (uint l = 0; l < LAYERS * CORRECTION; l++) {
+        apart_sum += open * sum[l * ALL + m];
+        open *= 1.0f - seen[l * ALL + m] / (float)count;
+    }
+    return (sum[all] - apart_sum) / (float)count + sharp * (seen[all] / (float)count - (1.0f - open));
+}
+
+// Sum of the squared differences of a work-item's photosites between what they found and `kept`, over those allowed at their light;
+// `kept` becomes what they found. It is counted in fours of neighbours, so that work-items of one such four each add up to the same bits.
+INLINE float disagreement(const float *sum, const float *seen, const float *sharp, float *kept, const uint count, const struct sampling by) {
+    float off_all = 0.0f;
     for (uint i = 0; i < SIZE; i++) {
         float four = 0.0f;
         for (uint set = 0; set < SETS; set++) {
-            const uint m = set * SIZE + i;
-            const float mean = mean_light(all[m], seen[m], sharp[m], count, by.normalise), off = mean - kept[m];
+            const uint m = set * SIZE + i, all = LAYERS * CORRECTION * ALL + m;
+            const float mean = mean_light(sum[all], seen[all], sharp[m], count, by.normalise);
+            const float found = found_light(sum, seen, m, sharp[m], count, by.normalise), off = found - kept[m];
             four += off * off / (by.slope * (mean > 0.0f ? mean : 0.0f) + by.offset);
-            kept[m] = mean;
+            kept[m] = found;
         }
-        sum += four;
+        off_all += four;
     }
-    return sum;
+    return off_all;
 }
 
 // Sum of a number over the WORKERS work-items of a block, in their order. parts: WORKERS.

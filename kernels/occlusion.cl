@@ -17,7 +17,7 @@
 // windows: (layers, patch_rows, patch_columns) struct patch_window of the band (patch_windows.cl): slabs that no sample lies in are
 //         left out, and where all samples lie in a slab no radius is read.
 // points: (points, 5) float32, sets of point_count, MOTION 1: of LAYERS x point_count: u in x and y [pupil radii], x and y in the
-// photosite from its centre, phase. A block takes the first points of its set until its photosites agree (agreement.h); with CORRECTION, all.
+// photosite from its centre, phase. A block takes the first points of its set until its photosites agree (agreement.h).
 #include "conventions.h"
 #include "agreement.h"
 #include "cfa.h"
@@ -87,8 +87,8 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             while (k + 1 < end && (int)slabs[6 * k + 6] == current) k++; // the ray is fully covered by this layer: skip its other slabs
         }
         if (OPAQUE && current >= 0) for (uint i = 0; i < ALL; i++) all_seen[i] += 1.0f - missed[i];
-        if (CORRECTION || n + 1 < sampling.least || n + 1 == count || (n & (n + 1)) != 0) continue;
-        const float off = sum_over_block(disagreement(all, all_seen, sharp, kept, n + 1, sampling), parts);
+        if (n + 1 < sampling.least || n + 1 == count || (n & (n + 1)) != 0) continue;
+        const float off = sum_over_block(disagreement(sum, seen, sharp, kept, n + 1, sampling), parts);
         if (n + 1 > sampling.least && off <= (float)(WORKERS * ALL)) count = n + 1;
     }
     for (uint m = 0; m < ALL; m++) {
@@ -96,15 +96,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
         const uint x = (uint)(2 * (column + i % SPAN) + set % 2) + (uint)band.frame_x, y = (uint)band.frame_y + top + set / 2 + 2 * (i / SPAN); // wrap
         if (x >= band.width || y >= band.height) continue;
         global float *result = light + (size_t)y * band.width + x;
-#if CORRECTION
-        float apart_sum = 0.0f, open = 1.0f; // of the layers' means, composited
-        for (uint l = 0; l < LAYERS; l++) {
-            apart_sum += open * sum[l * ALL + m];
-            open *= 1.0f - seen[l * ALL + m] / (float)count;
-        }
-        *result += (all[m] - apart_sum) / (float)count + sharp[m] * (all_seen[m] / (float)count - (1.0f - open));
-#else
-        *result = mean_light(all[m], all_seen[m], sharp[m], count, sampling.normalise);
-#endif
+        const float found = found_light(sum, seen, m, sharp[m], count, sampling.normalise);
+        *result = CORRECTION ? *result + found : found;
     }
 }

@@ -288,6 +288,10 @@ class Device:
         """Copy an array into a buffer, starting at byte `offset`."""
         cl.enqueue_copy(self._queue, buffer, np.ascontiguousarray(array), dst_offset=offset)
 
+    def copy(self, source: cl.Buffer, target: cl.Buffer, first: int, to: int, count: int) -> None:
+        """Copy `count` bytes from byte `first` of a buffer to byte `to` of another."""
+        cl.enqueue_copy(self._queue, target, source, src_offset=first, dst_offset=to, byte_count=count)
+
     def zeros(self, shape: tuple[int, ...], dtype: DTypeLike) -> cl.Buffer:
         """Return a buffer of zeros for an array of this shape."""
         return self._filled(shape, np.zeros((), dtype))

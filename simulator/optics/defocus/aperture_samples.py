@@ -18,8 +18,11 @@ LEAST_SCALE = 0.25  # scene pixels per photosite that count at least: edges in d
 SAVED_WITHOUT_BACKGROUND = 4  # divides the number where no layer holds the occluded background, whose lack is the larger error
 # Times as many samples where images move, and up to 3/2 MOST of them: edges pass all of the area that a circle sweeps.
 MOVING = 1.5
+ROUNDED_DOWN = 0.05  # octaves by which a number may be below the wanted one, so that read noise alone does not double it
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
 POINTS_SAVED = 4  # divides the aperture samples of a correction at one sample per photosite: they do not sample its area too
+CORRECTION_AGREES = 0.25  # share of the allowed disagreement at which a correction suffices: the means it corrects err, too
+CORRECTION_LEAST = 8  # divides the number after which a correction is compared first: beside an edge few points agree by chance
 HARDEST = 2  # times the number of points for blocks that do not agree on their light (`most_samples`)
 
 
@@ -45,7 +48,7 @@ def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
             len(defocus.radii_px) == 1 and defocus.wider == 1 and defocus.motion is None
         ):  # copies of edges are seen where circles are wide
             count = np.where(radius_px < WIDE_PX, np.maximum(count / SAVED_WITHOUT_BACKGROUND, FEWEST), count)
-    count = 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - 1e-9).astype(int)
+    count = 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - ROUNDED_DOWN).astype(int)
     return count if defocus.motion is None else np.where(count == 2 * MOST, 3 * MOST // 2, count)
 
 
@@ -67,6 +70,16 @@ def correction_count(count: np.ndarray, samples_per_axis: int | np.ndarray) -> n
 def takes_as_needed(defocus: Defocus) -> bool:
     """Whether blocks take as many aperture samples as they need; those that move take all, which lie evenly only together."""
     return defocus.accuracy.brightest > 0.0 and defocus.motion is None
+
+
+def fewest_samples(count: int, correction: bool, samples_per_axis: int, defocus: Defocus) -> int:
+    """Aperture samples after which a block's light is compared for the first time; `count` where it takes all of them.
+
+    Corrections take all where their samples are places in the photosite, too, whose error is not seen in the agreement.
+    """
+    if not takes_as_needed(defocus) or (correction and samples_per_axis > 1):
+        return count
+    return max(FEWEST_OF_ALL, count // CORRECTION_LEAST) if correction else FEWEST_OF_ALL
 
 
 @lru_cache

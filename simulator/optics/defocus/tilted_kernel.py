@@ -11,11 +11,13 @@ from functools import lru_cache
 import numpy as np
 
 from simulator.optics.defocus.photosite_area import TILTED_IN_PARTS, WHOLE, PhotositeArea
+from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 
 OUTLINE_POINTS = 1024  # vertices of the pupil's outline: a polygon within 1e-5 of its radius
 SLICES = 256  # rows into which the image's radius is cut
 MOST_SLICES = 64  # largest number of them in one sample
+KEPT_PX = 24.0  # largest blur radius of weights that are kept [samples]
 STEP = 0.15  # largest relative change of the weight within one step down a column
 
 
@@ -28,12 +30,35 @@ def tilted_weights(
     radius [photosites per photosite], shorter than 1 / pupil.corner_radius.
     Inside the image, weights are rounded to steps down the columns, so that `make_taps` needs few taps. Columns step at
     different rows, and each keeps its sum and its centroid.
+    A round pupil has no direction: images of mirrored slopes, and of radii of either sign, are mirror images of one another.
     """
+    if pupil.opening != (Disk(0.0, 0.0, 1.0),):
+        return _weights(pupil, radius_px, slope, samples_per_axis, area)
+    make = _upright_weights if abs(radius_px) * samples_per_axis <= KEPT_PX else _weights
+    weights = make(pupil, abs(radius_px), (abs(slope[0]), abs(slope[1])), samples_per_axis, area)
+    across, down = (-1 if (part < 0.0) != (radius_px < 0.0) else 1 for part in slope)
+    return weights[::down, ::across]
+
+
+def _weights(
+    pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int, area: PhotositeArea
+) -> np.ndarray:
+    """`tilted_weights`, computed."""
 
     def gather(radius_px: float, samples: int) -> np.ndarray:
         return _gathered(pupil, radius_px, slope, samples, area.shares(samples))
 
     return area.weights(gather, radius_px, samples_per_axis, TILTED_IN_PARTS)
+
+
+@lru_cache(maxsize=1024)
+def _upright_weights(
+    pupil: Pupil, radius_px: float, slope: tuple[float, float], samples_per_axis: int, area: PhotositeArea
+) -> np.ndarray:
+    """`_weights` of radii and slopes above 0, which images of both signs share; nobody may change them."""
+    weights = _weights(pupil, radius_px, slope, samples_per_axis, area)
+    weights.flags.writeable = False
+    return weights
 
 
 def _gathered(
@@ -77,13 +102,19 @@ def _cells(pupil: Pupil, radius: float, slope: tuple[float, float], reach: int) 
 
 def _spans(pupil: Pupil, slope: tuple[float, float], rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Left and right end of rows of the pupil's image v; both 0 in rows outside it."""
+    low, high = (np.interp(rows, y, x, left=0.0, right=0.0) for x, y in _sides(pupil, slope))
+    return low, high
+
+
+@lru_cache(maxsize=16)
+def _sides(pupil: Pupil, slope: tuple[float, float]) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Places (x, y) of the left and of the right side of the pupil's image v, from top to bottom."""
     edge = _outline(pupil)
     edge = edge / (1.0 - edge @ slope)[:, None]
     edge = np.roll(edge, -int(edge[:, 1].argmin()), axis=0)
     bottom = int(edge[:, 1].argmax())
     right, left = edge[: bottom + 1], np.concatenate([edge[bottom:], edge[:1]])[::-1]
-    low, high = (np.interp(rows, chain[:, 1], chain[:, 0], left=0.0, right=0.0) for chain in (left, right))
-    return low, high
+    return [(np.ascontiguousarray(chain[:, 0]), np.ascontiguousarray(chain[:, 1])) for chain in (left, right)]
 
 
 @lru_cache

@@ -7,12 +7,12 @@ import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.optics.defocus.aperture_samples import (
-    FEWEST_OF_ALL,
+    CORRECTION_AGREES,
     correction_count,
+    fewest_samples,
     most_samples,
     move_samples,
     sample_count,
-    takes_as_needed,
 )
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
@@ -349,11 +349,12 @@ class RowBand:
             **PATCH_MACROS,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
-        slope, offset = self.defocus.accuracy.allowed_disagreement(self.defocus.guessed)
+        stricter = CORRECTION_AGREES**2 if correction else 1.0
+        slope, offset = (stricter * part for part in self.defocus.accuracy.allowed_disagreement(self.defocus.guessed))
         sampling = {
             "patch_rows": self.windows.rows,
             "point_count": number,
-            "least": FEWEST_OF_ALL if takes_as_needed(self.defocus) else number,
+            "least": fewest_samples(number, bool(correction), self.samples_per_axis, self.defocus),
             "normalise": int(self.defocus.opaque),
             "slope": slope,
             "offset": offset,
@@ -377,12 +378,25 @@ class RowBand:
             )
 
     def _project_radius(self, rows: BandRows) -> None:
-        """Project the radius maps onto the band's samples."""
+        """Project the radius maps onto the band's samples; at one sample per photosite copy them from the area's maps."""
+        if self.samples_per_axis == 1:
+            self._copy_radius(rows)
+            return
         written = self._sample_rows(rows)
         for layer, number in enumerate(map_numbers(self.defocus.radii_px)):
             if number >= 0:
                 scene_radius, origin = self.maps.scene_radius[number], self._origin(layer, rows)
                 project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin, written)
+
+    def _copy_radius(self, rows: BandRows) -> None:
+        """Copy the band's rows of the radius maps; no blur circle of the frame reaches rows outside the area."""
+        above = rows.first - self.area.y
+        begin, end = max(above, 0), min(above + rows.count, self.area.rows)
+        row_bytes = 4 * self.layout.set_columns
+        for plane in range(self.defocus.maps * self.layout.column_sets):
+            source = (plane * self.area.rows + begin) * row_bytes
+            target = (plane * self.layout.rows + begin - above) * row_bytes
+            self.device.copy(self.maps.radius, self.radius, source, target, (end - begin) * row_bytes)
 
     def _places(
         self, band: BandRows, selected: np.ndarray, rows: int, columns: int, first: np.ndarray, count: np.ndarray

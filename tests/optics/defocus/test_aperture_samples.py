@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from helpers.lens_error import statistics, z_scores
 from helpers.lens_frame import case_plan, executed_case, with_accuracy
+from helpers.lens_truths import stripes
 from helpers.textured_planes import one_picture, textured_planes
 
 from simulator.optics.defocus.accuracy import Accuracy
@@ -17,6 +18,12 @@ class Half(Accuracy):
     """Half as many points."""
 
     points_factor = 0.5
+
+
+class Quarter(Accuracy):
+    """A quarter of the points."""
+
+    points_factor = 0.25
 
 
 class Most(Accuracy):
@@ -41,6 +48,29 @@ def test_faint_light_gets_the_bits_of_few_points(steps):
     assert not np.array_equal(executed_case(faint, with_accuracy(planned, Accuracy, brightest=0.0)), few)
 
 
+@pytest.fixture(scope="module")
+def layers():
+    """An edge before stripes, both out of focus: blocks near the edge are corrected by their covariance."""
+    return stripes(-5.1, 6.0, 12.0)
+
+
+def test_corrections_of_faint_light_get_the_bits_of_few_points(layers):
+    """A quarter of 256 points: the covariance over 32 and over 64 is as good as equal, and as good as nothing."""
+    faint = dataclasses.replace(layers, colour=0.5 * layers.coverage + 1e-3 * layers.colour)
+    planned = case_plan(faint)
+    few = executed_case(faint, with_accuracy(planned, Quarter, brightest=0.0))
+    assert np.array_equal(executed_case(faint, planned), few)
+    assert not np.array_equal(executed_case(faint, with_accuracy(planned, Accuracy, brightest=0.0)), few)
+
+
+def test_corrections_take_points_until_they_are_exact(layers):
+    """The covariance differs from that over as many points as there are by a small part of the tolerance."""
+    planned = case_plan(layers, electrons=20000.0)
+    truth = executed_case(layers, with_accuracy(planned, Most, brightest=0.0))
+    off = z_scores(executed_case(layers, planned), truth, 20000.0)
+    assert 0.0 < np.quantile(np.abs(off), 0.99) < 0.1
+
+
 def test_strong_texture_gets_more_points_and_is_more_exact(steps):
     planned = case_plan(steps, electrons=20000.0)
     scene = dataclasses.replace(planned.optics.defocus, guessed=False)  # a guess would keep the number of points
@@ -53,8 +83,10 @@ def test_strong_texture_gets_more_points_and_is_more_exact(steps):
     assert most.tolist() == [256, 2048] and most_samples(np.array(900.0), scene) <= MOST_OF_ALL
 
 
-def test_a_crop_takes_the_points_of_the_frame(steps):
-    planned = case_plan(steps, electrons=20000.0)
-    whole = executed_case(dataclasses.replace(steps, margin=0), planned)
-    part = dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, window=Window(21, 19, 50, 37)))
-    assert np.array_equal(executed_case(dataclasses.replace(steps, margin=0), part), whole[19:56, 21:71])
+@pytest.mark.parametrize("name", ["steps", "layers"])
+def test_a_crop_takes_the_points_of_the_frame(name, request):
+    case = request.getfixturevalue(name)
+    planned = case_plan(case, electrons=20000.0)
+    whole = executed_case(dataclasses.replace(case, margin=0), planned)
+    part = dataclasses.replace(planned, optics=dataclasses.replace(planned.optics, window=Window(21, 19, 40, 20)))
+    assert np.array_equal(executed_case(dataclasses.replace(case, margin=0), part), whole[19:39, 21:61])

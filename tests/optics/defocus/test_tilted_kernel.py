@@ -49,6 +49,18 @@ def test_weights_are_the_share_of_the_lines_that_meet_a_point(pupil, radius, slo
     assert (found * rows.T).sum() == pytest.approx((expected * rows.T).sum(), abs=5e-3)
 
 
+@pytest.mark.parametrize(("radius", "samples_per_axis"), [(9.5, 1), (7.0, 2), (30.0, 1)])
+def test_mirrored_slopes_have_mirrored_weights(radius, samples_per_axis):
+    """Of a round pupil; a radius of the other sign turns the image by half a turn. A triangle has its own directions."""
+    first = tilted_weights(Pupil(), radius, (0.06, 0.09), samples_per_axis)
+    assert np.array_equal(tilted_weights(Pupil(), radius, (-0.06, 0.09), samples_per_axis), first[:, ::-1])
+    assert np.array_equal(tilted_weights(Pupil(), radius, (0.06, -0.09), samples_per_axis), first[::-1])
+    assert np.array_equal(tilted_weights(Pupil(), -radius, (0.06, 0.09), samples_per_axis), first[::-1, ::-1])
+    blades = Pupil(3, rotation_deg=20.0)
+    one, other = (tilted_weights(blades, radius, (slope, 0.09), samples_per_axis) for slope in (0.06, -0.06))
+    assert np.abs(other - one[:, ::-1]).max() > 0.1 * one.max()
+
+
 @pytest.mark.parametrize(("radius", "samples_per_axis"), [(0.7, 2), (3.3, 1), (-7.6, 2)])
 def test_without_a_slope_it_is_the_image_of_the_aperture(radius, samples_per_axis):
     flat, tilted = (
