@@ -34,6 +34,7 @@ from simulator.sensor.camera.cfa import Cfa
 
 BLUR_SHARE = 0.7  # of the progress, where the geometric blur comes first
 EDGE_PX = 1.0  # difference in blur radius above which light comes from another surface
+TERMS_TOGETHER = 2  # kernels of corrections that read the light once: a blur radius lies between two
 UNLIMITED = 1e38  # limit of highlights where there are none
 LIGHT_DEFINES: dict[str, object] = {"OVER": 1, "CHANNELS": 1, "LAYERS": 1, "OPAQUE": 1}  # of kernels/psf_light.cl
 
@@ -190,6 +191,7 @@ class BandGather:
         layout, self.unread = band.layout, device.zeros((1,), np.float32)
         sharp = source if isinstance(source, SharpLight) else None
         self.radius = None if sharp is None else sharp.radius
+        self.together = 1 if sharp is None else TERMS_TOGETHER
         self.planes = device.zeros(layout.shape(self.channels), np.float32) if sharp is None else sharp.layers
         cell_px = max(kernels.cell_px for kernels in every)
         cells = (self.channels, band.rows // cell_px, 2 * layout.set_columns // cell_px) if cell_px else (1,)
@@ -245,7 +247,12 @@ class BandGather:
         """
         above, present, radii = found
         tiles, terms = make_terms(
-            band, present, kernels.radii_px, None if radii is None else join_extremes(band, radii, 0, parts)
+            band,
+            present,
+            kernels.radii_px,
+            kernels.kept,
+            None if radii is None else join_extremes(band, radii, 0, parts),
+            self.together,
         )
         bright = steps = np.zeros(tiles.shape[:2], bool)
         if above is not None:
@@ -325,6 +332,11 @@ class BandGather:
         variant = {
             "TAPS_Y": kernels.taps[0],
             "TAPS_X": kernels.taps[1],
+            "HELD_Y": kernels.core.shape[-2],
+            "HELD_X": kernels.core.shape[-1],
+            "FOLD_Y": int(kernels.folded[0]),
+            "FOLD_X": int(kernels.folded[1]),
+            "TOGETHER": 1 if is_bright else self.together,  # compilers do not vectorise two sums of both parts of the light
             "FIRST_Y": f"({kernels.first[0]})",
             "FIRST_X": f"({kernels.first[1]})",
             "SPAN": span,
