@@ -61,7 +61,7 @@ kernel void psf_gather(global const float *restrict planes, global const float *
                     global const float *tap = of_term + (terms[n + k].node_column * CHANNELS + colour) * size + j * HELD_X + t;
                     weight[k * HELD_X + t] = NODE_ROWS > 1 ? tap[0] + share * (tap[below] - tap[0]) : tap[0];
                     const float high = BRIGHT ? tap[bright] : 0.0f;
-                    excess[k * HELD_X + t] = BRIGHT && NODE_ROWS > 1 ? high + share * (tap[bright + below] - high) : high;
+                    excess[k * HELD_X + t] = (BRIGHT & (NODE_ROWS > 1)) ? high + share * (tap[bright + below] - high) : high;
                 }
             }
             for (uint i = 0; i < SPAN; i++) {
