@@ -11,7 +11,9 @@
 //          radius differs by more than `edge` photosites counts as that of the photosite itself.
 // light:   (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
 // tiles:   (tiles) struct tile. terms: (terms) struct term, of all tiles.
-// kernels: (1 + BRIGHT, radii, NODE_ROWS, NODE_COLUMNS, CHANNELS, TAPS_Y, TAPS_X) float32; the second half is for light above `limits`.
+// kernels: (1 + BRIGHT, radii, NODE_ROWS, NODE_COLUMNS, CHANNELS, HELD_Y, HELD_X) float32; the second half is for light above `limits`.
+//          FOLD_Y, FOLD_X 1: TAPS_Y rows, TAPS_X columns of a kernel mirror each other, and the first half of them is held, with half
+//          the weight in the middle. TOGETHER: terms that are summed in one go, a divisor of each tile's number of terms.
 // limits:  (CHANNELS) float32 [e- s^-1 um^-2 sr^-1], then (rows) place of each row of photosites between the node rows, then
 //          (NODE_COLUMNS, 2 set_columns) weight of each node column at each column of photosites.
 // radii:   blur radii in `kernels`. FIRST_X, FIRST_Y: first sample of the taps, relative to the photosite's first sample.
@@ -20,23 +22,8 @@
 #include "cfa.h"
 #include "interleaved_columns.h"
 #include "psf_tail.h"
+#include "psf_terms.h"
 #include "row_band.h"
-
-struct tile {
-    uint column, row;       // first photosite in the band: column within its set, row of photosites
-    uint first_term, terms; // in `terms`
-};
-
-struct term {
-    uint number, node_column;  // kernel: number of its blur radius, column of nodes
-    float radius, rise, fall;  // weight: 1 at this radius, less by `rise` and by `fall` for each photosite of radius below and above it
-};
-
-// Weight of a term for a signed blur radius [photosites].
-INLINE float radius_weight(const struct term term, const float radius) {
-    const float away = radius - term.radius, weight = 1.0f - (away < 0.0f ? -away * term.rise : away * term.fall);
-    return weight > 0.0f ? weight : 0.0f;
-}
 
 // Dimension 0: spans of a tile; 1: its rows of photosites, each as even and odd columns; 2: tiles.
 kernel void psf_gather(global const float *restrict planes, global const float *restrict tail, global const float *restrict radius,
@@ -48,7 +35,7 @@ kernel void psf_gather(global const float *restrict planes, global const float *
     const uint row = tile.row + (uint)(get_global_id(1) >> 1), y = (uint)band.frame_y + row; // y wraps above the frame
     const size_t column = tile.column + get_global_id(0) * SPAN;
     if (y >= band.height) return;
-    const size_t colour = cfa_plane(parity, row), size = TAPS_Y * TAPS_X, line = NODE_COLUMNS * CHANNELS * size;
+    const size_t colour = cfa_plane(parity, row), size = HELD_Y * HELD_X, line = NODE_COLUMNS * CHANNELS * size;
     const float limit = limits[colour], place = limits[CHANNELS + row];
     const size_t node = (size_t)place, below = node + 1 < NODE_ROWS ? line : 0, bright = BRIGHT * radii * NODE_ROWS * line;
     const float share = place - (float)node;
@@ -56,43 +43,54 @@ kernel void psf_gather(global const float *restrict planes, global const float *
     global const float *from = planes + row_start(COLUMN_SETS * colour, OVER * row, rows, columns) + FIRST_Y * (long)columns + column;
     global const float *sharp = planes + row_start(COLUMN_SETS * colour + parity, row, rows, columns) + column;
     global const float *own = radius + row_start(parity, row, rows, columns) + column;
+    global const float *around = radius + row_start(0, row, rows, columns) + FIRST_Y * (long)columns + column;
     float total[SPAN];
     for (uint i = 0; i < SPAN; i++) total[i] = 0.0f;
-    for (uint n = tile.first_term; n < tile.first_term + tile.terms; n++) {
-        const struct term term = terms[n];
-        global const float *of_term = kernels + (term.number * NODE_ROWS + node) * line + (term.node_column * CHANNELS + colour) * size;
-        global const float *column_weight = across + term.node_column * 2 * columns;
-        float sum[SPAN], all = 0.0f;
-        for (uint i = 0; i < SPAN; i++) sum[i] = 0.0f;
-        for (uint i = 0; i < SPAN; i++) all += column_weight[2 * i] * (MAPPED ? radius_weight(term, own[i]) : 1.0f);
-        if (all == 0.0f) continue; // no photosite of the span has this term
-        for (uint j = 0; j < TAPS_Y; j++) {
-            float weight[TAPS_X], excess[TAPS_X];
-            __attribute__((opencl_unroll_hint(TAPS_X)))
-            for (uint t = 0; t < TAPS_X; t++) {
-                global const float *tap = of_term + j * TAPS_X + t;
-                weight[t] = tap[0] + share * (tap[below] - tap[0]);
-                excess[t] = BRIGHT ? tap[bright] + share * (tap[bright + below] - tap[bright]) : 0.0f;
+    for (uint n = tile.first_term; n < tile.first_term + tile.terms; n += TOGETHER) {
+        float sum[TOGETHER * SPAN], all = 0.0f;
+        for (uint k = 0; k < TOGETHER; k++)
+            for (uint i = 0; i < SPAN; i++) all += term_weight(terms[n + k], across, columns, own, i);
+        if (all == 0.0f) continue; // no photosite of the span has these terms
+        for (uint i = 0; i < TOGETHER * SPAN; i++) sum[i] = 0.0f;
+        for (uint j = 0; j < HELD_Y; j++) {
+            float weight[TOGETHER * HELD_X], excess[TOGETHER * HELD_X];
+            for (uint k = 0; k < TOGETHER; k++) {
+                global const float *of_term = kernels + (terms[n + k].number * NODE_ROWS + node) * line;
+                __attribute__((opencl_unroll_hint(HELD_X)))
+                for (uint t = 0; t < HELD_X; t++) {
+                    global const float *tap = of_term + (terms[n + k].node_column * CHANNELS + colour) * size + j * HELD_X + t;
+                    weight[k * HELD_X + t] = NODE_ROWS > 1 ? tap[0] + share * (tap[below] - tap[0]) : tap[0];
+                    const float high = BRIGHT ? tap[bright] : 0.0f;
+                    excess[k * HELD_X + t] = (BRIGHT & (NODE_ROWS > 1)) ? high + share * (tap[bright + below] - high) : high;
+                }
             }
             for (uint i = 0; i < SPAN; i++) {
-                float part = 0.0f;
-                __attribute__((opencl_unroll_hint(TAPS_X)))
-                for (uint t = 0; t < TAPS_X; t++) {
-                    const int sample = (int)(OVER * parity + t) + FIRST_X;
-                    const long at = (column_set(sample) * (long)rows + j) * (long)columns + column_in_set(sample) + i;
-                    float value = from[at];
+                float part[TOGETHER];
+                for (uint k = 0; k < TOGETHER; k++) part[k] = 0.0f;
+                __attribute__((opencl_unroll_hint(HELD_X)))
+                for (uint t = 0; t < HELD_X; t++) {
+                    float dim = 0.0f, above = 0.0f; // light that has the same weights, up to the limit and beyond
+                    __attribute__((opencl_unroll_hint((1 + FOLD_X) * (1 + FOLD_Y))))
+                    for (uint m = 0; m < (1 + FOLD_X) * (1 + FOLD_Y); m++) {
+                        const int right = (int)(OVER * parity + (m >> FOLD_Y ? TAPS_X - 1 - t : t)) + FIRST_X;
+                        const long at = column_start(right, (long)(rows * columns)) + (m & FOLD_Y ? TAPS_Y - 1 - j : j) * (long)columns + i;
+                        float value = from[at];
 #if STEPS
-                    const float away = radius[((FIRST_Y + (long)row) * (long)columns + (long)column) + at] - own[i];
-                    value = away * away < edge * edge ? value : sharp[i];
+                        const float away = around[at] - own[i], change = value - sharp[i];
+                        value = (BRIGHT ? sharp[i] : 0.0f) + (away < edge && away > -edge ? change : 0.0f);
 #endif
-                    const float dim = BRIGHT && value > limit ? limit : value;
-                    part += BRIGHT ? weight[t] * dim + excess[t] * (value - dim) : weight[t] * value;
+                        const float most = BRIGHT && value > limit ? limit : value;
+                        dim += most;
+                        above += BRIGHT ? value - most : 0.0f;
+                    }
+                    for (uint k = 0; k < TOGETHER; k++)
+                        part[k] += BRIGHT ? weight[k * HELD_X + t] * dim + excess[k * HELD_X + t] * above : weight[k * HELD_X + t] * dim;
                 }
-                sum[i] += part;
+                for (uint k = 0; k < TOGETHER; k++) sum[k * SPAN + i] += part[k];
             }
         }
-        for (uint i = 0; i < SPAN; i++)
-            total[i] += column_weight[2 * i] * (MAPPED ? radius_weight(term, own[i]) : 1.0f) * sum[i];
+        for (uint k = 0; k < TOGETHER; k++)
+            for (uint i = 0; i < SPAN; i++) total[i] += term_weight(terms[n + k], across, columns, own, i) * sum[k * SPAN + i];
     }
 #if CELL
     add_tail(tail + colour * (2 * columns / CELL) * (rows / OVER / CELL), 2 * columns / CELL, row, 2 * column + parity, total);

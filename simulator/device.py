@@ -317,6 +317,19 @@ class Device:
         cl.enqueue_copy(self._queue, array, buffer)
         return array
 
+    def download_later(self, buffer: cl.Buffer, shape: tuple[int, ...], dtype: DTypeLike) -> Callable[[], np.ndarray]:
+        """Return a function that returns what a buffer has held here, as an array, while what is enqueued later goes on."""
+        array = np.empty(shape, dtype)
+        event = cl.enqueue_copy(self._queue, array, buffer, is_blocking=False)
+        self._queue.flush()
+
+        @counted_as("device")
+        def wait() -> np.ndarray:
+            event.wait()
+            return array
+
+        return wait
+
     @counted_as("device")
     def finish(self) -> None:
         """Wait until all work is done."""

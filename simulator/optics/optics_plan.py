@@ -403,7 +403,7 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
     )
     defocus = planned.defocus
     if defocus is not None and psf is not None and psf.corrected_px:
-        defocus = replace(defocus, corrected=True)
+        defocus = replace(defocus, corrected_px=max(abs(radius) for radius in psf.corrected_px))
     return replace(planned, psf=psf, psf_skipped=skipped, defocus=defocus)
 
 

@@ -68,7 +68,7 @@ class Defocus:
     guessed: whether the background behind edges is assumed, because the scene does not contain it.
     area: how a photosite gathers the samples around it.
     wider: width of the photosites of this blur, in photosites of the camera; a power of two.
-    corrected: whether the blur is corrected to wave optics, by kernels of single blur radii.
+    corrected_px: largest blur radius that is corrected to wave optics, by kernels of single blur radii; 0: none is.
     motion: of the layers' images while the shutter is open, which is computed together with the blur; None: they rest.
     """
 
@@ -81,7 +81,7 @@ class Defocus:
     eyes: CatsEyes | None = None
     area: PhotositeArea = WHOLE
     wider: int = 1
-    corrected: bool = False
+    corrected_px: float = 0.0
     motion: JointMotion | None = None
     _memo: Memo = field(default_factory=Memo, init=False, repr=False, compare=False)
 
@@ -132,7 +132,15 @@ class Defocus:
         is interpolated between radii as the blur is, so that the radii of both must lie close together.
         """
         near_focus = not self.least_px > 2.0 and not self.greatest_px < -2.0
-        return FINE_NODES_PER_PX if (self.area.whole_pixels or self.corrected) and near_focus else NODES_PER_PX
+        return FINE_NODES_PER_PX if (self.area.whole_pixels or self.corrected_px) and near_focus else NODES_PER_PX
+
+    def is_coarse(self, least_px: np.ndarray, greatest_px: np.ndarray) -> np.ndarray:
+        """Whether NODES_PER_PX tabulated radii are enough for signed radii of these ranges, although others need more.
+
+        Those beyond the last correction to wave optics do.
+        """
+        beyond = (least_px > self.corrected_px) | (greatest_px < -self.corrected_px)
+        return beyond & (not self.area.whole_pixels and self.nodes_per_px != NODES_PER_PX)
 
     def on_wider_photosites(self) -> Self:
         """Return the blur as photosites see it that are twice as wide, which take means over all of their area."""
@@ -144,7 +152,15 @@ class Defocus:
         eyes = None if self.eyes is None else self.eyes.on_wider_photosites(0.5 * self.largest_px)
         accuracy = replace(self.accuracy, detail=0.0, whole_pixels=0)  # nothing inside a pixel is seen at these radii
         motion = None if self.motion is None else self.motion.on_wider_photosites()
-        wider = replace(self, radii_px=radii, scale=2.0 * self.scale, accuracy=accuracy, area=WHOLE, wider=2 * self.wider)
+        wider = replace(
+            self,
+            radii_px=radii,
+            scale=2.0 * self.scale,
+            accuracy=accuracy,
+            area=WHOLE,
+            wider=2 * self.wider,
+            corrected_px=0.5 * self.corrected_px,
+        )
         return replace(wider, eyes=eyes, motion=motion)
 
     @cached_property

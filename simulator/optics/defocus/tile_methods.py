@@ -10,6 +10,7 @@ from simulator.optics.defocus.aperture_mean_tables import Image
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
+    NODES_PER_PX,
     STEEPEST_PX,
     TILE_COLUMNS,
     TILE_ROWS,
@@ -34,7 +35,7 @@ class TileChoice:
     visible: (layers, ...) whether a layer is visible from the tile, that is, not fully occluded by nearer ones.
     constant: (layers, ...) whether one blur radius is exact enough.
     first_image, images: (layers, ...) where the tile's images of the aperture begin in `all_images`, and how many it has: one,
-        or one for each 1 / Defocus.nodes_per_px photosites of signed radius.
+        or one for each 1 / Defocus.nodes_per_px photosites of signed radius; coarse: (layers, ...) for each 1 / NODES_PER_PX.
     blocks: choices of the tiles' blocks.
     zone: number of the upper left corner of the tile's zones (`field_zones.Zones`); -1 where no rim clips the pupil.
     """
@@ -47,6 +48,7 @@ class TileChoice:
     constant: np.ndarray
     first_image: np.ndarray
     images: np.ndarray
+    coarse: np.ndarray
     all_images: tuple[Image, ...]
     blocks: BlockChoice
     zone: np.ndarray
@@ -172,8 +174,8 @@ def _find_visible(around: list[RadiusStatistics]) -> tuple[np.ndarray, np.ndarra
 
 def _choose_images(
     defocus: Defocus, layer_statistics: list[RadiusStatistics], kept: np.ndarray, needed: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[Image, ...]]:
-    """Fields constant, first_image, images and all_images of TileChoice; tiles that are not needed get no images.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, tuple[Image, ...]]:
+    """Fields constant, first_image, images, coarse and all_images of TileChoice; tiles that are not needed get no images.
 
     layer_statistics: statistics of each layer's blocks. kept: blocks whose radii count.
     needed: (layers, tile rows, tile columns) bool.
@@ -188,24 +190,25 @@ def _choose_images(
         if np.ndim(own) == 0:
             radius[layer] = own
     constant = np.maximum(greatest - radius, radius - least) <= defocus.accuracy.same_px
-    per_px = defocus.nodes_per_px
+    coarse = ~constant & defocus.is_coarse(least, greatest)
+    per_px = np.where(coarse, NODES_PER_PX, defocus.nodes_per_px)
     first, last = np.floor(least * per_px).astype(int) - 1, np.floor(greatest * per_px).astype(int) + 2
     slopes = _slopes(defocus, layer_statistics, held, np.maximum(-first, last) / per_px)
     one, graded = needed & constant, needed & ~constant
     constants, index = np.unique(radius[one], return_inverse=True)
     first_image, count = np.zeros(constant.shape, int), np.zeros(constant.shape, int)
     first_image[one], count[one] = index, 1
-    runs = np.stack([*slopes, first])[:, graded].T
+    runs = np.stack([per_px, *slopes, first])[:, graded].T
     count[graded] = (last - first + 1)[graded]
     starts = [tuple(run) for run in runs.tolist()]
     pairs = zip(starts, count[graded].tolist(), strict=True)
-    keys = sorted({(x, y, first + n) for (x, y, first), nodes in pairs for n in range(nodes)})
+    keys = sorted({(rate, x, y, first + n) for (rate, x, y, first), nodes in pairs for n in range(nodes)})
     places = {key: len(constants) + place for place, key in enumerate(keys)}
     first_image[graded] = [places[start] for start in starts]
     images = [Image(value) for value in constants.tolist()]
     step = defocus.accuracy.slope_step
-    images += [Image(node / per_px, (step * x, step * y), node) for x, y, node in keys]
-    return constant, first_image, count, tuple(images)
+    images += [Image(node / rate, (step * x, step * y), node) for rate, x, y, node in keys]
+    return constant, first_image, count, coarse, tuple(images)
 
 
 def _slopes(defocus: Defocus, layer_statistics: list[RadiusStatistics], held: np.ndarray, largest_px: np.ndarray) -> np.ndarray:

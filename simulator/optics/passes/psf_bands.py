@@ -12,6 +12,7 @@ BAND_ROWS = 256  # photosites
 TILE_ROWS, TILE_COLUMNS = 16, 128
 HALF_TILE = TILE_COLUMNS // 2
 TERM = np.dtype([("number", "u4"), ("node_column", "u4"), ("radius", "f4"), ("rise", "f4"), ("fall", "f4")])
+NO_RADIUS = 1e30  # of a term without weight: no photosite is so far out of focus
 EXTREME_ROWS = 4  # rows of photosites that share their least and greatest value; a divisor of TILE_ROWS
 STEP_PARTS = 4  # side by side, of a tile whose kernels reach several surfaces
 SPAN_CELLS = 32  # cells of a tail that a work-item computes on a CPU
@@ -141,27 +142,38 @@ def join_extremes(band: PsfBand, extremes: np.ndarray, reach_px: int, parts: int
 
 
 def make_terms(
-    band: PsfBand, present: np.ndarray, radii_px: tuple[float, ...], ranges: np.ndarray | None
+    band: PsfBand,
+    present: np.ndarray,
+    radii_px: tuple[float, ...],
+    kept: np.ndarray,
+    ranges: np.ndarray | None,
+    together: int = 1,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Parts of tiles (tiles, parts, 4) uint32 and terms of kernels/psf_gather.cl, in the order of `PsfBand.tiles`.
 
-    present: of `tile_nodes`. radii_px: blur radii of the kernels, ascending.
+    present: of `tile_nodes`. radii_px: blur radii of the kernels, ascending. kept: (radii,) whether the kernels of a radius are
+        not 0, and so are terms.
     ranges: (2, tiles, parts) least and greatest blur radius in each part of a tile; None: one kernel for all
         radii, and one part.
+    together: the number of terms of a part is a multiple of this; terms without weight are added.
     """
     radii = np.array(radii_px)
     below, above = np.r_[-np.inf, radii[:-1]], np.r_[radii[1:], np.inf]
     held = np.ones((len(present), 1, 1), bool)
     if ranges is not None:
         least, greatest = ranges[..., np.newaxis]
-        held = np.less(least, above) & np.greater(greatest, below)
+        held = np.less(least, above) & np.greater(greatest, below) & kept
     parts = held.shape[1]
     tile, part, number, node = np.nonzero(held[..., None] & present[:, None, None, :])
-    terms = np.zeros(len(tile), TERM)
-    terms["number"], terms["node_column"], terms["radius"] = number, node, radii[number]
-    terms["rise"], terms["fall"] = 1.0 / (radii - below)[number], 1.0 / (above - radii)[number]
     count = (held.sum(axis=2) * present.sum(axis=1)[:, None]).ravel()
+    room = -(-count // together) * together
+    first_term = np.cumsum(room) - room
+    terms = np.zeros(int(room.sum()), TERM)
+    terms["radius"], terms["rise"] = NO_RADIUS, 1.0
+    at = np.repeat(first_term - (np.cumsum(count) - count), count) + np.arange(len(tile))
+    terms["number"][at], terms["node_column"][at], terms["radius"][at] = number, node, radii[number]
+    terms["rise"][at], terms["fall"][at] = 1.0 / (radii - below)[number], 1.0 / (above - radii)[number]
     rows, columns = np.repeat(np.array(band.tiles).reshape(-1, 2), parts, axis=0).T
     first = HALF_TILE * columns + HALF_TILE // parts * np.tile(np.arange(parts), len(present))
-    found = np.stack([first, TILE_ROWS * rows, np.cumsum(count) - count, count], axis=-1).astype(np.uint32)
+    found = np.stack([first, TILE_ROWS * rows, first_term, room], axis=-1).astype(np.uint32)
     return found.reshape(len(present), parts, 4), terms

@@ -1,6 +1,7 @@
 """Executes a planned point spread function on the device: each photosite gathers light in its own colour."""
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -34,6 +35,7 @@ from simulator.sensor.camera.cfa import Cfa
 
 BLUR_SHARE = 0.7  # of the progress, where the geometric blur comes first
 EDGE_PX = 1.0  # difference in blur radius above which light comes from another surface
+TERMS_TOGETHER = 2  # kernels of corrections that read the light once: a blur radius lies between two
 UNLIMITED = 1e38  # limit of highlights where there are none
 LIGHT_DEFINES: dict[str, object] = {"OVER": 1, "CHANNELS": 1, "LAYERS": 1, "OPAQUE": 1}  # of kernels/psf_light.cl
 
@@ -117,8 +119,7 @@ class SharpLight:
                 project_radius(device, projection, scene_radius, self.radius, layer, layout, origin)
                 maps += 1
             else:
-                size = int(np.prod(layout.shape(1)))
-                device.write(self.radius, np.full(size, radius_px, np.float32), 4 * layer * size)
+                device.fill(self.radius, np.float32(radius_px), 4 * layer * math.prod(layout.shape(1)))  # later layers follow
         if self.optics.has_coverage:
             defines = {
                 **LIGHT_DEFINES,
@@ -146,11 +147,21 @@ def gather_psf(
         if corrections:
             sharp = _sharp_light(optics, blur, device, planes, bands[0])
             gathers.insert(0, BandGather(optics, psf, corrections, device, bands[0], sharp))
+    for gather in gathers:
+        gather.prepare(bands[0])
+    wait_for_last: Callable[[], object] = device.finish
     for count, band in enumerate(bands):
         for gather in gathers:
             gather.add(band, light)
-        device.finish()
-        progress(first + (1.0 - first) * (count + 1) / len(bands))
+            if count + 1 < len(bands):
+                gather.prepare(bands[count + 1])
+        wait_for_this = device.mark()
+        if count > 0:
+            wait_for_last()
+            progress(first + (1.0 - first) * count / len(bands))
+        wait_for_last = wait_for_this
+    wait_for_last()
+    progress(1.0)
     return light
 
 
@@ -190,6 +201,9 @@ class BandGather:
         layout, self.unread = band.layout, device.zeros((1,), np.float32)
         sharp = source if isinstance(source, SharpLight) else None
         self.radius = None if sharp is None else sharp.radius
+        self.greatest: Callable[[], np.ndarray] | None = None  # of the band that is prepared, as `radius_range`
+        self.radius_range: Callable[[], np.ndarray] | None = None
+        self.together = 1 if sharp is None else TERMS_TOGETHER
         self.planes = device.zeros(layout.shape(self.channels), np.float32) if sharp is None else sharp.layers
         cell_px = max(kernels.cell_px for kernels in every)
         cells = (self.channels, band.rows // cell_px, 2 * layout.set_columns // cell_px) if cell_px else (1,)
@@ -206,13 +220,23 @@ class BandGather:
             "NODE_COLUMNS": columns,
         }
 
-    def add(self, band: PsfBand, light: Buffer) -> None:
-        """Add the light of one band to the mosaic `light`, in place."""
+    def prepare(self, band: PsfBand) -> None:
+        """Enqueue the light of a band and what the host must know of it to list its tiles.
+
+        The host lists the tiles of a source while the device gathers from another.
+        """
         self.source.fill(band, self.planes)
+        self.greatest = self.radius_range = None
+        if self.limits.min() < UNLIMITED:
+            self.greatest = self._extremes(band, self.planes, self.channels * band.layout.column_sets, self.psf.over)
+        if self.radius is not None:
+            self.radius_range = self._extremes(band, self.radius, 2, 1)
+
+    def add(self, band: PsfBand, light: Buffer) -> None:
+        """Add the light of the band that was prepared last to the mosaic `light`, in place."""
         numbers, across = node_limits(band, self.limits, self.psf.x_px, self.psf.y_px)
         limits = self.device.upload(numbers)
-        above, present = self._bright_places(band), tile_nodes(band, across)
-        radii = None if self.radius is None else self._radius_extremes(band)
+        above, present, radii = self._bright_places(), tile_nodes(band, across), self._radius_extremes()
         for kernels, core in zip(self.every, self.core, strict=True):
             if kernels.tail is not None:
                 self._make_tail(band, kernels.tail, kernels.cell_px, limits)
@@ -245,7 +269,12 @@ class BandGather:
         """
         above, present, radii = found
         tiles, terms = make_terms(
-            band, present, kernels.radii_px, None if radii is None else join_extremes(band, radii, 0, parts)
+            band,
+            present,
+            kernels.radii_px,
+            kernels.kept,
+            None if radii is None else join_extremes(band, radii, 0, parts),
+            self.together,
         )
         bright = steps = np.zeros(tiles.shape[:2], bool)
         if above is not None:
@@ -283,28 +312,29 @@ class BandGather:
             cell_columns=columns,
         )
 
-    def _extremes(self, band: PsfBand, planes: Buffer, sets: int, over: int) -> np.ndarray:
-        """Least and greatest value (2, sets, groups of EXTREME_ROWS rows, columns of a set), margins included."""
+    def _extremes(self, band: PsfBand, planes: Buffer, sets: int, over: int) -> Callable[[], np.ndarray]:
+        """What returns least and greatest value (2, sets, groups of EXTREME_ROWS rows, columns of a set), margins included."""
         shape = (2, sets, band.rows // EXTREME_ROWS, band.layout.set_columns)
         found = self.device.empty(shape, np.float32)
         defines = {**self.defines, "OVER": over, "EXTREME_ROWS": EXTREME_ROWS}
         kernel = self.device.kernel("psf_extremes", defines, file="psf_extremes.cl")
         self.device.run(kernel, (shape[3], shape[2], sets), None, planes=planes, extremes=found)
-        return self.device.download(found, shape, np.float32)
+        return self.device.download_later(found, shape, np.float32)
 
-    def _bright_places(self, band: PsfBand) -> np.ndarray | None:
+    def _bright_places(self) -> np.ndarray | None:
         """Whether light is above the limit of highlights, by places of `join_within`; None: none is."""
-        if self.limits.min() >= UNLIMITED:
+        if self.greatest is None:
             return None
-        greatest = self._extremes(band, self.planes, self.channels * band.layout.column_sets, self.psf.over)[1]
+        greatest = self.greatest()[1]
         above = greatest.reshape(self.channels, -1, *greatest.shape[1:]) > self.limits[:, None, None, None]
         found = np.asarray(above.any(axis=(0, 1)))
         return found if found.any() else None
 
-    def _radius_extremes(self, band: PsfBand) -> np.ndarray:
-        """Least and greatest blur radius, (2, rows, columns) by places of `join_within`."""
-        assert self.radius is not None  # only corrections ask
-        least, greatest = self._extremes(band, self.radius, 2, 1)
+    def _radius_extremes(self) -> np.ndarray | None:
+        """Least and greatest blur radius, (2, rows, columns) by places of `join_within`; None: one kernel for all radii."""
+        if self.radius_range is None:
+            return None
+        least, greatest = self.radius_range()
         return np.stack([least.min(axis=0), greatest.max(axis=0)])
 
     def _gather(
@@ -325,6 +355,11 @@ class BandGather:
         variant = {
             "TAPS_Y": kernels.taps[0],
             "TAPS_X": kernels.taps[1],
+            "HELD_Y": kernels.core.shape[-2],
+            "HELD_X": kernels.core.shape[-1],
+            "FOLD_Y": int(kernels.folded[0]),
+            "FOLD_X": int(kernels.folded[1]),
+            "TOGETHER": 1 if is_bright else self.together,  # compilers do not vectorise two sums of both parts of the light
             "FIRST_Y": f"({kernels.first[0]})",
             "FIRST_X": f"({kernels.first[1]})",
             "SPAN": span,

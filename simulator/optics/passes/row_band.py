@@ -1,5 +1,6 @@
 """A band of rows with its margins on the device, and the kernels that blur it."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,6 +18,7 @@ from simulator.optics.defocus.aperture_samples import (
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
+    NODES_PER_PX,
     TILE_COLUMNS,
     TILE_ROWS,
     Method,
@@ -93,11 +95,15 @@ class RowBand:
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
         self.defines: dict[str, object] = {**self._filter(mosaics[0]), **held}
-        linear = (
-            1 if self.defocus.area.has_squares(samples_per_axis) else self.defocus.nodes_per_px if samples_per_axis == 1 else 0
-        )
-        self.defines |= {"NODES_PER_PX": f"{self.defocus.nodes_per_px}.0f", "LINEAR_NODES": f"{linear}.0f", "SPAN": device.span}
+        self.defines |= self._node_defines(self.defocus.nodes_per_px)
+        self.defines["SPAN"] = device.span
         self.windows = PatchWindows(device, self.layout, self.defocus, {**self._filter(mosaics[0]), **held})
+
+    def _node_defines(self, per_px: int) -> dict[str, str]:
+        """Macros of kernels/aperture_mean.h for so many tabulated radii per photosite of radius."""
+        over = self.samples_per_axis
+        linear = 1 if self.defocus.area.has_squares(over) else per_px if over == 1 else 0
+        return {"NODES_PER_PX": f"{per_px}.0f", "LINEAR_NODES": f"{linear}.0f"}
 
     def _filter(self, mosaic: Mosaic) -> dict[str, int]:
         """Macros of kernels/cfa.h for a mosaic."""
@@ -209,10 +215,11 @@ class RowBand:
             (0, 1, composite & constant),
             (1, 1, composite & ~constant),
         ):
-            for clipped in (False, True):
-                tiles = selected & (clipped_tiles == clipped)
+            for clipped, coarse in itertools.product((False, True), repeat=2):
+                tiles = selected & (clipped_tiles == clipped) & (chosen.coarse[layer] == coarse)
                 if tiles.any():
-                    variant = {"NODES": graded, "COMPOSITE": several}
+                    per_px = NODES_PER_PX if coarse else self.defocus.nodes_per_px
+                    variant = {"NODES": graded, "COMPOSITE": several, **self._node_defines(per_px)}
                     images = np.where(copied, 0, chosen.images[layer])
                     self._run_mean(chosen, layer, tiles, images, variant, clipped, rows)
 
@@ -222,7 +229,7 @@ class RowBand:
         layer: int,
         selected: np.ndarray,
         images: np.ndarray,
-        variant: dict[str, int],
+        variant: dict[str, object],
         clipped: bool,
         rows: BandRows,
     ) -> None:

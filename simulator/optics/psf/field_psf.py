@@ -32,8 +32,10 @@ MOST_CELLS = 601  # across a kernel
 ROUGH_PX = 5  # width of the geometric spot above which a kernel has no detail finer than a fifth of a photosite
 FAR_AIRY = 16.0  # blur radius [Airy radii] from which the kernel is the geometric spot convolved with the PSF in focus
 FAR_CELLS_PX = 24.0  # blur radius from which kernels have one cell per light sample
-CORRECTIONS_PX = (6, 8, 12, 18)  # reach of the kernels of corrections [photosites]
-CORRECTION_MARGIN_PX = 4  # reach beyond the geometric spot [photosites]
+CORRECTIONS_PX = (6, 8, 12, 20)  # reach of the kernels of corrections [photosites]
+CORRECTION_MARGIN_PX = 4  # reach beyond small geometric spots [photosites]
+CORRECTION_GROWTH, CORRECTION_LEAST_PX = 1.75, 1.0  # reach of large ones [radii of the spot], and what is added [photosites]
+FARTHEST_CORRECTION_PX = 14.0  # blur radius
 FADE = 1.25
 RINGING = 1e-3  # fraction of a kernel's light that may be negative
 SLAB_PX = 0.5  # blur radius between slabs; a sixteenth of the radius where that is more
@@ -203,14 +205,18 @@ class FieldPsf:
 
 
 def correction_reach_px(radius_px: float) -> int:
-    """Photosites to either side of a correction's kernel."""
-    wanted = math.ceil(abs(radius_px)) + CORRECTION_MARGIN_PX
+    """Photosites to either side of a correction's kernel.
+
+    What it leaves out grows with the spot: the errors are those of `docs/lens_aberrations.md`, *With depth*.
+    """
+    radius = abs(radius_px)
+    wanted = max(math.ceil(radius) + CORRECTION_MARGIN_PX, CORRECTION_GROWTH * radius + CORRECTION_LEAST_PX)
     return next((size for size in CORRECTIONS_PX if size >= wanted), CORRECTIONS_PX[-1])
 
 
 def farthest_correction_px(psf: WavefrontPsf) -> float:
     """Largest blur radius with a correction [photosites]; up to FADE times as much it fades."""
-    return min(float(CORRECTIONS_PX[-1] - CORRECTION_MARGIN_PX), FAR_AIRY * airy_radius_px(psf))
+    return min(FARTHEST_CORRECTION_PX, FAR_AIRY * airy_radius_px(psf))
 
 
 def airy_radius_px(psf: WavefrontPsf) -> float:

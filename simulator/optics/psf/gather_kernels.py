@@ -2,7 +2,8 @@
 
 import math
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from typing import Self
 
 import numpy as np
 
@@ -19,28 +20,53 @@ TAIL_COST = 8.0  # of a tap on cells of one photosite, in taps of a core: three 
 MOST_TAPS = 96  # samples across a core; more are cheaper by transforms
 
 
+MIRRORED = 1e-6  # share of the largest weight by which halves of a kernel may differ that count as mirror images
+
+
 @dataclass(frozen=True)
 class GatherKernels:
     """Weights for kernels/psf_gather.cl and kernels/psf_tail.cl.
 
     radii_px: signed blur radii, ascending [photosites].
-    core: (2, radii, node rows, node columns, channels, taps down, taps across) float32, for all light, and without negative
-        values.
+    core: (2, radii, node rows, node columns, channels, held down, held across) float32, for all light, and without negative
+        values. taps: samples down and across. folded: whether rows mirror each other, and columns; the first half is held, with
+        half the weight in the middle.
     tail: (node rows, node columns, channels, cells, cells) float32; None: there is none. cell_px: photosites across its cells.
     over: samples per photosite and axis. rings: whether highlights need the second half of `core`.
     """
 
     radii_px: tuple[float, ...]
     core: np.ndarray
+    taps: tuple[int, int]
+    folded: tuple[bool, bool]
     tail: np.ndarray | None
     cell_px: int
     over: int
     rings: bool
 
-    @property
-    def taps(self) -> tuple[int, int]:
-        """Samples down and across."""
-        return self.core.shape[-2], self.core.shape[-1]
+    @classmethod
+    def of(
+        cls,
+        radii_px: tuple[float, ...],
+        core: np.ndarray,
+        over: int,
+        rings: bool,
+        tail: np.ndarray | None = None,
+        cell_px: int = 0,
+    ) -> Self:
+        """Kernels with a core (2, radii, node rows, node columns, channels, taps down, taps across), folded where it can be."""
+        taps, folded = (core.shape[-2], core.shape[-1]), []
+        for axis, count in ((-2, taps[0]), (-1, taps[1])):
+            mirrors = count > 1 and bool(np.abs(core - np.flip(core, axis)).max() < MIRRORED * np.abs(core).max())
+            folded.append(mirrors)
+            if mirrors:
+                core = _fold(core, axis)
+        return cls(radii_px, np.ascontiguousarray(core, np.float32), taps, (folded[0], folded[1]), tail, cell_px, over, rings)
+
+    @cached_property
+    def kept(self) -> np.ndarray:
+        """Whether the kernels of a radius are not 0 throughout, (radii,)."""
+        return np.asarray(self.core.any(axis=(0, *range(2, self.core.ndim))))
 
     @property
     def first(self) -> tuple[int, int]:
@@ -57,6 +83,15 @@ class GatherKernels:
     def tail_taps(self) -> int:
         """Cells across the tail; 0: there is none."""
         return 0 if self.tail is None else self.tail.shape[-1]
+
+
+def _fold(core: np.ndarray, axis: int) -> np.ndarray:
+    """First half of weights that mirror each other along an axis, their mean, with half the weight in the middle."""
+    count = core.shape[axis]
+    held = 0.5 * (core + np.flip(core, axis)).take(range((count + 1) // 2), axis)
+    if count % 2:
+        held.swapaxes(axis, -1)[..., -1] *= 0.5
+    return held
 
 
 def fits_gather(psf: FieldPsf) -> bool:
@@ -132,9 +167,10 @@ def make_gather_kernels(psf: FieldPsf, channels: int) -> list[GatherKernels]:
         tail = tail.reshape(*grid, *tail.shape[-2:])
     parts = [middle.reshape(len(found), -1), *_arms(found)]
     both = np.split(positive_too(np.concatenate(parts, axis=1)), np.cumsum([part.shape[1] for part in parts])[:-1], axis=-1)
-    made = [GatherKernels((0.0,), both[0].reshape(2, 1, *grid, *middle.shape[1:]), tail, core.cell_px, psf.over, rings)]
+    both[0] = both[0].reshape(2, 1, *grid, *middle.shape[1:])
+    made = [GatherKernels.of((0.0,), both[0], psf.over, rings, tail, core.cell_px)]
     for arm, shape in zip(both[1:], ((1, -1), (-1, 1)), strict=False):
-        made.insert(0, GatherKernels((0.0,), arm.reshape(2, 1, *grid, *shape), None, 0, psf.over, rings))
+        made.insert(0, GatherKernels.of((0.0,), arm.reshape(2, 1, *grid, *shape), psf.over, rings))
     return made
 
 
@@ -201,7 +237,7 @@ def _corrections(of: _Keyed, channels: int) -> list[GatherKernels]:
         for place, number in enumerate(held):
             if sizes[number] == size:
                 core[:, place, 0, 0] = cores[number].swapaxes(0, 1)
-        found.append(GatherKernels(tuple(psf.corrected_px[number] for number in held), core, None, 0, 1, rings))
+        found.append(GatherKernels.of(tuple(psf.corrected_px[number] for number in held), core, 1, rings))
     return found
 
 
