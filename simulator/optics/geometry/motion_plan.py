@@ -12,6 +12,7 @@ from simulator.errors import PhotositeError
 from simulator.exposure.exposed_light import LightComponent
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMoves
+from simulator.optics.geometry.fixed_blur import FixedBlur
 from simulator.optics.geometry.image_motion import ImageMotion, LayerPath, Surface, plan_geometry
 from simulator.optics.geometry.instants import (
     Instants,
@@ -36,7 +37,7 @@ MOST_NODES = 16384  # instants that the lines of a rolling shutter share
 MOST_TILT = 0.01  # rows per column of the picture up to which rows are blended before columns
 MOST_STRETCH = 0.04  # change of scale up to which a span of photosites reads a stated number of scene pixels
 
-MotionMethod = Literal["swept", "joint", "instants"]
+MotionMethod = Literal["swept", "swept_first", "joint", "instants"]
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,16 @@ class MotionNeed:
         """Return the need of a part of the light whose edges are weaker by a factor."""
         return replace(self, contrast=share * self.contrast, texture=share * self.texture, border=share * self.border)
 
+    def behind(self, steepest: float) -> Self:
+        """Return the need behind a blur, where the light of an edge rises by no more than this share of it per photosite.
+
+        The spread of a line has one peak, so its spectrum falls at least as the peak over pi times the frequency. A wave that
+        is seen by less than what is allowed needs no instants.
+        """
+        cut_off = min(self.cut_off, 0.5 * self.contrast * steepest / (math.pi * self.allowed))
+        contrast, texture = steepest * self.contrast, steepest * self.texture
+        return replace(self, contrast=contrast, texture=texture, cut_off=cut_off)
+
     def contrast_along(self, length_px: float) -> float:
         """Return the contrast of the edge that is wrong by as much as all edges of a path of this length [photosites].
 
@@ -88,11 +99,13 @@ class MotionNeed:
 class MotionPlan:
     """How the image of a scene that moves is computed.
 
-    method: "swept": one kernel gathers each photosite along its path. "joint": the points of the aperture that sample the blur
-        carry instants. "instants": the optics are run at each instant.
+    method: "swept": one kernel gathers each photosite along its path. "swept_first": the same for the light before a blur,
+        which is computed once. "joint": the points of the aperture that sample the blur carry instants. "instants": the
+        optics are run at each instant.
     path: of the images of all surfaces under the shutter. length: of the longest. count: instants of each line.
     error: predicted, as a share of the brightest light. moves_alike: whether the images of all surfaces move as one.
-    vectors: velocities of the pixels of a scene of one picture, for the method "swept"; None: pixels do not move by themselves.
+    vectors: velocities of the pixels of a scene of one picture that is swept; None: pixels do not move by themselves.
+    blur: what follows the method "swept_first"; None: another method. reason: why no cheaper method was taken; "": none is.
     """
 
     method: MotionMethod
@@ -102,6 +115,8 @@ class MotionPlan:
     error: float
     moves_alike: bool
     vectors: PixelVectors | None = None
+    blur: FixedBlur | None = None
+    reason: str = ""
 
     @property
     def is_common(self) -> bool:
@@ -163,13 +178,14 @@ def plan_motion(
     moving: Motion,
     component: LightComponent,
     need: MotionNeed,
-    is_sharp: bool,
+    blur: FixedBlur | str | None = None,
     can_join: bool = False,
 ) -> MotionPlan | str:
     """Plan the motion of a frame in the light of one component; the reason where none is computed.
 
-    is_sharp: whether each photosite sees one place of each surface, without blur. can_join: whether the optics allow the method
-    "joint", which is taken where surfaces move apart or by their depth, or lie behind one another.
+    blur: None: each photosite sees one place of each surface, without blur; a reason: why the blur is not fixed. can_join:
+    whether the optics allow the method "joint", which is taken where surfaces move apart or by their depth, or lie behind one
+    another.
     Raises PhotositeError for motion that the scene or the paths do not allow, and for depth that no method holds.
     """
     layers = scene.layers
@@ -192,10 +208,17 @@ def plan_motion(
         count = max(count, needed_cuts(need.border, need.allowed))
     error = max(instants_error(count, length, contrast), cut_error(count, need.border) if tears else 0.0)
     alike, deep = vectors is None and _moves_alike(path), _shifted_by_depth(path)
-    if is_sharp and deep is None:
+    if blur is None and deep is None:
         return MotionPlan("swept", path, length, count, error, alike, vectors)
+    reason = blur if isinstance(blur, str) else ""
+    if isinstance(blur, FixedBlur):
+        fixed = blur.error(path.skew_px, length.longest_px)
+        reason = f"swept first it would be wrong by {fixed / need.allowed:.2g} times the tolerance"
+        can_sweep = deep is None and (vectors is None or blur.samples_per_axis == 1)
+        if can_sweep and fixed <= need.allowed:
+            return MotionPlan("swept_first", path, length, count, error + fixed, alike, vectors, blur)
     if moving.vectors is not None:
-        raise PhotositeError(_why_no_vectors(is_sharp), key="motion.vectors", value=moving.vectors.image)
+        raise PhotositeError(_why_no_vectors(blur is None), key="motion.vectors", value=moving.vectors.image)
     if can_join and not (alike and deep is None and len(layers) == 1):
         return MotionPlan("joint", path, length, count, error, alike)
     if deep is not None:
@@ -210,7 +233,7 @@ def plan_motion(
             "all is sharp",
             key="motion",
         )
-    return MotionPlan("instants", path, length, count, error, alike)
+    return MotionPlan("instants", path, length, count, error, alike, reason=reason)
 
 
 def _why_no_vectors(is_sharp: bool) -> str:
@@ -271,12 +294,13 @@ def pose_numbers(plan: MotionPlan, homographies: np.ndarray) -> np.ndarray:
     return np.stack([x, y, *across, *down, h[..., 2, 0], h[..., 2, 1]], axis=-1)
 
 
-def row_views(plan: MotionPlan, homographies: np.ndarray, rows: range) -> dict[str, np.ndarray]:
+def row_views(plan: MotionPlan, homographies: np.ndarray, y_px: np.ndarray) -> dict[str, np.ndarray]:
     """Return the displacement over rows of the sensor at their instants, fields of `struct view` (kernels/swept_area.h).
 
-    homographies: (rows or 1, instants, 3, 3). Each field is (rows, instants) float64.
+    homographies: (rows or 1, instants, 3, 3). y_px: (rows,) of the rows' middles from the sensor's corner [photosites]. Each
+    field is (rows, instants) float64.
     """
-    y = (np.array(rows) + 0.5 - 0.5 * plan.path.motion.geometry.height_px)[:, None]
+    y = (y_px - 0.5 * plan.path.motion.geometry.height_px)[:, None]
     numbers = np.moveaxis(pose_numbers(plan, homographies)[..., 2:], -1, 0)
     x0, xx, xy, y0, yx, yy, right, down = numbers
     along = 1.0 + down * y
