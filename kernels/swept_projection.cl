@@ -9,6 +9,7 @@
 // open:   (instants, rows of the launch, STEP, set_columns) float32, light that nearer layers let through. FIRST 1: not read.
 //         COVERED 0, the last layer: not written.
 // mosaic: (rows, width) float32 from mosaic_row on, each photosite's own colour, over its open area; FIRST 0: what is there is added to.
+// near_lamps: (rows, spans) uchar, whether a lamp passes a span of a row; LAMPS 0: not read, and all spans are computed.
 #include "conventions.h"
 #include "cfa.h"
 #include "plain_math.h"
@@ -22,7 +23,7 @@ struct sweep {
     int first_column;               // of the first span in the frame; spans begin at multiples of STEP SPAN photosites of the sensor
     uint first_row;                 // of the launch in the frame
     uint mosaic_row;                // of the plane in `mosaic`
-    uint colour;                    // of the plane; STEP 2: not read
+    uint colour, lamps;             // of the plane (STEP 2: not read); value of near_lamps where spans are computed
     uint set_columns;               // photosites of a row in each of STEP sets of columns, rounded up to whole spans
     uint instants;                  // of each line
     uint scene_width, scene_height; // of the scene's grid [px]
@@ -60,8 +61,9 @@ INLINE void write_span(const float *sum, const size_t row, const int first, cons
 // Dimension 0: spans of a row's set of columns; 1: rows of the launch, each as STEP sets of columns. For displacements that change
 // little along a span, without distortion.
 kernel void swept_rows(global const float *restrict planes, global const struct view *restrict views, global float *restrict open,
-                       global float *restrict mosaic, const struct sweep sweep) {
+                       global float *restrict mosaic, global const uchar *restrict near_lamps, const struct sweep sweep) {
     const size_t row = sweep.first_row + get_global_id(1) / STEP;
+    if (LAMPS && near_lamps[row * get_global_size(0) + get_global_id(0)] != sweep.lamps) return;
     const int first = sweep.first_column + (int)(STEP * get_global_id(0) * SPAN + get_global_id(1) % STEP);
     const size_t pixels = (size_t)sweep.scene_width * sweep.scene_height;
     const struct projection projection = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
@@ -83,7 +85,7 @@ kernel void swept_rows(global const float *restrict planes, global const struct 
 
 // The same for any displacement, distortion and lines.
 kernel void swept_places(global const float *restrict planes, global const float *restrict poses, global float *restrict open,
-                         global float *restrict mosaic, const struct sweep sweep) {
+                         global float *restrict mosaic, global const uchar *restrict near_lamps, const struct sweep sweep) {
     const size_t row = sweep.first_row + get_global_id(1) / STEP;
     const int first = sweep.first_column + (int)(STEP * get_global_id(0) * SPAN + get_global_id(1) % STEP);
     const size_t pixels = (size_t)sweep.scene_width * sweep.scene_height;

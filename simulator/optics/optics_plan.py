@@ -117,6 +117,11 @@ class OpticsPlan:
         return plain and motion.turns_slowly and motion.path.lines.axis != "columns"
 
     @property
+    def sweeps_lamps_apart(self) -> bool:
+        """Whether places that lamps pass have more instants than others: where spans of one picture are swept."""
+        return self.motion is not None and self.motion.lamp_count > 0 and self.sweeps_rows and self.covering_layers == 1
+
+    @property
     def channels(self) -> int:
         """Colour planes of the camera."""
         return self.weights.shape[1]
@@ -391,13 +396,14 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
     )
     steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
     need = MotionNeed(
-        contrast=max(min(edges * max(scale, steepness), max(edges, 1.0)), steepness * accuracy.lamp_contrast),
+        contrast=min(edges * max(scale, steepness), max(edges, 1.0)),
         texture=texture * steepness,
         allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
         cut_off=0.5 * max(scale, steepness),
         border=max(edges, accuracy.lamp_contrast),
+        lamps=steepness * accuracy.lamp_contrast,
     )
-    blur = _fixed_blur(planned, need.contrast)
+    blur = _fixed_blur(planned, need.largest)
     need = need.behind(_steepest_edge(planned.defocus))
     found: list[MotionPlan | None] = []
     joins = _can_join(planned, timing)

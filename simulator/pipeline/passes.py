@@ -262,6 +262,8 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
         method = "with the blur: each point of the aperture carries an instant"
         return Pass(name, True, method, pixels, 8 * pixels, error, _ms(pixels, blur))
     projection, layers, before = optics.projection, optics.covering_layers, ""
+    if not optics.sweeps_lamps_apart:
+        motion = motion.with_lamps_everywhere()
     if motion.blur is not None:  # all colours of all samples
         pixels *= optics.channels * motion.blur.samples_per_axis**2
         before = ", in all colours before the blur, which is the same at each instant"
@@ -274,8 +276,11 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
         key, reads = "sweep", max(projection.taps(1.0), 2) / 2
         if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:
             key = "even sweep"
-    planes = 2 * layers - 1
-    method = f"{motion.count} instants on each line, {layers} layers" if layers > 1 else f"{motion.count} instants on each line"
+    planes, method = 2 * layers - 1, f"{motion.count} instants on each line"
+    if layers > 1:
+        method += f", {layers} layers"
+    if motion.lamp_count:
+        method += f", {motion.lamp_count} where lamps pass"
     cost = _ms(pixels * motion.count * planes * reads, COST_NS[key])
     return Pass(name, True, f"swept along its path: {method}{before}", pixels, 4 * pixels, error, cost)
 

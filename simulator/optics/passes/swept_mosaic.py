@@ -6,9 +6,12 @@ from typing import Any
 import numpy as np
 
 from simulator.device import Buffer, Device, declared_struct, kernel_source
+from simulator.optics.defocus.accuracy import LAMP_PEAK
+from simulator.optics.geometry.instants import Instants
 from simulator.optics.geometry.motion_plan import pose_numbers, row_views
 from simulator.optics.geometry.projection import ANY_CFA, Projection
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.scene.content_keys import freeze
 from simulator.sensor.camera.camera_sections import Window
 
 SPAN = 64  # photosites of a row and colour that share a parabola of displacements, on every device, for the same bits
@@ -69,30 +72,62 @@ class _Sweep:
     ) -> None:
         assert optics.motion is not None  # without it no pass sweeps
         self.optics, self.device, self.planes, self.plan = optics, device, planes, optics.motion
+        if not optics.sweeps_lamps_apart:
+            self.plan = self.plan.with_lamps_everywhere()
         self.over, self.step, self.inset = over, step, inset
         self.x, self.y, self.width, self.rows = over * window.x, over * window.y, over * window.width, over * window.height
         self.projection = _finer(optics.projection, over)
-        self.instants = self.plan.window_instants(window)
         self.layers = optics.covering_layers
         wide = step * SPAN
         self.aligned = self.x // wide * wide
         self.spans = -(-(self.x + self.width - self.aligned) // wide)
-        self.tables = [self._table(layer) for layer in range(self.layers)]
+        self.near_lamps: Buffer | None = None
+        parts = [self.plan.window_instants(window)]
+        if self.plan.lamp_count:
+            self.near_lamps = device.upload(self._near_lamps())
+            parts.append(self.plan.window_instants(window, self.plan.lamp_count))
+        self.parts = [(one, [self._table(one, layer) for layer in range(self.layers)]) for one in parts]
+
+    def _near_lamps(self) -> np.ndarray:
+        """Whether a lamp passes each span of each row: (rows, spans) uint8."""
+        places = (lamp_places(self.optics) - _offset(self.projection)) / self.projection.scale
+        left, right, top, bottom = (self.over * self.plan.seen_at(places / self.over)).T
+        beside, wide = 1.0 / self.projection.scale + 2.0, self.step * SPAN
+        spans = np.floor(np.stack([left - beside - self.aligned, right + beside - self.aligned]) / wide)
+        rows = np.floor(np.stack([top - beside - self.y, bottom + beside - self.y]))
+        is_here = (spans[1] >= 0) & (spans[0] < self.spans) & (rows[1] >= 0) & (rows[0] < self.rows)
+        first, last = np.clip(spans[:, is_here], 0, self.spans - 1).astype(int)
+        above, below = np.clip(rows[:, is_here], 0, self.rows - 1).astype(int)
+        steps = np.zeros((self.rows + 1, self.spans + 1), np.int64)  # of how many lamps pass
+        for row, span, sign in ((above, first, 1), (above, last + 1, -1), (below + 1, first, -1), (below + 1, last + 1, 1)):
+            np.add.at(steps, (row, span), sign)
+        return (steps.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0).astype(np.uint8)
 
     def add(self, mosaic: Buffer, mosaic_row: int, colour: int) -> None:
         """Write the swept light of one colour, or of a colour filter, to `mosaic` from a row on."""
+        for number, (instants, tables) in enumerate(self.parts):
+            self._add(instants, tables, number, mosaic, mosaic_row, colour)
+
+    def _add(self, instants: Instants, tables: list[_Table], number: int, mosaic: Buffer, mosaic_row: int, colour: int) -> None:
+        """Write the spans that no lamp passes (number 0) or that one passes (1); all, where places do not differ."""
         set_columns, rows = self.spans * SPAN, self.rows
         if self.layers > 1:
-            rows = min(rows, max(OPEN_BYTES // (4 * self.step * set_columns * self.instants.count), 1))
-        shape = (self.instants.count, rows, self.step, set_columns) if self.layers > 1 else (1,)
+            rows = min(rows, max(OPEN_BYTES // (4 * self.step * set_columns * instants.count), 1))
+        shape = (instants.count, rows, self.step, set_columns) if self.layers > 1 else (1,)
         open_ = self.device.empty(shape, np.float32)
         geometry = self.plan.path.motion.geometry
         for first_row in range(0, self.rows, rows):
             count = min(rows, self.rows - first_row)
-            for layer, table in enumerate(self.tables):
+            for layer, table in enumerate(tables):
                 at_rest = int(self.plan.path.motion.is_at_rest(layer))
                 covered = int(layer < self.layers - 1)
-                defines = {**table.macros, "FIRST": int(layer == 0), "COVERED": covered, "AT_REST": at_rest}
+                defines = {
+                    **table.macros,
+                    "FIRST": int(layer == 0),
+                    "COVERED": covered,
+                    "AT_REST": at_rest,
+                    "LAMPS": int(self.near_lamps is not None),
+                }
                 self.device.run(
                     self.device.kernel(table.kernel, defines, file=FILE),
                     (self.spans, self.step * count),
@@ -100,6 +135,7 @@ class _Sweep:
                     planes=self.planes[layer],
                     open=open_,
                     mosaic=mosaic,
+                    near_lamps=self.near_lamps,
                     sweep={
                         **_geometry(self.projection),
                         "origin_x": self.x,
@@ -109,17 +145,18 @@ class _Sweep:
                         "first_row": first_row,
                         "mosaic_row": mosaic_row,
                         "colour": colour,
+                        "lamps": number,
                         "set_columns": set_columns,
-                        "instants": self.instants.count,
+                        "instants": instants.count,
                         "pivot_x": 0.5 * self.over * geometry.width_px,
                         "pivot_y": 0.5 * self.over * geometry.height_px,
                     },
                     **table.buffers,
                 )
 
-    def _table(self, layer: int) -> _Table:
+    def _table(self, instants: Instants, layer: int) -> _Table:
         """Return the kernel for a layer, its table of displacements and its macros."""
-        instants, optics, over = self.instants, self.optics, self.over
+        optics, over = self.optics, self.over
         homographies = self.plan.path.motion.homographies(instants.pose_numbers, layer)
         moving = replace(self.projection, pose=(0.0,) * 10)
         macros = moving.defines(optics.cfa_macros() if self.step == 2 else ANY_CFA, inset=self.inset)
@@ -154,6 +191,17 @@ class _Sweep:
         return units * pose_numbers(self.plan, homographies)
 
 
+def lamp_places(optics: OpticsPlan) -> np.ndarray:
+    """Return the middles of the scene's pixels that are lamps, LAMP_PEAK times its brightest light, (lamps, 2) x, y [px]."""
+    scene, weights, limit = optics.scene, optics.weights, LAMP_PEAK * optics.accuracy.brightest
+
+    def find() -> np.ndarray:
+        rows, columns = np.nonzero((scene.planes @ weights).max(axis=2) > limit)
+        return np.column_stack([columns, rows]) + 0.5
+
+    return scene.remember(("lamps", freeze(weights), limit), find)
+
+
 def _of_samples(numbers: np.ndarray, over: int) -> np.ndarray:
     """Return numbers of photosites' lines (lines or 1, ...) for lines of their samples; of one line, these are those of all."""
     return numbers if len(numbers) == 1 else np.repeat(numbers, over, axis=0)
@@ -168,6 +216,10 @@ def _finer(projection: Projection, over: int) -> Projection:
         centre = over * warp.centre_x_px, over * warp.centre_y_px
         warp = replace(warp, unit_px=over * warp.unit_px, centre_x_px=centre[0], centre_y_px=centre[1])
     return replace(projection, scale=projection.scale / over, samples=samples, warp=warp, open_side=1.0)
+
+
+def _offset(projection: Projection) -> np.ndarray:
+    return np.array([projection.offset_x, projection.offset_y])
 
 
 def _geometry(projection: Projection) -> dict[str, Any]:

@@ -86,6 +86,25 @@ def test_a_picture_out_of_focus_that_moves_is_within_the_tolerance_of_float64():
     assert np.quantile(np.abs(still), 0.999) > 3.0  # that the motion is seen at all
 
 
+@pytest.mark.parametrize("lens", [BLURRED, replace(SHARP, transmittance=0.01)], ids=["defocus", "sharp"])
+def test_a_lamp_draws_its_path_evenly_by_its_own_instants(lens):
+    """One pixel of 500 times the light around: a streak without dots, and no more instants elsewhere than without it."""
+    picture = squares()
+    without = plan_moving(shot_of(lens, across((16.3, 5.6)), picture)).optics.motion
+    picture[32, 30] = 500.0
+    planned = plan_moving(shot_of(lens, across((16.3, 5.6)), picture), rolling(HEIGHT, TIME_S, 1e-7))
+    motion = planned.optics.motion
+    assert motion.lamp_count > 3 * motion.count and motion.count <= 1.1 * without.count
+    found = moving_light(planned)
+    few, many = (replace(motion, count=count, lamp_count=0) for count in (motion.count, 3 * motion.lamp_count))
+    coarse, dense = (moving_light(replace(planned, optics=replace(planned.optics, motion=one))) for one in (few, many))
+    noise = planned.optics.accuracy.sigma * np.sqrt(np.maximum(dense / 0.95, 0.1))
+    error, without_them = (float((np.abs(light - dense) / noise).max()) for light in (found, coarse))
+    assert error < 0.1 and without_them > 0.1
+    crop = replace(planned, optics=replace(planned.optics, window=Window(17, 25, 40, 19)))
+    assert np.array_equal(moving_light(crop), found[25:44, 17:57])
+
+
 @pytest.mark.parametrize("cfa", ["MONO", "RGGB"])
 @pytest.mark.parametrize(
     ("lens", "scale"),
