@@ -1,6 +1,6 @@
 // Sharp image of a scene that moves while the shutter is open: for each photosite the mean over instants of what it sees at each, every
 // line of the sensor with its own instants. One launch adds one layer, the nearest first, which covers the next at each instant.
-// STEP 2: a mosaic behind a colour filter, even and odd columns apart. STEP 1: a plane of one colour, of photosites or samples of them.
+// STEP 2: a mosaic behind a colour filter, even and odd columns apart. STEP 1: planes of COLOURS colours, of photosites or samples of them.
 //
 // planes: (channels, scene height, scene width) float32, electron radiance [e- s^-1 um^-2 sr^-1]; COVERED 1: and its coverage, 0 to 1.
 // views:  swept_rows: (rows, instants) struct view (swept_area.h), of the frame's rows.
@@ -23,7 +23,7 @@ struct sweep {
     int first_column;               // of the first span in the frame; spans begin at multiples of STEP SPAN photosites of the sensor
     uint first_row;                 // of the launch in the frame
     uint mosaic_row;                // of the plane in `mosaic`
-    uint colour, lamps;             // of the plane (STEP 2: not read); value of near_lamps where spans are computed
+    uint colour, lamps, plane_rows; // of the first plane (STEP 2: not read); value of near_lamps that is computed; to the next plane
     uint set_columns;               // photosites of a row in each of STEP sets of columns, rounded up to whole spans
     uint instants;                  // of each line
     uint scene_width, scene_height; // of the scene's grid [px]
@@ -68,19 +68,19 @@ kernel void swept_rows(global const float *restrict planes, global const struct 
     const size_t pixels = (size_t)sweep.scene_width * sweep.scene_height;
     const struct projection projection = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
     const float x = (float)(sweep.origin_x + first) + REACH, y = (float)(sweep.origin_y + (int)row);
-    float value[SPAN], cover[SPAN], sum[SPAN];
-    for (uint i = 0; i < SPAN; i++) sum[i] = cover[i] = 0.0f;
+    float value[SPAN], cover[SPAN] = {0.0f}, sum[COLOURS * SPAN] = {0.0f};
     for (uint k = 0; k < sweep.instants; k++) {
         const struct view view = views[row * sweep.instants + k];
         const float into = TAPS ? INSET : 0.5f;
         const struct path path = path_of(view, x + 0.5f - sweep.pivot_x, x + into, y + into, projection);
-        if (!AT_REST || k == 0) { // a layer at rest is read once
-            read_span(planes + colour_of((uint)first, row, sweep) * pixels, path, projection, value);
-            if (COVERED) read_span(planes + CHANNELS * pixels, path, projection, cover);
+        const uint is_read = !AT_REST || k == 0; // a layer at rest is read once
+        if (COVERED == 1 && is_read) read_span(planes + CHANNELS * pixels, path, projection, cover);
+        for (uint n = 0; n < COLOURS; n++) {
+            if (is_read) read_span(planes + (colour_of((uint)first, row, sweep) + n) * pixels, path, projection, value);
+            add_span(value, cover, view.weight, open + open_row(k, sweep), sum + n * SPAN);
         }
-        add_span(value, cover, view.weight, open + open_row(k, sweep), sum);
     }
-    write_span(sum, row, first, sweep, mosaic);
+    for (uint n = 0; n < COLOURS; n++) write_span(sum + n * SPAN, row + n * sweep.plane_rows, first, sweep, mosaic);
 }
 
 // The same for any displacement, distortion and lines.

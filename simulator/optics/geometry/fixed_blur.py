@@ -2,15 +2,13 @@
 
 Behind the lens a photosite gathers light from the places around it. Where that is one linear operator on the light of one
 picture, whatever the instant, the mean over time of the blurred images is the blur of the mean over time: exactly, whatever the
-operator does over the field, and whatever the motion. Three things break it, each with a law:
+operator does over the field, and whatever the motion. Two things break it, each with a law:
 
 - Lines that open one after the other gather light of lines that are open at other times. An image that moves by k photosites
   from line to line shears the spot by k, which stretches its spread across an edge by k / 2 at most. The light at x from an
   edge of contrast C is then wrong by C x l(x) k / 2, with l the spread of a line. x l(x) is at most 1/2 for a spread with one
   peak, 0.32 for an even disk. While an edge passes, errors of both signs cancel. What is left at the ends of a path of L
   photosites is at most k C e / (4 L), with e the mean distance of the spot's light from a line through its middle.
-- A blur radius R that changes over the picture by g photosites per photosite moves along with it. At the ends of a path the
-  spot is stretched by g L / (2 R), and the light is wrong as above.
 - Light that is sampled on a grid before it moves on: see `Accuracy.sampling_error`.
 """
 
@@ -27,16 +25,13 @@ class FixedBlur:
 
     samples_per_axis: samples of the light per photosite and axis that it gathers. contrast: of the scene's edges, as a share of
     the brightest light. spread_px: mean distance of a spot's light from a line through its middle [photosites].
-    sampling_error: of the samples, as a share of the brightest light. radius_slope: largest change of the blur radius
-    [photosites per photosite]. radius_px: least blur radius [photosites].
+    sampling_error: of the samples, as a share of the brightest light.
     """
 
     samples_per_axis: int
     contrast: float
     spread_px: float
     sampling_error: float = 0.0
-    radius_slope: float = 0.0
-    radius_px: float = 0.0
 
     def skew_error(self, skew_px: float, length_px: float) -> float:
         """Return the error of lines that open one after the other, as a share of the brightest light.
@@ -46,14 +41,6 @@ class FixedBlur:
         passed = 0.25 * self.spread_px / length_px if length_px > 0.0 else math.inf
         return self.contrast * skew_px * min(LEVER, passed)
 
-    def slope_error(self, length_px: float) -> float:
-        """Return the error of a radius that moves along, as a share of the brightest light; length_px: as above."""
-        if self.radius_slope == 0.0:
-            return 0.0
-        if self.radius_px <= 0.0:
-            return math.inf
-        return self.contrast * self.radius_slope / self.radius_px * min(LEVER * length_px, 0.25 * self.spread_px)
-
     def error(self, skew_px: float, length_px: float) -> float:
-        """Return the error of all three, as a share of the brightest light."""
-        return self.sampling_error + self.skew_error(skew_px, length_px) + self.slope_error(length_px)
+        """Return the error of both, as a share of the brightest light."""
+        return self.sampling_error + self.skew_error(skew_px, length_px)

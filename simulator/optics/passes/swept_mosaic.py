@@ -45,8 +45,9 @@ def swept_planes(optics: OpticsPlan, device: Device, planes: list[Buffer], windo
     channels, rows = optics.channels, over * window.height
     found = device.empty((channels, rows, over * window.width), np.float32)
     sweep = _Sweep(optics, device, planes, window, over, 1, 0.0)
-    for channel in range(channels):
-        sweep.add(found, channel * rows, channel)
+    together = channels if sweep.shares_paths else 1
+    for channel in range(0, channels, together):
+        sweep.add(found, channel * rows, channel, together)
     device.finish()  # the tables are freed on return
     return found
 
@@ -103,12 +104,25 @@ class _Sweep:
             np.add.at(steps, (row, span), sign)
         return (steps.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0).astype(np.uint8)
 
-    def add(self, mosaic: Buffer, mosaic_row: int, colour: int) -> None:
-        """Write the swept light of one colour, or of a colour filter, to `mosaic` from a row on."""
-        for number, (instants, tables) in enumerate(self.parts):
-            self._add(instants, tables, number, mosaic, mosaic_row, colour)
+    @property
+    def shares_paths(self) -> bool:
+        """Whether the colours of a span are read together, along a path that is computed once."""
+        return self.layers == 1 and self.optics.sweeps_rows and not self.plan.path.motion.is_at_rest(0)
 
-    def _add(self, instants: Instants, tables: list[_Table], number: int, mosaic: Buffer, mosaic_row: int, colour: int) -> None:
+    def add(self, mosaic: Buffer, mosaic_row: int, colour: int, colours: int = 1) -> None:
+        """Write the swept light of some colours from `colour` on, or of a colour filter, to `mosaic` from a row on."""
+        for number, (instants, tables) in enumerate(self.parts):
+            self._add(instants, tables, number, mosaic, mosaic_row, (colour, colours))
+
+    def _add(
+        self,
+        instants: Instants,
+        tables: list[_Table],
+        number: int,
+        mosaic: Buffer,
+        mosaic_row: int,
+        colours: tuple[int, int],
+    ) -> None:
         """Write the spans that no lamp passes (number 0) or that one passes (1); all, where places do not differ."""
         set_columns, rows = self.spans * SPAN, self.rows
         if self.layers > 1:
@@ -127,6 +141,7 @@ class _Sweep:
                     "COVERED": covered,
                     "AT_REST": at_rest,
                     "LAMPS": int(self.near_lamps is not None),
+                    "COLOURS": colours[1],
                 }
                 self.device.run(
                     self.device.kernel(table.kernel, defines, file=FILE),
@@ -144,7 +159,8 @@ class _Sweep:
                         "first_column": self.aligned - self.x,
                         "first_row": first_row,
                         "mosaic_row": mosaic_row,
-                        "colour": colour,
+                        "colour": colours[0],
+                        "plane_rows": self.rows,
                         "lamps": number,
                         "set_columns": set_columns,
                         "instants": instants.count,
