@@ -273,7 +273,7 @@ def needed_instants(length: PathLength, contrast: float, allowed: float, cut_off
     if edges < longest:  # instants may lie farther apart than photosites
         edges = min(longest, contrast / (2.0 * allowed + 0.5 * contrast / longest))
     texture = 2.0 * cut_off * longest if contrast > allowed else 0.0
-    return min(max(math.ceil(max(edges, texture) * (1.0 - 1e-6)), 1), MOST_INSTANTS)
+    return min(max(math.ceil(max(edges, texture) - 1e-9), 1), MOST_INSTANTS)
 
 
 def needed_cuts(contrast: float, allowed: float) -> int:
