@@ -49,16 +49,18 @@ from simulator.sensor.camera.camera import Camera, SpectralResponse, Window
 
 SHOT = Path(__file__).parent.parent / "configs" / "shots" / "grey_ramp.yaml"
 LENS = ThinLens(50.0, 1.4, focus_distance_m=2.0, cos4=False)
+DIFFRACTED = replace(LENS, f_number=16.0, diffraction=True)  # an Airy disk of 1.3 photosites in radius
 WAY_PX = (19.0, 6.245)  # 20 photosites
 BLUR_PX = (-5.0, 6.0)  # signed radii of the layers behind the lens
 ELECTRONS, PROBE_S = 2000.0, 1e-3  # of the brightest light; exposure at which it is looked at
 TOLERANCES = (1.0, 0.3, 0.1, 0.03)
 FRAMES = (4, 8, 16, 32, 64)
 DENSE = {False: 1024, True: 1 << 16}  # points of the reference: without and with a lens that blurs
+DENSE_SPOT = 1 << 22  # the same of one picture that is blurred, whose blur and path are one kernel
 MARGIN = 32  # photosites around the frame that peers see
 ASKED_ONE, ASKED_LAYERS, ASKED_ROLLING = 3.0, 8.0, 1.2
 
-METHODS = {"swept": "swept", "joint": "joint samples", "instants": "sum of instants"}
+METHODS = {"swept": "swept", "swept_first": "swept, then blurred", "joint": "joint samples", "instants": "sum of instants"}
 
 Read = Callable[[np.ndarray, float, float], np.ndarray]
 
@@ -145,10 +147,10 @@ def camera_of(width: int, height: int, bands: int) -> Camera:
     return replace(camera, cfa="MONO", color_matrix=None, response=SpectralResponse(wavelengths, np.ones((31, 1))))
 
 
-def moving_shot(held: Surfaces, bands: int, tolerance: float) -> Shot:
+def moving_shot(held: Surfaces, bands: int, tolerance: float, lens: ThinLens = LENS) -> Shot:
     """A shot in which the layers move, and the brightest light gives ELECTRONS."""
     height, width = held.light.shape[1:]
-    probe = Shot(scene_of(held, bands), LENS, Exposure(PROBE_S), camera_of(width, height, bands), tolerance=tolerance)
+    probe = Shot(scene_of(held, bands), lens, Exposure(PROBE_S), camera_of(width, height, bands), tolerance=tolerance)
     time_s = PROBE_S * ELECTRONS / plan(probe).optics.accuracy.electrons
     speeds = ((Speed(x / time_s, "px/s"), Speed(y / time_s, "px/s")) for x, y in held.ways_px)
     moves = {number: LayerMotion(speed) for number, speed in enumerate(speeds) if any(held.ways_px[number])}
@@ -278,12 +280,31 @@ def middle_of(width: int, height: int) -> Window:
     return Window((width - columns) // 2, (height - rows) // 2, columns, rows)
 
 
-def dense_truth(held: Surfaces, window: Window, points: int) -> np.ndarray:
+def swept_spot(radius_px: float, way_px: tuple[float, float], points: np.ndarray) -> np.ndarray:
+    """Weights (MARGIN * 2 + 1, alike) float64 of the pixels around a photosite in its light: blur and path of one picture.
+
+    points: (n, 3) of `points_of`. Each reads the picture bilinearly.
+    """
+    places = radius_px * points[:, 1::-1] - points[:, 2:] * np.array(way_px[::-1]) + MARGIN
+    corner, side = np.floor(places).astype(int), 2 * MARGIN + 1
+    part, found = places - corner, np.zeros(side * side)
+    for down in (0, 1):
+        for right in (0, 1):
+            weight = np.where(down, part[:, 0], 1.0 - part[:, 0]) * np.where(right, part[:, 1], 1.0 - part[:, 1])
+            found += np.bincount((corner[:, 0] + down) * side + corner[:, 1] + right, weight, side * side)
+    return found.reshape(side, side) / len(points)
+
+
+def dense_truth(held: Surfaces, window: Window) -> np.ndarray:
     """Mean over many points, float64, (rows, columns) of the window."""
     rows = slice(window.y, window.y + window.height + 2 * MARGIN)
     columns = slice(window.x, window.x + window.width + 2 * MARGIN)
     planes = [(light[rows, columns], coverage[rows, columns]) for light, coverage in held.padded(np.float64)]
-    return accumulate(planes, held.radius_px, held.ways_px, points_of(points, held.is_blurred, seed=77), by_slices)
+    if held.is_blurred and len(planes) == 1:
+        spot = swept_spot(held.radius_px[0], held.ways_px[0], points_of(DENSE_SPOT, True, seed=77))
+        return np.asarray(oaconvolve(planes[0][0], spot[::-1, ::-1], "valid"))
+    points = points_of(DENSE[held.is_blurred], held.is_blurred, seed=77)
+    return accumulate(planes, held.radius_px, held.ways_px, points, by_slices)
 
 
 def time_and_error(device: Device, megapixels: float, rounds: int) -> list[dict]:
@@ -300,7 +321,7 @@ def time_and_error(device: Device, megapixels: float, rounds: int) -> list[dict]
     here = slice(window.y, window.y + window.height), slice(window.x, window.x + window.width)
     rows = []
     for scene, held in scenes.items():
-        truth, frames = dense_truth(held, window, DENSE[held.is_blurred]), Frames(device, held)
+        truth, frames = dense_truth(held, window), Frames(device, held)
         frames.photosite()
         frames.numpy()
         found = turns(frames.runs, rounds)
@@ -370,22 +391,25 @@ def rolling(shot: Shot) -> Shot:
     return replace(shot, exposure=replace(shot.exposure, shutter=RollingShutter(shot.exposure.time_s)))
 
 
-def priced(megapixels: float, is_blurred: bool) -> Iterator[tuple[str, Surfaces, float]]:
-    """Name, layers and most time over rest of each scene whose price is measured."""
+def priced(megapixels: float, is_blurred: bool) -> Iterator[tuple[str, Surfaces, ThinLens, float]]:
+    """Name, layers, lens and most time over rest of each scene whose price is measured."""
     size, rest = frame_size(megapixels), (0.0, 0.0)
     for what, make in (("photograph", photographs), ("squares", squares)):
         if is_blurred:
-            yield f"{what}, two layers out of focus", surfaces(make(*size, 2), BLUR_PX, (WAY_PX, rest)), ASKED_LAYERS
+            one, two = make(*size, 1), make(*size, 2)
+            yield f"{what}, one path out of focus", surfaces(one, BLUR_PX[:1], (WAY_PX,)), LENS, ASKED_ONE
+            yield f"{what}, one path with diffraction", surfaces(one, (0.0,), (WAY_PX,)), DIFFRACTED, ASKED_ONE
+            yield f"{what}, two layers out of focus", surfaces(two, BLUR_PX, (WAY_PX, rest)), LENS, ASKED_LAYERS
         else:
-            yield f"{what}, one path", surfaces(make(*size, 1), (0.0,), (WAY_PX,)), ASKED_ONE
-            yield f"{what}, two layers", surfaces(make(*size, 2), (0.0, 0.0), (WAY_PX, rest)), ASKED_LAYERS
+            yield f"{what}, one path", surfaces(make(*size, 1), (0.0,), (WAY_PX,)), LENS, ASKED_ONE
+            yield f"{what}, two layers", surfaces(make(*size, 2), (0.0, 0.0), (WAY_PX, rest)), LENS, ASKED_LAYERS
 
 
 def price(megapixels: float, rounds: int, is_blurred: bool) -> tuple[list[dict], list[dict]]:
     """Time of moving shots beside the same at rest, and verdicts on processor time."""
     rows, verdicts = [], []
-    for name, held, asked in priced(megapixels, is_blurred):
-        moving = moving_shot(held, 3, 0.1)
+    for name, held, lens, asked in priced(megapixels, is_blurred):
+        moving = moving_shot(held, 3, 0.1, lens)
         tripod = replace(moving, motion=Motion(camera=SteadyMotion()))
         shots = {"at rest": replace(moving, motion=None), "on a tripod": tripod, "moving": moving, "rolling": rolling(moving)}
         still, same = (launches_of(shots[key]) for key in ("at rest", "on a tripod"))
@@ -443,7 +467,7 @@ def main() -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     sizes = {
         "error_photosites": frame_size(options.error_megapixels),
-        "reference_points": {"sharp": DENSE[False], "blurred": DENSE[True]},
+        "reference_points": {"sharp": DENSE[False], "one picture blurred": DENSE_SPOT, "blurred": DENSE[True]},
     }
     with atomic_write(options.out / "motion.json") as path:
         path.write_text(json.dumps(report.as_json() | sizes | {"rows": rows}, indent=1) + "\n", encoding="utf-8")

@@ -1,12 +1,12 @@
-// Light of a span of photosites of one row and colour at one instant of a moving image: displacements that are a parabola along the
-// span, rows of the scene that are blended first, then read along the row. A photosite is read as in photosite_area.h: the mean of a
-// fine scene over its open square (TAPS > 0), or a coarse scene bilinearly.
+// Light of a span of photosites of one row and colour, STEP photosites apart, at one instant of a moving image: displacements that are
+// a parabola along the span, rows of the scene that are blended first, then read along the row. A photosite is read as in
+// photosite_area.h: the mean of a fine scene over its open square (TAPS > 0), or a coarse scene bilinearly.
 #ifndef SWEPT_AREA_H
 #define SWEPT_AREA_H
 #include "plain_math.h"
 #include "photosite_area.h"
 #define SIDE (1.0f - 2.0f * INSET)
-
+#define REACH (0.5f * (float)(STEP * (SPAN - 1))) // from the middle of a span to its first and last photosite [photosites]
 // Displacement of the image over a row at an instant: dx = (x + x_slope X - shrink X^2) / (1 + shrink X), dy = (y + y_slope X) /
 // (1 + shrink X) at X photosites right of the pivot.
 struct view {
@@ -28,7 +28,7 @@ struct path {
 // middle: of the span [photosites from the pivot]. x, y: place on the sensor of that side or centre of a photosite in the middle.
 INLINE struct path path_of(const struct view view, const float middle, const float x, const float y, const struct projection p) {
     const float turn = view.shrink * middle, part = 1.0f - turn * (1.0f - turn * (1.0f - turn)); // 1 / (1 + turn)
-    const float bend = view.shrink * part, reach = (float)(SPAN - 1);
+    const float bend = view.shrink * part, reach = REACH;
     const float dx = (view.x + middle * (view.x_slope - view.shrink * middle)) * part;
     const float x_slope = (view.x_slope - 2.0f * view.shrink * middle) * part - bend * dx;
     const float dy = (view.y + middle * view.y_slope) * part, y_slope = view.y_slope * part - bend * dy;
@@ -77,7 +77,7 @@ INLINE void blend_rows(global const float *plane, const struct path path, const 
 // Read the photosites of a span from its blended row: value (SPAN).
 INLINE void read_blended(const float *blended, const struct path path, const struct projection p, float *value) {
     for (uint i = 0; i < SPAN; i++) {
-        const float r = (float)(int)(2 * i) - (float)(SPAN - 1), at = path.u + r * (path.u_slope + r * path.u_bend);
+        const float r = (float)(int)(STEP * i) - REACH, at = path.u + r * (path.u_slope + r * path.u_bend);
         const int wanted = (int)at, first = wanted < BUFFER - READS ? wanted : BUFFER - READS;
 #if TAPS
         const float side = p.scale * SIDE;

@@ -4,21 +4,30 @@
 #define SWEPT_EVEN_H
 
 INLINE void read_even(global const float *plane, const struct path path, const struct projection p, float *value) {
-    const float drift = path.u_slope - 1.0f, reach = (float)(SPAN - 1), even = path.u - reach;
+    const float drift = path.u_slope - 1.0f, reach = REACH, even = path.u - reach;
     const int first = whole(even + reach * (reach * path.u_bend - (drift < 0.0f ? -drift : drift)));
-    const float from = even - (float)first, low = path.v + path.v_slope * (float)first, step = 2.0f * path.v_slope;
+    const float from = even - (float)first, low = path.v + path.v_slope * (float)first, step = (float)STEP * path.v_slope;
     if (path.rows == 2u && from + reach * (reach * path.u_bend + (drift < 0.0f ? -drift : drift)) < 1.0f) { // 2 x 2 pixels each
         global const float *upper = plane + (size_t)clamped(path.row, p.scene_height) * p.scene_width + path.column + first;
         global const float *lower = plane + (size_t)clamped(path.row + 1, p.scene_height) * p.scene_width + path.column + first;
         const float down = low + path.v_slope * from;
         for (uint i = 0; i < SPAN; i++) {
-            const float r = (float)(int)(2 * i) - reach, at = from + r * (drift + r * path.u_bend);
-            const float above = upper[2 * i] + at * (upper[2 * i + 1] - upper[2 * i]);
-            const float below = lower[2 * i] + at * (lower[2 * i + 1] - lower[2 * i]);
+            const float r = (float)(int)(STEP * i) - reach, at = from + r * (drift + r * path.u_bend);
+            const float above = upper[STEP * i] + at * (upper[STEP * i + 1] - upper[STEP * i]);
+            const float below = lower[STEP * i] + at * (lower[STEP * i + 1] - lower[STEP * i]);
             value[i] = above + (down + step * (float)(int)i) * (below - above);
         }
         return;
     }
+#if STEP == 1
+    float pixels[SPAN + 2];
+    for (uint j = 0; j < SPAN + 2; j++) pixels[j] = 0.0f;
+    for (uint n = 0; n < path.rows; n++) {
+        global const float *line = plane + (size_t)clamped(path.row + (int)n, p.scene_height) * p.scene_width + path.column + first;
+        for (uint j = 0; j < SPAN + 2; j++)
+            pixels[j] += share_of((low - (float)(int)n) + path.v_slope * (float)(int)j, 0.0f) * line[j];
+    }
+#else
     float left[SPAN + 1], right[SPAN];
     for (uint i = 0; i < SPAN; i++) left[i] = right[i] = 0.0f;
     left[SPAN] = 0.0f;
@@ -31,10 +40,15 @@ INLINE void read_even(global const float *plane, const struct path path, const s
         }
         left[SPAN] += share_of((low - (float)(int)n) + step * SPAN, 0.0f) * line[2 * SPAN];
     }
+#endif
     for (uint i = 0; i < SPAN; i++) {
-        const float r = (float)(int)(2 * i) - reach, at = from + r * (drift + r * path.u_bend);
+        const float r = (float)(int)(STEP * i) - reach, at = from + r * (drift + r * path.u_bend);
         const float a = at < 1.0f ? 1.0f - at : 0.0f, c = at > 1.0f ? at - 1.0f : 0.0f;
+#if STEP == 1
+        value[i] = a * pixels[i] + ((1.0f - a) - c) * pixels[i + 1] + c * pixels[i + 2];
+#else
         value[i] = a * left[i] + ((1.0f - a) - c) * right[i] + c * left[i + 1];
+#endif
     }
 }
 

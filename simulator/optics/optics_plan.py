@@ -16,6 +16,7 @@ from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
 from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
 from simulator.optics.error_term import Skipped
+from simulator.optics.geometry.fixed_blur import DISK_SPREAD, FixedBlur
 from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, plan_motion
 from simulator.optics.geometry.projection import Projection, plan_projection
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
@@ -115,6 +116,11 @@ class OpticsPlan:
         if motion is None or motion.vectors is not None:
             return False
         return plain and motion.turns_slowly and motion.path.lines.axis != "columns"
+
+    @property
+    def sweeps_lamps_apart(self) -> bool:
+        """Whether places that lamps pass have more instants than others: where spans of one picture are swept."""
+        return self.motion is not None and self.motion.lamp_count > 0 and self.sweeps_rows and self.covering_layers == 1
 
     @property
     def channels(self) -> int:
@@ -411,33 +417,35 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
     """Return the plan with the motion of the image, unless it is invisible."""
     if not lens.forms_image:
         return replace(planned, motion_skipped=Skipped("without a lens there is no image that could move"))
-    accuracy, is_sharp = planned.accuracy, planned.defocus is None and planned.psf is None
-    scale = planned.projection.scale
+    accuracy, scale = planned.accuracy, planned.projection.scale
     edges, texture = (
         scene_detail(loaded, planned.weights, _electrons_per_radiance(lens, sensor), accuracy, quantile)
         for quantile in (BRIGHT, TYPICAL)
     )
     steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
     need = MotionNeed(
-        contrast=max(min(edges * max(scale, steepness), max(edges, 1.0)), steepness * accuracy.lamp_contrast),
+        contrast=min(edges * max(scale, steepness), max(edges, 1.0)),
         texture=texture * steepness,
         allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
         cut_off=0.5 * max(scale, steepness),
         border=max(edges, accuracy.lamp_contrast),
         sigma=accuracy.sigma,
+        lamps=steepness * accuracy.lamp_contrast,
     )
+    blur = _fixed_blur(planned, need.largest)
+    need = need.behind(_steepest_edge(planned.defocus))
     found: list[MotionPlan | None] = []
     joins = _can_join(planned, timing)
     is_layered, skipped = False, None
     for number, component in enumerate(timing.components):
         own = need.of_share(_seen_share(planned, number, len(timing.components), _electrons_per_radiance(lens, sensor)))
-        motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing.motion, component, own, is_sharp, joins)
+        motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing.motion, component, own, blur, joins)
         if isinstance(motion, Skipped):
             found.append(None)
             skipped = skipped or motion
             continue
         found.append(motion)
-        is_layered |= is_sharp and not motion.moves_alike
+        is_layered |= planned.defocus is None and not motion.moves_alike
     if all(motion is None for motion in found):
         return replace(planned, motion_skipped=skipped)
     if planned.deep_blur is not None:
@@ -449,6 +457,60 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
         scene = planned.scene
     flash = found[1] if len(found) > 1 else None
     return replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
+
+
+def _fixed_blur(planned: OpticsPlan, contrast: float) -> FixedBlur | str | None:
+    """Return what blurs the light of a moving scene alike at each instant; None: nothing blurs; a reason where it is not fixed.
+
+    contrast: of the scene's edges, as a share of the brightest light.
+    """
+    defocus, psf, accuracy = planned.defocus, planned.psf, planned.accuracy
+    if defocus is None and psf is None:
+        return None
+    if accuracy.tolerance == 0.0:
+        return "the reference runs the optics at each instant"
+    if psf is not None and psf.by_distance and len(psf.radii_px) > 1:
+        return "the point spread function depends on the distance"
+    if defocus is None:
+        assert psf is not None  # one of both blurs
+        return FixedBlur(psf.over, contrast, _spread_px(psf, planned.channels))
+    if len(planned.scene.layers) > 1:
+        return "surfaces behind one another are blurred each by its own radius"
+    radius = defocus.radii_px[0]
+    if isinstance(radius, np.ndarray):
+        return "the blur radius differs from place to place"
+    if psf is not None and psf.by_distance:
+        return FixedBlur(psf.over, contrast, _spread_px(psf, planned.channels))
+    grid = replace(accuracy, whole_pixels=0)  # what moves does not stay on the borders of pixels
+    size, scale = np.array(abs(radius)), planned.projection.scale
+    over = int(grid.samples_per_axis(size, size, scale))
+    sampling = float(grid.sampling_error(size, over, scale)) if grid.detail else 0.0
+    spread_px = DISK_SPREAD * abs(radius) + (0.0 if psf is None else _spread_px(psf, planned.channels))
+    return FixedBlur(over, contrast, spread_px, sampling)
+
+
+def _spread_px(psf: FieldPsf, channels: int) -> float:
+    """Return the mean distance of a kernel's light from a line through its middle, of the widest channel [photosites]."""
+    found = []
+    for channel in range(channels):
+        kernel = np.abs(psf.kernel(0, channel, False, psf.nodes[0] // 2, psf.nodes[1] // 2).sum(axis=0))
+        away = np.abs(np.arange(len(kernel)) - len(kernel) // 2)
+        found += [float((kernel.sum(axis=axis) * away).sum() / kernel.sum()) for axis in (0, 1)]
+    return max(found)
+
+
+def _steepest_edge(defocus: Defocus | None) -> float:
+    """Return the largest share of an edge that the light rises by over one photosite behind the blur, up to 1.
+
+    That is the longest chord of the pupil over its area.
+    """
+    if defocus is None:
+        return 1.0
+    least_px, area = min(least for least, _ in defocus.ranges_px), math.pi
+    if defocus.eyes is not None:
+        corner = defocus.eyes.open_fields(defocus.eyes.fields(0.0, 0.0)[None])[0]
+        area = defocus.eyes.pupil.area(corner)
+    return min(2.0 * defocus.pupil.corner_radius / (area * max(least_px, 1e-6)), 1.0)
 
 
 def _seen_share(planned: OpticsPlan, number: int, components: int, per_radiance: float) -> float:

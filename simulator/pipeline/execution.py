@@ -200,9 +200,14 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
     """Return the image of the scene in each photosite's own colour, as `expose` does, before lines collect their shares."""
     optics, layout, tiles = planned.optics, planned.sensor.readout, planned.tiles
     with timed("scene planes", device):
-        is_summed = optics.motion is not None and optics.motion.method != "swept"
-        part = None if is_summed else find_scene_part(_read_areas(planned))
+        is_summed = optics.motion is not None and optics.motion.method in ("joint", "instants")
+        part = None if is_summed else find_scene_part(_read_areas(planned, device))
         planes = [camera_planes(device, layer, optics.weights, optics.has_coverage, part) for layer in optics.scene.layers]
+    if optics.motion is not None and optics.motion.method == "swept_first":
+        from simulator.optics.passes.swept_light import sweep_light
+
+        with timed("motion", device):
+            optics, tiles, planes = sweep_light(optics, device, planes)
     if optics.motion is not None:
         from simulator.optics.passes.moving_mosaic import moving_mosaic
 
@@ -223,14 +228,18 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
     return mosaic
 
 
-def _read_areas(planned: Plan) -> list[tuple[Projection, Window]]:
+def _read_areas(planned: Plan, device: Device) -> list[tuple[Projection, Window]]:
     """Windows whose photosites see what is read of the scene, each with its projection."""
     optics = planned.optics
-    if optics.psf is None and optics.defocus is None:
+    if optics.motion is not None:
         window = optics.window
-        if optics.motion is not None:
-            window = optics.motion.seen_window(window)
-        return [(optics.projection, window)]
+        if optics.motion.method == "swept_first":
+            from simulator.optics.passes.swept_light import light_window
+
+            window = light_window(optics, device)
+        return [(optics.projection, optics.motion.seen_window(window))]
+    if optics.psf is None and optics.defocus is None:
+        return [(optics.projection, optics.window)]
     from simulator.optics.passes.read_areas import read_areas  # not needed for a sharp frame
 
     return read_areas(optics, planned.tiles)

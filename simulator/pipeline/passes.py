@@ -106,15 +106,17 @@ def passes_of(
     """
     projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles), _psf(optics))
     motion = _motion(optics, still)
-    if motion.kept:
+    is_first = optics.motion is not None and optics.motion.method == "swept_first"
+    if is_first:
+        projection = replace(projection, method="part of the motion")
+    elif motion.kept:
         projection, defocus, psf = (
             Pass(one.name, False, "part of the motion, at each instant" if one.kept else one.method) for one in still
         )
     sampling = (_scene_planes(optics), projection)
+    blur = (motion, defocus, psf) if is_first else (defocus, psf, motion)
     image = (
-        defocus,
-        psf,
-        motion,
+        *blur,
         _skippable("veiling glare", optics.veiling_glare is not None, optics, "even light added", "the lens scatters no light"),
         _optical_crosstalk(optics, sensor),
         _optical_black(optics, sensor),
@@ -244,25 +246,34 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
         cost = LAUNCH_MS + motion.count * sum(one.cost_ms for one in still)  # each over the lines that it lights
         told = ", ".join(f"{one.name} ({one.method})" for one in still if one.kept)
         memory = 8 * pixels + sum(one.memory_bytes for one in still)
-        return Pass(name, True, f"sum of the image at {count} instants: {told}", pixels, memory, error, cost)
+        why = f", since {motion.reason}" if motion.reason else ""
+        return Pass(name, True, f"sum of the image at {count} instants{why}: {told}", pixels, memory, error, cost)
     if motion.method == "joint":
         blur = COST_NS["moving points"] * len(motion.path.motion.surfaces)
         method = "with the blur: each point of the aperture carries an instant"
         return Pass(name, True, method, pixels, 8 * pixels, error, _ms(pixels, blur))
-    projection, layers = optics.projection, optics.covering_layers
+    projection, layers, before = optics.projection, optics.covering_layers, ""
+    if not optics.sweeps_lamps_apart:
+        motion = motion.with_lamps_everywhere()
+    if motion.blur is not None:  # all colours of all samples
+        pixels *= optics.channels * motion.blur.samples_per_axis**2
+        before = ", in all colours before the blur, which is the same at each instant"
     if motion.vectors is not None:
         cost = _ms(pixels * motion.count, COST_NS["sweep by vector"])
-        method = f"swept by the velocity of each pixel: {motion.count} instants on each line"
+        method = f"swept by the velocity of each pixel: {motion.count} instants on each line{before}"
         return Pass(name, True, method, pixels, 4 * pixels + 12 * optics.scene.planes[..., 0].size, error, cost)
     key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
     if optics.sweeps_rows:
         key, reads = "sweep", max(projection.taps(1.0), 2) / 2
         if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:
             key = "even sweep"
-    planes = 2 * layers - 1
-    method = f"{motion.count} instants on each line, {layers} layers" if layers > 1 else f"{motion.count} instants on each line"
+    planes, method = 2 * layers - 1, f"{motion.count} instants on each line"
+    if layers > 1:
+        method += f", {layers} layers"
+    if motion.lamp_count:
+        method += f", {motion.lamp_count} where lamps pass"
     cost = _ms(pixels * motion.count * planes * reads, COST_NS[key])
-    return Pass(name, True, f"swept along its path: {method}", pixels, 4 * pixels, error, cost)
+    return Pass(name, True, f"swept along its path: {method}{before}", pixels, 4 * pixels, error, cost)
 
 
 def _psf(optics: OpticsPlan) -> Pass:

@@ -63,6 +63,7 @@ SHOTS = {
     "pinhole": shot_of(lens=Pinhole(0.2, 50.0, diffraction=False), depth_m=2.0),
     "sharp": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=()),
     "swept": shot_of(lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=(), motion=PAN),
+    "swept, then blurred": shot_of(lens=IDEAL, depth_m=5.0, camera=small_camera(16, 12), truth=(), motion=PAN, tolerance=10.0),
     "blurred at each instant": shot_of(lens=IDEAL, camera=small_camera(16, 12), truth=(), motion=PAN, tolerance=10.0),
     "rolling shutter under a flickering lamp": shot_of(
         lens=IDEAL, depth_m=2.0, camera=small_camera(cfa="RGGB"), truth=(), exposure=ROLLING

@@ -29,6 +29,7 @@ CASES = [
     "sharp MONO moving rolling",
     "layers MONO moving",
     "one depth MONO moving",
+    "one depth RGGB window moving",
     "rays",
     "fine",
     "wide",

@@ -104,6 +104,15 @@ class TimedPath:
         """Largest distance of the image from that at rest, while any line is open [photosites]."""
         return float(np.linalg.norm(self.displacement_px, axis=-1).max(initial=0.0))
 
+    @property
+    def skew_px(self) -> float:
+        """Largest way of an image from one line of the sensor to the next [photosites]; 0 where all are open at once."""
+        lines = self.lines
+        if lines.is_common or len(lines.opens_s) < 2:
+            return 0.0
+        speed = float(self.steps_px.max(initial=0.0)) / float(self.times_s[1] - self.times_s[0])
+        return speed * max(float(np.abs(np.diff(one)).max()) for one in (lines.opens_s, lines.closed_s))
+
     def _cumulated(self, steps: np.ndarray, times_s: np.ndarray) -> np.ndarray:
         """Sum of steps, one for each cell, up to some times."""
         return np.interp(times_s, self.times_s, np.concatenate([[0.0], np.cumsum(steps)]))

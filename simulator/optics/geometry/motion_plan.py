@@ -13,6 +13,7 @@ from simulator.exposure.exposed_light import LightComponent
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMoves
 from simulator.optics.error_term import Skipped
+from simulator.optics.geometry.fixed_blur import FixedBlur
 from simulator.optics.geometry.image_motion import ImageMotion, LayerPath, Surface, plan_geometry
 from simulator.optics.geometry.instants import (
     Instants,
@@ -37,7 +38,7 @@ MOST_NODES = 16384  # instants that the lines of a rolling shutter share
 MOST_TILT = 0.01  # rows per column of the picture up to which rows are blended before columns
 MOST_STRETCH = 0.04  # change of scale up to which a span of photosites reads a stated number of scene pixels
 
-MotionMethod = Literal["swept", "joint", "instants"]
+MotionMethod = Literal["swept", "swept_first", "joint", "instants"]
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,7 @@ class MotionNeed:
     texture: standard deviation of the scene's differences over one photosite, as a share of the brightest light.
     border: contrast of neighbouring pixels of the scene, as a share of the brightest light, where one covers the other.
     sigma: one standard deviation of the noise, as a share of the brightest light.
+    lamps: contrast of the scene's lamps, as `contrast`, which does not hold them.
     """
 
     contrast: float
@@ -73,10 +75,26 @@ class MotionNeed:
     cut_off: float
     border: float
     sigma: float
+    lamps: float = 0.0
+
+    @property
+    def largest(self) -> float:
+        """Contrast of all edges, with those of lamps."""
+        return max(self.contrast, self.lamps)
 
     def of_share(self, share: float) -> Self:
         """Return the need of a part of the light whose edges are weaker by a factor."""
-        return replace(self, contrast=share * self.contrast, texture=share * self.texture, border=share * self.border)
+        names = "contrast", "texture", "border", "lamps"
+        return replace(self, **{name: share * getattr(self, name) for name in names})
+
+    def behind(self, steepest: float) -> Self:
+        """Return the need behind a blur, where the light of an edge rises by no more than this share of it per photosite.
+
+        The spread of a line has one peak, so its spectrum falls at least as the peak over pi times the frequency. A wave that
+        is seen by less than what is allowed needs no instants.
+        """
+        cut_off = min(self.cut_off, 0.5 * self.contrast * steepest / (math.pi * self.allowed))
+        return replace(self.of_share(steepest), border=self.border, cut_off=cut_off)
 
     def contrast_along(self, length_px: float) -> float:
         """Return the contrast of the edge that is wrong by as much as all edges of a path of this length [photosites].
@@ -91,11 +109,14 @@ class MotionNeed:
 class MotionPlan:
     """How the image of a scene that moves is computed.
 
-    method: "swept": one kernel gathers each photosite along its path. "joint": the points of the aperture that sample the blur
-        carry instants. "instants": the optics are run at each instant.
+    method: "swept": one kernel gathers each photosite along its path. "swept_first": the same for the light before a blur,
+        which is computed once. "joint": the points of the aperture that sample the blur carry instants. "instants": the
+        optics are run at each instant.
     path: of the images of all surfaces under the shutter. length: of the longest. count: instants of each line.
     error: predicted, as a share of the brightest light. moves_alike: whether the images of all surfaces move as one.
-    vectors: velocities of the pixels of a scene of one picture, for the method "swept"; None: pixels do not move by themselves.
+    vectors: velocities of the pixels of a scene of one picture that is swept; None: pixels do not move by themselves.
+    blur: what follows the method "swept_first"; None: another method. reason: why no cheaper method was taken; "": none is.
+    lamp_count: instants of each line where lamps pass, if that is more than `count`; 0: it is not.
     """
 
     method: MotionMethod
@@ -105,6 +126,9 @@ class MotionPlan:
     error: float
     moves_alike: bool
     vectors: PixelVectors | None = None
+    blur: FixedBlur | None = None
+    reason: str = ""
+    lamp_count: int = 0
 
     @property
     def is_common(self) -> bool:
@@ -119,19 +143,39 @@ class MotionPlan:
         count = math.ceil(self.count * span_s / max(open_s, 1e-12) - 1e-9)
         return self.path.even_nodes(min(max(count, 1), MOST_NODES))
 
-    def instants(self, lines: range) -> Instants:
-        """Return the instants of some lines of the sensor; beyond its border, those of the line at the border."""
-        own = self.path.lines
-        if own.axis == "all":
-            return self.path.instants(self.count)
-        place = np.clip(np.array(lines), 0, len(own.peak) - 1)
-        return self.path.of_lines(place).instants(self.count)
+    def instants(self, lines: range, count: int | None = None) -> Instants:
+        """Return the instants of some lines of the sensor; beyond its border, those of the line at the border.
 
-    def window_instants(self, window: Window) -> Instants:
-        """Return the instants of the lines of a window of the sensor."""
+        count: of each line; None: as planned.
+        """
+        own, count = self.path.lines, count or self.count
+        if own.axis == "all":
+            return self.path.instants(count)
+        place = np.clip(np.array(lines), 0, len(own.peak) - 1)
+        return self.path.of_lines(place).instants(count)
+
+    def window_instants(self, window: Window, count: int | None = None) -> Instants:
+        """Return the instants of the lines of a window of the sensor; count: as of `instants`."""
         columns = self.path.lines.axis == "columns"
         first, size = (window.x, window.width) if columns else (window.y, window.height)
-        return self.instants(range(first, first + size))
+        return self.instants(range(first, first + size), count)
+
+    def with_lamps_everywhere(self) -> Self:
+        """Return the plan in which every place has the instants of lamps."""
+        return replace(self, count=max(self.count, self.lamp_count), lamp_count=0)
+
+    def seen_at(self, places_px: np.ndarray, steps: int = 65) -> np.ndarray:
+        """Return the least and greatest x and y on the sensor where places at rest are seen, (places, 4) [photosites].
+
+        places_px: (places, 2) from the sensor's upper left corner, of the nearest surface.
+        """
+        motion = self.path.motion
+        centre = 0.5 * np.array([motion.geometry.width_px, motion.geometry.height_px])
+        poses = self.path.poses[np.unique(np.linspace(0, len(self.path.poses) - 1, steps).astype(int))]
+        back = np.linalg.inv(motion.homographies(poses, 0))
+        found = np.column_stack([places_px - centre, np.ones(len(places_px))]) @ np.swapaxes(back, -1, -2)
+        seen = found[..., :2] / found[..., 2:] + centre
+        return np.column_stack([seen.min(axis=0), seen.max(axis=0)])[:, [0, 2, 1, 3]]
 
     def seen_window(self, window: Window) -> Window:
         """Return photosites at rest that see all that the photosites of a window see on their paths."""
@@ -166,13 +210,14 @@ def plan_motion(
     moving: Motion,
     component: LightComponent,
     need: MotionNeed,
-    is_sharp: bool,
+    blur: FixedBlur | str | None = None,
     can_join: bool = False,
 ) -> MotionPlan | Skipped:
     """Plan the motion of a frame in the light of one component; why, where none is computed.
 
-    is_sharp: whether each photosite sees one place of each surface, without blur. can_join: whether the optics allow the method
-    "joint", which is taken where surfaces move apart or by their depth, or lie behind one another.
+    blur: None: each photosite sees one place of each surface, without blur; a reason: why the blur is not fixed. can_join:
+    whether the optics allow the method "joint", which is taken where surfaces move apart or by their depth, or lie behind one
+    another.
     Raises PhotositeError for motion that the scene or the paths do not allow, and for depth that no method holds.
     """
     layers = scene.layers
@@ -185,10 +230,10 @@ def plan_motion(
     motion = ImageMotion(geometry, surfaces, moving.camera, drifts_px)
     path = TimedPath(motion, component.lit_openings(), component.release_s, component.curve.brightness)
     farthest = path.farthest_px
-    if need.contrast * farthest <= need.allowed:
+    if need.largest * farthest <= need.allowed:
         if farthest < SAME_PLACE_PX:
             return Skipped("nothing moves")
-        sigma = need.contrast * farthest / need.sigma
+        sigma = need.largest * farthest / need.sigma
         return Skipped(f"the image moves by up to {farthest:.2g} photosites, {sigma:.2g} sigma", sigma)
     length = path.length
     contrast = need.contrast_along(length.longest_px)
@@ -196,14 +241,30 @@ def plan_motion(
     tears = vectors is not None and vectors.tears(*(path.start_s + path.times_s[[0, -1]]))
     if tears:
         count = max(count, needed_cuts(need.border, need.allowed))
+    lamp_count = needed_instants(length, need.lamps, need.allowed, 0.0)
     error = max(instants_error(count, length, contrast), cut_error(count, need.border) if tears else 0.0)
+    if lamp_count > count:
+        error = max(error, instants_error(lamp_count, length, need.lamps))
+    else:
+        lamp_count = 0
+    everywhere = max(count, lamp_count)
+    if vectors is not None:
+        count, lamp_count = everywhere, 0
     alike, deep = vectors is None and _moves_alike(path), _shifted_by_depth(path)
-    if is_sharp and deep is None:
-        return MotionPlan("swept", path, length, count, error, alike, vectors)
+    if blur is None and deep is None:
+        return MotionPlan("swept", path, length, count, error, alike, vectors, lamp_count=lamp_count)
+    reason = blur if isinstance(blur, str) else ""
+    if isinstance(blur, FixedBlur):
+        fixed = blur.error(path.skew_px, length.longest_px)
+        reason = f"swept first it would be wrong by {fixed / need.allowed:.2g} times the tolerance"
+        can_sweep = deep is None and (vectors is None or blur.samples_per_axis == 1)
+        if can_sweep and fixed <= need.allowed:
+            total = error + fixed
+            return MotionPlan("swept_first", path, length, count, total, alike, vectors, blur, lamp_count=lamp_count)
     if moving.vectors is not None:
-        raise PhotositeError(_why_no_vectors(is_sharp), key="motion.vectors", value=moving.vectors.image)
+        raise PhotositeError(_why_no_vectors(blur is None), key="motion.vectors", value=moving.vectors.image)
     if can_join and not (alike and deep is None and len(layers) == 1):
-        return MotionPlan("joint", path, length, count, error, alike)
+        return MotionPlan("joint", path, length, everywhere, error, alike)
     if deep is not None:
         raise PhotositeError(
             f"moves the image of layer {deep} by its distance, which differs from pixel to pixel; turn the camera "
@@ -216,7 +277,7 @@ def plan_motion(
             "all is sharp",
             key="motion",
         )
-    return MotionPlan("instants", path, length, count, error, alike)
+    return MotionPlan("instants", path, length, everywhere, error, alike, reason=reason)
 
 
 def _why_no_vectors(is_sharp: bool) -> str:
@@ -277,12 +338,13 @@ def pose_numbers(plan: MotionPlan, homographies: np.ndarray) -> np.ndarray:
     return np.stack([x, y, *across, *down, h[..., 2, 0], h[..., 2, 1]], axis=-1)
 
 
-def row_views(plan: MotionPlan, homographies: np.ndarray, rows: range) -> dict[str, np.ndarray]:
+def row_views(plan: MotionPlan, homographies: np.ndarray, y_px: np.ndarray) -> dict[str, np.ndarray]:
     """Return the displacement over rows of the sensor at their instants, fields of `struct view` (kernels/swept_area.h).
 
-    homographies: (rows or 1, instants, 3, 3). Each field is (rows, instants) float64.
+    homographies: (rows or 1, instants, 3, 3). y_px: (rows,) of the rows' middles from the sensor's corner [photosites]. Each
+    field is (rows, instants) float64.
     """
-    y = (np.array(rows) + 0.5 - 0.5 * plan.path.motion.geometry.height_px)[:, None]
+    y = (y_px - 0.5 * plan.path.motion.geometry.height_px)[:, None]
     numbers = np.moveaxis(pose_numbers(plan, homographies)[..., 2:], -1, 0)
     x0, xx, xy, y0, yx, yy, right, down = numbers
     along = 1.0 + down * y

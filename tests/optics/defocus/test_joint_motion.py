@@ -249,7 +249,7 @@ def test_rays_meet_one_picture_that_moves():
 
 
 def test_layers_that_move_apart_are_planned_as_joint_samples():
-    """The same picture as from hand-made paths, its error told, and rotation of one layer alone left to its instants."""
+    """The same picture as from hand-made paths, its error told, and one layer alone swept before it is blurred."""
     case, way_px = bars_before_a_wall(-4.0, 3.0), (12.0, 3.0)
     shot = case_shot(case)
     time_s = shot.exposure.time_s
@@ -262,7 +262,7 @@ def test_layers_that_move_apart_are_planned_as_joint_samples():
     assert np.abs(z_scores(moving_picture(case, planned), expected, 2000.0)).max() < 0.01
     flat = dataclasses.replace(case, colour=case.colour[1:], coverage=case.coverage[1:], radius_px=case.radius_px[1:])
     turned = dataclasses.replace(case_shot(flat), motion=Motion(camera=SteadyMotion(roll_deg_per_s=5.0 / time_s)))
-    assert plan(turned).optics.motion.method == "instants"
+    assert plan(turned).optics.motion.method == "swept_first"
 
 
 def test_a_stopped_down_picture_with_depth_shows_its_parallax():

@@ -184,11 +184,27 @@ def test_explain_says_what_covers_what(moved):
     assert "velocity of each pixel" in next(one.method for one in planned.passes if one.name == "motion")
 
 
+@pytest.mark.parametrize(
+    ("lens", "depth_m"), [(LENS, 2.0), (replace(LENS, f_number=64.0, diffraction=True), np.inf)], ids=["defocus", "diffraction"]
+)
+def test_behind_a_blur_pixels_of_one_velocity_move_as_a_layer_does(moved, lens, depth_m):
+    """The light of all colours is swept before the blur."""
+    picture = texture()[..., None] * np.array([1.0, 0.7, 0.4])
+    camera = small_camera(WIDTH, HEIGHT, cfa="RGGB", pixel_pitch_um=40.0)
+    shot = moved(picture, uniform(picture[..., 0], 1500.0, 400.0), depth_m, camera=camera, lens=lens)
+    planned = plan_moving(shot)
+    assert planned.optics.motion.method == "swept_first" and planned.optics.motion.vectors is not None
+    layer = replace(shot, motion=Motion(layers={0: LayerMotion((Speed(1500.0, "px/s"), Speed(400.0, "px/s")))}))
+    expected, allowed = moving_light(plan_moving(layer)), planned.optics.motion.error
+    assert np.quantile(np.abs(moving_light(planned) - expected), 0.99) < 2.0 * allowed + 1e-4
+    assert np.abs(expected - moving_light(plan_moving(replace(layer, motion=Motion(camera=SteadyMotion()))))).max() > 0.1
+
+
 def test_what_no_pass_moves_is_refused(moved):
     picture = texture()
-    with pytest.raises(PhotositeError, match=r"motion.vectors = .*vectors.npy: moves pixels one by one, which no pass"):
-        plan(moved(picture, square_field(1500.0), 2.0))
     depth_m = np.linspace(900.0, 2000.0, WIDTH * HEIGHT).reshape(HEIGHT, WIDTH).astype(np.float32)
+    with pytest.raises(PhotositeError, match=r"motion.vectors = .*vectors.npy: moves pixels one by one, which no pass"):
+        plan(moved(picture, square_field(1500.0), 0.004 * depth_m))
     with pytest.raises(PhotositeError, match=r"vectors.npy: moves pixels of a picture with a depth map"):
         plan(moved(picture, square_field(1500.0), depth_m, path=SteadyMotion(right_m_per_s=800.0)))
     with pytest.raises(PhotositeError, match=r"motion.vectors.unit = m/s: is in metres, but the scene has no distance"):

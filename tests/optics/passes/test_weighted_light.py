@@ -67,9 +67,9 @@ def mean_of_poses(planned: Plan, motion: MotionPlan, count: int) -> np.ndarray:
     ids=["defocus", "diffraction"],
 )
 def test_motion_behind_a_lens_that_blurs_is_the_mean_of_blurred_images(lens):
-    planned = plan_moving(shot_of(lens, 1.0))
+    planned = as_instants(plan_moving(shot_of(lens, 1.0)))
     motion = planned.optics.motion
-    assert motion.method == "instants" and 2 <= motion.count < 60
+    assert 2 <= motion.count < 60
     truth = mean_of_poses(planned, motion, motion.count + 30)
     allowed = planned.optics.accuracy.allowed
     assert np.abs(moving_light(planned) - truth).max() < 1.5 * allowed
@@ -99,7 +99,7 @@ def test_distortion_comes_before_the_pose():
 
 
 def test_a_crop_has_the_bits_of_the_frame():
-    planned = plan_moving(shot_of(ThinLens(50.0, 2.0, 20.0, cos4=False), 5.0), rolling(HEIGHT, 0.01, 1e-3))
+    planned = as_instants(plan_moving(shot_of(ThinLens(50.0, 2.0, 20.0, cos4=False), 5.0), rolling(HEIGHT, 0.01, 1e-3)))
     crop = replace(planned, optics=replace(planned.optics, window=Window(9, 5, 40, 17)))
     assert np.array_equal(moving_light(crop), moving_light(planned)[5:22, 9:49])
 

@@ -1,0 +1,191 @@
+"""Motion before a blur that is the same at each instant: swept once, blurred once, against float64 and the sum of instants."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+from helpers.moving_frame import moving_light, plan_moving, rolling
+from helpers.scene_builders import band_scene
+from scipy.ndimage import map_coordinates
+from scipy.signal import fftconvolve
+
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.motion import Motion
+from simulator.exposure.object_motion import LayerMotion, Speed
+from simulator.exposure.settings import Exposure
+from simulator.optics.lens.distortion import Distortion
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import Plan
+from simulator.pipeline.shot import Shot
+from simulator.scene.scene import Layer
+from simulator.sensor.camera.camera import Window
+
+WIDTH, HEIGHT, PITCH_UM, TIME_S = 96, 64, 40.0, 0.01
+# The brightest light gives some 2000 e-.
+BLURRED, SHARP = ThinLens(50.0, 1.4, 2.0, cos4=False, transmittance=4.7e-4), ThinLens(50.0, 8.0, cos4=False)
+DIFFRACTED = replace(SHARP, f_number=64.0, diffraction=True)
+SWUNG = SteadyMotion(pan_deg_per_s=60.0, tilt_deg_per_s=20.0, roll_deg_per_s=20.0)
+WAY_PX = (10.0, 3.25)
+
+
+def squares(width: int = WIDTH, height: int = HEIGHT) -> np.ndarray:
+    coarse = np.random.default_rng(3).random((-(-height // 4), -(-width // 4)))
+    return 0.05 + 0.9 * np.kron(coarse, np.ones((4, 4)))[:height, :width]
+
+
+def shot_of(lens, motion, picture=None, depth_m=5.0, cfa="MONO", tolerance=0.1, **scene) -> Shot:
+    picture = squares() if picture is None else picture
+    planes = picture if cfa == "MONO" else picture[..., None] * np.array([1.0, 0.7, 0.4])
+    camera = small_camera(WIDTH, HEIGHT, cfa=cfa, pixel_pitch_um=PITCH_UM)
+    return Shot(band_scene(planes, depth_m, **scene), lens, Exposure(TIME_S), camera, motion=motion, tolerance=tolerance)
+
+
+def across(way_px: tuple[float, float]) -> Motion:
+    """The only layer moves by a way to the right and down in the exposure [scene px]."""
+    return Motion(layers={0: LayerMotion((Speed(way_px[0] / TIME_S, "px/s"), Speed(way_px[1] / TIME_S, "px/s")))})
+
+
+def as_instants(planned: Plan, count: int | None = None) -> Plan:
+    motion = planned.optics.motion
+    summed = replace(motion, method="instants", count=count or motion.count)
+    return replace(planned, optics=replace(planned.optics, motion=summed))
+
+
+def swept_disk(radius_px: float, way_px: tuple[float, float]) -> np.ndarray:
+    """Weights of a picture's pixels in a photosite's light: an even disk along a path, read bilinearly, by 16 million rays."""
+    side = (np.arange(256) + 0.5) / 128.0 - 1.0
+    x, y = (one[np.hypot(*np.meshgrid(side, side)) < 1.0] for one in np.meshgrid(side, side))
+    found, middle = np.zeros((81, 81)), 40
+    for share in (np.arange(256) + 0.5) / 256:
+        u, v = (middle + radius_px * place - share * way for place, way in ((x, way_px[0]), (y, way_px[1])))
+        column, row = np.floor(u).astype(int), np.floor(v).astype(int)
+        for right in (0, 1):
+            for down in (0, 1):
+                weight = np.abs(1 - right - (u - column)) * np.abs(1 - down - (v - row))
+                found += np.bincount((row + down).ravel() * 81 + (column + right).ravel(), weight.ravel(), 81 * 81).reshape(
+                    81, 81
+                )
+    return found / found.sum()
+
+
+def z_scores(planned: Plan, found: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Deviations in units of the noise at the brightest light."""
+    return (found - truth) / (0.95 * planned.optics.accuracy.sigma)
+
+
+def test_a_picture_out_of_focus_that_moves_is_within_the_tolerance_of_float64():
+    planned = plan_moving(shot_of(BLURRED, across(WAY_PX)))
+    motion, radius = planned.optics.motion, planned.optics.defocus.radii_px[0]
+    assert motion.method == "swept_first" and motion.blur.error(motion.path.skew_px, motion.length.longest_px) == 0.0
+    spot = swept_disk(radius, WAY_PX)
+    truth = fftconvolve(np.pad(squares(), 40, "edge"), spot[::-1, ::-1], "valid")
+    z = z_scores(planned, moving_light(planned), truth)
+    assert np.quantile(np.abs(z), 0.999) < 0.1
+    still = z_scores(planned, moving_light(plan_moving(shot_of(BLURRED, across((0.5, 0.0))))), truth)
+    assert np.quantile(np.abs(still), 0.999) > 3.0  # that the motion is seen at all
+
+
+@pytest.mark.parametrize("lens", [BLURRED, replace(SHARP, transmittance=0.01)], ids=["defocus", "sharp"])
+def test_a_lamp_draws_its_path_evenly_by_its_own_instants(lens):
+    """One pixel of 500 times the light around: a streak without dots, and no more instants elsewhere than without it."""
+    picture = squares()
+    without = plan_moving(shot_of(lens, across((16.3, 5.6)), picture)).optics.motion
+    picture[32, 30] = 500.0
+    planned = plan_moving(shot_of(lens, across((16.3, 5.6)), picture), rolling(HEIGHT, TIME_S, 1e-7))
+    motion = planned.optics.motion
+    assert motion.lamp_count > 3 * motion.count and motion.count <= 1.1 * without.count
+    found = moving_light(planned)
+    few, many = (replace(motion, count=count, lamp_count=0) for count in (motion.count, 3 * motion.lamp_count))
+    coarse, dense = (moving_light(replace(planned, optics=replace(planned.optics, motion=one))) for one in (few, many))
+    noise = planned.optics.accuracy.sigma * np.sqrt(np.maximum(dense / 0.95, 0.1))
+    error, without_them = (float((np.abs(light - dense) / noise).max()) for light in (found, coarse))
+    assert error < 0.1 and without_them > 0.1
+    crop = replace(planned, optics=replace(planned.optics, window=Window(17, 25, 40, 19)))
+    assert np.array_equal(moving_light(crop), found[25:44, 17:57])
+
+
+@pytest.mark.parametrize("cfa", ["MONO", "RGGB"])
+@pytest.mark.parametrize(
+    ("lens", "scale"),
+    [
+        (BLURRED, 1.0),
+        (replace(BLURRED, distortion=Distortion(k1=-0.1, unit="half_diagonal")), 0.6),
+        (DIFFRACTED, 1.0),
+    ],
+    ids=["defocus", "distortion", "diffraction"],
+)
+def test_blur_and_mean_over_time_change_places(lens, scale, cfa):
+    """The same instants, each behind the optics and then summed, or summed and then behind the optics once."""
+    picture = squares(round(scale * WIDTH), round(scale * HEIGHT))
+    planned = plan_moving(shot_of(lens, Motion(camera=SWUNG), picture, cfa=cfa, tolerance=1.0))
+    assert planned.optics.motion.method == "swept_first"
+    expected = moving_light(as_instants(planned))
+    assert np.abs(moving_light(planned) - expected).max() < 2e-3 * expected.max()
+
+
+def test_a_fine_scene_is_swept_on_samples_of_the_photosites():
+    planned = plan_moving(shot_of(BLURRED, Motion(camera=SWUNG), squares(2 * WIDTH, 2 * HEIGHT), tolerance=1.0))
+    motion = planned.optics.motion
+    assert motion.method == "swept_first" and motion.blur.samples_per_axis in (1, 2, 4)
+    z = z_scores(planned, moving_light(planned), moving_light(as_instants(planned, 2 * motion.count)))
+    assert np.quantile(np.abs(z), 0.999) < 1.0
+
+
+@pytest.mark.parametrize("lens", [BLURRED, DIFFRACTED], ids=["defocus", "diffraction"])
+def test_lines_at_their_own_times_are_wrong_by_less_than_their_law(lens):
+    """Rows that open one after the other, before a spot that their skew would shear."""
+    lines = rolling(HEIGHT, TIME_S, 2e-6)
+    planned = plan_moving(shot_of(lens, across(WAY_PX), tolerance=0.5), lines)
+    motion = planned.optics.motion
+    error = motion.blur.skew_error(motion.path.skew_px, motion.length.longest_px)
+    assert motion.method == "swept_first" and 0.0 < error
+    truth = moving_light(as_instants(planned, 3 * motion.count))
+    assert np.abs(moving_light(planned) - truth).max() < 0.95 * motion.error + 1e-4
+    skewed = plan_moving(shot_of(lens, across(WAY_PX), tolerance=0.05), rolling(HEIGHT, TIME_S, 1e-3))
+    assert skewed.optics.motion.method == "instants" and "swept first it would be wrong by" in skewed.optics.motion.reason
+
+
+@pytest.mark.parametrize("lens", [BLURRED, DIFFRACTED], ids=["defocus", "diffraction"])
+@pytest.mark.parametrize("scale", [0.6, 2.0])
+def test_a_crop_has_the_bits_of_the_frame(lens, scale):
+    picture = squares(round(scale * WIDTH), round(scale * HEIGHT))
+    shot = shot_of(lens, Motion(camera=SWUNG), picture, cfa="RGGB", tolerance=2.0)
+    planned = plan_moving(shot, rolling(HEIGHT, TIME_S, 1e-7))
+    assert planned.optics.motion.method == "swept_first"
+    crop = replace(planned, optics=replace(planned.optics, window=Window(17, 5, 40, 31)))
+    assert np.array_equal(moving_light(crop), moving_light(planned)[5:36, 17:57])
+
+
+def test_layers_that_move_apart_behind_a_point_spread_function_are_swept_before_it():
+    """Each instant composited in float64, then behind the lens as a picture at rest; the mean of those."""
+    coverage = np.zeros((HEIGHT, WIDTH), np.float32)
+    coverage[16:44, 20:50] = 1.0
+    near, far = squares()[::-1] * coverage, squares()
+    behind = (Layer(far[..., None].astype(np.float32), 4000.0),)
+    shot = shot_of(DIFFRACTED, across(WAY_PX), near, 3000.0, coverage=coverage, behind=behind, tolerance=1.0)
+    planned = plan_moving(shot)
+    motion = planned.optics.motion
+    assert motion.method == "swept_first" and not motion.moves_alike
+    still = replace(shot, motion=Motion(camera=SteadyMotion()))
+    y, x = np.mgrid[:HEIGHT, :WIDTH].astype(float)
+    light = np.zeros((HEIGHT, WIDTH))
+    for share in (np.arange(24) + 0.5) / 24:
+        seen = y - share * WAY_PX[1], x - share * WAY_PX[0]
+        over, alpha = (map_coordinates(one, seen, order=1, mode="nearest") for one in (near, coverage.astype(float)))
+        light += (over + (1.0 - alpha) * far) / 24
+    truth = moving_light(plan_moving(replace(still, scene=band_scene(light, 4000.0))))
+    z = z_scores(planned, moving_light(planned), truth)
+    assert np.quantile(np.abs(z), 0.99) < 1.0
+
+
+def test_the_plan_says_what_is_swept_first_and_why_not():
+    from simulator.pipeline.planner import plan
+
+    passes = [one for one in plan(shot_of(BLURRED, across(WAY_PX))).passes if one.kept]
+    names = [one.name for one in passes]
+    assert names.index("motion") < names.index("defocus")
+    assert "before the blur, which is the same at each instant" in passes[names.index("motion")].method
+    depth_m = np.linspace(3.0, 6.0, WIDTH * HEIGHT).reshape(HEIGHT, WIDTH).astype(np.float32)
+    tilted = {one.name: one for one in plan(shot_of(BLURRED, across(WAY_PX), depth_m=depth_m)).passes}
+    assert "since the blur radius differs from place to place" in tilted["motion"].method
