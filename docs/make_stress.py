@@ -29,6 +29,8 @@ beside it. `benchmarks/stress/` has the cases, `python -m stress --help` (with `
 - A bound in ulps follows from the roundings of the computation. Behind a lens or in motion the shot's tolerance is 0.1 σ,
   which is a promise for 99.9 % of the photosites, while the table has the single worst of all that were searched.
 
+`python -m stress.bits` runs the same inputs on one device after the other and compares the bits.
+
 {count} cases, {tried:,} inputs, {device}.
 
 | case | kernels | worst [ulp] | bound | worst [σ] | bound | inputs | at, among others |

@@ -117,8 +117,13 @@ def array_differences(work: Work, name: str) -> list[str]:
     return lines
 
 
-def differing(work: Work, item: Item, old: dict[str, Any] | None, new: dict[str, Any] | None) -> list[str]:
-    """Return a line for each difference of an item; of text for people, none but that a command fails."""
+def differing(
+    work: Work, item: Item, old: dict[str, Any] | None, new: dict[str, Any] | None, two_devices: bool = False
+) -> list[str]:
+    """Return a line for each difference of an item; of text for people, none but that a command fails.
+
+    two_devices: sidecars name different devices, which is no difference.
+    """
     if old is None or new is None:
         return ["not done: the worker ended before" if old is new else f"done only in {'NEW' if old is None else 'OLD'}"]
     kept = ("error", "files") if item.wording else ("error", "values", "files")
@@ -126,6 +131,7 @@ def differing(work: Work, item: Item, old: dict[str, Any] | None, new: dict[str,
         old, new = ({**one, "status": [told["status"] for told in one["values"].values()]} for one in (old, new))
         kept += ("status",)
     lines = list(differences({key: old[key] for key in kept}, {key: new[key] for key in kept}))
+    lines = [line for line in lines if not (two_devices and ".json.device." in line)]
     return [*array_differences(work, item.name), *lines] if lines else []
 
 
@@ -133,7 +139,7 @@ def compare(work: Work, device: str | None, todo: list[Item], against: str | Non
     """Do everything in both checkouts, in the second on `against`, print the table, and return whether nothing differs."""
     print(f"\ndevice: {device or 'the default'}" + (f", NEW on {against}" if against else ""))
     old, new = (records_of(work, side, one, todo) for side, one in enumerate((device, against or device)))
-    found = {item.name: differing(work, item, old.get(item.name), new.get(item.name)) for item in todo}
+    found = {item.name: differing(work, item, old.get(item.name), new.get(item.name), bool(against)) for item in todo}
     failed = {name: old[name]["error"] for name in found if not found[name] and old[name]["error"]}
     both = [item for item in todo if item.name in old and item.name in new]
     worded = sum(bool(count_differences(old[item.name]["plans"], new[item.name]["plans"])) for item in both)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from stress.bits import compare_bits, drawn
 from stress.cases import CASES
 from stress.search import Outcome, StressCase, search
 from stress.space import Choice, Picture, Real, Whole, around, paint
@@ -83,3 +84,18 @@ def test_pictures_hold_what_they_say():
     assert set(np.unique(paint("alternating", 0, (4, 6), 1e-30, 1e30))) == {np.float32(1e-30), np.float32(1e30)}
     denormal = paint("denormals", 0, (20, 20), 1.0, 2.0)
     assert ((denormal > 0.0) & (denormal < np.finfo(np.float32).tiny)).any()
+
+
+def test_bits_of_two_devices_are_compared_on_the_same_inputs(tmp_path, capsys):
+    space = next(case.space for case in CASES if case.name == "binning")
+    one, other = drawn(space, 7, 4), drawn(space, 7, 4)
+    assert len(one) == 4 and all(np.array_equal(a["light"], b["light"]) for a, b in zip(one, other, strict=True))
+    values = np.arange(6, dtype=np.float32)
+    np.savez(tmp_path / "a.npz", **{"binning.0": values, "sensor.0": values})
+    np.savez(tmp_path / "b.npz", **{"binning.0": values, "sensor.0": np.where(values == 3, np.float32(5), values)})
+    assert compare_bits(tmp_path / "a.npz", tmp_path / "a.npz") and not compare_bits(tmp_path / "a.npz", tmp_path / "b.npz")
+    told = capsys.readouterr().out
+    assert (
+        "sensor                   1 of 6 values differ, by at most 2" in told
+        and "crosstalk                not compared" in told
+    )
