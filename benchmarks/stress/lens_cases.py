@@ -26,9 +26,9 @@ from simulator.optics.passes.radius_statistics import measure_patches
 from simulator.optics.ray_reference.deep_rays import DeepBlur, DeepPicture
 from simulator.optics.ray_reference.height_field_rays import sample_height_field
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.deep_pixels import DeepPixels
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa

@@ -191,6 +191,18 @@ def grid_error(radius_px: float | np.ndarray, samples_per_axis: int, scale: floa
     return (0.025 if samples_per_axis >= scale else 0.04) / (samples_per_axis**2 * (np.abs(radius_px) + 1.0))
 
 
+def blurred_share(radius_px: float, scale: float) -> float:
+    """Share of the second difference between a scene's pixels that a blur circle leaves between photosites, at most 1.
+
+    The pixels of a coarse scene are connected by slopes, whose shortest wave has two of them: the envelope of 2 J1(a) / a with
+    a = pi radius scale. Steps of a scene as fine as the photosites end in a penumbra, which begins as the root of the way.
+    """
+    if scale < 1.0:
+        a = math.pi * radius_px * scale
+        return min(2.0 * math.sqrt(2.0 / math.pi) * a**-1.5, 1.0) if a > 0.0 else 1.0
+    return min(radius_px**-1.5, 1.0) if radius_px > 0.0 else 1.0
+
+
 def lamp_error(peak: float, radius_px: np.ndarray, scale: float) -> np.ndarray:
     """Error of one sample per photosite at the edge of the blur spot of a lamp that covers one scene pixel."""
     return 0.5 * (peak - 1.0) / (max(scale, 1.0) ** 2 * math.pi * np.maximum(radius_px, 0.5) ** 2)
