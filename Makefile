@@ -11,7 +11,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help demo docs test test-all test-clients converters benchmark lint format clean
+.PHONY: help demo docs test test-all test-clients converters benchmark stress lint format clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
@@ -39,6 +39,9 @@ test-clients: $(VENV)/test.stamp $(VENV)/clients.stamp converters ## open the ra
 
 benchmark: $(VENV)/bench.stamp ## measure run times beside other packages
 	@for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script" || exit; done
+
+stress: $(VENV)/test.stamp ## search each kernel for the inputs at which it is farthest from float64; ten minutes
+	@PYTHONPATH=tests:benchmarks $(BIN)/python -m stress && $(BIN)/python docs/make_stress.py
 
 lint: $(VENV)/test.stamp $(VENV)/lint.stamp ## check the code with ruff, its types with mypy and pyright
 	@$(BIN)/ruff check . && $(BIN)/ruff format --check .

@@ -41,7 +41,7 @@ kernel void radius_statistics(global const float *restrict map, global float *re
             const float p = a[i], q = b[i];
             low[i] = smaller(low[i], smaller(p, q));
             high[i] = larger(high[i], larger(p, q));
-            const float across = larger(step_between(p, q), step_between(q, a[i + reach]));
+            const float across = larger(step_between(p, q), step_between(q, a[i + (i + 1 < HALF_PATCH ? 1u : reach)]));
             steep[i] = larger(steep[i], larger(across, larger(step_between(p, a[i + down]), step_between(q, b[i + down]))));
             const int first = class_of(p, first_class, classes_per_unit), second = class_of(q, first_class, classes_per_unit);
             near[i] |= (first < 32 ? 1u << (first & 31) : 0u) | (second < 32 ? 1u << (second & 31) : 0u);

@@ -6,6 +6,7 @@ messages. What is left out of the comparison stands in records.py. A shot that f
 
     python benchmarks/checkouts/compare_checkouts.py OLD NEW [--device PART]... [--only PATTERN]...
     python benchmarks/checkouts/compare_checkouts.py OLD NEW --time [--rounds 5]
+    python benchmarks/checkouts/compare_checkouts.py . . --device "PoCL 3.1" --against "PoCL 3.0"
 
 Exit status: 0 nothing differs, 1 something does or most items fail, 2 wrong options. It stands apart from the other benchmarks
 because `make benchmark` runs those without arguments.
@@ -72,10 +73,11 @@ def write_documents(work: Work, todo: list[Item]) -> None:
 
 
 def start_worker(work: Work, side: int, action: str, job: dict[str, Any], **options: Any) -> subprocess.CompletedProcess:
-    """Run a worker to its end, with the checkout first on Python's path."""
+    """Run a worker to its end, with the checkout first on Python's path and the caller's own path behind it."""
     file = work.folder / "job.json"
     file.write_text(json.dumps(job), encoding="utf-8")
-    environment = os.environ | {"PYTHONPATH": str(work.checkouts[side]), "COLUMNS": "140", "MPLBACKEND": "Agg"}
+    paths = [str(work.checkouts[side]), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "COLUMNS": "140", "MPLBACKEND": "Agg"}
     environment |= {"PHOTOSITE_DEVICE": job["device"]} if job["device"] else {}
     command = [sys.executable, str(WORKER), action, str(file)]
     return subprocess.run(command, env=environment, cwd=work.folder, timeout=LONGEST_S, check=False, **options)
@@ -115,8 +117,13 @@ def array_differences(work: Work, name: str) -> list[str]:
     return lines
 
 
-def differing(work: Work, item: Item, old: dict[str, Any] | None, new: dict[str, Any] | None) -> list[str]:
-    """Return a line for each difference of an item; of text for people, none but that a command fails."""
+def differing(
+    work: Work, item: Item, old: dict[str, Any] | None, new: dict[str, Any] | None, two_devices: bool = False
+) -> list[str]:
+    """Return a line for each difference of an item; of text for people, none but that a command fails.
+
+    two_devices: sidecars name different devices, which is no difference.
+    """
     if old is None or new is None:
         return ["not done: the worker ended before" if old is new else f"done only in {'NEW' if old is None else 'OLD'}"]
     kept = ("error", "files") if item.wording else ("error", "values", "files")
@@ -124,14 +131,15 @@ def differing(work: Work, item: Item, old: dict[str, Any] | None, new: dict[str,
         old, new = ({**one, "status": [told["status"] for told in one["values"].values()]} for one in (old, new))
         kept += ("status",)
     lines = list(differences({key: old[key] for key in kept}, {key: new[key] for key in kept}))
+    lines = [line for line in lines if not (two_devices and ".json.device." in line)]
     return [*array_differences(work, item.name), *lines] if lines else []
 
 
-def compare(work: Work, device: str | None, todo: list[Item]) -> bool:
-    """Do everything in both checkouts on one device, print the table, and return whether nothing differs."""
-    print(f"\ndevice: {device or 'the default'}")
-    old, new = (records_of(work, side, device, todo) for side in (0, 1))
-    found = {item.name: differing(work, item, old.get(item.name), new.get(item.name)) for item in todo}
+def compare(work: Work, device: str | None, todo: list[Item], against: str | None = None) -> bool:
+    """Do everything in both checkouts, in the second on `against`, print the table, and return whether nothing differs."""
+    print(f"\ndevice: {device or 'the default'}" + (f", NEW on {against}" if against else ""))
+    old, new = (records_of(work, side, one, todo) for side, one in enumerate((device, against or device)))
+    found = {item.name: differing(work, item, old.get(item.name), new.get(item.name), bool(against)) for item in todo}
     failed = {name: old[name]["error"] for name in found if not found[name] and old[name]["error"]}
     both = [item for item in todo if item.name in old and item.name in new]
     worded = sum(bool(count_differences(old[item.name]["plans"], new[item.name]["plans"])) for item in both)
@@ -217,6 +225,9 @@ def main() -> int:
     parser.add_argument("old", type=Path, metavar="OLD", help="a checkout of Photosite")
     parser.add_argument("new", type=Path, metavar="NEW", help="another")
     parser.add_argument("--device", action="append", metavar="PART", help="part of a device's name; repeatable")
+    parser.add_argument(
+        "--against", metavar="PART", help="of the device of NEW: compares two devices where OLD and NEW are one"
+    )
     parser.add_argument("--only", action="append", metavar="PATTERN", help="of names, such as 'dataset_*'; repeatable")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="new folder where inputs, records and arrays are kept")
     parser.add_argument("--time", action="store_true", help="compare times instead of bits")
@@ -242,7 +253,7 @@ def main() -> int:
             if settings.time:
                 time_checkouts(work, device, settings.rounds, settings.only)
             else:
-                equal = compare(work, device, todo) and equal
+                equal = compare(work, device, todo, settings.against) and equal
     return 0 if equal else 1
 
 

@@ -46,7 +46,8 @@ def run(case: str) -> None:
 
     rng = np.random.default_rng(0)
     cfa = next((word for word in case.split() if word.isupper()), "RGGB")
-    neighbours = {"crosstalk": Crosstalk(0.02, 0.01, 0.01, 0.005), "binning": Binning(2)} if "near" in case else {}
+    binning = Binning(2, "average" if "averaged" in case else "charge")
+    neighbours = {"crosstalk": Crosstalk(0.02, 0.01, 0.01, 0.005), "binning": binning} if "near" in case else {}
     window = Window(32, 16, 50, 21) if neighbours else Window(31, 17, 50, 20)
     camera = small_camera(
         90,
@@ -76,7 +77,7 @@ def run(case: str) -> None:
         exposure = replace(exposure, shutter=RollingShutter(0.01, "left_to_right"), flicker=PwmLamp(300.0, 0.5), flash=flash)
         scene = replace(scene.load(), white=1e-3)
     rims = Vignetting(RoundStop(430.0, 10.2)) if "rims" in case else None  # cuts even on so small a sensor
-    lens, motion = ThinLens(50.0, 4.0, 2.0, vignetting=rims), None
+    lens, motion = ThinLens(50.0, 4.0, 2.0, vignetting=rims, veiling_glare=0.02 if "veiled" in case else 0.0), None
     if "moving" in case:  # a pan reads spans of a row, a roll places one by one; layers need what covers them at each instant
         roll = 40000.0 if "rolling" in case else 0.0
         motion = Motion(
@@ -106,9 +107,12 @@ def take_fine() -> None:
 
 
 def take_wide() -> None:
-    """Steps in depth that are seen through wide circles alone."""
+    """Steps in depth that are seen through wide circles alone, as small as the tolerance calls wide.
+
+    Larger ones would be computed on photosites four times as wide, whose bands hold ten times the samples.
+    """
     rng, camera = np.random.default_rng(0), small_camera(18, 10)
-    depth_m = np.asarray(depth_of(np.array([[30.0, 60.0, 30.0], [60.0, 30.0, 60.0]])))
+    depth_m = np.asarray(depth_of(np.array([[2.5, 5.0, 2.5], [5.0, 2.5, 5.0]])))
     scene = band_scene(rng.random((2, 3, camera.channels)), depth_m)
     planned = measure(plan(Shot(scene, LENS, Exposure(0.001), camera, tolerance=10.0)), open_device())
     assert planned.tiles is not None and planned.tiles.shares()[Method.WIDE] > 0.5
@@ -145,6 +149,33 @@ def take_vectors() -> None:
             lens, motion = ThinLens(50.0, 16.0), Motion(vectors=VectorMap(file, "px/s"))
             planned = plan(Shot(scene, lens, Exposure(0.001), camera, tolerance=10.0, motion=motion))
         assert planned.optics.motion is not None and planned.optics.motion.vectors is not None
+        expose(planned, open_device())
+    print("done", devices()[0].name)
+
+
+def take_lamp() -> None:
+    """A lamp on a wall beside the edge of a nearer surface, both out of focus: its spot is computed apart."""
+    rng, camera = np.random.default_rng(0), small_camera(30, 20, "RGGB")
+    light = rng.random((20, 30, camera.channels)).astype(np.float32)
+    light[10, 20] = 1e4
+    coverage = np.broadcast_to(np.arange(30) < 15, (20, 30)).astype(np.float32)
+    near = light * coverage[..., None] * (light < 2.0)
+    scene = band_scene(near, 1.97, coverage=coverage, behind=(Layer(light, 2.05),))
+    take_with_truth(Shot(scene, ThinLens(50.0, 4.0, 2.0), Exposure(0.001), camera, tolerance=2.0))
+    print("done", devices()[0].name)
+
+
+def take_far_spread() -> None:
+    """Diffraction whose kernel has a wide smooth part, and layers out of focus whose blur is corrected to wave optics."""
+    rng, camera = np.random.default_rng(0), small_camera(18, 10)
+    light, coverage = rng.random((10, 18, 1)).astype(np.float32), rng.random((10, 18)).astype(np.float32)
+    layers = {"coverage": coverage, "behind": (Layer(light, 2.1),)}
+    for f_number, exposure, tolerance, rest in ((32.0, Exposure(0.1), 0.1, {}), (5.6, Exposure(0.01), 1.0, layers)):
+        lens = ThinLens(50.0, f_number, 2.0, diffraction=True)
+        scene = band_scene(light * coverage[..., None], 2.0, **rest)
+        planned = measure(plan(Shot(scene, lens, exposure, camera, tolerance=tolerance)), open_device())
+        psf = planned.optics.psf
+        assert psf is not None and psf.core is not None and (psf.corrected_px if rest else psf.core.has_tail)
         expose(planned, open_device())
     print("done", devices()[0].name)
 
@@ -195,5 +226,5 @@ def follow_rays() -> None:
 
 if __name__ == "__main__":
     others = {"rays": follow_rays, "fine": take_fine, "wide": take_wide, "joint": take_joint}
-    others |= {"spread": take_spread, "vectors": take_vectors}
+    others |= {"spread": take_spread, "vectors": take_vectors, "lamp": take_lamp, "far spread": take_far_spread}
     others[sys.argv[1]]() if sys.argv[1] in others else run(sys.argv[1])

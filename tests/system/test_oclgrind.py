@@ -22,6 +22,7 @@ CASES = [
     "layers RGGB rims",
     "sharp MONO near",
     "sharp RGGB window near",
+    "sharp RGGB window near averaged veiled",
     "sharp RGGB covered",
     "sharp RGGB readings near",
     "sharp RGGB window lines",
@@ -36,6 +37,8 @@ CASES = [
     "joint",
     "spread",
     "vectors",
+    "lamp",
+    "far spread",
 ]
 
 pytestmark = [

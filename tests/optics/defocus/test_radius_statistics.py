@@ -43,6 +43,17 @@ def test_least_and_greatest_value_and_steepest_step(measured):
     assert np.array_equal(steepest, np.maximum(patches(right), patches(down)).max(axis=2))
 
 
+def test_a_step_inside_the_last_patch_of_a_row_is_seen(device):
+    """Between two photosites of different column sets, where no patch follows whose first photosite could be read."""
+    for column in range(2 * HALF - PATCH_COLUMNS, 2 * HALF - 1):
+        picture = np.where(np.arange(2 * HALF) > column, 3.0, 0.0) * np.ones((ROWS, 1), np.float32)
+        maps = device.upload(InterleavedColumns(1, ROWS, HALF).encode(picture[None].astype(np.float32)))
+        (_, _, steepest, *_), _ = measure_patches(
+            device, maps, ROWS, HALF, 0, first_class=FIRST_CLASS, classes_per_unit=PER_UNIT
+        )
+        assert (steepest[:, -1] == 3.0).all(), column
+
+
 def test_slopes_are_the_mean_step_inside_a_patch(measured):
     picture, (*_, slope_x, slope_y), _ = measured
     split = picture.astype(np.float64).reshape(ROWS // PATCH_ROWS, PATCH_ROWS, -1, PATCH_COLUMNS)

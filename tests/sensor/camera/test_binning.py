@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
+from helpers.neighbors import binned
 from helpers.randomness import accept, mean_p, variance_p
 from helpers.scene_builders import band_scene
 
@@ -27,17 +28,6 @@ NOISY = {"photon_shot_noise": PhotonShotNoise()}
 def shot(picture, binning, time_s=0.005, **settings):
     camera = small_camera(*np.shape(picture)[1::-1], binning=binning, **settings)
     return Shot(band_scene(picture, math.inf), LENS, Exposure(time_s), camera, Seeds(frame=4))
-
-
-def binned(mosaic, factor, step):
-    """Sums by the definition: photosite (X, Y) of the result collects factor x factor places of its colour."""
-    height, width = (side // (factor * step) * step for side in mosaic.shape)
-    result = np.zeros((height, width))
-    for row in range(height):
-        for column in range(width):
-            y, x = (place // step * factor * step + place % step for place in (row, column))
-            result[row, column] = mosaic[y : y + factor * step : step, x : x + factor * step : step].sum()
-    return result
 
 
 @pytest.mark.parametrize("cfa", ["MONO", "GRBG"])

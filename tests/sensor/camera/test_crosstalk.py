@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
+from helpers.neighbors import crosstalk_stencil
 from helpers.randomness import accept, correlation_p, mean_p, variance_p
 from helpers.scene_builders import band_scene
 from scipy.ndimage import correlate
@@ -30,16 +31,12 @@ def take(picture, crosstalk, seed=0, **settings):
     return simulate(Shot(band_scene(picture, math.inf), LENS, Exposure(0.02), camera, Seeds(frame=seed)))
 
 
-def stencil(side, corner):
-    return np.array([[corner, side, corner], [side, 1 - 4 * side - 4 * corner, side], [corner, side, corner]])
-
-
 @pytest.mark.parametrize("kind", ["optical", "electrical"])
 def test_the_mean_is_mixed_with_the_shares_given_and_edges_stand_in_for_what_lies_beyond(kind):
     picture = np.random.default_rng(1).uniform(0.1, 1.0, (48, 64))
     plain = take(picture, None)
     mixed = take(picture, Crosstalk(**{kind: 0.03, f"{kind}_corner": 0.01}))
-    expected = correlate(plain.mean_electrons.astype(float), stencil(0.03, 0.01), mode="nearest")
+    expected = correlate(plain.mean_electrons.astype(float), crosstalk_stencil(0.03, 0.01), mode="nearest")
     assert np.abs(mixed.mean_electrons / expected - 1.0).max() < 1e-6
     assert np.abs(mixed.noise_free_dn - expected).max() < 0.01
     assert np.abs(mixed.dn - expected).max() <= 0.501
@@ -62,7 +59,7 @@ def test_optical_crosstalk_leaves_counts_independent_and_electrical_correlates_t
     checks["optical neighbours"] = correlation_p(optical.dn[:, 1:], optical.dn[:, :-1])
     shares = Crosstalk(electrical=0.05, electrical_corner=0.01)
     electrical = take(picture, shares, seed=3, stages=NOISY).dn.astype(float)
-    kernel = stencil(0.05, 0.01)
+    kernel = crosstalk_stencil(0.05, 0.01)
     variance = mean * (kernel**2).sum() + 1 / 12
     # correlated samples hold less information: sum of squared autocorrelations of the stencil
     spread = correlate(np.pad(kernel, 2), np.pad(kernel, 2), mode="constant")

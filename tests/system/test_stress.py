@@ -1,0 +1,101 @@
+"""The search of `make stress`: no kernel is missing, it finds what is planted, and every error stays within its bound."""
+
+import numpy as np
+import pytest
+from stress.bits import compare_bits, drawn
+from stress.cases import CASES
+from stress.search import Outcome, StressCase, search
+from stress.space import Choice, Picture, Real, Whole, around, paint
+
+from simulator.device import KERNELS
+
+DIRECT = [case for case in CASES if case.most_ulps is not None and case.name not in ("sensor_noise", "projection")]
+
+
+def ids(case: StressCase) -> str:
+    return case.name
+
+
+def test_every_kernel_is_searched():
+    assert {kernel for case in CASES for kernel in case.kernels} == {path.stem for path in KERNELS.glob("*.cl")}
+    assert len({case.name for case in CASES}) == len(CASES)
+
+
+@pytest.mark.parametrize("case", DIRECT, ids=ids)
+def test_a_kernel_stays_within_its_bound(device, case):
+    found = search(case, device, 1, examples=8, steps=24)
+    assert found.within_bounds(), (found.worst, found.at)
+    assert found.tried > found.refused
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES, ids=ids)
+def test_a_kernel_stays_within_its_bound_wherever_a_search_of_new_numbers_leads(device, case):
+    number = int(np.random.SeedSequence().generate_state(1)[0])
+    print("seed", number)
+    found = search(case, device, number, examples=200, steps=2000, seconds=5.0)
+    assert found.within_bounds(), (found.worst, found.at)
+
+
+def planted(inputs_of_fault) -> StressCase:
+    """A kernel that is right but at some inputs, where it is off by 40 ulps; nearer to them it is off by more."""
+
+    def run(device, inputs):
+        light = inputs["light"].astype(np.float64)
+        found = light + np.spacing(light.max().astype(np.float32)) * inputs_of_fault(inputs)
+        return Outcome(found, light, light.max())
+
+    space = {
+        "radius": Real(0.0, 9.0, switches=(3.7,)),
+        "light": Picture((3, 4), 1e-3, 1e3),
+        "step": Choice((1, 2)),
+        "n": Whole(0, 40),
+    }
+    return StressCase("planted", (), space, run, "", most_ulps=1.0)
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        lambda inputs: 40.0 * (inputs["radius"] == around(3.7)[2]),
+        lambda inputs: 40.0 * (inputs["light"].max() == 1e3 and inputs["light"].min() == 0.0),
+        lambda inputs: inputs["n"] * (inputs["step"] == 2),
+    ],
+    ids=["one ulp above a switch", "extremes side by side", "a slope"],
+)
+def test_what_is_planted_is_found(device, fault):
+    found = search(planted(fault), device, 3, examples=100, steps=600)
+    assert found.worst["ulps"] >= 39.0 and not found.within_bounds()
+
+
+def test_what_is_lost_is_infinitely_wrong_and_what_float32_cannot_hold_is_not():
+    exact = np.array([1.0, 1.0, 1e39, 0.0])
+    ulps, sigma = Outcome(np.array([np.nan, np.inf, np.inf, 1e-45]), exact).errors()
+    assert np.isinf(ulps[:2]).all() and np.isinf(sigma[:2]).all() and ulps[2] == 0.0 and 0.5 < ulps[3] < 1.0
+
+
+def test_an_ulp_is_that_of_the_terms_where_they_cancel():
+    found, exact = np.array([2.0**-20]), np.array([0.0])
+    assert Outcome(found, exact, 1.0).errors()[0] == 2.0**3
+    assert Outcome(np.array([101.0]), np.array([99.0])).errors()[1] == pytest.approx(0.2)
+
+
+def test_pictures_hold_what_they_say():
+    assert set(np.unique(paint("alternating", 0, (4, 6), 1e-30, 1e30))) == {np.float32(1e-30), np.float32(1e30)}
+    denormal = paint("denormals", 0, (20, 20), 1.0, 2.0)
+    assert ((denormal > 0.0) & (denormal < np.finfo(np.float32).tiny)).any()
+
+
+def test_bits_of_two_devices_are_compared_on_the_same_inputs(tmp_path, capsys):
+    space = next(case.space for case in CASES if case.name == "binning")
+    one, other = drawn(space, 7, 4), drawn(space, 7, 4)
+    assert len(one) == 4 and all(np.array_equal(a["light"], b["light"]) for a, b in zip(one, other, strict=True))
+    values = np.arange(6, dtype=np.float32)
+    np.savez(tmp_path / "a.npz", **{"binning.0": values, "sensor.0": values})
+    np.savez(tmp_path / "b.npz", **{"binning.0": values, "sensor.0": np.where(values == 3, np.float32(5), values)})
+    assert compare_bits(tmp_path / "a.npz", tmp_path / "a.npz") and not compare_bits(tmp_path / "a.npz", tmp_path / "b.npz")
+    told = capsys.readouterr().out
+    assert (
+        "sensor                   1 of 6 values differ, by at most 2" in told
+        and "crosstalk                not compared" in told
+    )
