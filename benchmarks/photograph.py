@@ -30,10 +30,10 @@ from data_gen.sources.motorcycle import motorcycle_scene
 from simulator import load_shot, save, simulate, simulate_many
 from simulator.atomic_files import atomic_write
 from simulator.device import open_device
+from simulator.pipeline.execution import expose
 from simulator.pipeline.passes import PROGRAM_BYTES
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.sensor.camera.camera import Window
 from simulator.sensor.readout import read_out
 

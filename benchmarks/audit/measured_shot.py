@@ -13,11 +13,10 @@ from audit.drawn_shots import DrawnShot, saturation_electrons
 from audit.float64_truth import exact_means, is_simple, sum_rays
 from simulator import load_shot
 from simulator.device import Device
-from simulator.optics.defocus.predicted_error import predicted_error as lens_blur_error
 from simulator.optics.ray_reference.convergence import FEWEST_RAYS
+from simulator.pipeline.execution import execute
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import execute
 from simulator.pipeline.stopwatch import Stopwatch
 from simulator.progress import silent
 
@@ -75,14 +74,8 @@ class Record:
 
 def predicted_error(planned: Plan) -> tuple[float, bool]:
     """Predicted error [standard deviations], and whether the plan says that it may not keep the tolerance."""
-    optics, accuracy = planned.optics, planned.optics.accuracy
-    if optics.defocus is not None:
-        total = lens_blur_error(optics.defocus, optics.contrast)
-    else:
-        total = accuracy.in_sigma(accuracy.ignoring_error(optics.ignored_px)) if optics.ignored_px else 0.0
-    if optics.motion is not None:
-        total += accuracy.in_sigma(optics.motion.error)
-    return total, bool(planned.warnings())
+    budget = planned.error_budget
+    return budget.predicted_sigma + budget.sigma("input"), bool(budget.warnings())
 
 
 def method_of(planned: Plan) -> str:
