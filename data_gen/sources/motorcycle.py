@@ -30,12 +30,20 @@ def motorcycle_scene(path: str | os.PathLike) -> Path:
     path = Path(path)
     if path.suffix.lower() != ".exr":
         raise PhotositeError("the scene is an EXR; give a name that ends in .exr", file=path)
-    left, disparity = _stereo_pair()
-    depth_m, filled_share = fill_holes(depth_from_disparity(disparity))
+    left, depth_m, filled_share = motorcycle_pair()
     planes = np.dstack([srgb_to_linear(left / 255.0), depth_m]).astype(np.float32)
     measures = {"field_of_view_deg": field_of_view_deg(left.shape[1]), "filled_share": filled_share}
     write_picture(path, planes, ("R", "G", "B", "Z"), compression="zip", ImageDescription=SOURCE, **measures)
     return path
+
+
+def motorcycle_pair() -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the picture, (500, 741, 3) uint8 sRGB, its depth without holes [m], (500, 741), and the share that was filled.
+
+    Raises PhotositeError when scikit-image is missing.
+    """
+    left, disparity = _stereo_pair()
+    return left, *fill_holes(depth_from_disparity(disparity))
 
 
 def depth_from_disparity(disparity_px: np.ndarray) -> np.ndarray:

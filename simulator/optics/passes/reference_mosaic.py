@@ -26,6 +26,7 @@ from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Window
 
 BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins with the same colours
+MOST_SAMPLES = 8  # per photosite and axis, of a scene finer than the photosites
 MOST_LIGHTS = 4096  # scene pixels that count as small lights, the brightest
 LEAST_CELL, RAY_CELL_PX = (
     (8, 1),
@@ -187,16 +188,21 @@ class BandRays:
 
 @dataclass
 class Grid:
-    """The scene's layers on `over` x `over` samples per photosite, of the scene's resolution up to 4, with a margin."""
+    """The scene's layers on `over` x `over` samples per photosite, with a margin.
+
+    A scene finer than the photosites has samples that divide its pixels, up to MOST_SAMPLES per photosite and axis; where none
+    do, it has the most.
+    """
 
     optics: OpticsPlan
     device: Device
     planes: list[Buffer]
 
     def __post_init__(self) -> None:
-        defocus, scale = _defocus_of(self.optics), self.optics.projection.scale
+        defocus, projection = _defocus_of(self.optics), self.optics.projection
         self.margin_px = defocus.reach_px
-        self.over = 4 if scale >= 3.0 else 2 if scale >= 1.5 else 1
+        divides = projection.whole_pixels(range(2, MOST_SAMPLES + 1)) or MOST_SAMPLES
+        self.over = divides if projection.is_fine else 1
         self.radii = [self.device.upload(px) if isinstance(px, np.ndarray) else px for px in defocus.radii_px]
 
     def band(self, window: Window) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -208,7 +214,8 @@ class Grid:
         light = np.stack([self._light(planes, layout, at) for planes, at in zip(self.planes, origins, strict=True)])
         radius = np.stack([self._radius(px, layout, at) for px, at in zip(self.radii, origins, strict=True)])
         light, radius = light[..., : size[1]], radius[..., : size[1]]
-        covered = light[:, channels] if light.shape[1] > channels else np.ones_like(light[:, 0])
+        # Means of a coverage of 1 may be rounded to more.
+        covered = np.minimum(light[:, channels], 1.0) if light.shape[1] > channels else np.ones_like(light[:, 0])
         return light[:, :channels], covered, radius
 
     def _light(self, planes: Buffer, layout: InterleavedColumns, origin: tuple[int, int]) -> np.ndarray:

@@ -1,0 +1,110 @@
+"""The audit of the promise: random shots against the reference path, their errors beside those that the plans state.
+
+    python benchmarks/audit --shots 200 --seed 1 [--jobs 1] [--out build/benchmarks] [--fresh]
+    python benchmarks/audit --seed 1 --write 17 --out FOLDER
+
+A run that was stopped goes on where it was: each shot is a line of audit_SEED.jsonl. `--write` writes one shot as a shot file
+with its arrays. It stands apart from the other benchmarks because `make benchmark` runs those without arguments.
+Exit status: 0 the promise is kept, 1 it is not.
+"""
+
+import argparse
+import json
+import tempfile
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from audit.chart import draw_chart
+from audit.drawn_shots import draw_shot
+from audit.measured_shot import METHODS, Record, measure_shot
+from audit.records import append, read_records
+from audit.summary import summarise, tightness, verdicts
+from simulator.device import open_device
+
+
+def take(seed: int, number: int) -> dict:
+    """Draw and measure a shot; returns its line, or that of its failure."""
+    try:
+        with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
+            return measure_shot(draw_shot(seed, number), Path(folder), open_device(None)).as_json()
+    except Exception as error:  # noqa: BLE001  a shot that fails breaks the promise, and the others are taken
+        return {"seed": seed, "number": number, "error": f"{type(error).__name__}: {error}"}
+
+
+def take_all(seed: int, numbers: list[int], jobs: int, path: Path, console: Console) -> None:
+    """Take shots, each a line of a file, in as many processes."""
+    with Progress(console=console) as progress:
+        task = progress.add_task("shots", total=len(numbers))
+        if jobs == 1:
+            for number in numbers:
+                append(path, take(seed, number))
+                progress.advance(task)
+            return
+        with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+            waiting: list[Future[dict]] = [pool.submit(take, seed, number) for number in numbers]
+            for done in as_completed(waiting):
+                append(path, done.result())
+                progress.advance(task)
+
+
+def show(records: list[Record], failed: dict[int, str], console: Console) -> bool:
+    """Print tables by method and of broken promises, and verdicts; returns whether all are reached."""
+    table = Table(title="errors by method, in sigma of each photosite's noise", title_justify="left")
+    for heading in ("method", "shots", "kept", "median error", "median error / prediction"):
+        table.add_column(heading, justify="left" if heading == "method" else "right")
+    for method in METHODS:
+        own = [one for one in records if one.method == method]
+        if own:
+            kept, errors = sum(one.excess <= 1.0 for one in own), sorted(one.p99_9 for one in own)
+            table.add_row(method, str(len(own)), str(kept), f"{errors[len(own) // 2]:.2g}", f"{tightness(own):.2g}")
+    console.print(table)
+    found = summarise(records)
+    for one in found.broken:
+        console.print(
+            f"{one.seed}:{one.number} {one.method}, tolerance {one.tolerance:g}, predicted {one.predicted:.2g}: "
+            f"{one.p99_9:.2g} sigma; {', '.join(one.kinds)}"
+        )
+    for number, message in failed.items():
+        console.print(f"failed {number}: {message}")
+    judged = verdicts(found)
+    for verdict in judged:
+        word = "reached" if verdict["reached"] else "missed"
+        console.print(f"{verdict['what']}: {verdict['figure']} (asked: {verdict['asked']}): {word}")
+    return all(verdict["reached"] for verdict in judged) and not failed
+
+
+def main() -> int:
+    """Run the audit."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--shots", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--out", type=Path, default=Path("build/benchmarks"))
+    parser.add_argument("--fresh", action="store_true", help="forget the shots that were taken before")
+    parser.add_argument("--write", type=int, metavar="N", help="write shot N as a shot file into --out and end")
+    options = parser.parse_args()
+    console = Console()
+    if options.write is not None:
+        console.print(str(draw_shot(options.seed, options.write).write(options.out)))
+        return 0
+    options.out.mkdir(parents=True, exist_ok=True)
+    path = options.out / f"audit_{options.seed}.jsonl"
+    if options.fresh:
+        path.unlink(missing_ok=True)
+    records, failed = read_records(path)
+    done = {one.number for one in records} | failed.keys()
+    take_all(options.seed, [number for number in range(options.shots) if number not in done], options.jobs, path, console)
+    records, failed = read_records(path)
+    good = show(records, failed, console)
+    figures = verdicts(summarise(records))
+    (options.out / "audit.json").write_text(json.dumps({"seed": options.seed, "verdicts": figures}, indent=1) + "\n", "utf-8")
+    try:
+        console.print(f"chart: {draw_chart(records, options.out / 'audit.png')}")
+    except ImportError:
+        console.print("left out: the chart, because matplotlib is missing: pip install 'photosite[bench]'")
+    return 0 if good else 1

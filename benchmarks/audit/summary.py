@@ -1,0 +1,88 @@
+"""Statistics over the records of an audit: whether the promise is kept, how tight it is, and how well costs are ranked."""
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from audit.measured_shot import Record
+
+ASKED_COVERAGE, ASKED_TIGHTNESS, ASKED_RANKED, ASKED_FACTOR = 0.99, 0.1, 0.9, 1.5
+ZERO = 1e-6  # error below which a prediction says nothing: rounding of single precision
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What an audit found.
+
+    shots: records. broken: those whose error exceeds what is allowed. coverage: share of the others.
+    tightness: median of error over predicted error, where anything is predicted. ranked: share of pairs of shots whose
+    predicted times are in the order of the measured ones. factor: median factor between measured and predicted time, 1 or more.
+    looser: records whose error is larger at the tighter tolerance.
+    """
+
+    shots: int
+    broken: tuple[Record, ...]
+    coverage: float
+    tightness: float
+    ranked: float
+    factor: float
+    looser: tuple[Record, ...]
+
+
+def summarise(records: Sequence[Record]) -> Summary:
+    """Return the statistics of at least one record."""
+    broken = tuple(sorted((one for one in records if one.excess > 1.0), key=lambda one: -one.excess))
+    return Summary(
+        len(records),
+        broken,
+        1.0 - len(broken) / len(records),
+        tightness(records),
+        ranked_share([one.cost_ms for one in records], [one.cpu_ms for one in records]),
+        median_factor([one.cost_ms for one in records], [one.cpu_ms for one in records]),
+        tuple(one for one in records if is_looser(one)),
+    )
+
+
+def tightness(records: Iterable[Record]) -> float:
+    """Median of error over predicted error; NaN where nothing is predicted."""
+    ratios = [one.p99_9 / one.predicted for one in records if one.predicted > ZERO]
+    return float(np.median(ratios)) if ratios else math.nan
+
+
+def is_looser(record: Record) -> bool:
+    """Whether the tighter tolerance has the larger error, beyond what the truth may be off by."""
+    return record.tighter_p99_9 > record.p99_9 + 3.3 * record.truth_sigma + ZERO
+
+
+def ranked_share(predicted: Sequence[float], measured: Sequence[float]) -> float:
+    """Share of pairs in the same order in both; pairs that are equal in either count half. NaN of fewer than two."""
+    signs = [
+        np.sign(predicted[b] - predicted[a]) * np.sign(measured[b] - measured[a])
+        for a, b in itertools.combinations(range(len(predicted)), 2)
+    ]
+    return float(np.mean([0.5 * (1.0 + sign) for sign in signs])) if signs else math.nan
+
+
+def median_factor(predicted: Sequence[float], measured: Sequence[float]) -> float:
+    """Median of the factor between measured and predicted, whichever is larger over the other."""
+    return float(np.exp(np.median(np.abs(np.log(measured) - np.log(predicted)))))
+
+
+def verdicts(found: Summary) -> list[dict]:
+    """What is asked beside what was found, as other benchmarks report it."""
+
+    def judge(what: str, figure: str, asked: str, reached: bool) -> dict:
+        return {"what": what, "figure": figure, "asked": asked, "reached": bool(reached)}
+
+    coverage, least = f"{100 * found.coverage:.1f} %", f"{100 * ASKED_COVERAGE:g} %"
+    tight, ranked, worse = f"{found.tightness:.2g}", f"{100 * found.ranked:.0f} %", len(found.looser)
+    return [
+        judge("shots that keep the promise", coverage, least, found.coverage >= ASKED_COVERAGE),
+        judge("median of error / prediction", tight, f"{ASKED_TIGHTNESS:g}", found.tightness >= ASKED_TIGHTNESS),
+        judge("pairs ranked by cost", ranked, f"{100 * ASKED_RANKED:g} %", found.ranked >= ASKED_RANKED),
+        judge("median factor of cost", f"{found.factor:.2f}", f"{ASKED_FACTOR:g}", found.factor <= ASKED_FACTOR),
+        judge("shots worse at a tighter tolerance", str(worse), "0", worse == 0),
+    ]
