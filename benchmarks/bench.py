@@ -11,6 +11,7 @@ times and errors of a commit are kept in .asv/results for `make bench-compare`.
 import argparse
 import importlib
 import json
+import os
 import sys
 import tempfile
 import time
@@ -86,6 +87,12 @@ def is_measured(path: Path, size: str) -> bool:
     return there.get("size") == size and there.get("commit") == commit()
 
 
+def cpu_seconds() -> float:
+    """Processor time of this process and of those that it waited for."""
+    used = os.times()
+    return used.user + used.system + used.children_user + used.children_system
+
+
 def measure_sections(names: list[str], size: str, out: Path, console: Console) -> list[dict]:
     """Measure sections one after the other, each written when it is done; returns their records as they were written."""
     columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn()
@@ -94,14 +101,15 @@ def measure_sections(names: list[str], size: str, out: Path, console: Console) -
         whole = progress.add_task("benchmark", total=sum(SECTIONS[name].about_s for name in names))
         for name in names:
             progress.update(whole, description=name)
-            started = time.perf_counter()
+            started, used = time.perf_counter(), cpu_seconds()
             with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
                 record = SECTIONS[name].measure(Run(size, Path(folder), progress))  # type: ignore[arg-type]
             draw(record, out)
-            written = record.write(out, size, time.perf_counter() - started)
+            written = record.write(out, size, time.perf_counter() - started, cpu_seconds() - used)
             records.append(json.loads(written.read_text(encoding="utf-8")))
             record.show(console)
-            console.print(f"{name}: {records[-1]['seconds']:.0f} s, wrote {written}")
+            took = f"{records[-1]['seconds']:.0f} s, of processors {records[-1]['cpu_seconds']:.0f} s"
+            console.print(f"{name}: {took}, wrote {written}")
             progress.advance(whole, SECTIONS[name].about_s)
     return records
 

@@ -1,10 +1,11 @@
 """Charts of a record: run time against error, scaling, and rates of whole frames. All need matplotlib."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from measuring.record import OURS, Record, Row, is_ours, slope
+from measuring.record import OURS, Z_ERROR, Record, Row, is_ours, slope
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -14,7 +15,9 @@ RED = "#c8102e"
 PEER_COLOURS = ("#1a5468", "#8a6d3b", "#5a6472", "#6b8e23", "#7b5ea7", "#3d8ba6", "#b07aa1")
 PEER_MARKERS = "sD^vP<>"
 LIGHTS_OURS, LIGHTS_PEER = ("#7fb7c9", "#3d8ba6", "#1a5468"), ("#dccdb0", "#c8b08a", "#a08558")  # brightest first
-PANELS_ACROSS = 3
+LEAST_DECADES = (1.0, 2.0)  # of the axes of time and error
+LEAST_ERROR = {Z_ERROR: 1e-4}  # what is below counts as this in the charts
+NEAR = (0.09, 0.035)  # shares of the axes within which a second label is left out
 
 
 def draw(record: Record, folder: Path) -> Path | None:
@@ -38,11 +41,11 @@ def draw(record: Record, folder: Path) -> Path | None:
     return path
 
 
-def _panels(count: int, across: int = PANELS_ACROSS) -> tuple["Figure", list["Axes"]]:
+def _panels(count: int) -> tuple["Figure", list["Axes"]]:
     """A figure with so many axes, and the axes."""
     from matplotlib import pyplot as plt
 
-    columns = min(count, across)
+    columns = {1: 1, 2: 2, 4: 2}.get(count, 3)
     rows = math.ceil(count / columns)
     size = (max(4.4 * columns, 6.4), 3.6 * rows)
     figure, axes = plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
@@ -61,7 +64,7 @@ def family_of(row: Row) -> str:
 def time_against_error(record: Record) -> "Figure":
     """Both logarithmic, a panel for each case; lower left is better. Defaults are ringed, dominated settings hollow.
 
-    An error of 0 stands at the lower edge.
+    An error of 0 stands below all others, one below LEAST_ERROR at that.
     """
     cases = {case: [row for row in rows if "error" in row] for case, rows in record.cases().items()}
     cases = {case: rows for case, rows in cases.items() if rows}
@@ -70,9 +73,9 @@ def time_against_error(record: Record) -> "Figure":
     figure, axes = _panels(len(cases))
     for axis, (case, rows) in zip(axes, cases.items(), strict=True):
         positive = [row["error"] for row in rows if row["error"] > 0]
-        floor = 0.3 * min(positive, default=1e-6)
+        floor = LEAST_ERROR.get(record.error, 0.3 * min(positive, default=1e-6))
         for family in families:
-            own = sorted((row for row in rows if family_of(row) == family), key=lambda row: row["cpu_s"])
+            own = [row for row in rows if family_of(row) == family]
             if not own:
                 continue
             place = peers.index(family) % len(PEER_MARKERS) if family in peers else 0
@@ -84,11 +87,11 @@ def time_against_error(record: Record) -> "Figure":
                 axis.plot(*point, marker=marker, color=colour, markerfacecolor=face, markersize=6)
                 if row.get("is_default"):
                     axis.plot(*point, marker="o", color="black", markerfacecolor="none", markersize=12, markeredgewidth=0.8)
-                text = row["name"].removeprefix(family).removeprefix(", ")
-                axis.annotate(text, point, xytext=(5, 4), textcoords="offset points", fontsize=6.5)
-        axis.set(xscale="log", yscale="log", title=case)
+        times, errors = ([row["cpu_s"] for row in rows], [max(row["error"], floor) for row in rows])
+        limits = [_limits(values, least) for values, least in zip((times, errors), LEAST_DECADES, strict=True)]
+        axis.set(xscale="log", yscale="log", xlim=limits[0], ylim=limits[1])
         axis.set_title(case, fontsize=9, loc="left")
-        axis.margins(x=0.3, y=0.15)
+        _label(axis, rows, floor)
     figure.supxlabel("processor time [s]", fontsize=9)
     figure.supylabel(record.error, fontsize=9)
     handles, labels = [], []
@@ -99,6 +102,28 @@ def time_against_error(record: Record) -> "Figure":
                 labels.append(label)
     figure.legend(handles, labels, frameon=False, fontsize=8, loc="outside upper center", ncols=5)
     return figure
+
+
+def _limits(values: Sequence[float], least_decades: float) -> tuple[float, float]:
+    """Limits of a logarithmic axis with room for labels, over so many decades at least."""
+    low, high = math.log10(min(values)), math.log10(max(values))
+    wider = 0.5 * max(least_decades - (high - low), 0.0)
+    room = 0.12 * max(high - low, least_decades)
+    return 10.0 ** (low - wider - room), 10.0 ** (high + wider + 2.0 * room)
+
+
+def _label(axis: "Axes", rows: list[Row], floor: float) -> None:
+    """Name settings beside their points, the default and ours first; none where another one stands."""
+    to_share, placed = axis.transAxes.inverted(), []
+    order = sorted(rows, key=lambda row: (not row.get("is_default"), not is_ours(row)))
+    for row in order:
+        point = row["cpu_s"], max(row["error"], floor)
+        place = to_share.transform(axis.transData.transform(point))
+        if any(abs(place[0] - other[0]) < NEAR[0] and abs(place[1] - other[1]) < NEAR[1] for other in placed):
+            continue
+        placed.append(place)
+        text = row["name"].removeprefix(family_of(row)).removeprefix(", ")
+        axis.annotate(text, point, xytext=(6, 3), textcoords="offset points", fontsize=6.5)
 
 
 def scaling(record: Record) -> "Figure":
@@ -119,7 +144,11 @@ def scaling(record: Record) -> "Figure":
                 label += f", slope {slope(sizes, times):.2f}"
             colour = RED if place == 0 else PEER_COLOURS[place % len(PEER_COLOURS)]
             axis.plot([max(size, left) for size in sizes], times, "o-", color=colour, label=label, markersize=4)
-        axis.set(xscale="log", yscale="log", xlabel=case)
+        drawn = [row["best_s" if row.get("is_wall") else "cpu_s"] for row in rows]
+        axis.set(xscale="log", yscale="log", xlabel=case, ylim=_limits(drawn, LEAST_DECADES[0]))
+        sizes = sorted({row["x"] for row in rows})
+        axis.set_xticks([max(size, left) for size in sizes], [f"{size:.3g}" for size in sizes], fontsize=7)
+        axis.minorticks_off()
         axis.legend(frameon=False, fontsize=7)
         wall = any(row.get("is_wall") for row in rows)
         axis.set_ylabel("time [s]" if wall else "processor time [s]", fontsize=8)

@@ -93,12 +93,12 @@ class Record:
         """Plain data."""
         return {"shape": SHAPE, **vars(self), "machine": machine(), "commit": commit()}
 
-    def write(self, folder: Path, size: str, seconds: float) -> Path:
-        """<folder>/<section>.json. size: quick, standard or full. seconds: that the section took."""
+    def write(self, folder: Path, size: str, seconds: float, cpu_seconds: float) -> Path:
+        """<folder>/<section>.json. size: quick, standard or full. seconds, cpu_seconds: that the section took."""
         folder.mkdir(parents=True, exist_ok=True)
         written = folder / f"{self.section}.json"
         with atomic_write(written) as path:
-            data = self.as_json() | {"size": size, "seconds": round(seconds, 1)}
+            data = self.as_json() | {"size": size, "seconds": round(seconds, 1), "cpu_seconds": round(cpu_seconds, 1)}
             path.write_text(json.dumps(data, indent=1, default=plain) + "\n", encoding="utf-8")
         return written
 
