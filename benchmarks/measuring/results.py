@@ -1,4 +1,6 @@
-"""Results by commit, in the folders and files of airspeed velocity (asv): its `compare` and `publish` read them, and so do we.
+"""Results by commit, in the folders and files of airspeed velocity (asv), so that its `compare` and `publish` read them, too.
+
+It asks for an asv.conf.json with `results_dir` at the folder and `repo` at the checkout; of it nothing else is used.
 
 <folder>/<machine>/<commit, 8 characters>-<size>.json holds for each section a benchmark `<section>.time` and, where there is an
 error, `<section>.error`, whose parameters are "<case>: <name>" of the rows of Photosite (asv 0.6, result files of version 2).
