@@ -173,7 +173,7 @@ def measure_photograph(run: Run) -> Record:
     megapixels = run.pick(0.8, 3.0, 12.0)
     for name in (STOPPED_DOWN, WIDE_OPEN):
         base = shot_of(name, megapixels=megapixels)
-        compared = run.pick((48, 32), (96, 64), (192, 128))
+        compared = run.pick((32, 24), (64, 48), (192, 128))
         record.facts |= {"size": size_of(base), "compared": "{} x {}".format(*compared)}
         window = most_mixed(base, plan(base), *compared)
         here = np.s_[window.y : window.y + window.height, window.x : window.x + window.width]

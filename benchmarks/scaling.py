@@ -38,13 +38,15 @@ from simulator.sensor.seeds import Seeds
 
 MOST_SLOPE = {"megapixels": 1.1}  # of the logarithms; what is not named is only shown
 BLURRED_PX = 6.0
+LARGEST_HELD = 25.0  # megapixels that one process takes from a scene in memory; larger frames are processes with files
 ASKED_SENSOR, ASKED_GROWTH = 5.0, 2.0  # a radius of 16 px over the sensor kernel; 32 px over 16 px
 TEXT = """\
 Whole shots in colour of squares with a pixel for each photosite, tolerance 0.1 σ. Megapixels: in focus, out of focus (radius 6)
-and moving (20 photosites). Radius: one picture out of focus, {radius_size} photosites. Path: one picture that moves,
-{path_size} photosites. Layers: all out of focus by different radii, each with holes, {layer_size} photosites. Threads: a
-blurred shot on so many processors, its wall time. Batch: patches of 128 x 128 through the sensor in one call of
-`simulator.sensor.frame_stack`. The slope is that of the logarithms over all sizes above 0.
+and moving (20 photosites); frames above 25 megapixels, of a chart, are processes that write their files. Radius: one picture
+out of focus, {radius_size} photosites. Path: one picture that moves, {path_size} photosites. Layers: all out of focus by
+different radii, each with holes, {layer_size} photosites. Threads: a blurred shot on so many processors, its wall time. Batch:
+patches of 128 x 128 through the sensor in one call of `simulator.sensor.frame_stack`. The slope is that of the logarithms over
+all sizes above 0.
 """
 
 
@@ -110,16 +112,17 @@ def measure_scaling(run: Run) -> Record:
     columns = {"case": ["over", ""], "family": ["work", ""], "x": ["size", ".4g"], "best_s": ["time [s]", ".3g"]}
     columns |= {"cpu_s": ["processor time [s]", ".3g"]}
     record = Record("scaling", "How time grows", TEXT, columns=columns, chart="scaling")
-    sizes = run.pick((0.05, 0.1, 0.2), (0.1, 0.3, 1.0, 3.0, 10.0), (0.1, 0.3, 1.0, 3.0, 12.0, 48.0, 100.0, 400.0))
-    most = run.pick(1.0, 10.0, 100.0)
+    sizes = run.pick((0.05, 0.1, 0.2), (0.1, 0.3, 1.0, 3.0, 10.0), (0.1, 0.3, 1.0, 3.0, 10.0, 25.0, 48.0, 100.0, 400.0))
+    most = run.pick(0.2, 3.0, 10.0)  # of those that are blurred or move
     kinds = {"in focus": lambda size: taking(focused_shot(size, 0.0)), "radius 6": lambda size: taking(focused_shot(size, 6.0))}
     kinds["path of 20"] = lambda size: taking(path_shot(size, 20.0))
     for family, make in kinds.items():
         for size in sizes:  # one after the other, so that no more than one is held
-            if size <= (most if family == "in focus" else most / 4):
+            if size > LARGEST_HELD:
+                if family == "in focus":
+                    _large(run, record, size)
+            elif family == "in focus" or size <= most:
                 grow(run, record, "megapixels", family, [size], make)
-            elif family == "in focus":
-                _large(run, record, size)
     small = run.pick(0.1, 1.0, 3.0)
     record.facts |= dict.fromkeys(("radius_size", "path_size", "layer_size"), "{} x {}".format(*frame_size(small)))
     radii = run.pick((0, 2, 16, 32), (0, 1, 2, 4, 8, 16, 32, 64, 128, 256), (0, 1, 2, 4, 8, 16, 32, 64, 128, 256))
