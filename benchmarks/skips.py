@@ -232,7 +232,7 @@ def measure_skips(run: Run) -> Record:
     columns = ERROR_COLUMNS | {"how": ["how", ""], "error": [Z_ERROR, ".2g"], "saved": ["times faster", ".1f"]}
     record, device = Record("skips", "What is skipped", TEXT, Z_ERROR, columns, "error"), run.device()
     record.columns["case"], record.columns["name"] = ["what", ""], ["skip", ""]
-    skips = Skips(device, run.pick(0.1, 2.0, 12.0))
+    skips = Skips(device, run.pick(0.1, 1.0, 12.0))
     record.facts["size"] = f"{skips.width} x {skips.height}"
     for case, settings in skips.pairs().items():
         found = run.turns(case, {f"Photosite, {one.name}": one.run for one in settings})

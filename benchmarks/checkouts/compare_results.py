@@ -14,6 +14,7 @@ less accurate where its error grows by over 5 % and 0.001. Exit status: 0 neithe
 import argparse
 import json
 import os
+import platform
 import subprocess
 import sys
 import tempfile
@@ -64,7 +65,7 @@ class Change:
 def changes(old: Sequence[Numbers], new: Sequence[Numbers]) -> tuple[list[Change], list[str]]:
     """What both commits measured in each round, and a line for each setting that only one of them has."""
     found, lonely = [], []
-    for benchmark in sorted(set(old[0]) | set(new[0])):
+    for benchmark in sorted({name for one in (*old, *new) for name in one}):
         sides = [[one.get(benchmark, {}) for one in rounds] for rounds in (old, new)]
         settings = dict.fromkeys(name for side in sides for one in side for name in one)
         for setting in settings:
@@ -93,11 +94,12 @@ def show(found: list[Change], lonely: list[str]) -> bool:
 
 
 def commit_of(name: str) -> str:
-    """Full hash of a commit. Raises SystemExit for one that there is not."""
+    """Full hash of a commit. Raises SystemExit with status 2 for one that there is not."""
     command = ["git", "-C", str(ROOT), "rev-parse", "--verify", "--quiet", f"{name}^{{commit}}"]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     if ended.returncode:
-        raise SystemExit(f"{name}: no commit, branch or folder with a checkout of Photosite")
+        print(f"{name}: no commit, branch or folder with a checkout of Photosite", file=sys.stderr)
+        raise SystemExit(2)
     return ended.stdout.strip()
 
 
@@ -115,17 +117,15 @@ def checkout_of(name: str, folder: Path) -> Iterator[Path]:
         subprocess.run([*git, "remove", "--force", str(place)], check=True)
 
 
-def measure(checkout: Path, out: Path, only: str, size: str) -> Numbers:
-    """Numbers of this checkout's benchmark with the simulator of a checkout. Raises SystemExit when it fails."""
-    command = [sys.executable, str(BENCH), "--size", size, "--only", only, "--out", str(out), "--results", str(out / "kept")]
+def measure(checkout: Path, out: Path, section: str, size: str) -> Numbers:
+    """Numbers of a section of this checkout's benchmark with the simulator of a checkout; none, and a line, when it fails."""
+    command = [sys.executable, str(BENCH), "--size", size, "--only", section, "--out", str(out), "--results", str(out / "kept")]
     environment = os.environ | {"PYTHONPATH": str(checkout), "MPLBACKEND": "Agg"}
     ended = subprocess.run(command, env=environment, cwd=out.parent, capture_output=True, text=True, check=False)
     if ended.returncode:
-        raise SystemExit(f"{checkout}: {ended.stderr.strip()[-2000:]}")
-    numbers: Numbers = {}
-    for name in only.split(","):
-        numbers |= numbers_of(json.loads((out / f"{name}.json").read_text(encoding="utf-8")))
-    return numbers
+        print(f"{section} is not measured in {checkout}: {ended.stderr.strip().splitlines()[-1]}", flush=True)
+        return {}
+    return numbers_of(json.loads((out / f"{section}.json").read_text(encoding="utf-8")))
 
 
 def in_turns(checkouts: tuple[Path, Path], folder: Path, only: str, size: str, rounds: int) -> list[list[Numbers]]:
@@ -144,11 +144,12 @@ def in_turns(checkouts: tuple[Path, Path], folder: Path, only: str, size: str, r
 
 
 def kept(name: str, folder: Path, size: str) -> Numbers:
-    """Numbers that are kept of a commit on this machine. Raises SystemExit where there are none."""
+    """Numbers that are kept of a commit on this machine. Raises SystemExit with status 2 where there are none."""
     commit = commit_of(name)
-    paths = [path for path in kept_of(folder, commit) if path.stem.endswith(f"-{size}")]
+    paths = [path for path in kept_of(folder / platform.node(), commit) if path.stem.endswith(f"-{size}")]
     if not paths:
-        raise SystemExit(f"{name}: {folder} holds no results of size {size}; check it out and run `make bench`")
+        print(f"{name}: {folder} holds no results of size {size}; check it out and run `make bench`", file=sys.stderr)
+        raise SystemExit(2)
     return load(paths[0])
 
 

@@ -92,5 +92,5 @@ def load(path: Path) -> Numbers:
 
 
 def kept_of(folder: Path, commit: str) -> list[Path]:
-    """Result files of a commit, of all machines and sizes."""
-    return sorted(folder.glob(f"*/{commit[:8]}-*.json"))
+    """Result files of a commit in the folder of a machine, of all sizes."""
+    return sorted(folder.glob(f"{commit[:8]}-*.json"))

@@ -121,7 +121,7 @@ def test_numbers_of_a_commit_are_kept_and_read_back(tmp_path):
     """Of Photosite alone; sections that are measured later join them."""
     first, second = record_of(), record_of("psf", name="Photosite, 0.1 σ, 'core'", error=0.0)
     path = keep([first], tmp_path)
-    assert keep([second], tmp_path) == path and kept_of(tmp_path, "0123456789") == [path]
+    assert keep([second], tmp_path) == path and kept_of(path.parent, "0123456789") == [path]
     numbers = load(path)
     assert numbers == numbers_of(first) | numbers_of(second)
     assert numbers["motion.time"] == {"one picture: Photosite, swept, 0.1 σ": 0.2}
