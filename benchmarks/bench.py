@@ -15,6 +15,7 @@ import os
 import sys
 import tempfile
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,7 +95,10 @@ def cpu_seconds() -> float:
 
 
 def measure_sections(names: list[str], size: str, out: Path, console: Console) -> list[dict]:
-    """Measure sections one after the other, each written when it is done; returns their records as they were written."""
+    """Measure sections one after the other, each written when it is done; returns their records as they were written.
+
+    One that fails is told with its traceback, and the others go on.
+    """
     columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn()
     records = []
     with Progress(*columns, console=console, transient=True) as progress:
@@ -102,8 +106,12 @@ def measure_sections(names: list[str], size: str, out: Path, console: Console) -
         for name in names:
             progress.update(whole, description=name)
             started, used = time.perf_counter(), cpu_seconds()
-            with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
-                record = SECTIONS[name].measure(Run(size, Path(folder), progress))  # type: ignore[arg-type]
+            try:
+                with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
+                    record = SECTIONS[name].measure(Run(size, Path(folder), progress))  # type: ignore[arg-type]
+            except Exception:  # a night's run is not lost by one section
+                console.print(traceback.format_exc(), f"{name} failed", markup=False)
+                continue
             draw(record, out)
             written = record.write(out, size, time.perf_counter() - started, cpu_seconds() - used)
             records.append(json.loads(written.read_text(encoding="utf-8")))
@@ -137,7 +145,7 @@ def main() -> int:
         console.print(f"kept under the commit: {kept}")
     elif records:
         console.print("not kept under a commit: the checkout has changes that are not committed")
-    return 0
+    return 0 if len(records) == len(names) else 1
 
 
 if __name__ == "__main__":

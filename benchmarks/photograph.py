@@ -56,6 +56,7 @@ ASKED_FLAT_S, ASKED_SHOT_S = 0.8, 3.0  # as processes
 ASKED_WIDE_OPEN_S = 1.2
 ASKED_PEAK, ASKED_SLOPE = 0.2, 1.1  # of the stated peak; of the logarithms of time over photosites
 CALLS, ASKED_GROWTH = 200, 0.02  # growth of the memory over these calls
+PHOTOSITE = "from data_gen.command_line import main; main()"  # the command, of this Python
 DATA_SET = """\
 count: 64
 seed: 5
@@ -228,7 +229,7 @@ def measure_lenses(run: Run) -> Record:
 def run_simulate(folder: Path, name: str, settings: list[str]) -> Ended:
     """Run `photosite simulate` on a shot, files and all."""
     options = [word for setting in settings for word in ("--set", setting)]
-    ended = time_process("-m", "simulator", "simulate", name, *options, "--out", str(folder / "out"))
+    ended = time_process("-c", PHOTOSITE, "simulate", name, *options, "--out", str(folder / "out"))
     shutil.rmtree(folder / "out")
     return ended
 
@@ -242,7 +243,7 @@ def measure_starts(run: Run) -> Record:
     data_set.write_text(DATA_SET, encoding="utf-8")
 
     def write_pairs() -> Ended:
-        ended = time_process("-m", "simulator", "dataset", str(data_set), "--out", str(run.folder / "pairs"))
+        ended = time_process("-c", PHOTOSITE, "dataset", str(data_set), "--out", str(run.folder / "pairs"))
         shutil.rmtree(run.folder / "pairs")
         return ended
 

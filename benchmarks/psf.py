@@ -25,7 +25,7 @@ from simulator.scene.scene import Scene
 
 ELECTRONS, PROBE_S, BRIGHTEST = 2000.0, 1e-3, 0.95  # of the brightest light; exposure at which it is looked at; that light
 TOLERANCES, DEFAULT = (1.0, 0.3, 0.1, 0.03, 0.0), 0.1
-REACHES_PX = (2, 4, 8, 16, 32, 64)  # of the parts of the kernel that peers use
+REACHES_PX = (2, 4, 8, 16, 32)  # of the parts of the kernel that peers use
 DIRECT_PX = 8  # most of them that PyTorch convolves directly
 TEXT = """\
 {size} photosites without colour filter, a kernel from a PSF file: a core with a tail that falls as 1/r³, as diffraction's does
@@ -137,7 +137,7 @@ def peers_of(light: np.ndarray, kernel: np.ndarray, record: Record) -> dict[str,
     except ImportError:
         record.note("GalSim, which is not installed: pip install galsim")
     else:
-        for interpolant in ("linear", "lanczos3", "lanczos7"):
+        for interpolant in ("linear", "lanczos7"):
             found[f"GalSim, {interpolant}"] = lambda interpolant=interpolant: by_galsim(light, kernel, interpolant)
     return found
 
@@ -146,7 +146,7 @@ def measure_psf(run: Run) -> Record:
     """Run time and error of every method on every kernel and picture."""
     columns = ERROR_COLUMNS | {"error": [Z_ERROR, ".3g"], "rms": ["rms", ".3g"]}
     record, device = Record("psf", "The point spread function", TEXT, Z_ERROR, columns, "error"), run.device()
-    width, height = frame_size(run.pick(0.05, 1.0, 4.0))
+    width, height = frame_size(run.pick(0.05, 0.4, 4.0))
     record.facts["size"] = f"{width} x {height}"
     pictures = {"squares": squares(width, height, 1)[0], "photograph": photographs(width, height, 1)[0]}
     kernels = {"tail": tail_kernel(run.pick(24, 64, 64)), "compact": compact_kernel(8)}

@@ -66,6 +66,8 @@ def time_against_error(record: Record) -> "Figure":
 
     An error of 0 stands below all others, one below LEAST_ERROR at that.
     """
+    from matplotlib.ticker import NullFormatter
+
     cases = {case: [row for row in rows if "error" in row] for case, rows in record.cases().items()}
     cases = {case: rows for case, rows in cases.items() if rows}
     families = list(dict.fromkeys(family_of(row) for rows in cases.values() for row in rows))
@@ -90,6 +92,8 @@ def time_against_error(record: Record) -> "Figure":
         times, errors = ([row["cpu_s"] for row in rows], [max(row["error"], floor) for row in rows])
         limits = [_limits(values, least) for values, least in zip((times, errors), LEAST_DECADES, strict=True)]
         axis.set(xscale="log", yscale="log", xlim=limits[0], ylim=limits[1])
+        for one in (axis.xaxis, axis.yaxis):
+            one.set_minor_formatter(NullFormatter())
         axis.set_title(case, fontsize=9, loc="left")
         _label(axis, rows, floor)
     figure.supxlabel("processor time [s]", fontsize=9)
