@@ -160,7 +160,7 @@ def measure_defocus(run: Run) -> Record:
     columns = ERROR_COLUMNS | {"error": [Z_ERROR, ".2f"], "p99": ["p99", ".2f"], "rms": ["rms", ".2f"]}
     record = Record("defocus", "The lens blur", TEXT, Z_ERROR, columns, "error")
     device, shot = run.device(), load_shot(SHOT, {"camera": "sony_a7s2"})
-    width, height = run.pick((640, 640), (3008, 2000), (4240, 2832))
+    width, height = run.pick((640, 640), (2128, 1424), (4240, 2832))
     camera = replace(shot.camera, width_px=width, height_px=height)
     record.facts["size"] = f"{width} x {height}"
     plans, scene = scene_plans(replace(shot, camera=camera))

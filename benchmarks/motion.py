@@ -293,8 +293,8 @@ def measure_motion(run: Run) -> Record:
     """Run time and error of every method on every moving scene."""
     columns = ERROR_COLUMNS | {"error": [Z_ERROR, ".2f"], "rms": ["rms", ".3f"]}
     record, device = Record("motion", "Motion blur", TEXT, Z_ERROR, columns, "error"), run.device()
-    width, height = frame_size(run.pick(0.05, 0.4, 1.0))
-    dense = {False: run.pick(256, 1024, 1024), True: run.pick(1 << 10, 1 << 14, 1 << 16)}
+    width, height = frame_size(run.pick(0.05, 0.25, 1.0))
+    dense = {False: run.pick(256, 1024, 1024), True: run.pick(1 << 12, 1 << 14, 1 << 16)}
     record.facts |= {"size": f"{width} x {height}", "instants": f"{dense[False]:,}", "points": f"{dense[True]:,}"}
     window, rest = middle_of(width, height), (0.0, 0.0)
     one, two = (squares(width, height, layers) for layers in (1, 2))
@@ -366,7 +366,7 @@ def measure_moving(run: Run) -> Record:
     columns = {"name": ["shot", ""], "megapixels": ["Mpixel", ".3g"], "best_s": ["time [s]", ".3g"]}
     columns |= {"cpu_s": ["processor time [s]", ".3g"], "cpu_ratio": ["over rest", ".1f"]}
     record = Record("moving", "The price of motion", PRICE_TEXT, columns=columns)
-    for is_blurred, megapixels in ((False, run.pick(0.1, 3.0, 12.0)), (True, run.pick(0.05, 0.4, 1.0))):
+    for is_blurred, megapixels in ((False, run.pick(0.1, 1.5, 12.0)), (True, run.pick(0.05, 0.2, 1.0))):
         for name, held, asked in priced(megapixels, is_blurred):
             _price(run, record, name, held, asked)
     return record

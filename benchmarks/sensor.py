@@ -93,7 +93,7 @@ def judge_peers(record: Record, what: str, rows: dict[str, list[Row]], asked: di
 def measure_sensor(run: Run) -> Record:
     """Whole frames beside peers, at three levels of light."""
     record = Record("sensor", "The sensor", TEXT, chart="rates")
-    megapixels = run.pick(0.2, 6.0, 12.0)
+    megapixels = run.pick(0.2, 4.0, 12.0)
     pictures = {name: ramp(megapixels, *limits) for name, limits in LIGHT.items()}
     height, width = pictures["dusk"].shape
     record.facts["size"] = f"{width} x {height}"

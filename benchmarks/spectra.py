@@ -99,7 +99,7 @@ def measure_spectra(run: Run) -> Record:
     """Run time and error of cubes of several wavelengths, and of the factored scene."""
     columns = ERROR_COLUMNS | {"error": [Z_ERROR, ".3g"], "rms": ["rms", ".3g"]}
     record, device = Record("spectra", "Spectra", TEXT, Z_ERROR, columns, "error"), run.device()
-    width, height = frame_size(run.pick(0.05, 1.0, 4.0))
+    width, height = frame_size(run.pick(0.05, 0.5, 4.0))
     record.facts["size"] = f"{width} x {height}"
     shot = load_shot(SHOTS / "grey_ramp.yaml", {"camera": "sony_a7s2"})
     camera, shares = replace(shot.camera, width_px=width, height_px=height), shares_of(width, height)
