@@ -20,8 +20,8 @@ from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.field_pupil import CatsEyes, plan_cats_eyes
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
-from simulator.pipeline.simulate import expose
 
 SHOT = Path(__file__).parent.parent / "configs" / "shots" / "grey_ramp.yaml"
 LENS = ThinLens(50.0, 1.4, 2.0, vignetting=Vignetting(RoundStop(30.0, 44.0), RoundStop(20.0, 26.0)), cos4=False)

@@ -26,9 +26,9 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import BRIGHT
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.scene import Layer, Scene
 from simulator.sensor.camera.camera import Window
 

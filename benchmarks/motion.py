@@ -34,9 +34,9 @@ from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.scene import Layer, Scene
 from simulator.sensor.camera.camera import Camera, SpectralResponse, Window
 

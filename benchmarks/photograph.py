@@ -27,10 +27,10 @@ from data_gen.sources.motorcycle import motorcycle_scene
 from simulator import load_shot, simulate
 from simulator.device import Device
 from simulator.optics.defocus.accuracy import BRIGHT
+from simulator.pipeline.execution import expose
 from simulator.pipeline.passes import PROGRAM_BYTES
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.sensor.camera.camera import Window
 
 SHOTS = Path(__file__).parent.parent / "configs" / "shots"

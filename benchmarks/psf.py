@@ -18,9 +18,9 @@ from scipy.signal import fftconvolve, oaconvolve
 from simulator.device import Device
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.scene import Scene
 
 ELECTRONS, PROBE_S, BRIGHTEST = 2000.0, 1e-3, 0.95  # of the brightest light; exposure at which it is looked at; that light

@@ -12,8 +12,8 @@ from measuring.run import Run
 from simulator import load_shot, save, simulate
 from simulator.atomic_files import atomic_write
 from simulator.device import open_device
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import plan
-from simulator.pipeline.simulate import expose
 from simulator.raw.dng.writer import dng_bytes, write_dng
 from simulator.sensor.readout import read_out
 

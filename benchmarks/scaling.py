@@ -28,9 +28,9 @@ from skips import scene_of
 from simulator import simulate
 from simulator.device import open_device
 from simulator.exposure.settings import Exposure
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.scene import Layer
 from simulator.sensor.frame_stack import FrameSetting, expose_frame_stack
 from simulator.sensor.readout import read_out

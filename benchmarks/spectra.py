@@ -18,9 +18,9 @@ from simulator import load_shot
 from simulator.device import Device
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 

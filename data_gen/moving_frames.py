@@ -13,9 +13,9 @@ from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
 from simulator.optics.geometry.surface_flow import SurfaceFlow
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera, IsoSetting, SpectralResponse, Window

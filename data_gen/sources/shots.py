@@ -11,10 +11,11 @@ from data_gen.sources.source import CleanImage
 from simulator.config import Sweep, load_shot, load_sweep
 from simulator.device import Device, open_device
 from simulator.errors import PhotositeError, require
+from simulator.pipeline.execution import expose
 from simulator.pipeline.frame_metadata import neutral_of
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import check_memory, expose
+from simulator.pipeline.simulate import check_memory
 from simulator.sensor.camera.camera_color import matrix_under_d65
 from simulator.sensor.readout import read_mean_electrons
 from simulator.sensor.sensor_plan import SensorPlan

@@ -13,12 +13,13 @@ from simulator.command_line.screen import console, show_progress
 from simulator.command_line.shot_numbers import Fact, white_facts
 from simulator.config import load_shot, locate_errors, shot_warnings
 from simulator.device import Device, has_devices, open_device
+from simulator.pipeline.execution import execute
 from simulator.pipeline.light_reuse import describe_reuse
 from simulator.pipeline.passes import PROGRAM_BYTES
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import execute
 from simulator.pipeline.stopwatch import Stopwatch
+from simulator.pipeline.time_budget import plan_in_time
 
 Kept = Literal["exposure", "brightness"]  # what stays the same over the ISO range
 MOST_COLUMNS = 10_000  # wider than any terminal
@@ -49,7 +50,7 @@ def show_plan(path: Path, settings: list[str], reflectance: float, keep: Kept, d
     shot = load_shot(path, settings)
     times_ms: dict[str, float] = {}
     with locate_errors(path, settings):
-        planned = plan(shot)
+        planned = plan(shot) if shot.time_budget_s is None else plan_in_time(shot, open_device(device))
         if measured:
             planned, times_ms = _measure_times(planned, shot, open_device(device))
         elif has_devices():
@@ -57,6 +58,7 @@ def show_plan(path: Path, settings: list[str], reflectance: float, keep: Kept, d
     out, shot = console(), planned.settle(shot)
     out.print(_make_step_table(planned, shot.name))
     out.print(_make_pass_table(planned, times_ms))
+    out.print(_make_budget_table(planned))
     out.print(_make_fact_table("Lens", lens_facts(shot, planned)))
     out.print(_make_fact_table("Exposure", exposure_facts(shot, planned)))
     out.print(_make_fact_table("A white surface at the centre", white_facts(shot, planned)))
@@ -111,6 +113,27 @@ def _make_pass_table(planned: Plan, times_ms: dict[str, float]) -> Table:
     table.add_section()
     table.add_row("program", "Python, packages and driver, about", "", f"{1e-6 * PROGRAM_BYTES:.0f}", style="dim")
     table.add_row("together", "", *sums, *([f"{sum(times_ms.values()):.3g}"] if times_ms else []))
+    return table
+
+
+def _make_budget_table(planned: Plan) -> Table:
+    """Make the table of what the light may be wrong by: of each approximation, and together against the tolerance."""
+    budget, fitted = planned.error_budget, planned.fitted
+    table = Table(title="Error budget, in sigma of a frame's noise")
+    table.add_column("approximation")
+    table.add_column(escape("error\n[sigma]"), justify="right")
+    table.add_column("limited by the")
+    table.add_column("what helps")
+    for term in budget.terms:
+        style = "dim" if term.limit == "input" else None
+        table.add_row(escape(f"{term.effect}: {term.cause}"), f"{term.sigma:.2g}", term.limit, escape(term.fix), style=style)
+    table.add_section()
+    kept = "the tolerance is not met" if budget.is_clamped else "the tolerance is met"
+    told = f"tolerance {budget.tolerance:g}: {kept}" if budget.tolerance else "tolerance 0: the reference path"
+    table.add_row("all methods together", f"{budget.predicted_sigma:.2g}", "", told)
+    if fitted is not None:
+        in_time = f"tolerance {fitted.tolerance:g} takes about {fitted.predicted_s:.2g} s"
+        table.add_row(f"time budget {fitted.budget_s:g} s", "", "", in_time)
     return table
 
 

@@ -15,6 +15,7 @@ from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
 from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.defocus.predicted_error import joint_error
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
+from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, plan_motion
 from simulator.optics.geometry.projection import Projection, plan_projection
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
@@ -70,13 +71,13 @@ class OpticsPlan:
     psf: kernels of diffraction, aberrations, low-pass filter and aperture of the photosites; None: none are needed.
     disoccluded_share: fraction of the picture that sees background which is occluded in the scene; None: its layers contain it.
     deep_blur: blur of the samples of a deep picture, where rays are followed (tolerance 0); None: the layers are blurred.
-    psf_skip_reason: why a point spread function is left out, with its predicted error; None: it is not.
+    psf_skipped: why a point spread function is left out, with its predicted error; None: it is not.
     ignored_px: largest blur radius that is left out where `defocus` is None [photosites].
     contrast: of the scene, on which the error of the blur depends; that of the laws where there is no blur.
     motion: how the image moves while the shutter is open; None: it does not. flash_motion: while a flash shines.
     has_flash: whether a flash lights the bands of the scene's second half.
     joint: motion that the points of the aperture carry, of the method "joint"; None: they carry none.
-    motion_skip_reason: why motion is left out, with its predicted error; None: it is not.
+    motion_skipped: why motion is left out, with its predicted error; None: it is not.
     """
 
     scene: Scene
@@ -91,13 +92,13 @@ class OpticsPlan:
     psf: FieldPsf | None = None
     disoccluded_share: float | None = None
     deep_blur: "DeepBlur | None" = None
-    psf_skip_reason: str | None = None
+    psf_skipped: Skipped | None = None
     ignored_px: float = 0.0
     contrast: SceneContrast = SceneContrast()
     motion: MotionPlan | None = None
     flash_motion: MotionPlan | None = None
     has_flash: bool = False
-    motion_skip_reason: str | None = None
+    motion_skipped: Skipped | None = None
     joint: JointMotion | None = None
 
     @property
@@ -363,7 +364,7 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
     contrast = contrast_sigma(planned.scene, factor * planned.weights, (floor or NoiseFloor(1.0, 1.0)).moments)
     if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
         contrast = math.inf  # nothing is left out
-    psf, skip_reason = plan_visible_psf(
+    psf, skipped = plan_visible_psf(
         lens,
         sensor.camera,
         planned.scene,
@@ -376,13 +377,13 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
     defocus = planned.defocus
     if defocus is not None and psf is not None and psf.corrected_px:
         defocus = replace(defocus, corrected=True)
-    return replace(planned, psf=psf, psf_skip_reason=skip_reason, defocus=defocus)
+    return replace(planned, psf=psf, psf_skipped=skipped, defocus=defocus)
 
 
 def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, timing: Timing) -> OpticsPlan:
     """Return the plan with the motion of the image, unless it is invisible."""
     if not lens.forms_image:
-        return replace(planned, motion_skip_reason="without a lens there is no image that could move")
+        return replace(planned, motion_skipped=Skipped("without a lens there is no image that could move"))
     accuracy, is_sharp = planned.accuracy, planned.defocus is None and planned.psf is None
     scale = planned.projection.scale
     edges, texture = (
@@ -396,21 +397,22 @@ def _with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
         allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
         cut_off=0.5 * max(scale, steepness),
         border=max(edges, accuracy.lamp_contrast),
+        sigma=accuracy.sigma,
     )
     found: list[MotionPlan | None] = []
     joins = _can_join(planned, timing)
-    is_layered, reason = False, None
+    is_layered, skipped = False, None
     for number, component in enumerate(timing.components):
         own = need.of_share(_seen_share(planned, number, len(timing.components), _electrons_per_radiance(lens, sensor)))
         motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing.motion, component, own, is_sharp, joins)
-        if isinstance(motion, str):
+        if isinstance(motion, Skipped):
             found.append(None)
-            reason = reason or motion
+            skipped = skipped or motion
             continue
         found.append(motion)
         is_layered |= is_sharp and not motion.moves_alike
     if all(motion is None for motion in found):
-        return replace(planned, motion_skip_reason=reason)
+        return replace(planned, motion_skipped=skipped)
     if planned.deep_blur is not None:
         rule = "no motion of a deep picture is followed by rays; give a tolerance above 0, such as 0.1"
         raise PhotositeError(rule, key="tolerance", value=0)

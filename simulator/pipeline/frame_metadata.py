@@ -100,8 +100,10 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> Callable[[], d
     """
     inputs = fingerprints(shot.scene, shot.lens, shot.motion)
     metered = {} if planned.metered is None else {"metered": planned.metered.describe()}
+    fitted = {} if planned.fitted is None else {"time_budget": asdict(planned.fitted)}
     rest: dict[str, object] = {
         **metered,
+        **fitted,
         "inputs": inputs,
         "seeds": asdict(shot.seeds),
         "pose": pose_facts(shot.exposure, shot.motion, planned.exposed.openings),
@@ -109,6 +111,7 @@ def _provenance(shot: Shot, planned: Plan, device: DeviceInfo) -> Callable[[], d
         **_later_times(shot, planned),
         "plan": [asdict(step) for step in planned.steps],
         "notes": list(planned.optics.scene.notes),
+        "error_budget": planned.error_budget.describe(),
         "warnings": planned.warnings(),
         "device": asdict(device),
         "versions": dict(_versions()),

@@ -12,14 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simulator.exposure.exposed_light import ExposedLight
-from simulator.optics.defocus.defocus import Defocus, Method
+from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import describe_ignored, predicted_error
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.psf_bands import split_into_bands
 from simulator.optics.passes.tile_grid import TileGrid, band_sizes
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
 from simulator.optics.psf.kernel_split import Core
-from simulator.scene.scene import Scene
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.sensor_plan import SensorPlan
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
 
 PROGRAM_BYTES = 150_000_000  # of Python, its packages and an OpenCL driver, before a shot is taken
 BLUR_PROGRAM_BYTES = 80_000_000  # more of kernels and packages that the lens blur loads
+OCCLUDING = 0.15  # assumed share of a frame with several surfaces where they occlude each other, before its tiles are measured
 LAUNCH_MS = 0.1  # of any pass, however small
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {
@@ -40,11 +40,6 @@ COST_NS = {
     "even sweep": 0.8,  # the same, of a scene with one pixel per photosite
     "sweep by vector": 100.0,  # for each instant, where each pixel moves by itself
     "sweep by place": 6.0,  # for each instant, layer and scene pixel that a photosite averages
-    "copy": 6.0,
-    "mean": 20.0,
-    "mean per px": 3.5,  # for each photosite of blur radius
-    "points": 60.0,
-    "points per px": 17.0,  # for each photosite of blur radius
     "moving points": 550.0,  # for each surface
     "rays": 160000.0,
     "psf gather": 15.0,
@@ -195,25 +190,20 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
             optics.accuracy.ray_error,
             _ms(pixels, COST_NS["rays"]),
         )
-    shares, methods = _estimated_shares(optics.scene, defocus), "methods by tile not measured yet"
-    if tiles is not None:
-        shares = tiles.shares()
-        methods = ", ".join(f"{method.name.lower()} {100 * share:.3g} %" for method, share in shares.items() if share > 0)
-    per_px = defocus.largest_px
-    means = COST_NS["mean"] + COST_NS["mean per px"] * per_px
-    points = COST_NS["points"] + COST_NS["points per px"] * per_px
-    cost = {
-        Method.COPY: COST_NS["copy"],
-        Method.MEAN: means,
-        Method.COMPOSITE: means * len(defocus.radii_px),
-        Method.CORRECTED: means * len(defocus.radii_px) + points,
-        Method.OCCLUSION: points,
-        Method.WIDE: 0.25 * optics.channels * points,
-    }
-    cost_ms = _ms(pixels, sum(share * cost[method] for method, share in shares.items()))
+    from simulator.optics.defocus.predicted_cost import assumed_work, cost_ms  # a sharp frame has no tiles
+
+    if tiles is None:
+        several = len(optics.scene.layers) > 1 or defocus.maps > 0
+        planes = optics.channels + optics.has_coverage
+        work, methods = assumed_work(defocus, pixels, planes, OCCLUDING * several), "methods by tile not measured yet"
+    else:
+        from simulator.optics.passes.blur_work import work_of
+
+        work = work_of(tiles)
+        methods = ", ".join(f"{one.name.lower()} {100 * share:.3g} %" for one, share in tiles.shares().items() if share > 0)
     memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
     error = predicted_error(defocus, optics.contrast)
-    return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms, scratch)
+    return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms(work), scratch)
 
 
 def _blur_bytes(optics: OpticsPlan, defocus: Defocus, tiles: "TilePlan | None") -> tuple[int, int]:
@@ -246,7 +236,8 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
     """Pass of the image's motion. still: passes of the image at rest, which run at each instant where no kernel sweeps."""
     motion, pixels, name = optics.motion, _pixels(optics), "motion"
     if motion is None:
-        return Pass(name, False, optics.motion_skip_reason or "nothing moves")
+        skipped = optics.motion_skipped
+        return Pass(name, False, "nothing moves" if skipped is None else skipped.reason)
     error = optics.accuracy.in_sigma(motion.error)
     if motion.method == "instants":
         count = motion.count if motion.is_common else len(motion.shared_nodes())
@@ -274,19 +265,13 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
     return Pass(name, True, f"swept along its path: {method}", pixels, 4 * pixels, error, cost)
 
 
-def _estimated_shares(scene: Scene, defocus: Defocus) -> dict[Method, float]:
-    """Share of the frame that each method gets, assumed before the radii are measured."""
-    several = len(scene.layers) > 1 or any(np.ndim(radius) for radius in defocus.radii_px)
-    return {Method.MEAN: 0.85, Method.OCCLUSION: 0.15} if several else {Method.MEAN: 1.0}
-
-
 def _psf(optics: OpticsPlan) -> Pass:
     psf, pixels = optics.psf, _pixels(optics)
     if psf is None:
         ideal = "the lens is ideal and photosites are sensitive all over"
         if optics.projection.open_side < 1.0:
             ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
-        why = optics.psf_skip_reason or ideal
+        why = ideal if optics.psf_skipped is None else optics.psf_skipped.reason
         return Pass("point spread function", False, why)
     places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"
     slabs = f", {len(psf.radii_px)} slabs of blur radius" if len(psf.radii_px) > 1 else ""

@@ -3,7 +3,7 @@
 import math
 
 from simulator.exposure.exposed_light import ExposedLight
-from simulator.optics.defocus.predicted_error import describe_errors, describe_ignored
+from simulator.optics.defocus.predicted_error import describe_ignored, describe_noise
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.distortion import Warp
 from simulator.optics.lens.lens import Lens
@@ -32,7 +32,7 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens, exposed: Expose
         _distortion_step(optics.projection.warp, camera),
         _motion_step(optics),
         _defocus_step(optics, lens),
-        *psf_steps(lens, camera, optics.defocus, optics.psf, optics.psf_skip_reason),
+        *psf_steps(lens, camera, optics.defocus, optics.psf, optics.psf_skipped),
         _glare_step(optics.veiling_glare),
     ]
     dark = camera.optical_black
@@ -56,8 +56,7 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens, exposed: Expose
     if isinstance(sensor, HdrSensorPlan):
         steps += [Step("hdr read-out", True, sensor.describe()), Step("companding", *sensor.describe_companding())]
     if optics.defocus is not None:
-        accuracy = describe_errors(optics.defocus, optics.contrast)
-        steps += [_occluded_background_step(optics), Step("blur accuracy", True, accuracy)]
+        steps += [_occluded_background_step(optics), Step("blur accuracy", True, describe_noise(optics.accuracy))]
     return tuple(steps)
 
 
@@ -116,7 +115,7 @@ def _motion_step(optics: OpticsPlan) -> Step:
 
 def _without_motion(optics: OpticsPlan) -> str:
     """Why no motion is computed, with the predicted error."""
-    return optics.motion_skip_reason or "nothing moves"
+    return "nothing moves" if optics.motion_skipped is None else optics.motion_skipped.reason
 
 
 def _glare_step(glare: VeilingGlare | None) -> Step:

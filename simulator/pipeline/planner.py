@@ -4,14 +4,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
 from simulator.device import Device
+from simulator.errors import require
 from simulator.exposure.exposed_light import ExposedLight, LightComponent, plan_exposure
 from simulator.exposure.later_exposures import later_exposures
-from simulator.optics.defocus.predicted_error import error_warning
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import tangent_per_pixel
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan, plan_optics
 from simulator.optics.passes.tile_grid import BAND_ROWS
+from simulator.pipeline.error_budget import ErrorBudget, error_budget
 from simulator.pipeline.light_cache import LightCache, LightKey, light_key
 from simulator.pipeline.metered_shot import Metered, meter_shot
 from simulator.pipeline.passes import Pass, passes_of
@@ -19,6 +20,7 @@ from simulator.pipeline.plan_steps import steps_of
 from simulator.pipeline.scene_loading import load_scene
 from simulator.pipeline.shot import Shot, TruthPart
 from simulator.pipeline.step import Step
+from simulator.pipeline.time_fit import TimeFit
 from simulator.sensor.camera.readout_window import ReadoutGeometry, split_readout
 from simulator.sensor.hdr_plan import HdrSensorPlan, plan_readings
 from simulator.sensor.sensor_plan import SensorPlan, plan_sensor
@@ -44,6 +46,7 @@ class Plan:
     strips: readout of each strip of the frame, from top to bottom, which are computed one after the other.
     metered: what the camera chose for the shot; None: all is set by hand.
     later: plans of the light of the exposures after the first, of a frame of several whose light differs.
+    fitted: what a time budget chose; None: the shot has none.
     """
 
     optics: OpticsPlan
@@ -57,10 +60,12 @@ class Plan:
     key: LightKey | None = None
     metered: Metered | None = None
     later: "tuple[Plan, ...]" = ()
+    fitted: TimeFit | None = None
 
     def settle(self, shot: Shot) -> Shot:
-        """Return the planned shot with the exposure that is planned: manual, where it was metered."""
-        return shot if self.metered is None else self.metered.settle(shot)
+        """Return the planned shot with all that was chosen for it: a manual exposure, where it was metered, and a tolerance."""
+        shot = shot if self.metered is None else self.metered.settle(shot)
+        return shot if self.fitted is None else self.fitted.settle(shot)
 
     def by_strip(self) -> list[Self]:
         """Return the plan of each strip, which is not measured yet; a frame of one strip has this plan."""
@@ -95,28 +100,15 @@ class Plan:
 
     def warnings(self) -> list[str]:
         """Return a sentence for each promise that the plan may not keep."""
-        runs = self.optics.motion is not None or any(one.name == "defocus" and one.kept for one in self.passes)
-        found = [self.exposed.missed_flash(), self._motion_warning()]
-        if self.optics.defocus is not None and runs:
-            found.append(error_warning(self.optics.defocus, self.optics.contrast))
-        return [warning for warning in found if warning is not None]
+        missed = self.exposed.missed_flash()
+        in_time = [] if self.fitted is None else self.fitted.warnings()
+        return [*([] if missed is None else [missed]), *self.error_budget.warnings(), *in_time]
 
-    def _motion_warning(self) -> str | None:
-        """Warn of motion that is sampled too seldom for the tolerance; None: it is not."""
-        motion, accuracy = self.optics.motion, self.optics.accuracy
-        error = 0.0 if motion is None else accuracy.in_sigma(motion.error)
-        if error <= 1.001 * (accuracy.tolerance or accuracy.ray_error):
-            return None
-        assert motion is not None  # it has an error
-        if motion.method == "joint":
-            return (
-                f"tolerance = {accuracy.tolerance:g}: the motion blur may be wrong by {error:.2g} sigma, by the parallax "
-                "of tilted surfaces or by rotation; give the scene as layers with one distance each, or tolerance: 0 for rays"
-            )
-        return (
-            f"tolerance = {accuracy.tolerance:g}: the motion blur may be wrong by {error:.2g} sigma, since its path of "
-            f"{motion.length.longest_px:.3g} photosites gets {motion.count} instants at most; give a shorter exposure.time"
-        )
+    @property
+    def error_budget(self) -> ErrorBudget:
+        """Predicted errors of all approximations of the light; of a frame of several exposures, of the one with the largest."""
+        budgets = [error_budget(self.optics), *(one.error_budget for one in self.later)]
+        return max(budgets, key=lambda one: one.predicted_sigma)
 
     def memory_bytes(self) -> int:
         """Estimate the most memory that a shot needs at once, on device and host together [byte].
@@ -140,6 +132,8 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
     strip_px: photosites that are computed at once, at most; larger frames are computed in strips, with the same bits.
     cache: holds plans of the optics, whose light may be shared; None: nothing is held.
     """
+    rule = "needs a device: plan the shot with plan_in_time of simulator.pipeline.time_budget, or give tolerance instead"
+    require(shot.time_budget_s is None, "time_budget", f"{shot.time_budget_s} s", rule)
     metered = meter_shot(shot)
     shot = shot if metered is None else metered.settle(shot)
     sensor = plan_readings(_plan_sensor(shot), shot.exposure.iso)

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.error_term import Skipped
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.perspective import GREEN_NM
 from simulator.optics.psf.field_psf import FieldPsf
@@ -11,10 +12,10 @@ from simulator.pipeline.step import Step
 from simulator.sensor.camera.camera import Camera
 
 
-def psf_steps(lens: Lens, camera: Camera, defocus: Defocus | None, psf: FieldPsf | None, skip_reason: str | None) -> list[Step]:
+def psf_steps(lens: Lens, camera: Camera, defocus: Defocus | None, psf: FieldPsf | None, skipped: Skipped | None) -> list[Step]:
     """Steps of diffraction, aberrations, low-pass filter and pixel aperture.
 
-    skip_reason: why their point spread function is left out; None: it is not.
+    skipped: why their point spread function is left out; None: it is not.
     """
     steps = [
         _diffraction(lens, camera, defocus, psf),
@@ -22,9 +23,9 @@ def psf_steps(lens: Lens, camera: Camera, defocus: Defocus | None, psf: FieldPsf
         Step("low-pass filter", camera.low_pass_um > 0, _low_pass(camera)),
         Step("pixel aperture", camera.fill_factor < 1.0, _aperture(camera)),
     ]
-    if skip_reason is None:
+    if skipped is None:
         return steps
-    return [replace(step, kept=False, why=skip_reason if step.kept else step.why) for step in steps]
+    return [replace(step, kept=False, why=skipped.reason if step.kept else step.why) for step in steps]
 
 
 def _diffraction(lens: Lens, camera: Camera, defocus: Defocus | None, psf: FieldPsf | None) -> Step:

@@ -1,5 +1,6 @@
 """A shot: everything a photographer decides, in one frozen object."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
@@ -11,6 +12,7 @@ from simulator.raw.raw_format import RawFormat
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.seeds import Seeds
+from simulator.units import Seconds
 
 TruthPart = Literal["variance", "depth", "blur", "flow", "rgb"]
 
@@ -37,8 +39,10 @@ class Shot:
 
     raw: how the raw file holds the frame.
     truth: what the truth twin holds besides mean electrons and noise-free codes: variance, depth, blur, flow, rgb; any of them.
-    tolerance: error that the lens blur may have, in standard deviations of the noise of the scene's brightest light, 0 to 10;
-        0 follows rays instead (slow).
+    tolerance: error that the light may have by the methods that compute it, in standard deviations of the noise of the scene's
+        brightest light, 0 to 10; 0 is the reference path: rays instead of fast methods (slow).
+    time_budget_s: time in which the device shall compute the frame, which chooses the tolerance in place of the stated one;
+        left out: the tolerance holds.
     motion: what moves while the shutter is open; left out: nothing.
     origin: the file it was read from, set by `load_shot`; None for a shot made of objects.
     Raises PhotositeError for an ISO outside those the camera was measured at, and a tolerance out of range.
@@ -53,6 +57,7 @@ class Shot:
     name: str = "shot"
     truth: tuple[TruthPart, ...] = ()
     tolerance: float = 0.1
+    time_budget_s: Seconds | None = None
     motion: Motion | None = None
     origin: ShotOrigin | None = field(default=None, repr=False, compare=False)
 
@@ -60,6 +65,8 @@ class Shot:
         require(
             0 <= self.tolerance <= 10, "tolerance", self.tolerance, "give 0 to 10 standard deviations of the noise, such as 0.1"
         )
+        is_time = self.time_budget_s is None or 0 < self.time_budget_s < math.inf
+        require(is_time, "time_budget", f"{self.time_budget_s} s", "give a time above 0 s, such as 2 s")
         self.camera.iso_setting(self.exposure.iso)
         is_timed = self.motion is None or self.motion.flow_after_s is not None
         rule = "needs the time to the next frame; add motion.flow_time, such as 40 ms"

@@ -366,5 +366,5 @@ def test_a_prediction_above_the_tolerance_is_a_warning(capsys, tmp_path, command
     settings = ["--out", str(tmp_path)] if command == "simulate" else []
     code, out, log = run(capsys, command, str(tmp_path / "shot.yaml"), *settings)
     told = " ".join((log if command == "simulate" else out).split())
-    assert code == 0 and "warning: tolerance = 0.1: the lens blur may be wrong by" in told
-    assert "background behind edges" in told and "give the scene as layers" in told
+    assert code == 0 and "warning: tolerance = 0.1 is not met: the lens blur may be wrong by" in told
+    assert "warning: lens blur: up to" in told and "by background behind edges" in told and "give the scene as layers" in told

@@ -7,9 +7,9 @@ from helpers.lens_frame import LENS, depth_of
 from helpers.scene_builders import FixedScene
 from simulator.device import open_device
 from simulator.exposure.settings import Exposure
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.scene import Scene
 

@@ -12,9 +12,9 @@ from simulator.device import open_device
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.occluded_background import Hidden
 from simulator.scene.scene import Layer, Scene

@@ -15,9 +15,9 @@ from simulator.exposure.line_times import LineTimes, open_at_once
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import plan_optics
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 
 
 def plan_moving(shot: Shot, lines: LineTimes | None = None) -> Plan:

@@ -15,8 +15,8 @@ from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.optics.defocus.joint_motion import plan_joint_motion
 from simulator.optics.geometry.image_motion import ImageMotion, LayerPath, Surface, plan_geometry
 from simulator.optics.geometry.instants import TimedPath
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure
-from simulator.pipeline.simulate import expose
 from simulator.sensor.camera.camera_sections import Window
 
 

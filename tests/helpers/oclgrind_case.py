@@ -28,9 +28,10 @@ from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 from simulator.optics.ray_reference.deep_rays import DeepBlur, DeepPicture
 from simulator.optics.ray_reference.height_field_rays import HeightField, sample_height_field
 from simulator.optics.ray_reference.layered_rays import LayeredRays, ray_samples, sample_lens, upload_surfaces
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose, simulate
+from simulator.pipeline.simulate import simulate
 from simulator.scene.deep_pixels import DeepPixels
 from simulator.scene.scene import Layer
 from simulator.sensor.camera.binning import Binning

@@ -24,10 +24,11 @@ from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.optics_plan import SENSOR_ONLY
+from simulator.pipeline.execution import expose
 from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose, simulate, simulate_many
+from simulator.pipeline.simulate import simulate, simulate_many
 from simulator.raw.raw_image import Raw
 from simulator.scene.charts import ChartScene
 from simulator.scene.content_keys import freeze

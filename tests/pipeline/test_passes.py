@@ -19,10 +19,10 @@ from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.wavefront import Aberrations
+from simulator.pipeline.execution import execute, expose
 from simulator.pipeline.passes import BLUR_PROGRAM_BYTES, Pass
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import execute, expose
 from simulator.pipeline.stopwatch import Stopwatch
 from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.camera.optical_black import OpticalBlack

@@ -76,7 +76,7 @@ def decisions(shot):
     """All of a plan that numbers or texts tell."""
     planned = plan(shot)
     optics = planned.optics
-    told = optics.projection, optics.window, optics.accuracy, optics.contrast, optics.psf_skip_reason, optics.ignored_px
+    told = optics.projection, optics.window, optics.accuracy, optics.contrast, optics.psf_skipped, optics.ignored_px
     glare = None if optics.veiling_glare is None else optics.veiling_glare.irradiance.tolist()
     return repr(told), glare, optics.weights.tolist(), planned.steps, planned.passes
 

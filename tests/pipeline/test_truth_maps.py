@@ -15,9 +15,10 @@ from scipy import stats
 from simulator.device import open_device
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.execution import compute_truth_maps, expose, noise_free_frame
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import compute_truth_maps, expose, noise_free_frame, simulate
+from simulator.pipeline.simulate import simulate
 from simulator.pipeline.truth_maps import variance_map
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import IsoSetting, Window

@@ -43,6 +43,9 @@ ORDER = {
     "simulator/measurement": ("shutter_check", "emva1288", "noise_check", "calibration", "report", "statistics"),
     "simulator/pipeline": (
         "simulate",
+        "time_budget",
+        "device_rates",
+        "execution",
         "frame_metadata",
         "frame_strips",
         "motion_truth",
@@ -50,6 +53,7 @@ ORDER = {
         "explain",
         "light_reuse",
         "planner",
+        "error_budget",
         "metered_shot",
         "light_cache",
         "plan_steps",
@@ -60,6 +64,7 @@ ORDER = {
         "stopwatch",
         "input_files",
         "scene_loading",
+        "time_fit",
         "shot",
     ),
     "simulator/raw": (
@@ -88,6 +93,7 @@ ORDER = {
         "geometry",
         "lens",
         "pupil",
+        "error_term",
     ),
     "simulator/sensor": (
         "frame_stack",

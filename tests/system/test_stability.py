@@ -17,8 +17,9 @@ from hypothesis import strategies as st
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.execution import noise_free_frame
 from simulator.pipeline.planner import plan
-from simulator.pipeline.simulate import noise_free_frame, simulate
+from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import Window
 from simulator.sensor.stages.registry import STAGES
 from simulator.sensor.stages.stage import Moments

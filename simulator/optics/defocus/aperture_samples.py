@@ -19,6 +19,7 @@ SAVED_WITHOUT_BACKGROUND = 4  # divides the number where no layer holds the occl
 # Times as many samples where images move, and up to 3/2 MOST of them: edges pass all of the area that a circle sweeps.
 MOVING = 1.5
 FEWEST_OF_ALL, MOST_OF_ALL = 32, 8192  # at any tolerance
+POINTS_SAVED = 4  # divides the aperture samples of a correction at one sample per photosite: they do not sample its area too
 HARDEST = 2  # times the number of points for blocks that do not agree on their light (`most_samples`)
 
 
@@ -56,6 +57,11 @@ def most_samples(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
     """
     count = sample_count(radius_px, defocus)
     return np.minimum(HARDEST * count, MOST_OF_ALL) if takes_as_needed(defocus) else count
+
+
+def correction_count(count: np.ndarray, samples_per_axis: int | np.ndarray) -> np.ndarray:
+    """Return how many of the samples that blur circles have a correction takes (`Method.CORRECTED`)."""
+    return np.where(np.equal(samples_per_axis, 1), count // POINTS_SAVED, count)
 
 
 def takes_as_needed(defocus: Defocus) -> bool:

@@ -37,6 +37,7 @@ FINE_NODES_PER_PX = 8  # the same near the focus for scenes finer than the photo
 MOST_GATHERED = 4000.0  # most scene pixels, once for each rectangle of the aperture, that a photosite gathers one by one
 CLASSES = 64  # classes of radii, one bit each of a 64-bit mask
 _USUAL = Accuracy()
+ZONE_SHARE = 0.75  # of the allowed error, for zones that share a pupil
 MOST_APART_PX = 1.0  # way of an image between neighbouring slabs of radius [photosites]
 T = TypeVar("T")
 CLASS_UNIT_PX = 4.0  # up to about this radius all classes are equally wide
@@ -245,7 +246,8 @@ def plan_defocus(
     planned = Defocus(radii, opaque, scale, pupil, accuracy, guessed=not scene.behind, area=area)
     if planned.largest_px <= accuracy.sharp_px and not keeps_sharp:
         return None
-    return replace(planned, eyes=plan_cats_eyes(lens, pixel_pitch_um, sensor_px, planned.largest_px))
+    allowed = ZONE_SHARE * accuracy.allowed if accuracy.tolerance else None
+    return replace(planned, eyes=plan_cats_eyes(lens, pixel_pitch_um, sensor_px, planned.largest_px, allowed))
 
 
 def largest_radius_px(lens: Lens, pixel_pitch_um: float, scene: Scene) -> float:

@@ -15,8 +15,9 @@ from simulator.optics.lens.lens import Lens
 from simulator.optics.pupil.pupil import Pupil
 
 ZONES_PX = (128, 64, 32, 16)  # sides of a zone, coarsest first; a tile has a whole number of them
-MOST_MOVED = 0.02  # largest movement of a rim across a zone [pupil radii]; edges are exact to 0.1 sigma of 2000 e-
+MOST_MOVED = 0.02  # largest movement of a rim across a zone, whatever the tolerance [pupil radii]: lamps show the shape
 MOST_MOVED_OF_HIGHLIGHTS = 0.005  # the same across a square in which spots of highlights have one shape
+ZONE_ERROR, MIDDLE_ERROR = 4.0, 1.0  # of the laws below
 FINEST = 0.25  # share of the largest blur radius below which zones need not be smaller
 SHUT = 1e-3  # share of the pupil below which a photosite counts as dark
 TRIED = 256  # points of the pupil that are tested; it is open where one of them passes all stops
@@ -28,6 +29,7 @@ class CatsEyes:
 
     pupil: with its stops. tangent_per_px: tangent of the field angle per photosite from the middle of the sensor.
     width_px, height_px: size of the sensor. zone_px: side of a zone [photosites].
+    most_moved: largest movement of a rim across a zone [pupil radii], which the tolerance allows.
     """
 
     pupil: Pupil
@@ -35,6 +37,7 @@ class CatsEyes:
     width_px: float
     height_px: float
     zone_px: int = ZONES_PX[0]
+    most_moved: float = MOST_MOVED
 
     def on_wider_photosites(self, largest_px: float) -> Self:
         """Return the same pupils on photosites twice as wide; largest_px: radius of the largest blur circle on those."""
@@ -47,7 +50,7 @@ class CatsEyes:
         """Return the same pupils with the largest zones that are fine enough for blur circles up to this radius."""
 
         def is_fine(zone_px: int) -> bool:
-            return self.movement(zone_px) <= MOST_MOVED or zone_px <= FINEST * largest_px
+            return self.movement(zone_px) <= self.most_moved or zone_px <= FINEST * largest_px
 
         return replace(self, zone_px=next((zone_px for zone_px in ZONES_PX if is_fine(zone_px)), ZONES_PX[-1]))
 
@@ -99,14 +102,32 @@ class CatsEyes:
         return max(1, int(MOST_MOVED_OF_HIGHLIGHTS / self.movement(1.0)))
 
 
-def plan_cats_eyes(lens: Lens, pixel_pitch_um: float, sensor_px: tuple[int, int], largest_px: float) -> CatsEyes | None:
+def zone_error(moved: float) -> float:
+    """Error of interpolating between the pupils at a zone's corners, across which a rim moves so far [pupil radii].
+
+    A share of the brightest light, which counts by the noise at its own place: it bounds 99.9 % of the photosites beside edges
+    of 50 : 1 and in rough texture, in the corner of a frame, for radii of 4 and 16 photosites (`benchmarks/cats_eyes.py`).
+    """
+    return min(ZONE_ERROR * moved**2, MIDDLE_ERROR * moved)
+
+
+def middle_error(moved: float) -> float:
+    """Error of one pupil for all of a block, across which a rim moves so far [pupil radii]; as `zone_error`."""
+    return MIDDLE_ERROR * moved
+
+
+def plan_cats_eyes(
+    lens: Lens, pixel_pitch_um: float, sensor_px: tuple[int, int], largest_px: float, allowed: float | None = None
+) -> CatsEyes | None:
     """Pupil by position on a sensor of (width, height) photosites, or None where no rim clips it.
 
-    largest_px: radius of the largest blur circle.
+    largest_px: radius of the largest blur circle. allowed: error that zones may have, as a share of the brightest light; None:
+    all that MOST_MOVED leaves.
     """
     if not lens.pupil.stops:
         return None
-    eyes = CatsEyes(lens.pupil, 1e-3 * pixel_pitch_um / lens.image_distance_mm, *sensor_px)
+    moved = MOST_MOVED if allowed is None else min(math.sqrt(allowed / ZONE_ERROR), MOST_MOVED)
+    eyes = CatsEyes(lens.pupil, 1e-3 * pixel_pitch_um / lens.image_distance_mm, *sensor_px, most_moved=moved)
     if not eyes.clips(eyes.fields(0.0, 0.0)):
         return None
     return eyes.with_fine_zones(largest_px)

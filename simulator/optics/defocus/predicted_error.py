@@ -3,8 +3,6 @@
 The prediction is the sum of named terms, one for each cause. It shall not lie below what 99 % of the photosites have.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from simulator.optics.defocus.accuracy import (
@@ -24,22 +22,17 @@ from simulator.optics.defocus.accuracy import (
 )
 from simulator.optics.defocus.aperture_samples import sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Defocus
+from simulator.optics.defocus.field_pupil import middle_error, zone_error
 from simulator.optics.defocus.scene_contrast import SceneContrast
+from simulator.optics.error_term import ErrorTerm, Limit
 
 EDGE_STEP_PX = 0.5  # change of the blur radius between scene pixels from which they belong to two surfaces [photosites]
 WORST = SceneContrast()  # detail that varies between zero and the brightest light, without steps in depth
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 TIGHTER = "give a smaller tolerance, or tolerance: 0 for rays"
 LAYERS = "give the scene as layers, which hold what lies behind edges"
-
-
-@dataclass(frozen=True)
-class ErrorTerm:
-    """One cause of error. method: what causes it. sigma: size [standard deviations at the brightest light]. fix: what helps."""
-
-    method: str
-    sigma: float
-    fix: str
+RAYS = "give tolerance: 0 for rays"
+BLUR = "lens blur"  # effect of the terms
 
 
 def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[ErrorTerm]:
@@ -48,12 +41,8 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     defocus: blur of the scene's layers, with a background that is assumed. contrast: of the scene (`scene_contrast`).
     """
     accuracy = defocus.accuracy
-    if accuracy.tolerance == 0.0:
+    if accuracy.tolerance == 0.0 or defocus.motion is not None:  # the motion tells the error of what carries both
         return []
-    if defocus.motion is not None:
-        points = int(sample_count(np.array([defocus.largest_px]), defocus)[0])
-        method = f"{points} points of aperture and time, tilted surfaces and turns of the picture"
-        return [ErrorTerm(method, accuracy.in_sigma(joint_error(defocus)), LAYERS)]
     own = defocus.of_scene()
     radii, ranges = own.radii_px, own.ranges_px
     ignored = [min(most, own.copied_px) for least, most in ranges if least <= own.copied_px]
@@ -61,8 +50,8 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     detail = min(contrast.curvature / WAVE_CURVATURE, 1.0)
     terms: list[ErrorTerm] = []
 
-    def add(method: str, share: float, fix: str) -> None:
-        terms.append(ErrorTerm(method, accuracy.in_sigma(share), fix))
+    def add(cause: str, share: float, fix: str, limit: Limit = "method") -> None:
+        terms.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(share), fix, limit))
 
     if max(ignored, default=0.0) > 0.0:
         left_out = max(detail * copy_error(max(ignored)), crossing_error(max(ignored), accuracy.detail))
@@ -87,16 +76,31 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     wide_or_not = np.array([own.largest_px, min(own.largest_px, 0.999 * WIDE_PX)])
     points = int(sample_count(wide_or_not, defocus).min())
     if contrast.has_steps:
-        add(f"{points} points of the aperture beside steps in depth", occlusion_error(points), TIGHTER)
-        add(f"{defocus.classes_per_unit:.2g} slabs of radius", slab_error(defocus.classes_per_unit), TIGHTER)
+        range_ = contrast.beside / WORST.beside  # of the light beside the steps
+        add(f"{points} points of the aperture beside steps in depth", range_ * occlusion_error(points), TIGHTER)
+        add(f"{defocus.classes_per_unit:.2g} slabs of radius", range_ * slab_error(defocus.classes_per_unit), TIGHTER)
         if own.largest_px >= defocus.wide_px:
-            add("wider photosites", wide_error(defocus.wide_px), TIGHTER)
+            add("wider photosites", range_ * wide_error(defocus.wide_px), TIGHTER)
     elif len(radii) > 1:
         add(f"{points} points of the aperture", points_error(points, finest), TIGHTER)
+    if own.eyes is not None:
+        side_px = own.eyes.zone_px
+        add(f"zones of {side_px} photosites that share a pupil", zone_error(own.eyes.movement(side_px)), TIGHTER)
+        if contrast.has_steps:
+            add("one pupil for a block beside steps in depth", middle_error(own.eyes.movement(BLOCK_COLUMNS)), RAYS)
     if contrast.behind > 0.0:
         is_extended = len(defocus.radii_px) > len(radii)
-        add("background behind edges, which the scene does not show", hidden_error(contrast.behind, is_extended), LAYERS)
+        hidden = hidden_error(contrast.behind, is_extended)
+        add("background behind edges, which the scene does not show", hidden, LAYERS, "input")
     return terms
+
+
+def ignored_error(accuracy: Accuracy, radius_px: float) -> list[ErrorTerm]:
+    """Predict the error of leaving out all blur, whose largest radius is this [photosites]."""
+    if radius_px == 0.0:
+        return []
+    error = accuracy.in_sigma(accuracy.ignoring_error(radius_px))
+    return [ErrorTerm(BLUR, f"no blur up to a radius of {radius_px:.2g}", error, TIGHTER)]
 
 
 def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
@@ -136,24 +140,9 @@ def describe_ignored(accuracy: Accuracy, radius_px: float) -> str:
     return f"{told}; without that of radius {radius_px:.2g} the light is off by up to {error:.2g} sigma"
 
 
-def describe_errors(defocus: Defocus, contrast: SceneContrast = WORST) -> str:
-    """Describe the light that the errors refer to, and the predicted errors, for the printed plan."""
-    accuracy = defocus.accuracy
+def describe_noise(accuracy: Accuracy) -> str:
+    """Describe the light and the noise that the errors of the blur refer to, for the printed plan."""
     light = f"brightest light {accuracy.electrons:.3g} e-, noise {accuracy.sigma * accuracy.electrons:.3g} e-"
     if accuracy.tolerance == 0.0:
         return f"{light}; every photosite by rays, until their standard error is {accuracy.ray_error:g} sigma of its own light"
-    errors = ", ".join(f"{term.method} {term.sigma:.2g}" for term in error_terms(defocus, contrast))
-    return f"{light}; predicted errors up to, in sigma: {errors}"
-
-
-def error_warning(defocus: Defocus, contrast: SceneContrast) -> str | None:
-    """Warn of a prediction above the tolerance: key, value, largest cause and fix; None: it is not above."""
-    terms, tolerance = error_terms(defocus, contrast), defocus.accuracy.tolerance
-    total = sum(term.sigma for term in terms)
-    if total <= tolerance:
-        return None
-    worst = max(terms, key=lambda term: term.sigma)
-    return (
-        f"tolerance = {tolerance:g}: the lens blur may be wrong by {total:.2g} sigma at the brightest light, "
-        f"{worst.sigma:.2g} of it by {worst.method}; {worst.fix}"
-    )
+    return light

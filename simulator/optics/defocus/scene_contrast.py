@@ -24,12 +24,14 @@ class SceneContrast:
 
     curvature: second difference of the light between photosites.
     lamp: light of the brightest blur spot of a single scene pixel that is LAMP times as bright as the brightest light.
-    behind: deviation of the light beside depth edges from its mean around them; 0: nothing is hidden.
+    beside: deviation of the light beside depth edges from its mean around them, that of lamps left out; 0.5 where it varies by
+        its whole range. behind: the same, where the scene does not hold what is hidden; 0: it does.
     has_steps: whether a surface has steps in depth, so that it occludes parts of itself.
     """
 
     curvature: float = 1.0
     lamp: float = 0.0
+    beside: float = 0.5
     behind: float = 0.0
     has_steps: bool = False
 
@@ -45,8 +47,8 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     curvature = max(_curvature(layer.planes, to_share, defocus) for layer, _ in layers)
     lamp = max(_brightest_spot(layer, to_share, radius, defocus.scale, defocus.accuracy.sharp_px) for layer, radius in layers)
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
-    behind = _behind_edges(scene, to_share, defocus) if has_steps and defocus.guessed else 0.0
-    return SceneContrast(curvature, lamp, behind, has_steps)
+    beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
+    return SceneContrast(curvature, lamp, beside, beside if defocus.guessed else 0.0, has_steps)
 
 
 def _seen(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:
@@ -96,14 +98,17 @@ def _has_steps(radius_px: float | np.ndarray, scale: float) -> bool:
     return any(bool((np.abs(np.diff(radius_px, axis=axis)) > least).any()) for axis in (0, 1))
 
 
-def _behind_edges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
-    """Quantile 0.99 of the light's deviation from its mean around it, where a depth edge lies within the largest radius."""
+def _beside_edges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
+    """Quantile 0.99 of the light's deviation from its mean around it, where a depth edge lies within the largest radius.
+
+    Of a scene of one picture; of several layers, that of the laws.
+    """
     from scipy.ndimage import uniform_filter
 
-    if not is_depth_map(scene.depth_m):
-        return 0.0
+    if scene.behind or not is_depth_map(scene.depth_m):
+        return SceneContrast().beside
     every = math.ceil(math.sqrt(scene.depth_m.size / MOST_ESTIMATED))
-    light = (scene.planes[::every, ::every] @ to_share).max(axis=2)
+    light = np.minimum((scene.planes[::every, ::every] @ to_share).max(axis=2), LAMP)
     radius = defocus.radii_px[0]
     assert isinstance(radius, np.ndarray)  # depth is a map, and steps were found in its radius
     edges = depth_edges(-radius[::every, ::every], min(EDGE_PX, STEEPEST_PX / defocus.scale))

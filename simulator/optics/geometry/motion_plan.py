@@ -12,6 +12,7 @@ from simulator.errors import PhotositeError
 from simulator.exposure.exposed_light import LightComponent
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMoves
+from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.image_motion import ImageMotion, LayerPath, Surface, plan_geometry
 from simulator.optics.geometry.instants import (
     Instants,
@@ -63,6 +64,7 @@ class MotionNeed:
     a share of the brightest light, > 0. cut_off: highest frequency that is seen [cycles per photosite].
     texture: standard deviation of the scene's differences over one photosite, as a share of the brightest light.
     border: contrast of neighbouring pixels of the scene, as a share of the brightest light, where one covers the other.
+    sigma: one standard deviation of the noise, as a share of the brightest light.
     """
 
     contrast: float
@@ -70,6 +72,7 @@ class MotionNeed:
     allowed: float
     cut_off: float
     border: float
+    sigma: float
 
     def of_share(self, share: float) -> Self:
         """Return the need of a part of the light whose edges are weaker by a factor."""
@@ -165,8 +168,8 @@ def plan_motion(
     need: MotionNeed,
     is_sharp: bool,
     can_join: bool = False,
-) -> MotionPlan | str:
-    """Plan the motion of a frame in the light of one component; the reason where none is computed.
+) -> MotionPlan | Skipped:
+    """Plan the motion of a frame in the light of one component; why, where none is computed.
 
     is_sharp: whether each photosite sees one place of each surface, without blur. can_join: whether the optics allow the method
     "joint", which is taken where surfaces move apart or by their depth, or lie behind one another.
@@ -183,7 +186,10 @@ def plan_motion(
     path = TimedPath(motion, component.lit_openings(), component.release_s, component.curve.brightness)
     farthest = path.farthest_px
     if need.contrast * farthest <= need.allowed:
-        return "nothing moves" if farthest < SAME_PLACE_PX else f"the image moves by up to {farthest:.2g} photosites"
+        if farthest < SAME_PLACE_PX:
+            return Skipped("nothing moves")
+        sigma = need.contrast * farthest / need.sigma
+        return Skipped(f"the image moves by up to {farthest:.2g} photosites, {sigma:.2g} sigma", sigma)
     length = path.length
     contrast = need.contrast_along(length.longest_px)
     count = needed_instants(length, contrast, need.allowed, need.cut_off)

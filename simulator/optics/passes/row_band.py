@@ -6,7 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.defocus.aperture_samples import FEWEST_OF_ALL, most_samples, move_samples, sample_count, takes_as_needed
+from simulator.optics.defocus.aperture_samples import (
+    FEWEST_OF_ALL,
+    correction_count,
+    most_samples,
+    move_samples,
+    sample_count,
+    takes_as_needed,
+)
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,
@@ -23,8 +30,6 @@ from simulator.optics.passes.patch_windows import PATCH_MACROS, PatchWindows, ma
 from simulator.optics.passes.tile_grid import BAND_ROWS, HALF_TILE, MARGIN_COLUMNS, BandRows
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
-
-POINTS_SAVED = 4  # divides the aperture samples of a correction at one sample per photosite: they do not sample its area too
 
 
 @dataclass(frozen=True)
@@ -259,8 +264,7 @@ class RowBand:
         places = self._places(rows, sampled, BLOCK_ROWS, BLOCK_COLUMNS, *slabs.ranges(sampled))
         corrected = chosen.methods[sampled] == Method.CORRECTED
         points, largest = sample_count(chosen.largest_px[sampled], self.defocus), chosen.largest_px[sampled]
-        points = np.where(corrected & (self.samples_per_axis == 1), points // POINTS_SAVED, points)
-        points = np.where(corrected, points, most_samples(largest, self.defocus))
+        points = np.where(corrected, correction_count(points, self.samples_per_axis), most_samples(largest, self.defocus))
         self.windows.measure(self.sampled, self.radius, self._row_band(rows), self._sample_rows(rows))
         down, right = np.nonzero(sampled)
         corners, shares = self.tables.around_blocks(rows.tiles.start * ROWS_IN_TILE + down, right)

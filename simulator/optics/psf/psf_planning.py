@@ -11,6 +11,7 @@ from simulator.color.spectra import efficiency_on, integral_weights
 from simulator.errors import require
 from simulator.optics.defocus.accuracy import SHARP_PX, Accuracy
 from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.error_term import Skipped
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.field_psf import (
@@ -77,13 +78,13 @@ def plan_visible_psf(
     scale: float,
     contrast: float,
     accuracy: Accuracy,
-) -> tuple[FieldPsf | None, str | None]:
-    """PSF of a shot, None where it has no visible effect, and the reason why it is left out, None where it is not.
+) -> tuple[FieldPsf | None, Skipped | None]:
+    """PSF of a shot, None where it has no visible effect, and why it is left out, None where it is not.
 
     contrast: of `contrast_sigma`. weights: of `OpticsPlan`. Raises PhotositeError as `plan_psf`.
     """
     if contrast == 0.0:
-        return None, "the scene is the same everywhere"
+        return None, Skipped("the scene is the same everywhere")
     psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance)
     if psf is None:
         return None, None
@@ -91,7 +92,7 @@ def plan_visible_psf(
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
         change = contrast * bound_change(psf, camera.channels)
         if change < SKIPPED_SHARE * accuracy.tolerance:
-            return None, f"changes nothing by more than {change:.2g} sigma"
+            return None, Skipped(f"changes nothing by more than {change:.2g} sigma", change)
     return _with_gather(psf, camera.channels, scene, accuracy, scale), None
 
 

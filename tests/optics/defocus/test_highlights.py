@@ -19,8 +19,8 @@ from simulator.optics.defocus.highlights import (
     spot_weights,
 )
 from simulator.optics.pupil.pupil import Pupil
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure
-from simulator.pipeline.simulate import expose
 from simulator.sensor.camera.camera import Window
 
 ROWS, COLUMNS, MARGIN, EDGE = 96, 192, 24, 110

@@ -20,8 +20,8 @@ from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import Method
 from simulator.optics.passes.tile_plan import plan_tiles
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
-from simulator.pipeline.simulate import expose
 from simulator.sensor.camera.camera_sections import Window
 
 MARGIN = 32

@@ -80,13 +80,16 @@ def test_it_is_small_where_the_scene_is_smooth():
 
 
 def test_simulate_warns_where_the_tolerance_may_not_be_kept(capsys):
-    """One picture with depth: the largest term is the background that it does not show, and layers are the fix."""
+    """One picture with depth: the method's part, and apart from it the background that the picture does not show."""
     flat = one_picture(textured_planes((-8.0, 0.0, 8.0), (64, 80), margin=2))
     scene = band_scene(flat.colour[0], np.asarray(depth_of(flat.radius_px[0])))
     shot = Shot(scene, LENS, Exposure(0.001), small_camera(80, 64))
-    (warning,) = simulate(shot).resolved["warnings"]
-    assert warning.startswith("tolerance = 0.1: the lens blur may be wrong by") and LAYERS in warning
-    assert "background behind edges" in warning and plan(shot).warnings() == [warning]
+    told = simulate(shot).resolved
+    method, hidden = told["warnings"]
+    assert method.startswith("tolerance = 0.1 is not met: the lens blur may be wrong by") and "background" not in method
+    assert hidden.startswith("lens blur: up to") and "background behind edges" in hidden and LAYERS in hidden
+    assert plan(shot).warnings() == [method, hidden]
+    assert told["error_budget"]["clamped"] and told["error_budget"]["input_sigma"] > 0.1
     for quiet in (
         dataclasses.replace(shot, tolerance=0.0),
         dataclasses.replace(shot, tolerance=10.0, scene=band_scene(np.ones((64, 80)), 3.0)),

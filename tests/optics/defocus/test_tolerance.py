@@ -15,18 +15,17 @@ from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import MOST, Accuracy, grid_error, points_error, product_error, slope_error
-from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, sample_count
+from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, POINTS_SAVED, sample_count
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import error_terms
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.passes.reference_mosaic import BAND_ROWS
-from simulator.optics.passes.row_band import POINTS_SAVED
 from simulator.optics.pupil.pupil import Aperture
 from simulator.optics.ray_reference.height_field_rays import sample_height_field
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.sensor.camera.camera import Window
 from simulator.sensor.stages.dark_current import DarkCurrent
 from simulator.sensor.stages.full_well import FullWell
@@ -177,7 +176,7 @@ def test_settings_follow_the_error_that_is_allowed():
 
 
 def sigma_by_method(defocus: Defocus) -> dict[str, float]:
-    return {term.method: term.sigma for term in error_terms(defocus)}
+    return {term.cause: term.sigma for term in error_terms(defocus)}
 
 
 def test_the_plan_tells_the_predicted_error():
@@ -190,7 +189,8 @@ def test_the_plan_tells_the_predicted_error():
     }
     assert errors == pytest.approx({method: share / accuracy.sigma for method, share in expected.items()})
     told = next(step.why for step in planned.steps if step.stage == "blur accuracy")
-    assert "brightest light 2e+04 e-" in told and "8192 points of the aperture 0.0" in told
+    assert "brightest light 2e+04 e-" in told
+    assert sigma_by_method(planned.optics.defocus) == {term.cause: term.sigma for term in planned.error_budget.terms}
     plane = sigma_by_method(case_plan(slanted_plane((0.05, 0.11), 2)).optics.defocus)
     assert len(plane) == 3 and any("slopes" in method for method in plane) and any("no blur" in method for method in plane)
 

@@ -13,9 +13,9 @@ from helpers.textured_planes import one_picture, texture, textured_planes, with_
 from simulator.device import open_device
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.defocus import Method
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.sensor.camera.camera_sections import Window
 
 

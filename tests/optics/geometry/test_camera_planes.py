@@ -9,9 +9,9 @@ from helpers.scene_builders import FixedScene
 
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.scene import Scene
 
 

@@ -16,8 +16,8 @@ from simulator.device import open_device
 from simulator.optics.defocus.aperture_rectangles import aperture_rectangles, rectangle_count
 from simulator.optics.defocus.predicted_error import predicted_error
 from simulator.optics.pupil.pupil import Aperture, Pupil
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
-from simulator.pipeline.simulate import expose
 from simulator.scene.image import ImageScene
 from simulator.sensor.camera.camera import Window
 

@@ -20,9 +20,10 @@ from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.psf_planning import plan_psf
 from simulator.optics.pupil.pupil import Aperture
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose, simulate
+from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import Window
 
 
@@ -146,7 +147,7 @@ def test_what_is_skipped_agrees_with_what_would_have_been_done():
     shot = Shot(band_scene(planes, math.inf), lens(11.0, diffraction=True), Exposure(0.05), green_camera(low_pass_um=3.0))
     planned = plan(shot)
     assert planned.optics.psf is None
-    told = re.fullmatch(r"changes nothing by more than (\S+) sigma", planned.optics.psf_skip_reason)
+    told = re.fullmatch(r"changes nothing by more than (\S+) sigma", planned.optics.psf_skipped.reason)
     psf = plan_psf(shot.lens, planned.sensor.camera, planned.optics.scene, None, planned.optics.projection.scale)
     found, skipped = (
         open_device().download(expose(measure(one, open_device()), open_device()), (48, 64), np.float32).astype(np.float64)

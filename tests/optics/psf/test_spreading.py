@@ -21,9 +21,9 @@ from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable
 from simulator.optics.pupil.pupil import Aperture, Pupil
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.scene import Layer, Scene
 from simulator.sensor.camera.camera import Window
 

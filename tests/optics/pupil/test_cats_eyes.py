@@ -12,7 +12,7 @@ from helpers.scene_builders import FixedScene, band_scene
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.aperture_kernel import clipped_weights, disk_weights
 from simulator.optics.defocus.clipped_kernel import shape_weights
-from simulator.optics.defocus.field_pupil import MOST_MOVED, plan_cats_eyes
+from simulator.optics.defocus.field_pupil import MOST_MOVED, middle_error, plan_cats_eyes, zone_error
 from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.convex_area import Disk, intersection_area
@@ -20,9 +20,10 @@ from simulator.optics.pupil.pupil import Aperture, Pupil, PupilStop
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 from simulator.optics.ray_reference.height_field_rays import sample_height_field
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose, simulate
+from simulator.pipeline.simulate import simulate
 from simulator.scene.scene import Layer
 from simulator.sensor.camera.camera import Window
 
@@ -295,3 +296,29 @@ def test_zones_are_as_coarse_as_the_rims_allow():
     assert found == [64, 64, 128]
     assert plan_cats_eyes(LENS, 4.2, (8480, 5664), 8.0).zone_px == 128
     assert plan_cats_eyes(dataclasses.replace(LENS, f_number=5.6), 8.4, (4240, 2832), 4.0) is None
+    exact, loose = (plan_cats_eyes(LENS, 8.4, (4240, 2832), 4.0, allowed) for allowed in (1e-4, 1.0))
+    assert exact.zone_px == 16 and loose.zone_px == 64  # a tolerance makes zones smaller, never larger
+
+
+@pytest.mark.parametrize("zone_px", [32, 64, 128, 256])
+@pytest.mark.parametrize("radius", [4.0, 16.0])
+def test_the_law_of_zones_bounds_what_is_found(radius, zone_px):
+    """In a corner of the frame, beside edges of 50 : 1 and in rough texture; own pupils of all photosites are the truth."""
+    eyes = dataclasses.replace(plan_cats_eyes(LENS, 8.4, (4240, 2832), radius), zone_px=zone_px)
+    first = np.array([zone_px * (3800 // zone_px), zone_px * (2500 // zone_px)])
+    place = np.stack([np.arange(0, zone_px, zone_px // 8), np.full(8, zone_px // 2)])
+    corner = zone_px * np.array([[0, 1, 0, 1], [0, 0, 1, 1]])
+    own, corners, middle = (
+        shape_weights(LENS.pupil, eyes.fields(*(first[:, None] + at)), np.full(at.shape[1], radius))
+        for at in (place + 0.5, corner, np.full((2, 1), 0.5 * zone_px))
+    )
+    right, down = (place + 0.5) / zone_px
+    shares = np.stack([(1 - down) * (1 - right), (1 - down) * right, down * (1 - right), down * right], axis=1)
+    interpolated = np.einsum("nk,kij->nij", shares, corners)
+    y, x = np.mgrid[: own.shape[1], : own.shape[1]] - own.shape[1] // 2
+    light = [np.where(x * math.cos(a) + y * math.sin(a) > d * radius, 1.0, 0.02) for a in range(6) for d in (-0.7, 0.0, 0.7)]
+    light += list(np.random.default_rng(5).random((10, *x.shape)))
+    truth = np.einsum("nij,kij->nk", own, light)
+    for found, law in ((interpolated, zone_error), (middle, middle_error)):
+        error = np.abs(np.einsum("nij,kij->nk", found - own, light)) / np.sqrt(truth)  # counts by the noise at its own place
+        assert np.quantile(error, 0.999) <= law(eyes.movement(zone_px)) + 3e-4  # the float32 of the sampled shapes

@@ -17,9 +17,9 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.ray_reference.deep_rays import DeepPicture
 from simulator.optics.ray_reference.layered_rays import ray_samples
+from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
-from simulator.pipeline.simulate import expose
 from simulator.scene.compositing import deep_pixels_of, flatten_layers
 from simulator.scene.deep import DeepDepth, DeepScene
 from simulator.scene.deep_pixels import DeepPixels, surface_slopes

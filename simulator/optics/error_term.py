@@ -1,0 +1,31 @@
+"""What an approximation of the light may be wrong by, as each one declares it beside its method."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+Limit = Literal["method", "input"]
+
+
+@dataclass(frozen=True)
+class ErrorTerm:
+    """One cause of error of the mean light.
+
+    effect: what is approximated, by its pass. cause: the approximation. sigma: largest size that 99.9 % of the photosites keep
+    below [standard deviations of the noise]. fix: what makes it smaller; "": nothing that a user can give.
+    limit: "method" for an approximation of what the scene holds; "input" for what the scene does not hold, such as a surface
+    behind another, which no method can know.
+    """
+
+    effect: str
+    cause: str
+    sigma: float
+    fix: str = ""
+    limit: Limit = "method"
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """An effect that is left out. reason: why. sigma: error of the light without it [standard deviations of the noise]."""
+
+    reason: str
+    sigma: float = 0.0

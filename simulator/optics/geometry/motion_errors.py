@@ -1,0 +1,25 @@
+"""Predicts the error of the image's motion as it is planned."""
+
+from simulator.optics.error_term import ErrorTerm, Skipped
+from simulator.optics.geometry.motion_plan import MotionPlan
+
+MOTION = "motion blur"  # effect of the terms
+STILL = "give a smaller tolerance"
+SHORTER = "give a shorter exposure.time"
+LAYERS = "give the scene as layers with one distance each, or tolerance: 0 for rays"
+
+
+def motion_errors(motion: MotionPlan | None, skipped: Skipped | None, sigma: float) -> list[ErrorTerm]:
+    """Return the error of the instants of a motion, or of leaving it out. skipped: why it is; None: it is not.
+
+    sigma: one standard deviation of the noise, as a share of the brightest light.
+    """
+    if skipped is not None:
+        return [ErrorTerm(MOTION, "none, since nothing moves far", skipped.sigma, STILL)]
+    if motion is None:
+        return []
+    if motion.method == "joint":
+        cause = f"{motion.count} instants on points of the aperture, tilted surfaces and turns of the picture"
+        return [ErrorTerm(MOTION, cause, motion.error / sigma, LAYERS)]
+    cause = f"{motion.count} instants on a path of {motion.length.longest_px:.3g} photosites"
+    return [ErrorTerm(MOTION, cause, motion.error / sigma, SHORTER)]

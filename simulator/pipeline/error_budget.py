@@ -1,0 +1,84 @@
+"""The error budget of a plan: what all approximations of its light add up to, against the tolerance that was asked for."""
+
+from dataclasses import dataclass
+
+from simulator.optics.defocus.predicted_error import error_terms, ignored_error
+from simulator.optics.error_term import ErrorTerm, Limit
+from simulator.optics.geometry.motion_errors import motion_errors
+from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.psf.psf_errors import psf_errors
+
+ROUNDING = 1.001  # of a prediction that was chosen to be the tolerance
+SMALLEST_SIGMA = 1e-4  # prediction below which a term is not worth a line
+
+
+@dataclass(frozen=True)
+class ErrorBudget:
+    """Predicted errors of a plan's light.
+
+    tolerance: allowed error of what the methods approximate [standard deviations of the noise]; 0: the reference path.
+    terms: of all approximations, in the order of the light.
+    """
+
+    tolerance: float
+    terms: tuple[ErrorTerm, ...]
+
+    def sigma(self, limit: Limit) -> float:
+        """Return the sum of the terms that are limited so [standard deviations of the noise]."""
+        return sum(term.sigma for term in self.terms if term.limit == limit)
+
+    @property
+    def predicted_sigma(self) -> float:
+        """Error that the methods leave, by their laws: the bound that holds [standard deviations of the noise]."""
+        return self.sigma("method")
+
+    @property
+    def is_clamped(self) -> bool:
+        """Whether no method meets the tolerance, so that the larger bound `predicted_sigma` holds instead."""
+        return 0.0 < ROUNDING * self.tolerance < self.predicted_sigma
+
+    @property
+    def binding(self) -> ErrorTerm | None:
+        """The largest term of a method; None: nothing is approximated."""
+        own = [term for term in self.terms if term.limit == "method"]
+        return max(own, key=lambda term: term.sigma, default=None)
+
+    def warnings(self) -> list[str]:
+        """Return a sentence for each promise that is not kept: key, value, cause and fix."""
+        found, binding = [], self.binding
+        if self.is_clamped and binding is not None:
+            found.append(
+                f"tolerance = {self.tolerance:g} is not met: the {binding.effect} may be wrong by {self.predicted_sigma:.2g} "
+                f"sigma, {binding.sigma:.2g} of it by {binding.cause}; {binding.fix}"
+            )
+        hidden = [term for term in self.terms if term.limit == "input" and term.sigma > self.tolerance]
+        found += [f"{term.effect}: up to {term.sigma:.2g} sigma by {term.cause}; {term.fix}" for term in hidden]
+        return found
+
+    def describe(self) -> dict[str, object]:
+        """Return the budget as plain data, for the JSON file."""
+        return {
+            "tolerance_sigma": self.tolerance,
+            "predicted_sigma": self.predicted_sigma,
+            "input_sigma": self.sigma("input"),
+            "clamped": self.is_clamped,
+            "terms": [
+                {"effect": one.effect, "cause": one.cause, "sigma": one.sigma, "limited_by": one.limit, "fix": one.fix}
+                for one in self.terms
+            ],
+        }
+
+
+def error_budget(optics: OpticsPlan) -> ErrorBudget:
+    """Return the predicted errors of all approximations of a plan's light, in the order of the light."""
+    accuracy, contrast, sigma = optics.accuracy, optics.contrast, optics.accuracy.sigma
+    terms: list[ErrorTerm] = []
+    if optics.defocus is None:
+        terms += ignored_error(accuracy, optics.ignored_px)
+    elif optics.psf is None or not optics.psf.by_distance:
+        terms += error_terms(optics.defocus, contrast)
+    terms += psf_errors(optics.psf, optics.psf_skipped, accuracy)
+    moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
+    moving.append(motion_errors(None, optics.motion_skipped, sigma))
+    terms += max(moving, key=lambda found: sum(term.sigma for term in found))
+    return ErrorBudget(accuracy.tolerance, tuple(term for term in terms if term.sigma > SMALLEST_SIGMA))

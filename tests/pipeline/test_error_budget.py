@@ -1,0 +1,62 @@
+"""The error budget: terms of all approximations, what a method leaves apart from what the scene does not hold."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+from helpers.lens_frame import LENS
+from helpers.scene_builders import band_scene
+
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.motion import Motion
+from simulator.exposure.settings import Exposure
+from simulator.optics.error_term import ErrorTerm
+from simulator.pipeline.error_budget import ErrorBudget
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+
+TERMS = (
+    ErrorTerm("lens blur", "points", 0.04, "more points"),
+    ErrorTerm("motion blur", "instants", 0.05, "more instants"),
+    ErrorTerm("lens blur", "background", 3.0, "layers", "input"),
+)
+
+
+def test_terms_of_methods_add_up_and_those_of_the_input_stand_apart():
+    budget = ErrorBudget(0.1, TERMS)
+    assert budget.predicted_sigma == pytest.approx(0.09) and budget.sigma("input") == 3.0
+    assert not budget.is_clamped and budget.binding == TERMS[1]
+    (hidden,) = budget.warnings()
+    assert hidden == "lens blur: up to 3 sigma by background; layers"
+
+
+def test_a_tolerance_that_is_not_met_is_told_with_cause_and_fix():
+    budget = ErrorBudget(0.08, TERMS[:2])
+    assert budget.is_clamped
+    (warning,) = budget.warnings()
+    assert (
+        warning
+        == "tolerance = 0.08 is not met: the motion blur may be wrong by 0.09 sigma, 0.05 of it by instants; more instants"
+    )
+    assert not ErrorBudget(0.0, TERMS[:2]).is_clamped  # the reference path
+
+
+def test_it_is_plain_data():
+    told = json.loads(json.dumps(ErrorBudget(0.08, TERMS).describe()))
+    assert told["clamped"] and told["predicted_sigma"] == pytest.approx(0.09) and told["input_sigma"] == 3.0
+    assert [one["limited_by"] for one in told["terms"]] == ["method", "method", "input"]
+
+
+def test_each_effect_has_its_terms():
+    """A blurred picture that moves, and one whose motion is left out with its error."""
+    planes = np.random.default_rng(1).random((64, 80))
+    shot = Shot(band_scene(planes, 3.0), LENS, Exposure(0.001), small_camera(80, 64))
+    still = plan(shot).error_budget
+    assert {term.effect for term in still.terms} == {"lens blur"} and still.predicted_sigma > 0.0
+    moving = dataclasses.replace(shot, motion=Motion(camera=SteadyMotion(pan_deg_per_s=100.0)))
+    assert {term.effect for term in plan(moving).error_budget.terms} == {"lens blur", "motion blur"}
+    slow = dataclasses.replace(shot, motion=Motion(camera=SteadyMotion(pan_deg_per_s=1e-4)))
+    (left_out,) = (term for term in plan(slow).error_budget.terms if term.effect == "motion blur")
+    assert "nothing moves far" in left_out.cause and 0.0 < left_out.sigma < 0.1
