@@ -15,19 +15,19 @@ from typing import Literal
 
 import numpy as np
 from measuring.contest import turns
+from measuring.light import exposing
 from measuring.record import ERROR_COLUMNS, Z_ERROR, Record, Row, z_errors
 from measuring.run import Run
 from peers.mitsuba_lens import MitsubaLens
 from peers.slab_fft import slab_blur
 
 from simulator import load_shot
-from simulator.device import Buffer, Device
+from simulator.device import Device
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.accuracy import BRIGHT
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
-from simulator.pipeline.execution import expose
-from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.planner import Plan, plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer, Scene
 from simulator.sensor.camera.camera import Window
@@ -168,7 +168,7 @@ def measure_defocus(run: Run) -> Record:
     truth = rays(device, first, scene, run.pick(1024, 8192, 8192))
     here = np.s_[window.y : window.y + window.height, window.x : window.x + window.width]
     made: dict[str, Callable[[], np.ndarray]] = {}
-    runs = {f"Photosite, {name}": _blurring(device, planned, made, f"Photosite, {name}") for name, planned in plans.items()}
+    runs = {f"Photosite, {name}": exposing(device, planned, made, f"Photosite, {name}") for name, planned in plans.items()}
     runs |= slabs(first, scene, made)
     for name, timing in run.turns("lens blur", runs).items():
         more = {"is_default": True} if name.endswith((f" {DEFAULT:g} σ", "with depth")) else {}
@@ -178,18 +178,6 @@ def measure_defocus(run: Run) -> Record:
     record.mark_dominated()
     judge(record)
     return record
-
-
-def _blurring(device: Device, planned: Plan, made: dict[str, Callable[[], np.ndarray]], name: str) -> Callable[[], None]:
-    """Run of the light on the sensor, which leaves in `made` what returns it."""
-    shape = planned.optics.sensor_px[::-1]
-
-    def blur() -> None:
-        mosaic: Buffer = expose(measure(planned, device), device)
-        device.finish()
-        made[name] = lambda: device.download(mosaic, shape, np.float32)
-
-    return blur
 
 
 def slabs(

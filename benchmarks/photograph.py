@@ -17,6 +17,7 @@ from typing import Literal
 
 import numpy as np
 from defocus import mosaic_of
+from measuring.light import light_of
 from measuring.processes import Ended, time_process
 from measuring.record import ERROR_COLUMNS, Z_ERROR, Record, slope, z_errors
 from measuring.run import Run
@@ -27,9 +28,8 @@ from data_gen.sources.motorcycle import motorcycle_scene
 from simulator import load_shot, simulate
 from simulator.device import Device
 from simulator.optics.defocus.accuracy import BRIGHT
-from simulator.pipeline.execution import expose
 from simulator.pipeline.passes import PROGRAM_BYTES
-from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.planner import Plan, plan
 from simulator.pipeline.shot import Shot
 from simulator.sensor.camera.camera import Window
 
@@ -112,12 +112,6 @@ def size_of(shot: Shot) -> str:
     return f"{shot.camera.width_px} x {shot.camera.height_px}"
 
 
-def light_of(shot: Shot, device: Device) -> np.ndarray:
-    """Light on the sensor, (height, width) in each photosite's own colour."""
-    planned, window = plan(shot), shot.camera.frame
-    return device.download(expose(measure(planned, device), device), (window.height, window.width), np.float32)
-
-
 def most_mixed(shot: Shot, planned: Plan, width: int, height: int) -> Window:
     """The window of this size over which blur radii differ most, of those in the middle nine tenths of the frame."""
     camera, scale = shot.camera, planned.optics.projection.scale
@@ -142,7 +136,7 @@ def shows_all(shot: Shot, device: Device) -> np.ndarray:
     It makes no difference to them whether the background is continued behind edges.
     """
     with_it, without = (
-        light_of(replace(shot, scene=replace(shot.scene.load(), hidden=hidden), tolerance=0.03), device)
+        light_of(device, plan(replace(shot, scene=replace(shot.scene.load(), hidden=hidden), tolerance=0.03)))
         for hidden in ("extend", "none")
     )
     scale = ELECTRONS / float(np.quantile(with_it, BRIGHT))
@@ -171,15 +165,15 @@ def measure_photograph(run: Run) -> Record:
     """Run time and error of the whole chain, stopped down and wide open."""
     columns = ERROR_COLUMNS | {"error": [Z_ERROR, ".2f"], "p99": ["p99", ".2f"], "rms": ["rms", ".3f"]}
     record, device = Record("photograph", "Whole photographs", TEXT, Z_ERROR, columns, "error"), run.device()
-    megapixels = run.pick(0.8, 3.0, 12.0)
+    megapixels = run.pick(0.8, 2.0, 12.0)
     for name in (STOPPED_DOWN, WIDE_OPEN):
         base = shot_of(name, megapixels=megapixels)
-        compared = run.pick((32, 24), (64, 48), (192, 128))
+        compared = run.pick((32, 24), (48, 32), (192, 128))
         record.facts |= {"size": size_of(base), "compared": "{} x {}".format(*compared)}
         window = most_mixed(base, plan(base), *compared)
         here = np.s_[window.y : window.y + window.height, window.x : window.x + window.width]
         part = replace(base, camera=replace(base.camera, window=window))
-        truth, known = light_of(replace(part, tolerance=0.0), device), shows_all(part, device)
+        truth, known = light_of(device, plan(replace(part, tolerance=0.0))), shows_all(part, device)
         shots = {f"Photosite, {tolerance:g} σ": replace(base, tolerance=tolerance) for tolerance in TOLERANCES}
         runs: dict[str, Callable[[], object]] = {key: lambda shot=shot: simulate(shot) for key, shot in shots.items()}
         planned, made = plan(base), {}
@@ -192,7 +186,7 @@ def measure_photograph(run: Run) -> Record:
         scale = ELECTRONS / float(np.quantile(truth, BRIGHT))
         case = f"f/{base.lens.f_number:g}"
         for key, timing in run.turns(case, runs).items():
-            found = (light_of(shots[key], device) if key in shots else made[key])[here]
+            found = (light_of(device, plan(shots[key])) if key in shots else made[key])[here]
             more = {"is_default": True} if key.endswith(f" {DEFAULT:g} σ") else {}
             record.add(case, key, timing, **z_errors(found[known], truth[known], scale), **more)
         record.facts[f"known, {case}"] = float(known.mean())

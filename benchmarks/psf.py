@@ -10,16 +10,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from measuring.light import exposing
 from measuring.record import ERROR_COLUMNS, Z_ERROR, Record, z_errors
 from measuring.run import Run
 from motion import camera_of, frame_size, photographs, squares
 from scipy.signal import fftconvolve, oaconvolve
 
-from simulator.device import Device
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
-from simulator.pipeline.execution import expose
-from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Scene
 
@@ -59,18 +58,6 @@ def shot_of(light: np.ndarray, kernel: Path, tolerance: float) -> Shot:
     probe = Shot(scene, lens, Exposure(PROBE_S), camera, tolerance=tolerance)
     time_s = PROBE_S * ELECTRONS / plan(probe).optics.accuracy.electrons
     return replace(probe, exposure=Exposure(time_s))
-
-
-def convolving(device: Device, planned: Plan, made: dict[str, Callable[[], np.ndarray]], name: str) -> Callable[[], None]:
-    """Run of the light on the sensor, which leaves in `made` what returns it."""
-    shape, unit = planned.optics.sensor_px[::-1], float(planned.optics.weights.sum())
-
-    def run() -> None:
-        mosaic = expose(measure(planned, device), device)
-        device.finish()
-        made[name] = lambda: device.download(mosaic, shape, np.float32) / unit
-
-    return run
 
 
 def part_of(kernel: np.ndarray, reach_px: int) -> np.ndarray:
@@ -158,14 +145,19 @@ def measure_psf(run: Run) -> Record:
             border = len(kernel) // 2
             truth = fftconvolve(np.pad(light.astype(np.float64), border, "edge"), kernel, "valid")
             runs: dict[str, Callable[[], object]] = {}
+            units: dict[str, float] = {}
             for tolerance in TOLERANCES:
                 name = f"Photosite, {tolerance:g} σ"
-                runs[name] = convolving(device, plan(shot_of(light, path, tolerance)), made, name)
+                planned = plan(shot_of(light, path, tolerance))
+                runs[name] = exposing(device, planned, made, name)
+                units[name] = float(planned.optics.weights.sum())
             for name, make in peers_of(light, kernel, record).items():
                 runs[name] = lambda name=name, make=make, made=made: _keep(made, name, make())
             for name, timing in run.turns(case, runs).items():
                 more = {"is_default": True} if name == f"Photosite, {DEFAULT:g} σ" else {}
-                record.add(case, name, timing, **z_errors(made[name](), truth, ELECTRONS / BRIGHTEST), **more)
+                record.add(
+                    case, name, timing, **z_errors(made[name]() / units.get(name, 1.0), truth, ELECTRONS / BRIGHTEST), **more
+                )
     record.mark_dominated()
     return record
 

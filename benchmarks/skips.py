@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from defocus import depth_of
+from measuring.light import exposing, light_of
 from measuring.record import ERROR_COLUMNS, Z_ERROR, Record, z_errors
 from measuring.run import Run
 from motion import camera_of, frame_size, squares
@@ -21,9 +22,8 @@ from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.defocus import plan_defocus
 from simulator.optics.lens.thin_lens import ThinLens
-from simulator.pipeline.execution import expose
 from simulator.pipeline.light_cache import LightCache
-from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.planner import Plan, plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Layer, Scene
 from simulator.sensor.camera.camera import Camera, Window
@@ -102,12 +102,7 @@ class Skips:
 
     def exposed(self, name: str, how: str, shot: Shot, planned: Plan) -> Setting:
         """A setting that makes the light of a plan on the sensor."""
-
-        def run() -> None:
-            expose(measure(planned, self.device), self.device)
-            self.device.finish()
-
-        return Setting(name, how, run, shot, planned)
+        return Setting(name, how, exposing(self.device, planned, {}, name), shot, planned)
 
     def sharp(self) -> list[Setting]:
         """No blur in a sharp scene."""
@@ -218,13 +213,8 @@ class Skips:
         planned = plan(part)
         if setting.planned is not None:
             planned = replace(planned, optics=replace(planned.optics, defocus=setting.planned.optics.defocus))
-        found, truth = (self._light(one) for one in (planned, plan(replace(part, tolerance=0.0))))
+        found, truth = (light_of(self.device, one) for one in (planned, plan(replace(part, tolerance=0.0))))
         return z_errors(found, truth, ELECTRONS / float(truth.max()))
-
-    def _light(self, planned: Plan) -> np.ndarray:
-        window = planned.optics.window
-        mosaic = expose(measure(planned, self.device), self.device)
-        return self.device.download(mosaic, (window.height, window.width), np.float32)
 
 
 def measure_skips(run: Run) -> Record:

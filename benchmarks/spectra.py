@@ -9,17 +9,16 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from measuring.light import exposing
 from measuring.record import ERROR_COLUMNS, Z_ERROR, Record, z_errors
 from measuring.run import Run
 from motion import frame_size
 from photograph import SHOTS
 
 from simulator import load_shot
-from simulator.device import Device
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
-from simulator.pipeline.execution import expose
-from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.planner import Plan, plan
 from simulator.pipeline.shot import Shot
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
@@ -63,18 +62,6 @@ def scene_of(planes: np.ndarray, spectra: np.ndarray, wavelengths_nm: np.ndarray
     """A flat scene of planes (height, width, bands), which cannot be written to."""
     planes.setflags(write=False)
     return Scene(planes, 1e-3 * spectra, wavelengths_nm, np.ones(len(wavelengths_nm)), 2.0, interpolation="nearest")
-
-
-def exposing(device: Device, planned: Plan, made: dict[str, Callable[[], np.ndarray]], name: str) -> Callable[[], None]:
-    """Run of the light on the sensor, which leaves in `made` what returns it."""
-    shape = planned.optics.sensor_px[::-1]
-
-    def run() -> None:
-        mosaic = expose(measure(planned, device), device)
-        device.finish()
-        made[name] = lambda: device.download(mosaic, shape, np.float32)
-
-    return run
 
 
 def truth_of(shares: np.ndarray, radiance: np.ndarray, camera: Camera) -> np.ndarray:
