@@ -11,10 +11,10 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help demo docs test test-all test-clients converters benchmark stress lint format clean
+.PHONY: help demo docs test test-all test-clients converters bench bench-full bench-compare benchmark stress lint format clean
 
 help: ## print this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' Makefile
 	@echo "PYTHON=python3.12 picks another Python (after make clean)."
 
 demo: $(VENV)/demo.stamp ## take the demonstration pictures
@@ -37,8 +37,20 @@ test-all: $(VENV)/test.stamp $(VENV)/peers.stamp ## run every test, the minutes-
 test-clients: $(VENV)/test.stamp $(VENV)/clients.stamp converters ## open the raw files with other converters; installs those that are missing
 	@$(BIN)/python -m pytest -m clients
 
-benchmark: $(VENV)/bench.stamp ## measure run times beside other packages
-	@for script in benchmarks/*.py; do echo "$$script"; $(BIN)/python "$$script" || exit; done
+# ONLY=defocus,motion measures these sections alone; RESUME=1 leaves those that were measured at this commit.
+BENCH = $(BIN)/python benchmarks/bench.py $(if $(ONLY),--only $(ONLY)) $(if $(RESUME),--resume)
+
+bench: $(VENV)/demo.stamp $(VENV)/report.stamp ## measure run time against error beside packages that are installed (10 minutes)
+	@$(BENCH)
+
+bench-full: $(VENV)/demo.stamp $(VENV)/bench.stamp ## the same with larger frames, more turns, and all peers, which it installs
+	@$(BENCH) --size full
+
+benchmark: bench-full
+
+bench-compare: $(VENV)/demo.stamp $(VENV)/report.stamp ## compare times and errors with another commit: make bench-compare BASE=main
+	@test -n "$(BASE)" || { echo "error: name a commit, e.g. make bench-compare BASE=main"; exit 2; } >&2
+	@$(BIN)/python benchmarks/checkouts/compare_results.py $(BASE) $(if $(ONLY),--only $(ONLY))
 
 stress: $(VENV)/test.stamp ## search each kernel for the inputs at which it is farthest from float64; ten minutes
 	@PYTHONPATH=tests:benchmarks $(BIN)/python -m stress && $(BIN)/python docs/make_stress.py

@@ -1,19 +1,17 @@
 """Cat's eyes: error of the zones in units of the noise, and time with rims beside that without.
 
-    python benchmarks/cats_eyes.py [--out build/benchmarks]
-
 The lens is the 50 mm f/1.4 of docs/lens.md with its two rims, before a full-frame sensor of 4240 x 2832 photosites. Truth: each
 photosite's mean over its own pupil in float64, in the middle and at the border of a zone near a corner. Edges run in 24
 directions and nine distances through the spot, from 0.02 to 1; a texture is independent from photosite to photosite.
 """
 
-import argparse
-import json
-import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from measuring.record import Record
+from measuring.run import Run
 
 from simulator import load_shot
 from simulator.device import open_device
@@ -74,39 +72,40 @@ def _p99(values: np.ndarray) -> float:
     return float(np.quantile(values, 0.99))
 
 
-def times(radius_px: float, rounds: int) -> dict[str, float]:
-    """Least time of the blur of one distance [s], without rims and with them, in turns."""
+def runs_of(radius_px: float) -> tuple[dict[str, Callable[[], object]], int]:
+    """The blur of one distance without rims and with them, by name, and the side of a zone [photosites]."""
     device, sharp = open_device(), plan(load_shot(SHOT, {"camera": "sony_a7s2"}))
     eyes = plan_cats_eyes(LENS, PITCH_UM, SENSOR_PX, radius_px)
-    found = {"without": [], "with": []}
-    for _ in range(rounds + 1):
-        for name, own in (("without", None), ("with", eyes)):
-            planned = replace(
-                sharp,
-                optics=replace(sharp.optics, defocus=Defocus((radius_px,), True, sharp.optics.projection.scale, eyes=own)),
-            )
-            started = time.perf_counter()
-            expose(measure(planned, device), device)
-            device.finish()
-            found[name].append(time.perf_counter() - started)
-    return {"radius_px": radius_px, "zone_px": eyes.zone_px} | {f"{name}_s": min(took[1:]) for name, took in found.items()}
+    assert eyes is not None  # the rims hide something
+
+    def blur(own: CatsEyes | None) -> None:
+        defocus = Defocus((radius_px,), True, sharp.optics.projection.scale, eyes=own)
+        expose(measure(replace(sharp, optics=replace(sharp.optics, defocus=defocus)), device), device)
+        device.finish()
+
+    return {"without rims": lambda: blur(None), "with rims": lambda: blur(eyes)}, eyes.zone_px
 
 
-def main() -> None:
-    """Measure, print, and write build/benchmarks/cats_eyes.json."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("build/benchmarks"))
-    parser.add_argument("--rounds", type=int, default=3)
-    arguments = parser.parse_args()
-    errors = [row for radius in (4.0, 16.0) for zone in (128, 64, 32) for row in zone_error(radius, zone)]
-    for row in errors:
-        print(" ".join(f"{value:.3f}" if isinstance(value, float) else str(value) for value in row.values()))
-    took = [times(radius, arguments.rounds) for radius in (4.0, 16.0, 32.0)]
-    for row in took:
-        print(f"R = {row['radius_px']:g}: {row['without_s']:.2f} s without rims, {row['with_s']:.2f} s with")
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    (arguments.out / "cats_eyes.json").write_text(json.dumps({"errors": errors, "times": took}, indent=1))
+TEXT = """\
+Deviation from each photosite's own pupil, 50 mm f/1.4 with two rims on 4240 x 2832 photosites, near a corner, in units of the
+noise; and the processor time of the blur of one distance, without rims and with them.
+"""
 
 
-if __name__ == "__main__":
-    main()
+def measure_cats_eyes(run: Run) -> Record:
+    """Errors of zones, and times."""
+    columns = {"case": ["blur", ""], "name": ["method", ""], "p99_2000": ["p99, 2,000 e⁻", ".2f"]}
+    columns |= {"max_2000": ["worst", ".2f"], "p99_20000": ["p99, 20,000 e⁻", ".2f"], "max_20000": ["worst", ".2f"]}
+    columns["cpu_s"] = ["processor time [s]", ".2f"]
+    record = Record("cats_eyes", "Cat's eyes", TEXT, columns=columns)
+    for radius in run.pick((4.0,), (16.0,), (4.0, 16.0)):
+        for zone in run.pick((64,), (128, 64, 32), (128, 64, 32)):
+            for row in zone_error(radius, zone):
+                name = f"zone of {zone} px, {row['scene']}, {row['method']}"
+                numbers = {key: value for key, value in row.items() if key.startswith(("p99", "max"))}
+                record.add(f"R = {radius:g} px", name, {}, **numbers)
+    for radius in run.pick((4.0,), (16.0,), (4.0, 16.0, 32.0)):
+        runs, zone = runs_of(radius)
+        for name, timing in run.turns(f"R = {radius:g} px", runs).items():
+            record.add(f"R = {radius:g} px", f"Photosite, {name}, zones of {zone} px", timing)
+    return record

@@ -3,15 +3,10 @@
 The network is three convolutions of 16 channels, 4 x 256 x 256 in and out, batches of 8: about the least that trains a
 denoiser, so that the loader's share is near its greatest. Sources: the clean frames of a data set with live noise, drawings
 with live noise, and stored pairs for comparison. The network alone gets one batch again and again.
-
-    python benchmarks/live.py [--rounds 4] [--steps 5] [--out build/benchmarks]
 """
 
-import argparse
 import json
-import os
 import statistics
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -19,12 +14,11 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.progress import Progress
+from measuring.record import Record
+from measuring.run import Run
 
 from data_gen.recipe.dataset_config import DataSet
-from data_gen.run import run
-from simulator.atomic_files import atomic_write
+from data_gen.run import run as write_data_set
 from simulator.config import load_file
 
 if TYPE_CHECKING:
@@ -121,7 +115,7 @@ def sources(folder: Path) -> dict[str, object]:
     drawn = {"count": PICTURES, "pictures": DRAWINGS}
     # Two pixels larger than a crop, because mosaics are flipped.
     for name, side in (("clean", 514), ("stored", 512)):
-        run(config(f"{name}.yaml", side=side, **drawn), folder / name)
+        write_data_set(config(f"{name}.yaml", side=side, **drawn), folder / name)
     patches = f"clean: {{data_set: {json.dumps(str(folder / 'clean'))}}}"
     return {
         "clean frames of a data set, live noise": LivePairs(config("live.yaml", count=PICTURES, side=512, pictures=patches)),
@@ -208,56 +202,52 @@ def measure_photographs(folder: Path, count: int, epochs: int, tell: Callable[[]
     return rows
 
 
-def measure(rounds: int, steps: int, photographs: int, epochs: int, progress: Progress) -> dict[str, object]:
+TEXT = """\
+Batches of {batch} pairs of 4 x 256 x 256 from `data_gen.torch` feed three convolutions of 16 channels, on the CPU: about
+the least that trains a denoiser, so that the loader's share is near its greatest. A step waits for its batch, then trains.
+PyTorch and PoCL use all cores, so what a worker saves in waiting it takes from the network: "over" says what a step costs in
+all. Pictures of the data set are read and cut beforehand.
+
+Photographs: 4 x 128 x 128 from a folder of JPEGs of 24 megapixels, in shuffled epochs without a network; "over" is the rate of
+later epochs over that of the NumPy loop (`benchmarks/peers/numpy_pairs.py`), which decodes each picture once in each worker,
+cuts, and draws Poisson and normal numbers. The first epoch starts the workers and decodes.
+"""
+COLUMNS = {
+    "case": ["", ""],
+    "name": ["batches", ""],
+    "workers": ["workers", "d"],
+    "median_s": ["step [s]", ".3f"],
+    "share": ["waiting", ".1%"],
+    "first": ["first epoch [1/s]", ".0f"],
+    "later": ["later epochs [1/s]", ".0f"],
+    "over": ["over", ".2f"],
+}
+
+
+def measure_live(run: Run) -> Record:
     """Rows by source and number of workers; a note instead when PyTorch is missing."""
-    record = {"machine": {"cores": os.cpu_count(), "load": os.getloadavg()}, "batch": BATCH, "rows": [], "notes": []}
+    record = Record("live", "Live pairs and a training step", TEXT, columns=COLUMNS, facts={"batch": BATCH})
     try:
-        from torch import __version__ as version
+        import torch  # noqa: F401
     except ImportError:
-        return record | {"notes": ["PyTorch is missing: pip install 'photosite[torch]'"]}
-    with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
-        found = sources(Path(folder))
-        batch = next(endless(found["stored pairs"], 0))
-        kinds = {("the network alone", 0): iter(lambda: batch, None)}
-        kinds |= {(name, workers): endless(pairs, workers) for name, pairs in found.items() for workers in (0, 1)}
-        task = progress.add_task("steps", total=rounds * len(kinds) * (WARM_UP + steps))
-        waits = in_turns(kinds, rounds, steps, lambda: progress.advance(task))
-        record["photographs"] = []
-        if photographs:
-            task = progress.add_task("photographs", total=2 * 2 * (1 + epochs))
-            record["photographs"] = measure_photographs(Path(folder), photographs, epochs, lambda: progress.advance(task))
+        record.note("PyTorch is missing: pip install 'photosite[torch]'")
+        return record
+    rounds, steps, photographs, epochs = run.pick(1, 2, 4), run.pick(1, 3, 5), run.pick(0, 4, 12), run.pick(1, 2, 4)
+    found = sources(run.folder)
+    batch = next(endless(found["stored pairs"], 0))
+    kinds: dict[tuple[str, int], Iterator] = {("the network alone", 0): iter(lambda: batch, None)}
+    kinds |= {(name, workers): endless(pairs, workers) for name, pairs in found.items() for workers in (0, 1)}
+    task = run.progress.add_task("  steps", total=rounds * len(kinds) * (WARM_UP + steps))
+    waits = in_turns(kinds, rounds, steps, lambda: run.progress.advance(task))
+    run.progress.remove_task(task)
     alone = waits["the network alone", 0].step_s
     for (name, workers), wait in waits.items():
-        row = {"name": name, "workers": workers, "step_s": wait.step_s, "share": wait.share, "over_alone": wait.step_s / alone}
-        record["rows"].append(row)
-    record["machine"]["load"] = os.getloadavg()
-    return record | {"torch": version}
-
-
-def main() -> None:
-    """Measure, print, and write live.json."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=4, help="turns of each kind")
-    parser.add_argument("--steps", type=int, default=5, help="steps of a turn")
-    parser.add_argument("--photographs", type=int, default=12, help="JPEGs of 24 megapixels; 0 leaves them out")
-    parser.add_argument("--epochs", type=int, default=4, help="of each contestant, after the first")
-    parser.add_argument("--out", type=Path, default=Path("build/benchmarks"), help="folder for live.json")
-    options = parser.parse_args()
-    with Progress(console=Console(stderr=True)) as progress:
-        record = measure(options.rounds, options.steps, options.photographs, options.epochs, progress)
-    for row in record["rows"]:
-        times = f"step {1e3 * row['step_s']:.0f} ms, waiting {100 * row['share']:.1f} %, {row['over_alone']:.2f} x alone"
-        print(f"{row['name']:40s} {row['workers']} workers: {times}")
-    for row in record.get("photographs", []):
-        rates = f"first epoch {row['first']:.0f}, later {row['later']:.0f} pairs/s, {row['over_loop']:.2f} x the loop"
-        print(f"{row['name']:40s} {row['workers']} workers, photographs: {rates}")
-    for note in record["notes"]:
-        print(f"left out: {note}")
-    options.out.mkdir(parents=True, exist_ok=True)
-    with atomic_write(options.out / "live.json") as path:
-        path.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
-    print(f"wrote {options.out / 'live.json'}")
-
-
-if __name__ == "__main__":
-    main()
+        more = {"workers": workers, "share": wait.share, "over": wait.step_s / alone}
+        record.add("step", name, {"median_s": wait.step_s}, **more)
+    if photographs:
+        task = run.progress.add_task("  photographs", total=2 * 2 * (1 + epochs))
+        rows = measure_photographs(run.folder, photographs, epochs, lambda: run.progress.advance(task))
+        run.progress.remove_task(task)
+        for row in rows:
+            record.add("photographs", row.pop("name"), {}, over=row.pop("over_loop"), **row)
+    return record

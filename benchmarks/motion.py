@@ -1,7 +1,5 @@
 """Motion blur: run time against error beside accumulated frames in NumPy, and its price beside the same shot at rest.
 
-    python benchmarks/motion.py [--only error,sharp,blurred] [--megapixels 12] [--error-megapixels 1] [--rounds 3]
-
 Run time against error: a path of 20 photosites over hard-edged squares, before a sensor without colour filter, with as many
 scene pixels as photosites. The error is against a sum in float64 over many instants, and points of the aperture where the lens
 blurs, in a window, in units of the noise when the brightest light gives 2000 e-. NumPy shifts what it sees by bilinear reads,
@@ -13,8 +11,6 @@ Price: whole shots in colour, second call in one process, in turns: of squares, 
 image, with a pixel for each photosite. The brightest light gives 2000 e-.
 """
 
-import argparse
-import json
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,18 +19,15 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
-from measuring.contest import turns
-from measuring.report import Report
-from rich.console import Console
-from rich.table import Table
+from measuring.record import ERROR_COLUMNS, Z_ERROR, Record, z_errors
+from measuring.run import Run
 from scipy.ndimage import shift
 from scipy.signal import oaconvolve
 from scipy.stats import qmc
 
 from data_gen.sources.motorcycle import motorcycle_scene
 from simulator import load_shot, simulate
-from simulator.atomic_files import atomic_write
-from simulator.device import Device, Kernel, open_device
+from simulator.device import Device, Kernel
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
@@ -55,8 +48,8 @@ BLUR_PX = (-5.0, 6.0)  # signed radii of the layers behind the lens
 ELECTRONS, PROBE_S = 2000.0, 1e-3  # of the brightest light; exposure at which it is looked at
 TOLERANCES = (1.0, 0.3, 0.1, 0.03)
 FRAMES = (4, 8, 16, 32, 64)
-DENSE = {False: 1024, True: 1 << 16}  # points of the reference: without and with a lens that blurs
-DENSE_SPOT = 1 << 22  # the same of one picture that is blurred, whose blur and path are one kernel
+DENSE_SPOT = 1 << 22  # points of the reference of one picture that is blurred, whose blur and path are one kernel
+DEFAULT = 0.1
 MARGIN = 32  # photosites around the frame that peers see
 ASKED_ONE, ASKED_LAYERS, ASKED_ROLLING = 3.0, 8.0, 1.2
 
@@ -223,10 +216,8 @@ def blurred_first(planes: list[tuple[np.ndarray, np.ndarray]], held: Surfaces, p
 
 
 def error(found: np.ndarray, truth: np.ndarray) -> dict[str, float]:
-    """Deviation in units of the noise, when the brightest light, 0.95, gives ELECTRONS."""
-    per_light = ELECTRONS / 0.95
-    z = np.abs(per_light * (found - truth)) / np.sqrt(per_light * truth + 4.0)
-    return {"rms": float(np.sqrt((z**2).mean())), "p99_9": float(np.quantile(z, 0.999))}
+    """`z_errors`, when the brightest light, 0.95, gives ELECTRONS."""
+    return z_errors(found, truth, ELECTRONS / 0.95)
 
 
 class Frames:
@@ -295,21 +286,36 @@ def swept_spot(radius_px: float, way_px: tuple[float, float], points: np.ndarray
     return found.reshape(side, side) / len(points)
 
 
-def dense_truth(held: Surfaces, window: Window) -> np.ndarray:
-    """Mean over many points, float64, (rows, columns) of the window."""
+def dense_truth(held: Surfaces, window: Window, points: int) -> np.ndarray:
+    """Mean over so many points, float64, (rows, columns) of the window."""
     rows = slice(window.y, window.y + window.height + 2 * MARGIN)
     columns = slice(window.x, window.x + window.width + 2 * MARGIN)
     planes = [(light[rows, columns], coverage[rows, columns]) for light, coverage in held.padded(np.float64)]
     if held.is_blurred and len(planes) == 1:
         spot = swept_spot(held.radius_px[0], held.ways_px[0], points_of(DENSE_SPOT, True, seed=77))
         return np.asarray(oaconvolve(planes[0][0], spot[::-1, ::-1], "valid"))
-    points = points_of(DENSE[held.is_blurred], held.is_blurred, seed=77)
-    return accumulate(planes, held.radius_px, held.ways_px, points, by_slices)
+    return accumulate(planes, held.radius_px, held.ways_px, points_of(points, held.is_blurred, seed=77), by_slices)
 
 
-def time_and_error(device: Device, megapixels: float, rounds: int) -> list[dict]:
+TEXT = """\
+Paths of 20 photosites, {size} photosites without colour filter: squares of 5 photosites, dark to bright; a nearer layer of
+disks and bars moves before one at rest. The error is against sums in float64 over {instants} instants, {points} points of
+aperture and time where the lens blurs, in units of the noise of 2,000 e⁻. Peers accumulate frames in float32 on one core:
+shifted by `scipy.ndimage.shift`, by slices of arrays, or blurred by FFT before they move. Behind the lens a frame is one point
+of the aperture at one instant.
+"""
+PRICE_TEXT = """\
+Whole shots in colour, paths of 20 photosites, beside the same shot at rest; tolerance 0.1 σ.
+"""
+
+
+def measure_motion(run: Run) -> Record:
     """Run time and error of every method on every moving scene."""
-    width, height = frame_size(megapixels)
+    columns = ERROR_COLUMNS | {"error": [Z_ERROR, ".2f"], "rms": ["rms", ".3f"]}
+    record, device = Record("motion", "Motion blur", TEXT, Z_ERROR, columns, "error"), run.device()
+    width, height = frame_size(run.pick(0.05, 0.25, 1.0))
+    dense = {False: run.pick(256, 1024, 1024), True: run.pick(1 << 12, 1 << 14, 1 << 16)}
+    record.facts |= {"size": f"{width} x {height}", "instants": f"{dense[False]:,}", "points": f"{dense[True]:,}"}
     window, rest = middle_of(width, height), (0.0, 0.0)
     one, two = (squares(width, height, layers) for layers in (1, 2))
     scenes = {
@@ -318,44 +324,17 @@ def time_and_error(device: Device, megapixels: float, rounds: int) -> list[dict]
         "one picture out of focus": surfaces(one, BLUR_PX[:1], (WAY_PX,)),
         "two layers out of focus": surfaces(two, BLUR_PX, (WAY_PX, rest)),
     }
-    here = slice(window.y, window.y + window.height), slice(window.x, window.x + window.width)
-    rows = []
+    here = np.s_[window.y : window.y + window.height, window.x : window.x + window.width]
     for scene, held in scenes.items():
-        truth, frames = dense_truth(held, window), Frames(device, held)
+        truth, frames = dense_truth(held, window, dense[held.is_blurred]), Frames(device, held)
         frames.photosite()
         frames.numpy()
-        found = turns(frames.runs, rounds)
-        rows += [{"scene": scene, "name": name, **found[name], **error(frames.made[name]()[here], truth)} for name in found]
-    return rows
-
-
-def is_ours(row: dict) -> bool:
-    """Whether a row is Photosite's."""
-    return row["name"].startswith("Photosite")
-
-
-def dominating(row: dict, rows: list[dict]) -> list[dict]:
-    """Peers on the same scene that are neither slower nor more wrong."""
-    keys = "cpu_s", "p99_9"
-    peers = [one for one in rows if one["scene"] == row["scene"] and not is_ours(one)]
-    return [one for one in peers if all(one[key] <= row[key] for key in keys)]
-
-
-def error_verdicts(rows: list[dict]) -> list[dict]:
-    """Of each scene: settings of Photosite that a peer dominates."""
-    found = []
-    for scene in dict.fromkeys(row["scene"] for row in rows):
-        own = [row for row in rows if row["scene"] == scene]
-        ours = [row for row in own if is_ours(row)]
-        beaten = [row["name"] for row in ours if dominating(row, own)]
-        told = "; ".join(beaten) if beaten else f"none of {len(ours)}"
-        found.append(verdict(f"{scene}: settings dominated by NumPy", told, "none", not beaten))
-    return found
-
-
-def verdict(what: str, figure: str, asked: str, reached: bool) -> dict:
-    """A line of the table of verdicts."""
-    return {"what": what, "figure": figure, "asked": asked, "reached": bool(reached)}
+        for name, timing in run.turns(scene, frames.runs).items():
+            more = {"is_default": True} if name.endswith(f" {DEFAULT:g} σ") else {}
+            more |= {"family": "Photosite"} if name.startswith("Photosite") else {"family": name.rsplit(", ", 1)[0]}
+            record.add(scene, name, timing, **error(frames.made[name]()[here], truth), **more)
+    record.mark_dominated()
+    return record
 
 
 def frame_size(megapixels: float) -> tuple[int, int]:
@@ -405,74 +384,29 @@ def priced(megapixels: float, is_blurred: bool) -> Iterator[tuple[str, Surfaces,
             yield f"{what}, two layers", surfaces(make(*size, 2), (0.0, 0.0), (WAY_PX, rest)), LENS, ASKED_LAYERS
 
 
-def price(megapixels: float, rounds: int, is_blurred: bool) -> tuple[list[dict], list[dict]]:
+def measure_moving(run: Run) -> Record:
     """Time of moving shots beside the same at rest, and verdicts on processor time."""
-    rows, verdicts = [], []
-    for name, held, lens, asked in priced(megapixels, is_blurred):
-        moving = moving_shot(held, 3, 0.1, lens)
-        tripod = replace(moving, motion=Motion(camera=SteadyMotion()))
-        shots = {"at rest": replace(moving, motion=None), "on a tripod": tripod, "moving": moving, "rolling": rolling(moving)}
-        still, same = (launches_of(shots[key]) for key in ("at rest", "on a tripod"))
-        told = f"{len(same)} launches, {len(still)} without motion"
-        verdicts.append(verdict(f"{name}: on a tripod", told, "the same", same == still))
-        found = turns({key: lambda shot=shot: simulate(shot) for key, shot in shots.items()}, rounds)
-        for key, times in found.items():
-            ratio = {f"{of}_ratio": times[of] / found["at rest"][of] for of in ("best_s", "cpu_s")}
-            rows.append({"name": f"{name}, {key}", "megapixels": megapixels, **times, **ratio})
-        for key, other, most in (("moving", "at rest", asked), ("rolling", "moving", ASKED_ROLLING)):
-            ratio = found[key]["cpu_s"] / found[other]["cpu_s"]
-            verdicts.append(verdict(f"{name}: {key} over {other}", f"{ratio:.2f} x", f"{most:g} x", ratio <= most))
-    return rows, verdicts
+    columns = {"name": ["shot", ""], "megapixels": ["Mpixel", ".3g"], "best_s": ["time [s]", ".3g"]}
+    columns |= {"cpu_s": ["processor time [s]", ".3g"], "cpu_ratio": ["over rest", ".1f"]}
+    record = Record("moving", "The price of motion", PRICE_TEXT, columns=columns)
+    for is_blurred, megapixels in ((False, run.pick(0.1, 1.5, 12.0)), (True, run.pick(0.05, 0.2, 1.0))):
+        for name, held, lens, asked in priced(megapixels, is_blurred):
+            _price(run, record, name, held, lens, asked)
+    return record
 
 
-def show(console: Console, rows: dict[str, list[dict]]) -> None:
-    """Tables of both parts."""
-    if "error" in rows:
-        table = Table("scene", "method", "wall s", "processor s", "p99.9 of |z|", "rms", title="run time against error")
-        for row in rows["error"]:
-            cells = row["scene"], row["name"], f"{row['best_s']:.3f}", f"{row['cpu_s']:.3f}"
-            table.add_row(*cells, f"{row['p99_9']:.3f}", f"{row['rms']:.4f}")
-        console.print(table)
-    table = Table("shot", "wall s", "processor s", "ratio", "processor ratio", title="whole shots")
-    for row in rows.get("sharp", []) + rows.get("blurred", []):
-        times = (f"{row[key]:.3f}" for key in ("best_s", "cpu_s"))
-        table.add_row(row["name"], *times, f"{row['best_s_ratio']:.2f}", f"{row['cpu_s_ratio']:.2f}")
-    if table.rows:
-        console.print(table)
-
-
-def main() -> None:
-    """Measure, print, and write motion.json."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default="error,sharp,blurred", help="parts, separated by commas")
-    parser.add_argument("--megapixels", type=float, default=12.0, help="size of the frames whose price is measured")
-    parser.add_argument("--blurred-megapixels", type=float, default=1.0, help="the same of those out of focus")
-    parser.add_argument("--error-megapixels", type=float, default=1.0, help="size of the frames of run time against error")
-    parser.add_argument("--rounds", type=int, default=3, help="turns of each contestant")
-    parser.add_argument("--out", type=Path, default=Path("build/benchmarks"), help="folder for motion.json")
-    options = parser.parse_args()
-    rows: dict[str, list[dict]] = {}
-    report = Report(*frame_size(options.megapixels))
-    for part in options.only.split(","):
-        if part == "error":
-            rows[part] = time_and_error(open_device(), options.error_megapixels, options.rounds)
-            report.verdicts += error_verdicts(rows[part])
-        else:
-            size = options.blurred_megapixels if part == "blurred" else options.megapixels
-            rows[part], verdicts = price(size, options.rounds, part == "blurred")
-            report.verdicts += verdicts
-    console = Console()
-    show(console, rows)
-    report.show(console)
-    options.out.mkdir(parents=True, exist_ok=True)
-    sizes = {
-        "error_photosites": frame_size(options.error_megapixels),
-        "reference_points": {"sharp": DENSE[False], "one picture blurred": DENSE_SPOT, "blurred": DENSE[True]},
-    }
-    with atomic_write(options.out / "motion.json") as path:
-        path.write_text(json.dumps(report.as_json() | sizes | {"rows": rows}, indent=1) + "\n", encoding="utf-8")
-    console.print(f"wrote {options.out / 'motion.json'}")
-
-
-if __name__ == "__main__":
-    main()
+def _price(run: Run, record: Record, name: str, held: Surfaces, lens: ThinLens, asked: float) -> None:
+    """Add the rows and verdicts of one scene."""
+    moving = moving_shot(held, 3, DEFAULT, lens)
+    tripod = replace(moving, motion=Motion(camera=SteadyMotion()))
+    shots = {"at rest": replace(moving, motion=None), "on a tripod": tripod, "moving": moving, "rolling": rolling(moving)}
+    still, same = (launches_of(shots[key]) for key in ("at rest", "on a tripod"))
+    told = f"{len(same)} launches, {len(still)} without motion"
+    record.judge(f"{name}: on a tripod", told, "the same", same == still)
+    found = run.turns(name, {key: lambda shot=shot: simulate(shot) for key, shot in shots.items()})
+    for key, timing in found.items():
+        more = {"megapixels": held.light[0].size / 1e6, "cpu_ratio": timing["cpu_s"] / found["at rest"]["cpu_s"]}
+        record.add(name, f"{name}, {key}", timing, **more)
+    for key, other, most in (("moving", "at rest", asked), ("rolling", "moving", ASKED_ROLLING)):
+        ratio = found[key]["cpu_s"] / found[other]["cpu_s"]
+        record.judge(f"{name}: {key} over {other}", f"{ratio:.2f} x", f"{most:g} x", ratio <= most)

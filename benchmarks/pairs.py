@@ -1,29 +1,28 @@
 """Noisy patches for denoisers: `simulator.sensor.frame_stack` beside the ELD model in NumPy and PyTorch, all in one run, in
 turns.
 
-A batch is 64 mosaics of 512 x 512 photosites, which are 4 x 256 x 256 when packed, cut from the pictures of sensor.py. All
+A batch is of mosaics of 512 x 512 photosites, which are 4 x 256 x 256 when packed, cut from the pictures of sensor.py. All
 contestants get mean electrons as an array in memory and leave codes there. Peers make one patch after the other: whole in a
 core's cache, that is faster for them than all at once.
-
-    python benchmarks/pairs.py [--frames 64] [--rounds 5] [--out build/benchmarks]
 """
 
-import argparse
-import importlib
-from pathlib import Path
-
 import numpy as np
-from measuring.contest import Contestant, contest
-from measuring.report import Report, Section
+from measuring.contest import Contestant
+from measuring.record import Record, Row
+from measuring.run import Run
 from measuring.work import ELD, LIGHT, Sensor
 from peers import photosite
-from rich.console import Console
-from rich.progress import Progress
+from sensor import judge_peers, peers_of, with_ratios
 
 from simulator.device import DeviceInfo, devices, open_device
 from simulator.sensor.frame_stack import FrameSetting, expose_frame_stack
 from simulator.sensor.seeds import Seeds
 
+TEXT = """\
+ELD model, {frames} patches of 4 x 256 x 256. A patch is a mosaic of 512 x 512 photosites, cut from the pictures of the sensor
+benchmark; it goes from mean electrons in memory to codes in memory. Peers make one patch after the other, which a core's cache
+holds. "{frames} at once" is one call of `simulator.sensor.frame_stack` for all patches, "1 at once" one call for each.
+"""
 SIDE_PX, ACROSS = 512, 8  # of a patch; patches along a picture's ramp
 ASKED = {"numpy_eld": 25.0, "torch_eld": 8.0}
 
@@ -58,60 +57,38 @@ def one_by_one(column: tuple[Contestant, ...]) -> Contestant:
     return Contestant(column[0].name, run, lambda: np.stack([each.codes() for each in column]))
 
 
-def theirs(mean_e: np.ndarray, sensor: Sensor, report: Report) -> dict[Contestant, float]:
+def theirs(mean_e: np.ndarray, sensor: Sensor, record: Record) -> dict[Contestant, float]:
     """Peers, and what is asked of the ratio to each; a note for those that are not installed."""
+    patches_of = [peers_of(ASKED, patch, sensor, record) for patch in mean_e]
     found = {}
-    for module, asked in ASKED.items():
-        try:
-            peer = importlib.import_module(f"peers.{module}")
-        except ImportError as error:
-            note = f"peers/{module}.py: {error}"
-            report.notes += [] if note in report.notes else [note]
-            continue
-        make = getattr(peer, "contestants", None) or (lambda *work, peer=peer: [peer.contestant(*work)])
-        columns = zip(*(make(patch, sensor) for patch in mean_e), strict=True)
-        found |= {one_by_one(column): asked for column in columns}
+    for module in patches_of[0]:
+        columns = zip(*(made[module] for made in patches_of), strict=True)
+        found |= {one_by_one(column): ASKED[module] for column in columns}
     return found
 
 
-def measure(frames: int, rounds: int, progress: Progress) -> Report:
+def measure_pairs(run: Run) -> Record:
     """All contests, by light, and a verdict for each peer."""
-    report, ratios, found = Report(SIDE_PX, SIDE_PX), {}, devices()
+    columns = {"light": ["light", ""], "name": ["method", ""], "pairs_per_s": ["pairs per second", ".0f"]}
+    record = Record("pairs", "Pairs for denoisers", TEXT, columns=columns, chart="rates")
+    frames, found = run.pick(4, 32, 64), devices()
+    record.facts["frames"] = frames
+    rows_of: dict[str, list[Row]] = {}
+    asked: dict[str, float] = {}
     for light, limits in LIGHT.items():
         mean_e = patches(frames, *limits)
-        peers = theirs(mean_e, ELD, report)
+        peers = theirs(mean_e, ELD, record)
+        asked |= {each.name: ratio for each, ratio in peers.items()}
         contestants = [*(ours(mean_e, ELD, info, frames) for info in found), ours(mean_e, ELD, found[0], 1), *peers]
-        task = progress.add_task(f"pairs, {light}", total=rounds * len(contestants))
-        timings = contest(contestants, rounds, lambda task=task: progress.advance(task))
-        rows = [timings[each.name].summary(mean_e.size / 1e6) for each in contestants]
-        for row, each in zip(rows, contestants, strict=True):
-            row["pairs_per_s"] = frames / row["best_s"]
-            flat = (frames * SIDE_PX, SIDE_PX)
-            row["mean_error"], row["variance"] = ELD.check(each.codes().reshape(flat), mean_e.reshape(flat))
-        report.sections.append(Section(f"ELD model, {frames} patches of 4 x 256 x 256", light, rows, compared=True))
-        for each, asked in peers.items():
-            ratios.setdefault((each.name, asked), []).append(next(row for row in rows if row["name"] == each.name))
-    for (name, asked), rows in ratios.items():
-        wall, cpu = sorted(row["ratio"] for row in rows), sorted(row["cpu_ratio"] for row in rows)
-        figure = f"{wall[0]:.1f} to {wall[-1]:.1f} x in time, {cpu[0]:.1f} to {cpu[-1]:.1f} x in CPU time"
-        verdict = {"what": f"pairs, against {name}", "figure": figure, "asked": f"{asked:g} x in time"}
-        report.verdicts.append(verdict | {"reached": wall[0] >= asked})
-    return report
-
-
-def main() -> None:
-    """Measure, print, and write pairs.json and pairs.png."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--frames", type=int, default=64, help="patches of a batch")
-    parser.add_argument("--rounds", type=int, default=5, help="turns of each contestant")
-    parser.add_argument("--out", type=Path, default=Path("build/benchmarks"), help="folder for pairs.json and pairs.png")
-    options = parser.parse_args()
-    with Progress(console=Console(stderr=True)) as progress:
-        report = measure(options.frames, options.rounds, progress)
-    written = report.write(options.out / "pairs")
-    report.show(Console(width=140))
-    print("wrote", ", ".join(str(path) for path in written))
-
-
-if __name__ == "__main__":
-    main()
+        timings, rows, flat = run.contest(f"pairs, {light}", contestants), [], (frames * SIDE_PX, SIDE_PX)
+        for each in contestants:
+            timing = timings[each.name].summary()
+            rate = {"mpixel_per_s": mean_e.size / 1e6 / timing["best_s"], "pairs_per_s": frames / timing["best_s"]}
+            mean_error, variance = ELD.check(each.codes().reshape(flat), mean_e.reshape(flat))
+            more = {"mean_error": mean_error, "variance": variance, "contest": "ELD model", "light": light}
+            rows.append(record.add(f"ELD model, {light}", each.name, timing, **rate, **more))
+        for row in with_ratios(rows):
+            if row["name"] in asked:
+                rows_of.setdefault(row["name"], []).append(row)
+    judge_peers(record, "pairs", rows_of, asked)
+    return record

@@ -1,28 +1,23 @@
-"""The fused sensor kernel beside its peers, all in one run: what `make benchmark` measures.
+"""The fused sensor kernel beside its peers, all in one run.
 
-Contestants take turns, so that a load on the machine meets all of them. Wall times are the best and the median of
-several; CPU times (medians, over all threads) stand beside them, because they do not suffer from other programs.
-Every contestant's frame is checked against the model's mean and variance. The picture lies in memory (Photosite: on the
-device) before the clock starts, and the codes lie there when it stops.
-
-    python benchmarks/sensor.py [--megapixels 12] [--rounds 5] [--out build/benchmarks]
+Contestants take turns, so that a load on the machine meets all of them. Every contestant's frame is checked against the model's
+mean and variance. The picture lies in memory (Photosite: on the device) before the clock starts, and the codes lie there when
+it stops.
 """
 
-import argparse
 import importlib
-from pathlib import Path
+from collections.abc import Callable, Iterable
 
 import numpy as np
-from measuring.contest import Contestant, contest
+from measuring.contest import Contestant
 from measuring.page import without_absent_stages
-from measuring.report import Report, Section
+from measuring.record import Record, Row
+from measuring.run import Run
 from measuring.work import CHAIN, ELD, LIGHT, ONE_READ_NOISE, Sensor, ramp
 from peers import floor, photosite
 from peers.photosite import Missing
-from rich.console import Console
-from rich.progress import Progress
 
-from simulator.device import devices, open_device
+from simulator.device import Device, devices, open_device
 from simulator.sensor.stages.registry import STAGES
 
 # An example of every optional stage, to measure what it adds to the chain.
@@ -46,152 +41,134 @@ EXAMPLES = {
 }
 ALWAYS = {"photon_shot_noise", "analog_gain", "adc"}
 
+TEXT = """\
+{size} photosites. The bar for the ELD model in NumPy is the faster of two ways to draw Tukey-lambda noise:
+`scipy.stats.tukeylambda.rvs`, which most would write, and its quantile function by hand in float32. Light: means from 50 to
+50,000 e⁻ (daylight), 1 to 1,000 (dusk), 0.1 to 30 (night), in ramps. The picture is in memory (Photosite: on the device) before
+the clock starts, and the codes are there when it stops. Every frame is checked: mean error in σ and variance over that of the
+model stand in the JSON.
+"""
+STAGES_TEXT = """\
+CPU time of the kernel with one stage added to Poisson and ADC (= 1), dusk, {size} photosites. A stage that is absent is
+compiled out; the last verdicts compare with a page from which its lines are deleted, and with a kernel that draws one Philox
+block alone.
+"""
+CONTESTS = {
+    "Poisson and two read noises": (CHAIN, {"numpy_chain": 20.0}),
+    "ELD model": (ELD, {"numpy_eld": 25.0, "torch_eld": 8.0}),
+    "Poisson and one read noise": (ONE_READ_NOISE, {"getframes_camera": 16.0, "galsim_ccd": 16.0}),
+}
 
-class Run:
-    """One run over all contests."""
 
-    def __init__(self, megapixels: float, rounds: int, progress: Progress) -> None:
-        self.rounds, self.progress = rounds, progress
-        self.pictures = {name: ramp(megapixels, *limits) for name, limits in LIGHT.items()}
-        height, width = self.pictures["dusk"].shape
-        self.megapixels = width * height / 1e6
-        self.report = Report(width, height)
-        self.devices = devices()
-
-    def measure(self, title: str, light: str, contestants: list[Contestant], sensor: Sensor | None) -> Section:
-        """Let contestants run in turns; check their frames when a sensor is given."""
-        task = self.progress.add_task(f"{title}, {light}", total=self.rounds * len(contestants))
-        timings = contest(contestants, self.rounds, lambda: self.progress.advance(task))
-        rows = [timings[contestant.name].summary(self.megapixels) for contestant in contestants]
-        if sensor is not None:
-            for row, contestant in zip(rows, contestants, strict=True):
-                row["mean_error"], row["variance"] = sensor.check(contestant.codes(), self.pictures[light])
-        self.progress.remove_task(task)
-        self.report.sections.append(Section(title, light, rows))
-        return self.report.sections[-1]
-
-    def peer(self, module: str, light: str, sensor: Sensor) -> list[Contestant]:
-        """Contestants of peers/<module>.py; none, and a note, when its package is missing."""
+def peers_of(modules: Iterable[str], mean_e: np.ndarray, sensor: Sensor, record: Record) -> dict[str, list[Contestant]]:
+    """Contestants of peers/<module>.py, by module; a note for each whose package is missing."""
+    there = {}
+    for module in modules:
         try:
             found = importlib.import_module(f"peers.{module}")
         except ImportError as error:
-            self.note(f"peers/{module}.py: {error}")
-            return []
-        make = getattr(found, "contestants", None) or (lambda *work: [found.contestant(*work)])
-        return make(self.pictures[light], sensor)
+            record.note(f"peers/{module}.py: {error}")
+            continue
+        many = getattr(found, "contestants", None)
+        there[module] = many(mean_e, sensor) if many else [found.contestant(mean_e, sensor)]
+    return there
 
-    def note(self, text: str) -> None:
-        """Remember once what was left out."""
-        if text not in self.report.notes:
-            self.report.notes.append(text)
 
-    def against(self, title: str, sensor: Sensor, modules: dict[str, float]) -> None:
-        """Photosite on every device against peers; modules: what is asked of the ratio to each."""
-        rows: dict[str, list[dict]] = {}
-        asked = {}
-        for light in LIGHT:
-            try:
-                ours = [photosite.on_device(self.pictures[light], sensor, info) for info in self.devices]
-            except Missing as missing:
-                return self.note(f"{title}: {missing}")
-            theirs = {one: ratio for module, ratio in modules.items() for one in self.peer(module, light, sensor)}
-            section = self.measure(title, light, [*ours, *theirs], sensor)
-            section.compared = True
-            asked.update({one.name: ratio for one, ratio in theirs.items()})
-            for row in section.rows[1:]:
-                rows.setdefault(row["name"], []).append(row)
-        for name, found in rows.items():
-            if name in asked:
-                self.peer_verdict(f"{title}, against {name}", found, asked[name])
-            else:
-                self.device_verdict(f"{title}, {name} against the default device", found)
+def with_ratios(rows: list[Row]) -> list[Row]:
+    """Rows with their times over those of the first."""
+    first = rows[0]
+    for row in rows:
+        row["ratio"], row["cpu_ratio"] = row["best_s"] / first["best_s"], row["cpu_s"] / first["cpu_s"]
+    return rows
 
-    def peer_verdict(self, what: str, rows: list[dict], asked: float) -> None:
-        """Compare the least ratio over the light levels with what is asked."""
-        wall, cpu = sorted(row["ratio"] for row in rows), sorted(row["cpu_ratio"] for row in rows)
+
+def judge_peers(record: Record, what: str, rows: dict[str, list[Row]], asked: dict[str, float]) -> None:
+    """Compare the least ratio over the light levels with what is asked of it; rows: of each peer."""
+    for name, found in rows.items():
+        wall, cpu = sorted(row["ratio"] for row in found), sorted(row["cpu_ratio"] for row in found)
         figure = f"{wall[0]:.1f} to {wall[-1]:.1f} x in time, {cpu[0]:.1f} to {cpu[-1]:.1f} x in CPU time"
-        verdict = {"what": what, "figure": figure, "asked": f"{asked:g} x in time", "reached": wall[0] >= asked}
-        self.report.verdicts.append(verdict)
-
-    def device_verdict(self, what: str, rows: list[dict]) -> None:
-        """Two PoCLs are to lie within a factor of 2, by CPU time, which other programs do not disturb."""
-        worst = max(max(row["cpu_ratio"], 1 / row["cpu_ratio"]) for row in rows)
-        verdict = {"what": what, "figure": f"factor {worst:.2f} in CPU time", "asked": "2", "reached": worst <= 2}
-        self.report.verdicts.append(verdict)
-
-    def stage_prices(self) -> None:
-        """Poisson and the ADC, the same with each optional stage, and with all of them."""
-        picture, device = self.pictures["dusk"], open_device(self.devices[0].label)
-        have = {}
-        for stem in sorted(STAGES.keys() - ALWAYS):
-            try:
-                have[stem] = photosite.make(stem, **EXAMPLES.get(stem, {}))
-            except (Missing, TypeError) as problem:
-                self.note(f"price of {stem}: {problem}")
-        base = photosite.stages_of(Sensor(full_well_e=1e9, gain_dn_per_e=CHAIN.gain_dn_per_e))
-        contestants = [photosite.contestant(picture, base, device, "Photosite, Poisson and ADC")]
-        for stem, stage in have.items():
-            contestants.append(photosite.contestant(picture, [*base, stage], device, f"with {stem}"))
-        contestants.append(photosite.contestant(picture, [*base, *have.values()], device, "with every stage"))
-        self.measure("price of each stage", "dusk", contestants, None)
-
-    def absent_stages(self) -> None:
-        """What absent stages cost: the chain of Poisson and two read noises against a page without any other stage."""
-        light, picture, device = "dusk", self.pictures["dusk"], open_device(self.devices[0].label)
-        stages = photosite.stages_of(CHAIN)
-        deleted = photosite.DeletedStages(device, without_absent_stages)
-        pair = [
-            photosite.contestant(picture, stages, device, "Photosite, absent stages under #if"),
-            photosite.contestant(picture, stages, deleted, "Photosite, absent stages deleted from the page"),
-        ]
-        section = self.measure("price of absent stages", light, pair, CHAIN)
-        cost = 1 / section.rows[1]["cpu_ratio"] - 1
-        same = bool(np.array_equal(pair[0].codes(), pair[1].codes()))
-        self.report.verdicts.append(
-            {
-                "what": "absent stages, in CPU time of the kernel without them",
-                "figure": f"{100 * cost:+.1f} %, {'same' if same else 'OTHER'} codes",
-                "asked": "nothing measurable (2 %)",
-                "reached": same and cost < 0.02,
-            }
-        )
-
-    def floor(self) -> None:
-        """Share of the floor in the full chain's time, on each device."""
-        picture = self.pictures["dusk"]
-        for info in self.devices:
-            device = open_device(info.label)
-            contestants = [
-                photosite.on_device(picture, CHAIN, info),
-                floor.contestant(picture, device, True, "one Philox block between reading and writing"),
-                floor.contestant(picture, device, False, "reading 4 bytes and writing 2"),
-            ]
-            section = self.measure("floor under Poisson and two read noises", "dusk", contestants, None)
-            share = section.rows[1]["cpu_ratio"]
-            what = f"{contestants[0].name}: Philox alone, share of the chain's CPU time"
-            self.report.verdicts.append(
-                {"what": what, "figure": f"{100 * share:.0f} %", "asked": "to be shown", "reached": True}
-            )
+        record.judge(f"{what}, against {name}", figure, f"{asked[name]:g} x in time", wall[0] >= asked[name])
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--megapixels", type=float, default=12.0)
-    parser.add_argument("--rounds", type=int, default=5, help="turns of each contestant")
-    parser.add_argument("--out", type=Path, default=Path("build/benchmarks"), help="folder for sensor.json and sensor.png")
-    options = parser.parse_args()
-    with Progress(console=Console(stderr=True)) as progress:
-        run = Run(options.megapixels, options.rounds, progress)
-        run.against("Poisson and two read noises", CHAIN, {"numpy_chain": 20.0})
-        run.against("ELD model", ELD, {"numpy_eld": 25.0, "torch_eld": 8.0})
-        run.against("Poisson and one read noise", ONE_READ_NOISE, {"getframes_camera": 16.0, "galsim_ccd": 16.0})
-        run.stage_prices()
-        run.absent_stages()
-        run.floor()
-    written = run.report.write(options.out / "sensor")
-    run.report.show(Console(width=140))
-    print("wrote", ", ".join(str(path) for path in written))
+def measure_sensor(run: Run) -> Record:
+    """Whole frames beside peers, at three levels of light."""
+    record = Record("sensor", "The sensor", TEXT, chart="rates")
+    megapixels = run.pick(0.2, 4.0, 12.0)
+    pictures = {name: ramp(megapixels, *limits) for name, limits in LIGHT.items()}
+    height, width = pictures["dusk"].shape
+    record.facts["size"] = f"{width} x {height}"
+    for title, (sensor, modules) in CONTESTS.items():
+        theirs: dict[str, list[Row]] = {}
+        others: dict[str, list[Row]] = {}
+        asked: dict[str, float] = {}
+        for light, picture in pictures.items():
+            ours = [photosite.on_device(picture, sensor, info) for info in devices()]
+            peers = peers_of(modules, picture, sensor, record)
+            asked |= {one.name: modules[module] for module, many in peers.items() for one in many}
+            contestants = [*ours, *(one for many in peers.values() for one in many)]
+            timings = run.contest(f"{title}, {light}", contestants)
+            rows = []
+            for one in contestants:
+                timing, (mean_error, variance) = timings[one.name].summary(), sensor.check(one.codes(), picture)
+                rate = width * height / 1e6 / timing["best_s"]
+                more = {"mpixel_per_s": rate, "mean_error": mean_error, "variance": variance, "contest": title, "light": light}
+                rows.append(record.add(f"{title}, {light}", one.name, timing, **more))
+            for row in with_ratios(rows)[1:]:
+                (theirs if row["name"] in asked else others).setdefault(row["name"], []).append(row)
+        judge_peers(record, title, theirs, asked)
+        for name, rows in others.items():
+            worst = max(max(row["cpu_ratio"], 1 / row["cpu_ratio"]) for row in rows)
+            what = f"{title}, {name} against the default device"
+            record.judge(what, f"factor {worst:.2f} in CPU time", "2", worst <= 2)
+    return record
 
 
-if __name__ == "__main__":
-    main()
+def measure_stages(run: Run) -> Record:
+    """Price of each optional stage, of absent ones, and the floor under the kernel."""
+    columns = {"name": ["stage", ""], "cpu_ratio": ["CPU time", ".2f"]}
+    record = Record("stages", "Price of a stage", STAGES_TEXT, columns=columns)
+    picture = ramp(run.pick(0.2, 3.0, 12.0), *LIGHT["dusk"])
+    record.facts["size"] = "{1} x {0}".format(*picture.shape)
+    info = devices()[0]
+    device = open_device(info.label)
+
+    def contest(case: str, contestants: list[Contestant]) -> list[Row]:
+        timings = run.contest(case, contestants)
+        return with_ratios([record.add(case, one.name, timings[one.name].summary()) for one in contestants])
+
+    have = {}
+    for stem in sorted(STAGES.keys() - ALWAYS):
+        try:
+            have[stem] = photosite.make(stem, **EXAMPLES.get(stem, {}))
+        except (Missing, TypeError) as problem:
+            record.note(f"price of {stem}: {problem}")
+    base = photosite.stages_of(Sensor(full_well_e=1e9, gain_dn_per_e=CHAIN.gain_dn_per_e))
+    settings = {"none": [], **{stem: [stage] for stem, stage in have.items()}, "every stage": list(have.values())}
+    contest("stages", [photosite.contestant(picture, [*base, *more], device, name) for name, more in settings.items()])
+    _judge_absent_stages(record, picture, device, contest)
+    floors = [
+        photosite.on_device(picture, CHAIN, info),
+        floor.contestant(picture, device, True, "one Philox block between reading and writing"),
+        floor.contestant(picture, device, False, "reading 4 bytes and writing 2"),
+    ]
+    share = contest("floor under Poisson and two read noises", floors)[1]["cpu_ratio"]
+    record.judge("Philox alone, share of the chain's CPU time", f"{100 * share:.0f} %", "to be shown", True)
+    return record
+
+
+def _judge_absent_stages(
+    record: Record, picture: np.ndarray, device: Device, contest: Callable[[str, list[Contestant]], list[Row]]
+) -> None:
+    """The chain of Poisson and two read noises against a page without any other stage."""
+    stages = photosite.stages_of(CHAIN)
+    pair = [
+        photosite.contestant(picture, stages, device, "absent stages under #if"),
+        photosite.contestant(
+            picture, stages, photosite.DeletedStages(device, without_absent_stages), "absent stages deleted from the page"
+        ),
+    ]
+    cost = 1 / contest("absent stages", pair)[1]["cpu_ratio"] - 1
+    same = bool(np.array_equal(pair[0].codes(), pair[1].codes()))
+    figure = f"{100 * cost:+.1f} %, {'same' if same else 'OTHER'} codes"
+    what = "absent stages, in CPU time of the kernel without them"
+    record.judge(what, figure, "nothing measurable (2 %)", same and cost < 0.02)

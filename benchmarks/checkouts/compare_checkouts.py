@@ -1,15 +1,13 @@
-"""Two checkouts of Photosite: whether they give the same bits and files, and how their times compare.
+"""Two checkouts of Photosite: whether they give the same bits and files. compare_results.py compares times and errors.
 
 Each checkout does the same shots and commands in a process of its own, one after the other, from the same inputs and into the
 same folder. Compared are SHA-256 of all arrays of each frame, its other fields, all files written, what commands print, and
 messages. What is left out of the comparison stands in records.py. A shot that fails with the same message in both is equal.
 
     python benchmarks/checkouts/compare_checkouts.py OLD NEW [--device PART]... [--only PATTERN]...
-    python benchmarks/checkouts/compare_checkouts.py OLD NEW --time [--rounds 5]
     python benchmarks/checkouts/compare_checkouts.py . . --device "PoCL 3.1" --against "PoCL 3.0"
 
-Exit status: 0 nothing differs, 1 something does or most items fail, 2 wrong options. It stands apart from the other benchmarks
-because `make benchmark` runs those without arguments.
+Exit status: 0 nothing differs, 1 something does or most items fail, 2 wrong options.
 """
 
 import argparse
@@ -17,7 +15,6 @@ import fnmatch
 import json
 import os
 import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -28,7 +25,7 @@ from typing import Any
 import numpy as np
 import yaml
 from inputs import write_inputs
-from items import Item, dataset_documents, items, sweep_product, timed_dataset, timed_documents
+from items import Item, dataset_documents, items, sweep_product
 from records import count_differences, differences, has_failed
 
 WORKER = Path(__file__).parent / "worker.py"
@@ -72,15 +69,15 @@ def write_documents(work: Work, todo: list[Item]) -> None:
         (work.shots / f"{name}.yaml").write_text(text, encoding="utf-8")
 
 
-def start_worker(work: Work, side: int, action: str, job: dict[str, Any], **options: Any) -> subprocess.CompletedProcess:
+def start_worker(work: Work, side: int, job: dict[str, Any]) -> subprocess.CompletedProcess:
     """Run a worker to its end, with the checkout first on Python's path and the caller's own path behind it."""
     file = work.folder / "job.json"
     file.write_text(json.dumps(job), encoding="utf-8")
     paths = [str(work.checkouts[side]), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "COLUMNS": "140", "MPLBACKEND": "Agg"}
     environment |= {"PHOTOSITE_DEVICE": job["device"]} if job["device"] else {}
-    command = [sys.executable, str(WORKER), action, str(file)]
-    return subprocess.run(command, env=environment, cwd=work.folder, timeout=LONGEST_S, check=False, **options)
+    command = [sys.executable, str(WORKER), str(file)]
+    return subprocess.run(command, env=environment, cwd=work.folder, timeout=LONGEST_S, check=False)
 
 
 def records_of(work: Work, side: int, device: str | None, todo: list[Item]) -> dict[str, dict[str, Any]]:
@@ -90,7 +87,7 @@ def records_of(work: Work, side: int, device: str | None, todo: list[Item]) -> d
     record.write_text("", encoding="utf-8")
     print(f"{SIDES[side]} {work.checkouts[side]} ", end="", flush=True)
     told = [asdict(item) for item in todo]
-    ended = start_worker(work, side, "do", work.job(side, device, record=str(record), arrays=str(arrays), items=told))
+    ended = start_worker(work, side, work.job(side, device, record=str(record), arrays=str(arrays), items=told))
     if ended.returncode:
         print(f"\n{SIDES[side]}: the worker ended with status {ended.returncode}")
     found = [json.loads(line) for line in record.read_text(encoding="utf-8").splitlines()]
@@ -169,39 +166,6 @@ def compare(work: Work, device: str | None, todo: list[Item], against: str | Non
     return not different and not most_fail
 
 
-def time_checkouts(work: Work, device: str | None, rounds: int, only: list[str] | None) -> None:
-    """Print the times of both checkouts, taken in turns; each time is the second call of a fresh process."""
-    documents = {name: ("shot", one) for name, one in timed_documents(work.inputs).items()}
-    documents["data set of 64 pairs"] = ("dataset", timed_dataset())
-    print(f"\ndevice: {device or 'the default'}; new / old of {rounds} fresh processes each")
-    print(f"{'':24s} {'old best':>9s} {'new best':>9s} {'best':>7s} {'median':>7s} {'CPU best':>8s}")
-    for name, (kind, document) in documents.items():
-        if not chosen(name, only):
-            continue
-        file = work.shots / f"timed_{name.translate(str.maketrans(' /,', '___'))}.yaml"
-        file.write_text(yaml.safe_dump(document), encoding="utf-8")
-        times: tuple[list[dict[str, float]], ...] = ([], [])
-        for turn in range(rounds):
-            for side in (0, 1) if turn % 2 == 0 else (1, 0):
-                times[side].append(second_call(work, side, work.job(side, device, **{kind: str(file)})))
-        wall = [[one["wall_s"] for one in side] for side in times]
-        cpu = [[one["cpu_s"] for one in side] for side in times]
-        best, median = (how(wall[1]) / how(wall[0]) for how in (min, statistics.median))
-        seconds = f"{min(wall[0]):7.3f} s {min(wall[1]):7.3f} s"
-        print(f"{name:24s} {seconds} {best:7.3f} {median:7.3f} {min(cpu[1]) / min(cpu[0]):8.3f}", flush=True)
-
-
-def second_call(work: Work, side: int, job: dict[str, Any]) -> dict[str, float]:
-    """Return the times of one fresh process. Raises SystemExit with its message when it fails."""
-    out = Path(job["out"])
-    shutil.rmtree(out, ignore_errors=True)
-    out.mkdir()
-    ended = start_worker(work, side, "time", job, capture_output=True, text=True)
-    if ended.returncode:
-        raise SystemExit(f"{SIDES[side]}: {ended.stderr.strip()}")
-    return json.loads(ended.stdout.splitlines()[-1])
-
-
 def chosen(name: str, patterns: list[str] | None) -> bool:
     """Whether a name fits one of the patterns; without patterns every name does."""
     return not patterns or any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
@@ -230,8 +194,6 @@ def main() -> int:
     )
     parser.add_argument("--only", action="append", metavar="PATTERN", help="of names, such as 'dataset_*'; repeatable")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="new folder where inputs, records and arrays are kept")
-    parser.add_argument("--time", action="store_true", help="compare times instead of bits")
-    parser.add_argument("--rounds", type=int, default=5, help="fresh processes for each checkout with --time")
     parser.add_argument("--list", action="store_true", help="only print the names of the items")
     settings = parser.parse_args()
     checkouts = settings.old.resolve(), settings.new.resolve()
@@ -250,10 +212,7 @@ def main() -> int:
         todo = [item for item in todo if chosen(item.name, settings.only)]
         equal = True
         for device in settings.device or [None]:
-            if settings.time:
-                time_checkouts(work, device, settings.rounds, settings.only)
-            else:
-                equal = compare(work, device, todo, settings.against) and equal
+            equal = compare(work, device, todo, settings.against) and equal
     return 0 if equal else 1
 
 

@@ -2,8 +2,7 @@
 
 Compare_checkouts.py starts it with PYTHONPATH at the checkout. The public names of Photosite are all it uses.
 
-    python benchmarks/checkouts/worker.py do JOB.json        # the items
-    python benchmarks/checkouts/worker.py time JOB.json      # one shot or data set twice; prints seconds of the second time
+    python benchmarks/checkouts/worker.py JOB.json
 """
 
 import contextlib
@@ -15,7 +14,6 @@ import runpy
 import shutil
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -139,48 +137,13 @@ def do_items(job: dict[str, Any]) -> None:
     print(flush=True)
 
 
-def time_twice(job: dict[str, Any]) -> dict[str, float]:
-    """Return wall and processor time of the second call, in seconds. Raises SystemExit when a data set fails."""
-    call = dataset_call(job) if "dataset" in job else shot_call(job)
-    call(1)
-    wall, cpu = time.perf_counter(), time.process_time()
-    call(2)
-    return {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
-
-
-def shot_call(job: dict[str, Any]) -> Callable[[int], object]:
-    """Return a function that takes the shot; the shot file is read once, before."""
-    from simulator import load_shot, simulate
-
-    shot = load_shot(job["shot"])
-    return lambda number: simulate(shot, device=job["device"])
-
-
-def dataset_call(job: dict[str, Any]) -> Callable[[int], object]:
-    """Return a function that makes the data set in a folder of its own."""
-    os.chdir(job["out"])
-    device = ["--device", job["device"]] if job["device"] else []
-
-    def make(number: int) -> None:
-        told = io.StringIO()
-        with contextlib.redirect_stdout(told), contextlib.redirect_stderr(told):
-            status = exit_status(["photosite", "dataset", job["dataset"], "--out", str(number), *device])
-        if status != 0:
-            raise SystemExit(f"{job['dataset']}: {told.getvalue()}")
-
-    return make
-
-
 def main() -> None:
     """Do the job of a file."""
-    action, path = sys.argv[1:]
+    (path,) = sys.argv[1:]
     job = json.loads(Path(path).read_text(encoding="utf-8"))
     fix_version()
     check_origin(Path(job["checkout"]))
-    if action == "do":
-        do_items(job)
-    else:
-        print(json.dumps(time_twice(job)))
+    do_items(job)
 
 
 if __name__ == "__main__":

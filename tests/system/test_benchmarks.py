@@ -1,14 +1,18 @@
 """The benchmarks measure what they say: peers make the frame of the model, and a sampler's error is computed right."""
 
 import importlib
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from bench import SECTIONS, chosen, is_measured, measure_sections
+from defocus import at_equal_error, judge
 from helpers.randomness import accept
 from live import WARM_UP, Waits, take_steps
-from measuring.blur_report import at_equal_error, verdicts
-from measuring.contest import Contestant, contest
+from measuring.contest import Contestant, contest, turns
+from measuring.record import Record, dominating, slope, z_errors
 from measuring.samplers import SHORTCUTS, Probe, errors, from_normals
 from measuring.work import CHAIN, ELD, ONE_READ_NOISE, ramp
 from motion import (
@@ -19,9 +23,7 @@ from motion import (
     by_shift,
     by_slices,
     dense_truth,
-    dominating,
     error,
-    error_verdicts,
     launches_of,
     middle_of,
     moving_shot,
@@ -31,13 +33,17 @@ from motion import (
 )
 from pairs import one_by_one, ours, patches
 from peers.mitsuba_lens import MitsubaLens
+from rich.console import Console
 from scipy import stats
+from skips import Skips
 
+from simulator.errors import PhotositeError
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.sensor.camera.camera import Window
 
+ROOT = Path(__file__).parents[2]
 PICTURE = ramp(0.5, 5.0, 1e3)
 
 
@@ -162,9 +168,10 @@ def test_the_time_at_equal_error_follows_the_power_law():
     rows = [{"name": f"Mitsuba, {rays} rays", "cpu_s": 1.0 * rays, "p99": rays**-0.5} for rays in (4, 100)]
     assert at_equal_error(rows, 0.01) == pytest.approx(1e4)
     rows += [{"name": "Photosite, layers", "cpu_s": 50.0, "p99": 0.01}, {"name": "SciPy, slabs", "cpu_s": 100.0, "p99": 1.0}]
-    radii = [{"radius_px": px, "cpu_s": px, "sensor_cpu_s": 4.0} for px in (16.0, 32.0)]
-    assert [verdict["reached"] for verdict in verdicts(radii, rows)] == [True, True, False, True]
-    assert verdicts(radii, rows)[3]["figure"] == "200 x faster"
+    record = Record("defocus", "", "", rows=rows)
+    judge(record)
+    assert [verdict["reached"] for verdict in record.verdicts] == [False, True]
+    assert record.verdicts[1]["figure"] == "200 x faster"
 
 
 @pytest.mark.parametrize("radius_px", [(0.0, 0.0), BLUR_PX])
@@ -177,7 +184,7 @@ def test_photosite_and_accumulated_frames_see_one_moving_scene(device, radius_px
     frames.photosite()
     name = next(name for name in frames.runs if name.endswith(" 0.1 σ"))
     frames.runs[name]()
-    assert error(frames.made[name]()[here], truth)["p99_9"] < 0.15
+    assert error(frames.made[name]()[here], truth)["error"] < 0.15
     planes = held.padded(np.float32)
 
     def accumulated(count, read):
@@ -189,12 +196,88 @@ def test_photosite_and_accumulated_frames_see_one_moving_scene(device, radius_px
 
 
 def test_a_peer_dominates_where_it_is_neither_slower_nor_more_wrong():
-    ours = {"scene": "a", "name": "Photosite, swept", "cpu_s": 2.0, "p99_9": 0.1}
-    better = {"scene": "a", "name": "NumPy, 8 frames", "cpu_s": 1.0, "p99_9": 0.1}
-    others = [better | {"cpu_s": 3.0}, better | {"p99_9": 0.2}, better | {"scene": "b"}]
+    ours = {"case": "a", "name": "Photosite, swept", "cpu_s": 2.0, "error": 0.1, "is_default": True}
+    better = {"case": "a", "name": "NumPy, 8 frames", "cpu_s": 1.0, "error": 0.1}
+    others = [better | {"cpu_s": 3.0}, better | {"error": 0.2}, better | {"case": "b"}]
     assert dominating(ours, [ours, better, *others]) == [better]
-    assert [one["reached"] for one in error_verdicts([ours, *others[:2]])] == [True]
-    assert [one["reached"] for one in error_verdicts([ours, better])] == [False]
+    for rows, reached in (([ours, *others[:2]], True), ([ours, better], False)):
+        record = Record("motion", "", "", rows=[dict(row) for row in rows])
+        record.mark_dominated()
+        assert [one["reached"] for one in record.verdicts] == [reached]
+
+
+def test_a_setting_of_ours_dominates_another_only_clearly():
+    slow = {"case": "a", "name": "Photosite, 0.1", "cpu_s": 1.0, "error": 0.1}
+    noise, clear = (slow | {"name": "Photosite, 1", "cpu_s": share, "error": 0.1 * share} for share in (0.95, 0.8))
+    assert dominating(slow, [slow, noise, clear]) == [clear]
+
+
+def test_a_slope_is_that_of_the_logarithms_without_zero():
+    sizes = [0.0, 1.0, 2.0, 4.0, 8.0]
+    assert slope(sizes, [9.0, *(3.0 * size**1.5 for size in sizes[1:])]) == pytest.approx(1.5)
+
+
+def test_an_error_is_counted_in_the_noise_of_its_photosite():
+    """One photosite in 200 is wrong by 3 sigma of 1000 e- with 2 e- of read noise."""
+    truth, sigma = np.ones(100_000), np.sqrt(1004.0) / 1000.0
+    found = truth.copy()
+    found[::200] += 3.0 * sigma
+    assert z_errors(found, truth, 1000.0) == pytest.approx({"error": 3.0, "p99": 0.0, "rms": 3.0 * 0.005**0.5}, rel=1e-6)
+
+
+def test_a_long_peer_runs_once_and_a_long_photosite_builds_its_kernels_first():
+    runs = []
+    many = {name: lambda name=name: runs.append(name) for name in ("Photosite", "NumPy")}
+    found = turns(many, 3, long_s=-1.0)
+    assert sorted(runs) == ["NumPy", "Photosite", "Photosite"] and found["NumPy"]["runs"] == found["Photosite"]["runs"] == 1
+
+
+def test_sections_have_functions_and_the_standard_size_leaves_the_long_ones():
+    assert all(callable(section.measure) for section in SECTIONS.values())
+    standard, full = chosen(None, "standard"), chosen(None, "full")
+    assert full == list(SECTIONS) and set(full) - set(standard) == {"live", "large", "cats_eyes"}
+    assert chosen("raw,psf", "quick") == ["raw", "psf"]
+    with pytest.raises(PhotositeError, match="no such section"):
+        chosen("raw,blur", "quick")
+
+
+def test_a_section_is_measured_written_drawn_and_put_on_the_page(tmp_path, monkeypatch):
+    """Its rows say which settings are dominated; the page of one measured section names all others as missing."""
+    pytest.importorskip("matplotlib")
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    page = importlib.import_module("make_benchmarks")
+    (record,) = measure_sections(["spectra"], "quick", tmp_path, Console(quiet=True))
+    factored = [row for row in record["rows"] if row["name"] == "Photosite, factored"]
+    cubes = {row["name"]: row["error"] for row in record["rows"] if row["case"] == "smooth light"}
+    assert all(row["error"] < 0.01 for row in factored)
+    assert cubes["Photosite, 61 wavelengths"] == pytest.approx(cubes["NumPy, 61 wavelengths"], abs=1e-3)
+    assert cubes["Photosite, 61 wavelengths"] < cubes["Photosite, 31 wavelengths"] / 3
+    assert all(("dominated_by" in row) == row["name"].startswith("Photosite") for row in record["rows"])
+    assert is_measured(tmp_path / "spectra.json", "quick") and not is_measured(tmp_path / "spectra.json", "full")
+    missing = page.write_page(tmp_path, tmp_path / "figures", tmp_path / "page.md")
+    text = (tmp_path / "page.md").read_text(encoding="utf-8")
+    assert missing == [name for name in SECTIONS if name != "spectra"]
+    assert "images/benchmarks/spectra.png" in text and (tmp_path / "figures" / "spectra.png").exists()
+    assert text.count("Photosite, factored") >= 2 and f"{record['facts']['size']} photosites" in text
+
+
+def test_a_record_of_another_shape_is_left_out_of_the_page(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    page = importlib.import_module("make_benchmarks")
+    (tmp_path / "raw.json").write_text(json.dumps({"rows": []}), encoding="utf-8")
+    assert "raw" in page.write_page(tmp_path, tmp_path, tmp_path / "page.md")
+
+
+def test_each_skip_is_off_and_on_and_both_are_legal(device):
+    """Both lights keep the tolerance against rays; what is skipped is not done."""
+    skips = Skips(device, 0.02)
+    pairs = skips.pairs()
+    assert len(pairs) == 9 and all([one.name for one in pair] == ["off", "on"] for pair in pairs.values())
+    for case in ("no blur in a sharp scene", "no motion"):
+        for setting in pairs[case]:
+            assert skips.error(setting, 8)["error"] < 0.15
+    off, on = pairs["no blur in a sharp scene"]
+    assert off.planned.optics.defocus is not None and on.planned.optics.defocus is None
 
 
 def test_a_tripod_launches_what_a_still_shot_launches(device):

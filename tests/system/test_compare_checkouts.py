@@ -1,11 +1,14 @@
-"""The comparison of two checkouts sees what differs, and leaves out no more than it says."""
+"""The comparisons of two checkouts see what differs, and leave out no more than they say."""
 
 import json
 
 import numpy as np
 import pytest
-from checkouts.items import items, timed_documents
+from checkouts.compare_results import Change, changes
+from checkouts.items import items
 from checkouts.records import array_digest, differences, file_record, folder_record, has_failed, plain, printed
+from measuring.record import SHAPE
+from measuring.results import keep, kept_of, load, numbers_of
 
 from simulator.raw.raw_format import RawFormat
 
@@ -105,4 +108,58 @@ def test_every_item_has_a_name_of_its_own_and_something_to_do(tmp_path):
     assert len(set(names)) == len(names) >= 100
     assert all(bool(item.document) + bool(item.file) + bool(item.commands) == 1 for item in made)
     assert {"camera_ideal", "file_a", "dataset_file_b"} <= set(names)
-    assert len(timed_documents(tmp_path)) >= 7
+
+
+def record_of(section="motion", changed=False, **row):
+    ours = {"case": "one picture", "name": "Photosite, swept, 0.1 σ", "cpu_s": 0.2, "error": 0.05} | row
+    peer = {"case": "one picture", "name": "NumPy slices", "cpu_s": 0.1, "error": 0.5}
+    commit = {"hash": "0123456789abcdef", "date": 1000, "is_changed": changed}
+    return {"shape": SHAPE, "section": section, "rows": [ours, peer], "commit": commit, "size": "quick"}
+
+
+def test_numbers_of_a_commit_are_kept_and_read_back(tmp_path):
+    """Of Photosite alone; sections that are measured later join them."""
+    first, second = record_of(), record_of("psf", name="Photosite, 0.1 σ, 'core'", error=0.0)
+    path = keep([first], tmp_path)
+    assert keep([second], tmp_path) == path and kept_of(path.parent, "0123456789") == [path]
+    numbers = load(path)
+    assert numbers == numbers_of(first) | numbers_of(second)
+    assert numbers["motion.time"] == {"one picture: Photosite, swept, 0.1 σ": 0.2}
+    assert numbers["psf.error"] == {"one picture: Photosite, 0.1 σ, 'core'": 0.0}
+
+
+def test_files_that_differ_from_their_commit_are_not_kept(tmp_path):
+    assert keep([record_of(changed=True)], tmp_path) is None and not list(tmp_path.iterdir())
+
+
+def test_kept_results_have_the_columns_of_airspeed_velocity(tmp_path):
+    data = json.loads(keep([record_of()], tmp_path).read_text(encoding="utf-8"))
+    assert data["version"] == 2 and data["result_columns"] == ["result", "params", "version"]
+    result, params, _ = data["results"]["motion.error"]
+    assert result == [0.05] and params == [["'one picture: Photosite, swept, 0.1 σ'"]]
+    known = json.loads((tmp_path / "benchmarks.json").read_text(encoding="utf-8"))
+    assert known["motion.time"]["type"] == "time" and known["motion.error"]["type"] == "track"
+
+
+@pytest.mark.parametrize(
+    ("benchmark", "old", "new", "worse"),
+    [
+        ("psf.time", (1.0, 1.1), (1.15, 1.4), True),
+        ("psf.time", (1.0, 1.2), (1.15, 1.4), False),  # as slow was a round before
+        ("psf.time", (1e-4, 1e-4), (3e-4, 3e-4), False),  # of no account
+        ("psf.time", (1.0, 1.0), (0.5, 0.5), False),
+        ("psf.error", (0.1, 0.1), (0.11, 0.11), True),
+        ("psf.error", (0.0, 0.0), (0.01, 0.01), True),
+        ("psf.error", (1e-5, 1e-5), (9e-4, 9e-4), False),  # of no account
+        ("psf.error", (0.1, 0.1), (0.01, 0.01), False),
+    ],
+)
+def test_slower_than_every_round_before_or_less_accurate_is_worse(benchmark, old, new, worse):
+    assert Change(benchmark, "setting", old, new).is_worse == worse
+
+
+def test_settings_of_one_side_alone_are_named():
+    old, new = [{"psf.time": {"a": 1.0, "b": 1.0}}] * 2, [{"psf.time": {"b": 2.0, "c": 1.0}}] * 2
+    found, lonely = changes(old, new)
+    assert found == [Change("psf.time", "b", (1.0, 1.0), (2.0, 2.0))]
+    assert lonely == ["psf.time a: only in OLD", "psf.time c: only in NEW"]
