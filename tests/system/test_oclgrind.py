@@ -34,6 +34,7 @@ CASES = [
     "wide",
     "joint",
     "spread",
+    "slabs",
     "vectors",
 ]
 
