@@ -8,7 +8,7 @@
 //          even coordinates on the sensor, whose filter cfa.h holds.
 // radius:  (LAYERS, 2, rows, set_columns) float32, signed blur radius [photosites], > 0 behind the plane in focus.
 // tail:    (CHANNELS, rows / CELL, 2 set_columns / CELL) float32, light of the tail at the cells' centres (kernels/psf_tail.cl).
-// light:   (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1], written. The other arguments: kernels/psf_slabs.h.
+// light:   (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1], written. tiles, terms, kernels, limits, halves, pairs: psf_slabs.h.
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"

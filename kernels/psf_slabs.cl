@@ -5,7 +5,7 @@
 // a kernel. open_s is what slabs nearer by a given difference in radius, and nearer layers, let through.
 // share_s falls from 1 at the slab's radius to 0 at its neighbours'. A kernel is mixed from those of the nodes around the photosite.
 //
-// planes, radius, tail, light: as in kernels/psf_own_slabs.cl. The other arguments: kernels/psf_slabs.h.
+// planes, radius, tail, light: as in kernels/psf_own_slabs.cl. tiles, terms, kernels, limits, halves, pairs: kernels/psf_slabs.h.
 // OPAQUE: whether layers cover all; 0: light is not divided by what is seen. HISTORY: most slabs of which none occludes another.
 // NODE_SPAN: most columns of nodes of a slab in a tile.
 #include "conventions.h"

@@ -5,36 +5,15 @@ import math
 
 import numpy as np
 import pytest
+from helpers.aberrated_walls import SPHERICAL, depth_map, thin_lens
 from helpers.green_frames import PITCH_UM
-from helpers.lens_error import statistics, z_scores
-from helpers.psf_frames import BRIGHTEST_E, MARGIN, SIDE, contrasts, error, shot_of
+from helpers.psf_frames import MARGIN, SIDE, contrasts, error, shot_of
 
-from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.pipeline.planner import plan
 from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import Window
-
-SPHERICAL = Aberrations(spherical_um=0.4)
-FOCUS_M = 2.0
-
-
-def thin_lens(f_number: float, aberrations: Aberrations) -> ThinLens:
-    return ThinLens(50.0, f_number, FOCUS_M, cos4=False, aberrations=aberrations)
-
-
-def depth_at(through: ThinLens, radius_px: float | np.ndarray) -> float | np.ndarray:
-    """Distance at which a lens has blur circles of this signed radius [m]."""
-    per_dioptre = float(through.blur_radius_um(math.inf) - through.blur_radius_um(1.0)) / PITCH_UM
-    return 1.0 / (1.0 / FOCUS_M - radius_px / per_dioptre)
-
-
-def depth_map(through: ThinLens, left_px: float, right_px: float) -> np.ndarray:
-    """Two walls side by side, of these blur radii."""
-    depth = np.full((SIDE, SIDE), depth_at(through, right_px), np.float32)
-    depth[:, : SIDE // 2] = depth_at(through, left_px)
-    return depth
 
 
 @pytest.mark.parametrize(("f_number", "radius_px"), [(8.0, 2.2), (5.6, -1.6)])
@@ -48,30 +27,6 @@ def test_light_of_each_wall_is_convolved_with_its_exact_kernel(f_number, radius_
     for here_px, columns in ((radius_px, left), (0.3, right)):
         exact = dataclasses.replace(psf, radii_px=(here_px,), core=None).kernel(0, 0, False, 0, 0)[0]
         assert error(shot, planes, exact, (slice(None), columns)) < 0.1
-
-
-def test_radii_between_the_slabs_have_their_own_kernels():
-    """A wall that recedes: each photosite has the kernel of its own blur radius, in float64.
-
-    To 0.2 of the noise of 2,000 e-: a receding wall has wider kernels on its far side, which no photosite's own kernel has.
-    """
-    planes, through = contrasts(), thin_lens(8.0, SPHERICAL)
-    radius_px = np.linspace(1.0, 1.8, SIDE)
-    shot = shot_of(planes, through, np.broadcast_to(depth_at(through, radius_px), (SIDE, SIDE)).astype(np.float32))
-    psf, found = plan(shot).optics.psf, simulate(shot).mean_electrons.astype(np.float64)
-    columns = range(20, SIDE - 16, 24)
-    truth = np.stack([column_of(planes, psf, float(radius_px[column]), column) for column in columns], axis=1)
-    scale = found[:, columns].sum() / truth.sum() / BRIGHTEST_E
-    assert statistics(z_scores(found[:, columns] / (scale * BRIGHTEST_E), truth, BRIGHTEST_E)).p99 < 0.2
-
-
-def column_of(planes: np.ndarray, psf: FieldPsf, radius_px: float, column: int) -> np.ndarray:
-    """Light of one column of photosites with the kernel of a blur radius, float64."""
-    kernel = dataclasses.replace(psf, radii_px=(radius_px,), core=None).kernel(0, 0, False, 0, 0)[0][::-1, ::-1]
-    half, x = len(kernel) // 2, column + MARGIN
-    lit = np.pad(planes, MARGIN, mode="edge")[:, x - half : x + half + 1]
-    near = np.lib.stride_tricks.sliding_window_view(lit, kernel.shape)[:, 0]
-    return np.maximum((near * kernel).sum(axis=(1, 2))[MARGIN - half : MARGIN - half + SIDE], 0.0)
 
 
 def test_kernels_vary_over_the_field():
