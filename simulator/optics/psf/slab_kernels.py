@@ -255,12 +255,13 @@ def _make_tail(psf: FieldPsf, seen: Visibility, channel: int, cell_px: int) -> _
     light = focus.cell_kernel(channel, 0.0, (0.0, 0.0))
     within = float(light.sum())
     table = gather_table(psf.sampling.phases(light / within, focus.cells, focus.pitch_um, 1, True))
-    for core_px in TAIL_CORES_PX:
-        cells, spread = fit_tail(table, core_px, cell_px)
+    tails = ((core_px, *fit_tail(table, core_px, cell_px)) for core_px in TAIL_CORES_PX)
+    for core_px, cells, spread in tails:
         average = spread.mean(axis=0)
-        if max(seen.error(one - average) for one in spread) <= seen.allowed_dark:
-            break
-    return _Tail(core_px, cells, average, within)
+        is_last = core_px == TAIL_CORES_PX[-1]
+        if is_last or max(seen.error(one - average) for one in spread) <= seen.allowed_dark:
+            return _Tail(core_px, cells, average, within)
+    raise AssertionError("the last core is taken")
 
 
 def _between(psf: FieldPsf) -> np.ndarray:
