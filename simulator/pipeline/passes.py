@@ -313,6 +313,9 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str) ->
         largest = 2 * max(correction_reach_px(radius) for radius in psf.corrected_px) + 1
         method += f", blur corrected to wave optics at {len(psf.corrected_px)} radii"
         taps += 2 * largest**2
+    if psf.is_gathered_by_distance:
+        method += f", {len(psf.radii_px)} slabs of blur radius"
+        taps *= 2
     error = optics.accuracy.in_sigma(core.error)
     bytes_each = 4 + 4 * optics.channels * (not psf.by_distance)
     return Pass(
@@ -331,7 +334,7 @@ def _gather_bytes(optics: OpticsPlan, psf: FieldPsf, core: Core) -> int:
     """Memory of a band of light that is gathered: its samples, cells of the tail, and the layers that a correction reads."""
     band = split_into_bands(optics.window, psf.gather_reach_px, psf.over)[0]
     planes = optics.channels
-    if psf.corrected_px:
+    if psf.corrected_px or psf.is_gathered_by_distance:
         layers = len(optics.scene.layers) if optics.has_coverage else 1
         planes += layers * (optics.channels + optics.has_coverage + 1)
     cells = optics.channels * band.layout.set_columns * (band.rows // 2) if core.has_tail else 0

@@ -23,6 +23,7 @@ from simulator.optics.defocus.defocus import Method
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.pupil.pupil import Pupil, PupilStop
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
 from simulator.optics.ray_reference.deep_rays import DeepBlur, DeepPicture
@@ -193,6 +194,20 @@ def take_spread() -> None:
     print("done", devices()[0].name)
 
 
+def take_slabs() -> None:
+    """Aberrations in a scene with depth: a wall that recedes behind a layer with partial coverage."""
+    rng, camera = np.random.default_rng(0), small_camera(18, 10, "MONO")
+    lens = ThinLens(50.0, 2.8, 2.0, aberrations=Aberrations(spherical_um=0.1))
+    planes, cover = rng.random((2, 10, 18, camera.channels)).astype(np.float32), rng.random((10, 18)).astype(np.float32)
+    cover[:, :6] = 0.0
+    behind = Layer(planes[0], np.linspace(2.01, 2.03, 180).reshape(10, 18).astype(np.float32))
+    scene = band_scene(planes[1] * cover[..., None], 1.98, coverage=cover, behind=(behind,))
+    planned = measure(plan(Shot(scene, lens, Exposure(0.001), camera, tolerance=3.0)), open_device())
+    assert planned.optics.psf is not None and planned.optics.psf.is_gathered_by_distance
+    expose(planned, open_device())
+    print("done", devices()[0].name)
+
+
 def follow_rays() -> None:
     """Both reference blurs, all colours and a mosaic, with a margin too small for the blur."""
 
@@ -226,5 +241,6 @@ def follow_rays() -> None:
 
 if __name__ == "__main__":
     others = {"rays": follow_rays, "fine": take_fine, "wide": take_wide, "joint": take_joint}
-    others |= {"spread": take_spread, "vectors": take_vectors, "lamp": take_lamp, "far spread": take_far_spread}
+    others |= {"spread": take_spread, "slabs": take_slabs, "vectors": take_vectors, "lamp": take_lamp}
+    others["far spread"] = take_far_spread
     others[sys.argv[1]]() if sys.argv[1] in others else run(sys.argv[1])

@@ -36,6 +36,7 @@ CASES = [
     "wide",
     "joint",
     "spread",
+    "slabs",
     "vectors",
     "lamp",
     "far spread",

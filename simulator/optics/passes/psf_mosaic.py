@@ -16,6 +16,7 @@ from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.defocused_mosaic import defocused_mosaics
 from simulator.optics.passes.psf_gather import gather_psf
+from simulator.optics.passes.psf_slabs import gather_slabs
 from simulator.optics.passes.reference_mosaic import reference_mosaic
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.optics.psf.field_psf import FieldPsf
@@ -57,6 +58,8 @@ def psf_mosaic(
     planes: a device buffer for each layer, as for `defocused_mosaics`.
     """
     frame, psf = optics.window, _psf_of(optics)
+    if psf.is_gathered_by_distance:
+        return gather_slabs(optics, device, planes, progress)
     if psf.core is not None:
         return gather_psf(optics, blur, device, planes, progress)
     block = optics.cfa.block(frame.x, frame.y)

@@ -21,6 +21,7 @@ from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.kernel_split import Core, tail_reach
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable
+from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, kernel_size_px
 from simulator.optics.pupil.pupil import Pupil
 
@@ -54,6 +55,8 @@ class FieldPsf:
         since the ringing of band-limited kernels shows around highlights only [e- s^-1 um^-2 sr^-1].
     core: how the device gathers light with the kernels; None: they are convolved by transforms on the host.
     corrected_px: signed blur radii at which the geometric blur and the kernel in focus are corrected to wave optics, ascending.
+    computed_px: signed blur radii between which the kernels of the slabs are interpolated where the device gathers by distance.
+    seen: error that those kernels may have.
     """
 
     lens_psf: WavefrontPsf | PsfTable | None
@@ -68,6 +71,8 @@ class FieldPsf:
     highlight_limits: tuple[float, ...] = ()
     core: Core | None = None
     corrected_px: tuple[float, ...] = ()
+    computed_px: tuple[float, ...] = ()
+    seen: Visibility | None = None
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -77,7 +82,15 @@ class FieldPsf:
             table = self.lens_psf
             digest = hashlib.blake2b(np.ascontiguousarray(table.kernels).tobytes()).digest()
             lens = digest, table.kernels.shape, tuple(table.blur_radii_px), tuple(table.fields), table.cells, table.light
-        places = self.pitch_um, self.over, self.radii_px, self.sensor_px, self.nodes, bool(self.highlight_limits)
+        places = (
+            self.pitch_um,
+            self.over,
+            self.radii_px,
+            self.sensor_px,
+            self.nodes,
+            self.computed_px,
+            bool(self.highlight_limits),
+        )
         return lens, repr(self.pupil), self.sampling, *places
 
     def with_core(self, core: Core) -> Self:
@@ -86,6 +99,11 @@ class FieldPsf:
         for cache in ("_kernels", "_tables", "_slab_psfs"):
             found.__dict__[cache] = getattr(self, cache)
         return found
+
+    @property
+    def is_gathered_by_distance(self) -> bool:
+        """Whether the device gathers light with the kernels of several slabs."""
+        return self.core is not None and self.by_distance and len(self.radii_px) > 1
 
     def at_radius(self, radius_px: float, *, in_focus: bool = False) -> Self:
         """Return the PSF of one blur radius; in focus: that of radius 0 with kernels of the same size and cells."""
@@ -147,20 +165,28 @@ class FieldPsf:
             return kept * (kernel.sum() / kept.sum())
         key = slab, channel, row, column
         if key not in self._kernels:
-            width, height = self.sensor_px
-            half = 0.5 * math.hypot(width, height)
-            field_xy = (self.x_px[column] + 0.5 - 0.5 * width) / half, (self.y_px[row] + 0.5 - 0.5 * height) / half
-            cells, per_photosite = self._cells(slab, channel, field_xy)
+            cells, per_photosite = self._cells(slab, channel, self.field_xy(row, column))
             band_limited = isinstance(self.lens_psf, WavefrontPsf) or per_photosite > 1
             self._kernels[key] = self.sampling.phases(cells, per_photosite, self.pitch_um, self.over, band_limited)
         return self._kernels[key]
+
+    def field_xy(self, row: int, column: int) -> tuple[float, float]:
+        """Place of a node over the sensor's half diagonal, x to the right and y down from its middle."""
+        width, height = self.sensor_px
+        half = 0.5 * math.hypot(width, height)
+        return (self.x_px[column] + 0.5 - 0.5 * width) / half, (self.y_px[row] + 0.5 - 0.5 * height) / half
+
+    def fit_kernel(self, radius_px: float) -> WavefrontPsf:
+        """Return the PSF of the wavefront with kernel size and cells of a blur radius."""
+        assert isinstance(self.lens_psf, WavefrontPsf)  # others have a size of their own
+        return _fit_kernel(self.lens_psf, radius_px, self.over)
 
     def _cells(self, slab: int, channel: int, field_xy: tuple[float, float]) -> tuple[np.ndarray, int]:
         """Light of a point in each cell, and cells per photosite."""
         lens, radius_px = self._slab_psf(slab), self.radii_px[slab]
         if lens is None:
             return np.ones((1, 1)), 1
-        if isinstance(lens, WavefrontPsf) and self.nodes != (1, 1) and not _has_fixed_orientation(lens):
+        if isinstance(lens, WavefrontPsf) and self.nodes != (1, 1) and not has_fixed_orientation(lens):
             if slab not in self._tables:
                 self._tables[slab] = lens.table([radius_px], FIELDS)
             lens = self._tables[slab]
@@ -232,7 +258,7 @@ def _step_px(radius_px: float) -> float:
     return max(SLAB_PX, abs(radius_px) / 16.0)
 
 
-def _has_fixed_orientation(psf: WavefrontPsf) -> bool:
+def has_fixed_orientation(psf: WavefrontPsf) -> bool:
     """Whether a part of the wavefront is fixed to the picture's axes, so that kernels do not rotate with the field."""
     return psf.opening is not ROUND or any(noll_orders(index)[1] for index in psf.aberrations.zernike_um)
 

@@ -84,7 +84,7 @@ def split_kernel(table: np.ndarray, over: int, core_px: int, arm_px: int = 0, ce
         return SplitKernel(table, None, None, 0.0, 0.0)
     photosites = table.reshape(2 * half + 1, over, 2 * half + 1, over)
     if cell_px:
-        tail, spread = _fit_tail(photosites.sum(axis=(1, 3)), core_px, cell_px)
+        tail, spread = fit_tail(photosites.sum(axis=(1, 3)), core_px, cell_px)
     else:
         tail, spread = None, np.zeros((1, 2 * half + 1, 2 * half + 1))
     reach, average = spread.shape[-1] // 2, spread.mean(axis=0)
@@ -111,7 +111,7 @@ def split_kernel(table: np.ndarray, over: int, core_px: int, arm_px: int = 0, ce
     return SplitKernel(core.reshape(taps, taps), arms, tail, error, largest)
 
 
-def _fit_tail(kernel: np.ndarray, core_px: int, cell_px: int) -> tuple[np.ndarray, np.ndarray]:
+def fit_tail(kernel: np.ndarray, core_px: int, cell_px: int) -> tuple[np.ndarray, np.ndarray]:
     """Weights of cells for a kernel on photosites (size, size) outside a core, and what photosites gather with them.
 
     Returns (cells, cells), and (places in a cell, photosites, photosites).

@@ -27,6 +27,8 @@ from simulator.optics.psf.gather_kernels import choose_core, fits_gather
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_file import read_psf
 from simulator.optics.psf.psf_table import PsfTable
+from simulator.optics.psf.slab_kernels import plan_slabs
+from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, channel_wavelengths
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.scene import Scene
@@ -98,6 +100,8 @@ def plan_visible_psf(
 
 def _with_gather(psf: FieldPsf, channels: int, scene: Scene, accuracy: Accuracy, scale: float) -> FieldPsf:
     """Return a PSF of one kernel for all light with the core by which the device gathers it, where sums are cheaper."""
+    if accuracy.tolerance and psf.by_distance and len(psf.radii_px) > 1:
+        return plan_slabs(psf, Visibility(accuracy.allowed, scale, accuracy.peak))
     one_surface = len(scene.layers) == 1 and scene.coverage is None
     if not accuracy.tolerance or len(psf.radii_px) > 1 or not (one_surface or not psf.by_distance) or not fits_gather(psf):
         return psf

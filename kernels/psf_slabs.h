@@ -1,0 +1,42 @@
+// What kernels by distance have in common (kernels/psf_own_slabs.cl and kernels/psf_slabs.cl): their tables.
+//
+// tiles:   (tiles) struct slab_tile. terms: (terms) struct slab_term, of all tiles: by layer, by slab from near to far, by column of nodes.
+// kernels: (1 + BRIGHT, node rows, pairs, CHANNELS, TAPS, TAPS) float32; pairs of slab and column of nodes. The second half is for light
+//          above `limits`. halves, pairs: elements of a half, and number of pairs.
+// limits:  (CHANNELS) float32 [e- s^-1 um^-2 sr^-1], (CHANNELS) sum of a kernel, (rows) place of each row of photosites between the
+//          node rows, (node columns, 2 set_columns) weight of each column of nodes at each column of photosites.
+#ifndef PSF_SLABS_H
+#define PSF_SLABS_H
+#include "conventions.h"
+
+struct slab_tile {
+    uint column, row;       // first photosite in the band: column within its set, row of photosites
+    uint first_term, terms; // in `terms`
+};
+
+struct slab_term {
+    uint pair, node_column, layer; // kernel, column of nodes, layer
+    uint front;                    // number of the layer's slabs before this one that occlude it
+    uint columns;                  // terms of this slab from here on
+    uint ends;                     // 1: the last slab of its layer
+    float radius, rise, fall;      // share: 1 at this radius, less by `rise` and by `fall` for each photosite of radius below and above it
+};
+
+// Share of light of a signed blur radius [photosites] that belongs to a slab.
+INLINE float slab_share(const struct slab_term term, const float radius) {
+    const float away = radius - term.radius, share = 1.0f - (away < 0.0f ? -away * term.rise : away * term.fall);
+    return share > 0.0f ? share : 0.0f;
+}
+
+// Weights of a row of taps, mixed from the node rows above and below: `weight` for all light, or for light up to the limit, and `excess`
+// for light above it. tap: of the node row above. below: elements to the same of the row below; share: of its weight.
+INLINE void mix_taps(global const float *tap, const size_t below, const size_t halves, const float share, float *weight,
+                     float *excess) {
+    __attribute__((opencl_unroll_hint(TAPS)))
+    for (uint t = 0; t < TAPS; t++) {
+        weight[t] = tap[t] + share * (tap[below + t] - tap[t]);
+        excess[t] = BRIGHT ? tap[halves + t] + share * (tap[halves + below + t] - tap[halves + t]) : 0.0f;
+    }
+}
+
+#endif

@@ -1,0 +1,220 @@
+"""Executes kernels by distance on the device: each photosite gathers the light of all surfaces in its own colour."""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from simulator.device import Buffer, Device
+from simulator.optics.geometry.projection import project_planes, project_radius
+from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.passes.psf_bands import (
+    EXTREME_ROWS,
+    HALF_TILE,
+    SPAN_CELLS,
+    STEP_PARTS,
+    TILE_ROWS,
+    PsfBand,
+    join_within,
+    node_limits,
+    split_into_bands,
+    tile_nodes,
+)
+from simulator.optics.passes.psf_slab_tiles import HISTORY, BandNodes, Surroundings, make_slab_terms
+from simulator.optics.psf.field_psf import FieldPsf
+from simulator.optics.psf.kernel_split import TAIL_MARGIN_PX
+from simulator.optics.psf.slab_kernels import slab_kernels_of
+
+UNLIMITED = 1e38  # limit of highlights where there are none
+
+
+def gather_slabs(optics: OpticsPlan, device: Device, planes: Sequence[Buffer], progress: Callable[[float], None]) -> Buffer:
+    """Device buffer (height, width) float32: the mosaic of electron radiance behind the lens.
+
+    planes: a device buffer for each layer, as for `defocused_mosaics`.
+    """
+    psf, frame = optics.psf, optics.window
+    assert psf is not None  # without it this pass does not run
+    light = device.empty((frame.height, frame.width), np.float32)
+    bands = split_into_bands(frame, psf.gather_reach_px, 1)
+    gather = SlabGather(optics, psf, device, planes, bands[0])
+    for count, band in enumerate(bands):
+        gather.compute(band, light)
+        device.finish()
+        progress((count + 1) / len(bands))
+    return light
+
+
+class SlabGather:
+    """Gathers the bands of a frame; buffers are reused from band to band."""
+
+    def __init__(self, optics: OpticsPlan, psf: FieldPsf, device: Device, planes: Sequence[Buffer], band: PsfBand) -> None:
+        assert optics.defocus is not None  # there are several blur radii
+        self.projection, self.psf, self.device, self.defocus = optics.projection, psf, device, optics.defocus
+        self.channels, self.coverage = optics.channels, int(optics.has_coverage)
+        self.kernels = slab_kernels_of(psf, self.channels)
+        self.planes = planes if self.coverage else planes[:1]
+        layout, self.planes_each = band.layout, self.channels + self.coverage
+        self.light = device.empty(layout.shape(len(self.planes) * self.planes_each), np.float32)
+        self.radius = device.empty(layout.shape(len(self.planes)), np.float32)
+        self.maps = [
+            device.share(np.ascontiguousarray(px)) if isinstance(px, np.ndarray) else None
+            for px in self.defocus.radii_px[: len(self.planes)]
+        ]
+        self.cell_px = self.kernels.cell_px
+        cells = (self.channels, band.rows // self.cell_px, 2 * layout.set_columns // self.cell_px)
+        self.cells, self.tail = device.zeros(cells, np.float32), device.zeros(cells, np.float32)
+        self.tail_kernels, self.radii_px = device.upload(self.kernels.tail), np.array(psf.radii_px, np.float32)
+        self.limits = np.array(psf.highlight_limits) if self.kernels.rings else np.full(self.channels, UNLIMITED)
+        own = {"OVER": 1, "CHANNELS": self.channels, "COVERAGE": self.coverage, "LAYERS": len(self.planes)}
+        self.defines: dict[str, object] = {**optics.cfa.macros(0, 0), **own, "OPAQUE": int(self.defocus.opaque)}
+
+    def compute(self, band: PsfBand, light: Buffer) -> None:
+        """Compute the photosites of a band in the mosaic `light`, in place."""
+        self._project(band)
+        if self.coverage:  # the tail reads what a lens in focus shows, composited in place of the first layer
+            kernel = self.device.kernel("psf_composite", self.defines, file="psf_light.cl")
+            self.device.run(kernel, band.layout.work_size(1), None, layers=self.light, radius=self.radius)
+        self._make_tail(band)
+        if self.coverage:
+            self._project(band)
+        numbers, across = node_limits(band, np.r_[self.limits, self.kernels.light], self.psf.x_px, self.psf.y_px)
+        places = numbers[2 * self.channels : 2 * self.channels + band.rows]
+        own = places[band.margin_rows : band.rows - band.margin_rows]  # of the whole band, so that a crop has the frame's bits
+        rows = range(int(own.min()), max(math.ceil(own.max()), int(own.min())) + 1)
+        places -= np.float32(rows.start)
+        reach_px = self.kernels.reach_px[:, rows.start : rows.stop].max(axis=1)
+        nodes = BandNodes(rows, tile_nodes(band, across), reach_px, self.radii_px)
+        bits, above, limits = self._slab_bits(band), self._bright_places(band), self.device.upload(numbers)
+        wanted = np.ones((len(band.tiles), 1), bool)
+        for parts in (1, STEP_PARTS):
+            around = Surroundings.around(band, bits, nodes, parts)
+            even = around.is_even(nodes) & wanted
+            self._gather(band, around.inside(band, bits, nodes), even, nodes, above, limits, light, has_steps=False)
+            if parts == STEP_PARTS:
+                self._gather(band, around, wanted & ~even, nodes, above, limits, light, has_steps=True)
+            wanted = wanted & ~even
+
+    def _project(self, band: PsfBand) -> None:
+        """Project light and blur radii of all layers onto the band."""
+        layout, origin, size = band.layout, (band.x, band.y), int(np.prod(band.layout.shape(1)))
+        for layer, (buffer, scene_radius) in enumerate(zip(self.planes, self.maps, strict=True)):
+            first = layer * self.planes_each
+            project_planes(self.device, self.projection, buffer, self.planes_each, self.light, first, layout, origin)
+            if scene_radius is not None:
+                project_radius(self.device, self.projection, scene_radius, self.radius, layer, layout, origin)
+            else:
+                radius_px = np.full(size, self.defocus.radii_px[layer], np.float32)
+                self.device.write(self.radius, radius_px, 4 * layer * size)
+
+    def _make_tail(self, band: PsfBand) -> None:
+        device, cell_px = self.device, self.cell_px
+        rows, columns = band.rows // cell_px, 2 * band.layout.set_columns // cell_px
+        span, margin = min(device.span, SPAN_CELLS), TAIL_MARGIN_PX // cell_px
+        sizes = {"NODE_ROWS": 1, "NODE_COLUMNS": 1, "SPAN": span, "CELL": cell_px, "MARGIN": margin}
+        defines = {**self.defines, **sizes, "TAIL_TAPS": self.kernels.tail.shape[-1]}
+        kernel = device.kernel("psf_cells", defines, file="psf_tail.cl")
+        device.run(kernel, (columns, rows, self.channels), None, planes=self.light, cells=self.cells)
+        one_node = np.concatenate([np.zeros(self.channels + band.rows), np.ones(cell_px * columns)]).astype(np.float32)
+        first = band.margin_rows // cell_px - 1
+        size = ((columns - 2 * margin) // span, rows - 2 * first, self.channels)
+        device.run(
+            device.kernel("psf_tail", defines, file="psf_tail.cl"),
+            size,
+            (size[0], 1, 1),
+            cells=self.cells,
+            tail=self.tail,
+            kernels=self.tail_kernels,
+            limits=device.upload(one_node),
+            first_row=first,
+            cell_rows=rows,
+            cell_columns=columns,
+        )
+
+    def _slab_bits(self, band: PsfBand) -> np.ndarray:
+        """Slabs that have light, by places of `join_within`: (layers, rows, columns) uint64."""
+        shape = (len(self.planes), band.rows // EXTREME_ROWS, band.layout.set_columns)
+        found = self.device.empty(shape, np.uint64)
+        kernel = self.device.kernel("psf_slab_bits", {**self.defines, "EXTREME_ROWS": EXTREME_ROWS}, file="psf_slab_bits.cl")
+        buffers = {"planes": self.light, "radius": self.radius, "radii_px": self.device.upload(self.radii_px), "slabs": found}
+        self.device.run(kernel, (shape[2], shape[1], shape[0]), None, **buffers, radii=len(self.radii_px))
+        return self.device.download(found, shape, np.uint64)
+
+    def _bright_places(self, band: PsfBand) -> np.ndarray | None:
+        """Whether light is above the limit of highlights, by places of `join_within`; None: none is."""
+        if self.limits.min() >= UNLIMITED:
+            return None
+        planes = len(self.planes) * self.planes_each
+        shape = (2, 2 * planes, band.rows // EXTREME_ROWS, band.layout.set_columns)
+        found = self.device.empty(shape, np.float32)
+        kernel = self.device.kernel("psf_extremes", {**self.defines, "EXTREME_ROWS": EXTREME_ROWS}, file="psf_extremes.cl")
+        self.device.run(kernel, (shape[3], shape[2], shape[1]), None, planes=self.light, extremes=found)
+        greatest = self.device.download(found, shape, np.float32)[1].reshape(-1, self.planes_each, 2, *shape[2:])
+        above = greatest[:, : self.channels] > self.limits[:, None, None, None]
+        places = np.asarray(above.any(axis=(0, 1, 2)))
+        return places if places.any() else None
+
+    def _gather(
+        self,
+        band: PsfBand,
+        around: Surroundings,
+        selected: np.ndarray,
+        nodes: BandNodes,
+        above: np.ndarray | None,
+        limits: Buffer,
+        light: Buffer,
+        *,
+        has_steps: bool,
+    ) -> None:
+        """Gather the selected parts (tiles, parts), those of one reach at a time."""
+        parts = selected.shape[1]
+        for reach_px in np.unique(around.reach_px[selected]).tolist():
+            same = selected & (around.reach_px == reach_px)
+            bright = np.zeros(same.shape, bool)
+            if above is not None:
+                bright = join_within(band, above, np.maximum, reach_px, parts)
+            for is_bright in (False, True):
+                chosen = same & (bright == is_bright)
+                if chosen.any():
+                    tiles, terms, pairs = make_slab_terms(band, around, chosen, nodes)
+                    kernels = self.kernels.packed(reach_px, nodes.rows, pairs, is_bright)
+                    self._launch(band, tiles, terms, kernels, HALF_TILE // parts, limits, light, has_steps=has_steps)
+
+    def _launch(
+        self,
+        band: PsfBand,
+        tiles: np.ndarray,
+        terms: np.ndarray,
+        kernels: np.ndarray,
+        columns: int,
+        limits: Buffer,
+        light: Buffer,
+        *,
+        has_steps: bool,
+    ) -> None:
+        device, span = self.device, min(self.device.span, columns)
+        variant = {
+            "TAPS": kernels.shape[-1],
+            "SPAN": span,
+            "BRIGHT": len(kernels) - 1,
+            "CELL": self.cell_px,
+        }
+        name = "psf_slabs" if has_steps else "psf_own_slabs"
+        if has_steps:
+            variant |= {"HISTORY": HISTORY, "NODE_SPAN": int(terms["columns"].max())}
+        device.run(
+            device.kernel(name, {**self.defines, **variant}, file=f"{name}.cl"),
+            (columns // span, 2 * TILE_ROWS, len(tiles)),
+            (columns // span, 1, 1),
+            planes=self.light,
+            radius=self.radius,
+            tail=self.tail,
+            light=light,
+            tiles=device.upload(tiles),
+            terms=device.upload(terms),
+            kernels=device.upload(kernels),
+            limits=limits,
+            halves=kernels[0].size,
+            pairs=kernels.shape[2],
+            band=band.fields,
+        )

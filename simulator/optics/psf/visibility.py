@@ -1,0 +1,56 @@
+"""How a difference between point spread functions shows in a scene."""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+TEXTURE = 3.3 * 0.29  # of the deviation of light that is even from 0 to 1, exceeded by one photosite in a thousand
+DARK_SHARE, COARSE_SHARE = 0.12, 0.5  # of the allowed error
+COARSE = 0.5  # scene pixels per photosite below which its light is smooth
+
+
+@dataclass(frozen=True)
+class Visibility:
+    """How a difference of kernels shows in a scene.
+
+    allowed: error, as a share of the brightest light. scale: scene pixels per photosite; light is smooth where they are fewer.
+    peak: light of the brightest scene pixel, in units of the brightest light.
+    """
+
+    allowed: float
+    scale: float = 1.0
+    peak: float = 1.0
+
+    @property
+    def allowed_dark(self) -> float:
+        """Error that is allowed beside an edge, whose dark side has less noise; coarse scenes have slopes in their place."""
+        return self.allowed * (DARK_SHARE if self.scale >= COARSE else COARSE_SHARE)
+
+    def error(self, rest: np.ndarray) -> float:
+        """Error that a difference of kernels (size, size) makes, as a share of the brightest light; see `visible_error`.
+
+        A scene pixel wider than a photosite is a tent, which is what the projection interpolates, with light of its own.
+        """
+        width = 1.0 / min(self.scale, 1.0)
+        tent = _tents(len(rest), width)
+        seen = tent @ rest @ tent.T
+        bars = max(_largest_bar(seen), _largest_bar(seen.T))
+        return max(
+            bars, TEXTURE * width * math.sqrt(float((seen * seen).sum())), self.peak * width**2 * float(np.abs(seen).max())
+        )
+
+
+def _largest_bar(rest: np.ndarray) -> float:
+    """Largest error beside a bar of light 1 of any width that runs down."""
+    return float(np.ptp(np.concatenate([[0.0], np.cumsum(rest.sum(axis=0))])))
+
+
+@lru_cache(maxsize=8)
+def _tents(size: int, width: float) -> np.ndarray:
+    """Matrix that convolves `size` photosites with a tent of this half width and sum 1, about; its rows reach beyond them."""
+    half = math.ceil(width) - 1
+    away = np.abs(np.arange(size + 2 * half)[:, None] - np.arange(size)[None, :] - half)
+    found = np.maximum(1.0 - away / width, 0.0)
+    return found / found.sum(axis=0)
