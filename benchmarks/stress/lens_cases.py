@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from helpers.aberrated_walls import SPHERICAL, depth_map, thin_lens
 from helpers.area_truth import photosite_means
 from helpers.camera_builders import green_camera
 from helpers.fine_frame import fine_shot, frame_radiance
@@ -11,6 +12,7 @@ from helpers.green_frames import EXPOSURE
 from helpers.lens_frame import blurred_case
 from helpers.lens_truths import COLUMNS as TRUTH_COLUMNS
 from helpers.lens_truths import Case, penumbra, point, stripes, uniform_layers
+from helpers.psf_frames import shot_of
 from helpers.scene_builders import band_scene
 from helpers.textured_planes import one_picture
 from scipy.ndimage import map_coordinates, maximum_filter
@@ -219,7 +221,7 @@ def run_lens_deep(device: Device, inputs: Inputs) -> Outcome:
     return Outcome(found, np.full(count, fog + (1.0 - alpha) * wall))
 
 
-PSF_SIDE, PSF_MARGIN = 96, 64
+PSF_SIDE, PSF_MARGIN, PSF_WALLS = 96, 64, 160
 
 
 def run_psf(device: Device, inputs: Inputs) -> Outcome:
@@ -241,6 +243,36 @@ def run_psf(device: Device, inputs: Inputs) -> Outcome:
         truth = np.maximum(truth[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN], 0.0)
     electrons = number(inputs, "electrons")
     return Outcome(electrons * found.astype(np.float64), electrons * truth)
+
+
+BESIDE_STEP_PX = 24  # photosites beside the step between two walls, whose light mixes
+
+
+def run_psf_slabs(device: Device, inputs: Inputs) -> Outcome:
+    """Two walls side by side through an aberrated lens, each against SciPy's convolution with the exact kernel of its radius."""
+    planes, radii_px = picture(inputs).astype(np.float64), (number(inputs, "left_px"), number(inputs, "right_px"))
+    through = thin_lens(number(inputs, "f_number"), SPHERICAL)
+    shot = shot_of(planes, through, depth_map(through, *radii_px))
+    planned = measure(plan(shot), device)
+    light = device.download(expose(planned, device), planes.shape, np.float32).astype(np.float64)
+    psf, middle = planned.optics.psf, PSF_WALLS // 2
+    found, truth = [], []
+    for radius_px, columns in zip(
+        radii_px, (slice(0, middle - BESIDE_STEP_PX), slice(middle + BESIDE_STEP_PX, None)), strict=True
+    ):
+        if psf is None or not psf.is_gathered_by_distance:
+            break  # of walls alike, which other kernels compute
+        kernel = replace(psf, radii_px=(radius_px,), core=None).kernel(0, 0, False, 0, 0)[0]
+        spread = fftconvolve(np.pad(planes, PSF_MARGIN, mode="edge"), kernel, mode="same")
+        truth.append(np.maximum(spread[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN][:, columns], 0.0))
+        found.append(light[:, columns])
+    if not found:
+        return Outcome(np.zeros(1), np.zeros(1))
+    per_plane = float(planned.optics.accuracy.electrons_per_radiance * planned.optics.weights.sum())
+    both = (np.concatenate(sides, axis=1) for sides in (found, truth))
+    return Outcome(
+        *(factor * one for factor, one in zip((planned.optics.accuracy.electrons_per_radiance, per_plane), both, strict=True))
+    )
 
 
 ELECTRONS = Real(5.0, 5e4, log=True, switches=(1000.0,))
@@ -374,6 +406,19 @@ CASES = (
             "electrons": Real(5.0, 2e4, log=True),
         },
         run_psf,
+        KEPT,
+        most_sigma=0.5,
+    ),
+    StressCase(
+        "psf_slabs",
+        ("psf_slabs", "psf_own_slabs", "psf_slab_bits"),
+        {
+            "light": Picture((PSF_WALLS, PSF_WALLS), 1e-3, 1.0),
+            "f_number": Choice((5.6, 8.0, 11.0)),
+            "left_px": Real(-2.5, 2.5, switches=(0.0,)),
+            "right_px": Real(-2.5, 2.5, switches=(0.0,)),
+        },
+        run_psf_slabs,
         KEPT,
         most_sigma=0.5,
     ),

@@ -18,7 +18,7 @@ import numpy as np
 
 from simulator.atomic_files import atomic_write
 from simulator.device import Device
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, reading
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.execution import expose
@@ -90,12 +90,13 @@ def rates_key(device: Device) -> str:
 def read_rates(path: Path) -> dict[str, dict[str, float]]:
     """Return the kept factors by key of the device; {} for a file that is not there, or that something else wrote."""
     try:
-        kept = json.loads(path.read_text(encoding="utf-8"))
-        return {
-            str(key): {str(name): float(factor) for name, factor in factors.items() if 0.0 < float(factor) < math.inf}
-            for key, factors in kept.items()
-        }
-    except (OSError, ValueError, AttributeError, TypeError):
+        with reading(path, "delete it; the device is then measured again"):
+            kept = json.loads(path.read_text(encoding="utf-8"))
+            return {
+                str(key): {str(name): float(factor) for name, factor in factors.items() if 0.0 < float(factor) < math.inf}
+                for key, factors in kept.items()
+            }
+    except PhotositeError:
         return {}
 
 

@@ -48,7 +48,8 @@ def sample_count(radius_px: np.ndarray, defocus: Defocus) -> np.ndarray:
             len(defocus.radii_px) == 1 and defocus.wider == 1 and defocus.motion is None
         ):  # copies of edges are seen where circles are wide
             count = np.where(radius_px < WIDE_PX, np.maximum(count / SAVED_WITHOUT_BACKGROUND, FEWEST), count)
-    count = 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - ROUNDED_DOWN).astype(int)
+    below = ROUNDED_DOWN if defocus.motion is None else 1e-9
+    count = 2 ** np.ceil(np.log2(np.clip(factor * count, FEWEST_OF_ALL, MOST_OF_ALL)) - below).astype(int)
     return count if defocus.motion is None else np.where(count == 2 * MOST, 3 * MOST // 2, count)
 
 
