@@ -249,17 +249,20 @@ BESIDE_STEP_PX = 24  # photosites beside the step between two walls, whose light
 
 
 def run_psf_slabs(device: Device, inputs: Inputs) -> Outcome:
-    """Two walls side by side through an aberrated lens, each against SciPy's convolution with the exact kernel of its radius."""
-    planes, radii_px = picture(inputs).astype(np.float64), (number(inputs, "left_px"), number(inputs, "right_px"))
+    """Two walls side by side through an aberrated lens, each against SciPy's convolution with the kernel of its radius.
+
+    No light is a highlight, whose kernels have no negative values (`FieldPsf.highlight_limits`).
+    """
+    planes = 0.3 + 0.7 * np.minimum(picture(inputs).astype(np.float64), 1.0)
+    radii_px = number(inputs, "left_px"), number(inputs, "right_px")
     through = thin_lens(number(inputs, "f_number"), SPHERICAL)
     shot = shot_of(planes, through, depth_map(through, *radii_px))
     planned = measure(plan(shot), device)
     light = device.download(expose(planned, device), planes.shape, np.float32).astype(np.float64)
     psf, middle = planned.optics.psf, PSF_WALLS // 2
+    walls = slice(0, middle - BESIDE_STEP_PX), slice(middle + BESIDE_STEP_PX, None)
     found, truth = [], []
-    for radius_px, columns in zip(
-        radii_px, (slice(0, middle - BESIDE_STEP_PX), slice(middle + BESIDE_STEP_PX, None)), strict=True
-    ):
+    for radius_px, columns in zip(radii_px, walls, strict=True):
         if psf is None or not psf.is_gathered_by_distance:
             break  # of walls alike, which other kernels compute
         kernel = replace(psf, radii_px=(radius_px,), core=None).kernel(0, 0, False, 0, 0)[0]
@@ -268,11 +271,9 @@ def run_psf_slabs(device: Device, inputs: Inputs) -> Outcome:
         found.append(light[:, columns])
     if not found:
         return Outcome(np.zeros(1), np.zeros(1))
-    per_plane = float(planned.optics.accuracy.electrons_per_radiance * planned.optics.weights.sum())
-    both = (np.concatenate(sides, axis=1) for sides in (found, truth))
-    return Outcome(
-        *(factor * one for factor, one in zip((planned.optics.accuracy.electrons_per_radiance, per_plane), both, strict=True))
-    )
+    each_e = planned.optics.accuracy.electrons_per_radiance
+    exact = each_e * float(planned.optics.weights.sum()) * np.concatenate(truth, axis=1)
+    return Outcome(each_e * np.concatenate(found, axis=1), exact)
 
 
 ELECTRONS = Real(5.0, 5e4, log=True, switches=(1000.0,))
