@@ -406,6 +406,7 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
         planned.projection.scale,
         contrast,
         planned.accuracy,
+        planned.projection.is_fine or planned.projection.nearest,
     )
     defocus = planned.defocus
     if defocus is not None and psf is not None and psf.corrected_px:

@@ -9,6 +9,7 @@ from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.psf_errors import psf_errors
 
 ROUNDING = 1.001  # of a prediction that was chosen to be the tolerance
+REFERENCE_SIGMA = 0.05  # what 99.9 % of the photosites keep on the reference path: 3.3 standard errors of its rays
 SMALLEST_SIGMA = 1e-4  # prediction below which a term is not worth a line
 
 
@@ -34,8 +35,8 @@ class ErrorBudget:
 
     @property
     def is_clamped(self) -> bool:
-        """Whether no method meets the tolerance, so that the larger bound `predicted_sigma` holds instead."""
-        return 0.0 < ROUNDING * self.tolerance < self.predicted_sigma
+        """Whether no method meets the tolerance, or REFERENCE_SIGMA without one: the larger bound `predicted_sigma` holds."""
+        return self.predicted_sigma > ROUNDING * (self.tolerance or REFERENCE_SIGMA)
 
     @property
     def binding(self) -> ErrorTerm | None:
@@ -78,7 +79,8 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         terms += ignored_error(accuracy, optics.ignored_px)
     elif optics.psf is None or not optics.psf.by_distance:
         terms += error_terms(blur, contrast)
-    terms += psf_errors(optics.psf, optics.psf_skipped, accuracy)
+    smallest_px = None if optics.defocus is None else min(least for least, _ in optics.defocus.of_scene().ranges_px)
+    terms += psf_errors(optics.psf, optics.psf_skipped, accuracy, smallest_px, contrast.curvature)
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))
     terms += max(moving, key=lambda found: sum(term.sigma for term in found))

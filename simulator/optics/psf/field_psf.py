@@ -56,7 +56,8 @@ class FieldPsf:
     core: how the device gathers light with the kernels; None: they are convolved by transforms on the host.
     corrected_px: signed blur radii at which the geometric blur and the kernel in focus are corrected to wave optics, ascending.
     computed_px: signed blur radii between which the kernels of the slabs are interpolated where the device gathers by distance.
-    seen: error that those kernels may have.
+    seen: error that those kernels may have. even_squares: whether light samples are even squares of the scene; else they are
+        means of light that is smooth between them.
     """
 
     lens_psf: WavefrontPsf | PsfTable | None
@@ -73,6 +74,7 @@ class FieldPsf:
     corrected_px: tuple[float, ...] = ()
     computed_px: tuple[float, ...] = ()
     seen: Visibility | None = None
+    even_squares: bool = False
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -90,6 +92,7 @@ class FieldPsf:
             self.nodes,
             self.computed_px,
             bool(self.highlight_limits),
+            self.even_squares,
         )
         return lens, repr(self.pupil), self.sampling, *places
 
@@ -138,9 +141,16 @@ class FieldPsf:
     @cached_property
     def reach_px(self) -> int:
         """Half width of the largest kernel [photosites]."""
+        if self._is_squares:
+            return self.sampling.squares_reach_px(self.pitch_um)
         found = (self._slab_psf(slab) for slab in range(len(self.radii_px)))
         size = max(1 if lens is None else lens.size_px for lens in found)
         return size // 2 + self.sampling.margin_px(self.pitch_um)
+
+    @property
+    def _is_squares(self) -> bool:
+        """Whether kernels have only the squares of light samples and photosites."""
+        return self.lens_psf is None and self.by_distance and self.even_squares
 
     def is_continuous(self, slab: int) -> bool:
         """Whether a slab and the one before it are adjacent in blur radius, so that they may be one surface."""
@@ -164,6 +174,8 @@ class FieldPsf:
             kept = np.maximum(kernel, 0.0)
             return kept * (kernel.sum() / kept.sum())
         key = slab, channel, row, column
+        if key not in self._kernels and self._is_squares:
+            self._kernels[key] = self.sampling.squares(self.pitch_um, self.over)
         if key not in self._kernels:
             cells, per_photosite = self._cells(slab, channel, self.field_xy(row, column))
             band_limited = isinstance(self.lens_psf, WavefrontPsf) or per_photosite > 1

@@ -80,17 +80,20 @@ def plan_visible_psf(
     scale: float,
     contrast: float,
     accuracy: Accuracy,
+    even_squares: bool = False,
 ) -> tuple[FieldPsf | None, Skipped | None]:
     """PSF of a shot, None where it has no visible effect, and why it is left out, None where it is not.
 
-    contrast: of `contrast_sigma`. weights: of `OpticsPlan`. Raises PhotositeError as `plan_psf`.
+    contrast: of `contrast_sigma`. weights: of `OpticsPlan`. even_squares: whether the
+    scene is made of them, as of `FieldPsf`. Raises PhotositeError as `plan_psf`.
     """
     if contrast == 0.0:
         return None, Skipped("the scene is the same everywhere")
     psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance)
     if psf is None:
         return None, None
-    psf = replace(psf, highlight_limits=highlight_thresholds(scene, weights))
+    told = even_squares and scale <= psf.over + 0.5  # else samples are means over several squares
+    psf = replace(psf, highlight_limits=highlight_thresholds(scene, weights), even_squares=told)
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
         change = contrast * bound_change(psf, camera.channels)
         if change < SKIPPED_SHARE * accuracy.tolerance:
