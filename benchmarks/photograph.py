@@ -203,20 +203,23 @@ def measure_lenses(run: Run) -> Record:
     columns |= {"cpu_s": ["processor time [s]", ".3g"], "cpu_ratio": ["over the ideal lens", ".1f"]}
     record = Record("lenses", "The price of a real lens", LENSES_TEXT, columns=columns)
     everything = [setting for settings in LENSES.values() for setting in settings]
-    options = {"ideal": [], **LENSES, "all together": everything}
+    options = {"ideal": [], **LENSES} | ({"all together": everything} if run.size == "full" else {})
     for name in (STOPPED_DOWN, WIDE_OPEN):
         shots = {key: shot_of(name, *more, megapixels=run.pick(0.1, 1.5, 12.0)) for key, more in options.items()}
         case = f"f/{shots['ideal'].lens.f_number:g}"
         record.facts["size"] = size_of(shots["ideal"])
-        found = run.turns(case, {key: lambda shot=shot: simulate(shot) for key, shot in shots.items()})
+        found: dict[str, dict[str, float]] = {}
+        for key, shot in shots.items():  # one after the other: tables of so many lenses do not stay in memory together
+            found |= run.turns(f"{case}, {key}", {key: lambda shot=shot: simulate(shot)})
         ratios = {key: timing["cpu_s"] / found["ideal"]["cpu_s"] for key, timing in found.items()}
         for key, timing in found.items():
             record.add(case, key, timing, cpu_ratio=ratios[key])
         worst = max(LENSES, key=lambda key: ratios[key])
         what = f"{case}: dearest part, {worst}"
         record.judge(what, f"{ratios[worst]:.1f} x", f"{ASKED_LENS:g} x", ratios[worst] <= ASKED_LENS)
-        ratio = ratios["all together"]
-        record.judge(f"{case}: all together", f"{ratio:.1f} x", f"{ASKED_ALL:g} x", ratio <= ASKED_ALL)
+        if "all together" in ratios:
+            ratio = ratios["all together"]
+            record.judge(f"{case}: all together", f"{ratio:.1f} x", f"{ASKED_ALL:g} x", ratio <= ASKED_ALL)
     return record
 
 
