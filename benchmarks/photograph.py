@@ -19,7 +19,7 @@ import numpy as np
 from defocus import mosaic_of
 from measuring.light import light_of
 from measuring.processes import Ended, time_process
-from measuring.record import ERROR_COLUMNS, Z_ERROR, Record, slope, z_errors
+from measuring.record import ERROR_COLUMNS, OURS, Z_ERROR, Record, slope, z_errors
 from measuring.run import Run
 from peers.slab_fft import slab_blur
 from scipy.ndimage import map_coordinates
@@ -210,7 +210,8 @@ def measure_lenses(run: Run) -> Record:
         record.facts["size"] = size_of(shots["ideal"])
         found: dict[str, dict[str, float]] = {}
         for key, shot in shots.items():  # one after the other: tables of so many lenses do not stay in memory together
-            found |= run.turns(f"{case}, {key}", {key: lambda shot=shot: simulate(shot)})
+            ours = f"{OURS}, {key}"  # whose first run, which computes kernels, does not count
+            found[key] = run.turns(f"{case}, {key}", {ours: lambda shot=shot: simulate(shot)})[ours]
         ratios = {key: timing["cpu_s"] / found["ideal"]["cpu_s"] for key, timing in found.items()}
         for key, timing in found.items():
             record.add(case, key, timing, cpu_ratio=ratios[key])
