@@ -17,7 +17,8 @@ import numpy as np
 from simulator.device import Buffer
 from simulator.errors import PhotositeError, require
 from simulator.optics.geometry.motion_plan import Timing
-from simulator.optics.optics_plan import OpticsPlan, optics_key
+from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.optics_planning import optics_key
 from simulator.pipeline.shot import Shot
 from simulator.scene.content_keys import Itself, freeze, is_ours
 from simulator.scene.scene import Scene

@@ -10,7 +10,8 @@ from simulator.exposure.later_exposures import later_exposures
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import tangent_per_pixel
 from simulator.optics.lens.relative_illumination import plan_irradiance
-from simulator.optics.optics_plan import OpticsPlan, plan_optics
+from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.optics_planning import plan_optics
 from simulator.optics.passes.tile_grid import BAND_ROWS
 from simulator.pipeline.error_budget import ErrorBudget, error_budget
 from simulator.pipeline.light_cache import LightCache, LightKey, light_key

@@ -14,7 +14,7 @@ from simulator.exposure.light_curve import SteadyLight
 from simulator.exposure.line_times import LineTimes, open_at_once
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import Projection
-from simulator.optics.optics_plan import plan_optics
+from simulator.optics.optics_planning import plan_optics
 from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot

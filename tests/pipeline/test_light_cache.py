@@ -23,7 +23,7 @@ from simulator.optics.lens.bare_sensor import BareSensor
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
-from simulator.optics.optics_plan import SENSOR_ONLY
+from simulator.optics.optics_planning import SENSOR_ONLY
 from simulator.pipeline.execution import expose
 from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.planner import measure, plan

@@ -85,6 +85,9 @@ ORDER = {
     ),
     "simulator/optics": (
         "passes",
+        "optics_planning",
+        "motion_planning",
+        "blur_planning",
         "optics_plan",
         "ray_reference",
         "psf",

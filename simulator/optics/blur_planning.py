@@ -1,0 +1,134 @@
+"""Plans the lens blur of a scene on a sensor, with the accuracy that it needs."""
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal, overload
+
+import numpy as np
+
+from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
+from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
+from simulator.optics.defocus.photosite_area import PhotositeArea
+from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
+from simulator.optics.geometry.projection import Projection
+from simulator.optics.lens.lens import Lens
+from simulator.optics.optics_plan import OpticsPlan
+from simulator.scene.compositing import deep_pixels_of
+from simulator.scene.occluded_background import disoccluded_share, extend_background
+from simulator.scene.scene import Scene
+from simulator.sensor.camera.camera import Camera
+from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
+
+if TYPE_CHECKING:
+    from simulator.optics.ray_reference.deep_rays import DeepBlur
+
+
+def blur_per_dioptre(lens: Lens, pixel_pitch_um: float, scale: float) -> float:
+    """Growth of the signed blur radius [scene pixels] per 1/m of inverse distance; scale: scene pixels per photosite."""
+    growth_um = float(lens.blur_radius_um(math.inf) - lens.blur_radius_um(1.0))
+    return growth_um * scale / pixel_pitch_um
+
+
+def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor, tolerance: float) -> Accuracy:
+    """Tolerance of the blur, relative to the least noise that the exposure has at any ISO of the camera (`NoiseFloor`).
+
+    It is the noise at the scene's brightest light or, if that is less, at the ISO that saturates last. So a blur is as exact as
+    the shot with the least noise needs it, and shots that differ in their ISO have the same light, bit for bit.
+    """
+    per_radiance = electrons_per_radiance(lens, sensor)
+    brightest_e, peak_e = brightest_electrons(optics.scene, optics.weights, per_radiance)
+    electrons = max(min(brightest_e, floor.most_electrons), 1.0)
+    accuracy = Accuracy(
+        tolerance,
+        electrons,
+        floor.read_noise_e,
+        max(peak_e / electrons, 1.0),
+        electrons_per_radiance=per_radiance,
+        brightest=electrons / per_radiance,
+    )
+    if not gathers_squares(optics.projection, lens, sensor.camera):
+        return accuracy
+    detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)
+    detail /= sensor.camera.fill_factor  # a smaller square averages fewer pixels
+    return replace(accuracy, detail=detail, whole_pixels=optics.projection.whole_pixels(SAMPLES_PER_AXIS))
+
+
+def gathers_squares(projection: Projection, lens: Lens, camera: Camera) -> bool:
+    """Whether photosites gather the even squares of a fine scene directly, over their open area.
+
+    Behind a lens or a filter with a point spread function its kernels hold the aperture of the photosites. A scene coarser than
+    the photosites shows nothing inside them.
+    """
+    has_psf = lens.psf is not None or lens.has_diffraction or camera.low_pass_um > 0.0
+    return projection.is_fine and not has_psf
+
+
+def electrons_per_radiance(lens: Lens, sensor: SensorPlan) -> float:
+    """Electrons of a photosite on the axis per electron radiance [e- / (e- s^-1 um^-2 sr^-1)]."""
+    exposure, camera = sensor.exposure, sensor.camera
+    return lens.irradiance_per_radiance_sr() * exposure.time_s * camera.pixel_pitch_um**2 * camera.fill_factor
+
+
+def with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
+    """Return the plan with the blur of the scene's surfaces, and with the background that shows beside blurred edges."""
+    camera, scale, accuracy = sensor.camera, planned.projection.scale, planned.accuracy
+    pitch_um = camera.pixel_pitch_um
+    defocus = plan_blur(planned, loaded, lens, camera)
+    if defocus is None:
+        return replace(planned, ignored_px=largest_radius_px(lens, pitch_um, loaded))
+    per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
+    if not loaded.behind and isinstance(loaded.depth_m, np.ndarray):
+        share = disoccluded_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)
+    contrast = contrast_of(planned, loaded, lens, sensor, defocus)
+    scene = extend_background(loaded, per_dioptre) if accuracy.tolerance else loaded
+    if scene is not loaded:
+        extended = plan_blur(planned, scene, lens, camera)
+        assert extended is not None  # an extended background keeps the foreground that is blurred
+        defocus = replace(extended, guessed=defocus.guessed)
+    if accuracy.tolerance == 0.0 and scene.deep is None and scene.behind and _is_steep(defocus, scale):
+        scene = replace(scene, deep=deep_pixels_of(scene.layers))
+    deep_blur = None if accuracy.tolerance else _blur_deep(scene, lens, pitch_um)
+    return replace(planned, scene=scene, defocus=defocus, disoccluded_share=share, deep_blur=deep_blur, contrast=contrast)
+
+
+@overload
+def plan_blur(planned: OpticsPlan, scene: Scene, lens: Lens, camera: Camera, *, keeps_sharp: Literal[True]) -> Defocus: ...
+@overload
+def plan_blur(
+    planned: OpticsPlan, scene: Scene, lens: Lens, camera: Camera, *, keeps_sharp: bool = False
+) -> Defocus | None: ...
+def plan_blur(planned: OpticsPlan, scene: Scene, lens: Lens, camera: Camera, *, keeps_sharp: bool = False) -> Defocus | None:
+    """Return the blur of a scene's surfaces, as `plan_defocus`; never None where a sharp one is kept."""
+    accuracy, projection = planned.accuracy, planned.projection
+    area = PhotositeArea(gathers_squares(projection, lens, camera), accuracy.whole_pixels, projection.open_side)
+    return plan_defocus(
+        lens, camera.pixel_pitch_um, scene, projection.scale, accuracy, planned.sensor_px, area, keeps_sharp=keeps_sharp
+    )
+
+
+def contrast_of(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, defocus: Defocus) -> SceneContrast:
+    """Return the contrasts of a scene on which the error of its blur depends."""
+    per_share = electrons_per_radiance(lens, sensor) / planned.accuracy.electrons
+    return scene_contrast(loaded, planned.weights, per_share, defocus)
+
+
+def _is_steep(defocus: Defocus, scale: float) -> bool:
+    """Whether a ray may meet one of the layers several times, so that no iteration finds where (`needed_iterations`)."""
+    from simulator.optics.ray_reference.deep_rays import STEEPEST  # only reference rays need it
+
+    steps = [
+        math.hypot(*(float(np.abs(np.diff(radius, axis=axis)).max(initial=0.0)) for axis in (0, 1)))
+        for radius in defocus.radii_px
+        if isinstance(radius, np.ndarray)
+    ]
+    return scale * max(steps, default=0.0) > STEEPEST
+
+
+def _blur_deep(scene: Scene, lens: Lens, pixel_pitch_um: float) -> "DeepBlur | None":
+    """Blur of the samples of a deep picture; None where the scene is none."""
+    if scene.deep is None:
+        return None
+    from simulator.optics.ray_reference.deep_rays import DeepBlur  # only reference rays need it
+
+    near, far = (np.asarray(lens.blur_radius_um(depth_m)) / pixel_pitch_um for depth_m in (scene.deep.near_m, scene.deep.far_m))
+    return DeepBlur(near, far, float(lens.blur_radius_um(math.inf)) / pixel_pitch_um)

@@ -1,0 +1,183 @@
+"""Plans the motion of the image behind a planned lens."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+from simulator.optics.blur_planning import blur_per_dioptre, contrast_of, electrons_per_radiance, plan_blur
+from simulator.optics.defocus.accuracy import BRIGHT, brightest_electrons, scene_detail
+from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.joint_errors import joint_error
+from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
+from simulator.optics.error_term import Skipped
+from simulator.optics.geometry.fixed_blur import DISK_SPREAD, FixedBlur
+from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, plan_motion
+from simulator.optics.lens.lens import Lens
+from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.psf.field_psf import FieldPsf
+from simulator.scene.occluded_background import extend_background
+from simulator.scene.scene import Scene
+from simulator.sensor.sensor_plan import SensorPlan
+
+TYPICAL = 0.68  # quantile of differences that stands for their standard deviation
+
+
+def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPlan, timing: Timing) -> OpticsPlan:
+    """Return the plan with the motion of the image, unless it is invisible."""
+    if not lens.forms_image:
+        return replace(planned, motion_skipped=Skipped("without a lens there is no image that could move"))
+    accuracy, scale = planned.accuracy, planned.projection.scale
+    edges, texture = (
+        scene_detail(loaded, planned.weights, electrons_per_radiance(lens, sensor), accuracy, quantile)
+        for quantile in (BRIGHT, TYPICAL)
+    )
+    steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
+    need = MotionNeed(
+        contrast=min(edges * max(scale, steepness), max(edges, 1.0)),
+        texture=texture * steepness,
+        allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
+        cut_off=0.5 * max(scale, steepness),
+        border=max(edges, accuracy.lamp_contrast),
+        sigma=accuracy.sigma,
+        lamps=steepness * accuracy.lamp_contrast,
+    )
+    blur = _fixed_blur(planned, need.largest)
+    need = need.behind(_steepest_edge(planned.defocus))
+    found: list[MotionPlan | None] = []
+    joins = _can_join(planned, timing)
+    is_layered, skipped = False, None
+    for number, component in enumerate(timing.components):
+        own = need.of_share(_seen_share(planned, number, len(timing.components), electrons_per_radiance(lens, sensor)))
+        motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing.motion, component, own, blur, joins)
+        if isinstance(motion, Skipped):
+            found.append(None)
+            skipped = skipped or motion
+            continue
+        found.append(motion)
+        is_layered |= planned.defocus is None and not motion.moves_alike
+    if all(motion is None for motion in found):
+        return replace(planned, motion_skipped=skipped)
+    if planned.deep_blur is not None:
+        rule = "no motion of a deep picture is followed by rays; give a tolerance above 0, such as 0.1"
+        raise PhotositeError(rule, key="tolerance", value=0)
+    scene = loaded if is_layered else planned.scene
+    if any(motion is not None and motion.method == "joint" for motion in found):
+        found, planned = _with_joint_motion(planned, loaded, found, lens, sensor)
+        scene = planned.scene
+    flash = found[1] if len(found) > 1 else None
+    return replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
+
+
+def _fixed_blur(planned: OpticsPlan, contrast: float) -> FixedBlur | str | None:
+    """Return what blurs the light of a moving scene alike at each instant; None: nothing blurs; a reason where it is not fixed.
+
+    contrast: of the scene's edges, as a share of the brightest light.
+    """
+    defocus, psf, accuracy = planned.defocus, planned.psf, planned.accuracy
+    if defocus is None and psf is None:
+        return None
+    if accuracy.tolerance == 0.0:
+        return "the reference runs the optics at each instant"
+    if psf is not None and psf.by_distance and len(psf.radii_px) > 1:
+        return "the point spread function depends on the distance"
+    if defocus is None:
+        assert psf is not None  # one of both blurs
+        return FixedBlur(psf.over, contrast, _spread_px(psf, planned.channels))
+    if len(planned.scene.layers) > 1:
+        return "surfaces behind one another are blurred each by its own radius"
+    radius = defocus.radii_px[0]
+    if isinstance(radius, np.ndarray):
+        return "the blur radius differs from place to place"
+    if psf is not None and psf.by_distance:
+        return FixedBlur(psf.over, contrast, _spread_px(psf, planned.channels))
+    grid = replace(accuracy, whole_pixels=0)  # what moves does not stay on the borders of pixels
+    size, scale = np.array(abs(radius)), planned.projection.scale
+    over = int(grid.samples_per_axis(size, size, scale))
+    sampling = float(grid.sampling_error(size, over, scale)) if grid.detail else 0.0
+    spread_px = DISK_SPREAD * abs(radius) + (0.0 if psf is None else _spread_px(psf, planned.channels))
+    return FixedBlur(over, contrast, spread_px, sampling)
+
+
+def _spread_px(psf: FieldPsf, channels: int) -> float:
+    """Return the mean distance of a kernel's light from a line through its middle, of the widest channel [photosites]."""
+    found = []
+    for channel in range(channels):
+        kernel = np.abs(psf.kernel(0, channel, False, psf.nodes[0] // 2, psf.nodes[1] // 2).sum(axis=0))
+        away = np.abs(np.arange(len(kernel)) - len(kernel) // 2)
+        found += [float((kernel.sum(axis=axis) * away).sum() / kernel.sum()) for axis in (0, 1)]
+    return max(found)
+
+
+def _steepest_edge(defocus: Defocus | None) -> float:
+    """Return the largest share of an edge that the light rises by over one photosite behind the blur, up to 1.
+
+    That is the longest chord of the pupil over its area.
+    """
+    if defocus is None:
+        return 1.0
+    least_px, area = min(least for least, _ in defocus.ranges_px), math.pi
+    if defocus.eyes is not None:
+        corner = defocus.eyes.open_fields(defocus.eyes.fields(0.0, 0.0)[None])[0]
+        area = defocus.eyes.pupil.area(corner)
+    return min(2.0 * defocus.pupil.corner_radius / (area * max(least_px, 1e-6)), 1.0)
+
+
+def _seen_share(planned: OpticsPlan, number: int, components: int, per_radiance: float) -> float:
+    """Return how strong the edges of a component of the light can be, up to 1, relative to the scene's brightest light.
+
+    An edge counts as much as one that is seen at the brightest light as clearly as it is seen at its own.
+    """
+    if components == 1:
+        return 1.0
+    own = len(planned.weights) // components  # bands of a component
+    accuracy, lit = planned.accuracy, planned.lit_by(slice(number * own, (number + 1) * own))
+    brightest_e = max(brightest_electrons(planned.scene, lit.weights, per_radiance))
+    noise_e2 = max(0.1 * brightest_e + accuracy.read_noise_e**2, 1.0)
+    noise_at_brightest_e2 = accuracy.electrons + accuracy.read_noise_e**2
+    return min(brightest_e * math.sqrt(noise_at_brightest_e2 / noise_e2) / accuracy.electrons, 1.0)
+
+
+def _can_join(planned: OpticsPlan, timing: Timing) -> bool:
+    """Whether points of the aperture may carry instants: places of the picture are those of the scene, lines are rows."""
+    psf = planned.psf
+    plain_psf = psf is None or not (psf.by_distance or psf.corrected_px)
+    return plain_psf and planned.projection.warp is None and timing.components[0].openings[0].axis != "columns"
+
+
+def _with_joint_motion(
+    planned: OpticsPlan, loaded: Scene, motions: list[MotionPlan | None], lens: Lens, sensor: SensorPlan
+) -> tuple[list[MotionPlan | None], OpticsPlan]:
+    """Return motions whose instants points of the aperture carry, and the plan of their blur, however small that is.
+
+    motions: of each component of the light; None where all is at rest.
+    """
+    camera, defocus = sensor.camera, planned.defocus
+    if defocus is None:
+        defocus = plan_blur(planned, loaded, lens, camera, keeps_sharp=True)
+        contrast = contrast_of(planned, loaded, lens, sensor, defocus)
+        planned = replace(planned, scene=loaded, contrast=contrast)
+    moving = [motion for motion in motions if motion is not None]
+
+    def join(radii_px: tuple[float | np.ndarray, ...]) -> JointMotion:
+        return plan_joint_motion(moving[0].path, lens, camera.pixel_pitch_um, radii_px)
+
+    joint = join(defocus.radii_px)
+    per_dioptre = blur_per_dioptre(lens, camera.pixel_pitch_um, planned.projection.scale)
+    is_extended = planned.scene is not loaded and joint.largest_aperture == 0.0
+    reach = (1.0 + joint.largest_aperture) * per_dioptre  # so far do rays see behind edges
+    scene = extend_background(loaded, reach) if planned.accuracy.tolerance and not is_extended else loaded
+    if scene is not loaded:
+        extended = plan_blur(planned, scene, lens, camera, keeps_sharp=True)
+        defocus, planned = replace(extended, guessed=True), replace(planned, scene=scene)
+        joint = join(defocus.radii_px)
+    found: list[MotionPlan | None] = []
+    for motion in motions:
+        if motion is None:
+            found.append(None)
+            continue
+        blur = replace(defocus, motion=replace(joint, path=motion.path))
+        error = joint_error(blur, planned.contrast) if planned.accuracy.tolerance else 0.0
+        found.append(replace(motion, method="joint", error=error))
+    return found, replace(planned, defocus=defocus, joint=joint)

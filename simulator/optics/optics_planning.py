@@ -1,0 +1,175 @@
+"""Plans the optics: from the radiance of the scene to the electron radiance of each photosite in its own colour."""
+
+import math
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+from simulator.optics.blur_planning import (
+    gathers_squares,
+    plan_accuracy,
+    with_defocus,
+)
+from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.geometry.motion_plan import Timing
+from simulator.optics.geometry.projection import plan_projection
+from simulator.optics.lens.bare_sensor import integrate_hemisphere
+from simulator.optics.lens.lens import Lens
+from simulator.optics.motion_planning import with_motion
+from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.psf.psf_planning import contrast_sigma, plan_visible_psf
+from simulator.optics.veiling_glare import plan_veiling_glare
+from simulator.scene.compositing import flatten_layers
+from simulator.scene.content_keys import freeze, is_ours
+from simulator.scene.electron_radiance import electron_radiance_weights
+from simulator.scene.scene import Scene
+from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
+from simulator.sensor.sensor_plan import NoiseFloor, SensorPlan
+
+# What a camera does with the light, of which its optics knows the NoiseFloor alone. All other fields of `Camera` are keys.
+SENSOR_ONLY = frozenset(
+    {
+        "make",
+        "model",
+        "bit_depth",
+        "black_level_dn",
+        "white_level_dn",
+        "iso_table",
+        "iso_range",
+        "read_noise_model",
+        "read_noise_after_gain_dn",
+        "read_noise_spread",
+        "conversion_gain",
+        "color_matrix",
+        "readout_time_s",
+        "stages",
+    }
+)
+
+
+def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float, timing: Timing | None = None) -> OpticsPlan:
+    """Plan the image of a scene on a sensor.
+
+    tolerance: as in `Shot`. timing: of what moves; None: nothing does.
+    Raises PhotositeError for light, blur, motion or geometry that cannot be computed.
+    All but the window is that of the whole sensor, and kept with the scene for another window of it.
+    """
+
+    def make() -> OpticsPlan:
+        if timing is not None:  # the plan of the image at rest is kept with the scene, too
+            return with_motion(plan_optics(loaded, lens, sensor, tolerance), loaded, lens, sensor, timing)
+        made = _plan_sensor_optics(loaded, lens, sensor, tolerance)
+        if made.scene is not loaded and not any(array.flags.writeable for array in loaded.arrays()):
+            for array in made.scene.arrays():
+                array.setflags(write=False)
+        return made
+
+    key = optics_key(lens, sensor, tolerance, timing)
+    planned = make() if key is None else loaded.remember(key, make)
+    return replace(planned, window=sensor.readout.computed)
+
+
+def optics_key(lens: Lens, sensor: SensorPlan, tolerance: float, timing: Timing | None = None) -> Hashable | None:
+    """Return what a plan depends on besides scene and window; None for a lens of which nothing tells when it is the same.
+
+    Of what the camera does with the light, that is the NoiseFloor alone.
+    """
+    if not is_ours(lens):
+        return None
+    try:
+        camera = freeze(sensor.camera, SENSOR_ONLY | {"window"})
+        moving = None if timing is None else timing.key
+        return "optics", freeze(lens), camera, sensor.exposure.time_s, noise_floor(sensor), tolerance, moving
+    except OSError:  # a file of the lens or of a path has gone: what reads it says so
+        return None
+
+
+def noise_floor(sensor: SensorPlan) -> NoiseFloor | None:
+    """Return `SensorPlan.noise_floor`, which asks for all ISOs of the camera, from the last sensors where it is known."""
+    return _noise_floor_of(_AskedSensor((freeze(sensor.camera, frozenset({"window"})), freeze(sensor.stages)), sensor))
+
+
+@dataclass(frozen=True)
+class _AskedSensor:
+    """A sensor whose noise is asked for. content: all that its noise depends on."""
+
+    content: Hashable
+    sensor: SensorPlan = field(compare=False)
+
+
+@lru_cache(maxsize=32)
+def _noise_floor_of(asked: _AskedSensor) -> NoiseFloor | None:
+    return asked.sensor.noise_floor()
+
+
+def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
+    """Plan the image on the window of a sensor; nothing but the field `window` depends on the window."""
+    camera, window = sensor.camera, sensor.readout.computed
+    scene = flatten_layers(loaded) if lens.forms_image else integrate_hemisphere(loaded)
+    weights = electron_radiance_weights(scene, camera.response.wavelengths_nm, camera.response.quantum_efficiency)
+    if weights.shape[1] != camera.channels:
+        rule = f"has {weights.shape[1]} curves, but cfa {camera.cfa} needs {camera.channels}"
+        raise PhotositeError(rule, key="camera.response", joint=" ")
+    _check_light(scene, weights, lens, sensor)
+    projection = plan_projection(scene, lens, camera)
+    if gathers_squares(projection, lens, camera):
+        projection = replace(projection, open_side=math.sqrt(camera.fill_factor))
+    glare = plan_veiling_glare(lens.veiling_glare, scene, weights, projection, camera, sensor.irradiance)
+    planned = OpticsPlan(
+        scene=scene,
+        weights=weights.astype(np.float32),
+        projection=projection,
+        cfa=camera.filter,
+        window=window,
+        sensor_px=(camera.width_px, camera.height_px),
+        accuracy=Accuracy(tolerance),
+        veiling_glare=glare,
+    )
+    floor = noise_floor(sensor)
+    if lens.forms_image and floor is not None:
+        accuracy = plan_accuracy(planned, lens, sensor, floor, tolerance)
+        planned = replace(planned, accuracy=accuracy)
+    if lens.forms_image:
+        planned = with_defocus(planned, loaded, lens, sensor)
+    return _with_psf(planned, lens, sensor, floor)
+
+
+def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor | None) -> OpticsPlan:
+    """Return the plan with the point spread function, unless its effect is invisible at every ISO."""
+    if planned.projection.open_side < 1.0:
+        return planned  # the scene is integrated over the open area of each photosite
+    exposure, irradiance = sensor.exposure, sensor.irradiance
+    factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr
+    contrast = contrast_sigma(planned.scene, factor * planned.weights, (floor or NoiseFloor(1.0, 1.0)).moments)
+    if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
+        contrast = math.inf  # nothing is left out
+    psf, skipped = plan_visible_psf(
+        lens,
+        sensor.camera,
+        planned.scene,
+        planned.weights,
+        planned.defocus,
+        planned.projection.scale,
+        contrast,
+        planned.accuracy,
+        planned.projection.is_fine or planned.projection.nearest,
+    )
+    defocus = planned.defocus
+    if defocus is not None and psf is not None and psf.corrected_px:
+        defocus = replace(defocus, corrected_px=max(abs(radius) for radius in psf.corrected_px))
+    return replace(planned, psf=psf, psf_skipped=skipped, defocus=defocus)
+
+
+def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:
+    """Raise PhotositeError for light near the range of single precision, whose largest number is 3e38."""
+    radiance = float(scene.planes.max()) * float(weights.sum(axis=0).max())
+    per_radiance = lens.irradiance_per_radiance_sr() * sensor.exposure.time_s * sensor.camera.pixel_pitch_um**2
+    if max(radiance, radiance * per_radiance) > MOST_ELECTRONS:
+        raise PhotositeError(
+            f"the brightest place gives {radiance * per_radiance:.2g} electrons per photosite, more than the "
+            f"{MOST_ELECTRONS:g} that single precision counts safely; lower scene.luminance or exposure.time",
+            key="scene",
+        )
