@@ -137,7 +137,7 @@ def test_a_second_window_neither_reads_the_scene_nor_plans_its_optics(picture, m
     simulate(whole)
     read = []
     monkeypatch.setattr("simulator.scene.image.read_pixels", lambda *arguments: read.append(arguments))
-    monkeypatch.setattr("simulator.optics.optics_plan.scene_contrast", lambda *arguments: read.append(arguments))
+    monkeypatch.setattr("simulator.optics.blur_planning.scene_contrast", lambda *arguments: read.append(arguments))
     monkeypatch.setattr("simulator.optics.passes.tile_plan.highlight_threshold", lambda *arguments: read.append(arguments))
     monkeypatch.setattr("simulator.sensor.sensor_plan.SensorPlan.noise_floor", lambda *arguments: read.append(arguments))
     part = replace(whole, camera=replace(whole.camera, window=Window(**WINDOW)))
