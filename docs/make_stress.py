@@ -26,6 +26,7 @@ beside it. `benchmarks/stress/` has the cases, `python -m stress --help` (with `
 - An **ulp** is the last place of float32 of the result, or of the terms where these cancel. A number that is lost (NaN,
   infinity) counts as infinitely wrong, one that float32 cannot hold is left out.
 - **σ** is the noise of the photosite itself: shot noise of its electrons and 1 e⁻ of read noise, up to 10⁷ e⁻.
+- What stands above its bound is a fault that is known and open.
 - A bound in ulps follows from the roundings of the computation. Behind a lens or in motion the shot's tolerance is 0.1 σ,
   which is a promise for 99.9 % of the photosites, while the table has the single worst of all that were searched.
 
