@@ -20,10 +20,11 @@ from simulator.atomic_files import atomic_write
 from simulator.device import Device
 from simulator.errors import PhotositeError, reading
 from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.predicted_cost import COST_NS as BLUR_NS
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.execution import expose
 from simulator.pipeline.passes import COST_NS, Pass
-from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
 from simulator.progress import Progress, silent
@@ -50,9 +51,6 @@ class DeviceRates:
         """Return the predicted time of all passes on the device [ms]."""
         usual = median(self.factors.values()) if self.factors else 1.0
         return sum(one.cost_ms * self.factors.get(one.name, usual) for one in passes)
-
-
-REFERENCE = DeviceRates()
 
 
 def rates_of(device: Device, progress: Progress = silent, side_px: int = SIDE_PX) -> DeviceRates:
@@ -83,7 +81,7 @@ def cache_path() -> Path:
 
 def rates_key(device: Device) -> str:
     """Return what rates depend on: the device with its driver, and the predicted times that they refer to."""
-    laws = hashlib.sha256(json.dumps(COST_NS, sort_keys=True).encode()).hexdigest()[:12]
+    laws = hashlib.sha256(json.dumps([COST_NS, BLUR_NS], sort_keys=True).encode()).hexdigest()[:12]
     return f"{device.info.label}, {device.info.compute_units} units, laws {laws}"
 
 
@@ -107,7 +105,7 @@ def measure_rates(device: Device, progress: Progress = silent, side_px: int = SI
     for number, shot in enumerate(shots):
         progress("measuring the device (once)", number / len(shots))
         planned = measure(plan(shot), device)
-        times = [_times_ms(shot, device) for _ in range(1 + REPEATS)][1:]
+        times = [_times_ms(planned, shot, device) for _ in range(1 + REPEATS)][1:]
         for one in planned.passes:
             measured = min((run[one.name] for run in times if one.name in run), default=0.0)
             if measured > 0.0 and one.cost_ms >= LEAST_MS:
@@ -120,11 +118,9 @@ def rounded(ratio: float) -> float:
     return 2.0 ** (round(ROUNDED * math.log2(ratio)) / ROUNDED)
 
 
-def _times_ms(shot: Shot, device: Device) -> dict[str, float]:
-    """Return the time of each pass of a shot [ms]."""
-    timed, planned = Stopwatch(running=True), plan(shot)
-    with timed("radius statistics", device):
-        planned = measure(planned, device)
+def _times_ms(planned: Plan, shot: Shot, device: Device) -> dict[str, float]:
+    """Return the time of each pass of a planned shot [ms], whose tiles are measured."""
+    timed = Stopwatch(running=True)
     light = expose(planned, device, timed=timed)
     with timed("sensor", device):
         read_out(device, planned.sensor, light, shot.seeds)

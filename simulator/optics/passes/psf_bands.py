@@ -15,7 +15,6 @@ TERM = np.dtype([("number", "u4"), ("node_column", "u4"), ("radius", "f4"), ("ri
 NO_RADIUS = 1e30  # of a term without weight: no photosite is so far out of focus
 EXTREME_ROWS = 4  # rows of photosites that share their least and greatest value; a divisor of TILE_ROWS
 STEP_PARTS = 4  # side by side, of a tile whose kernels reach several surfaces
-SPAN_CELLS = 32  # cells of a tail that a work-item computes on a CPU
 
 
 @dataclass(frozen=True)

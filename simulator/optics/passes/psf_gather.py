@@ -15,7 +15,6 @@ from simulator.optics.passes.defocused_mosaic import defocused_mosaics
 from simulator.optics.passes.psf_bands import (
     EXTREME_ROWS,
     HALF_TILE,
-    SPAN_CELLS,
     STEP_PARTS,
     TILE_ROWS,
     PsfBand,
@@ -26,10 +25,10 @@ from simulator.optics.passes.psf_bands import (
     split_into_bands,
     tile_nodes,
 )
+from simulator.optics.passes.psf_tail import TailKernels, gather_tail
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.gather_kernels import GatherKernels, corrections_of, gather_kernels_of
-from simulator.optics.psf.kernel_split import TAIL_MARGIN_PX
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
@@ -239,7 +238,9 @@ class BandGather:
         above, present, radii = self._bright_places(), tile_nodes(band, across), self._radius_extremes()
         for kernels, core in zip(self.every, self.core, strict=True):
             if kernels.tail is not None:
-                self._make_tail(band, kernels.tail, kernels.cell_px, limits)
+                own = TailKernels(self.device.upload(kernels.tail), kernels.tail_taps, kernels.cell_px)
+                buffers = self.planes, self.cells, self.tail
+                gather_tail(self.device, self.defines, band, self.channels, own, buffers, limits)
             wide = np.ones(len(present), bool)
             if radii is not None:
                 wide = ~self._has_steps(band, radii, kernels, 1)[:, 0]
@@ -285,32 +286,6 @@ class BandGather:
             selected = tiles[(bright == is_bright) & (steps == has_steps) & (tiles[..., 3] > 0) & wanted[:, None]]
             if len(selected):
                 self._gather(band, kernels, core, selected, HALF_TILE // parts, terms, limits, light, is_bright, has_steps)
-
-    def _make_tail(self, band: PsfBand, tail: np.ndarray, cell_px: int, limits: Buffer) -> None:
-        device, rows, columns = self.device, band.rows // cell_px, 2 * band.layout.set_columns // cell_px
-        span, margin = min(device.span, SPAN_CELLS), TAIL_MARGIN_PX // cell_px
-        defines = {**self.defines, "SPAN": span, "TAIL_TAPS": tail.shape[-1], "CELL": cell_px, "MARGIN": margin}
-        device.run(
-            device.kernel("psf_cells", defines, file="psf_tail.cl"),
-            (columns, rows, self.channels),
-            None,
-            planes=self.planes,
-            cells=self.cells,
-        )
-        first = band.margin_rows // cell_px - 1
-        size = ((columns - 2 * margin) // span, rows - 2 * first, self.channels)
-        device.run(
-            device.kernel("psf_tail", defines, file="psf_tail.cl"),
-            size,
-            (size[0], 1, 1),
-            cells=self.cells,
-            tail=self.tail,
-            kernels=device.upload(tail),
-            limits=limits,
-            first_row=first,
-            cell_rows=rows,
-            cell_columns=columns,
-        )
 
     def _extremes(self, band: PsfBand, planes: Buffer, sets: int, over: int) -> Callable[[], np.ndarray]:
         """What returns least and greatest value (2, sets, groups of EXTREME_ROWS rows, columns of a set), margins included."""

@@ -11,7 +11,6 @@ from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.psf_bands import (
     EXTREME_ROWS,
     HALF_TILE,
-    SPAN_CELLS,
     STEP_PARTS,
     TILE_ROWS,
     PsfBand,
@@ -21,8 +20,8 @@ from simulator.optics.passes.psf_bands import (
     tile_nodes,
 )
 from simulator.optics.passes.psf_slab_tiles import HISTORY, BandNodes, Surroundings, make_slab_terms
+from simulator.optics.passes.psf_tail import TailKernels, gather_tail
 from simulator.optics.psf.field_psf import FieldPsf
-from simulator.optics.psf.kernel_split import TAIL_MARGIN_PX
 from simulator.optics.psf.slab_kernels import slab_kernels_of
 
 UNLIMITED = 1e38  # limit of highlights where there are none
@@ -64,7 +63,9 @@ class SlabGather:
         self.cell_px = self.kernels.cell_px
         cells = (self.channels, band.rows // self.cell_px, 2 * layout.set_columns // self.cell_px)
         self.cells, self.tail = device.zeros(cells, np.float32), device.zeros(cells, np.float32)
-        self.tail_kernels, self.radii_px = device.upload(self.kernels.tail), np.array(psf.radii_px, np.float32)
+        self.radii_px = np.array(psf.radii_px, np.float32)
+        weights = device.upload(self.kernels.tail)
+        self.tail_kernels = TailKernels(weights, self.kernels.tail.shape[-1], self.cell_px)
         self.limits = np.array(psf.highlight_limits) if self.kernels.rings else np.full(self.channels, UNLIMITED)
         own = {"OVER": 1, "CHANNELS": self.channels, "COVERAGE": self.coverage, "LAYERS": len(self.planes)}
         self.defines: dict[str, object] = {**optics.cfa.macros(0, 0), **own, "OPAQUE": int(self.defocus.opaque)}
@@ -75,7 +76,11 @@ class SlabGather:
         if self.coverage:  # the tail reads what a lens in focus shows, composited in place of the first layer
             kernel = self.device.kernel("psf_composite", self.defines, file="psf_light.cl")
             self.device.run(kernel, band.layout.work_size(1), None, layers=self.light, radius=self.radius)
-        self._make_tail(band)
+        one_node = np.concatenate([np.zeros(self.channels + band.rows), np.ones(2 * band.layout.set_columns)])
+        limits = self.device.upload(one_node.astype(np.float32))
+        defines = {**self.defines, "NODE_ROWS": 1, "NODE_COLUMNS": 1}
+        buffers = self.light, self.cells, self.tail
+        gather_tail(self.device, defines, band, self.channels, self.tail_kernels, buffers, limits)
         if self.coverage:
             self._project(band)
         numbers, across = node_limits(band, np.r_[self.limits, self.kernels.light], self.psf.x_px, self.psf.y_px)
@@ -106,30 +111,6 @@ class SlabGather:
             else:
                 radius_px = np.full(size, self.defocus.radii_px[layer], np.float32)
                 self.device.write(self.radius, radius_px, 4 * layer * size)
-
-    def _make_tail(self, band: PsfBand) -> None:
-        device, cell_px = self.device, self.cell_px
-        rows, columns = band.rows // cell_px, 2 * band.layout.set_columns // cell_px
-        span, margin = min(device.span, SPAN_CELLS), TAIL_MARGIN_PX // cell_px
-        sizes = {"NODE_ROWS": 1, "NODE_COLUMNS": 1, "SPAN": span, "CELL": cell_px, "MARGIN": margin}
-        defines = {**self.defines, **sizes, "TAIL_TAPS": self.kernels.tail.shape[-1]}
-        kernel = device.kernel("psf_cells", defines, file="psf_tail.cl")
-        device.run(kernel, (columns, rows, self.channels), None, planes=self.light, cells=self.cells)
-        one_node = np.concatenate([np.zeros(self.channels + band.rows), np.ones(cell_px * columns)]).astype(np.float32)
-        first = band.margin_rows // cell_px - 1
-        size = ((columns - 2 * margin) // span, rows - 2 * first, self.channels)
-        device.run(
-            device.kernel("psf_tail", defines, file="psf_tail.cl"),
-            size,
-            (size[0], 1, 1),
-            cells=self.cells,
-            tail=self.tail,
-            kernels=self.tail_kernels,
-            limits=device.upload(one_node),
-            first_row=first,
-            cell_rows=rows,
-            cell_columns=columns,
-        )
 
     def _slab_bits(self, band: PsfBand) -> np.ndarray:
         """Slabs that have light, by places of `join_within`: (layers, rows, columns) uint64."""
