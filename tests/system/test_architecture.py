@@ -40,7 +40,7 @@ ORDER = {
         "errors",
         "__init__",
     ),
-    "simulator/measurement": ("shutter_check", "emva1288", "noise_check", "calibration", "report", "statistics"),
+    "simulator/measurement": ("quantities", "shutter_check", "emva1288", "noise_check", "calibration", "report", "statistics"),
     "simulator/pipeline": (
         "simulate",
         "time_budget",

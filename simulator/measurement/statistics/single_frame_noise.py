@@ -5,6 +5,7 @@ photosite. Scene detail increases it, so variances are computed by block and the
 correct while less than half of the blocks of a level contain detail. Values beyond 5 sigma, such as hot pixels, are excluded.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -42,6 +43,20 @@ def single_frame_noise(planes: Sequence[np.ndarray], white_level_dn: int) -> tup
     return tuple(
         LevelNoise(float(means[group].mean()), float(np.sqrt(np.median(variances[group]))), len(group)) for group in groups
     )
+
+
+def mean_noise(levels: Sequence[LevelNoise], planes: Sequence[np.ndarray]) -> tuple[float, float]:
+    """Return the noise of an even field [DN], the root of the mean variance of all blocks, and its standard error [DN].
+
+    levels: of `single_frame_noise` for these planes. nan, nan without a block. The median of B blocks, each of n / 1.94
+    independent differences, has the relative standard error sqrt(pi / 2 / B / (2 n / 1.94)).
+    """
+    blocks = sum(level.blocks for level in levels)
+    if blocks == 0:
+        return math.nan, math.nan
+    sigma_dn = math.sqrt(sum(level.blocks * level.sigma_dn**2 for level in levels) / blocks)
+    tall, wide = (min(BLOCK_PX, *(plane.shape[axis] for plane in planes if min(plane.shape) >= 4)) for axis in (0, 1))
+    return sigma_dn, sigma_dn * math.sqrt(0.5 * math.pi / blocks / (2.0 * tall * (wide - 2) / _SHARED))
 
 
 def _blocks(plane: np.ndarray, white_level_dn: int) -> tuple[np.ndarray, np.ndarray]:

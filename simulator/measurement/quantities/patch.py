@@ -1,0 +1,73 @@
+"""Mean, temporal noise and signal-to-noise ratio of an even patch."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+from simulator.exposure.later_exposures import later_exposures
+from simulator.measurement.quantities.measured_frame import Area, MeasuredFrame, Plane
+from simulator.measurement.quantities.quantity import Figure, Measured
+from simulator.measurement.statistics.single_frame_noise import mean_noise, single_frame_noise
+from simulator.pipeline.truth_maps import variance_map
+
+MOST_CLIPPED = 0.01  # share of photosites at the white level, above which a patch has neither noise nor SNR
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Mean signal of a patch above black, its temporal noise with rounding, and their ratio (EMVA 1288 R4.0 Linear, SNR).
+
+    Figures: mean_dn, noise_dn [DN], snr; of a simulated frame mean_e, noise_e [e-], too: the truth's mean photoelectrons, and
+    noise_dn / K with the camera's K [DN/e-] at this ISO.
+    Noise of a simulated frame is that of the truth: the root of the mean temporal variance of its photosites (of the map
+    "variance" of the truth where the shot asks for it). Noise of a raw file is estimated from second differences in the one
+    frame, so it holds the fixed pattern, too, and not the row noise; the patch must be even.
+    Noise and SNR are nan where more than 1 % of the photosites lie at the white level.
+
+    area: [top, left, height, width] in photosites; left out, the whole frame.
+    plane: R, G (both greens), Gr, Gb, B or MONO; left out, G, and MONO of a camera without a filter.
+    """
+
+    area: Area | None = None
+    plane: Plane | None = None
+
+    def measure(self, frame: MeasuredFrame) -> Measured:
+        """Measure the patch. Raises PhotositeError for an area or a colour that the frame does not have."""
+        signal = frame.signal(self.plane, self.area)
+        codes = frame.planes(frame.dn, self.plane, self.area)
+        clipped = sum(int((part >= frame.white_level_dn).sum()) for part in codes)
+        mean_dn, gain = float(signal.mean()), None
+        if frame.raw is None:
+            noise_dn, error_dn = mean_noise(single_frame_noise(codes, frame.white_level_dn), codes)
+        else:
+            variances = np.concatenate([part.ravel() for part in self._variances(frame)])
+            noise_dn, error_dn = math.sqrt(float(variances.mean(dtype=np.float64))), 0.0
+            gain = frame.sensor("patch").gain_dn_per_e()
+        if clipped > MOST_CLIPPED * signal.size:
+            noise_dn = error_dn = math.nan
+        of_mean = noise_dn / math.sqrt(signal.size)
+        snr = mean_dn / noise_dn if noise_dn > 0 else math.nan
+        figures = {
+            "mean_dn": Figure(mean_dn, "DN", of_mean),
+            "noise_dn": Figure(noise_dn, "DN", error_dn),
+            "snr": Figure(snr, "", math.hypot(of_mean / noise_dn, snr * error_dn / noise_dn) if noise_dn > 0 else math.nan),
+        }
+        if frame.raw is not None and gain is not None:
+            electrons = frame.planes(frame.raw.mean_electrons[frame.raw.active], self.plane, self.area)
+            mean_e = float(np.concatenate([part.ravel() for part in electrons]).mean(dtype=np.float64))
+            figures["mean_e"] = Figure(mean_e, "e-", 0.0)
+            figures["noise_e"] = Figure(noise_dn / gain, "e-", error_dn / gain)
+        return Measured(figures)
+
+    def _variances(self, frame: MeasuredFrame) -> list[np.ndarray]:
+        """Temporal variance of the photosites of a simulated frame [DN^2], one part for each place of the colour."""
+        raw, shot = frame.simulated("patch")
+        if "variance" in raw.truth:
+            return frame.planes(raw.truth["variance"][raw.active], self.plane, self.area)
+        if later_exposures(shot.exposure, shot.camera):
+            rule = "the noise of a frame of several exposures needs the light of each; add variance to truth"
+            raise PhotositeError(rule, key="truth", value=list(shot.truth))
+        sensor = frame.sensor("patch")
+        return [variance_map(sensor, part) for part in frame.planes(raw.mean_electrons[raw.active], self.plane, self.area)]
