@@ -52,6 +52,32 @@ class EdgeTransfer:
         return float(x[0] + (y[0] - 0.5) / (y[0] - y[1]) * (x[1] - x[0]))
 
 
+@dataclass(frozen=True, eq=False)
+class LocatedEdge:
+    """The photosites on both sides of an edge.
+
+    distance_px: (photosites,) along the normal of the edge, growing with x, or with y where the edge lies nearer to the rows.
+    along_px: (photosites,) along the edge. signal: (photosites,) of these.
+    signed_angle_deg: between the edge and the nearer axis. rows: that the edge crosses [px].
+    """
+
+    distance_px: np.ndarray
+    along_px: np.ndarray
+    signal: np.ndarray
+    signed_angle_deg: float
+    rows: int
+
+    @property
+    def angle_deg(self) -> float:
+        """Angle between the edge and the nearer axis of the photosites, >= 0."""
+        return abs(self.signed_angle_deg)
+
+    @property
+    def reach_px(self) -> float:
+        """Distance that photosites on both sides reach [px]."""
+        return float(min(-self.distance_px.min(), self.distance_px.max()))
+
+
 def edge_of_raw_file(
     path: str | os.PathLike[str], plane: str = "G", window_px: tuple[int, int, int, int] | None = None
 ) -> EdgeTransfer:
@@ -92,6 +118,21 @@ def edge_transfer(signal: np.ndarray, seen: np.ndarray | None = None) -> EdgeTra
     Distances are along the normal of the edge.
     Raises PhotositeError for no edge, an edge along an axis, or a region too small.
     """
+    located = locate_edge(signal, seen)
+    slope = math.tan(math.radians(located.angle_deg))
+    if located.angle_deg < LEAST_ANGLE_DEG or slope * located.rows < 2.0:
+        told = f"the edge lies {located.signed_angle_deg:.2f} degrees off the photosites' axis"
+        raise PhotositeError(f"{told}; turn it to between 2 and 40 degrees, crossing two columns or more")
+    reach = int(0.9 * located.reach_px / BIN_PX)  # the corners of the region contain too few photosites
+    spread, offsets_px = _bin_profile(located.distance_px, located.signal, reach)
+    return _transform_profile(spread, offsets_px, located.signed_angle_deg)
+
+
+def locate_edge(signal: np.ndarray, seen: np.ndarray | None = None) -> LocatedEdge:
+    """Find one straight edge, at any angle, and the distance of each photosite from it.
+
+    signal, seen: as `edge_transfer` takes them. Raises PhotositeError for no edge and for a region too small.
+    """
     signal = np.asarray(signal, np.float64)
     seen = np.ones(signal.shape, bool) if seen is None else seen
     if signal.ndim != 2 or min(signal.shape) < 16:
@@ -101,16 +142,10 @@ def edge_transfer(signal: np.ndarray, seen: np.ndarray | None = None) -> EdgeTra
     rows, places = _locate_edge(signal, seen)
     slope, start = np.polyfit(rows, places, 1)
     angle = math.atan(slope)
-    if abs(math.degrees(angle)) < LEAST_ANGLE_DEG or abs(slope) * len(signal) < 2.0:
-        told = f"the edge lies {math.degrees(angle):.2f} degrees off the photosites' axis"
-        raise PhotositeError(f"{told}; turn it to between 2 and 40 degrees, crossing two columns or more")
     y, x = np.nonzero(seen)
-    distance_px = (x - start - slope * y) * math.cos(angle)
-    reach = int(
-        0.9 * min(-distance_px.min(), distance_px.max()) / BIN_PX
-    )  # the corners of the region contain too few photosites
-    spread, offsets_px = _bin_profile(distance_px, signal[seen], reach)
-    return _transform_profile(spread, offsets_px, math.degrees(angle))
+    across = (x - start - slope * y) * math.cos(angle)
+    along = (x - start) * math.sin(angle) + (y - 0.5 * (len(signal) - 1)) * math.cos(angle)
+    return LocatedEdge(across, along, signal[seen], math.degrees(angle), len(signal))
 
 
 def _gradient(signal: np.ndarray, seen: np.ndarray) -> float:
