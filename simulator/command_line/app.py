@@ -139,6 +139,33 @@ def inspect(
     inspect_file(raw, as_json)
 
 
+@app.command(epilog="Example: photosite mtf frames/edge.dng --plot edge.png")
+def mtf(
+    raw: Annotated[Path, typer.Argument(metavar="RAW", help="A raw file of any camera that LibRaw reads.")],
+    area: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TOP,LEFT,HEIGHT,WIDTH",
+            help="Photosites with one slanted edge and nothing else; repeatable. Looked for when left out.",
+        ),
+    ] = None,
+    most: Annotated[int, typer.Option(min=1, help="Areas to look for, when none is given.")] = 4,
+    pixel_pitch: Annotated[
+        str | None, typer.Option(metavar="QUANTITY", help="Distance of the photosites, e.g. 4.3um: tells cycles/mm, too.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw curves and edges: png, svg or pdf.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON with the curves instead of a table.")] = False,
+) -> None:
+    """Sharpness: modulation transfer of slanted edges (e-SFR of ISO 12233) in each colour of a raw file, not demosaiced.
+
+    Finds areas with one straight edge, 2 to 43 degrees off the photosites' axes, or takes those of --area. MTF50 in cycles per
+    pixel and line widths per picture height, the transfer at the Nyquist frequency, and the rise from 10 % to 90 %.
+    """
+    from simulator.command_line.measurement import measure_edges
+
+    measure_edges(raw, area or [], most, pixel_pitch, plot, as_json)
+
+
 @app.command()
 def devices() -> None:
     """List the OpenCL devices, GPUs first; the first is used unless --device or $PHOTOSITE_DEVICE names another."""

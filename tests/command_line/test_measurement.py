@@ -1,0 +1,73 @@
+"""`photosite mtf`: a table or JSON for each colour of a file's edges; one message where there is none."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+from helpers.raw_frame import random_frame
+from helpers.scene_builders import distances
+from scipy.special import erf
+
+from simulator.command_line.main import main
+from simulator.raw.dng import writer
+
+WIDTH, HEIGHT = 208, 200
+
+
+@pytest.fixture
+def edge_file(tmp_path):
+    """An edge of 5.7 degrees, 1000 to 11000 DN above black in each place, behind RGGB, blurred by 1 photosite."""
+    share = 0.5 * (1.0 + erf(distances(WIDTH, HEIGHT, 5.7) / math.sqrt(2.0)))
+    raw = random_frame(HEIGHT, WIDTH, "RGGB", 14)
+    dn = np.rint(raw.black_level_dn + 1000.0 + 10000.0 * share).astype(np.uint16)
+    writer.write_dng(dataclasses.replace(raw, dn=dn), tmp_path / "edge.dng")
+    return tmp_path / "edge.dng"
+
+
+def run(capsys, *arguments) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as ended:
+        main(["mtf", *map(str, arguments)])
+    told = capsys.readouterr()
+    return ended.value.code, told.out, told.err
+
+
+def test_the_edge_is_found_and_measured_in_each_colour(edge_file, capsys):
+    """exp(-2 (pi nu)^2) falls to a half at 0.1874 cycles/px."""
+    code, out, _ = run(capsys, edge_file, "--json", "--pixel-pitch", "4 um", "--most", "1")
+    assert code == 0
+    (edge,) = json.loads(out)["edges"]
+    assert set(edge["planes"]) == {"R", "Gr", "Gb", "B"} and edge["area"][2:] == [160, 160]
+    for plane in edge["planes"].values():
+        assert plane["mtf50"] == pytest.approx(0.1874, rel=0.015)
+        assert plane["mtf50_cy_mm"] == pytest.approx(250.0 * plane["mtf50"])
+        assert plane["mtf50_lw_ph"] == pytest.approx(2 * HEIGHT * plane["mtf50"])
+        assert plane["step_dn"] == pytest.approx(10000.0, rel=0.01)
+        assert plane["angle_deg"] == pytest.approx(5.7, abs=0.1)
+
+
+def test_a_table_and_a_plot_are_made_of_the_area_that_is_given(edge_file, tmp_path, capsys):
+    code, out, err = run(capsys, edge_file, "--area", "20,30,160,150", "--plot", tmp_path / "edge.svg")
+    assert code == 0 and "20,30,160,150" in out and "MTF50" in out and "edge.svg" in err
+    assert (tmp_path / "edge.svg").read_text().count("MTF50 = 0.1") in (0, 4)  # text, or outlines of letters
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--area", "1,2,3"), "--area 1,2,3: give TOP,LEFT,HEIGHT,WIDTH"),
+        (("--area", "0,0,900,900"), r"area = [0, 0, 900, 900]: [top, left, height, width] must lie inside"),
+        (("--area", "0,0,60,20"), "edge.dng: area 0,0,60,20, B: "),
+        (("--pixel-pitch", "4"), "--pixel-pitch 4: "),
+    ],
+)
+def test_a_wrong_area_is_one_message(edge_file, capsys, arguments, message):
+    code, _, err = run(capsys, edge_file, *arguments)
+    assert code == 1 and err.count("error:") == 1 and message in err
+
+
+def test_a_file_without_an_edge_says_what_to_give(tmp_path, capsys):
+    writer.write_dng(random_frame(), tmp_path / "noise.dng")
+    code, _, err = run(capsys, tmp_path / "noise.dng")
+    assert code == 1 and "noise.dng: no square of 48 to 160 photosites holds one straight edge" in err and "--area" in err
