@@ -12,6 +12,7 @@ from data_gen.report.estimate import estimate
 from data_gen.run import run
 from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.storage.manifest import verify
+from simulator.command_line.amounts import format_bytes, format_duration
 from simulator.command_line.screen import console, show_progress, tell
 
 SHOWN_PROBLEMS = 20
@@ -76,23 +77,6 @@ def show_plan(path: Path, settings: list[str], out: Path, device: str | None, wo
     _show_problems(found.problems)
     if needed > free:
         tell(f"warning: {out}: the disk has too little space; choose another --out or a smaller count")
-
-
-def format_bytes(count: float) -> str:
-    """Write a number of bytes with a decimal unit (1 kB = 1000 bytes)."""
-    for unit in ("B", "kB", "MB", "GB", "TB"):
-        if count < 1000:
-            return f"{count:.3g} {unit}"
-        count /= 1000
-    return f"{count:.3g} PB"
-
-
-def format_duration(seconds: float) -> str:
-    """Write a time [s] with the largest unit of which it has at least two."""
-    for unit, length in (("days", 86400), ("h", 3600), ("min", 60)):
-        if seconds >= 2 * length:
-            return f"{seconds / length:.1f} {unit}"
-    return f"{seconds:.1f} s"
 
 
 def _show_problems(problems: dict[str, int]) -> None:

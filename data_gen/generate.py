@@ -7,7 +7,6 @@ import numpy as np
 
 from data_gen.moving_frames import Light, MovingFrames, expose_moving
 from data_gen.recipe.dataset_config import DataSet
-from data_gen.recipe.random_streams import RandomStream
 from data_gen.recipe.recipe import Recipe, choose_picture, draw_recipe
 from data_gen.samples.sample import Sample
 from data_gen.sources.collections import open_collection
@@ -16,6 +15,7 @@ from data_gen.sources.patches import AUGMENTATIONS, Augmentation, Crop, choose_c
 from data_gen.sources.photographs import Photographs
 from data_gen.sources.procedural import Procedural
 from data_gen.sources.source import Picture, PictureSource, apply_cfa
+from simulator.config.random_streams import RandomStream
 from simulator.device import Device
 from simulator.errors import PhotositeError
 from simulator.sensor.frame_stack import FrameSetting, expose_frame_stack, frame_stack_moments

@@ -2,15 +2,12 @@
 
 import hashlib
 import json
-import logging
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
-from itertools import islice
+from functools import lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from data_gen.generate import Generator, margin_px
 from data_gen.recipe.dataset_config import DataSet
@@ -32,13 +29,13 @@ from simulator.device import open_device
 from simulator.errors import PhotositeError, reading
 from simulator.progress import Progress, Steps, silent
 from simulator.sensor.camera.cfa import CfaName
+from simulator.studies.cluster import cluster, map_on_cluster
 
 if TYPE_CHECKING:
-    from dask.distributed import Client, Future
+    from dask.distributed import Client
 
 CONFIGURATION = "dataset.yaml"
 SAMPLES = "samples"  # unit of the progress
-IN_FLIGHT = 4  # shards handed to the cluster per worker: enough to keep it busy, few enough for a data set of any size
 
 
 @dataclass(frozen=True)
@@ -153,14 +150,6 @@ def make_shard(task: Task, shard: Shard, steps: Steps | None = None) -> int:
     return shard.count
 
 
-def _make_shard_or_error(task: Task, shard: Shard) -> int | PhotositeError:
-    """Make a shard; return an error instead of raising it, because dask would print a traceback of the worker."""
-    try:
-        return make_shard(task, shard)
-    except PhotositeError as error:
-        return error
-
-
 @lru_cache(maxsize=4)
 def _sources_of(_fingerprint: str, _limit_bytes: int, _place: Path) -> dict[tuple[str, int], PictureSource]:
     """Return the dictionary of open collections of a configuration that keep decoded pictures there, empty at first."""
@@ -172,61 +161,15 @@ def _sources(task: Task) -> dict[tuple[str, int], PictureSource]:
     return _sources_of(task.fingerprint, task.decoded.limit_bytes, task.decoded.place)
 
 
-@contextmanager
-def cluster(workers: int, scheduler: str | None) -> Iterator["Client"]:
-    """Yield a client of the cluster at an address, or of one of so many processes on this machine.
-
-    Raises PhotositeError when dask.distributed is not installed or nobody answers.
-    """
-    try:
-        from dask.distributed import Client, LocalCluster
-    except ImportError:
-        raise PhotositeError("several workers need dask.distributed: pip install 'photosite[cluster]'") from None
-    if scheduler is None:
-        # Errors come back as results, so dask's log of workers that close is not shown.
-        without_dashboard: dict[str, Any] = {"dashboard_address": None}  # allowed, but dask annotates it as str
-        quiet = logging.CRITICAL
-        with LocalCluster(n_workers=workers, threads_per_worker=1, silence_logs=quiet, **without_dashboard) as local:
-            with Client(local) as client:
-                yield client
-        return
-    try:
-        client = Client(scheduler, timeout=20)
-    except (OSError, ValueError) as error:
-        raise PhotositeError(f"nobody answers there ({error}); give host:port", key="--scheduler", value=scheduler) from None
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=60)
-        except TimeoutError:
-            raise PhotositeError(
-                f"has no worker; start one with `dask worker {scheduler}`", key="--scheduler", value=scheduler
-            ) from None
-        yield client
-
-
 def _make_on_cluster(client: "Client", task: Task, shards: Iterable[Shard], steps: Steps) -> None:
     """Make shards on a cluster. One whose worker dies is made by another; a shard is there whole or not at all.
 
     Raises PhotositeError when a shard's workers die again and again, and what making it raises.
     """
-    from dask.distributed import KilledWorker, as_completed
-
-    waiting = iter(shards)
-
-    def submit(count: int) -> list["Future"]:
-        return [client.submit(_make_shard_or_error, task, shard, pure=False) for shard in islice(waiting, count)]
-
-    done = as_completed(submit(IN_FLIGHT * max(1, len(client.scheduler_info()["workers"]))))
-    for future in done:
-        try:
-            made = future.result()
-        except KilledWorker as error:
-            raise PhotositeError(f"workers die again and again, most often of too little memory: {error}") from None
+    for _, made in map_on_cluster(client, partial(make_shard, task), shards):
         if isinstance(made, PhotositeError):
             raise made
         steps.add(SAMPLES, made)
-        for following in submit(1):
-            done.add(following)
 
 
 def _describe(config: DataSet) -> About:

@@ -17,12 +17,12 @@ from typing import Any
 from data_gen.generate import Generator, picture_window
 from data_gen.recipe.dataset_config import DataSet, load_data_set
 from data_gen.recipe.epoch_order import epoch_order
-from data_gen.recipe.random_streams import RandomStream
 from data_gen.samples.packing import Channels
 from data_gen.samples.sample import Sample
 from data_gen.samples.tensors import TensorForm
 from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.storage.reading import SampleFolder
+from simulator.config.random_streams import RandomStream
 from simulator.device import open_device
 from simulator.errors import require
 

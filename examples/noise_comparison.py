@@ -18,8 +18,8 @@ from scipy import stats
 from data_gen.generate import Generator
 from data_gen.recipe.camera_noise import CameraChoice, CameraNoise
 from data_gen.recipe.dataset_config import DataSet, NoiseOnly
-from data_gen.recipe.distributions import LogUniform
 from simulator.config import load_camera
+from simulator.config.distributions import LogUniform
 from simulator.device import Device
 
 CAMERA = "sony_a7s2"

@@ -1,6 +1,7 @@
 from photosite import dataset as dataset
 from photosite import measurement as measurement
 from photosite import stages as stages
+from photosite import studies as studies
 from photosite import torch as torch
 from simulator.config import Sweep as Sweep
 from simulator.config import SweepPoint as SweepPoint

@@ -1,1 +1,1 @@
-"""What a data set is drawn from: its file, distributions, priors and random streams."""
+"""What a data set is drawn from: its file, priors and recipes."""

@@ -6,7 +6,8 @@ from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 
-from data_gen.recipe.distributions import (
+from data_gen.recipe.noise_setting import NoiseSetting
+from simulator.config.distributions import (
     Choice,
     Distribution,
     LogUniform,
@@ -18,8 +19,7 @@ from data_gen.recipe.distributions import (
     support_of,
     weighted_index,
 )
-from data_gen.recipe.noise_setting import NoiseSetting
-from data_gen.recipe.random_streams import RandomStream
+from simulator.config.random_streams import RandomStream
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.kernel.kernel_program import in_order

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 from data_gen.recipe.camera_noise import CameraNoise
-from data_gen.recipe.distributions import Distribution, LogUniform, Normal, check_weights, support_of
 from data_gen.recipe.moving_camera import CameraMotion
 from data_gen.recipe.published_priors import PriorNoise
-from data_gen.recipe.random_streams import LARGEST_SEED
 from data_gen.samples.sample import Mode
 from data_gen.sources.collections import Pictures, open_collection
 from data_gen.storage.writers.writer import FORMATS, WriterOptions
 from simulator.config import load_file, named_file
+from simulator.config.distributions import Distribution, LogUniform, Normal, check_weights, support_of
+from simulator.config.random_streams import LARGEST_SEED
 from simulator.errors import require
 
 LARGEST_COUNT = 2**48

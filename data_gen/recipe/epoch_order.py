@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from data_gen.recipe.random_streams import RandomStream
+from simulator.config.random_streams import RandomStream
 
 
 def epoch_order(stream: RandomStream, first: int, count: int, crops_per_picture: int = 1, window: int = 1) -> list[int]:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_gen.recipe.distributions import Distribution, LogUniform, draw, support_of
-from data_gen.recipe.random_streams import RandomStream
+from simulator.config.distributions import Distribution, LogUniform, draw, support_of
+from simulator.config.random_streams import RandomStream
 from simulator.errors import PhotositeError, require
 from simulator.exposure.camera_table import Clip, MeasuredClip
 from simulator.exposure.hand_tremor import HandTremor

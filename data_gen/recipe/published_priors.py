@@ -17,10 +17,10 @@ import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from data_gen.recipe.distributions import Distribution, Normal, Uniform, draw
 from data_gen.recipe.noise_setting import NoiseSetting
 from data_gen.recipe.prior_cameras import ELD, LED, PMN, LineCamera
-from data_gen.recipe.random_streams import RandomStream
+from simulator.config.distributions import Distribution, Normal, Uniform, draw
+from simulator.config.random_streams import RandomStream
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.published_noise_model import noise_model_stages

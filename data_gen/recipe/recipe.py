@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 from data_gen.recipe.dataset_config import DataSet
-from data_gen.recipe.distributions import Normal, draw, weighted_index
 from data_gen.recipe.moving_camera import MovingCamera
 from data_gen.recipe.noise_setting import NoiseSetting
-from data_gen.recipe.random_streams import RandomStream
 from data_gen.sources.patches import AUGMENTATIONS, Augmentation
+from simulator.config.distributions import Normal, draw, weighted_index
+from simulator.config.random_streams import RandomStream
 from simulator.errors import require
 
 SEEDS = 2**32

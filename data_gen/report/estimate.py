@@ -9,12 +9,12 @@ from pathlib import Path
 
 from data_gen.generate import Generator
 from data_gen.recipe.dataset_config import DataSet
-from data_gen.recipe.distributions import support_of
 from data_gen.sources.collections import open_collection
 from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.sources.photographs import Photographs
 from data_gen.storage.shards import Shard, plan_shards, write_shard
 from data_gen.storage.writers.writer import find_writer
+from simulator.config.distributions import support_of
 from simulator.device import open_device
 
 LEAST_SECONDS, MOST_SECONDS = 2.0, 10.0  # of measuring: without decoding, so that no slow sample decides; and with it

@@ -29,6 +29,9 @@ Settings = Annotated[
 ]
 
 
+DeviceName = Annotated[str | None, typer.Option("--device", help="Part of an OpenCL device's name; see `photosite devices`.")]
+
+
 def _show_version(wanted: bool) -> None:
     if wanted:
         from simulator import __version__
@@ -82,6 +85,39 @@ def simulate(
         from simulator.command_line.screen import tell
 
         tell(f"time: {ledger.text()}")
+
+
+@app.command(epilog="Example: photosite study iso_and_aperture --out iso_and_aperture --dry-run")
+def study(
+    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file, or the name of one in configs/studies.")],
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="PATH=VALUE", help="Set one value of the shot at every point, by its dotted path."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder for the results; named as the study when left out.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only show the points, and the time and disk they take.")] = False,
+    workers: Annotated[int, typer.Option(min=1, help="Processes on this machine.")] = 1,
+    scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="A dask.distributed scheduler, host:port.")] = None,
+    redo: Annotated[bool, typer.Option("--redo", help="Take points again that are done.")] = False,
+    parquet: Annotated[
+        bool, typer.Option("--parquet", help="Refuse to run without pyarrow, which writes the table as Parquet, too.")
+    ] = False,
+    device: DeviceName = None,
+) -> None:
+    """Take a shot at many points, measure each, and write a table of all varied, resolved and measured values.
+
+    A point is done, failed, stale or missing by the hash of its shot, its input files, what is measured and the version. Killed
+    at any time, the same command goes on with what is missing or stale, and ends with the same results for any number of
+    workers and machines. A point that fails is told at once, and the others go on; the exit status is then 1.
+    """
+    from simulator.command_line.study import show_study, take_study
+
+    if dry_run:
+        show_study(study, settings or [], out, device, workers, redo)
+    else:
+        take_study(study, settings or [], out, device, workers, scheduler, redo, parquet)
 
 
 @app.command(epilog="Example: photosite resimulate frames/color_checker.dng --out again")
@@ -182,7 +218,6 @@ CameraSettings = Annotated[
 ReportFolder = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Keep the frames and write the report here; else only the table.")
 ]
-DeviceName = Annotated[str | None, typer.Option("--device", help="Part of an OpenCL device's name; see `photosite devices`.")]
 
 
 @validate.command(epilog="Example: photosite validate noise sony_a7s2 --iso 1600 --iso 2000 --out noise")

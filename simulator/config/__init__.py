@@ -7,11 +7,14 @@ from simulator.config.document_merge import named_file
 from simulator.config.json_schema import schema
 from simulator.config.option_values import camera_data, length_um, response_name, shutter_option, time_s
 from simulator.config.shot_file import build_shot_from_data, load_shot, locate_errors
+from simulator.config.study_file import Study, StudyPoint, load_study_file
 from simulator.config.sweep import Sweep, SweepPoint, load_sweep
 from simulator.config.warnings import frame_warnings, shot_warnings
 from simulator.config.yaml_dialect import dump_yaml
 
 __all__ = [
+    "Study",
+    "StudyPoint",
     "Sweep",
     "SweepPoint",
     "build_shot_from_data",
@@ -23,6 +26,7 @@ __all__ = [
     "load_camera",
     "load_file",
     "load_shot",
+    "load_study_file",
     "load_sweep",
     "locate_errors",
     "named_file",

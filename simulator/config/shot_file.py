@@ -1,7 +1,7 @@
 """Read a shot from YAML: scene, lens, exposure, camera, seeds."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from functools import cache, partial, reduce
@@ -121,7 +121,14 @@ def apply_overrides(document: Document, overrides: Iterable[str] | Mapping[str, 
         items = [(path, value, Place(f"--set {path}={value}", Path.cwd())) for path, value in overrides.items()]
     else:
         items = [parse_override(text) for text in overrides]
-    # Another camera is chosen before single values of it are set.
+    return apply_settings(document, items)
+
+
+def apply_settings(document: Document, items: Sequence[tuple[str, object, Place]]) -> Document:
+    """Return the document with values set, each by its dotted path and with the place where it was written.
+
+    Its camera is replaced by the full section. Another camera is chosen before single values of it are set.
+    """
     for dotted, value, place in items:
         if dotted in ("camera", "camera.base"):
             document = replace_value(document, "camera", value, place)

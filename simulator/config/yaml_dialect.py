@@ -60,3 +60,9 @@ PlainDumper.add_representer(str, _text)
 def dump_yaml(data: dict[str, Any]) -> str:
     """Plain data as YAML text that `read_document` reads back unchanged."""
     return yaml.dump(data, Dumper=PlainDumper, sort_keys=False, allow_unicode=True, width=120)
+
+
+def dump_flow(value: Any) -> str:
+    """Plain data as YAML text of one line that `parse_override` reads back unchanged."""
+    text: str = yaml.dump(value, Dumper=PlainDumper, sort_keys=False, allow_unicode=True, width=10**9, default_flow_style=True)
+    return text.removesuffix("\n").removesuffix("\n...")

@@ -7,8 +7,9 @@ import sys
 import pytest
 from helpers.dataset_folders import TEXT, content, small_config
 
-from data_gen.run import cluster, run
+from data_gen.run import run
 from simulator.errors import PhotositeError
+from simulator.studies.cluster import cluster
 
 
 @pytest.fixture(scope="module")

@@ -8,12 +8,12 @@ import pytest
 from helpers.dataset_folders import TEXT, content, small_config
 from helpers.picture_files import put, random_codes
 
-from data_gen import dataset_command
 from data_gen.command_line import main
 from data_gen.report.estimate import estimate, expected_decodings
 from data_gen.run import run
 from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.storage.reading import read_samples
+from simulator.command_line import amounts
 from simulator.errors import PhotositeError
 
 PHOTOS = TEXT.replace("{procedural: [dead_leaves, text], count: 12, width: 48, height: 40}", "{photographs: photos}")
@@ -174,9 +174,9 @@ def test_the_command_makes_estimates_and_verifies(tmp_path, capsys):
 
 @pytest.mark.parametrize("count, text", [(999.0, "999 B"), (1.58e9, "1.58 GB"), (2e15, "2 PB")])
 def test_sizes_are_told_in_words(count, text):
-    assert dataset_command.format_bytes(count) == text
+    assert amounts.format_bytes(count) == text
 
 
 @pytest.mark.parametrize("seconds, text", [(3.0, "3.0 s"), (600.0, "10.0 min"), (86400 * 12, "12.0 days")])
 def test_times_are_told_in_words(seconds, text):
-    assert dataset_command.format_duration(seconds) == text
+    assert amounts.format_duration(seconds) == text

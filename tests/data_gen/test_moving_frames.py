@@ -10,13 +10,13 @@ from scipy.spatial.transform import Rotation
 
 from data_gen.generate import Generator
 from data_gen.recipe.dataset_config import Burst, WriterChoice, load_data_set
-from data_gen.recipe.distributions import Uniform
 from data_gen.recipe.moving_camera import CameraMotion
 from data_gen.recipe.recipe import draw_recipe
 from data_gen.run import run
 from data_gen.samples.record import sample_arrays, sample_facts, sample_from
 from data_gen.samples.tensors import TensorForm
 from data_gen.storage.reading import read_samples
+from simulator.config.distributions import Uniform
 from simulator.errors import PhotositeError
 
 FOCAL_PX = 400.0

@@ -9,10 +9,10 @@ import numpy as np
 from data_gen.generate import Generator
 from data_gen.recipe.camera_noise import CameraChoice, CameraNoise
 from data_gen.recipe.dataset_config import DataSet
-from data_gen.recipe.distributions import LogUniform
 from data_gen.samples.sample import Sample
 from data_gen.sources.source import CleanImage, PictureSource
 from helpers.camera_builders import small_camera
+from simulator.config.distributions import LogUniform
 from simulator.device import Device
 from simulator.errors import PhotositeError
 from simulator.sensor.camera.camera import Camera, IsoSetting

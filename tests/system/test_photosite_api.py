@@ -41,6 +41,7 @@ from photosite import (
 from simulator import homes_of
 from simulator.config import named_file
 from simulator.progress import Steps, silent
+from simulator.studies import load_study
 
 ROOT = Path(__file__).parents[2]
 HEAVY = ("pyopencl", "matplotlib", "colour", "pydantic", "pint", "numpy", "OpenImageIO", "rawpy", "yaml", "scipy", "torch")
@@ -255,7 +256,7 @@ def examples() -> list[list[str]]:
 
 
 MAKERS = ("simulate", "validate")  # commands whose files other examples read
-TAKEN = ["validate", "simulate", "resimulate", "develop", "inspect", "explain", "calibrate", "schema", "dataset"]
+TAKEN = ["validate", "simulate", "study", "resimulate", "develop", "inspect", "explain", "calibrate", "schema", "dataset"]
 
 
 def test_every_command_that_takes_something_has_an_example():
@@ -277,6 +278,8 @@ def test_what_an_example_names_comes_along_or_is_made_by_another(arguments):
         )
     elif "config" in values:
         assert named_file("datasets", values["config"]).is_file() and load_data_set(values["config"]).count
+    elif "study" in values:
+        assert named_file("studies", values["study"]).is_file() and len(load_study(values["study"]))
     elif "raw" in values:
         folder, name = values["raw"].parts
         made = [example for example in examples() if example[0] == "simulate" and example[-2:] == ["--out", folder]]

@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from data_gen.recipe.dataset_config import DataSet
-from data_gen.recipe.distributions import LogUniform, Normal
 from data_gen.sources.collections import open_collection
 from data_gen.sources.data_set import DataSetSamples
 from data_gen.sources.linear_images import LinearImages
@@ -15,6 +14,7 @@ from data_gen.sources.raw_files import RawFiles
 from data_gen.sources.shots import Shots
 from data_gen.sources.spectral_cubes import SpectralCubes
 from simulator.config import dump_yaml, load_file
+from simulator.config.distributions import LogUniform, Normal
 from simulator.errors import PhotositeError
 
 ROOT = Path(__file__).parents[3]

@@ -6,7 +6,7 @@ from helpers.randomness import accept
 from scipy import stats
 
 from data_gen.recipe.epoch_order import epoch_order
-from data_gen.recipe.random_streams import RandomStream
+from simulator.config.random_streams import RandomStream
 
 
 @pytest.mark.parametrize(("first", "count", "crops", "window"), [(0, 64, 8, 4), (30, 61, 8, 3), (5, 7, 16, 1), (0, 40, 1, 5)])

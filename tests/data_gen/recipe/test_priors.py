@@ -10,11 +10,11 @@ from helpers.toy_dataset import toy_camera, toy_config, toy_samples
 from scipy import stats
 
 from data_gen.recipe.dataset_config import NoiseOnly
-from data_gen.recipe.distributions import Uniform
 from data_gen.recipe.prior_cameras import LED
 from data_gen.recipe.published_priors import PRIORS, PriorNoise
-from data_gen.recipe.random_streams import RandomStream
 from data_gen.recipe.recipe import draw_recipe
+from simulator.config.distributions import Uniform
+from simulator.config.random_streams import RandomStream
 from simulator.errors import PhotositeError
 from simulator.sensor.stages.stage import Stage
 from simulator.sensor.stages.tukey_lambda_polynomial import tukey_lambda_deviation

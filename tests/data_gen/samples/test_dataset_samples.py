@@ -12,13 +12,13 @@ from scipy import ndimage, stats
 
 from data_gen.generate import Generator, picture_window, shift_planes
 from data_gen.recipe.dataset_config import Burst, MultiExposure, NoiseOnly
-from data_gen.recipe.distributions import Uniform
 from data_gen.recipe.epoch_order import epoch_order
-from data_gen.recipe.random_streams import RandomStream
 from data_gen.recipe.recipe import draw_recipe
 from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.sources.photographs import Photographs
 from data_gen.sources.procedural import Procedural
+from simulator.config.distributions import Uniform
+from simulator.config.random_streams import RandomStream
 from simulator.errors import PhotositeError
 from simulator.sensor.stages.full_well import FullWell
 from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise

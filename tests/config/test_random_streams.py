@@ -5,7 +5,7 @@ import zlib
 import numpy as np
 import pytest
 
-from data_gen.recipe.random_streams import RandomStream, philox_4x64
+from simulator.config.random_streams import RandomStream, philox_4x64
 
 
 def test_a_block_is_the_published_known_answer():

@@ -1,4 +1,4 @@
-"""The random numbers of a data set: functions of its seed, a sample's number and what they are for; nothing else."""
+"""Random numbers that are functions of a seed, a number and what they are for; nothing else."""
 
 import zlib
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ _MULTIPLIERS, _WEYL = (0xD2E7470EE14C6C93, 0xCA5A826395121157), (0x9E3779B97F4A7
 
 @dataclass(frozen=True)
 class RandomStream:
-    """Random numbers of one sample (Philox4x64-10, Salmon et al. 2011: key = seed, counter = index, attempt, purpose).
+    """Random numbers of one sample or point (Philox4x64-10, Salmon et al. 2011: key = seed, counter = index, attempt, purpose).
 
     Each purpose has its own counter range, so drawing more numbers for one purpose changes no other.
 
-    seed: of the data set, 0 to 2^64 - 1. index: number of the sample.
+    seed: of the data set or axis, 0 to 2^64 - 1. index: number of the sample or point.
     attempt: 0, or how many pictures drawn before for this sample could not be used.
     """
 

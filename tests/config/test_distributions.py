@@ -5,7 +5,7 @@ import pytest
 from helpers.randomness import accept
 from scipy import stats
 
-from data_gen.recipe.distributions import Choice, LogUniform, Normal, Table, Uniform, draw, support_of, weighted_index
+from simulator.config.distributions import Choice, LogUniform, Normal, Table, Uniform, draw, support_of, weighted_index
 from simulator.errors import PhotositeError
 
 SHARES = np.random.default_rng(20).random(20_000)

@@ -1,4 +1,4 @@
-"""Distributions that a data set's configuration draws numbers from, each as its quantile function.
+"""Distributions that configurations draw numbers from, each as its quantile function.
 
 A draw is the quantile at one uniform random number (inverse transform sampling), so it is a pure function of that number: it
 takes one random word whatever the distribution, and any version of NumPy gives the same result.

@@ -1,0 +1,12 @@
+from simulator.config import Study as Study
+from simulator.config import StudyPoint as StudyPoint
+from simulator.measurement.quantities import Curve as Curve
+from simulator.measurement.quantities import Figure as Figure
+from simulator.measurement.quantities import Measured as Measured
+from simulator.measurement.quantities import MeasuredFrame as MeasuredFrame
+from simulator.measurement.quantities import Quantity as Quantity
+from simulator.studies.study_result import StudyResult as StudyResult
+from simulator.studies.study_result import load as load
+from simulator.studies.study_run import StudyRun as StudyRun
+from simulator.studies.study_run import load_study as load_study
+from simulator.studies.study_run import run_study as run_study
