@@ -246,6 +246,49 @@ def explain(
     show_plan(shot, settings or [], patch, "exposure" if same_shutter else "brightness", device, measured)
 
 
+@app.command(epilog="Example: photosite lens --focal-length 50mm --f-number f/1.8 --focus-distance 2m --plot lens.png")
+def lens(
+    shot: Annotated[
+        str | None, typer.Argument(metavar="[SHOT]", help="Its lens, camera and exposure; options replace single values.")
+    ] = None,
+    focal_length: Annotated[str | None, typer.Option(metavar="LENGTH", help="Such as 50mm.")] = None,
+    f_number: Annotated[str | None, typer.Option(metavar="F/N", help="Such as f/1.8.")] = None,
+    focus_distance: Annotated[
+        str | None, typer.Option(metavar="DISTANCE", help="Lens to the plane in focus, such as 2m; infinity when left out.")
+    ] = None,
+    camera: Annotated[str | None, typer.Option(metavar="CAMERA", help="Of configs/cameras, or a camera file.")] = None,
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SIZE", help="Such as 23.6mm x 15.6mm, or a format, see docs/lens.md; 36 mm x 24 mm when left out."
+        ),
+    ] = None,
+    circle_of_confusion: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="Largest blur circle that counts as sharp; diagonal / 1500 when left out."),
+    ] = None,
+    at: Annotated[
+        list[str] | None, typer.Option("--at", metavar="DISTANCE", help="Blur circle of a point there, such as 4m. Repeatable.")
+    ] = None,
+    time: Annotated[str | None, typer.Option(metavar="TIME", help="Exposure time for the EV, such as 1/125s.")] = None,
+    iso: Annotated[int | None, typer.Option(min=1, help="ISO for the EV; 100 when left out.")] = None,
+    settings: Settings = None,
+    layout: Annotated[str, typer.Option("--format", metavar="FORMAT", help="table, json or csv.")] = "table",
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FILE", help="Draw blur against distance and the rays, to scale: png, svg, pdf."),
+    ] = None,
+) -> None:
+    """Show a lens in numbers: field of view, 35 mm equivalents, depth of field, blur circles, Airy disk, EV.
+
+    Without SHOT, --focal-length and --f-number are needed.
+    """
+    from simulator.command_line.lens import Choice, show_lens
+
+    wanted = Choice(focal_length, f_number, focus_distance, circle_of_confusion, camera, sensor, at or [], time, iso)
+    show_lens(shot, wanted, settings or [], layout, plot)
+
+
 @app.command(
     epilog="Example, with the frames of the example of `photosite validate noise`: "
     "photosite calibrate noise/frames --name 'Sony A7S II' --base sony_a7s2 --out mine.yaml"
