@@ -22,6 +22,7 @@ from simulator.config.document_merge import (
     select_section,
 )
 from simulator.config.response_curves import ResponseCurves, spectral_response
+from simulator.config.response_table import read_response_table
 from simulator.config.section_types import Section
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.stages.registry import STAGES
@@ -127,7 +128,13 @@ def _inline_base(document: Document, key: str, seen: tuple[Path, ...]) -> Docume
 
 
 def _lay_over(base: Document, over: Document) -> Document:
-    """Lay a camera on its base; the sources of the base's tables go with the tables that `over` replaces."""
+    """Lay a camera on its base; the sources of the base's tables go with the tables that `over` replaces.
+
+    A file of curves replaces the base's response as a whole, whose scale and curves belong together.
+    """
+    response = over.data.get("response")
+    if isinstance(response, dict) and "file" in response and "response" in base.data:
+        base = remove_key(base, ("response",))
     sources = base.data.get("source")
     for key, table in over.data.items():
         if is_table(table) and table.get(MERGE) is not True and isinstance(sources, dict):
@@ -150,6 +157,16 @@ def inline_response(camera: Document) -> Document:
         return camera
     file = response.data["file"]
     if not isinstance(file, str):
-        raise response.problem(("file",), "give a name in configs/responses or a path", f"{file}", key="camera.response.file")
+        raise response.problem(
+            ("file",),
+            "give a name in configs/responses, or the path of a YAML or CSV file",
+            f"{file}",
+            key="camera.response.file",
+        )
     path = find_config("responses", file, response.place(("file",)), "camera.response.file")
-    return replace_section(camera, "response", merge(read_document(path), remove_key(response, ("file",))))
+    for key in ("wavelengths", "relative"):
+        if key in response.data:
+            rule = f"stands in {path.name}, too; leave one of them out (null removes what a base has)"
+            raise response.problem((key,), rule, key=f"camera.response.{key}")
+    curves = read_response_table(path) if path.suffix.lower() == ".csv" else read_document(path)
+    return replace_section(camera, "response", merge(curves, remove_key(response, ("file",))))
