@@ -35,7 +35,7 @@ SourceText = Annotated[
 Source = Annotated[SourceText | None, Field(description="where the numbers come from; text, or text by key")]
 
 
-def _build_camera(source: object = None, **values: Any) -> Camera:
+def _build_camera(source: object = None, typical: None = None, typical_stages: None = None, **values: Any) -> Camera:
     return Camera(**values)
 
 
@@ -66,7 +66,13 @@ def make_camera_section() -> type[Section]:
         spectral_response,
         extra=source | {"license": (Annotated[str | None, Field(description="licence of the curves")], None)},
     )
-    return make_custom_section(Camera, _build_camera, replace={"response": curves, "stages": stage_model}, extra=source)
+    text = "stages typical of a class of sensors like this one; off unless `typical: true`"
+    typical: dict[str, Any] = {  # `settle_typical` turns both into `stages`
+        "typical": (bool | None, Field(default=None, description="whether the camera has its typical_stages")),
+        "typical_stages": (stage_model | None, Field(default=None, description=text)),
+    }
+    replaced = {"response": curves, "stages": stage_model}
+    return make_custom_section(Camera, _build_camera, replace=replaced, extra=source | typical)
 
 
 CUSTOM_SECTIONS[Camera] = make_camera_section
@@ -79,6 +85,7 @@ def load_camera(name: str, overrides: Iterable[str] = ()) -> Camera:
     Raises PhotositeError with file and line.
     """
     document = read_camera_document(name, overrides)
+    document = replace_section(document, "camera", settle_typical(select_section(document, "camera")))
     section: Any = validate(_make_camera_file_section(), document)  # its fields are made at run time
     return build(section.camera, ("camera",), document)
 
@@ -143,6 +150,32 @@ def _lay_over(base: Document, over: Document) -> Document:
                 if not kept:
                     base = remove_key(base, ("source", names))
     return merge(base, over)
+
+
+def settle_typical(camera: Document) -> Document:
+    """Lay the stages of a camera over its typical ones where it says `typical: true`, and take both keys away.
+
+    Raises PhotositeError for a camera that states none.
+    """
+    if not isinstance(camera.data, dict):
+        return camera
+    wanted = camera.data.get("typical")
+    if wanted not in (None, False, True):
+        raise camera.problem(("typical",), "give true or false", f"{wanted}", key="camera.typical")
+    if wanted:
+        if not isinstance(camera.data.get("typical_stages"), dict):
+            rule = "this camera states no typical_stages; leave it out, or state them"
+            raise camera.problem(("typical",), rule, "true", key="camera.typical")
+        stages = select_section(camera, "typical_stages")
+        own = select_section(camera, "stages") if isinstance(camera.data.get("stages"), dict) else None
+        if own is not None:
+            for stem in own.data.keys() & stages.data.keys() - {"source"}:
+                stages = remove_key(stages, (stem,))
+            stages = merge(stages, own)
+        camera = replace_section(camera, "stages", stages)
+    for key in ("typical", "typical_stages"):
+        camera = remove_key(camera, (key,)) if key in camera.data else camera
+    return camera
 
 
 def inline_response(camera: Document) -> Document:

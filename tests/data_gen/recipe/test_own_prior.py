@@ -110,7 +110,9 @@ def test_a_file_states_it(tmp_path):
 
 def test_the_library_s_example_is_read():
     noise = load_data_set("own_prior").noise
-    assert set(noise.lines) == {"canon_700d", "canon_70d"} and noise.black_level_dn == noise.camera.iso_setting(100).black_level_dn
+    assert (
+        set(noise.lines) == {"canon_700d", "canon_70d"} and noise.black_level_dn == noise.camera.iso_setting(100).black_level_dn
+    )
 
 
 @pytest.mark.parametrize(
