@@ -13,7 +13,19 @@ from simulator.command_line.main import main
 
 __all__ = ["dataset", "main"]
 
-ConfigFile = Annotated[Path, typer.Argument(metavar="CONFIG", help="A data set file, or the name of one in configs/datasets.")]
+
+def _complete_config(incomplete: str) -> list[str]:
+    from simulator.command_line.completion import complete_name
+
+    return complete_name("datasets", incomplete)
+
+
+ConfigFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="CONFIG", help="A data set file, or the name of one in configs/datasets.", autocompletion=_complete_config
+    ),
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="PATH=VALUE", help="Set one value by its dotted path, e.g. count=100. Repeatable."),

@@ -1,5 +1,5 @@
-"""Draws docs/images/lens.png from the lens object: depth of field, cat's eyes, light towards the corner; and cats_eyes.png from
-frames of small lights taken with the same lens.
+"""Draws docs/images/lens.png from the lens object: depth of field, cat's eyes, light towards the corner; cats_eyes.png from
+frames of small lights taken with the same lens; and lens_numbers.png as `photosite lens --plot` does.
 
 python docs/make_lens.py
 """
@@ -11,10 +11,12 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
 from simulator.atomic_files import atomic_write
+from simulator.command_line.lens_figure import draw_lens
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.lens.thin_lens import ThinLens
@@ -52,6 +54,11 @@ def main() -> None:
         axes[2], replace(wide, f_number=1.8, aperture=Aperture(6, 10.0)), 4.0, "f/1.8 with six blades, lights behind"
     )
     _write(figure, "cats_eyes.png")
+    title = "50 mm f/1.8 focused at 2 m on 36 mm x 24 mm"
+    figure = draw_lens(ThinLens(50.0, 1.8, 2.0), FULL_FRAME_MM, [1.0, 4.0, math.inf], title)
+    figure.set_dpi(80)
+    FigureCanvasAgg(figure)  # the canvas that `_write` draws on
+    _write(figure, "lens_numbers.png")
 
 
 def _write(figure: Figure, name: str) -> None:

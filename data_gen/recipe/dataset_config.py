@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from data_gen.recipe.camera_noise import CameraNoise
 from data_gen.recipe.moving_camera import CameraMotion
+from data_gen.recipe.own_prior import OwnPrior
 from data_gen.recipe.published_priors import PriorNoise
 from data_gen.samples.sample import Mode
 from data_gen.sources.collections import Pictures, open_collection
@@ -112,7 +113,7 @@ class DataSet:
     crop_px: height and width of a sample, both even [px].
     pictures: where clean pictures come from, a section for each collection, by any name; none for dark and noise_only.
     picture_weights: how often a collection is taken against the others, by its name; 1 when left out.
-    noise: calibrated cameras, or a published prior.
+    noise: calibrated cameras, a published prior, or lines of one's own.
     exposure_ratio: light of the clean reference over that of the noisy frame; 1, or the prior's when left out.
     mode: single, burst, dark, noise_only or multi_exposure; of the last sections, the one of that name counts.
     motion: camera that moves, in modes with pictures; left out: it stands still, but for the shifts of a burst.
@@ -127,7 +128,7 @@ class DataSet:
 
     count: int
     crop_px: tuple[int, int]
-    noise: CameraNoise | PriorNoise
+    noise: CameraNoise | PriorNoise | OwnPrior
     pictures: dict[str, Pictures] = field(default_factory=dict)
     picture_weights: dict[str, float] = field(default_factory=dict)
     seed: int = 0

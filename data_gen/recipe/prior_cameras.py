@@ -9,18 +9,20 @@ LN_0_1, LN_30 = -2.302585092994046, 3.4011973816621555
 class LineCamera:
     """Noise of a camera as straight lines of ln scale [DN] on ln K [DN/e-].
 
-    ln_gain: range of ln K. read_scale, row: slope, intercept, deviation of ln scale about the line; read_scale is that of a
-    Tukey-lambda distribution, which is not its standard deviation. lambdas: shapes, one for each ISO it was measured at.
+    ln_gain: range of ln K. read_scale, row: slope, intercept, deviation of ln scale about the line; no row noise where row is
+    None. read_scale is that of a Tukey-lambda distribution, which is not its standard deviation, unless read_is_sigma.
+    lambdas: shapes, one for each ISO it was measured at; normal read noise where there is none.
     color_bias: range of the offset that all colours share [DN]; color_bias_deviation: range of the deviation of each about it.
     """
 
     name: str
     ln_gain: tuple[float, float]
     read_scale: tuple[float, float, float]
-    row: tuple[float, float, float]
+    row: tuple[float, float, float] | None
     lambdas: tuple[float, ...]
     color_bias: tuple[float, float] | None = None
     color_bias_deviation: tuple[float, float] = (0.0, 0.0)
+    read_is_sigma: bool = False
 
 
 def _seventieths(*numerators: int) -> tuple[float, ...]:

@@ -19,7 +19,7 @@ from typing import Literal, get_args
 
 from data_gen.recipe.noise_setting import NoiseSetting
 from data_gen.recipe.prior_cameras import ELD, LED, PMN, LineCamera
-from simulator.config.distributions import Distribution, Normal, Uniform, draw
+from simulator.config.distributions import Distribution, Normal, Uniform, draw, weighted_index
 from simulator.config.random_streams import RandomStream
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
@@ -60,30 +60,36 @@ class ShotReadPrior:
 class LinePrior:
     """ln K is uniform; ln of each scale is normal about a line on ln K (Wei et al. 2020, eq. 10 and 11).
 
-    cameras: one is drawn, all equally likely.
+    cameras: one is drawn, all equally likely unless there are weights.
     """
 
     cameras: tuple[LineCamera, ...]
     black_level_dn: float
     exposure_ratio: Distribution
     bit_depth: int = 14
+    weights: tuple[float, ...] | None = None
 
     def stages(self, stream: RandomStream) -> tuple[str, tuple[Stage, ...]]:
         """Draw a camera, K, read noise, row noise and colour bias; return the camera's name and the sensor stages."""
-        camera = self.cameras[stream.integer("prior camera", len(self.cameras))]
+        camera = self.cameras[self._draw_camera(stream)]
         ln_gain = draw(Uniform(camera.ln_gain), stream.uniform("gain"))
-        shape = camera.lambdas[stream.integer("lambda", len(camera.lambdas))]
+        shape = camera.lambdas[stream.integer("lambda", len(camera.lambdas))] if camera.lambdas else None
         scale_dn = _draw_on_line(camera.read_scale, ln_gain, stream.uniform("read noise"))
-        row_dn = _draw_on_line(camera.row, ln_gain, stream.uniform("row noise"))
+        row_dn = 0.0 if camera.row is None else _draw_on_line(camera.row, ln_gain, stream.uniform("row noise"))
         return camera.name, noise_model_stages(
             _round(math.exp(ln_gain)),
-            _round(scale_dn * tukey_lambda_deviation(shape)),
+            _round(scale_dn if camera.read_is_sigma or shape is None else scale_dn * tukey_lambda_deviation(shape)),
             bit_depth=self.bit_depth,
             black_level_dn=self.black_level_dn,
             tukey_lambda=shape,
             row_sigma_dn=_round(row_dn),
             color_bias_dn=_color_bias(camera, stream),
         )
+
+    def _draw_camera(self, stream: RandomStream) -> int:
+        if self.weights is None:
+            return stream.integer("prior camera", len(self.cameras))
+        return weighted_index(self.weights, stream.uniform("prior camera"))
 
 
 # ratio of light: Vandermode/ELD and PMN draw it from U(100, 300), LED's options/base/pretrain/CVPR20_ELD.yaml the same.
@@ -137,7 +143,8 @@ class PriorNoise:
 def _draw_on_line(line: tuple[float, float, float], ln_gain: float, probability: float) -> float:
     """Draw a scale [DN] whose logarithm is normal about slope * ln K + intercept. line: slope, intercept, deviation."""
     slope, intercept, deviation = line
-    return math.exp(draw(Normal((slope * ln_gain + intercept, deviation)), probability))
+    middle = slope * ln_gain + intercept
+    return math.exp(middle if deviation == 0.0 else draw(Normal((middle, deviation)), probability))
 
 
 def _color_bias(camera: LineCamera, stream: RandomStream) -> tuple[float, float, float, float]:

@@ -10,7 +10,6 @@ import typer
 app = typer.Typer(
     name="photosite",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     help="Raw-sensor image formation: a scene through lens, exposure, sensor and ADC into a DNG.",
@@ -22,7 +21,35 @@ validate = typer.Typer(
 )
 app.add_typer(validate, name="validate")
 
-ShotFile = Annotated[Path, typer.Argument(metavar="SHOT", help="A shot file, or the name of one in configs/shots.")]
+
+def _complete_shot(incomplete: str) -> list[str]:
+    from simulator.command_line.completion import complete_name
+
+    return complete_name("shots", incomplete)
+
+
+def _complete_camera(incomplete: str) -> list[str]:
+    from simulator.command_line.completion import complete_name
+
+    return complete_name("cameras", incomplete)
+
+
+def _complete_response(incomplete: str) -> list[str]:
+    from simulator.command_line.completion import complete_name
+
+    return complete_name("responses", incomplete)
+
+
+def _complete_kind(incomplete: str) -> list[str]:
+    from simulator.command_line.completion import complete_template
+
+    return complete_template(incomplete)
+
+
+ShotFile = Annotated[
+    Path,
+    typer.Argument(metavar="SHOT", help="A shot file, or the name of one in configs/shots.", autocompletion=_complete_shot),
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="PATH=VALUE", help="Set one value by its dotted path, e.g. lens.f_number=f/8. Repeatable."),
@@ -210,7 +237,12 @@ def devices() -> None:
     show_devices()
 
 
-CameraName = Annotated[str, typer.Argument(metavar="CAMERA", help="A camera of configs/cameras, or a path to a camera file.")]
+CameraName = Annotated[
+    str,
+    typer.Argument(
+        metavar="CAMERA", help="A camera of configs/cameras, or a path to a camera file.", autocompletion=_complete_camera
+    ),
+]
 CameraSettings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="PATH=VALUE", help="Set one value by its dotted path, e.g. camera.bit_depth=12. Repeatable."),
@@ -308,6 +340,57 @@ def explain(
     show_plan(shot, settings or [], patch, "exposure" if same_shutter else "brightness", device, measured)
 
 
+@app.command(epilog="Example: photosite lens --focal-length 50mm --f-number f/1.8 --focus-distance 2m --plot lens.png")
+def lens(
+    shot: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[SHOT]",
+            help="Its lens, camera and exposure; options replace single values.",
+            autocompletion=_complete_shot,
+        ),
+    ] = None,
+    focal_length: Annotated[str | None, typer.Option(metavar="LENGTH", help="Such as 50mm.")] = None,
+    f_number: Annotated[str | None, typer.Option(metavar="F/N", help="Such as f/1.8.")] = None,
+    focus_distance: Annotated[
+        str | None, typer.Option(metavar="DISTANCE", help="Lens to the plane in focus, such as 2m; infinity when left out.")
+    ] = None,
+    camera: Annotated[
+        str | None,
+        typer.Option(metavar="CAMERA", help="Of configs/cameras, or a camera file.", autocompletion=_complete_camera),
+    ] = None,
+    sensor: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SIZE", help="Such as 23.6mm x 15.6mm, or a format, see docs/lens.md; 36 mm x 24 mm when left out."
+        ),
+    ] = None,
+    circle_of_confusion: Annotated[
+        str | None,
+        typer.Option(metavar="LENGTH", help="Largest blur circle that counts as sharp; diagonal / 1500 when left out."),
+    ] = None,
+    at: Annotated[
+        list[str] | None, typer.Option("--at", metavar="DISTANCE", help="Blur circle of a point there, such as 4m. Repeatable.")
+    ] = None,
+    time: Annotated[str | None, typer.Option(metavar="TIME", help="Exposure time for the EV, such as 1/125s.")] = None,
+    iso: Annotated[int | None, typer.Option(min=1, help="ISO for the EV; 100 when left out.")] = None,
+    settings: Settings = None,
+    layout: Annotated[str, typer.Option("--format", metavar="FORMAT", help="table, json or csv.")] = "table",
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FILE", help="Draw blur against distance and the rays, to scale: png, svg, pdf."),
+    ] = None,
+) -> None:
+    """Show a lens in numbers: field of view, 35 mm equivalents, depth of field, blur circles, Airy disk, EV.
+
+    Without SHOT, --focal-length and --f-number are needed.
+    """
+    from simulator.command_line.lens import Choice, show_lens
+
+    wanted = Choice(focal_length, f_number, focus_distance, circle_of_confusion, camera, sensor, at or [], time, iso)
+    show_lens(shot, wanted, settings or [], layout, plot)
+
+
 @app.command(
     epilog="Example, with the frames of the example of `photosite validate noise`: "
     "photosite calibrate noise/frames --name 'Sony A7S II' --base sony_a7s2 --out mine.yaml"
@@ -317,11 +400,19 @@ def calibrate(
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="Camera file to write.")] = Path("camera.yaml"),
     name: Annotated[str, typer.Option(help="Maker and model, for the camera file.")] = "My Camera",
     base: Annotated[
-        str | None, typer.Option(metavar="CAMERA", help="Takes from this camera what raw files cannot tell: pitch, response.")
+        str | None,
+        typer.Option(
+            metavar="CAMERA",
+            help="Takes from this camera what raw files cannot tell: pitch, response.",
+            autocompletion=_complete_camera,
+        ),
     ] = None,
     pixel_pitch: Annotated[str | None, typer.Option(metavar="QUANTITY", help="Distance of the photosites, e.g. 4.3um.")] = None,
     response: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Spectral response: configs/responses, or a path.")
+        str | None,
+        typer.Option(
+            metavar="NAME", help="Spectral response: configs/responses, or a path.", autocompletion=_complete_response
+        ),
     ] = None,
     plots: Annotated[bool, typer.Option(help="Draw the fits into a PNG beside the camera file.")] = True,
 ) -> None:
@@ -338,6 +429,22 @@ def calibrate(
     from simulator.command_line.calibration import calibrate_files
 
     print(calibrate_files(files, out, name, base, pixel_pitch, response, plots))
+
+
+@app.command(epilog="Example: photosite new shot portrait && photosite simulate portrait.yaml --out frames")
+def new(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="shot, camera or dataset.", autocompletion=_complete_kind)],
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="Of the file, e.g. portrait; KIND when left out.")
+    ] = None,
+) -> None:
+    """Write a commented file to start from, NAME.yaml, valid as it is. A file that is there is never overwritten."""
+    from simulator.command_line.new import write_new_file
+    from simulator.command_line.screen import tell
+
+    path, command = write_new_file(kind, name)
+    print(path)
+    tell(f"use it: {command}")
 
 
 @app.command(epilog="Example: photosite schema --out photosite.schema.json")

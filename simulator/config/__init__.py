@@ -5,7 +5,15 @@ from simulator.config.camera_file import load_camera, read_camera_document
 from simulator.config.dataclass_sections import defer_fields
 from simulator.config.document_merge import named_file
 from simulator.config.json_schema import schema
-from simulator.config.option_values import camera_data, length_um, response_name, shutter_option, time_s
+from simulator.config.option_values import (
+    camera_data,
+    distance_m,
+    length_um,
+    lens_option,
+    response_name,
+    shutter_option,
+    time_s,
+)
 from simulator.config.shot_file import build_shot_from_data, load_shot, locate_errors
 from simulator.config.study_file import Study, StudyPoint, load_study_file
 from simulator.config.sweep import Sweep, SweepPoint, load_sweep
@@ -20,9 +28,11 @@ __all__ = [
     "build_shot_from_data",
     "camera_data",
     "defer_fields",
+    "distance_m",
     "dump_yaml",
     "frame_warnings",
     "length_um",
+    "lens_option",
     "load_camera",
     "load_file",
     "load_shot",

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from simulator.config.build import build, validate
-from simulator.config.camera_file import inline_camera, inline_response
+from simulator.config.camera_file import inline_camera, inline_response, settle_typical
 from simulator.config.dataclass_sections import make_custom_section
 from simulator.config.document import Document, read_document
 from simulator.config.document_merge import parse_override, replace_section, replace_value, select_section
@@ -31,6 +31,7 @@ def load_file(cls: type[Root], path: str | Path, overrides: Iterable[str] = ()) 
         for dotted, value, place in group:
             document = replace_value(document, dotted, value, place)
         document = _inline_cameras(document)
+    document = _settle_cameras(document)
     values = validate(make_custom_section(cls, leave_out=frozenset(["resolved"])), document)
     return replace(build(values, (), document), resolved=dump_resolved(values))
 
@@ -49,6 +50,16 @@ def _inline_cameras(document: Document) -> Document:
         else:
             inner = _inline_cameras(inner)
         document = replace_section(document, key, inner)
+    return document
+
+
+def _settle_cameras(document: Document) -> Document:
+    """Give every camera of a document, at any depth, the stages that it asks for with `typical`."""
+    if not isinstance(document.data, dict):
+        return document
+    for key in document.data:
+        inner = select_section(document, key)
+        document = replace_section(document, key, settle_typical(inner) if key == "camera" else _settle_cameras(inner))
     return document
 
 

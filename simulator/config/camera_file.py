@@ -22,6 +22,7 @@ from simulator.config.document_merge import (
     select_section,
 )
 from simulator.config.response_curves import ResponseCurves, spectral_response
+from simulator.config.response_table import read_response_table
 from simulator.config.section_types import Section
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.stages.registry import STAGES
@@ -34,7 +35,7 @@ SourceText = Annotated[
 Source = Annotated[SourceText | None, Field(description="where the numbers come from; text, or text by key")]
 
 
-def _build_camera(source: object = None, **values: Any) -> Camera:
+def _build_camera(source: object = None, typical: None = None, typical_stages: None = None, **values: Any) -> Camera:
     return Camera(**values)
 
 
@@ -65,7 +66,13 @@ def make_camera_section() -> type[Section]:
         spectral_response,
         extra=source | {"license": (Annotated[str | None, Field(description="licence of the curves")], None)},
     )
-    return make_custom_section(Camera, _build_camera, replace={"response": curves, "stages": stage_model}, extra=source)
+    text = "stages typical of a class of sensors like this one; off unless `typical: true`"
+    typical: dict[str, Any] = {  # `settle_typical` turns both into `stages`
+        "typical": (bool | None, Field(default=None, description="whether the camera has its typical_stages")),
+        "typical_stages": (stage_model | None, Field(default=None, description=text)),
+    }
+    replaced = {"response": curves, "stages": stage_model}
+    return make_custom_section(Camera, _build_camera, replace=replaced, extra=source | typical)
 
 
 CUSTOM_SECTIONS[Camera] = make_camera_section
@@ -78,6 +85,7 @@ def load_camera(name: str, overrides: Iterable[str] = ()) -> Camera:
     Raises PhotositeError with file and line.
     """
     document = read_camera_document(name, overrides)
+    document = replace_section(document, "camera", settle_typical(select_section(document, "camera")))
     section: Any = validate(_make_camera_file_section(), document)  # its fields are made at run time
     return build(section.camera, ("camera",), document)
 
@@ -127,7 +135,13 @@ def _inline_base(document: Document, key: str, seen: tuple[Path, ...]) -> Docume
 
 
 def _lay_over(base: Document, over: Document) -> Document:
-    """Lay a camera on its base; the sources of the base's tables go with the tables that `over` replaces."""
+    """Lay a camera on its base; the sources of the base's tables go with the tables that `over` replaces.
+
+    A file of curves replaces the base's response as a whole, whose scale and curves belong together.
+    """
+    response = over.data.get("response")
+    if isinstance(response, dict) and "file" in response and "response" in base.data:
+        base = remove_key(base, ("response",))
     sources = base.data.get("source")
     for key, table in over.data.items():
         if is_table(table) and table.get(MERGE) is not True and isinstance(sources, dict):
@@ -136,6 +150,32 @@ def _lay_over(base: Document, over: Document) -> Document:
                 if not kept:
                     base = remove_key(base, ("source", names))
     return merge(base, over)
+
+
+def settle_typical(camera: Document) -> Document:
+    """Lay the stages of a camera over its typical ones where it says `typical: true`, and take both keys away.
+
+    Raises PhotositeError for a camera that states none.
+    """
+    if not isinstance(camera.data, dict):
+        return camera
+    wanted = camera.data.get("typical")
+    if wanted not in (None, False, True):
+        raise camera.problem(("typical",), "give true or false", f"{wanted}", key="camera.typical")
+    if wanted:
+        if not isinstance(camera.data.get("typical_stages"), dict):
+            rule = "this camera states no typical_stages; leave it out, or state them"
+            raise camera.problem(("typical",), rule, "true", key="camera.typical")
+        stages = select_section(camera, "typical_stages")
+        own = select_section(camera, "stages") if isinstance(camera.data.get("stages"), dict) else None
+        if own is not None:
+            for stem in own.data.keys() & stages.data.keys() - {"source"}:
+                stages = remove_key(stages, (stem,))
+            stages = merge(stages, own)
+        camera = replace_section(camera, "stages", stages)
+    for key in ("typical", "typical_stages"):
+        camera = remove_key(camera, (key,)) if key in camera.data else camera
+    return camera
 
 
 def inline_response(camera: Document) -> Document:
@@ -150,6 +190,16 @@ def inline_response(camera: Document) -> Document:
         return camera
     file = response.data["file"]
     if not isinstance(file, str):
-        raise response.problem(("file",), "give a name in configs/responses or a path", f"{file}", key="camera.response.file")
+        raise response.problem(
+            ("file",),
+            "give a name in configs/responses, or the path of a YAML or CSV file",
+            f"{file}",
+            key="camera.response.file",
+        )
     path = find_config("responses", file, response.place(("file",)), "camera.response.file")
-    return replace_section(camera, "response", merge(read_document(path), remove_key(response, ("file",))))
+    for key in ("wavelengths", "relative"):
+        if key in response.data:
+            rule = f"stands in {path.name}, too; leave one of them out (null removes what a base has)"
+            raise response.problem((key,), rule, key=f"camera.response.{key}")
+    curves = read_response_table(path) if path.suffix.lower() == ".csv" else read_document(path)
+    return replace_section(camera, "response", merge(curves, remove_key(response, ("file",))))

@@ -1,5 +1,6 @@
-"""Read cameras, responses, shutters, lengths and times that an option of a command names, outside any shot file."""
+"""Read cameras, lenses, responses, shutters, lengths and times that an option of a command names, outside any shot file."""
 
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,14 @@ from simulator.config.build import build, validate
 from simulator.config.camera_file import inline_camera
 from simulator.config.dataclass_sections import make_section
 from simulator.config.document import Document, Place, parse_document
-from simulator.config.document_merge import find_config, replace_section
+from simulator.config.document_merge import find_config, parse_override, replace_section, replace_value
+from simulator.config.lens_section import make_lens_field
 from simulator.config.quantity import parse_quantity
 from simulator.config.section_types import Section
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import AnyShutter
+from simulator.optics.lens.lens import Lens
 from simulator.units import Unit
 
 
@@ -59,6 +62,32 @@ def time_s(text: str, label: str) -> float:
         raise PhotositeError(f"{error}", key=label, value=text) from None
 
 
+def distance_m(text: str, label: str) -> float:
+    """Return a distance with its unit in metres; `infinity` is one. Raises PhotositeError, which names the option `label`."""
+    try:
+        return parse_quantity(text, Unit("metre", "_m"))
+    except ValueError as error:
+        raise PhotositeError(f"{error}", key=label, value=text) from None
+
+
+def lens_option(values: Mapping[str, str], overrides: Iterable[str] = ()) -> Lens:
+    """Return the lens of options, with the keys of the section `lens` of a shot.
+
+    values: text by option, such as {"--focal-length": "50 mm"}; the option's words are the key.
+    overrides: `lens.dotted.path=value` texts as the command line's --set takes them.
+    Raises PhotositeError, which names the option, for what that section refuses.
+    """
+    document = replace_section(Document({}, {(): Place("the lens", Path.cwd())}), "lens", Document({}, {}))
+    for option, value in values.items():
+        key = f"lens.{option.lstrip('-').replace('-', '_')}"
+        place = Place(f"{option} {value}", Path.cwd())
+        document = replace_value(document, key, parse_document(value, place.file, place.folder, lines=False).data, place)
+    for text in overrides:
+        document = replace_value(document, *parse_override(text))
+    section: Any = validate(_make_lens_file_section(), document)  # its fields are made at run time
+    return build(section.lens, ("lens",), document)
+
+
 def shutter_option(text: str, label: str) -> AnyShutter:
     """Return the shutter of a text such as `{opening: 1 ms, closing: 2 ms}`, with the keys of `exposure.shutter` of a shot.
 
@@ -73,6 +102,11 @@ def shutter_option(text: str, label: str) -> AnyShutter:
     if found.shutter is None:
         raise PhotositeError("give its keys, such as {opening: 1 ms, closing: 2 ms}", key=label, value=text)
     return found.shutter
+
+
+@cache
+def _make_lens_file_section() -> type[Section]:
+    return create_model("LensOption", __base__=Section, lens=make_lens_field())
 
 
 @cache

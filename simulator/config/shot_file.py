@@ -12,7 +12,7 @@ from typing import Annotated, Any, get_type_hints
 from pydantic import Discriminator, Field, Tag, create_model
 
 from simulator.config.build import build, locate_error, validate
-from simulator.config.camera_file import inline_camera, inline_response, make_camera_section
+from simulator.config.camera_file import inline_camera, inline_response, make_camera_section, settle_typical
 from simulator.config.dataclass_sections import make_section, to_annotation, to_section
 from simulator.config.document import Document, Place, read_document
 from simulator.config.document_merge import named_file, parse_override, replace_section, replace_value, select_section
@@ -143,7 +143,7 @@ def apply_settings(document: Document, items: Sequence[tuple[str, object, Place]
 def build_shot(document: Document) -> Shot:
     """Return the shot that a document states. Raises PhotositeError with file and line."""
     if isinstance(document.data.get("camera"), dict):
-        document = replace_section(document, "camera", inline_response(select_section(document, "camera")))
+        document = replace_section(document, "camera", settle_typical(inline_response(select_section(document, "camera"))))
     _check_scene_keys(document)
     values: Any = validate(make_shot_section(), document)  # its fields are made at run time
     _check_name(values.name, document)

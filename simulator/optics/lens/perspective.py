@@ -39,6 +39,10 @@ class Perspective:
         """Full angle that a sensor of this width, height or diagonal sees [deg]: 2 atan(extent / 2 z_i)."""
         return math.degrees(2.0 * math.atan(0.5 * extent_mm / self.image_distance_mm))
 
+    def field_m(self: ImageScale, extent_mm: float, depth_m: float) -> float:
+        """Width, height or diagonal that a sensor of this extent sees of a plane at a distance [m]: extent z / z_i."""
+        return extent_mm * depth_m / self.image_distance_mm
+
     def focal_length_35mm_mm(self: ImageScale, diagonal_mm: float) -> float:
         """Focal length with the same diagonal field of view on 36 mm x 24 mm, focused at infinity [mm]: f * crop factor."""
         return self.focal_length_mm * crop_factor(diagonal_mm)

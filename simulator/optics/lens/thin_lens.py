@@ -185,11 +185,14 @@ class ThinLens(Perspective):
     def depth_of_field_m(self, circle_um: float) -> tuple[float, float]:
         """Nearest and farthest distance whose blur circle is no wider than the circle of confusion [m].
 
-        The blur is linear in 1/z, so both limits are: 1/z = 1/z_focus +- C / (A z_i).
+        The blur is linear in 1/z, so both limits are: 1/z = 1/z_focus +- C / (A z_i). At and beyond the hyperfocal distance
+        the far limit is infinity.
         """
         reach = circle_um / (self.pupil_diameter_mm * self.image_distance_mm)  # 1e-3 mm / mm^2 = 1/m
         focus = 1.0 / self.focus_distance_m
-        return 1.0 / (focus + reach), (1.0 / (focus - reach) if focus > reach else math.inf)
+        # Rounding may leave a difference at the hyperfocal distance itself, where there is none.
+        is_endless = self.focus_distance_m >= self.hyperfocal_m(circle_um) or focus <= reach
+        return 1.0 / (focus + reach), math.inf if is_endless else 1.0 / (focus - reach)
 
     def smaller_aperture(self, blur_ratio: float) -> tuple[str, str, str]:
         """Key, value and replacement of the f-number that make blur `blur_ratio` times smaller."""

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from simulator.optics.lens.pinhole import SHARPEST, Pinhole
+from simulator.optics.lens.sensor_formats import SENSOR_FORMATS
 from simulator.optics.lens.thin_lens import ThinLens
 
 PAGE = (Path(__file__).parents[3] / "docs" / "lens.md").read_text(encoding="utf-8")
@@ -46,3 +47,15 @@ def test_the_page_shows_the_lens_s_numbers(quantity, value):
 
 def test_the_page_names_the_constant_of_the_sharpest_hole():
     assert f"d = {SHARPEST:.3f} √(λ v)" in PAGE
+
+
+@pytest.mark.parametrize("name", SENSOR_FORMATS)
+def test_the_page_lists_the_formats_of_sensors(name):
+    shown = SENSOR_FORMATS[name]
+    size = f"{shown.width_mm:g} mm × {shown.height_mm:g} mm"
+    assert f"| {shown.title} | `{name}` | {size} | {shown.crop_factor:.2f} |" in PAGE
+
+
+@pytest.mark.parametrize(("focal_length_mm", "angle"), [(17.0, "104°"), (50.0, "47°"), (200.0, "12°")])
+def test_the_page_names_the_lecture_s_angles(focal_length_mm, angle):
+    assert angle in PAGE and f"{ThinLens(focal_length_mm, 4.0).field_of_view_deg(DIAGONAL_MM):.0f}°" == angle
