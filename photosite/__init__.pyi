@@ -68,6 +68,8 @@ from simulator.scene.depth import DepthImage as DepthImage
 from simulator.scene.image import ImageScene as ImageScene
 from simulator.scene.layered import LayeredScene as LayeredScene
 from simulator.scene.layered import PictureLayer as PictureLayer
+from simulator.scene.renderer_depth import Mist as Mist
+from simulator.scene.renderer_depth import RendererDepth as RendererDepth
 from simulator.scene.scene import Layer as Layer
 from simulator.scene.scene import Scene as Scene
 from simulator.scene.spectral_cube import SpectralCubeScene as SpectralCubeScene
