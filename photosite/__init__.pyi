@@ -33,6 +33,7 @@ from simulator.measurement.statistics.inspection import Inspection as Inspection
 from simulator.measurement.statistics.inspection import inspect_raw as inspect_raw
 from simulator.optics.lens.bare_sensor import BareSensor as BareSensor
 from simulator.optics.lens.distortion import Distortion as Distortion
+from simulator.optics.lens.falloff import Falloff as Falloff
 from simulator.optics.lens.lens import Lens as Lens
 from simulator.optics.lens.nd_filter import NeutralDensity as NeutralDensity
 from simulator.optics.lens.pinhole import Pinhole as Pinhole
