@@ -46,7 +46,7 @@ class ThinLens(Perspective):
     veiling_glare: share of the light that is scattered evenly over the sensor, 0 <= share < 1 (ISO 9358).
     diffraction: whether the aperture spreads light, by wave optics.
     aberrations: wavefront error; implies diffraction.
-    psf: file of point spread functions (.npz, .npy, .txt) instead of both.
+    psf: file of point spread functions (.npz, .npy, .txt, .csv) instead of both.
     nd_filter: grey filter before the lens, in addition to transmittance or T-stop; left out: none.
     model: name for the file's metadata.
     """
