@@ -154,7 +154,7 @@ def find_config(kind: str, name: str, place: Place, key: str) -> Path:
     shipped = CONFIGS / kind / f"{name}.yaml"
     if "/" not in name and shipped.is_file():
         return shipped
-    if "/" in name or name.endswith((".yaml", ".yml", ".json")):
+    if "/" in name or name.endswith((".yaml", ".yml", ".json", ".csv")):
         path = (place.folder / Path(name).expanduser()).absolute()
         if path.is_file():
             return path
