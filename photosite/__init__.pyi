@@ -34,6 +34,7 @@ from simulator.measurement.statistics.inspection import Inspection as Inspection
 from simulator.measurement.statistics.inspection import inspect_raw as inspect_raw
 from simulator.optics.lens.bare_sensor import BareSensor as BareSensor
 from simulator.optics.lens.distortion import Distortion as Distortion
+from simulator.optics.lens.falloff import Falloff as Falloff
 from simulator.optics.lens.lens import Lens as Lens
 from simulator.optics.lens.nd_filter import NeutralDensity as NeutralDensity
 from simulator.optics.lens.pinhole import Pinhole as Pinhole
@@ -69,6 +70,8 @@ from simulator.scene.depth import DepthImage as DepthImage
 from simulator.scene.image import ImageScene as ImageScene
 from simulator.scene.layered import LayeredScene as LayeredScene
 from simulator.scene.layered import PictureLayer as PictureLayer
+from simulator.scene.renderer_depth import Mist as Mist
+from simulator.scene.renderer_depth import RendererDepth as RendererDepth
 from simulator.scene.scene import Layer as Layer
 from simulator.scene.scene import Scene as Scene
 from simulator.scene.spectral_cube import SpectralCubeScene as SpectralCubeScene

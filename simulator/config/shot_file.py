@@ -17,6 +17,7 @@ from simulator.config.dataclass_sections import make_section, to_annotation, to_
 from simulator.config.document import Document, Place, read_document
 from simulator.config.document_merge import named_file, parse_override, replace_section, replace_value, select_section
 from simulator.config.lens_section import make_lens_field
+from simulator.config.lensfun_section import resolve_lensfun
 from simulator.config.messages import suggest_nearest
 from simulator.config.section_types import Section
 from simulator.config.shot_text import describe_changed, is_same
@@ -147,6 +148,7 @@ def build_shot(document: Document) -> Shot:
     _check_scene_keys(document)
     values: Any = validate(make_shot_section(), document)  # its fields are made at run time
     _check_name(values.name, document)
+    resolve_lensfun(values, document)
     shot: Shot = build(values, (), document)
     return replace(shot, origin=LoadedShot(shot, dump_resolved(values)))
 

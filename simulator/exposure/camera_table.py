@@ -11,7 +11,7 @@ from simulator.errors import require
 from simulator.exposure.camera_motion import Poses, euler_angles, rotation_matrices
 from simulator.exposure.path_table import PathTable, check_inside, read_path
 from simulator.exposure.path_words import LARGEST_SEED, uniforms
-from simulator.scene.depth import METRES_PER_UNIT, LengthUnit
+from simulator.scene.length_units import METRES_PER_UNIT, LengthUnit
 from simulator.units import DegreesPerSecond, Seconds
 
 COLUMNS = tuple(f"{kind}_{axis}" for kind in ("location", "rotation_euler") for axis in "xyz")

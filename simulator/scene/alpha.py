@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from simulator.errors import PhotositeError, require
+from simulator.scene.color_channels import color_layers
 from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, read_pixels
 
 Alpha = Annotated[
@@ -33,8 +34,8 @@ def load_coverage(
                 key=key,
                 value=path,
             )
-    elif layer and f"{layer}.A" in file.channels:
-        key, path, stored = f"{key}.image", file.path, file.channel(f"{layer}.A", key)
+    elif own := [f"{name}A" for name in color_layers(file.channels, layer) if f"{name}A" in file.channels]:
+        key, path, stored = f"{key}.image", file.path, file.channel(own[0], key)
     elif file.alpha is not None:
         key, path, stored = f"{key}.image", file.path, file.pixels[..., file.alpha]
     else:

@@ -1,5 +1,7 @@
 """Which channels of a picture are its colour, and how their numbers become linear sRGB."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from simulator.color.colour_science import colour_science
@@ -13,14 +15,14 @@ def color_channels(file: PixelFile, layer: str | None = None, depth_channel: str
     """Pick the colour of a picture as stored, (height, width, 3) or (height, width, 1), a view where that can be.
 
     Alpha is left aside; colours stay as stored. For EXR, whose colours are multiplied by alpha by convention, that is
-    the picture over black. An EXR is read by channel names: R, G, B, or its only channel beside alpha and depth.
+    the picture over black. An EXR is read by channel names: R, G, B, else those of its only pass Combined (Blender), or
+    its only channel beside alpha and depth.
     Raises PhotositeError, which names `key`, for another number of channels.
     """
-    prefix = f"{layer}." if layer else ""
-    wanted = [f"{prefix}{letter}" for letter in "RGB"]
     rest = [name for index, name in enumerate(file.channels) if index != file.alpha and name not in ("Z", depth_channel)]
-    if all(name in rest for name in wanted) and (file.is_exr or len(rest) == 3):
-        chosen = wanted
+    wanted = [name for name in color_layers(rest, layer) if all(f"{name}{letter}" in rest for letter in "RGB")]
+    if len(wanted) == 1 and (file.is_exr or len(rest) == 3):
+        chosen = [f"{wanted[0]}{letter}" for letter in "RGB"]
     elif len(rest) == 1 and not layer:
         chosen = rest
     else:
@@ -28,6 +30,17 @@ def color_channels(file: PixelFile, layer: str | None = None, depth_channel: str
     first, *others = indices = [file.channels.index(name) for name in chosen]
     beside = others == list(range(first + 1, first + len(indices)))
     return file.pixels[..., first : first + len(indices)] if beside else np.take(file.pixels, indices, axis=2)
+
+
+def color_layers(channels: Sequence[str], layer: str | None) -> list[str]:
+    """Return what may stand before the names R, G and B, such as "ViewLayer.Combined."; of a view layer, its pass Combined.
+
+    channels: of the file. layer: that the user named. Without one, R, G, B are the colours where they are there, else
+    all passes Combined (Blender names channels VIEWLAYER.PASS.CHANNEL) are.
+    """
+    if layer:
+        return [f"{layer}."] if f"{layer}.R" in channels else [f"{layer}.Combined."]
+    return [""] if "R" in channels else [name[:-1] for name in channels if name.endswith("Combined.R")]
 
 
 def _wrong_channels(file: PixelFile, layer: str | None, key: str) -> PhotositeError:

@@ -12,7 +12,8 @@ from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.color_channels import to_linear
 from simulator.scene.deep_file import DeepSamples, read_deep
 from simulator.scene.deep_layers import deep_layers, deep_pixels
-from simulator.scene.depth import METRES_PER_UNIT, Along, LengthUnit, axis_per_ray, check_along, check_scale
+from simulator.scene.depth import Along, axis_per_ray, check_along, check_scale
+from simulator.scene.length_units import METRES_PER_UNIT, LengthUnit
 from simulator.scene.picture_light import Illuminant, LuminanceOf, Negative, Upsampling, clip_negative, light_scene
 from simulator.scene.pixel_file import PixelFile, memory_for
 from simulator.scene.scene import Scene

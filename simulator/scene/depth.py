@@ -1,4 +1,4 @@
-"""Depth of a scene: one distance, a depth picture of its own, or a channel of the scene's EXR.
+"""Depth of a scene: one distance, a depth picture of its own, a channel of the scene's EXR, or the pass of a renderer.
 
 Inside the simulator depth is the distance along the optical axis (a renderer's Z). Files may hold the distance along the
 ray instead: `along: ray` converts it with the field of view.
@@ -13,12 +13,12 @@ import numpy as np
 
 from simulator.errors import PhotositeError, require
 from simulator.scene.depth_holes import Holes, fill_holes, nearest_known
+from simulator.scene.length_units import METRES_PER_UNIT, LengthUnit
 from simulator.scene.pixel_file import PixelFile, read_pixels
+from simulator.scene.renderer_depth import RendererDepth
 from simulator.units import Metres
 
-LengthUnit = Annotated[Literal["m", "cm", "mm", "km"], "unit of the stored numbers"]
 Along = Annotated[Literal["axis", "ray"], "distance along the optical axis, or along the ray; ray needs scene.field_of_view"]
-METRES_PER_UNIT = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
 LEAST_FARTHEST_M, MOST_NEAREST_M = 1e-3, 1e5  # a scene that ends within 1 mm, or begins beyond 100 km, is noted
 
 
@@ -54,7 +54,7 @@ class DepthChannel:
         check_scale(self.scale)
 
 
-Depth = Metres | DepthImage | DepthChannel
+Depth = Metres | DepthImage | DepthChannel | RendererDepth
 
 
 def check_scale(scale: float) -> None:
@@ -68,56 +68,62 @@ def check_along(along: str, field_of_view_deg: float | None, key: str = "scene.d
     require(along == "axis" or field_of_view_deg is not None, f"{key}.along", along, rule)
 
 
-def check_depth(
-    depth_m: float | DepthImage | DepthChannel, field_of_view_deg: float | None = None, key: str = "scene.depth"
-) -> None:
+def check_depth(depth_m: Depth, field_of_view_deg: float | None = None, key: str = "scene.depth") -> None:
     """Raise PhotositeError for a constant depth of 0 or less, or NaN, or rays without a field of view."""
-    if isinstance(depth_m, DepthImage | DepthChannel):
+    if not isinstance(depth_m, float | int):
         check_along(depth_m.along, field_of_view_deg, key)
     else:
         require(depth_m > 0, key, f"{depth_m} m", "give a distance above 0 m, such as 2 m")
 
 
 def load_depth(
-    depth_m: float | DepthImage | DepthChannel,
+    depth_m: Depth,
     scene_file: PixelFile,
     field_of_view_deg: float | None = None,
     key: str = "scene",
     coverage: np.ndarray | None = None,
+    layer: str | None = None,
 ) -> tuple[float | np.ndarray, tuple[str, ...]]:
     """Read depth for Layer.depth_m [m]: the float itself, or (height, width) float32, and notes for the log.
 
     field_of_view_deg: for distances along the ray. key: section of the scene or layer, for messages.
     coverage: (height, width); where it is 0, depth is that of the nearest covered pixel, whatever the file says.
+    layer: EXR layer of the colours, which tells between the passes of several view layers.
     Raises PhotositeError for a missing channel, another size than the scene's, and holes (NaN, 0 or less) unless the
     source says how to fill them; inf is allowed.
     """
-    if not isinstance(depth_m, DepthImage | DepthChannel):
+    if isinstance(depth_m, float | int):
         return float(depth_m), ()
     if coverage is not None and not coverage.any():
         return math.inf, ()
     if isinstance(depth_m, DepthChannel):
-        path, stored = scene_file.path, scene_file.channel(depth_m.channel, f"{key}.depth.channel")
+        path, depth = scene_file.path, scene_file.channel(depth_m.channel, f"{key}.depth.channel")
+    elif isinstance(depth_m, RendererDepth):
+        path, depth = scene_file.path, depth_m.read(scene_file, layer, f"{key}.depth.renderer")
     else:
-        path, stored = depth_m.image, _depth_picture(depth_m, key)
-    if stored.shape != scene_file.size:
+        path, depth = depth_m.image, _depth_picture(depth_m, key)
+    if depth.shape != scene_file.size:
         raise PhotositeError(
-            f"is {stored.shape[1]}x{stored.shape[0]} pixels, but the scene is "
+            f"is {depth.shape[1]}x{depth.shape[0]} pixels, but the scene is "
             f"{scene_file.size[1]}x{scene_file.size[0]}; export both at one size",
             key=f"{key}.depth.image",
             value=path,
         )
-    with np.errstate(over="ignore"):  # what float32 cannot hold is at infinity
-        depth = stored.astype(np.float32)
-    depth *= np.float32(depth_m.scale * METRES_PER_UNIT[depth_m.unit])
+    if not isinstance(depth_m, RendererDepth):
+        with np.errstate(over="ignore"):  # what float32 cannot hold is at infinity
+            depth = depth.astype(np.float32)
+        depth *= np.float32(depth_m.scale * METRES_PER_UNIT[depth_m.unit])
     if coverage is not None:
         depth[coverage == 0] = np.inf  # nothing stands there: no hole
-    depth, notes = fill_holes(depth, depth_m.holes, f"{key}.depth", path)
+    holes = "error" if isinstance(depth_m, RendererDepth) else depth_m.holes
+    depth, notes = fill_holes(depth, holes, f"{key}.depth", path)
     if coverage is not None:
         depth = nearest_known(depth, coverage > 0)
     if depth_m.along == "ray":
         assert field_of_view_deg is not None  # `check_along`
         depth *= axis_per_ray(depth.shape, field_of_view_deg)
+    if isinstance(depth_m, RendererDepth):
+        depth += np.float32(depth_m.axis_offset_m)
     return depth, (*notes, *unit_notes(depth, depth_m.unit, path))
 
 

@@ -22,6 +22,7 @@ from simulator.scene.picture_light import (
     light_scene,
 )
 from simulator.scene.pixel_file import PixelFile, check_finite, memory_for, read_pixels
+from simulator.scene.renderer_depth import RendererDepth
 from simulator.scene.scene import Layer, Scene
 from simulator.units import CandelasPerSquareMetre, Degrees
 
@@ -33,7 +34,8 @@ class ImageScene:
     RGB (1, 1, 1) is the perfect white in that light; values above 1 are highlights or lamps and stay linear.
     luminance_cd_m2: of white, or the mean over the picture, as luminance_of says; it sets k.
     negative: renderers' filters leave small negative values; "clip" sets them to 0 and says how many.
-    depth_m: one distance, {image: FILE, ...}, or {channel: Z, ...} of the scene's own EXR.
+    depth_m: one distance, {image: FILE, ...}, {channel: Z, ...} of the scene's own EXR, or
+        {renderer: blender}, the pass that a renderer wrote into it.
     field_of_view_deg: full horizontal angle of the picture; left out, it fills the sensor.
     """
 
@@ -69,7 +71,7 @@ class ImageScene:
         file = read_pixels(self.image, "scene.image")
         depth_channel = self.depth_m.channel if isinstance(self.depth_m, DepthChannel) else "Z"
         scene = self.scene_of(color_channels(file, self.layer, depth_channel), file)
-        depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg)
+        depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg, layer=self.layer)
         notes = *file.notes, *_alpha_notes(file), *scene.notes, *depth_notes, *_depth_notes(self.depth_m, file)
         return replace(scene, depth_m=depth_m, notes=notes)
 
@@ -90,5 +92,5 @@ def _alpha_notes(file: PixelFile) -> tuple[str, ...]:
 
 
 def _depth_notes(depth_m: object, file: PixelFile) -> tuple[str, ...]:
-    unused = "Z" in file.channels and not isinstance(depth_m, DepthChannel)
+    unused = "Z" in file.channels and not isinstance(depth_m, DepthChannel | RendererDepth)
     return (f"{file.path.name}: its channel Z is not used; write depth: {{channel: Z}} to use it",) if unused else ()

@@ -61,7 +61,7 @@ class PictureLayer:
                 key=f"{key}.alpha",
                 value="associated",
             )
-        depth_m, depth_notes = load_depth(self.depth_m, file, scene.field_of_view_deg, key, coverage)
+        depth_m, depth_notes = load_depth(self.depth_m, file, scene.field_of_view_deg, key, coverage, self.layer)
         return Layer(planes, depth_m, coverage), (*file.notes, *notes, *clip_notes, *depth_notes)
 
 

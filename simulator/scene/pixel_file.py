@@ -105,28 +105,60 @@ def _read_picture(path: Path, key: str) -> PixelFile:
     with reading(path, DAMAGED, key=key), opened_picture(path, key, wishes) as source:
         spec = source.spec()
         require(not spec.deep, key, path, "is a deep EXR; write deep: instead of image:, or flatten it first")
-        pixels = source.read_image(0, 0, 0, spec.nchannels, oiio.UNKNOWN)
-        if pixels is None or source.has_error:
-            raise unreadable(key, path, source.geterror())
-        parts = spec.get_int_attribute("oiio:subimages", 1)
+        pixels, names, unread = _read_parts(source, key, path)
         return PixelFile(
             path,
-            np.asarray(pixels).reshape(spec.height, spec.width, spec.nchannels),
-            tuple(spec.channelnames),
+            pixels,
+            names,
             spec.alpha_channel if spec.alpha_channel >= 0 else None,
             source.format_name() == "openexr",
             spec.getattribute("chromaticities"),
-            _notes(path.name, spec, parts),
+            _notes(path.name, spec, unread),
             spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 1,
             spec.get_int_attribute("Orientation", 1),
             spec.get_string_attribute("jpeg:ColorSpace") or spec.get_string_attribute("tiff:ColorSpace"),
         )
 
 
-def _notes(name: str, spec: "oiio.ImageSpec", parts: int) -> tuple[str, ...]:
+def _read_parts(source: "oiio.ImageInput", key: str, path: Path) -> tuple[np.ndarray, tuple[str, ...], int]:
+    """Return pixels (height, width, channels), names of the channels, and the number of parts that are left out.
+
+    Parts of an EXR whose size is that of the first are read with it, since renderers give each pass a part; the
+    name of a part, such as ViewLayer.Depth, stands before those of its channels unless they begin with it.
+    """
+    import OpenImageIO as oiio
+
+    first = source.spec()
+    count, is_exr = first.get_int_attribute("oiio:subimages", 1), source.format_name() == "openexr"
+    planes: list[np.ndarray] = []
+    names: list[str] = []
+    for part in range(count if is_exr else 1):
+        if not source.seek_subimage(part, 0):
+            raise unreadable(key, path, source.geterror())
+        spec = source.spec()
+        own = _channel_names(spec, part)
+        same = (spec.x, spec.y, spec.width, spec.height) == (first.x, first.y, first.width, first.height)
+        if spec.deep or not same or set(own) & set(names):
+            continue
+        pixels = source.read_image(part, 0, 0, spec.nchannels, oiio.UNKNOWN)
+        if pixels is None or source.has_error:
+            raise unreadable(key, path, source.geterror())
+        planes.append(np.asarray(pixels).reshape(spec.height, spec.width, spec.nchannels))
+        names += own
+    return (planes[0] if len(planes) == 1 else np.concatenate(planes, axis=2)), tuple(names), count - len(planes)
+
+
+def _channel_names(spec: "oiio.ImageSpec", part: int) -> list[str]:
+    name = spec.get_string_attribute("oiio:subimagename")
+    if part == 0 and "." not in name:  # no pass of a layer: a picture, perhaps with others beside it
+        return list(spec.channelnames)
+    return [own if not name or own.startswith(f"{name}.") else f"{name}.{own}" for own in spec.channelnames]
+
+
+def _notes(name: str, spec: "oiio.ImageSpec", unread: int) -> tuple[str, ...]:
     notes = []
-    if parts > 1:
-        notes.append(f"{name}: has {parts} parts; only the first is read")
+    if unread:
+        notes.append(f"{name}: {unread} of its parts are left out, whose size or kind is another")
     if (spec.x, spec.y, spec.width, spec.height) != (spec.full_x, spec.full_y, spec.full_width, spec.full_height):
         notes.append(f"{name}: the data window ({spec.width}x{spec.height}) is read, not the display window")
     if spec.get_int_attribute("Orientation", 1) != 1:

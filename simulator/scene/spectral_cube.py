@@ -10,9 +10,10 @@ import numpy as np
 from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, illuminant, luminance_cd_m2
 from simulator.errors import PhotositeError, require
 from simulator.scene.checks import check_field_of_view, check_luminance
+from simulator.scene.cube_file import read_cube
 from simulator.scene.depth import Depth, check_depth, load_depth
 from simulator.scene.occluded_background import Hidden
-from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, memory_for, read_pixels
+from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, memory_for
 from simulator.scene.scene import Scene
 from simulator.scene.wavelengths import common_grid, named_wavelengths, read_wavelengths, resample
 from simulator.units import CandelasPerSquareMetre, Degrees
@@ -31,8 +32,10 @@ class SpectralCubeScene:
     field_of_view_deg: full horizontal angle of the cube; left out, it fills the sensor.
     """
 
-    spectral_cube: Annotated[Path, "EXR with channels named by wavelength, or .npy (height, width, wavelengths)"]
-    wavelengths: Annotated[Path | None, "wavelengths in nm, .npy, .txt or .csv; needed for .npy cubes"] = None
+    spectral_cube: Annotated[
+        Path, "EXR with channels named by wavelength, ENVI, .mat of ISETCam, or .npy (rows, columns, bands)"
+    ]
+    wavelengths: Annotated[Path | None, "wavelengths in nm, .npy, .txt or .csv; needed for cubes that name none"] = None
     quantity: Literal["radiance", "reflectance"] = "radiance"
     luminance_cd_m2: CandelasPerSquareMetre | None = None
     illuminant: Annotated[str, 'CIE name such as D65 or A, or "3200 K"'] = "D65"
@@ -60,7 +63,7 @@ class SpectralCubeScene:
             return self._load()
 
     def _load(self) -> Scene:
-        file = read_pixels(self.spectral_cube, "scene.spectral_cube")
+        file = read_cube(self.spectral_cube, "scene.spectral_cube")
         scene = self.scene_of(file.pixels, self._bands(file))
         depth_m, depth_notes = load_depth(self.depth_m, file, self.field_of_view_deg)
         return replace(scene, depth_m=depth_m, notes=(*file.notes, *scene.notes, *depth_notes))
@@ -104,7 +107,7 @@ class SpectralCubeScene:
     def _bands(self, file: PixelFile) -> list[tuple[float, int]]:
         """Wavelength [nm] and index of each channel."""
         if self.wavelengths is None:
-            return named_wavelengths(file)
+            return named_wavelengths(file, self.quantity)
         given = read_wavelengths(self.wavelengths)
         if len(given) != len(file.channels):
             raise PhotositeError(

@@ -10,21 +10,37 @@ from simulator.errors import PhotositeError, reading, require
 from simulator.scene.pixel_file import PixelFile, load_array
 
 FIRST_NM, LAST_NM = WAVELENGTHS_NM[0], WAVELENGTHS_NM[-1]
-# "450nm", "w450", "450", and the spectral EXR layout "S0.450,5nm" / "T.450nm" (Fichet et al. 2021, JCGT 10(3)).
-_CHANNEL = re.compile(r"(?:(?P<group>[A-Za-z_].*?)\.)??[wW]?(?P<number>\d{3,4}(?:[.,]\d+)?)\s*(?:nm)?")
+# "450nm", "w450", "450", and the layout "S0.450,5nm", "T.450nm" with SI prefixes of metre or hertz (Fichet, Pacanowski and
+# Wilkie 2021, JCGT 10(3), section 3), written by ART, pbrt-v4 and colour-science.
+_NUMBER = r"\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?"
+_CHANNEL = re.compile(
+    rf"(?:(?P<group>[A-Za-z_].*?)\.)??(?:[wW]?(?P<bare>\d{{3,4}}(?:[.,]\d+)?)|[wW]?(?P<number>{_NUMBER})\s*"
+    r"(?P<prefix>da|[YZEPTGMkhdcmunp])?(?P<unit>m|Hz))"
+)
+_BIN = re.compile(rf"(?P<low>{_NUMBER})-(?P<high>{_NUMBER})\s*nm")  # "400.00-410.00nm" of Mitsuba 0.6
+_RERADIATION = re.compile(rf"T\.{_NUMBER}[A-Za-z]*")  # of a bispectral image: light of one wavelength for that of another
 _POLARISED = re.compile(r"S[123]")  # Stokes components beside the radiance S0
+_EXPONENTS = dict(zip("YZEPTGMkhdcmunp", (24, 21, 18, 15, 12, 9, 6, 3, 2, -1, -2, -3, -6, -9, -12), strict=True)) | {"da": 1}
+SPEED_OF_LIGHT_NM_PER_S = 2.99792458e17  # SI, exact
+QUANTITY_GROUPS = {"radiance": "S0", "reflectance": "T"}  # Fichet et al.: Stokes component S0, and reflectance
 
 
-def named_wavelengths(file: PixelFile) -> list[tuple[float, int]]:
-    """(wavelength [nm], channel index) of the channels whose names state one."""
+def named_wavelengths(file: PixelFile, quantity: str = "radiance") -> list[tuple[float, int]]:
+    """(wavelength [nm], channel index) of the channels whose names state one.
+
+    quantity: "radiance" or "reflectance", which tells S0 from T where a file has both. Raises PhotositeError for a file without
+    such names or with several groups of them, and for reflectances that are to be radiance.
+    """
     found: dict[str, list[tuple[float, int]]] = {}
     for index, name in enumerate(file.channels):
-        match = _CHANNEL.fullmatch(name)
-        if match is None:
-            continue
-        group = match["group"] or ""
-        if not _POLARISED.fullmatch(group):
-            found.setdefault(group, []).append((float(match["number"].replace(",", ".")), index))
+        group, wavelength_nm = parse_channel(name)
+        if wavelength_nm is not None and not _POLARISED.fullmatch(group) and not _RERADIATION.fullmatch(group):
+            found.setdefault(group, []).append((wavelength_nm, index))
+    if quantity == "radiance" and set(found) == {"T"}:
+        rule = f"{file.path} holds reflectances (channels T); write quantity: reflectance, with the luminance of white"
+        raise PhotositeError(rule, key="scene.quantity", value=quantity)
+    if set(found) == {"S0", "T"}:
+        return found[QUANTITY_GROUPS[quantity]]
     if len(found) == 1:
         return next(iter(found.values()))
     problem = "names no wavelengths" if not found else f"names wavelengths in {len(found)} groups ({', '.join(found)})"
@@ -35,6 +51,27 @@ def named_wavelengths(file: PixelFile) -> list[tuple[float, int]]:
         key="scene.spectral_cube",
         value=file.path,
     )
+
+
+def parse_channel(name: str) -> tuple[str, float | None]:
+    """Return the group of a channel, "" for none, and the wavelength that its name states [nm], None for none."""
+    if (match := _BIN.fullmatch(name)) is not None:
+        return "", 0.5 * (_number(match["low"]) + _number(match["high"]))
+    if (match := _CHANNEL.fullmatch(name)) is None:
+        return "", None
+    group = match["group"] or ""
+    if match["bare"] is not None:
+        return group, _number(match["bare"])
+    value = _number(match["number"]) * 10.0 ** _EXPONENTS.get(match["prefix"] or "", 0)
+    if value <= 0:
+        return group, None
+    # Nanometres as they are written, without a way through powers of ten.
+    in_nm = _number(match["number"]) if match["prefix"] == "n" else 1e9 * value
+    return group, in_nm if match["unit"] == "m" else SPEED_OF_LIGHT_NM_PER_S / value
+
+
+def _number(text: str) -> float:
+    return float(text.replace(",", "."))
 
 
 def read_wavelengths(path: Path) -> np.ndarray:

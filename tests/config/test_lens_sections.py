@@ -80,7 +80,7 @@ def table(path, radii, fields=(0.0,), **settings):
 
 WRONG = {
     "psf: nothing.npy": r"nothing.npy: no such file; check the path",
-    "psf: psf.dat": r"psf.dat: no known kind of PSF file; give .npz, .npy or .txt",
+    "psf: psf.dat": r"psf.dat: no known kind of PSF file; give .npz, .npy, .txt or .csv",
     "psf: heavy.npy": r"heavy.npy: kernel \(0, 0, 0\) sums to 2, not to 1: divide it by its sum",
     "psf: two.npy": r"two.npy: channels of the kernels = 2: the camera has 3; give one for each, or one for all",
     "psf: good.npy, diffraction: true": r"shot.yaml:3: lens.psf = .*good.npy: a PSF holds the diffraction .* leave lens.diffr",

@@ -31,8 +31,10 @@ from simulator.scene.deep import DeepScene
 from simulator.scene.depth import DepthImage
 from simulator.scene.image import ImageScene
 from simulator.scene.layered import LayeredScene, PictureLayer
+from simulator.scene.renderer_depth import RendererDepth
 from simulator.scene.spectral_cube import SpectralCubeScene
 
+FILES = Path(__file__).parents[1] / "files"
 HEADER = 400  # bytes at the beginning that are damaged more often than the rest, since they say how to read it
 CAMERA = """\
 make: A
@@ -171,6 +173,28 @@ def _psf_npz(path: Path) -> None:
     np.savez(path, kernels=kernels, blur_radii_px=[0.0, 1.0], fields=[0.0])
 
 
+def _copied(name: str) -> Callable[[Path], None]:
+    """Return what copies a file of tests/files."""
+
+    def make(path: Path) -> None:
+        path.write_bytes((FILES / name).read_bytes())
+
+    return make
+
+
+def _envi(path: Path) -> None:
+    path.write_bytes((FILES / "envi.hdr").read_bytes())
+    path.with_suffix(".img").write_bytes((FILES / "envi.img").read_bytes())
+
+
+def _cube(path: Path) -> object:
+    return SpectralCubeScene(path, luminance_cd_m2=100.0).load()
+
+
+def _render(path: Path) -> object:
+    return ImageScene(path, 100.0, depth_m=RendererDepth("mitsuba", near_clip_m=0.5), field_of_view_deg=50.0).load()
+
+
 NAMED = {"photosite:note": "a text that says what this picture is", "Software": "somebody's renderer"}
 ROLES = {
     "image, EXR": Role("a.exr", lambda path: _exr(path, ("R", "G", "B", "A", "Z"), **NAMED), _image),
@@ -185,8 +209,11 @@ ROLES = {
     "cube, EXR": Role(
         "c.exr",
         lambda path: _exr(path, ("450nm", "550nm", "650nm"), **NAMED),
-        lambda path: SpectralCubeScene(path, luminance_cd_m2=100.0).load(),
+        _cube,
     ),
+    "cube, .mat": Role("c.mat", _copied("isetcam_linear.mat"), _cube),
+    "cube, ENVI": Role("c.hdr", _envi, _cube),
+    "render, EXR": Role("r.exr", _copied("mitsuba.exr"), _render),
     "wavelengths, npy": Role("w.npy", lambda path: np.save(path, np.array([450.0, 550.0, 650.0])), _wavelengths),
     "wavelengths, text": Role("w.csv", lambda path: path.write_text("wavelength\n450, 550\n650\n"), _wavelengths),
     "deep, EXR": Role(

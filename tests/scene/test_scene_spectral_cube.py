@@ -9,6 +9,7 @@ from simulator.errors import PhotositeError
 from simulator.scene.depth import DepthChannel
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.spectral_cube import SpectralCubeScene
+from simulator.scene.wavelengths import parse_channel
 
 
 def write_exr(path, pixels, names):
@@ -78,6 +79,60 @@ def test_wavelengths_of_a_npy_cube_come_from_a_file(tmp_path, kind):
     assert not scene.notes
 
 
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("S0.5,5E-7m", ("S0", 550.0)),
+        ("T.0,55um", ("T", 550.0)),
+        ("S0.545,0771963THz", ("S0", 550.0)),
+        ("S0.55.nm", ("S0", 55.0)),
+        ("545.00-555.00nm", ("", 550.0)),
+        ("w550", ("", 550.0)),
+        ("550", ("", 550.0)),
+        ("S0.0nm", ("S0", None)),
+        ("R", ("", None)),
+        ("5", ("", None)),
+    ],
+)
+def test_a_channel_states_its_wavelength_in_any_unit(name, says):
+    group, wavelength_nm = parse_channel(name)
+    assert group == says[0] and wavelength_nm == (None if says[1] is None else pytest.approx(says[1], abs=1e-6))
+
+
+def test_bins_of_wavelengths_are_taken_at_their_middle(tmp_path):
+    """Mitsuba 0.6 and RenderToolbox name the bounds of a bin."""
+    pixels, edges = cube(4), np.linspace(400.0, 440.0, 5)
+    names = [f"{low:.2f}-{high:.2f}nm" for low, high in zip(edges[:-1], edges[1:], strict=True)]
+    scene = SpectralCubeScene(write_exr(tmp_path / "cube.exr", pixels, names)).load()
+    assert scene.wavelengths_nm.tolist() == [405.0, 415.0, 425.0, 435.0] and np.array_equal(scene.planes, pixels)
+
+
+def test_a_file_of_the_spectral_layout_holds_reflectance_and_radiance(tmp_path):
+    """The layout of Fichet et al. (2021) with both, and reradiation of a fluorescent surface, which is no wavelength's own."""
+    pixels = cube(9)
+    names = ("R", "G", "B", "S0.450,0nm", "S0.460,0nm", "S1.450,0nm", "T.450,0nm", "T.460,0nm", "T.450,0nm.460,0nm")
+    file = write_exr(tmp_path / "cube.exr", pixels, names)
+    assert np.array_equal(SpectralCubeScene(file).load().planes, pixels[..., 3:5])
+    lit = SpectralCubeScene(file, quantity="reflectance", luminance_cd_m2=10.0).load()
+    assert np.array_equal(lit.planes, pixels[..., 6:8])
+
+
+@pytest.mark.filterwarnings("ignore:Aligning")
+def test_files_of_colour_science_are_read(tmp_path):
+    """Reflectances of 24 patches, written by colour-science's own code for the layout of Fichet et al. (2021)."""
+    colour = pytest.importorskip("colour")
+    patches = list(colour.SDS_COLOURCHECKERS["ISO 17321-1"].values())
+    truth = np.array([patch.values for patch in patches]).reshape(4, 6, -1)
+    layout = colour.io.Specification_Fichet2021(is_emissive=False)
+    file = tmp_path / "checker.exr"
+    colour.write_spectral_image_Fichet2021(patches, str(file), "float32", layout, shape=truth.shape)
+    with pytest.raises(PhotositeError, match="scene.quantity = radiance: .*holds reflectances .channels T."):
+        SpectralCubeScene(file).load()
+    scene = SpectralCubeScene(file, quantity="reflectance", luminance_cd_m2=100.0).load()
+    assert np.array_equal(scene.planes, truth.astype(np.float32))
+    assert scene.spectra_w_m2_sr_nm.shape == (81, 81)
+
+
 def test_even_steps_beyond_the_visible_are_cut_and_noted(tmp_path):
     pixels = cube(61)
     scene = SpectralCubeScene(**save(tmp_path, pixels, np.arange(350, 951, 10))).load()
@@ -144,7 +199,7 @@ def test_a_bad_cube_is_one_message(tmp_path, case):
     ("names", "says"),
     [
         (("R", "G", "B"), "names no wavelengths"),
-        (("S0.450nm", "S0.460nm", "T.450nm"), "2 groups \\(S0, T\\)"),
+        (("left.450nm", "left.460nm", "right.450nm"), "2 groups \\(left, right\\)"),
         (("450", "R"), "two or more"),
     ],
 )

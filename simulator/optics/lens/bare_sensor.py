@@ -26,6 +26,7 @@ class BareSensor:
     pupil = Pupil()
     cos4 = False
     distortion = None
+    falloff = None
     veiling_glare = 0.0
     forms_image = False
     has_plane_of_focus = False

@@ -6,6 +6,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from simulator.optics.lens.distortion import Distortion
+from simulator.optics.lens.falloff import Falloff
 from simulator.optics.lens.nd_filter import NeutralDensity
 from simulator.optics.lens.perspective import GREEN_NM
 from simulator.optics.lens.wavefront import Aberrations
@@ -62,6 +63,11 @@ class Lens(Protocol):
     @property
     def distortion(self) -> Distortion | None:
         """Geometric distortion and lateral colour; None: none."""
+        ...
+
+    @property
+    def falloff(self) -> Falloff | None:
+        """Measured fall-off over the field; None: none."""
         ...
 
     @property

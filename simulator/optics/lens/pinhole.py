@@ -39,6 +39,7 @@ class Pinhole(Perspective):
     pupil = Pupil()
     focus_distance_m = math.nan  # no distance is in focus
     distortion = None
+    falloff = None
     forms_image = True
     has_plane_of_focus = False
     can_have_aberrations = False

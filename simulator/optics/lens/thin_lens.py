@@ -15,6 +15,7 @@ import numpy as np
 
 from simulator.errors import PhotositeError, require
 from simulator.optics.lens.distortion import Distortion
+from simulator.optics.lens.falloff import Falloff
 from simulator.optics.lens.nd_filter import NeutralDensity, filter_transmittance
 from simulator.optics.lens.perspective import AIRY_ZERO, GREEN_NM, Perspective
 from simulator.optics.lens.relative_illumination import check_veiling_glare
@@ -41,10 +42,11 @@ class ThinLens(Perspective):
     circle_of_confusion_um: largest blur circle that counts as sharp in depth of field [um]; left out: diagonal / 1500.
     vignetting: stops that clip off-axis cones of light; left out: none.
     distortion: geometric distortion and lateral colour; left out: none.
+    falloff: measured fall-off over the field; left out: none.
     veiling_glare: share of the light that is scattered evenly over the sensor, 0 <= share < 1 (ISO 9358).
     diffraction: whether the aperture spreads light, by wave optics.
     aberrations: wavefront error; implies diffraction.
-    psf: file of point spread functions (.npz, .npy, .txt) instead of both.
+    psf: file of point spread functions (.npz, .npy, .txt, .csv) instead of both.
     nd_filter: grey filter before the lens, in addition to transmittance or T-stop; left out: none.
     model: name for the file's metadata.
     """
@@ -69,6 +71,7 @@ class ThinLens(Perspective):
     aberrations: Aberrations | None = None
     psf: Path | None = None
     nd_filter: NeutralDensity | None = None
+    falloff: Falloff | None = None
 
     def __post_init__(self) -> None:
         good = 0 < self.focal_length_mm < math.inf

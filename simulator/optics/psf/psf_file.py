@@ -8,6 +8,7 @@ import numpy as np
 
 from simulator.errors import PhotositeError, reading, require
 from simulator.optics.psf.fraunhofer import odd
+from simulator.optics.psf.psf_listing import read_listing
 from simulator.optics.psf.psf_table import PsfTable
 
 CELLS = 3  # per photosite and axis, of a kernel from a text file
@@ -21,16 +22,17 @@ def read_psf(path: str | os.PathLike[str], pitch_um: float) -> PsfTable:
     .npy: one kernel (size, size), or one per channel (channels, size, size), in photosites.
     .txt: a grid of numbers with a line `Data spacing is 0.250 um`, such as Zemax's listing of a Huygens PSF; its middle is
         the `Center point` (column, row, from 1) or the middle of the grid, and it is divided by its sum.
+    .csv: a list of .txt or .npy files over blur radius, field and colour, see `read_listing`.
     pitch_um: photosite pitch of the camera [um].
     Raises PhotositeError for a file that is missing, damaged, or holds no such kernels.
     """
     label = os.fspath(path)
     if not os.path.isfile(label):
         raise PhotositeError("no such file; check the path", file=label)
-    readers = {".npz": _read_npz, ".npy": _read_npy, ".txt": _read_text}
+    readers = {".npz": _read_npz, ".npy": _read_npy, ".txt": _read_text, ".csv": _read_csv}
     reader = readers.get(Path(label).suffix.lower())
     if reader is None:
-        raise PhotositeError("no known kind of PSF file; give .npz, .npy or .txt", file=label)
+        raise PhotositeError("no known kind of PSF file; give .npz, .npy, .txt or .csv", file=label)
     with reading(label, "it is damaged or no PSF: write it again"):
         return reader(label, pitch_um)
 
@@ -79,6 +81,15 @@ def _read_text(label: str, pitch_um: float) -> PsfTable:
     across = _overlaps(grid.shape[1], column, step_um, size, cell_um)
     kernel = down @ grid @ across.T / total
     return PsfTable(kernel[None, None, None], np.zeros(1), np.zeros(1), CELLS, pitch_um, source=label)
+
+
+def _read_csv(label: str, pitch_um: float) -> PsfTable:
+    def read_one(name: str, pitch_um: float) -> PsfTable:
+        rule = "list .txt or .npy files"
+        require(Path(name).suffix.lower() in (".txt", ".npy"), "file", Path(name).name or "nothing", rule, file=label)
+        return read_psf(name, pitch_um)
+
+    return read_listing(Path(label), _decoded(Path(label).read_bytes()), pitch_um, read_one)
 
 
 def _decoded(data: bytes) -> str:

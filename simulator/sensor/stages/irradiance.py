@@ -19,8 +19,8 @@ class Irradiance(Stage):
     tan2_per_px2: (pixel pitch / image distance)^2; times the squared distance from the axis [px^2] it is tan^2 of the field
         angle. 0 switches the cos^4 law off.
     centre_x_px, centre_y_px: the optical axis [px], counted from the sensor's upper left corner.
-    vignetting: unobstructed share of the pupil area, sampled at evenly spaced distances from the axis, from 0 on; empty:
-        no vignetting.
+    vignetting: unobstructed share of the pupil area times a measured fall-off, sampled at evenly spaced distances from the
+        axis, from 0 on; empty: no vignetting.
     nodes_per_px: samples of that table per photosite.
     """
 
@@ -50,12 +50,16 @@ class Irradiance(Stage):
         return Moments(signal.mean * self.effective_solid_angle_sr, signal.variance * self.effective_solid_angle_sr**2)
 
     def mean_range(self, low: Means, high: Means, region: Region) -> tuple[Means, Means]:
-        """Return the range from the region's corner farthest from the axis to the axis: illumination never rises outwards."""
+        """Return the range over the region; without a measured fall-off it is greatest on the axis and least in the corner."""
         dx = max(abs(region.x - self.centre_x_px), abs(region.x + region.width - self.centre_x_px))
         dy = max(abs(region.y - self.centre_y_px), abs(region.y + region.height - self.centre_y_px))
-        return low * (
-            self.effective_solid_angle_sr * self.relative_illumination(math.hypot(dx, dy))
-        ), high * self.effective_solid_angle_sr
+        farthest_px, sr = math.hypot(dx, dy), self.effective_solid_angle_sr
+        reached = np.array(self.vignetting[: math.ceil(farthest_px * self.nodes_per_px) + 1])
+        least, most = self.relative_illumination(farthest_px), 1.0
+        if len(reached) and (np.diff(reached) > 0).any():
+            cos4 = 1.0 / (1.0 + farthest_px**2 * self.tan2_per_px2) ** 2
+            least, most = min(least, cos4 * float(reached.min())), max(1.0, float(reached.max()))
+        return low * (sr * least), high * (sr * most)
 
 
 _TABLE = ("vignetting", "nodes_per_px")

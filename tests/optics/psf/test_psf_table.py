@@ -172,7 +172,7 @@ def test_files_that_hold_no_psf_are_refused(tmp_path):
 
     with pytest.raises(PhotositeError, match="no such file"):
         read_psf(tmp_path / "none.npy", 4.0)
-    refused("a.fits", b"SIMPLE", "no known kind of PSF file; give .npz, .npy or .txt")
+    refused("a.fits", b"SIMPLE", "no known kind of PSF file; give .npz, .npy, .txt or .csv")
     refused("b.npy", b"nothing", "cannot be read")
     refused("c.npz", b"nothing", "cannot be read")
     refused("d.npy", np.ones(5), "give one kernel")
