@@ -11,7 +11,9 @@ from simulator.exposure.line_exposure import add_exposed_lines, expose_lines
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.geometry.scene_part import find_scene_part
 from simulator.optics.lens.lens import Lens
+from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.camera_planes import camera_planes
+from simulator.optics.passes.own_colors import join_colors
 from simulator.optics.passes.still_mosaic import still_mosaic, still_name
 from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
@@ -211,11 +213,15 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
     if optics.motion is not None:
         from simulator.optics.passes.moving_mosaic import moving_mosaic
 
-        with timed("motion", device):
-            mosaic = moving_mosaic(optics, device, planes, progress)
+        def image(own: OpticsPlan) -> Buffer:
+            return moving_mosaic(own, device, planes, progress)
     else:
-        with timed(still_name(optics), device):
-            mosaic = still_mosaic(optics, tiles, device, planes, progress)
+
+        def image(own: OpticsPlan) -> Buffer:
+            return still_mosaic(own, tiles, device, planes, progress)
+
+    with timed(still_name(optics) if optics.motion is None else "motion", device):
+        mosaic = join_colors(optics, device, image) if optics.joins_colors else image(optics)
     if (glare := optics.veiling_glare) is not None:
         with timed("veiling glare", device):
             add_veiling_glare(device, mosaic, glare, planned.sensor.irradiance, optics.cfa_macros(), optics.window)

@@ -116,7 +116,7 @@ def passes_of(
     sampling = (_scene_planes(optics), projection)
     blur = (motion, defocus, psf) if is_first else (defocus, psf, motion)
     image = (
-        *blur,
+        *(_by_color(one, optics) if optics.joins_colors else one for one in blur),
         _skippable("veiling glare", optics.veiling_glare is not None, optics, "even light added", "the lens scatters no light"),
         _optical_crosstalk(optics, sensor),
         _optical_black(optics, sensor),
@@ -274,6 +274,15 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
         method += f", {motion.lamp_count} where lamps pass"
     cost = _ms(pixels * motion.count * planes * reads, COST_NS[key])
     return Pass(name, True, f"swept along its path: {method}{before}", pixels, 4 * pixels, error, cost)
+
+
+def _by_color(one: Pass, optics: OpticsPlan) -> Pass:
+    """Return a pass of blur or motion that runs once for each colour of a large filter pattern."""
+    if not one.kept:
+        return one
+    count, pixels = len(optics.cfa.colors), _pixels(optics)
+    method = f"{one.method}, once for each of {count} colours of a filter of {'{} x {}'.format(*optics.cfa.period)}"
+    return replace(one, method=method, cost_ms=count * one.cost_ms, scratch_bytes=one.scratch_bytes + 4 * pixels)
 
 
 def _psf(optics: OpticsPlan) -> Pass:

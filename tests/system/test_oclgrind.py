@@ -20,6 +20,7 @@ CASES = [
     "depth map window",
     "layers RGGB",
     "layers RGGB rims",
+    "one depth RRGG/RRGG/GGBB/GGBB window",
     "sharp MONO near",
     "sharp RGGB window near",
     "sharp RGGB window near averaged veiled",

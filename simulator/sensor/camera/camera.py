@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 from simulator.errors import require
 from simulator.sensor.camera.binning import Binning
@@ -32,6 +32,8 @@ class Camera:
     read_noise_spread: variation of the read noise before the gain between photosites: standard deviation of ln sigma, 0 to 1.
         Not allowed together with a tukey_lambda, whose tails include it.
     read_noise_model: read noise with two sources, for a camera without a table.
+    cfa: colours of the filter from the sensor's upper left corner on, row by row: RGGB, BGGR, GRBG, GBRG, MONO without one, or
+        the rows of a larger pattern with / between them, such as GBGGRG/RGRBGB/GBGGRG/GRGGBG/BGBRGR/GRGGBG.
     conversion_gain: first ISO of high conversion gain, for photosites with dual conversion gain.
     iso_range: measured refuses an ISO outside the measured range, extrapolate continues the slope of the table there.
     white_level_dn: code at which the camera saturates [DN]; 2^bit_depth - 1 when left out.
@@ -82,7 +84,7 @@ class Camera:
         if self.readout_time_s is not None:
             good = 0 <= self.readout_time_s < math.inf
             require(good, "camera.readout_time", f"{self.readout_time_s:g} s", "give a time of 0 s or more, such as 20 ms")
-        require(self.cfa in get_args(CfaName), "camera.cfa", self.cfa, f"give one of {', '.join(get_args(CfaName))}")
+        _ = self.filter  # checks the pattern
         rule = f"needs {self.channels} values per line of response.relative, which has {self.response.channels}"
         require(self.response.channels == self.channels, "camera.cfa", self.cfa, rule)
         require(self.color_matrix is None or self.channels == 3, "camera.color_matrix", "given", "MONO has no colours")
@@ -118,6 +120,9 @@ class Camera:
             require(setting.tukey_lambda is None or spread == 0, "camera.read_noise_spread", spread, tails)
             grey = setting.color_bias_dn is not None and self.channels == 1
             require(not grey, f"camera.iso_table.{iso}.color_bias", setting.color_bias_dn, "MONO has no colours")
+            large = setting.color_bias_dn is not None and not self.filter.is_small
+            greens = "is stated for the greens of a Bayer pattern; leave it out"
+            require(not large, f"camera.iso_table.{iso}.color_bias", setting.color_bias_dn, greens)
 
     def _check_levels(self) -> None:
         """Raise PhotositeError for black and white levels out of the ADC's range or in the wrong order."""
@@ -150,6 +155,14 @@ class Camera:
         averages = self.hdr_readout is not None and self.binning is not None and self.binning.mode == "average"
         rule = "combined codes of an hdr_readout cannot be averaged; take mode charge, or leave one of them out"
         require(not averages, "camera.binning.mode", "average", rule)
+        large = self.binning is not None and not self.filter.is_small
+        rule = "combines photosites of a Bayer pattern or without a filter; leave one of them out"
+        require(not large, "camera.binning", f"with cfa {self.cfa}", rule)
+        if covered is not None:
+            rows, columns = self.filter.period
+            rule = "give whole periods of the colour filter pattern"
+            for key, side, period in (("left", covered.left_px, columns), ("top", covered.top_px, rows)):
+                require(side % period == 0, f"camera.optical_black.{key}", side, f"{rule}, multiples of {period} photosites")
 
     @property
     def channels(self) -> int:

@@ -152,11 +152,16 @@ def _readout_of(camera: Camera, output: Window) -> ReadoutGeometry:
 
 
 def _check_active_area(camera: Camera) -> None:
-    """Raise PhotositeError for a window without active area, or with an odd offset in the optical black."""
+    """Raise PhotositeError for a window without active area, or that cuts a filter pattern in the optical black."""
     output, active = camera.frame, camera.active
-    sides = (("x", output.x, output.width, active.x, active.width), ("y", output.y, output.height, active.y, active.height))
-    for key, first, size, active_first, active_size in sides:
+    rows, columns = camera.filter.period
+    sides = (
+        ("x", output.x, output.width, active.x, active.width, columns),
+        ("y", output.y, output.height, active.y, active.height, rows),
+    )
+    for key, first, size, active_first, active_size, period in sides:
         seen = first < active_first + active_size and active_first < first + size
         require(seen, f"camera.window.{key}", first, "the window lies in the optical black; choose one that sees light")
-        even = first >= active_first or first % 2 == 0
-        require(even, f"camera.window.{key}", first, "give an even number: part of the window is optical black")
+        whole = first >= active_first or first % period == 0
+        number = "an even number" if period == 2 else f"a multiple of {period}"
+        require(whole, f"camera.window.{key}", first, f"give {number}: part of the window is optical black")
