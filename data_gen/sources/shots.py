@@ -71,7 +71,9 @@ def clean_picture(shot: Shot, device: Device) -> CleanImage:
     """
     planned = plan(replace(shot, truth=()))
     check_memory(planned, device.info)
-    planned, sensor = measure(planned, device), planned.sensor
+    planned = measure(planned, device)
+    sensor = replace(planned.sensor, readout=replace(planned.sensor.readout, pattern=None))  # the light of each place
+    planned = replace(planned, sensor=sensor)
     d65, balance = matrix_under_d65(shot.camera), _white_balance(neutral_of(planned.optics.scene, shot.camera))
     matrix = None if d65 is None else tuple(tuple(map(float, row)) for row in d65)
     scale, active = np.float32(1.0 / saturating_electrons(sensor)), _active_slices(sensor)

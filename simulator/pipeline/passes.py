@@ -52,6 +52,7 @@ COST_NS = {
     "line exposure": 0.2,
     "sensor": 2.2,
     "sensor stage": 0.25,  # for each stage
+    "remosaic": 30.0,
     "combination": 0.2,  # for each reading
     "truth": 6.0,
     "strips": 4.0,
@@ -374,8 +375,13 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
     layout, pixels = sensor.readout, _pixels(optics)
     parts = "in two parts, charge is shared in between" if layout.shares_charge else "in one pass"
     binned = "" if layout.binning is None else f", {layout.binning.factor} x {layout.binning.factor} binned"
+    if layout.pattern is not None:
+        binned = f", {layout.pattern.group} x {layout.pattern.group} groups remosaiced"
     cost = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages)
-    bytes_each = 2 + 8 * layout.shares_charge + 2 * layout.averages  # codes; what the passes in between leave
+    cost += COST_NS["remosaic"] * (layout.pattern is not None)
+    bytes_each = (
+        2 + 8 * layout.shares_charge + 2 * (layout.averages or layout.pattern is not None)
+    )  # codes; what the passes in between leave
     return Pass(
         "sensor", True, f"{len(sensor.stages)} stages {parts}{binned}", pixels, bytes_each * pixels, cost_ms=_ms(pixels, cost)
     )

@@ -11,7 +11,7 @@ from simulator.errors import PhotositeError, require
 from simulator.raw.dng.writer import dng_bytes
 from simulator.raw.image_files import write_picture
 from simulator.raw.raw_image import Raw
-from simulator.raw.raw_reader import open_raw
+from simulator.raw.raw_reader import color_index, open_raw
 from simulator.raw.white_balance import WhiteBalance, check_white_balance, white_balance_options
 
 if TYPE_CHECKING:
@@ -141,10 +141,19 @@ def _develop_linear(
 
 def _check_pattern(frame: "rawpy.RawPy", options: dict[str, Any], label: str) -> None:
     """Raise PhotositeError for a pattern that LibRaw does not develop, before it does so wrongly or fails without a reason."""
-    pattern, sides = frame.raw_pattern, frame.raw_image_visible.shape
-    if frame.num_colors == 1 or pattern is None or pattern.shape != (6, 6):
+    if frame.num_colors == 1:
         return
-    refused = min(sides) < _TILE_PX and not options["half_size"] and options["demosaic"] not in _ANY_PATTERN
+    pattern, sides = color_index(frame, label, of_development=True), frame.raw_image_visible.shape
+    if pattern is None or pattern.shape != (6, 6):
+        return
+    is_x_trans = max(frame.sizes.top_margin, frame.sizes.left_margin) > 6 or (pattern == 1).sum() == 20
+    rule = "LibRaw does not halve this pattern, whose cells of 2 x 2 see one colour; leave it out"
+    require(is_x_trans or not options["half_size"], "develop.half_size", True, rule, file=label)
+    if options["half_size"] or options["demosaic"] in _ANY_PATTERN:
+        return
+    rule = f"LibRaw takes this pattern for X-Trans; give {' or '.join(_ANY_PATTERN)}"
+    require(is_x_trans, "develop.demosaic", options["demosaic"], rule, file=label)
+    refused = min(sides) < _TILE_PX
     rule = f"LibRaw develops X-Trans frames of less than {_TILE_PX} px a side by {' or '.join(_ANY_PATTERN)} alone; give one"
     require(not refused, "develop.demosaic", options["demosaic"], rule, file=label)
 

@@ -116,7 +116,7 @@ def _pattern(frame: "rawpy.RawPy", label: str, any_pattern: bool) -> tuple[str, 
     index, letters = color_index(frame, label), frame.color_desc.decode("ascii", "replace")
     rows = [] if index is None else ["".join(letters[place] for place in row) for row in index]
     pattern = ("" if len(rows) == 2 else "/").join(rows)
-    if index is None or not (any_pattern or pattern in BAYER):
+    if index is None or not (pattern in BAYER or (any_pattern and len(rows) == 6)):
         shown = f"{index.shape[0]} x {index.shape[1]} filter pattern" if index is not None else f"{letters} without a pattern"
         raise PhotositeError(
             f"{shown}: only 2 x 2 Bayer patterns of R, G, G, B and monochrome files can be measured", file=label
@@ -124,15 +124,22 @@ def _pattern(frame: "rawpy.RawPy", label: str, any_pattern: bool) -> tuple[str, 
     return pattern, index.astype(int)
 
 
-def color_index(frame: "rawpy.RawPy", label: str) -> np.ndarray | None:
+def color_index(frame: "rawpy.RawPy", label: str, of_development: bool = False) -> np.ndarray | None:
     """Return LibRaw's colour index of each photosite of one period of the filter pattern; None where it has none.
 
-    Raises PhotositeError for an X-Trans file with a wide margin, where rawpy 0.28 reads past the end of its table.
+    of_development: LibRaw is to develop the file, which knows an X-Trans pattern that rawpy does not tell.
+    Raises PhotositeError for an X-Trans file with a wide margin, where rawpy 0.28 reads past the end of its table, and for a
+    pattern that LibRaw misreads: it knows those of 6 x 6, and others only up to two columns.
     """
     index, margins = frame.raw_pattern, (frame.sizes.top_margin, frame.sizes.left_margin)
-    hidden = index is not None and index.shape == (6, 6) and max(margins) > 6
+    hidden = index is not None and index.shape == (6, 6) and max(margins) > 6 and not of_development
     rule = "rawpy does not tell the pattern behind so many rows and columns of optical black; develop reads the file"
     require(not hidden, "margins", margins, rule, file=label)
+    rule = (
+        "LibRaw misreads the pattern, which is wider than 2 and not 6 x 6; simulate it with camera.remosaic or camera.binning"
+    )
+    shown = [] if index is None else index.tolist()
+    require(index is None or index.shape == (6, 6) or len({*index.ravel()}) == 4, "cfa", shown, rule, file=label)
     return index
 
 

@@ -21,6 +21,8 @@ CASES = [
     "layers RGGB",
     "layers RGGB rims",
     "one depth RRGG/RRGG/GGBB/GGBB window",
+    "sharp RRGG/RRGG/GGBB/GGBB window remosaiced",
+    "sharp RRRGGG/RRRGGG/RRRGGG/GGGBBB/GGGBBB/GGGBBB remosaiced",
     "sharp MONO near",
     "sharp RGGB window near",
     "sharp RGGB window near averaged veiled",

@@ -15,6 +15,7 @@ from simulator.sensor.camera.iso_stages import iso_stages
 from simulator.sensor.camera.iso_table import IsoTable
 from simulator.sensor.camera.optical_black import OpticalBlack
 from simulator.sensor.camera.read_noise_model import ReadNoiseModel
+from simulator.sensor.camera.remosaic import Remosaic
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.stage import Stage
 from simulator.units import DigitalNumbers, Micrometres, Seconds
@@ -42,6 +43,8 @@ class Camera:
     low_pass_um: distance between the four spots of an optical low-pass filter, on either axis; 0: no filter.
     readout_time_s: in which all lines are read one after the other, from the start of the first to that of one past the last,
         with a rolling shutter that states none.
+    binning: of photosites of one colour: of a Bayer pattern, or of the groups of a pattern such as RRGG/RRGG/GGBB/GGBB.
+    remosaic: the codes of a pattern of groups become those of a Bayer pattern of the same size; left out: they stay.
     hdr_readout: several readings of one frame that are combined; left out: one reading.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
     Raises PhotositeError for values out of range, or that contradict each other.
@@ -73,6 +76,7 @@ class Camera:
     low_pass_um: Micrometres = 0.0
     readout_time_s: Seconds | None = None
     hdr_readout: HdrReadout | None = None
+    remosaic: Remosaic | None = None
 
     def __post_init__(self) -> None:
         for key, side in (("width", self.width_px), ("height", self.height_px)):
@@ -155,14 +159,29 @@ class Camera:
         averages = self.hdr_readout is not None and self.binning is not None and self.binning.mode == "average"
         rule = "combined codes of an hdr_readout cannot be averaged; take mode charge, or leave one of them out"
         require(not averages, "camera.binning.mode", "average", rule)
-        large = self.binning is not None and not self.filter.is_small
-        rule = "combines photosites of a Bayer pattern or without a filter; leave one of them out"
-        require(not large, "camera.binning", f"with cfa {self.cfa}", rule)
+        self._check_groups()
         if covered is not None:
             rows, columns = self.filter.period
             rule = "give whole periods of the colour filter pattern"
             for key, side, period in (("left", covered.left_px, columns), ("top", covered.top_px, rows)):
                 require(side % period == 0, f"camera.optical_black.{key}", side, f"{rule}, multiples of {period} photosites")
+
+    def _check_groups(self) -> None:
+        """Raise PhotositeError for binning or remosaic of a pattern that is not made for it."""
+        binning, group = self.binning, self.filter.group
+        if binning is not None and not self.filter.is_small:
+            rule = "combines photosites of a Bayer pattern, of groups that begin at the sensor's corner, or without a filter"
+            require(group > 1, "camera.binning", f"with cfa {self.cfa}", rule)
+            require(binning.factor == group, "camera.binning.factor", binning.factor, f"give {group}, the side of the groups")
+        if self.remosaic is None:
+            return
+        rule = "needs a pattern of groups that begin at the sensor's corner, such as RRGG/RRGG/GGBB/GGBB; leave it out"
+        require(group > 1, "camera.remosaic", f"with cfa {self.cfa}", rule)
+        for key in ("binning", "hdr_readout", "optical_black"):
+            rule = f"does not go together with {key}; leave one of them out"
+            require(getattr(self, key) is None, "camera.remosaic", f"with {key}", rule)
+        rule = f"remosaic needs {2 * group} photosites a side"
+        require(min(self.width_px, self.height_px) >= 2 * group, "camera.width", self.width_px, rule)
 
     @property
     def channels(self) -> int:
@@ -192,8 +211,12 @@ class Camera:
         return Cfa.named(self.cfa)
 
     def frame_cfa(self) -> CfaName:
-        """Return the name of the filter pattern that starts at the frame's upper left corner."""
-        return self.filter.name_at(self.frame.x, self.frame.y)
+        """Return the name of the filter pattern of the frame that is given out, from its upper left corner on."""
+        pattern, frame = self.filter, self.frame
+        if pattern.group == 1 or (self.binning is None and self.remosaic is None):
+            return pattern.name_at(frame.x, frame.y)
+        step = 1 if self.binning is None else pattern.group
+        return pattern.of_groups().name_at(frame.x // step, frame.y // step)
 
     @property
     def isos(self) -> tuple[int, ...]:

@@ -57,6 +57,19 @@ class Cfa:
         """Whether the pattern repeats after 2 x 2 photosites: the kernels of blur and motion compute no others at once."""
         return self.period == (2, 2)
 
+    @property
+    def group(self) -> int:
+        """Photosites per side of the square groups of one colour that form a Bayer pattern: 2 of quad-Bayer; 1: none."""
+        rows, columns = self.period
+        side = rows // 2
+        grouped = tuple(tuple(self.planes[y // side * side][x // side * side] for x in range(columns)) for y in range(rows))
+        is_bayer = Cfa(tuple(row[::side] for row in self.planes[::side])).name_at(0, 0) in BAYER
+        return side if rows == columns == 2 * side and grouped == self.planes and is_bayer else 1
+
+    def of_groups(self) -> Self:
+        """Return the pattern in which each group of photosites is one."""
+        return type(self)(tuple(row[:: self.group] for row in self.planes[:: self.group]))
+
     def block(self, x: int, y: int) -> Pattern:
         """Return the colour planes of one period whose upper left photosite is (x, y) of the sensor, [row][column]."""
         rows, columns = self.period
