@@ -22,6 +22,7 @@ from simulator.config.distributions import (
 from simulator.config.random_streams import RandomStream
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.cfa import BAYER
 from simulator.sensor.kernel.kernel_program import in_order
 from simulator.units import Seconds
 
@@ -80,7 +81,8 @@ class CameraChoice:
     def __post_init__(self) -> None:
         check_weights("weight", (self.weight or 1.0,))
         camera, name = self.camera, f"{self.camera.make} {self.camera.model}"
-        require(camera.cfa != "MONO", "camera.cfa", "MONO", f"data sets need a 2x2 colour filter, which the {name} has not")
+        rule = f"data sets need a 2x2 colour filter, which the {name} has not"
+        require(camera.cfa in BAYER, "camera.cfa", camera.cfa, rule)
         for key in ("binning", "crosstalk", "hdr_readout"):
             rule = "data sets read each photosite out alone, and once; take it away with null"
             require(getattr(camera, key) is None, f"camera.{key}", "given", rule)

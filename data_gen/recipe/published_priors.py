@@ -23,6 +23,7 @@ from simulator.config.distributions import Distribution, Normal, Uniform, draw, 
 from simulator.config.random_streams import RandomStream
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
+from simulator.sensor.camera.cfa import BAYER
 from simulator.sensor.camera.published_noise_model import noise_model_stages
 from simulator.sensor.kernel.kernel_program import in_order
 from simulator.sensor.stages.stage import Stage
@@ -117,9 +118,8 @@ class PriorNoise:
 
     def __post_init__(self) -> None:
         require(self.prior in PRIORS, "noise.prior", self.prior, f"give one of {', '.join(get_args(PriorName))}")
-        require(
-            self.camera.cfa != "MONO", "noise.camera.cfa", "MONO", "data sets need a 2x2 colour filter; name another camera"
-        )
+        rule = "data sets need a 2x2 colour filter; name another camera"
+        require(self.camera.cfa in BAYER, "noise.camera.cfa", self.camera.cfa, rule)
 
     @property
     def exposure_ratio(self) -> Distribution:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar, get_args
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -10,11 +10,9 @@ from data_gen.sources.folder import FolderSource, check_extensions
 from data_gen.sources.source import CleanImage
 from simulator.errors import require
 from simulator.raw.raw_reader import RawFile, read_raw_file
-from simulator.sensor.camera.cfa import CfaName
 
 KEY = "raw_files"
 EXTENSIONS = (".dng", ".arw", ".cr2", ".cr3", ".nef", ".nrw", ".orf", ".pef", ".raf", ".rw2")
-_CFAS: dict[str, CfaName] = {name: name for name in get_args(CfaName)}  # raw files have no others
 
 
 @dataclass(frozen=True)
@@ -47,7 +45,7 @@ class RawFiles(FolderSource):
         for row, column in ((0, 0), (0, 1), (1, 0), (1, 1)):
             above_dn = raw.mosaic[row::2, column::2] - np.float32(raw.black_level_dn[row, column])
             signal[row::2, column::2] = above_dn / np.float32(span_dn[row, column])
-        return CleanImage(np.maximum(signal, np.float32(0)), _CFAS[raw.cfa], _white_balance(raw), raw.color_matrix)
+        return CleanImage(np.maximum(signal, np.float32(0)), raw.cfa, _white_balance(raw), raw.color_matrix)
 
 
 def _white_balance(raw: RawFile) -> tuple[float, float, float]:

@@ -17,6 +17,7 @@ from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import check_memory
 from simulator.sensor.camera.camera_color import matrix_under_d65
+from simulator.sensor.camera.cfa import BAYER
 from simulator.sensor.readout import read_mean_electrons
 from simulator.sensor.sensor_plan import SensorPlan
 
@@ -70,7 +71,9 @@ def clean_picture(shot: Shot, device: Device) -> CleanImage:
     """
     planned = plan(replace(shot, truth=()))
     check_memory(planned, device.info)
-    planned, sensor = measure(planned, device), planned.sensor
+    planned = measure(planned, device)
+    sensor = replace(planned.sensor, readout=replace(planned.sensor.readout, pattern=None))  # the light of each place
+    planned = replace(planned, sensor=sensor)
     d65, balance = matrix_under_d65(shot.camera), _white_balance(neutral_of(planned.optics.scene, shot.camera))
     matrix = None if d65 is None else tuple(tuple(map(float, row)) for row in d65)
     scale, active = np.float32(1.0 / saturating_electrons(sensor)), _active_slices(sensor)
@@ -78,7 +81,10 @@ def clean_picture(shot: Shot, device: Device) -> CleanImage:
     if shot.camera.channels == 3 and binning is None and not any(crosstalk.optical_shares + crosstalk.electrical_shares):
         planes = [_electrons(planned.in_one_color(channel), device)[active] for channel in range(3)]
         return CleanImage(np.stack(planes, axis=-1) * scale, None, balance, matrix)
-    return CleanImage(_electrons(planned, device)[active] * scale, shot.camera.frame_cfa(), balance, matrix)
+    cfa = shot.camera.frame_cfa()
+    rule = "a mosaic of this pattern cannot be turned to that of a data set; take crosstalk and binning away, or another camera"
+    require(cfa == "MONO" or cfa in BAYER, "camera.cfa", cfa, rule)
+    return CleanImage(_electrons(planned, device)[active] * scale, cfa, balance, matrix)
 
 
 def saturating_electrons(sensor: SensorPlan) -> float:

@@ -36,7 +36,7 @@ def draw_sheet(path: Path, settings: dict[str, Any]) -> "Figure":
     enlarged = SHOWN_DIFFERENCE / max(_bright_level(np.abs(difference)), 1e-6)
     encode = settings["output"] != "srgb"
     rms = float(np.sqrt(np.mean(difference**2)))
-    mosaic = mosaic_picture(read_raw_file(path))
+    mosaic = mosaic_picture(read_raw_file(path, any_pattern=True))
     lighter = max(1.0, 1.0 / max(_bright_level(mosaic.max(axis=2)), 1e-6))
     panels = {
         "truth: noise-free codes, developed": _encode(truth, encode),
@@ -50,13 +50,14 @@ def draw_sheet(path: Path, settings: dict[str, Any]) -> "Figure":
 def mosaic_picture(raw: RawFile) -> np.ndarray:
     """Signal of each photosite in its own colour (height, width, 3), 0 at black and 1 at white; grey for MONO."""
     height, width = raw.mosaic.shape
-    black_dn = np.tile(raw.black_level_dn, (height // 2 + 1, width // 2 + 1))[:height, :width]
+    rows, columns = raw.black_level_dn.shape
+    black_dn = np.tile(raw.black_level_dn, (height // rows + 1, width // columns + 1))[:height, :width]
     signal = (raw.mosaic - black_dn) / (raw.white_level_dn - raw.black_level_dn.mean())
     if raw.cfa == "MONO":
         return np.repeat(signal[..., np.newaxis], 3, axis=2)
     picture = np.zeros((height, width, 3), np.float32)
-    for index, letter in enumerate(raw.cfa):
-        place = (slice(index // 2, None, 2), slice(index % 2, None, 2))
+    for index, letter in enumerate(raw.cfa.replace("/", "")):
+        place = (slice(index // columns, None, rows), slice(index % columns, None, columns))
         picture[(*place, "RGB".index(letter))] = signal[place]
     return picture
 

@@ -145,14 +145,16 @@ def named_file(kind: str, path: str | Path) -> Path:
 
 
 def find_config(kind: str, name: str, place: Place, key: str) -> Path:
-    """Return the file that `name` means: a name in configs/<kind>, or a path relative to the file that states it.
+    """Return the file that `name` means: a name in configs/<kind>, such as illustrative/x_trans, or a path.
+
+    A path is relative to the file that states it.
 
     Raises PhotositeError with the nearest name.
     """
     from simulator.config.messages import suggest_nearest
 
     shipped = CONFIGS / kind / f"{name}.yaml"
-    if "/" not in name and shipped.is_file():
+    if not Path(name).is_absolute() and not {".", ".."} & set(name.split("/")) and shipped.is_file():
         return shipped
     if "/" in name or name.endswith((".yaml", ".yml", ".json", ".csv")):
         path = (place.folder / Path(name).expanduser()).absolute()

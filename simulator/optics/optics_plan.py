@@ -89,6 +89,12 @@ class OpticsPlan:
         return self.weights.shape[1]
 
     @property
+    def joins_colors(self) -> bool:
+        """Whether blur or motion of a pattern that is larger than 2 x 2 runs once for each colour (`join_colors`)."""
+        is_blurred = self.defocus is not None or self.psf is not None or self.motion is not None
+        return is_blurred and not self.cfa.is_small
+
+    @property
     def has_coverage(self) -> bool:
         """Whether any surface has a coverage below 1."""
         return any(layer.coverage is not None for layer in self.scene.layers)
@@ -144,6 +150,6 @@ class OpticsPlan:
         moving = [motion for motion in (self.motion, self.flash_motion) if motion is not None]
         return replace(self.defocus, motion=replace(self.joint, path=max(moving, key=lambda motion: motion.error).path))
 
-    def cfa_macros(self) -> dict[str, int]:
+    def cfa_macros(self) -> dict[str, object]:
         """Macros of kernels/cfa.h for the window."""
         return self.cfa.macros(self.window.x, self.window.y)

@@ -77,7 +77,7 @@ def add_veiling_glare(
     mosaic: Buffer,
     glare: VeilingGlare,
     irradiance: Irradiance,
-    cfa_macros: dict[str, int],
+    cfa_macros: dict[str, object],
     window: Window,
 ) -> None:
     """Scatter a fraction of the light evenly over a mosaic of electron radiance, in place.

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ from simulator.exposure.line_exposure import add_exposed_lines, expose_lines
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.geometry.scene_part import find_scene_part
 from simulator.optics.lens.lens import Lens
+from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.camera_planes import camera_planes
+from simulator.optics.passes.own_colors import join_colors
 from simulator.optics.passes.still_mosaic import still_mosaic, still_name
 from simulator.optics.veiling_glare import add_veiling_glare
 from simulator.pipeline.frame_metadata import assemble_raw
@@ -28,7 +31,14 @@ from simulator.scene.content_keys import Itself
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.hdr_passes import read_noise_free_combined, read_out_combined
 from simulator.sensor.hdr_plan import HdrSensorPlan
-from simulator.sensor.readout import darken_optical_black, read_mean_electrons, read_noise_free, read_out, share_with_neighbors
+from simulator.sensor.readout import (
+    darken_optical_black,
+    read_mean_electrons,
+    read_noise_free,
+    read_out,
+    remosaic_variance,
+    share_with_neighbors,
+)
 from simulator.sensor.sensor_plan import SensorPlan
 
 
@@ -103,7 +113,7 @@ def _execute_strip(
             maps["flow"] = flow_map(
                 shot, planned.optics.scene, planned.optics.projection, planned.sensor.readout, planned.exposed.openings
             )
-    mean_electrons = late.mean_electrons if electrons is None else electrons
+    mean_electrons = late.mean_electrons if electrons is None or late.is_remosaiced else electrons
     return {"dn": dn, "mean_electrons": mean_electrons, "noise_free_dn": late.noise_free_dn, **maps}
 
 
@@ -117,13 +127,24 @@ class LateTruth:
     def __init__(self, device: Device, sensor: SensorPlan, lights: Sequence[Buffer], timed: Stopwatch) -> None:
         self._device, self._sensor, self._lights, self._timed = device, sensor, lights, timed
 
+    @property
+    def is_remosaiced(self) -> bool:
+        """Whether pixels are computed from several photosites, whose variances differ."""
+        return self._sensor.readout.pattern is not None
+
     def mean_electrons(self) -> np.ndarray:
         """Return the mean electrons [e-] of the frame's pixels, (height, width) float32, a new array."""
         with self._timed("truth", self._device):
             return read_mean_electrons(self._device, self._sensor, self._lights[0])
 
     def exposures(self) -> list[np.ndarray]:
-        """Return the mean electrons of each exposure, as `mean_electrons` does; a frame has one unless its readings differ."""
+        """Return the mean electrons of each exposure, as `mean_electrons` does; a frame has one unless its readings differ.
+
+        Those of a frame that is remosaiced are of its photosites, with their margin.
+        """
+        if self.is_remosaiced:
+            photosites = replace(self._sensor, readout=self._sensor.readout.of_photosites)
+            return [read_mean_electrons(self._device, photosites, self._lights[0])]
         if not isinstance(self._sensor, HdrSensorPlan):
             return [self.mean_electrons()]
         parts = zip(self._sensor.exposures, _by_exposure(self._sensor, self._lights), strict=True)
@@ -211,11 +232,15 @@ def _image(planned: Plan, device: Device, progress: Callable[[float], None], tim
     if optics.motion is not None:
         from simulator.optics.passes.moving_mosaic import moving_mosaic
 
-        with timed("motion", device):
-            mosaic = moving_mosaic(optics, device, planes, progress)
+        def image(own: OpticsPlan) -> Buffer:
+            return moving_mosaic(own, device, planes, progress)
     else:
-        with timed(still_name(optics), device):
-            mosaic = still_mosaic(optics, tiles, device, planes, progress)
+
+        def image(own: OpticsPlan) -> Buffer:
+            return still_mosaic(own, tiles, device, planes, progress)
+
+    with timed(still_name(optics) if optics.motion is None else "motion", device):
+        mosaic = join_colors(optics, device, image) if optics.joins_colors else image(optics)
     if (glare := optics.veiling_glare) is not None:
         with timed("veiling glare", device):
             add_veiling_glare(device, mosaic, glare, planned.sensor.irradiance, optics.cfa_macros(), optics.window)
@@ -264,14 +289,16 @@ def compute_truth_maps(
 ) -> dict[str, np.ndarray]:
     """Return the maps that the plan's truth asks for, by name; see `Raw.truth`.
 
-    mean_electrons: of the frame's pixels [e-], for the map of the variance; None: it is not asked for. later_electrons: of the
-    further exposures of an HDR read-out.
+    mean_electrons: of the frame's pixels [e-], for the map of the variance, as `LateTruth.exposures` gives; None: it is not
+    asked for. later_electrons: of the further exposures of an HDR read-out.
     """
     optics, sensor, wanted, timed = planned.optics, planned.sensor, planned.truth, timed or Stopwatch()
     maps: dict[str, np.ndarray] = {}
     if mean_electrons is not None and "variance" in wanted:
         with timed("truth: variance", device):
             maps["variance"] = variance_map(sensor, mean_electrons, *later_electrons)
+            if sensor.readout.pattern is not None:
+                maps["variance"] = remosaic_variance(device, sensor.readout, maps["variance"])
     if "depth" in wanted:
         with timed("truth: depth", device):
             maps["depth"] = depth_map(optics.scene, optics.projection, sensor.readout)
@@ -293,6 +320,7 @@ def clean_rgb(planned: Plan, device: Device, cache: LightCache | None = None) ->
     (noise-free code - black) / (white - black), unless crosstalk mixes colours.
     """
     sensor = planned.sensor
+    sensor = replace(sensor, readout=replace(sensor.readout, pattern=None))  # a pixel has the light of its place
     black_dn, span_dn = np.float32(sensor.black_level_dn), np.float32(sensor.full_scale_dn())
     planes = []
     for channel in range(planned.optics.channels):

@@ -52,6 +52,7 @@ COST_NS = {
     "line exposure": 0.2,
     "sensor": 2.2,
     "sensor stage": 0.25,  # for each stage
+    "remosaic": 30.0,
     "combination": 0.2,  # for each reading
     "truth": 6.0,
     "strips": 4.0,
@@ -116,7 +117,7 @@ def passes_of(
     sampling = (_scene_planes(optics), projection)
     blur = (motion, defocus, psf) if is_first else (defocus, psf, motion)
     image = (
-        *blur,
+        *(_by_color(one, optics) if optics.joins_colors else one for one in blur),
         _skippable("veiling glare", optics.veiling_glare is not None, optics, "even light added", "the lens scatters no light"),
         _optical_crosstalk(optics, sensor),
         _optical_black(optics, sensor),
@@ -276,6 +277,15 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
     return Pass(name, True, f"swept along its path: {method}{before}", pixels, 4 * pixels, error, cost)
 
 
+def _by_color(one: Pass, optics: OpticsPlan) -> Pass:
+    """Return a pass of blur or motion that runs once for each colour of a large filter pattern."""
+    if not one.kept:
+        return one
+    count, pixels = len(optics.cfa.colors), _pixels(optics)
+    method = f"{one.method}, once for each of {count} colours of a filter of {'{} x {}'.format(*optics.cfa.period)}"
+    return replace(one, method=method, cost_ms=count * one.cost_ms, scratch_bytes=one.scratch_bytes + 4 * pixels)
+
+
 def _psf(optics: OpticsPlan) -> Pass:
     psf, pixels = optics.psf, _pixels(optics)
     if psf is None:
@@ -365,8 +375,13 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
     layout, pixels = sensor.readout, _pixels(optics)
     parts = "in two parts, charge is shared in between" if layout.shares_charge else "in one pass"
     binned = "" if layout.binning is None else f", {layout.binning.factor} x {layout.binning.factor} binned"
+    if layout.pattern is not None:
+        binned = f", {layout.pattern.group} x {layout.pattern.group} groups remosaiced"
     cost = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages)
-    bytes_each = 2 + 8 * layout.shares_charge + 2 * layout.averages  # codes; what the passes in between leave
+    cost += COST_NS["remosaic"] * (layout.pattern is not None)
+    bytes_each = (
+        2 + 8 * layout.shares_charge + 2 * (layout.averages or layout.pattern is not None)
+    )  # codes; what the passes in between leave
     return Pass(
         "sensor", True, f"{len(sensor.stages)} stages {parts}{binned}", pixels, bytes_each * pixels, cost_ms=_ms(pixels, cost)
     )

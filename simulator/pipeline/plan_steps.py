@@ -53,6 +53,11 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens, exposed: Expose
     binning = layout.binning
     method = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
     steps.append(Step("binning", binning is not None, method))
+    pattern = layout.pattern
+    method = (
+        "off" if pattern is None else f"groups of {pattern.group} x {pattern.group} photosites to a Bayer pattern, by planes"
+    )
+    steps.append(Step("remosaic", pattern is not None, method))
     if isinstance(sensor, HdrSensorPlan):
         steps += [Step("hdr read-out", True, sensor.describe()), Step("companding", *sensor.describe_companding())]
     if optics.defocus is not None:

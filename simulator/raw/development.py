@@ -11,7 +11,7 @@ from simulator.errors import PhotositeError, require
 from simulator.raw.dng.writer import dng_bytes
 from simulator.raw.image_files import write_picture
 from simulator.raw.raw_image import Raw
-from simulator.raw.raw_reader import open_raw
+from simulator.raw.raw_reader import color_index, open_raw
 from simulator.raw.white_balance import WhiteBalance, check_white_balance, white_balance_options
 
 if TYPE_CHECKING:
@@ -21,6 +21,8 @@ OUTPUTS = {"srgb": "sRGB", "linear_srgb": "sRGB", "xyz": "XYZ", "camera": "raw",
 DEMOSAICS = ("linear", "vng", "ppg", "ahd", "dcb", "dht", "aahd")  # methods of LibRaw without its GPL packs
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
 _WHITE = 65535
+_ANY_PATTERN = ("linear", "vng")  # methods of LibRaw that read any pattern; the others are one method for X-Trans
+_TILE_PX = 512  # side of a tile of LibRaw's X-Trans method, which refuses smaller frames
 
 
 def develop(
@@ -42,7 +44,8 @@ def develop(
         averages two greens it cuts off half a code. LibRaw tells black levels as whole numbers; where they differ between the
         colours it clips below black.
     half_size: one pixel per 2x2 cell, no demosaicing; an odd last row or column still gives a pixel.
-    demosaic: one of DEMOSAICS. "dht" and "aahd" are wrong near the border; measure with the others.
+    demosaic: one of DEMOSAICS. "dht" and "aahd" are wrong near the border; measure with the others. Of an X-Trans frame all but
+        "linear" and "vng" are LibRaw's one method for that pattern, which needs 512 px a side.
     white_balance: "camera" as the file says, "daylight" (D65), the name of an illuminant such as "A" or "3200 K" (as the file's
         colour matrix sees it), multipliers for R, G, B, or a grey patch (x, y, width, height) in pixels of the frame.
     exposure_ev: lightens by 2^ev after white balance; what the sensor clipped stays clipped.
@@ -117,6 +120,7 @@ def _develop_linear(
             scaling = white_balance_options(frame, white_balance, label)
         if codes is not None:
             _replace_codes(frame, codes, label)
+        _check_pattern(frame, options, label)
         picture = frame.postprocess(
             output_color=rawpy.ColorSpace[OUTPUTS[output]],
             demosaic_algorithm=rawpy.DemosaicAlgorithm[options["demosaic"].upper()],
@@ -133,6 +137,25 @@ def _develop_linear(
         return picture
     left_dn = np.float32(black_dn[0] if len(black_dn) == 1 else 0.0)  # LibRaw subtracts differing black levels itself
     return (picture - left_dn) / np.float32(white_dn - black_dn.mean())
+
+
+def _check_pattern(frame: "rawpy.RawPy", options: dict[str, Any], label: str) -> None:
+    """Raise PhotositeError for a pattern that LibRaw does not develop, before it does so wrongly or fails without a reason."""
+    if frame.num_colors == 1:
+        return
+    pattern, sides = color_index(frame, label, of_development=True), frame.raw_image_visible.shape
+    if pattern is None or pattern.shape != (6, 6):
+        return
+    is_x_trans = max(frame.sizes.top_margin, frame.sizes.left_margin) > 6 or (pattern == 1).sum() == 20
+    rule = "LibRaw does not halve this pattern, whose cells of 2 x 2 see one colour; leave it out"
+    require(is_x_trans or not options["half_size"], "develop.half_size", True, rule, file=label)
+    if options["half_size"] or options["demosaic"] in _ANY_PATTERN:
+        return
+    rule = f"LibRaw takes this pattern for X-Trans; give {' or '.join(_ANY_PATTERN)}"
+    require(is_x_trans, "develop.demosaic", options["demosaic"], rule, file=label)
+    refused = min(sides) < _TILE_PX
+    rule = f"LibRaw develops X-Trans frames of less than {_TILE_PX} px a side by {' or '.join(_ANY_PATTERN)} alone; give one"
+    require(not refused, "develop.demosaic", options["demosaic"], rule, file=label)
 
 
 def _replace_codes(frame: "rawpy.RawPy", codes: np.ndarray, label: str) -> None:

@@ -20,8 +20,9 @@ class Raw:
     noise_free_dn: (height, width) float32, the code without noise and rounding, clipped as the sensor clips [DN].
         Both are LATE: they may be given as functions that make them. Those of a simulated frame are computed on its device
         when they are first read; until then the frame holds the light on the sensor, 4 bytes for each photosite.
-    cfa: colours of the 2x2 block at the frame's upper left corner, row by row; "MONO" has no filter.
-    black_level_dn: pedestal [DN]. black_offsets_dn: black level less pedestal at the four places of that block [DN].
+    cfa: colours from the frame's upper left corner on, of one period of the filter pattern, as `Cfa.named` reads it; "MONO" has
+        no filter.
+    black_level_dn: pedestal [DN]. black_offsets_dn: black level less pedestal at the four places of a 2x2 block [DN].
     white_level_dn: largest code the frame can reach [DN].
     linearization: (stored codes,) uint16, ascending, the code in `dn` of each code that a file stores (DNG LinearizationTable);
         None: a file stores `dn` itself.

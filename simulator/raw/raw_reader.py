@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from simulator.errors import PhotositeError, reading
+from simulator.errors import PhotositeError, reading, require
 from simulator.raw.white_balance import xyz_to_camera
+from simulator.sensor.camera.cfa import BAYER
 
 if TYPE_CHECKING:
     import rawpy
@@ -24,8 +25,8 @@ class RawFile:
     """The visible part of a raw file.
 
     mosaic: (height, width) uint16 codes as stored, pedestal included [DN].
-    cfa: colours of the 2x2 block at the upper left corner, row by row, or "MONO".
-    black_level_dn: (2, 2) float64 by place in that block [DN]. LibRaw rounds fractions; dark frames are more exact.
+    cfa: colours from the upper left corner on, of one period of the filter pattern, as `Cfa.named` reads it, or "MONO".
+    black_level_dn: float64 by place in that period, (2, 2) for MONO [DN]. LibRaw rounds fractions; dark frames are more exact.
     white_level_dn: saturation level in the file's metadata [DN].
     iso, exposure_time_s: of the metadata, None where missing. LibRaw returns 65535 for every ISO above it.
     white_balance: gains of R, G, B that the camera chose, green = 1; None where the file has none, and for MONO.
@@ -62,10 +63,11 @@ def plane_places(cfa: str) -> dict[str, tuple[int, int]]:
     return dict(zip(PLANES, [(row, column) for row in here for column in other], strict=True))
 
 
-def read_raw_file(path: str | os.PathLike[str]) -> RawFile:
+def read_raw_file(path: str | os.PathLike[str], any_pattern: bool = False) -> RawFile:
     """Read any raw file with a Bayer pattern or none.
 
-    Raises PhotositeError for a file that is missing, damaged or not a raw file, and for another pattern (X-Trans)
+    any_pattern: other patterns, too, as LibRaw tells them, such as X-Trans; they have no `planes`.
+    Raises PhotositeError for a file that is missing, damaged or not a raw file, and for another pattern
     or demosaiced data, which have no such planes.
     """
     label = os.fspath(path)
@@ -73,7 +75,7 @@ def read_raw_file(path: str | os.PathLike[str]) -> RawFile:
         mosaic = None if frame.raw_type.name != "Flat" else frame.raw_image_visible
         if mosaic is None or mosaic.dtype != np.uint16:
             raise PhotositeError("holds no mosaic of integer codes; give a raw file that was not demosaiced", file=label)
-        cfa, index = _pattern(frame, label)
+        cfa, index = _pattern(frame, label, any_pattern)
         black = np.asarray(frame.black_level_per_channel, dtype=np.float64)[index]
         other = frame.other
         return RawFile(
@@ -107,19 +109,38 @@ def open_raw(source: str | bytes, label: str) -> Iterator["OpenRaw"]:
             raise PhotositeError(f"damaged or cut short ({reason}); write or copy it again", file=label) from error
 
 
-def _pattern(frame: "rawpy.RawPy", label: str) -> tuple[str, np.ndarray]:
-    """Return the pattern of the visible part, and LibRaw's colour index (2, 2) by place; each green has its own index."""
+def _pattern(frame: "rawpy.RawPy", label: str, any_pattern: bool) -> tuple[str, np.ndarray]:
+    """Return the pattern of the visible part, and LibRaw's colour index by place; each green of Bayer has its own index."""
     if frame.num_colors == 1:  # rawpy gives a meaningless pattern then
         return "MONO", np.zeros((2, 2), dtype=int)
-    index = frame.raw_pattern
-    letters = frame.color_desc.decode("ascii", "replace")
-    pattern = "" if index is None else "".join(letters[place] for place in index.ravel())
-    if index is None or pattern not in ("RGGB", "BGGR", "GRBG", "GBRG"):
+    index, letters = color_index(frame, label), frame.color_desc.decode("ascii", "replace")
+    rows = [] if index is None else ["".join(letters[place] for place in row) for row in index]
+    pattern = ("" if len(rows) == 2 else "/").join(rows)
+    if index is None or not (pattern in BAYER or (any_pattern and len(rows) == 6)):
         shown = f"{index.shape[0]} x {index.shape[1]} filter pattern" if index is not None else f"{letters} without a pattern"
         raise PhotositeError(
             f"{shown}: only 2 x 2 Bayer patterns of R, G, G, B and monochrome files can be measured", file=label
         )
     return pattern, index.astype(int)
+
+
+def color_index(frame: "rawpy.RawPy", label: str, of_development: bool = False) -> np.ndarray | None:
+    """Return LibRaw's colour index of each photosite of one period of the filter pattern; None where it has none.
+
+    of_development: LibRaw is to develop the file, which knows an X-Trans pattern that rawpy does not tell.
+    Raises PhotositeError for an X-Trans file with a wide margin, where rawpy 0.28 reads past the end of its table, and for a
+    pattern that LibRaw misreads: it knows those of 6 x 6, and others only up to two columns.
+    """
+    index, margins = frame.raw_pattern, (frame.sizes.top_margin, frame.sizes.left_margin)
+    hidden = index is not None and index.shape == (6, 6) and max(margins) > 6 and not of_development
+    rule = "rawpy does not tell the pattern behind so many rows and columns of optical black; develop reads the file"
+    require(not hidden, "margins", margins, rule, file=label)
+    rule = (
+        "LibRaw misreads the pattern, which is wider than 2 and not 6 x 6; simulate it with camera.remosaic or camera.binning"
+    )
+    shown = [] if index is None else index.tolist()
+    require(index is None or index.shape == (6, 6) or len({*index.ravel()}) == 4, "cfa", shown, rule, file=label)
+    return index
 
 
 def _white_balance(frame: "rawpy.RawPy") -> tuple[float, float, float] | None:

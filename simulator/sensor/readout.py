@@ -1,4 +1,4 @@
-"""Passes between and around the parts of the fused kernel: crosstalk, binning and optical black."""
+"""Passes between and around the parts of the fused kernel: crosstalk, binning, remosaic and optical black."""
 
 from collections.abc import Callable
 
@@ -7,8 +7,11 @@ from numpy.typing import DTypeLike
 
 from simulator.device import Buffer, Device
 from simulator.sensor.camera.camera_sections import Window
+from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.camera.readout_window import ReadoutGeometry
+from simulator.sensor.camera.remosaic import remosaic_weights
 from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor
+from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
 from simulator.sensor.kernel.noise_free import code_of_charge, code_of_light, mean_charge, mean_electrons
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.sensor_plan import SensorPlan
@@ -18,7 +21,7 @@ def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -
     """Return the codes (height, width) uint16 for a mosaic of electron radiance, binned and cropped to the output window."""
     geometry = sensor.readout
     frame = geometry.computed
-    if not geometry.shares_charge and not geometry.averages:
+    if geometry.is_plain:
         setting = [FrameSetting(sensor.stages, seeds, frame.x, frame.y)]
 
         def launch(result: Buffer) -> None:
@@ -38,6 +41,8 @@ def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -
             signal = share_charge(device, geometry, signal)
     if geometry.averages:
         signal = _bin(device, geometry, "codes", signal, np.uint16)
+    if geometry.pattern is not None:
+        signal = _remosaic(device, geometry, geometry.pattern, "codes", signal, {"white_dn": sensor.adc_range[1]})
     return device.download(signal, (binned.height, binned.width), np.uint16)[geometry.kept]
 
 
@@ -45,24 +50,67 @@ def read_mean_electrons(device: Device, sensor: SensorPlan, light: Buffer) -> np
     """Return the mean electrons [e-] of the frame's pixels, (height, width) float32; light: mosaic of electron radiance."""
     geometry, frame = sensor.readout, sensor.readout.computed
     shape, setting = (frame.height, frame.width), [FrameSetting(sensor.stages, x=frame.x, y=frame.y)]
-    if not geometry.shares_charge and not geometry.averages:
+    if geometry.is_plain:
         return _receive(device, geometry, lambda result: mean_electrons(device, light, result, shape, setting), np.float32)
     electrons = device.empty(shape, np.float32)
     mean_electrons(device, light, electrons, shape, setting)
-    return download_averaged(device, geometry, share_charge(device, geometry, electrons))[geometry.kept]
+    electrons = share_charge(device, geometry, electrons)
+    if geometry.pattern is not None:
+        electrons = _remosaic(device, geometry, geometry.pattern, "signal", electrons, {"most": MOST_ELECTRONS})
+    return download_averaged(device, geometry, electrons)[geometry.kept]
 
 
 def read_noise_free(device: Device, sensor: SensorPlan, light: Buffer) -> np.ndarray:
     """Return the codes without noise [DN] of the frame's pixels, (height, width) float32; light: as `read_mean_electrons`."""
     geometry, frame, read = sensor.readout, sensor.readout.computed, sensor.readout.read
     shape, setting = (frame.height, frame.width), [FrameSetting(sensor.stages, x=frame.x, y=frame.y)]
-    if not geometry.shares_charge and not geometry.averages:
+    if geometry.is_plain:
         return _receive(device, geometry, lambda result: code_of_light(device, light, result, shape, setting), np.float32)
     charge = device.empty(shape, np.float32)
     mean_charge(device, light, charge, shape, setting)
     signal = share_charge(device, geometry, charge)
     code_of_charge(device, signal, (read.height, read.width), setting)
+    if geometry.pattern is not None:
+        signal = _remosaic(device, geometry, geometry.pattern, "signal", signal, {"most": float(sensor.adc_range[1])})
     return download_averaged(device, geometry, signal)[geometry.kept]
+
+
+def remosaic_variance(device: Device, geometry: ReadoutGeometry, variance: np.ndarray) -> np.ndarray:
+    """Return the variance of the codes of the frame's pixels after remosaic [DN^2], (height, width) float32.
+
+    variance: of the codes of the computed photosites, (height, width) float32 [DN^2]. A sum of codes is rounded again.
+    """
+    assert geometry.pattern is not None  # called only for cameras that remosaic
+    weights = remosaic_weights(geometry.pattern)
+    spread = _remosaic(
+        device, geometry, geometry.pattern, "signal", device.upload(variance), {"most": MOST_ELECTRONS}, weights**2
+    )
+    area, (rows, columns) = geometry.computed, geometry.pattern.period
+    again = np.where(weights.max(axis=(2, 3)) == 1.0, np.float32(0.0), np.float32(1.0 / 12.0))
+    rounding = again[np.ix_((area.y + np.arange(area.height)) % rows, (area.x + np.arange(area.width)) % columns)]
+    return (device.download(spread, (area.height, area.width), np.float32) + rounding)[geometry.kept]
+
+
+def _remosaic(
+    device: Device,
+    geometry: ReadoutGeometry,
+    pattern: Cfa,
+    what: str,
+    source: Buffer,
+    limit: dict[str, float],
+    weights: np.ndarray | None = None,
+) -> Buffer:
+    """Return "codes" or a "signal" of the computed photosites in the colours of a Bayer pattern.
+
+    pattern: of their groups. limit: argument of the kernel, the largest result. weights: others than those of the codes.
+    """
+    area, dtype = geometry.computed, np.uint16 if what == "codes" else np.float32
+    result = device.empty((area.height, area.width), dtype)
+    kernel = device.kernel(f"remosaic_{what}", {"PERIOD": pattern.period[0], "REACH": pattern.group}, file="remosaic.cl")
+    table = device.upload(remosaic_weights(pattern) if weights is None else weights)
+    places = {"first_x": area.x % pattern.period[1], "first_y": area.y % pattern.period[0]}
+    device.run(kernel, (area.width, area.height), None, **{what: source}, mosaic=result, weights=table, **places, **limit)
+    return result
 
 
 def _receive(device: Device, geometry: ReadoutGeometry, launch: Callable[[Buffer], None], dtype: DTypeLike) -> np.ndarray:

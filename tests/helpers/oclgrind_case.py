@@ -40,6 +40,7 @@ from simulator.sensor.camera.camera import IsoSetting, Window
 from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.camera.hdr_readout import HdrReadout
 from simulator.sensor.camera.optical_black import OpticalBlack
+from simulator.sensor.camera.remosaic import Remosaic
 
 
 def run(case: str) -> None:
@@ -50,6 +51,8 @@ def run(case: str) -> None:
     binning = Binning(2, "average" if "averaged" in case else "charge")
     neighbours = {"crosstalk": Crosstalk(0.02, 0.01, 0.01, 0.005), "binning": binning} if "near" in case else {}
     window = Window(32, 16, 50, 21) if neighbours else Window(31, 17, 50, 20)
+    if "remosaiced" in case:
+        neighbours = {"remosaic": Remosaic()}
     camera = small_camera(
         90,
         40,

@@ -10,7 +10,7 @@ import numpy as np
 from simulator.errors import PhotositeError, reading
 from simulator.measurement.statistics.single_frame_noise import LevelNoise, single_frame_noise
 from simulator.raw.dng.xmp import SettingsChanged, read_provenance
-from simulator.raw.raw_reader import open_raw, plane_places, positive_or_none
+from simulator.raw.raw_reader import color_index, open_raw, plane_places, positive_or_none
 from simulator.raw.software import OURS
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def inspect_raw(path: str | os.PathLike[str]) -> Inspection:
         if image is None or image.dtype != np.uint16:
             raise PhotositeError("holds no integer codes; give a raw file of 16-bit codes", file=label)
         black, white = np.asarray(frame.black_level_per_channel, dtype=np.float64), int(frame.white_level)
-        pattern, places = _places(frame, image)
+        pattern, places = _places(frame, image, label)
         channels = tuple(_channel(name, planes, float(black[index].mean()), white) for name, planes, index in places)
         other, lens = frame.other, frame.lens
         named, (config_sha256, changed) = _names(label), _origin(label)
@@ -110,7 +110,7 @@ def inspect_raw(path: str | os.PathLike[str]) -> Inspection:
         )
 
 
-def _places(frame: "OpenRaw", image: np.ndarray) -> tuple[str, list[tuple[str, list[np.ndarray], list[int]]]]:
+def _places(frame: "OpenRaw", image: np.ndarray, label: str) -> tuple[str, list[tuple[str, list[np.ndarray], list[int]]]]:
     """Return the filter pattern, and for each colour its name, its planes (one per place), and LibRaw's colour indices."""
     letters = frame.color_desc.decode("ascii", "replace")
     if image.ndim == 3:
@@ -118,7 +118,7 @@ def _places(frame: "OpenRaw", image: np.ndarray) -> tuple[str, list[tuple[str, l
         return "full colour", [(letters[index], [image[..., index]], [index]) for index in range(count)]
     if frame.num_colors == 1:  # rawpy gives a meaningless pattern then
         return "MONO", [("MONO", [image], [0])]
-    index = frame.raw_pattern
+    index = color_index(frame, label)
     assert index is not None  # a mosaic of several colours has a pattern
     tall, wide = index.shape
     rows = ["".join(letters[place] for place in row) for row in index]

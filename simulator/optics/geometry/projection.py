@@ -90,7 +90,7 @@ class Projection:
         )
         return math.ceil(wide - 1e-4) + (not begins_on_pixels)
 
-    def defines(self, cfa_macros: dict[str, int], over: int = 1, inset: float = 0.0) -> dict[str, object]:
+    def defines(self, cfa_macros: dict[str, object], over: int = 1, inset: float = 0.0) -> dict[str, object]:
         """Macros of kernels/projection.cl, for planes of `over` x `over` samples per photosite.
 
         cfa_macros: of kernels/cfa.h, for the output's upper left corner. inset: of a mosaic's open area [photosites].

@@ -101,7 +101,7 @@ class HighlightPass:
         buffers = self._upload({"places": element.astype(np.uint32), "left": left.astype(np.float32)})
         self._run("highlights_take", (len(element),), self.band.defines, **buffers)
 
-    def spread(self, slabs: Buffer, lights: Sequence[tuple[dict[str, int], Buffer]], band: dict[str, int]) -> None:
+    def spread(self, slabs: Buffer, lights: Sequence[tuple[dict[str, object], Buffer]], band: dict[str, int]) -> None:
         """Add the highlights' spots to mosaics in the blocks that they reach.
 
         lights: macros of kernels/cfa.h of each mosaic, and its light. band: fields of `struct row_band` of kernels/row_band.h.

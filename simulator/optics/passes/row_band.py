@@ -105,7 +105,7 @@ class RowBand:
         linear = 1 if self.defocus.area.has_squares(over) else per_px if over == 1 else 0
         return {"NODES_PER_PX": f"{per_px}.0f", "LINEAR_NODES": f"{linear}.0f"}
 
-    def _filter(self, mosaic: Mosaic) -> dict[str, int]:
+    def _filter(self, mosaic: Mosaic) -> dict[str, object]:
         """Macros of kernels/cfa.h for a mosaic."""
         return mosaic.cfa.macros(self.area.frame.x, self.area.frame.y)
 

@@ -28,7 +28,7 @@ ROUND = Pupil()
 PATTERNS = 32  # of rays, so that neighbouring photosites rarely share one; a pattern of 1024 rays takes 16 KiB
 
 LightsLost = Callable[[np.ndarray, np.ndarray], np.ndarray]
-CfaBlock = tuple[tuple[int, int], tuple[int, int]]  # colour planes of the upper left 2 x 2 photosites
+CfaBlock = tuple[tuple[int, ...], ...]  # colour planes of the upper left 2 x 2 photosites
 
 
 @dataclass(frozen=True)

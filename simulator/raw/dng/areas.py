@@ -4,6 +4,7 @@ from simulator.errors import require
 from simulator.raw.dng import tiff
 from simulator.raw.dng.tags import Tag
 from simulator.raw.raw_image import Raw
+from simulator.sensor.camera.cfa import Cfa
 
 _GAP_PX = 2  # charge from the active area reaches one photosite into the optical black; two keep the colour pattern
 
@@ -12,12 +13,15 @@ def areas(raw: Raw) -> dict[Tag, tiff.Field]:
     """Return DefaultCrop, and ActiveArea and MaskedAreas (top, left, bottom, right) of a frame with optical black.
 
     Converters take black from MaskedAreas instead of BlackLevel, so it has only photosites that no charge reaches.
-    Raises PhotositeError for an active area outside the frame, or one that begins at an odd row or column: LibRaw moves it.
+    Raises PhotositeError for an active area outside the frame, or one that begins within a period of the filter pattern: LibRaw
+    moves a Bayer pattern, and the pattern of the tags begins with the active area.
     """
     top, left, bottom, right = raw.edges
     height, width = raw.dn.shape
-    inside = 0 <= top < bottom <= height and 0 <= left < right <= width and top % 2 == left % 2 == 0
-    require(inside, "active_area", raw.edges, "lies within the frame and begins at even rows and columns", part=raw.name)
+    rows, columns = Cfa.named(raw.cfa).period
+    inside = 0 <= top < bottom <= height and 0 <= left < right <= width and top % rows == left % columns == 0
+    begin = "even rows and columns" if (rows, columns) == (2, 2) else f"multiples of {rows} rows and {columns} columns"
+    require(inside, "active_area", raw.edges, f"lies within the frame and begins at {begin}", part=raw.name)
     border = min(8, 2 * (min(bottom - top, right - left) // 16))  # even; 8 px hide what demosaicing does at the edge
     tags = {
         Tag.DEFAULT_CROP_ORIGIN: tiff.long(border, border),  # x, y in the active area

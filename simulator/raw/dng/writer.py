@@ -25,10 +25,11 @@ from simulator.raw.dng.thumbnail import thumbnail
 from simulator.raw.dng.xmp import xmp_packet
 from simulator.raw.raw_image import Raw
 from simulator.raw.software import software
+from simulator.sensor.camera.cfa import Cfa
 
 SMALLEST_SIDE_PX = 22  # LibRaw refuses smaller frames
 LARGEST_SIDE_PX = 64000  # LibRaw refuses larger ones
-CFA_COLOURS = {"RGGB": (0, 1, 1, 2), "BGGR": (2, 1, 1, 0), "GRBG": (1, 0, 2, 1), "GBRG": (1, 2, 0, 1)}  # CfaColor
+COLOURS = (CfaColor.RED, CfaColor.GREEN, CfaColor.BLUE)  # of the colour planes
 
 
 def write_dng(raw: Raw, path: str | os.PathLike) -> None:
@@ -126,9 +127,10 @@ def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[Tag, tiff.Field | tiff.
         Tag.NOISE_PROFILE: tiff.double(*np.ravel(raw.noise_profile)),
     }
     if not mono:
-        tags[Tag.CFA_REPEAT_PATTERN_DIM] = tiff.short(2, 2)
-        tags[Tag.CFA_PATTERN] = tiff.byte(*CFA_COLOURS[raw.cfa])
-        tags[Tag.CFA_PLANE_COLOR] = tiff.byte(CfaColor.RED, CfaColor.GREEN, CfaColor.BLUE)
+        pattern = Cfa.named(raw.cfa)
+        tags[Tag.CFA_REPEAT_PATTERN_DIM] = tiff.short(*pattern.period)
+        tags[Tag.CFA_PATTERN] = tiff.byte(*[COLOURS[plane] for row in pattern.planes for plane in row])
+        tags[Tag.CFA_PLANE_COLOR] = tiff.byte(*COLOURS)
         tags[Tag.CFA_LAYOUT] = tiff.short(CfaLayout.RECTANGULAR)
     strip = _strip(height, width, mosaic.size_bytes)
     return {**tags, **areas(raw), **opcodes(raw), **levels(raw, mosaic.bits_per_sample), **strip}

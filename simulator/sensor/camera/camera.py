@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 from simulator.errors import require
 from simulator.sensor.camera.binning import Binning
@@ -15,6 +15,7 @@ from simulator.sensor.camera.iso_stages import iso_stages
 from simulator.sensor.camera.iso_table import IsoTable
 from simulator.sensor.camera.optical_black import OpticalBlack
 from simulator.sensor.camera.read_noise_model import ReadNoiseModel
+from simulator.sensor.camera.remosaic import Remosaic
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.stage import Stage
 from simulator.units import DigitalNumbers, Micrometres, Seconds
@@ -32,6 +33,8 @@ class Camera:
     read_noise_spread: variation of the read noise before the gain between photosites: standard deviation of ln sigma, 0 to 1.
         Not allowed together with a tukey_lambda, whose tails include it.
     read_noise_model: read noise with two sources, for a camera without a table.
+    cfa: colours of the filter from the sensor's upper left corner on, row by row: RGGB, BGGR, GRBG, GBRG, MONO without one, or
+        the rows of a larger pattern with / between them, such as GBGGRG/RGRBGB/GBGGRG/GRGGBG/BGBRGR/GRGGBG.
     conversion_gain: first ISO of high conversion gain, for photosites with dual conversion gain.
     iso_range: measured refuses an ISO outside the measured range, extrapolate continues the slope of the table there.
     white_level_dn: code at which the camera saturates [DN]; 2^bit_depth - 1 when left out.
@@ -40,6 +43,8 @@ class Camera:
     low_pass_um: distance between the four spots of an optical low-pass filter, on either axis; 0: no filter.
     readout_time_s: in which all lines are read one after the other, from the start of the first to that of one past the last,
         with a rolling shutter that states none.
+    binning: of photosites of one colour: of a Bayer pattern, or of the groups of a pattern such as RRGG/RRGG/GGBB/GGBB.
+    remosaic: the codes of a pattern of groups become those of a Bayer pattern of the same size; left out: they stay.
     hdr_readout: several readings of one frame that are combined; left out: one reading.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
     Raises PhotositeError for values out of range, or that contradict each other.
@@ -71,6 +76,7 @@ class Camera:
     low_pass_um: Micrometres = 0.0
     readout_time_s: Seconds | None = None
     hdr_readout: HdrReadout | None = None
+    remosaic: Remosaic | None = None
 
     def __post_init__(self) -> None:
         for key, side in (("width", self.width_px), ("height", self.height_px)):
@@ -82,7 +88,7 @@ class Camera:
         if self.readout_time_s is not None:
             good = 0 <= self.readout_time_s < math.inf
             require(good, "camera.readout_time", f"{self.readout_time_s:g} s", "give a time of 0 s or more, such as 20 ms")
-        require(self.cfa in get_args(CfaName), "camera.cfa", self.cfa, f"give one of {', '.join(get_args(CfaName))}")
+        _ = self.filter  # checks the pattern
         rule = f"needs {self.channels} values per line of response.relative, which has {self.response.channels}"
         require(self.response.channels == self.channels, "camera.cfa", self.cfa, rule)
         require(self.color_matrix is None or self.channels == 3, "camera.color_matrix", "given", "MONO has no colours")
@@ -118,6 +124,9 @@ class Camera:
             require(setting.tukey_lambda is None or spread == 0, "camera.read_noise_spread", spread, tails)
             grey = setting.color_bias_dn is not None and self.channels == 1
             require(not grey, f"camera.iso_table.{iso}.color_bias", setting.color_bias_dn, "MONO has no colours")
+            large = setting.color_bias_dn is not None and not self.filter.is_small
+            greens = "is stated for the greens of a Bayer pattern; leave it out"
+            require(not large, f"camera.iso_table.{iso}.color_bias", setting.color_bias_dn, greens)
 
     def _check_levels(self) -> None:
         """Raise PhotositeError for black and white levels out of the ADC's range or in the wrong order."""
@@ -150,6 +159,29 @@ class Camera:
         averages = self.hdr_readout is not None and self.binning is not None and self.binning.mode == "average"
         rule = "combined codes of an hdr_readout cannot be averaged; take mode charge, or leave one of them out"
         require(not averages, "camera.binning.mode", "average", rule)
+        self._check_groups()
+        if covered is not None:
+            rows, columns = self.filter.period
+            rule = "give whole periods of the colour filter pattern"
+            for key, side, period in (("left", covered.left_px, columns), ("top", covered.top_px, rows)):
+                require(side % period == 0, f"camera.optical_black.{key}", side, f"{rule}, multiples of {period} photosites")
+
+    def _check_groups(self) -> None:
+        """Raise PhotositeError for binning or remosaic of a pattern that is not made for it."""
+        binning, group = self.binning, self.filter.group
+        if binning is not None and not self.filter.is_small:
+            rule = "combines photosites of a Bayer pattern, of groups that begin at the sensor's corner, or without a filter"
+            require(group > 1, "camera.binning", f"with cfa {self.cfa}", rule)
+            require(binning.factor == group, "camera.binning.factor", binning.factor, f"give {group}, the side of the groups")
+        if self.remosaic is None:
+            return
+        rule = "needs a pattern of groups that begin at the sensor's corner, such as RRGG/RRGG/GGBB/GGBB; leave it out"
+        require(group > 1, "camera.remosaic", f"with cfa {self.cfa}", rule)
+        for key in ("binning", "hdr_readout", "optical_black"):
+            rule = f"does not go together with {key}; leave one of them out"
+            require(getattr(self, key) is None, "camera.remosaic", f"with {key}", rule)
+        rule = f"remosaic needs {2 * group} photosites a side"
+        require(min(self.width_px, self.height_px) >= 2 * group, "camera.width", self.width_px, rule)
 
     @property
     def channels(self) -> int:
@@ -179,8 +211,12 @@ class Camera:
         return Cfa.named(self.cfa)
 
     def frame_cfa(self) -> CfaName:
-        """Return the name of the filter pattern that starts at the frame's upper left corner."""
-        return self.filter.name_at(self.frame.x, self.frame.y)
+        """Return the name of the filter pattern of the frame that is given out, from its upper left corner on."""
+        pattern, frame = self.filter, self.frame
+        if pattern.group == 1 or (self.binning is None and self.remosaic is None):
+            return pattern.name_at(frame.x, frame.y)
+        step = 1 if self.binning is None else pattern.group
+        return pattern.of_groups().name_at(frame.x // step, frame.y // step)
 
     @property
     def isos(self) -> tuple[int, ...]:

@@ -1,53 +1,110 @@
 """Colour filter array: the colour plane of each photosite of the sensor."""
 
 from dataclasses import dataclass
-from typing import Literal, Self
+from typing import Self
 
-CfaName = Literal["RGGB", "BGGR", "GRBG", "GBRG", "MONO"]
-Block = tuple[tuple[int, int], tuple[int, int]]
+from simulator.errors import require
+
+CfaName = str  # "RGGB", "BGGR", "GRBG", "GBRG", "MONO", or rows of a larger pattern, such as "GBGGRG/RGRBGB/..."
+Pattern = tuple[tuple[int, ...], ...]
+BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
+LARGEST_SIDE = 8  # photosites of a pattern per side: Adobe's DNG SDK reads no larger ones (kMaxCFAPattern)
+_COLORS = "RGB"  # in the order of the colour planes
 
 
 @dataclass(frozen=True)
 class Cfa:
-    """Pattern of 2 x 2 photosites that repeats from the sensor's upper left corner on.
+    """Pattern of photosites that repeats from the sensor's upper left corner on.
 
-    planes: colour planes (0 R, 1 G, 2 B; all 0 without a filter), [row][column].
+    planes: colour planes (0 R, 1 G, 2 B; all 0 without a filter), [row][column], of one period on each axis, 2 photosites at
+        least.
     """
 
-    planes: Block
+    planes: Pattern
 
     @classmethod
     def named(cls, name: CfaName) -> Self:
-        """Return the pattern of this name; the letters are colours row by row."""
+        """Return the pattern of this name; the letters are colours row by row, with "/" between rows unless it is 2 x 2.
+
+        Raises PhotositeError for text that is no pattern.
+        """
         if name == "MONO":
             return cls.uniform(0)
-        top_left, top_right, bottom_left, bottom_right = ("RGB".index(letter) for letter in name)
-        return cls(((top_left, top_right), (bottom_left, bottom_right)))
+        known = (
+            f"give one of {', '.join(BAYER)}, MONO, or the rows of a pattern with / between them, such as RRGG/RRGG/GGBB/GGBB"
+        )
+        rows = [name[:2], name[2:]] if "/" not in name and len(name) == 4 else name.split("/")
+        sides = len(rows), len(rows[0])
+        require(all(2 <= side <= LARGEST_SIDE for side in sides), "camera.cfa", name, f"{known}, of 2 to {LARGEST_SIDE} a side")
+        require(all(len(row) == sides[1] for row in rows), "camera.cfa", name, f"the rows differ in length; {known}")
+        require({*"".join(rows)} == {*_COLORS}, "camera.cfa", name, known)
+        found = cls(_shortest(tuple(tuple(_COLORS.index(letter) for letter in row) for row in rows)))
+        require(not found.is_small or found.name_at(0, 0) in BAYER, "camera.cfa", name, known)
+        return found
 
     @classmethod
     def uniform(cls, plane: int) -> Self:
         """Return the pattern whose photosites all have the same colour plane."""
         return cls(((plane, plane), (plane, plane)))
 
-    def block(self, x: int, y: int) -> Block:
-        """Return the colour planes of the 2 x 2 block whose upper left photosite is (x, y) of the sensor, [row][column]."""
-        rows = self.planes[y % 2], self.planes[(y + 1) % 2]
-        (a, b), (c, d) = ((row[x % 2], row[(x + 1) % 2]) for row in rows)
-        return (a, b), (c, d)
+    @property
+    def period(self) -> tuple[int, int]:
+        """Photosites after which the pattern repeats: from row to row, from column to column."""
+        return len(self.planes), len(self.planes[0])
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the pattern repeats after 2 x 2 photosites: the kernels of blur and motion compute no others at once."""
+        return self.period == (2, 2)
+
+    @property
+    def group(self) -> int:
+        """Photosites per side of the square groups of one colour that form a Bayer pattern: 2 of quad-Bayer; 1: none."""
+        rows, columns = self.period
+        side = rows // 2
+        grouped = tuple(tuple(self.planes[y // side * side][x // side * side] for x in range(columns)) for y in range(rows))
+        is_bayer = Cfa(tuple(row[::side] for row in self.planes[::side])).name_at(0, 0) in BAYER
+        return side if rows == columns == 2 * side and grouped == self.planes and is_bayer else 1
+
+    def of_groups(self) -> Self:
+        """Return the pattern in which each group of photosites is one."""
+        return type(self)(tuple(row[:: self.group] for row in self.planes[:: self.group]))
+
+    def block(self, x: int, y: int) -> Pattern:
+        """Return the colour planes of one period whose upper left photosite is (x, y) of the sensor, [row][column]."""
+        rows, columns = self.period
+        return tuple(tuple(self.planes[(y + i) % rows][(x + j) % columns] for j in range(columns)) for i in range(rows))
 
     def name_at(self, x: int, y: int) -> CfaName:
         """Return the name of the pattern that starts at photosite (x, y) of the sensor."""
         if self == Cfa.uniform(0):
             return "MONO"
-        name: CfaName = "".join("RGB"[plane] for row in self.block(x, y) for plane in row)  # type: ignore[assignment]  # four letters of RGB are a name
-        return name
+        rows = ["".join(_COLORS[plane] for plane in row) for row in self.block(x, y)]
+        return ("" if self.is_small else "/").join(rows)
 
-    def macros(self, x: int, y: int) -> dict[str, int]:
+    def macros(self, x: int, y: int) -> dict[str, object]:
         """Return the macros of kernels/cfa.h for a frame whose upper left photosite is (x, y) of the sensor."""
-        (c00, c01), (c10, c11) = self.block(x, y)
-        return {"CFA_00": c00, "CFA_01": c01, "CFA_10": c10, "CFA_11": c11}
+        block = self.block(x, y)
+        if self.is_small:
+            return {f"CFA_{i}{j}": block[i][j] for i in (0, 1) for j in (0, 1)}
+        rows, columns = self.period
+        table = ", ".join(str(plane) for row in block for plane in row)
+        return {"CFA_ROWS": rows, "CFA_COLUMNS": columns, "CFA_TABLE": f"{{{table}}}"}
 
     @property
     def colors(self) -> list[int]:
         """Colour planes that occur, ascending."""
         return sorted({plane for row in self.planes for plane in row})
+
+
+def _shortest(planes: Pattern) -> Pattern:
+    """Return one period of a pattern on each axis, of 2 photosites at least."""
+    rows = _period(planes)
+    columns = _period(tuple(zip(*planes, strict=True)))
+    return tuple(row[:columns] for row in planes[:rows])
+
+
+def _period(lines: Pattern) -> int:
+    """Return after how many lines they repeat: a divisor of their number, 2 at least."""
+    count = len(lines)
+    return next(step for step in range(2, count + 1) if count % step == 0 and lines == lines[:step] * (count // step))

@@ -3,7 +3,7 @@
 import math
 
 from simulator.sensor.camera.camera_sections import IsoSetting
-from simulator.sensor.camera.cfa import Block, Cfa, CfaName
+from simulator.sensor.camera.cfa import Cfa, CfaName, Pattern
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.analog_gain import AnalogGain
 from simulator.sensor.stages.color_bias import ColorBias
@@ -52,7 +52,7 @@ def _read_noise(setting: IsoSetting, after_gain_dn: float, spread: float, ratio:
     return stages | ({"read_noise_after_gain": ReadNoiseAfterGain(after_gain_dn)} if after_gain_dn > 0 else {})
 
 
-def _by_place(by_color: tuple[float, ...], planes: Block) -> tuple[float, ...]:
+def _by_place(by_color: tuple[float, ...], planes: Pattern) -> tuple[float, ...]:
     """Return values of red, green beside red, green beside blue, blue in the order of the sensor's 2x2 block, row by row."""
     red, green_red, green_blue, blue = by_color
     with_red, with_blue = {0: red, 1: green_red}, {2: blue, 1: green_blue}  # by colour plane

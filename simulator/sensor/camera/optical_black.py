@@ -9,8 +9,8 @@ from simulator.errors import require
 class OpticalBlack:
     """Photosites covered by metal at the edges: without light, but with dark current, read noise and pedestal.
 
-    They are part of the camera's width and height. Each side is even, so that the colour filter pattern of the active area
-    starts like that of the sensor.
+    They are part of the camera's width and height. Each side is even, and left and top are whole periods of a larger pattern,
+    so that the colour filter pattern of the active area starts like that of the sensor.
 
     left_px: covered columns at the left edge.
     top_px: covered rows at the upper edge.

@@ -2,12 +2,13 @@
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from simulator.errors import require
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
+from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.camera.crosstalk import Crosstalk
 
 
@@ -18,7 +19,9 @@ class ReadoutGeometry:
     output: readout window that the camera gives out, before binning.
     computed: that window and a margin of photosites that affect it by crosstalk.
     active: active area of the sensor, which light reaches.
-    filter_step: distance of photosites of one colour [px]: 2 with a colour filter array, else 1.
+    filter_step: distance of photosites of one colour that are binned [px]: 2 of a Bayer pattern, 1 of groups and without a
+        filter.
+    pattern: of groups of one colour, which a remosaic turns into a Bayer pattern; None: there is none.
     """
 
     output: Window
@@ -27,6 +30,7 @@ class ReadoutGeometry:
     filter_step: int
     crosstalk: Crosstalk
     binning: Binning | None
+    pattern: Cfa | None = None
 
     @property
     def adds_charge(self) -> bool:
@@ -42,6 +46,16 @@ class ReadoutGeometry:
     def shares_charge(self) -> bool:
         """Whether photosites exchange or sum charge, so that the fused kernel runs in two parts."""
         return self.adds_charge or self.crosstalk.electrical_shares != (0.0, 0.0)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether a photosite's code is given out as it is read, without its neighbours."""
+        return not self.shares_charge and not self.averages and self.pattern is None
+
+    @property
+    def of_photosites(self) -> "ReadoutGeometry":
+        """The same area without remosaic, given out with its margin."""
+        return replace(self, output=self.computed, pattern=None)
 
     @property
     def reaches_optical_black(self) -> bool:
@@ -134,29 +148,35 @@ def _block_px(camera: Camera) -> int:
 
 
 def _filter_step(camera: Camera) -> int:
-    """Return the distance of photosites of one colour [px]."""
-    return 1 if camera.cfa == "MONO" else 2
+    """Return the distance of photosites of one colour that are binned [px]."""
+    return 1 if camera.cfa == "MONO" or camera.filter.group > 1 else 2
 
 
 def _readout_of(camera: Camera, output: Window) -> ReadoutGeometry:
     """Return the ReadoutGeometry of a window of whole binned blocks."""
     crosstalk, block = camera.crosstalk or Crosstalk(), _block_px(camera)
-    shares = crosstalk.optical_shares + crosstalk.electrical_shares
     reach = sum(any(pair) for pair in (crosstalk.optical_shares, crosstalk.electrical_shares))
-    margin = -(-reach // block) * block if any(shares) else 0
+    pattern = None if camera.remosaic is None else camera.filter
+    reach += 0 if pattern is None else pattern.group
+    margin = -(-reach // block) * block
     left, top = min(margin, output.x), min(margin, output.y)
     right = min(margin, camera.width_px - output.x - output.width)
     bottom = min(margin, camera.height_px - output.y - output.height)
     computed = Window(output.x - left, output.y - top, left + output.width + right, top + output.height + bottom)
-    return ReadoutGeometry(output, computed, camera.active, _filter_step(camera), crosstalk, camera.binning)
+    return ReadoutGeometry(output, computed, camera.active, _filter_step(camera), crosstalk, camera.binning, pattern)
 
 
 def _check_active_area(camera: Camera) -> None:
-    """Raise PhotositeError for a window without active area, or with an odd offset in the optical black."""
+    """Raise PhotositeError for a window without active area, or that cuts a filter pattern in the optical black."""
     output, active = camera.frame, camera.active
-    sides = (("x", output.x, output.width, active.x, active.width), ("y", output.y, output.height, active.y, active.height))
-    for key, first, size, active_first, active_size in sides:
+    rows, columns = camera.filter.period
+    sides = (
+        ("x", output.x, output.width, active.x, active.width, columns),
+        ("y", output.y, output.height, active.y, active.height, rows),
+    )
+    for key, first, size, active_first, active_size, period in sides:
         seen = first < active_first + active_size and active_first < first + size
         require(seen, f"camera.window.{key}", first, "the window lies in the optical black; choose one that sees light")
-        even = first >= active_first or first % 2 == 0
-        require(even, f"camera.window.{key}", first, "give an even number: part of the window is optical black")
+        whole = first >= active_first or first % period == 0
+        number = "an even number" if period == 2 else f"a multiple of {period}"
+        require(whole, f"camera.window.{key}", first, f"give {number}: part of the window is optical black")
