@@ -13,12 +13,15 @@ import numpy as np
 
 from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.predicted_error import describe_ignored, predicted_error
+from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_ignored
+from simulator.optics.geometry.motion_errors import MOTION
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.psf_bands import split_into_bands
 from simulator.optics.passes.tile_grid import TileGrid, band_sizes
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
 from simulator.optics.psf.kernel_split import Core
+from simulator.optics.psf.psf_errors import PSF
+from simulator.pipeline.error_budget import ErrorBudget, error_budget
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.sensor_plan import SensorPlan
@@ -75,8 +78,8 @@ class Pass:
     kept: whether it runs; a pass that is skipped has no size, memory or cost. method: how it runs, or why it is skipped.
     size: photosites, or the unit that `method` names. memory_bytes: on device and host together, held until the frame is done.
     scratch_bytes: the same, of buffers that are freed when the pass is done.
-    error_sigma: predicted error, in standard deviations of the noise at the brightest light; None: exact except for
-    rounding. cost_ms: predicted time.
+    error_sigma: what its methods leave, or what leaving it out does, by the error budget [standard deviations of the noise];
+    None: exact except for rounding. cost_ms: predicted time.
     """
 
     name: str
@@ -104,14 +107,15 @@ def passes_of(
     yet. strips: readout of each strip of the frame, where there are several. later: exposures after the first whose light is
     computed on its own.
     """
-    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles), _psf(optics))
-    motion = _motion(optics, still)
+    budget = error_budget(optics)
+    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), _psf(optics, budget))
+    motion = _motion(optics, still, budget)
     is_first = optics.motion is not None and optics.motion.method == "swept_first"
     if is_first:
         projection = replace(projection, method="part of the motion")
     elif motion.kept:
         projection, defocus, psf = (
-            Pass(one.name, False, "part of the motion, at each instant" if one.kept else one.method) for one in still
+            Pass(one.name, False, "part of the motion, at each instant") if one.kept else one for one in still
         )
     sampling = (_scene_planes(optics), projection)
     blur = (motion, defocus, psf) if is_first else (defocus, psf, motion)
@@ -175,11 +179,16 @@ def _radius_statistics(optics: OpticsPlan, defocus: Pass) -> Pass:
     )
 
 
-def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
+def _error(budget: ErrorBudget, *effects: str) -> float | None:
+    """Predicted error of a pass by its effects; None where there is none."""
+    return budget.sigma_of(*effects) or None
+
+
+def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) -> Pass:
     defocus, pixels = optics.defocus, _pixels(optics)
     if defocus is None:
-        error = optics.accuracy.in_sigma(optics.accuracy.ignoring_error(optics.ignored_px)) if optics.ignored_px else None
-        return Pass("defocus", False, describe_ignored(optics.accuracy, optics.ignored_px), error_sigma=error)
+        told = describe_ignored(optics.accuracy, optics.ignored_px)
+        return Pass("defocus", False, told, error_sigma=_error(budget, BLUR))
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")
     if optics.accuracy.tolerance == 0.0:
@@ -204,7 +213,7 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
         work = work_of(tiles)
         methods = ", ".join(f"{one.name.lower()} {100 * share:.3g} %" for one, share in tiles.shares().items() if share > 0)
     memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
-    error = predicted_error(optics.moving_blur or defocus, optics.contrast)
+    error = _error(budget, BLUR, MOVING)
     return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms(work), scratch)
 
 
@@ -234,13 +243,16 @@ def _blur_bytes(optics: OpticsPlan, defocus: Defocus, tiles: "TilePlan | None") 
     return light + maps + held - wider_light, max(scratch, wider_light + wider_scratch)
 
 
-def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
+def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) -> Pass:
     """Pass of the image's motion. still: passes of the image at rest, which run at each instant where no kernel sweeps."""
     motion, pixels, name = optics.motion, _pixels(optics), "motion"
     if motion is None:
         skipped = optics.motion_skipped
-        return Pass(name, False, "nothing moves" if skipped is None else skipped.reason)
-    error = optics.accuracy.in_sigma(motion.error)
+        why = "nothing moves" if skipped is None else skipped.reason
+        return Pass(name, False, why, error_sigma=_error(budget, MOTION))
+    error = _error(budget, MOTION)
+    if motion.method in ("instants", "joint"):  # their passes run in this one
+        error = sum((one.error_sigma for one in still if one.kept and one.error_sigma), error or 0.0) or None
     if motion.method == "instants":
         count = motion.count if motion.is_common else len(motion.shared_nodes())
         cost = LAUNCH_MS + motion.count * sum(one.cost_ms for one in still)  # each over the lines that it lights
@@ -276,29 +288,29 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
     return Pass(name, True, f"swept along its path: {method}{before}", pixels, 4 * pixels, error, cost)
 
 
-def _psf(optics: OpticsPlan) -> Pass:
-    psf, pixels = optics.psf, _pixels(optics)
+def _psf(optics: OpticsPlan, budget: ErrorBudget) -> Pass:
+    psf, pixels, error = optics.psf, _pixels(optics), _error(budget, PSF)
     if psf is None:
         ideal = "the lens is ideal and photosites are sensitive all over"
         if optics.projection.open_side < 1.0:
             ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
         why = ideal if optics.psf_skipped is None else optics.psf_skipped.reason
-        return Pass("point spread function", False, why)
+        return Pass("point spread function", False, why, error_sigma=error)
     places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"
     slabs = f", {len(psf.radii_px)} slabs of blur radius" if len(psf.radii_px) > 1 else ""
     method = f"{places}, {2 * psf.reach_px + 1} photosites wide{slabs}"
     if psf.core is not None:
-        return _gathered_psf(optics, psf, psf.core, places)
+        return _gathered_psf(optics, psf, psf.core, places, error)
     bytes_each = 4 + 8 * optics.channels * (not psf.by_distance) + 4 * (optics.defocus is None or psf.by_distance)
     if optics.defocus is not None and psf.by_distance:
         bytes_each += 4 * optics.defocus.maps
     count = len(psf.radii_px)
     cost = _ms(pixels * optics.channels, COST_NS["psf"] if count == 1 else COST_NS["psf slab"] * count)
-    return Pass("point spread function", True, method, pixels, bytes_each * pixels, cost_ms=cost)
+    return Pass("point spread function", True, method, pixels, bytes_each * pixels, error, cost)
 
 
-def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str) -> Pass:
-    """Pass of a PSF that the device gathers."""
+def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str, error: float | None) -> Pass:
+    """Pass of a PSF that the device gathers. error: predicted."""
     pixels, across = _pixels(optics), 2 * core.reach_px + 1
     method = f"{places}, gathered from {across} x {across} photosites"
     taps = float((psf.over * across) ** 2)
@@ -316,7 +328,6 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str) ->
     if psf.is_gathered_by_distance:
         method += f", {len(psf.radii_px)} slabs of blur radius"
         taps *= 2
-    error = optics.accuracy.in_sigma(core.error)
     bytes_each = 4 + 4 * optics.channels * (not psf.by_distance)
     return Pass(
         "point spread function",
