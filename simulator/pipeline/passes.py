@@ -14,11 +14,14 @@ import numpy as np
 from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_ignored
+from simulator.optics.geometry.motion_cost import instants_cost_ms, moving_cost_ms, sweep_cost_ms
 from simulator.optics.geometry.motion_errors import MOTION
+from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.psf_bands import split_into_bands
 from simulator.optics.passes.tile_grid import TileGrid, band_sizes
-from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
+from simulator.optics.psf import psf_cost
+from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.kernel_split import Core
 from simulator.optics.psf.psf_errors import PSF
 from simulator.pipeline.error_budget import ErrorBudget, error_budget
@@ -32,23 +35,20 @@ if TYPE_CHECKING:
 PROGRAM_BYTES = 150_000_000  # of Python, its packages and an OpenCL driver, before a shot is taken
 BLUR_PROGRAM_BYTES = 80_000_000  # more of kernels and packages that the lens blur loads
 OCCLUDING = 0.15  # assumed share of a frame with several surfaces where they occlude each other, before its tiles are measured
-LAUNCH_MS = 0.1  # of any pass, however small
+LAUNCH_MS = {  # of a pass, however small: Python, plan of its launches, and their queue
+    "scene planes": 0.2,
+    "radius statistics": 0.65,
+    "sensor": 0.65,
+    "truth": 0.2,
+}
+LEAST_MS = 0.13  # the same of a pass that is not listed
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {
     "scene planes": 0.15,  # per scene pixel, spectral band and colour
     "projection": 1.6,  # for each point that a photosite averages
     "projection pixel": 0.5,  # for each scene pixel that a photosite averages
     "radius statistics": 10.0,  # for each surface with a map of blur radii
-    "sweep": 1.6,  # for each instant and layer
-    "even sweep": 0.8,  # the same, of a scene with one pixel per photosite
-    "sweep by vector": 100.0,  # for each instant, where each pixel moves by itself
-    "sweep by place": 6.0,  # for each instant, layer and scene pixel that a photosite averages
-    "moving points": 550.0,  # for each surface
     "rays": 160000.0,
-    "psf gather": 15.0,
-    "psf tap": 0.08,  # for each sample of light that a photosite gathers
-    "psf": 30.0,  # for each colour
-    "psf slab": 120.0,  # for each colour and slab of blur radius, where there are several
     "veiling glare": 3.0,
     "optical black": 1.0,
     "crosstalk": 4.0,
@@ -140,8 +140,9 @@ def _pixels(optics: OpticsPlan) -> int:
     return optics.window.width * optics.window.height
 
 
-def _ms(count: float, nanoseconds: float) -> float:
-    return LAUNCH_MS + 1e-6 * count * nanoseconds
+def _ms(count: float, nanoseconds: float, name: str = "") -> float:
+    """Time of so many units. name: of the pass."""
+    return LAUNCH_MS.get(name, LEAST_MS) + 1e-6 * count * nanoseconds
 
 
 def _scene_planes(optics: OpticsPlan) -> Pass:
@@ -149,7 +150,7 @@ def _scene_planes(optics: OpticsPlan) -> Pass:
     height, width, bands = scene.planes.shape
     size, surfaces = height * width * len(scene.layers), len(scene.layers)
     method = f"{surfaces} x {width} x {height} scene pixels, {bands} planes -> {optics.channels} colours"
-    cost = _ms(size * bands * optics.channels, COST_NS["scene planes"])
+    cost = _ms(size * bands * optics.channels, COST_NS["scene planes"], "scene planes")
     return Pass("scene planes", True, method, size, 2 * scene.planes.nbytes, cost_ms=cost)
 
 
@@ -173,7 +174,7 @@ def _radius_statistics(optics: OpticsPlan, defocus: Pass) -> Pass:
     if optics.defocus is None or not defocus.kept or optics.accuracy.tolerance == 0.0:
         return Pass(name, False, "no method is chosen by tile")
     maps, pixels = optics.defocus.maps, _pixels(optics)
-    cost = _ms(maps * pixels, COST_NS[name])
+    cost = _ms(maps * pixels, COST_NS[name], name)
     return Pass(
         name, True, f"blur radii of {maps} of {len(optics.scene.layers)} surfaces, patch by patch", pixels, cost_ms=cost
     )
@@ -255,15 +256,15 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         error = sum((one.error_sigma for one in still if one.kept and one.error_sigma), error or 0.0) or None
     if motion.method == "instants":
         count = motion.count if motion.is_common else len(motion.shared_nodes())
-        cost = LAUNCH_MS + motion.count * sum(one.cost_ms for one in still)  # each over the lines that it lights
+        cost = _instants_ms(optics, motion, still)
         told = ", ".join(f"{one.name} ({one.method})" for one in still if one.kept)
         memory = 8 * pixels + sum(one.memory_bytes for one in still)
         why = f", since {motion.reason}" if motion.reason else ""
         return Pass(name, True, f"sum of the image at {count} instants{why}: {told}", pixels, memory, error, cost)
     if motion.method == "joint":
-        blur = COST_NS["moving points"] * len(motion.path.motion.surfaces)
+        cost = moving_cost_ms(pixels, len(motion.path.motion.surfaces))
         method = "with the blur: each point of the aperture carries an instant"
-        return Pass(name, True, method, pixels, 8 * pixels, error, _ms(pixels, blur))
+        return Pass(name, True, method, pixels, 8 * pixels, error, cost)
     projection, layers, before = optics.projection, optics.covering_layers, ""
     if not optics.sweeps_lamps_apart:
         motion = motion.with_lamps_everywhere()
@@ -271,7 +272,7 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         pixels *= optics.channels * motion.blur.samples_per_axis**2
         before = ", in all colours before the blur, which is the same at each instant"
     if motion.vectors is not None:
-        cost = _ms(pixels * motion.count, COST_NS["sweep by vector"])
+        cost = sweep_cost_ms("sweep by vector", pixels * motion.count)
         method = f"swept by the velocity of each pixel: {motion.count} instants on each line{before}"
         return Pass(name, True, method, pixels, 4 * pixels + 12 * optics.scene.planes[..., 0].size, error, cost)
     key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
@@ -284,8 +285,18 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         method += f", {layers} layers"
     if motion.lamp_count:
         method += f", {motion.lamp_count} where lamps pass"
-    cost = _ms(pixels * motion.count * planes * reads, COST_NS[key])
+    cost = sweep_cost_ms(key, pixels * motion.count * planes * reads)
     return Pass(name, True, f"swept along its path: {method}{before}", pixels, 4 * pixels, error, cost)
+
+
+def _instants_ms(optics: OpticsPlan, motion: MotionPlan, still: tuple[Pass, ...]) -> float:
+    """Time of the image at each instant. still: its passes at rest, whose launches count with each instant."""
+    from simulator.optics.defocus.predicted_cost import COST_NS as BLUR_NS
+
+    kept = {one.name: one.cost_ms for one in still if one.kept}
+    has_blur = "defocus" in kept and optics.accuracy.tolerance > 0.0
+    blur_ms = max(kept.pop("defocus") - 1e-6 * BLUR_NS["launches"], 0.0) if has_blur else 0.0
+    return instants_cost_ms(motion, sum(kept.values()), blur_ms)
 
 
 def _psf(optics: OpticsPlan, budget: ErrorBudget) -> Pass:
@@ -304,8 +315,7 @@ def _psf(optics: OpticsPlan, budget: ErrorBudget) -> Pass:
     bytes_each = 4 + 8 * optics.channels * (not psf.by_distance) + 4 * (optics.defocus is None or psf.by_distance)
     if optics.defocus is not None and psf.by_distance:
         bytes_each += 4 * optics.defocus.maps
-    count = len(psf.radii_px)
-    cost = _ms(pixels * optics.channels, COST_NS["psf"] if count == 1 else COST_NS["psf slab"] * count)
+    cost = psf_cost.cost_ms(psf_cost.psf_work(psf, optics.window.width, optics.window.height, optics.channels))
     return Pass("point spread function", True, method, pixels, bytes_each * pixels, error, cost)
 
 
@@ -313,21 +323,14 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str, er
     """Pass of a PSF that the device gathers. error: predicted."""
     pixels, across = _pixels(optics), 2 * core.reach_px + 1
     method = f"{places}, gathered from {across} x {across} photosites"
-    taps = float((psf.over * across) ** 2)
     if core.arm_px > core.reach_px:
         method += f", from its row and column up to {core.arm_px} away"
-        taps += 4 * core.arm_px
     if core.has_tail:
         method += f", and from cells of {core.cell_px} x {core.cell_px} up to {psf.reach_px} photosites away"
-        taps += 32 * (psf.reach_px / core.cell_px**2) ** 2
-    taps *= 4 if psf.nodes != (1, 1) else 1
     if psf.corrected_px:
-        largest = 2 * max(correction_reach_px(radius) for radius in psf.corrected_px) + 1
         method += f", blur corrected to wave optics at {len(psf.corrected_px)} radii"
-        taps += 2 * largest**2
     if psf.is_gathered_by_distance:
         method += f", {len(psf.radii_px)} slabs of blur radius"
-        taps *= 2
     bytes_each = 4 + 4 * optics.channels * (not psf.by_distance)
     return Pass(
         "point spread function",
@@ -336,7 +339,7 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str, er
         pixels,
         bytes_each * pixels,
         error,
-        _ms(pixels, COST_NS["psf gather"] + COST_NS["psf tap"] * taps),
+        psf_cost.cost_ms(psf_cost.psf_work(psf, optics.window.width, optics.window.height, optics.channels)),
         _gather_bytes(optics, psf, core),
     )
 
@@ -379,7 +382,12 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
     cost = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages)
     bytes_each = 2 + 8 * layout.shares_charge + 2 * layout.averages  # codes; what the passes in between leave
     return Pass(
-        "sensor", True, f"{len(sensor.stages)} stages {parts}{binned}", pixels, bytes_each * pixels, cost_ms=_ms(pixels, cost)
+        "sensor",
+        True,
+        f"{len(sensor.stages)} stages {parts}{binned}",
+        pixels,
+        bytes_each * pixels,
+        cost_ms=_ms(pixels, cost, "sensor"),
     )
 
 
@@ -388,7 +396,7 @@ def _readings(optics: OpticsPlan, sensor: HdrSensorPlan) -> Pass:
     pixels, readings, exposures = _pixels(optics), len(sensor.readings), len(sensor.exposures)
     method = f"{len(sensor.stages)} stages, {readings} readings of {exposures} exposure{'s' * (exposures > 1)}, combined"
     each = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages) + COST_NS["combination"]
-    cost_ms = readings * _ms(pixels, each)
+    cost_ms = readings * _ms(pixels, each, "sensor")
     return Pass("sensor", True, method, pixels, 8 * pixels, cost_ms=cost_ms)  # charge, codes of a reading, codes
 
 
@@ -407,7 +415,7 @@ def _truth(optics: OpticsPlan) -> Pass:
         "mean electrons, codes without noise, when read",
         pixels,
         8 * pixels,
-        cost_ms=_ms(pixels, COST_NS["truth"]),
+        cost_ms=_ms(pixels, COST_NS["truth"], "truth"),
     )
 
 
