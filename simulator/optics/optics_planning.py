@@ -127,6 +127,7 @@ def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance
         sensor_px=(camera.width_px, camera.height_px),
         accuracy=Accuracy(tolerance),
         veiling_glare=glare,
+        tolerance=tolerance,
     )
     floor = noise_floor(sensor)
     if lens.forms_image and floor is not None:

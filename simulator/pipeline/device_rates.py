@@ -19,11 +19,15 @@ import numpy as np
 from simulator.atomic_files import atomic_write
 from simulator.device import Device
 from simulator.errors import PhotositeError, reading
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.predicted_cost import COST_NS as BLUR_NS
+from simulator.optics.geometry.motion_cost import COST_NS as MOTION_NS
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.psf.psf_cost import COST_NS as PSF_NS
 from simulator.pipeline.execution import expose
-from simulator.pipeline.passes import COST_NS, Pass
+from simulator.pipeline.passes import COST_NS, LAUNCH_MS, Pass
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
@@ -81,7 +85,9 @@ def cache_path() -> Path:
 
 def rates_key(device: Device) -> str:
     """Return what rates depend on: the device with its driver, and the predicted times that they refer to."""
-    laws = hashlib.sha256(json.dumps([COST_NS, BLUR_NS], sort_keys=True).encode()).hexdigest()[:12]
+    laws = hashlib.sha256(json.dumps([COST_NS, LAUNCH_MS, BLUR_NS, PSF_NS, MOTION_NS], sort_keys=True).encode()).hexdigest()[
+        :12
+    ]
     return f"{device.info.label}, {device.info.compute_units} units, laws {laws}"
 
 
@@ -128,7 +134,7 @@ def _times_ms(planned: Plan, shot: Shot, device: Device) -> dict[str, float]:
 
 
 def calibration_shots(side_px: int) -> tuple[Shot, ...]:
-    """Return a sharp shot of so many photosites across; smaller ones out of focus, with steps, and with diffraction."""
+    """Return a sharp shot of so many photosites across; smaller ones out of focus, with steps, with diffraction, and panned."""
     side = side_px // 2
     texture = np.random.default_rng(0).random((side_px, side_px, 1), dtype=np.float32)
     wavelengths_nm = np.arange(400.0, 701.0, 10.0)
@@ -146,6 +152,7 @@ def calibration_shots(side_px: int) -> tuple[Shot, ...]:
         Shot(scene(small, 1.6), wide, exposure, camera),
         Shot(scene(small, steps_m.astype(np.float32)), wide, exposure, camera),
         Shot(scene(small, 2.0), replace(narrow, diffraction=True), exposure, camera),
+        Shot(scene(small, 2.0), narrow, exposure, camera, motion=Motion(camera=SteadyMotion(pan_deg_per_s=20.0))),
     )
 
 

@@ -44,6 +44,10 @@ class ErrorBudget:
         own = [term for term in self.terms if term.limit == "method"]
         return max(own, key=lambda term: term.sigma, default=None)
 
+    def sigma_of(self, *effects: str) -> float:
+        """Return the sum of what the methods of these effects leave [standard deviations of the noise]."""
+        return sum(term.sigma for term in self.terms if term.limit == "method" and term.effect in effects)
+
     def warnings(self) -> list[str]:
         """Return a sentence for each promise that is not kept: key, value, cause and fix."""
         found, binding = [], self.binding
@@ -84,4 +88,4 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))
     terms += max(moving, key=lambda found: sum(term.sigma for term in found))
-    return ErrorBudget(accuracy.tolerance, tuple(term for term in terms if term.sigma > SMALLEST_SIGMA))
+    return ErrorBudget(optics.tolerance, tuple(term for term in terms if term.sigma > SMALLEST_SIGMA))

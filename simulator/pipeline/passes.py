@@ -13,12 +13,18 @@ import numpy as np
 
 from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.predicted_error import describe_ignored, predicted_error
+from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_ignored
+from simulator.optics.geometry.motion_cost import instants_cost_ms, moving_cost_ms, sweep_cost_ms
+from simulator.optics.geometry.motion_errors import MOTION
+from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.psf_bands import split_into_bands
 from simulator.optics.passes.tile_grid import TileGrid, band_sizes
-from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
+from simulator.optics.psf import psf_cost
+from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.kernel_split import Core
+from simulator.optics.psf.psf_errors import PSF
+from simulator.pipeline.error_budget import ErrorBudget, error_budget
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.sensor_plan import SensorPlan
@@ -29,23 +35,20 @@ if TYPE_CHECKING:
 PROGRAM_BYTES = 150_000_000  # of Python, its packages and an OpenCL driver, before a shot is taken
 BLUR_PROGRAM_BYTES = 80_000_000  # more of kernels and packages that the lens blur loads
 OCCLUDING = 0.15  # assumed share of a frame with several surfaces where they occlude each other, before its tiles are measured
-LAUNCH_MS = 0.1  # of any pass, however small
+LAUNCH_MS = {  # of a pass, however small: Python, plan of its launches, and their queue
+    "scene planes": 0.2,
+    "radius statistics": 0.65,
+    "sensor": 0.65,
+    "truth": 0.2,
+}
+LEAST_MS = 0.13  # the same of a pass that is not listed
 # Nanoseconds per photosite, unless the key says otherwise.
 COST_NS = {
     "scene planes": 0.15,  # per scene pixel, spectral band and colour
     "projection": 1.6,  # for each point that a photosite averages
     "projection pixel": 0.5,  # for each scene pixel that a photosite averages
     "radius statistics": 10.0,  # for each surface with a map of blur radii
-    "sweep": 1.6,  # for each instant and layer
-    "even sweep": 0.8,  # the same, of a scene with one pixel per photosite
-    "sweep by vector": 100.0,  # for each instant, where each pixel moves by itself
-    "sweep by place": 6.0,  # for each instant, layer and scene pixel that a photosite averages
-    "moving points": 550.0,  # for each surface
     "rays": 160000.0,
-    "psf gather": 15.0,
-    "psf tap": 0.08,  # for each sample of light that a photosite gathers
-    "psf": 30.0,  # for each colour
-    "psf slab": 120.0,  # for each colour and slab of blur radius, where there are several
     "veiling glare": 3.0,
     "optical black": 1.0,
     "crosstalk": 4.0,
@@ -76,8 +79,8 @@ class Pass:
     kept: whether it runs; a pass that is skipped has no size, memory or cost. method: how it runs, or why it is skipped.
     size: photosites, or the unit that `method` names. memory_bytes: on device and host together, held until the frame is done.
     scratch_bytes: the same, of buffers that are freed when the pass is done.
-    error_sigma: predicted error, in standard deviations of the noise at the brightest light; None: exact except for
-    rounding. cost_ms: predicted time.
+    error_sigma: what its methods leave, or what leaving it out does, by the error budget [standard deviations of the noise];
+    None: exact except for rounding. cost_ms: predicted time.
     """
 
     name: str
@@ -105,14 +108,15 @@ def passes_of(
     yet. strips: readout of each strip of the frame, where there are several. later: exposures after the first whose light is
     computed on its own.
     """
-    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles), _psf(optics))
-    motion = _motion(optics, still)
+    budget = error_budget(optics)
+    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), _psf(optics, budget))
+    motion = _motion(optics, still, budget)
     is_first = optics.motion is not None and optics.motion.method == "swept_first"
     if is_first:
         projection = replace(projection, method="part of the motion")
     elif motion.kept:
         projection, defocus, psf = (
-            Pass(one.name, False, "part of the motion, at each instant" if one.kept else one.method) for one in still
+            Pass(one.name, False, "part of the motion, at each instant") if one.kept else one for one in still
         )
     sampling = (_scene_planes(optics), projection)
     blur = (motion, defocus, psf) if is_first else (defocus, psf, motion)
@@ -137,8 +141,9 @@ def _pixels(optics: OpticsPlan) -> int:
     return optics.window.width * optics.window.height
 
 
-def _ms(count: float, nanoseconds: float) -> float:
-    return LAUNCH_MS + 1e-6 * count * nanoseconds
+def _ms(count: float, nanoseconds: float, name: str = "") -> float:
+    """Time of so many units. name: of the pass."""
+    return LAUNCH_MS.get(name, LEAST_MS) + 1e-6 * count * nanoseconds
 
 
 def _scene_planes(optics: OpticsPlan) -> Pass:
@@ -146,7 +151,7 @@ def _scene_planes(optics: OpticsPlan) -> Pass:
     height, width, bands = scene.planes.shape
     size, surfaces = height * width * len(scene.layers), len(scene.layers)
     method = f"{surfaces} x {width} x {height} scene pixels, {bands} planes -> {optics.channels} colours"
-    cost = _ms(size * bands * optics.channels, COST_NS["scene planes"])
+    cost = _ms(size * bands * optics.channels, COST_NS["scene planes"], "scene planes")
     return Pass("scene planes", True, method, size, 2 * scene.planes.nbytes, cost_ms=cost)
 
 
@@ -170,17 +175,22 @@ def _radius_statistics(optics: OpticsPlan, defocus: Pass) -> Pass:
     if optics.defocus is None or not defocus.kept or optics.accuracy.tolerance == 0.0:
         return Pass(name, False, "no method is chosen by tile")
     maps, pixels = optics.defocus.maps, _pixels(optics)
-    cost = _ms(maps * pixels, COST_NS[name])
+    cost = _ms(maps * pixels, COST_NS[name], name)
     return Pass(
         name, True, f"blur radii of {maps} of {len(optics.scene.layers)} surfaces, patch by patch", pixels, cost_ms=cost
     )
 
 
-def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
+def _error(budget: ErrorBudget, *effects: str) -> float | None:
+    """Predicted error of a pass by its effects; None where there is none."""
+    return budget.sigma_of(*effects) or None
+
+
+def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) -> Pass:
     defocus, pixels = optics.defocus, _pixels(optics)
     if defocus is None:
-        error = optics.accuracy.in_sigma(optics.accuracy.ignoring_error(optics.ignored_px)) if optics.ignored_px else None
-        return Pass("defocus", False, describe_ignored(optics.accuracy, optics.ignored_px), error_sigma=error)
+        told = describe_ignored(optics.accuracy, optics.ignored_px)
+        return Pass("defocus", False, told, error_sigma=_error(budget, BLUR))
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")
     if optics.accuracy.tolerance == 0.0:
@@ -205,7 +215,7 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None") -> Pass:
         work = work_of(tiles)
         methods = ", ".join(f"{one.name.lower()} {100 * share:.3g} %" for one, share in tiles.shares().items() if share > 0)
     memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
-    error = predicted_error(optics.moving_blur or defocus, optics.contrast)
+    error = _error(budget, BLUR, MOVING)
     return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms(work), scratch)
 
 
@@ -235,24 +245,27 @@ def _blur_bytes(optics: OpticsPlan, defocus: Defocus, tiles: "TilePlan | None") 
     return light + maps + held - wider_light, max(scratch, wider_light + wider_scratch)
 
 
-def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
+def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) -> Pass:
     """Pass of the image's motion. still: passes of the image at rest, which run at each instant where no kernel sweeps."""
     motion, pixels, name = optics.motion, _pixels(optics), "motion"
     if motion is None:
         skipped = optics.motion_skipped
-        return Pass(name, False, "nothing moves" if skipped is None else skipped.reason)
-    error = optics.accuracy.in_sigma(motion.error)
+        why = "nothing moves" if skipped is None else skipped.reason
+        return Pass(name, False, why, error_sigma=_error(budget, MOTION))
+    error = _error(budget, MOTION)
+    if motion.method in ("instants", "joint"):  # their passes run in this one
+        error = sum((one.error_sigma for one in still if one.kept and one.error_sigma), error or 0.0) or None
     if motion.method == "instants":
         count = motion.count if motion.is_common else len(motion.shared_nodes())
-        cost = LAUNCH_MS + motion.count * sum(one.cost_ms for one in still)  # each over the lines that it lights
+        cost = _instants_ms(optics, motion, still)
         told = ", ".join(f"{one.name} ({one.method})" for one in still if one.kept)
         memory = 8 * pixels + sum(one.memory_bytes for one in still)
         why = f", since {motion.reason}" if motion.reason else ""
         return Pass(name, True, f"sum of the image at {count} instants{why}: {told}", pixels, memory, error, cost)
     if motion.method == "joint":
-        blur = COST_NS["moving points"] * len(motion.path.motion.surfaces)
+        cost = moving_cost_ms(pixels, len(motion.path.motion.surfaces))
         method = "with the blur: each point of the aperture carries an instant"
-        return Pass(name, True, method, pixels, 8 * pixels, error, _ms(pixels, blur))
+        return Pass(name, True, method, pixels, 8 * pixels, error, cost)
     projection, layers, before = optics.projection, optics.covering_layers, ""
     if not optics.sweeps_lamps_apart:
         motion = motion.with_lamps_everywhere()
@@ -260,7 +273,7 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
         pixels *= optics.channels * motion.blur.samples_per_axis**2
         before = ", in all colours before the blur, which is the same at each instant"
     if motion.vectors is not None:
-        cost = _ms(pixels * motion.count, COST_NS["sweep by vector"])
+        cost = sweep_cost_ms("sweep by vector", pixels * motion.count)
         method = f"swept by the velocity of each pixel: {motion.count} instants on each line{before}"
         return Pass(name, True, method, pixels, 4 * pixels + 12 * optics.scene.planes[..., 0].size, error, cost)
     key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
@@ -273,7 +286,7 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...]) -> Pass:
         method += f", {layers} layers"
     if motion.lamp_count:
         method += f", {motion.lamp_count} where lamps pass"
-    cost = _ms(pixels * motion.count * planes * reads, COST_NS[key])
+    cost = sweep_cost_ms(key, pixels * motion.count * planes * reads)
     return Pass(name, True, f"swept along its path: {method}{before}", pixels, 4 * pixels, error, cost)
 
 
@@ -286,47 +299,48 @@ def _by_color(one: Pass, optics: OpticsPlan) -> Pass:
     return replace(one, method=method, cost_ms=count * one.cost_ms, scratch_bytes=one.scratch_bytes + 4 * pixels)
 
 
-def _psf(optics: OpticsPlan) -> Pass:
-    psf, pixels = optics.psf, _pixels(optics)
+def _instants_ms(optics: OpticsPlan, motion: MotionPlan, still: tuple[Pass, ...]) -> float:
+    """Time of the image at each instant. still: its passes at rest, whose launches count with each instant."""
+    from simulator.optics.defocus.predicted_cost import COST_NS as BLUR_NS
+
+    kept = {one.name: one.cost_ms for one in still if one.kept}
+    has_blur = "defocus" in kept and optics.accuracy.tolerance > 0.0
+    blur_ms = max(kept.pop("defocus") - 1e-6 * BLUR_NS["launches"], 0.0) if has_blur else 0.0
+    return instants_cost_ms(motion, sum(kept.values()), blur_ms)
+
+
+def _psf(optics: OpticsPlan, budget: ErrorBudget) -> Pass:
+    psf, pixels, error = optics.psf, _pixels(optics), _error(budget, PSF)
     if psf is None:
         ideal = "the lens is ideal and photosites are sensitive all over"
         if optics.projection.open_side < 1.0:
             ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
         why = ideal if optics.psf_skipped is None else optics.psf_skipped.reason
-        return Pass("point spread function", False, why)
+        return Pass("point spread function", False, why, error_sigma=error)
     places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"
     slabs = f", {len(psf.radii_px)} slabs of blur radius" if len(psf.radii_px) > 1 else ""
     method = f"{places}, {2 * psf.reach_px + 1} photosites wide{slabs}"
     if psf.core is not None:
-        return _gathered_psf(optics, psf, psf.core, places)
+        return _gathered_psf(optics, psf, psf.core, places, error)
     bytes_each = 4 + 8 * optics.channels * (not psf.by_distance) + 4 * (optics.defocus is None or psf.by_distance)
     if optics.defocus is not None and psf.by_distance:
         bytes_each += 4 * optics.defocus.maps
-    count = len(psf.radii_px)
-    cost = _ms(pixels * optics.channels, COST_NS["psf"] if count == 1 else COST_NS["psf slab"] * count)
-    return Pass("point spread function", True, method, pixels, bytes_each * pixels, cost_ms=cost)
+    cost = psf_cost.cost_ms(psf_cost.psf_work(psf, optics.window.width, optics.window.height, optics.channels))
+    return Pass("point spread function", True, method, pixels, bytes_each * pixels, error, cost)
 
 
-def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str) -> Pass:
-    """Pass of a PSF that the device gathers."""
+def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str, error: float | None) -> Pass:
+    """Pass of a PSF that the device gathers. error: predicted."""
     pixels, across = _pixels(optics), 2 * core.reach_px + 1
     method = f"{places}, gathered from {across} x {across} photosites"
-    taps = float((psf.over * across) ** 2)
     if core.arm_px > core.reach_px:
         method += f", from its row and column up to {core.arm_px} away"
-        taps += 4 * core.arm_px
     if core.has_tail:
         method += f", and from cells of {core.cell_px} x {core.cell_px} up to {psf.reach_px} photosites away"
-        taps += 32 * (psf.reach_px / core.cell_px**2) ** 2
-    taps *= 4 if psf.nodes != (1, 1) else 1
     if psf.corrected_px:
-        largest = 2 * max(correction_reach_px(radius) for radius in psf.corrected_px) + 1
         method += f", blur corrected to wave optics at {len(psf.corrected_px)} radii"
-        taps += 2 * largest**2
     if psf.is_gathered_by_distance:
         method += f", {len(psf.radii_px)} slabs of blur radius"
-        taps *= 2
-    error = optics.accuracy.in_sigma(core.error)
     bytes_each = 4 + 4 * optics.channels * (not psf.by_distance)
     return Pass(
         "point spread function",
@@ -335,7 +349,7 @@ def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str) ->
         pixels,
         bytes_each * pixels,
         error,
-        _ms(pixels, COST_NS["psf gather"] + COST_NS["psf tap"] * taps),
+        psf_cost.cost_ms(psf_cost.psf_work(psf, optics.window.width, optics.window.height, optics.channels)),
         _gather_bytes(optics, psf, core),
     )
 
@@ -383,7 +397,12 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
         2 + 8 * layout.shares_charge + 2 * (layout.averages or layout.pattern is not None)
     )  # codes; what the passes in between leave
     return Pass(
-        "sensor", True, f"{len(sensor.stages)} stages {parts}{binned}", pixels, bytes_each * pixels, cost_ms=_ms(pixels, cost)
+        "sensor",
+        True,
+        f"{len(sensor.stages)} stages {parts}{binned}",
+        pixels,
+        bytes_each * pixels,
+        cost_ms=_ms(pixels, cost, "sensor"),
     )
 
 
@@ -392,7 +411,7 @@ def _readings(optics: OpticsPlan, sensor: HdrSensorPlan) -> Pass:
     pixels, readings, exposures = _pixels(optics), len(sensor.readings), len(sensor.exposures)
     method = f"{len(sensor.stages)} stages, {readings} readings of {exposures} exposure{'s' * (exposures > 1)}, combined"
     each = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages) + COST_NS["combination"]
-    cost_ms = readings * _ms(pixels, each)
+    cost_ms = readings * _ms(pixels, each, "sensor")
     return Pass("sensor", True, method, pixels, 8 * pixels, cost_ms=cost_ms)  # charge, codes of a reading, codes
 
 
@@ -411,7 +430,7 @@ def _truth(optics: OpticsPlan) -> Pass:
         "mean electrons, codes without noise, when read",
         pixels,
         8 * pixels,
-        cost_ms=_ms(pixels, COST_NS["truth"]),
+        cost_ms=_ms(pixels, COST_NS["truth"], "truth"),
     )
 
 

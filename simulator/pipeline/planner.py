@@ -13,6 +13,7 @@ from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.optics_planning import plan_optics
 from simulator.optics.passes.tile_grid import BAND_ROWS
+from simulator.pipeline.allotment import allot
 from simulator.pipeline.error_budget import ErrorBudget, error_budget
 from simulator.pipeline.light_cache import LightCache, LightKey, light_key
 from simulator.pipeline.metered_shot import Metered, meter_shot
@@ -177,7 +178,8 @@ def _plan_light(
     tangent = 0.0 if exposed.flash is None else tangent_per_pixel(scene, shot.lens, shot.camera)
 
     def make() -> OpticsPlan:
-        return plan_optics(exposed.expose(scene, tangent), shot.lens, sensor, shot.tolerance, timing)
+        lit = exposed.expose(scene, tangent)
+        return allot(shot.tolerance, lambda tolerance: plan_optics(lit, shot.lens, sensor, tolerance, timing))
 
     key = None if cache is None or cache.memory_bytes == 0 else light_key(shot, sensor, scene, exposed.key(tangent), timing)
     if cache is None or key is None:

@@ -112,7 +112,21 @@ def test_sums_are_those_of_the_kept_passes_and_skipped_ones_cost_nothing(name, d
         if one.kept:
             assert one.size > 0 and one.cost_ms > 0.0
         else:
-            assert (one.size, one.memory_bytes, one.scratch_bytes, one.cost_ms, one.error_sigma) == (0, 0, 0, 0.0, None)
+            assert (one.size, one.memory_bytes, one.scratch_bytes, one.cost_ms) == (0, 0, 0, 0.0)
+
+
+@pytest.mark.parametrize("name", [name for name in SHOTS if SHOTS[name].tolerance])
+def test_the_errors_of_passes_are_what_the_methods_leave_by_the_budget(name):
+    """Also of what is left out, and of what runs at each instant; without the background that no pass knows."""
+    planned = plan_of(name)
+    own = math.fsum(one.error_sigma for one in planned.passes if one.error_sigma is not None)
+    assert own == pytest.approx(planned.error_budget.predicted_sigma)
+
+
+def test_the_shots_above_have_errors_of_each_effect_and_of_the_input():
+    terms = [term for name in SHOTS for term in plan_of(name).error_budget.terms]
+    assert {"lens blur", "point spread function", "motion blur"} <= {term.effect for term in terms}
+    assert any(term.limit == "input" and term.effect == "lens blur" for term in terms)
 
 
 def test_the_buffers_of_a_blur_are_stated(device, monkeypatch):

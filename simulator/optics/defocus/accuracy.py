@@ -261,6 +261,20 @@ def points_error(points: int, samples_per_axis: int) -> float:
     return 0.6 / points if samples_per_axis == 1 else 0.96 * points**-0.8
 
 
+def small_circles_error(smaller_px: float, apart_px: float, samples_per_axis: int) -> float:
+    """Error of two layers whose light is averaged over samples before it is multiplied, where circles are as small as samples.
+
+    smaller_px: radius of the smaller circle. apart_px: difference of the signed radii. It bounds 99.9 % of the photosites of
+    random squares and of random pixels on both layers, for 2 and 4 samples per photosite: what lies within a sample hides
+    its other part, and layers with nearly the same circle hide the same parts at each point of the aperture.
+    """
+    wide = max(2.0 / samples_per_axis, 1.0)
+    size_px = max(smaller_px / wide, 1e-3)
+    small = 0.065 * min(size_px / 0.25, (0.25 / size_px) ** 2)
+    alike = 0.04 * min(0.18 / max(apart_px / wide, 1e-3), 1.0) * min((1.5 / size_px) ** 2, 1.0)
+    return wide * (small + alike)
+
+
 def occlusion_error(points: int) -> float:
     """Error of surfaces that are sampled through so many points of the aperture where they occlude parts of themselves.
 

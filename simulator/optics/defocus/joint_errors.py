@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import LAMP_PEAK, hidden_error
+from simulator.optics.defocus.accuracy import LAMP_PEAK, MOST, hidden_error
 from simulator.optics.defocus.aperture_samples import sample_count
-from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, CLASS_UNIT_PX, Defocus
+from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, CLASS_UNIT_PX, LEAST_APART_PX, Defocus
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import Limit
 
@@ -22,12 +22,13 @@ LAYERS = "give the scene as layers, which hold what lies behind edges"
 
 @dataclass(frozen=True)
 class JointTerm:
-    """One cause of error of points that carry instants. cause, fix, limit: as in `ErrorTerm`. share: of the brightest light."""
+    """One cause of error of points that carry instants. share: of the brightest light. The others are those of `ErrorTerm`."""
 
     cause: str
     share: float
     fix: str
     limit: Limit = "method"
+    falls: bool = False
 
 
 def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[JointTerm]:
@@ -43,14 +44,19 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
     maps = [radius for radius in defocus.of_scene().radii_px if isinstance(radius, np.ndarray)]
     has_edges = contrast.has_steps or len(defocus.of_scene().radii_px) > 1
     detail = max(1.3 * math.sqrt(contrast.texture), 1.0 if has_edges else 0.0)
-    found = [JointTerm(f"{points} points of aperture and time", 0.4 * points**-0.72 * detail, TIGHTER)]
-    cell_px = motion.cell_error_px(BLOCK_COLUMNS, BLOCK_ROWS)
     path_px = float(motion.path_px(np.array(defocus.largest_px)))
+    sampled = detail * moving_points_error(points, defocus.largest_px, path_px)
+    found = [JointTerm(f"{points} points of aperture and time", sampled, TIGHTER, falls=points < 3 * MOST // 2)]
+    cell_px = motion.cell_error_px(BLOCK_COLUMNS, BLOCK_ROWS)
     found.append(JointTerm("turns of the picture within cells", cell_px / (path_px + 2.0), SHORTER))
     if maps:
         lean = defocus.scale * max(map(_typical_slope, maps)) * (1.0 + motion.largest_aperture)
         jitter = contrast.texture * float(_slab_jitter(defocus).max())
-        found.append(JointTerm(f"slabs {defocus.apart_px:.2g} photosites apart", jitter, TIGHTER))
+        found.append(
+            JointTerm(
+                f"slabs {defocus.apart_px:.2g} photosites apart", jitter, TIGHTER, falls=defocus.apart_px > LEAST_APART_PX
+            )
+        )
         away = TURNING * max(lean - LEAST_LEAN, 0.0)
         found.append(JointTerm(f"surfaces that turn away, slope times shift {lean:.2g}", away, LESS_SHIFT))
     if accuracy.peak >= LAMP_PEAK:
@@ -60,6 +66,17 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
         share = hidden_error(contrast.behind, is_extended)
         found.append(JointTerm("background behind edges, which the scene does not show", share, LAYERS, "input"))
     return found
+
+
+def moving_points_error(points: int, radius_px: float, path_px: float) -> float:
+    """Error of points that sample a circle on its path, for detail between zero and the brightest light.
+
+    While points lie within a photosite of each other the error falls as their number to the power of -0.72. It grows as the
+    root of the area for each of them where they lie farther apart, up to that of places at random in fine detail.
+    """
+    area_px = math.pi * radius_px**2 + 2.0 * radius_px * path_px
+    apart = math.sqrt(max(2.0 * area_px / points, 1.0))
+    return min(0.4 * points**-0.72 * apart, max(points**-0.5, 0.4 * points**-0.72))
 
 
 def joint_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:

@@ -12,7 +12,7 @@ from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, TILE_COL
 from simulator.optics.defocus.tile_methods import TileChoice, each_block
 
 COST_NS = {
-    "launches": 4.2e5,  # of a frame
+    "launches": 5.0e5,  # of a frame; blocks that sample the aperture count as more of them
     "samples": 1.2,  # for each sample of a colour of a layer in a band with its margins: projected, summed
     "reads": 0.41,  # for each scene pixel that such a sample is the mean of
     "gathers": 2.8,  # for each photosite without samples, scene pixel and rectangle of the aperture
@@ -22,6 +22,8 @@ COST_NS = {
     "points": 0.08,  # for each photosite and aperture sample that it may take
     "blocks": 55.0,  # for each photosite of blocks that sample the aperture
 }
+
+POINT_LAUNCHES, CORRECTION_LAUNCHES = 5.0, 6.0  # further launches of frames whose blocks sample the aperture
 
 Work = dict[str, float]  # counts, by key of COST_NS
 
@@ -44,7 +46,7 @@ def tile_work(chosen: TileChoice, defocus: Defocus) -> Work:
     finest = int(over[chosen.computed].max(initial=1))
     block_px = BLOCK_ROWS * BLOCK_COLUMNS
     return {
-        "launches": 1.0,
+        "launches": 1.0 + POINT_LAUNCHES * bool(occluding.any()) + CORRECTION_LAUNCHES * bool(corrected.any()),
         "means": float(TILE_ROWS * TILE_COLUMNS * (meant * rows).sum()),
         "image samples": float(sum(2.0 * finest * abs(image.radius_px) + 1.0 for image in images)),
         "corrections": float(block_px * corrections[corrected].sum()),
@@ -62,7 +64,7 @@ def assumed_work(defocus: Defocus, pixels: int, planes: int, occluding: float) -
     over, layers = int(defocus.samples_per_axis(radius, radius)), len(defocus.radii_px)
     graded = 2.0 if defocus.maps else 1.0
     return {
-        "launches": 1.0,
+        "launches": 1.0 + POINT_LAUNCHES * (occluding > 0.0),
         "samples": float(pixels * over**2 * layers * planes),
         "means": pixels * layers * graded * (2.0 * over * defocus.largest_px + 2.0),
         "image samples": 2.0 * over * defocus.largest_px + 1.0,

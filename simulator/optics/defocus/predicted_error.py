@@ -3,6 +3,8 @@
 The prediction is the sum of named terms, one for each cause. It shall not lie below what 99 % of the photosites have.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from simulator.optics.defocus.accuracy import (
@@ -18,18 +20,21 @@ from simulator.optics.defocus.accuracy import (
     points_error,
     slab_error,
     slope_error,
+    small_circles_error,
     spot_error,
     wide_error,
 )
-from simulator.optics.defocus.aperture_samples import sample_count
+from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
-from simulator.optics.defocus.field_pupil import middle_error, zone_error
+from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
 from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import ErrorTerm, Limit
 
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 RAYS = "give tolerance: 0 for rays"
+FINEST = 1e-6  # tolerance at which samples per photosite are as many as they can be [standard deviations of the noise]
+SOFTER = 0.3  # share of the error of small circles that is left where light bends between pixels, instead of even squares
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
 
@@ -43,7 +48,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         return []
     if defocus.motion is not None:
         joint = joint_terms(defocus, contrast)
-        return [ErrorTerm(MOVING, one.cause, accuracy.in_sigma(one.share), one.fix, one.limit) for one in joint]
+        return [ErrorTerm(MOVING, one.cause, accuracy.in_sigma(one.share), one.fix, one.limit, one.falls) for one in joint]
     own = defocus.of_scene()
     radii, ranges = own.radii_px, own.ranges_px
     ignored = [min(most, own.copied_px) for least, most in ranges if least <= own.copied_px]
@@ -51,12 +56,12 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     detail = min(contrast.curvature / WAVE_CURVATURE, 1.0)
     terms: list[ErrorTerm] = []
 
-    def add(cause: str, share: float, fix: str, limit: Limit = "method") -> None:
-        terms.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(share), fix, limit))
+    def add(cause: str, share: float, fix: str, limit: Limit = "method", *, falls: bool = False) -> None:
+        terms.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(share), fix, limit, falls))
 
     if max(ignored, default=0.0) > 0.0:
         left_out = max(detail * copy_error(max(ignored)), crossing_error(max(ignored), accuracy.detail))
-        add(f"no blur up to a radius of {max(ignored):.2g}", left_out, TIGHTER)
+        add(f"no blur up to a radius of {max(ignored):.2g}", left_out, TIGHTER, falls=True)
     if not blurred:
         return terms
     smallest, is_sloped = np.array([min(blurred)]), any(np.ndim(radius) > 0 for radius in radii)
@@ -70,9 +75,10 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
             grid = squares if len(defocus.radii_px) == 1 and not is_sloped else max(squares, grid)
-        add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE)
+        most = int(replace(own, accuracy=replace(accuracy, tolerance=FINEST)).samples_per_axis(smallest, smallest)[0])
+        add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE, falls=finest < most)
     if is_sloped:
-        add(f"slopes in steps of {accuracy.slope_step:.2g}", slope_error(accuracy.slope_step), TIGHTER)
+        add(f"slopes in steps of {accuracy.slope_step:.2g}", slope_error(accuracy.slope_step), TIGHTER, falls=True)
     if contrast.lamp > 0.0:
         add("edges of the spots of lamps", spot_error(contrast.lamp), FINER_SCENE)
     wide_or_not = np.array([own.largest_px, min(own.largest_px, 0.999 * WIDE_PX)])
@@ -80,15 +86,22 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     if contrast.has_steps:
         range_ = contrast.beside / WORST.beside  # of the light beside the steps
         fix = LAYERS if defocus.guessed else TIGHTER  # more points are not taken where what they see is assumed
-        add(f"{points} points of the aperture beside steps in depth", range_ * occlusion_error(points), fix)
-        add(f"{defocus.classes_per_unit:.2g} slabs of radius", range_ * slab_error(defocus.classes_per_unit), fix)
+        more = not defocus.guessed and points < MOST_OF_ALL
+        add(f"{points} points of the aperture beside steps in depth", range_ * occlusion_error(points), fix, falls=more)
+        slabs = range_ * slab_error(defocus.classes_per_unit)
+        add(f"{defocus.classes_per_unit:.2g} slabs of radius", slabs, fix, falls=accuracy.coarser > 1.0)
         if own.largest_px >= defocus.wide_px:
-            add("wider photosites", range_ * wide_error(defocus.wide_px), TIGHTER)
+            add("wider photosites", range_ * wide_error(defocus.wide_px), TIGHTER, falls=not defocus.guessed)
     elif len(radii) > 1:
-        add(f"{points} points of the aperture", points_error(points, finest), TIGHTER)
+        points_left = contrast.mixed * points_error(points, finest)
+        add(f"{points} points of the aperture", points_left, TIGHTER, falls=points < MOST_OF_ALL)
+    if len(radii) > 1:
+        softer = 1.0 if accuracy.detail else SOFTER
+        add("layers with circles as small as the samples", softer * contrast.mixed * _small_circles(own), RAYS)
     if own.eyes is not None:
         side_px = own.eyes.zone_px
-        add(f"zones of {side_px} photosites that share a pupil", zone_error(own.eyes.movement(side_px)), TIGHTER)
+        moved = zone_error(own.eyes.movement(side_px))
+        add(f"zones of {side_px} photosites that share a pupil", moved, TIGHTER, falls=side_px > ZONES_PX[-1])
         if contrast.has_steps:
             add("one pupil for a block beside steps in depth", middle_error(own.eyes.movement(BLOCK_COLUMNS)), RAYS)
     if contrast.behind > 0.0:
@@ -98,16 +111,31 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     return terms
 
 
+def _small_circles(defocus: Defocus) -> float:
+    """Largest `small_circles_error` of two layers, one of them out of focus; a layer of many radii has its extremes."""
+    ends = [{float(np.min(radius)), float(np.max(radius))} for radius in defocus.radii_px]
+    found = [0.0]
+    for number, nearer in enumerate(ends):
+        for one in nearer:
+            for other in set().union(*ends[number + 1 :]):
+                if max(abs(one), abs(other)) <= defocus.copied_px:
+                    continue
+                smaller = min(abs(one), abs(other))
+                over = int(defocus.samples_per_axis(np.array([smaller]), np.array([max(abs(one), abs(other))]))[0])
+                found.append(small_circles_error(smaller, abs(one - other), max(over, 1)))
+    return max(found)
+
+
 def ignored_error(accuracy: Accuracy, radius_px: float) -> list[ErrorTerm]:
     """Predict the error of leaving out all blur, whose largest radius is this [photosites]."""
     if radius_px == 0.0:
         return []
     error = accuracy.in_sigma(accuracy.ignoring_error(radius_px))
-    return [ErrorTerm(BLUR, f"no blur up to a radius of {radius_px:.2g}", error, TIGHTER)]
+    return [ErrorTerm(BLUR, f"no blur up to a radius of {radius_px:.2g}", error, TIGHTER, falls=True)]
 
 
 def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
-    """Sum of the terms [standard deviations at the brightest light]."""
+    """Sum of the terms, with what the scene does not hold [standard deviations at the brightest light]."""
     return sum(term.sigma for term in error_terms(defocus, contrast))
 
 

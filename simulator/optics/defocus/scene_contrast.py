@@ -12,6 +12,7 @@ from simulator.scene.scene import Layer, Scene, is_depth_map
 
 MOST = 0.999  # quantile that counts as the greatest contrast
 LAMP = 2.0  # brightest lights of which a single pixel is a lamp
+MOST_MIXED = 250_000  # places of a composite whose range is measured
 _STRIPS = 200  # strips of rows in which a scene's curvature is measured
 _WIDEST_PX = 129  # widest surroundings of a depth edge whose mean is its background [pixels of the thinned picture]
 
@@ -27,6 +28,7 @@ class SceneContrast:
     beside: deviation of the light beside depth edges from its mean around them, that of lamps left out; 0.5 where it varies by
         its whole range. behind: the same, where the scene does not hold what is hidden; 0: it does.
     has_steps: whether a surface has steps in depth, so that it occludes parts of itself.
+    mixed: range of the light within a blur circle of several layers, that of lamps left out; 0: there is one layer.
     """
 
     curvature: float = 1.0
@@ -35,6 +37,7 @@ class SceneContrast:
     behind: float = 0.0
     has_steps: bool = False
     texture: float = 1.0
+    mixed: float = 1.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -49,7 +52,8 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     lamp = max(_brightest_spot(layer, to_share, radius, defocus.scale, defocus.accuracy.sharp_px) for layer, radius in layers)
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
-    return SceneContrast(curvature, lamp, beside, beside if defocus.guessed else 0.0, has_steps, texture)
+    mixed = _mixed_range(scene, to_share, defocus) if scene.behind else 0.0
+    return SceneContrast(curvature, lamp, beside, beside if defocus.guessed else 0.0, has_steps, texture, mixed)
 
 
 def _seen(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:
@@ -106,6 +110,32 @@ def _has_steps(radius_px: float | np.ndarray, scale: float) -> bool:
         return False
     least = min(EDGE_PX, STEEPEST_PX / scale)
     return any(bool((np.abs(np.diff(radius_px, axis=axis)) > least).any()) for axis in (0, 1))
+
+
+def _mixed_range(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
+    """Quantile MOST of the range of a composite's light within half of the largest blur circle, by the noise of its mean.
+
+    The mean is that within the smallest circle. Layers are composited at rest; their light behind others ranges as what is
+    seen of them. At the rim of a circle errors end, so that half of it counts.
+    """
+    from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
+
+    step = math.ceil(math.sqrt(scene.planes[..., 0].size / MOST_MIXED))
+    shape = *scene.planes[::step, ::step, 0].shape, to_share.shape[1]
+    light, through = np.zeros(shape, np.float32), np.ones((*shape[:2], 1), np.float32)
+    for layer in scene.layers:
+        light = light + through * np.minimum(layer.planes[::step, ::step] @ to_share, LAMP)
+        if layer.coverage is None:
+            break
+        through = through * (1.0 - layer.coverage[::step, ::step, None])
+    least_px = min(least for least, _ in defocus.ranges_px)
+    narrow, wide = (
+        min(2 * math.ceil(radius_px * defocus.scale / step) + 1, _WIDEST_PX)
+        for radius_px in (least_px, 0.5 * defocus.largest_px)
+    )
+    range_ = maximum_filter(light, (wide, wide, 1)) - minimum_filter(light, (wide, wide, 1))
+    mean = uniform_filter(light, (max(narrow, round(defocus.scale / step)),) * 2 + (1,))
+    return float(np.quantile(_seen(range_, mean, defocus.accuracy), MOST))
 
 
 def _beside_edges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:

@@ -1,6 +1,7 @@
 """Predicts the error of the image's motion as it is planned."""
 
 from simulator.optics.error_term import ErrorTerm, Skipped
+from simulator.optics.geometry.instants import MOST_INSTANTS
 from simulator.optics.geometry.motion_plan import MotionPlan
 
 MOTION = "motion blur"  # effect of the terms
@@ -14,8 +15,8 @@ def motion_errors(motion: MotionPlan | None, skipped: Skipped | None, sigma: flo
     sigma: one standard deviation of the noise, as a share of the brightest light.
     """
     if skipped is not None:
-        return [ErrorTerm(MOTION, "none, since nothing moves far", skipped.sigma, STILL)]
+        return [ErrorTerm(MOTION, "none, since nothing moves far", skipped.sigma, STILL, falls=True)]
     if motion is None or motion.method == "joint":  # whose error is that of the blur
         return []
     cause = f"{motion.count} instants on a path of {motion.length.longest_px:.3g} photosites"
-    return [ErrorTerm(MOTION, cause, motion.error / sigma, SHORTER)]
+    return [ErrorTerm(MOTION, cause, motion.error / sigma, SHORTER, falls=motion.count < MOST_INSTANTS)]

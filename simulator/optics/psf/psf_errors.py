@@ -19,12 +19,12 @@ def psf_errors(
     comes first; None: none does. contrast: second difference of the light between photosites, as a share of the brightest.
     """
     if skipped is not None:
-        return [ErrorTerm(PSF, "none, since its effect is small", skipped.sigma, TIGHTER)]
+        return [ErrorTerm(PSF, "none, since its effect is small", skipped.sigma, TIGHTER, falls=True)]
     if psf is None:
         return []
     found = []
     if psf.core is not None:
-        found.append(ErrorTerm(PSF, "a core and a tail on cells", accuracy.in_sigma(psf.core.error), TIGHTER))
+        found.append(ErrorTerm(PSF, "a core and a tail on cells", accuracy.in_sigma(psf.core.error), TIGHTER, falls=True))
     if smallest_px is not None and not psf.by_distance and psf.over == 1 and psf.sampling != Sampling():
         error = accuracy.in_sigma(contrast * photosite_light_error(smallest_px))
         found.append(

@@ -4,6 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from audit.float64_truth import sum_rays
+from audit.measured_shot import noise_electrons, run
+from audit.measured_shot import z_scores as z_scores_of_noise
 from helpers.camera_builders import small_camera
 from helpers.lens_error import statistics, z_scores
 from helpers.lens_frame import LENS, blurred_case, case_plan, depth_of
@@ -14,10 +17,11 @@ from helpers.textured_planes import one_picture, textured_planes, with_truth_of_
 from simulator.device import open_device
 from simulator.exposure.settings import Exposure
 from simulator.optics.defocus.predicted_error import LAYERS, error_terms, predicted_error
-from simulator.pipeline.planner import Plan, plan
+from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
 from simulator.scene.occluded_background import Hidden
+from simulator.scene.scene import Layer
 
 LIGHTS = ("point", "square_light")
 
@@ -96,3 +100,21 @@ def test_simulate_warns_where_the_tolerance_may_not_be_kept(capsys):
         dataclasses.replace(shot, scene=band_scene(flat.colour[0], 2.0)),
     ):
         assert plan(quiet).warnings() == []
+
+
+@pytest.mark.parametrize("radii_px", [(0.2, 0.5), (0.3, 0.4), (1.5, 1.6)])
+def test_layers_with_circles_as_small_as_the_samples_have_a_term(radii_px, device):
+    """Random squares before random squares, 2 pixels per photosite, against a sum over rays: a warning holds with its bound."""
+    rng, side = np.random.default_rng(3), 24
+    squares = (np.kron(rng.random((3, 12, 12)) > 0.5, np.ones((4, 4))) * 0.95 + 0.05).astype(np.float32)
+    cover = (squares[0] > 0.5).astype(np.float32)
+    front, back = (float(depth_of(radius)) for radius in radii_px)
+    scene = band_scene(squares[1] * cover, front, coverage=cover, behind=(Layer(squares[2][..., None], back),))
+    shot = Shot(scene, LENS, Exposure(0.001), small_camera(side, side))
+    planned = measure(plan(shot), device)
+    summed = sum_rays(shot, planned, sets=2, points=1024)
+    z = np.abs(z_scores_of_noise(run(planned, shot, device), summed.electrons, planned))
+    sigma = np.quantile(summed.error / noise_electrons(summed.electrons, planned), 0.99)
+    term = next(term for term in planned.error_budget.terms if "small as the samples" in term.cause)
+    assert planned.error_budget.is_clamped
+    assert 0.05 * term.sigma < np.quantile(z, 0.99) <= planned.error_budget.predicted_sigma + 3.3 * sigma

@@ -1,0 +1,39 @@
+"""Predicts the time of a planned motion of the image from the work that it does.
+
+The nanoseconds are processor time of all cores over two, of the reference machine of `simulator.pipeline.passes`.
+"""
+
+from simulator.optics.geometry.motion_plan import MotionPlan
+
+COST_NS = {
+    "sweep launches": 1.5e6,  # of a frame that one kernel sweeps: paths and launches
+    "sweep": 1.6,  # for each photosite, instant and layer
+    "even sweep": 0.8,  # the same, of a scene with one pixel per photosite
+    "sweep by vector": 100.0,  # for each photosite and instant, where each pixel moves by itself
+    "sweep by place": 6.0,  # for each photosite, instant, layer and scene pixel that it averages
+    "moving launches": 8.0e6,  # of a frame whose points of the aperture carry instants: tables of points, launches
+    "moving points": 550.0,  # for each photosite and surface
+    "instant": 6.0e6,  # of each instant at which the optics run
+}
+AGAIN = 3.0  # times what the image at rest takes, since places of a picture that is turned are found one by one
+BLURRED_AGAIN = 35.0  # the same of its blur, whose methods are not measured before
+
+
+def sweep_cost_ms(key: str, count: float) -> float:
+    """Return the predicted time of a swept frame [ms]. key: of COST_NS, by which so many units are counted."""
+    return 1e-6 * (COST_NS["sweep launches"] + COST_NS[key] * count)
+
+
+def moving_cost_ms(pixels: int, surfaces: int) -> float:
+    """Return the predicted time of points of the aperture that carry instants [ms]."""
+    return 1e-6 * (COST_NS["moving launches"] + COST_NS["moving points"] * pixels * surfaces)
+
+
+def instants_cost_ms(motion: MotionPlan, still_ms: float, blur_ms: float) -> float:
+    """Return the predicted time of running the optics at each instant [ms].
+
+    still_ms: of their passes at rest but the blur, blur_ms: of the blur, both without launches. Where lines open one after
+    the other they share instants, each of which lights a part of the lines.
+    """
+    nodes = motion.count if motion.is_common else len(motion.shared_nodes())
+    return 1e-6 * COST_NS["instant"] * nodes + motion.count * (AGAIN * still_ms + BLURRED_AGAIN * blur_ms)

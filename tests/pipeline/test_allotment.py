@@ -1,0 +1,70 @@
+"""The tolerance is divided among approximations so that their sum keeps it; where one cannot be finer, the plan says so."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from audit.drawn_shots import draw_shot
+from helpers.camera_builders import small_camera
+from helpers.lens_frame import LENS, case_plan, case_shot
+from helpers.lens_truths import stripes
+from helpers.scene_builders import band_scene
+
+from simulator.config import load_shot
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.motion import Motion
+from simulator.exposure.settings import Exposure
+from simulator.optics.error_term import ErrorTerm
+from simulator.pipeline.allotment import allot, falling_sigma
+from simulator.pipeline.error_budget import ErrorBudget
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+
+
+def test_points_and_samples_share_the_tolerance():
+    """Two layers out of focus: either of them alone would keep it, both together do not."""
+    planned = case_plan(stripes(4.0, 9.0, 10.0, 4), 20000.0, 1.0)
+    budget = planned.error_budget
+    assert budget.tolerance == 1.0 and not budget.is_clamped
+    assert planned.optics.accuracy.tolerance < 0.5 and 0.5 < budget.predicted_sigma <= 1.0
+
+
+def test_a_moving_picture_shares_it_between_blur_and_instants():
+    """Random detail behind a blur that leaves a third of the tolerance: instants get less than all of it."""
+    planes = np.random.default_rng(1).random((64, 80))
+    still = Shot(band_scene(planes, 2.5), LENS, Exposure(0.001), small_camera(80, 64), tolerance=0.3)
+    moving = dataclasses.replace(still, motion=Motion(camera=SteadyMotion(pan_deg_per_s=20.0)))
+    planned = plan(moving)
+    budget = planned.error_budget
+    assert {"lens blur", "motion blur"} == {term.effect for term in budget.terms}
+    assert not budget.is_clamped and budget.tolerance == 0.3 and planned.optics.accuracy.tolerance < 0.3
+    assert plan(still).optics.accuracy.tolerance == 0.3
+
+
+def test_a_plan_that_keeps_it_is_the_first():
+    shot = case_shot(stripes(4.0, 9.0, 10.0, 4), 200.0, 10.0)
+    asked: list[float] = []
+
+    def make(tolerance):
+        asked.append(tolerance)
+        return plan(dataclasses.replace(shot, tolerance=tolerance)).optics
+
+    assert allot(10.0, make).accuracy.tolerance == 10.0 and asked == [10.0]
+    asked.clear()
+    assert allot(0.0, make).tolerance == 0.0 and asked == [0.0]  # the reference path
+
+
+def test_what_does_not_fall_leaves_the_first_plan_and_a_warning(tmp_path):
+    """Three layers with circles as small as the samples: more points of the aperture would be taken in vain."""
+    planned = plan(load_shot(draw_shot(7, 3).write(tmp_path)))
+    assert planned.optics.accuracy.tolerance == 0.1 and planned.error_budget.is_clamped
+    assert "layers with circles as small as the samples" in planned.warnings()[0]
+
+
+def test_terms_of_the_input_do_not_count():
+    terms = (
+        ErrorTerm("lens blur", "points", 0.3, falls=True),
+        ErrorTerm("lens blur", "samples", 0.2),
+        ErrorTerm("lens blur", "background", 3.0, limit="input"),
+    )
+    assert falling_sigma(ErrorBudget(0.1, terms)) == pytest.approx(0.3)
