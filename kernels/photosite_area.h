@@ -1,29 +1,15 @@
 // Mean of the scene over the area of a photosite, or of a sample of one. Beyond the scene's grid its edge pixels continue.
-// TAPS > 0, a scene finer than the photosites: a scene pixel is an even square, and the mean is exact. Where a lens distorts or the
-// camera is posed, the area is a parallelogram, of SPLIT x SPLIT upright rectangles. One touches at most TAPS pixels on either axis.
-// TAPS 0, a coarser scene: the mean over SAMPLES x SAMPLES points of the area. Each is read bilinearly, which is the mean of even
-// squares over one scene pixel's area around the point, or from the nearest pixel where NEAREST is 1.
+// TAPS > 0, a scene finer than the photosites, or whose nearest pixel counts: a scene pixel is an even square, and the mean is exact.
+// Where a lens distorts or the camera is posed, the area is a parallelogram, of SPLIT x SPLIT upright rectangles. One touches at most
+// TAPS pixels on either axis.
+// TAPS 0, a scene of one pixel per photosite or fewer: the mean of SAMPLES x SAMPLES parts of the area, each at most one pixel wide.
+// BENDS 1, of fewer: the exact mean of bilinear light (bilinear_area.h). BENDS 0, of one: the bilinear value at the middle of a part,
+// which is the mean of even squares over one scene pixel's area.
 #ifndef PHOTOSITE_AREA_H
 #define PHOTOSITE_AREA_H
+#include "bilinear_area.h"
 #include "plain_math.h"
 #include "scene_place.h"
-
-INLINE int clamped(const int i, const uint count) { return i < 0 ? 0 : (i < (int)count ? i : (int)count - 1); }
-
-// Value of a plane at the scene position (u, v) [px]. Pixel i covers [i, i + 1), and its value is that at i + 1/2.
-INLINE float point(global const float *plane, const float u, const float v, const struct projection p) {
-#if NEAREST
-    return plane[(size_t)clamped(whole(v), p.scene_height) * p.scene_width + clamped(whole(u), p.scene_width)];
-#else
-    const int left = whole(u - 0.5f), top = whole(v - 0.5f);
-    const float s = (u - 0.5f) - (float)left, t = (v - 0.5f) - (float)top;
-    const size_t x0 = clamped(left, p.scene_width), x1 = clamped(left + 1, p.scene_width);
-    const size_t y0 = (size_t)clamped(top, p.scene_height) * p.scene_width, y1 = (size_t)clamped(top + 1, p.scene_height) * p.scene_width;
-    const float upper = plane[y0 + x0] + s * (plane[y0 + x1] - plane[y0 + x0]);
-    const float lower = plane[y1 + x0] + s * (plane[y1 + x1] - plane[y1 + x0]);
-    return upper + t * (lower - upper);
-#endif
-}
 
 // Part of pixel `number` [counted from `first`] that lies between `low` and `high` [px from the start of `first`].
 INLINE float overlap(const float low, const float high, const uint number) {

@@ -19,8 +19,15 @@ INLINE void squares(global const float *plane, const float x, const float step, 
         mean[i] = area_mean(plane, a, p);
     }
 #else
-    float u[BATCH], v[BATCH];
+    float u[BATCH], v[BATCH], extent_u[BATCH], extent_v[BATCH];
     for (uint i = 0; i < count; i++) mean[i] = 0.0f;
+    for (uint i = 0; i < count; i++) extent_u[i] = extent_v[i] = p.scale * size * (0.5f / SAMPLES);
+#if BENDS && DISTORTION && !POSE
+    for (uint i = 0; i < count; i++) {
+        const struct area a = area_of(x + (float)i * step, y, size, channel, p);
+        extent_u[i] = a.wide * (0.5f / SAMPLES), extent_v[i] = a.tall * (0.5f / SAMPLES);
+    }
+#endif
     for (uint part = 0; part < SAMPLES * SAMPLES; part++) {
         const float across = size * (((float)(part % SAMPLES) + 0.5f) * (1.0f / SAMPLES));
         const float down = size * (((float)(part / SAMPLES) + 0.5f) * (1.0f / SAMPLES));
@@ -29,7 +36,8 @@ INLINE void squares(global const float *plane, const float x, const float step, 
             scene_place(&a, &b, channel, p);
             u[i] = a, v[i] = b;
         }
-        for (uint i = 0; i < count; i++) mean[i] += point(plane, u[i], v[i], p);
+        for (uint i = 0; i < count; i++)
+            mean[i] += mean_around(plane, p.scene_width, p.scene_height, u[i], v[i], extent_u[i], extent_v[i]);
     }
     for (uint i = 0; i < count; i++) mean[i] *= 1.0f / (SAMPLES * SAMPLES);
 #endif

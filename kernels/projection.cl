@@ -48,8 +48,8 @@ kernel void projection_planes(global const float *restrict planes, global float 
     for (uint i = 0; i < SPAN; i++) to[i] = mean[i];
 }
 
-#if SAMPLES == 1 && TAPS == 0 && !NEAREST && !DISTORTION
-// A scene much coarser than its samples is read bilinearly in two steps, with the bits of `projection_planes`: first across, at the
+#if SAMPLES == 1 && TAPS == 0 && !DISTORTION
+// A scene much coarser than its samples is read in two steps, with the bits of `projection_planes`: first across, at the
 // columns of the samples, then down.
 // across: (planes, COLUMN_SETS, scene rows from first_row on, set_columns) float32.
 
@@ -59,11 +59,8 @@ kernel void projection_across(global const float *restrict planes, global float 
     const size_t column = get_global_id(0), set = get_global_id(2), number = set / COLUMN_SETS * scene_height + first_row + get_global_id(1);
     const float x = (float)origin_x + (float)(COLUMN_SETS * column + set % COLUMN_SETS) * (1.0f / OVER);
     const float u = offset_x + scale * (x + (1.0f / OVER) * 0.5f);
-    const int left = whole(u - 0.5f);
-    const float s = (u - 0.5f) - (float)left;
-    global const float *line = planes + number * scene_width;
-    const float a = line[clamped(left, scene_width)], b = line[clamped(left + 1, scene_width)];
-    across[row_start(set, get_global_id(1), get_global_size(1), get_global_size(0)) + column] = a + s * (b - a);
+    const float extent = scale * (1.0f / OVER) * 0.5f, mean = along(planes + number * scene_width, 1, 0, scene_width, u, extent);
+    across[row_start(set, get_global_id(1), get_global_size(1), get_global_size(0)) + column] = mean;
 }
 
 // Dimension 0: columns of a set; 1: rows of samples that are written, of `rows`; 2: column sets of all channels.
@@ -72,11 +69,9 @@ kernel void projection_down(global const float *restrict across, global float *r
                             const float scale, const float offset_y) {
     const size_t column = get_global_id(0), row = get_global_id(1), set = get_global_id(2), columns = get_global_size(0);
     const float y = (float)origin_y + (float)row * (1.0f / OVER), v = offset_y + scale * (y + (1.0f / OVER) * 0.5f);
-    const int top = whole(v - 0.5f);
-    const float t = (v - 0.5f) - (float)top;
-    const size_t above = clamped(top, scene_height) - first_row, below = clamped(top + 1, scene_height) - first_row;
-    const float upper = across[row_start(set, above, across_rows, columns) + column], lower = across[row_start(set, below, across_rows, columns) + column];
-    sampled[row_start(COLUMN_SETS * first_plane + set, row, rows, columns) + column] = upper + t * (lower - upper);
+    global const float *line = across + row_start(set, 0, across_rows, columns) + column;
+    const float mean = along(line, columns, (int)first_row, scene_height, v, scale * (1.0f / OVER) * 0.5f);
+    sampled[row_start(COLUMN_SETS * first_plane + set, row, rows, columns) + column] = mean;
 }
 #endif
 

@@ -76,10 +76,9 @@ class OpticsPlan:
     def sweeps_rows(self) -> bool:
         """Whether a swept image is read by spans of a row, which is several times faster than photosite by photosite."""
         projection, motion = self.projection, self.motion
-        plain = projection.warp is None and (projection.is_fine or not projection.nearest)
         if motion is None or motion.vectors is not None:
             return False
-        return plain and motion.turns_slowly and motion.path.lines.axis != "columns"
+        return projection.warp is None and motion.turns_slowly and motion.path.lines.axis != "columns"
 
     @property
     def sweeps_lamps_apart(self) -> bool:

@@ -159,13 +159,13 @@ def _projection(optics: OpticsPlan) -> Pass:
     if optics.defocus is not None or optics.psf is not None:
         return Pass("projection", False, "part of the blur, which needs the scene around each photosite")
     projection, pixels = optics.projection, _pixels(optics)
-    if projection.is_fine:
+    if projection.taps(projection.open_side):
         reads = projection.taps(projection.open_side) ** 2
         method, cost = "exact mean over each photosite's area", _ms(pixels * reads, COST_NS["projection pixel"])
     else:
-        points = projection.samples**2
-        kind = "nearest pixel" if projection.nearest else "bilinear"
-        method, cost = f"{kind}, {points} points per photosite", _ms(pixels * points, COST_NS["projection"])
+        parts = projection.samples**2
+        area = "exact mean of bilinear light over each photosite's area" if projection.is_bilinear else "one scene pixel each"
+        method, cost = area, _ms(pixels * parts, COST_NS["projection"])
     return Pass("projection", True, method, pixels, 4 * pixels, cost_ms=cost)
 
 

@@ -87,7 +87,7 @@ def _number(value: float | tuple[float, ...]) -> str:
 
 
 def _samples(projection: Projection) -> str:
-    if projection.is_fine:
+    if projection.taps(1.0) or projection.is_bilinear:
         side = "" if projection.open_side == 1.0 else f", a square of side {projection.open_side:.3g}"
         return f"each the exact mean over its area{side}"
     return "one sample each" if projection.samples == 1 else f"{projection.samples} x {projection.samples} samples each"

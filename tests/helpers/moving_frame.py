@@ -59,6 +59,26 @@ def places_seen(
     return distance_px * met[:, 0], -distance_px * met[:, 1]
 
 
+def seen_at(picture: np.ndarray, u: np.ndarray, v: np.ndarray, side: float) -> np.ndarray:
+    """Mean of a picture that is bilinear between its pixels over squares of this side around (u, v) [px from the first pixel].
+
+    Between the lines on which it bends, light is linear along either axis, so that its value at the middle is the mean.
+    """
+    picture = np.asarray(picture, np.float64)
+    if side == 0.0:
+        return map_coordinates(picture, (v, u), order=1, mode="nearest")
+
+    def parts(middle: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        low, high, bend = middle - 0.5 * side, middle + 0.5 * side, np.rint(middle)  # a line bends at pixels alone
+        bend = np.clip(bend, low, high)
+        return [(0.5 * (low + bend), (bend - low) / side), (0.5 * (bend + high), (high - bend) / side)]
+
+    pairs = [(*down, *right) for down in parts(v) for right in parts(u)]
+    return np.sum(
+        [tall * wide * map_coordinates(picture, (y, x), order=1, mode="nearest") for y, tall, x, wide in pairs], axis=0
+    )
+
+
 def dense_mean(
     pictures: Sequence[tuple[np.ndarray, np.ndarray | None, float]],
     camera: CameraPath,
@@ -71,11 +91,12 @@ def dense_mean(
 ) -> np.ndarray:
     """Mean over dense instants of layers (light, coverage, depth), read bilinearly at the centre of each photosite.
 
+    Where the scene has fewer pixels than photosites it is the mean over the photosite.
     sensor: rows, columns. opens_s: (rows,). Returns (rows, columns) float64.
     """
     rows, columns = np.mgrid[: sensor[0], : sensor[1]]
     x, y = columns.ravel() + 0.5 - 0.5 * sensor[1], rows.ravel() + 0.5 - 0.5 * sensor[0]
-    total = np.zeros(x.size)
+    total, side = np.zeros(x.size), projection.scale * projection.is_bilinear
     for part in (np.arange(instants) + 0.5) / instants:
         time = opens_s[rows.ravel()] + part * time_s
         light, through = np.zeros(x.size), np.ones(x.size)
@@ -83,8 +104,8 @@ def dense_mean(
             right, down = places_seen(camera, time, x, y, distance_px, depth_m)
             u = projection.offset_x + projection.scale * (right + 0.5 * sensor[1]) - 0.5
             v = projection.offset_y + projection.scale * (down + 0.5 * sensor[0]) - 0.5
-            light += through * map_coordinates(np.float64(picture), (v, u), order=1, mode="nearest")
+            light += through * seen_at(picture, u, v, side)
             if coverage is not None:
-                through *= 1.0 - map_coordinates(np.float64(coverage), (v, u), order=1, mode="nearest")
+                through *= 1.0 - seen_at(coverage, u, v, side)
         total += light / instants
     return total.reshape(sensor)

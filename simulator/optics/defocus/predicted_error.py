@@ -11,7 +11,6 @@ from simulator.optics.defocus.accuracy import (
     WAVE_CURVATURE,
     WIDE_PX,
     Accuracy,
-    blurred_share,
     copy_error,
     crossing_error,
     grid_error,
@@ -22,6 +21,7 @@ from simulator.optics.defocus.accuracy import (
     slope_error,
     small_circles_error,
     spot_error,
+    twice_blurred_share,
     wide_error,
 )
 from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, sample_count
@@ -70,7 +70,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         add("means over the scene's pixels", accuracy.gathering_error(), TIGHTER)
     else:
         # A parabola in both directions, against its values at the points.
-        smooth = contrast.curvature * blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)
+        smooth = contrast.curvature * twice_blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)
         grid = min(smooth, grid_error(min(blurred), finest, defocus.scale))
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])

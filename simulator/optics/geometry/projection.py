@@ -28,18 +28,19 @@ EDGE_PX = 1.0  # difference in blur radius above which neighbouring scene pixels
 class Projection:
     """Resampling of the scene's grid by the photosites.
 
-    A photosite is the mean of the scene over its area. In a scene finer than the photosites each pixel is an even square, and
-    the mean is exact. A coarser scene is read bilinearly between the centres of its pixels: the mean of even squares over the
-    area of one scene pixel. Both agree at one scene pixel per photosite.
+    A photosite is the exact mean of the scene over its area. In a scene finer than the photosites each pixel is an even square.
+    A coarser scene is bilinear between the centres of its pixels, unless it asks for the nearest. At one scene pixel per
+    photosite it is read at the middle of a photosite, which is the mean of even squares, too.
 
     scale: scene pixels per photosite. offset_x, offset_y: scene position [px] of the sensor's upper left corner.
     scene_width, scene_height: of the scene's grid [px].
-    samples: points per photosite and axis that are averaged where the scene is coarse.
-    nearest: a coarse scene is read at its nearest pixel instead of bilinearly.
+    samples: parts per photosite and axis that are averaged where the scene is coarse.
+    nearest: pixels of a coarse scene are even squares, too, instead of light that is bilinear between them.
     stretch: largest local magnification of `warp`. warp: distortion of the lens, applied before the scale; None: none.
     open_side: side of the light-sensitive square in the middle of a photosite [photosites] that `project` averages.
     edge_px: difference in blur radius above which neighbouring scene pixels belong to two surfaces [photosites].
     pose: of the camera, after `warp`: pivot x, y and displacement as kernels/scene_place.h has them; None: at rest.
+    is_bilinear: whether the scene has fewer pixels than photosites, and light between their centres.
     """
 
     scale: float
@@ -54,6 +55,7 @@ class Projection:
     open_side: float = 1.0
     edge_px: float = EDGE_PX
     pose: tuple[float, ...] | None = None
+    is_bilinear: bool = False
 
     def on_wider_photosites(self) -> Self:
         """Return the resampling of the same scene by photosites twice as wide, from the same corner of the sensor on."""
@@ -80,8 +82,8 @@ class Projection:
         return 0
 
     def taps(self, side: float) -> int:
-        """Most scene pixels per axis that an area of this side [photosites] touches; 0 where the scene is coarse."""
-        if not self.is_fine:
+        """Most scene pixels per axis that an area of this side [photosites] touches; 0 where they are no even squares."""
+        if not self.is_fine and not self.nearest:
             return 0
         wide = side * self.scale * self.stretch
         places = self.offset_x, self.offset_y, self.scale, side * self.scale
@@ -100,7 +102,7 @@ class Projection:
         distortion = {"DISTORTION": 0} if self.warp is None else {"DISTORTION": 1, **self.warp.macros()}
         return {
             "SAMPLES": -(-self.samples // over),
-            "NEAREST": int(self.nearest),
+            "BENDS": int(self.is_bilinear and not self.is_fine),
             "OVER": over,
             "POSE": int(self.pose is not None),
             "EDGE": f"{self.edge_px:.9e}f",
@@ -162,6 +164,7 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
         scene_height=height,
         samples=max(1, math.ceil(scale * stretch - 1e-6)),
         nearest=scene.interpolation == "nearest",
+        is_bilinear=scale < 1.0 - 1e-6 and scene.interpolation != "nearest",
         warp=warp,
         stretch=stretch,
     )

@@ -27,7 +27,7 @@ from simulator.sensor.camera.camera import Window
 
 BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins with the same colours
 MOST_SAMPLES = 8  # per photosite and axis, of a scene finer than the photosites
-MOST_LIGHTS = 4096  # scene pixels that count as small lights, the brightest
+MOST_LIGHTS = 4096  # scene pixels that count as small lights, the brightest; fewer where one lies on many samples
 LEAST_CELL, RAY_CELL_PX = (
     (8, 1),
     0.004,
@@ -75,7 +75,9 @@ def _rays_of(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Callab
     deep, blur, defocus = optics.scene.deep, optics.deep_blur, _defocus_of(optics)
     if deep is None or blur is None:
         grid = Grid(optics, device, planes)
-        limit = None if defocus.motion is not None else light_limit(optics.scene, optics.weights)
+        on_samples = 4.0 * (grid.over / optics.projection.scale) ** 2 if optics.projection.is_bilinear else 1.0
+        most = max(int(MOST_LIGHTS / on_samples), 1)
+        limit = None if defocus.motion is not None else light_limit(optics.scene, optics.weights, most)
         return lambda window: BandRays(grid, window, limit).sample
     picture = DeepPicture(device, deep, blur, optics.weights, optics.projection)
 
@@ -96,16 +98,16 @@ def _worst_sigma(accuracy: Accuracy, light: np.ndarray, error: np.ndarray) -> fl
     return float((error / accuracy.allowed_ray_error(light)).max(initial=0.0)) * accuracy.ray_error
 
 
-def light_limit(scene: Scene, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+def light_limit(scene: Scene, weights: np.ndarray, most: int = MOST_LIGHTS) -> tuple[np.ndarray, np.ndarray] | None:
     """Electron radiance of each channel above which a sample is a small light, and the radiance that it keeps: (channels,).
 
-    None: the scene has none. weights: as of `highlight_threshold`. A scene of many highlights has the brightest MOST_LIGHTS.
+    None: the scene has none. weights: as of `highlight_threshold`. most: pixels that count, the brightest.
     """
     limit = highlight_threshold(scene, weights)
     if limit is None:
         return None
     ratio = np.concatenate([((layer.planes @ weights) / limit).max(axis=2).ravel() for layer in scene.layers])
-    most = min(MOST_LIGHTS, len(ratio) - 1)
+    most = min(most, len(ratio) - 1)
     factor = max(1.0, float(np.partition(ratio, len(ratio) - 1 - most)[len(ratio) - 1 - most]))
     return limit * np.float32(factor), limit / BRIGHT
 
@@ -191,7 +193,7 @@ class Grid:
     """The scene's layers on `over` x `over` samples per photosite, with a margin.
 
     A scene finer than the photosites has samples that divide its pixels, up to MOST_SAMPLES per photosite and axis; where none
-    do, it has the most.
+    do, it has the most. So has a scene of fewer pixels than photosites: a sample is the mean of its bilinear light.
     """
 
     optics: OpticsPlan
@@ -202,7 +204,7 @@ class Grid:
         defocus, projection = _defocus_of(self.optics), self.optics.projection
         self.margin_px = defocus.reach_px
         divides = projection.whole_pixels(range(2, MOST_SAMPLES + 1)) or MOST_SAMPLES
-        self.over = divides if projection.is_fine else 1
+        self.over = divides if projection.is_fine else MOST_SAMPLES if projection.is_bilinear else 1
         self.radii = [self.device.upload(px) if isinstance(px, np.ndarray) else px for px in defocus.radii_px]
 
     def band(self, window: Window) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

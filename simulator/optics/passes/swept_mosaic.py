@@ -194,7 +194,7 @@ class _Sweep:
         reach = self.step * (SPAN - 1)
         drift = reach * (abs(moving.scale - 1.0) + self.plan.slopes[1])
         common |= {
-            "EVEN": int(taps == 0 and drift < EVEN_DRIFT),
+            "EVEN": int(taps == 0 and not moving.is_bilinear and drift < EVEN_DRIFT),
             "READS": taps or 2,
             "BUFFER": int(np.ceil(1.1 * reach * moving.scale)) + taps + 6,
         }

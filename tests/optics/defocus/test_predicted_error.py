@@ -13,9 +13,13 @@ from helpers.lens_frame import LENS, blurred_case, case_plan, depth_of
 from helpers.lens_truths import Case, cases, square_light, uniform_layers
 from helpers.scene_builders import band_scene
 from helpers.textured_planes import one_picture, textured_planes, with_truth_of_rays
+from scipy.ndimage import map_coordinates
+from scipy.signal import fftconvolve
 
 from simulator.device import open_device
 from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.accuracy import twice_blurred_share
+from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.predicted_error import LAYERS, error_terms, predicted_error
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
@@ -118,3 +122,24 @@ def test_layers_with_circles_as_small_as_the_samples_have_a_term(radii_px, devic
     term = next(term for term in planned.error_budget.terms if "small as the samples" in term.cause)
     assert planned.error_budget.is_clamped
     assert 0.05 * term.sigma < np.quantile(z, 0.99) <= planned.error_budget.predicted_sigma + 3.3 * sigma
+
+
+@pytest.mark.parametrize("scale", [0.3, 0.5, 0.7, 0.95])
+def test_means_of_a_coarse_scene_leave_at_most_what_their_law_states(scale):
+    """Random pixels, linear between their centres, in float64: the mean over photosite and circle against sums of samples."""
+    size, parts = 60, 12
+    pixels = round(size * scale) + 2
+    picture = np.random.default_rng(1).random((pixels, pixels))
+    places = scale * (np.arange(size * parts) + 0.5) / parts - 0.5
+    fine = map_coordinates(picture, np.meshgrid(places, places, indexing="ij"), order=1, mode="nearest")
+
+    def photosites(light):
+        return light.reshape(size, parts, size, parts).mean(axis=(1, 3))
+
+    second = np.maximum(np.abs(np.diff(picture, 2, axis=0))[:, 1:-1], np.abs(np.diff(picture, 2, axis=1))[1:-1])
+    curvature, inner = scale * np.quantile(second, 0.999), (slice(8, -8), slice(8, -8))
+    for radius_px in (0.2, 0.5, 0.7, 1.0, 2.0, 4.0):
+        truth = photosites(fftconvolve(fine, disk_weights(parts * radius_px), mode="same"))
+        found = fftconvolve(photosites(fine), disk_weights(radius_px), mode="same")
+        left = np.quantile(np.abs(found - truth)[inner], 0.999)
+        assert left <= curvature * twice_blurred_share(radius_px, scale) / 12.0

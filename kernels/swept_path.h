@@ -1,0 +1,46 @@
+// Where the photosites of a span of a row see the scene at an instant of a moving image: displacements that are a parabola along it.
+#ifndef SWEPT_PATH_H
+#define SWEPT_PATH_H
+#include "plain_math.h"
+#include "scene_place.h"
+#define SIDE (1.0f - 2.0f * INSET)
+#define REACH (0.5f * (float)(STEP * (SPAN - 1))) // from the middle of a span to its first and last photosite [photosites]
+// Displacement of the image over a row at an instant: dx = (x + x_slope X - shrink X^2) / (1 + shrink X), dy = (y + y_slope X) /
+// (1 + shrink X) at X photosites right of the pivot.
+struct view {
+    float x, x_slope; // [photosites], [photosites per photosite]
+    float y, y_slope; // alike
+    float shrink;     // [1 / photosites]
+    float weight;     // of the instant in the row's light
+};
+
+// Scene positions of a span's photosites, counted from the pixel [row][column]: those of their centres less half a pixel, or of the
+// left and upper sides of their squares where TAPS > 0. u = u + u_slope r + u_bend r^2 at r photosites right of the span's middle;
+// v + v_slope j above the blended pixel j.
+struct path {
+    int column, row;
+    uint rows;
+    float u, u_slope, u_bend, v, v_slope;
+};
+
+// middle: of the span [photosites from the pivot]. x, y: place on the sensor of that side or centre of a photosite in the middle.
+INLINE struct path path_of(const struct view view, const float middle, const float x, const float y, const struct projection p) {
+    const float turn = view.shrink * middle, part = 1.0f - turn * (1.0f - turn * (1.0f - turn)); // 1 / (1 + turn)
+    const float bend = view.shrink * part, reach = REACH;
+    const float dx = (view.x + middle * (view.x_slope - view.shrink * middle)) * part;
+    const float x_slope = (view.x_slope - 2.0f * view.shrink * middle) * part - bend * dx;
+    const float dy = (view.y + middle * view.y_slope) * part, y_slope = view.y_slope * part - bend * dy;
+    const float u = p.offset_x + p.scale * (x + dx) - (TAPS ? 0.0f : 0.5f), v = p.offset_y + p.scale * (y + dy) - (TAPS ? 0.0f : 0.5f);
+    struct path path = {0, 0, 0u, u, p.scale * (1.0f + x_slope), -p.scale * bend * (1.0f + x_slope), v, 0.0f};
+    path.v_slope = y_slope * (1.0f - x_slope * (1.0f - x_slope));
+    const float side = p.scale * SIDE, extent = BENDS ? 0.5f * side : 0.0f; // TAPS 0: a photosite sees so far on either side
+    path.column = whole(u + reach * (reach * path.u_bend - path.u_slope)) - (!TAPS && BENDS ? 1 : 0);
+    const float tilt = reach * p.scale * (y_slope < 0.0f ? -y_slope : y_slope);
+    path.row = whole(v - tilt - (TAPS ? 0.0f : extent));
+    path.rows = (uint)(whole(v + tilt + (TAPS ? side : 1.0f + extent)) - path.row) + 1u;
+    path.u = u - (float)path.column;
+    path.v = (v - (float)path.row) - path.v_slope * (path.u + (TAPS ? 0.5f * side - 0.5f : 0.0f));
+    return path;
+}
+
+#endif
