@@ -313,6 +313,38 @@ def calibrate(
     print(calibrate_files(files, out, name, base, pixel_pitch, response, plots))
 
 
+PlotNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--only",
+        metavar="PLOT",
+        help="snr, noise, photon_transfer, dynamic_range, mtf, blur or depth_of_field; repeatable. All when left out.",
+    ),
+]
+PlotFile = Annotated[Path, typer.Option("--out", metavar="FILE", help="Figure to write: .svg, .png or .pdf.")]
+PlotNumbers = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the numbers of the lines, too.")]
+PlotIsos = Annotated[list[int] | None, typer.Option("--iso", help="ISO of the curves over the signal; repeatable.")]
+
+
+@app.command(epilog="Example: photosite plot sony_a7s2 --only snr --only noise --out plots.svg --csv plots.csv")
+def plot(
+    subject: Annotated[str, typer.Argument(metavar="CAMERA|SHOT", help="Name in configs/cameras or configs/shots, or a file.")],
+    settings: Settings = None,
+    only: PlotNames = None,
+    iso: PlotIsos = None,
+    out: PlotFile = Path("plots.svg"),
+    csv: PlotNumbers = None,
+) -> None:
+    """Draw curves of a camera, or of the camera and lens of a shot, from their own models.
+
+    SNR against exposure, noise and dynamic range against ISO, photon transfer, modulation transfer; with the lens of a shot
+    also blur circle and depth of field against distance.
+    """
+    from simulator.command_line.plot import draw_plots
+
+    draw_plots(subject, settings or [], only or [], iso or [], out, csv)
+
+
 @app.command(epilog="Example: photosite schema --out photosite.schema.json")
 def schema(
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write here instead of to the screen.")] = None,

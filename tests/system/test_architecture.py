@@ -40,7 +40,16 @@ ORDER = {
         "errors",
         "__init__",
     ),
-    "simulator/measurement": ("quantities", "shutter_check", "emva1288", "noise_check", "calibration", "report", "statistics"),
+    "simulator/measurement": (
+        "curves",
+        "quantities",
+        "shutter_check",
+        "emva1288",
+        "noise_check",
+        "calibration",
+        "report",
+        "statistics",
+    ),
     "simulator/pipeline": (
         "simulate",
         "time_budget",
