@@ -7,9 +7,10 @@ from typing import Self
 import numpy as np
 
 from simulator.measurement.curves.code_response import code_moments, electrons_below_white, electrons_per_lx_s, sensor_alone
+from simulator.measurement.quantities.dynamic_range import photographic_range, range_figures
 from simulator.measurement.quantities.quantity import Curve
 from simulator.measurement.report.plot import Line, Plot
-from simulator.pipeline.explain.noise_budget import NoiseBudget, noise_budget
+from simulator.pipeline.explain.noise_budget import noise_budget
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.sensor_plan import SensorPlan
 from simulator.units import Seconds
@@ -86,31 +87,32 @@ def photon_transfer_plot(setting: CameraSetting) -> Plot:
 
 def noise_plot(setting: CameraSetting) -> Plot:
     """Return the noise in the dark over all ISOs of the camera, referred to photoelectrons: sigma / K [e-]."""
-    found = _dark_budgets(setting)
+    isos = setting.camera.isos
+    found = [noise_budget(setting.sensor(iso), 0.0, iso, setting.time_s) for iso in isos]
     dark_e = np.array([one.dark_sigma_dn / one.gain_dn_per_e for one in found])
-    line = Line(Curve(_isos(found), dark_e, "ISO", "", "noise in the dark", "e-"), "temporal noise", has_points=True)
+    line = Line(
+        Curve(np.array(isos, np.float64), dark_e, "ISO", "", "noise in the dark", "e-"), "temporal noise", has_points=True
+    )
     note = f"Temporal noise without light, rounding and row noise included, over K. {_timed(setting)}"
     return Plot("noise", "Noise against ISO", (line,), note, x_scale="iso", y_scale="log")
 
 
 def dynamic_range_plot(setting: CameraSetting) -> Plot:
-    """Return the dynamic range over all ISOs of the camera: log2(full scale / noise in the dark) [stops] (EMVA 1288 R4.0)."""
-    found = _dark_budgets(setting)
-    stops = np.array([one.dynamic_range_stops for one in found])
-    shown = np.isfinite(stops)
-    line = Line(Curve(_isos(found)[shown], stops[shown], "ISO", "", "dynamic range", "stops"), "engineering", has_points=True)
-    note = f"Engineering: full scale over the temporal noise in the dark. {_timed(setting)}"
-    return Plot("dynamic_range", "Dynamic range against ISO", (line,), note, x_scale="iso")
-
-
-def _dark_budgets(setting: CameraSetting) -> list[NoiseBudget]:
-    """Budgets of the noise without light at each ISO of the camera."""
+    """Return engineering and photographic dynamic range over all ISOs of the camera [EV] (`range_figures`)."""
     isos = setting.camera.isos
-    return [noise_budget(setting.sensor(iso), 0.0, iso, setting.time_s) for iso in isos]
-
-
-def _isos(budgets: Sequence[NoiseBudget]) -> np.ndarray:
-    return np.array([float(one.iso) for one in budgets])
+    sensors = [setting.sensor(iso) for iso in isos]
+    ranges = {
+        "engineering, from SNR 1": [range_figures(one, 1.0)["range_ev"].value for one in sensors],
+        "photographic (PDR)": [photographic_range(one)["range_ev"].value for one in sensors],
+    }
+    lines = []
+    for label, values in ranges.items():
+        stops = np.array(values)
+        shown = np.isfinite(stops)
+        curve = Curve(np.array(isos, np.float64)[shown], stops[shown], "ISO", "", "dynamic range", "EV")
+        lines.append(Line(curve, label, has_points=True))
+    note = f"From white down to an SNR of 1, and to one of 20 in the circle of confusion (Photons to Photos). {_timed(setting)}"
+    return Plot("dynamic_range", "Dynamic range against ISO", tuple(lines), note, x_scale="iso")
 
 
 def _over_signal(name: str, title: str, lines: Sequence[Line], note: str) -> Plot:

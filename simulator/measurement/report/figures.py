@@ -104,7 +104,7 @@ def plots_figure(plots: Sequence[Plot], title: str = "") -> "Figure":
 
 def plot_svg(plot: Plot) -> str:
     """Return one plot, without its title, as an SVG element. Raises PhotositeError when matplotlib is missing."""
-    figure, (axes,) = new_figure(1, 1, 7.2, 4.4)
+    figure, (axes,) = new_figure(1, 1, 5.6, 3.9)
     draw_plot(axes, plot, has_title=False)
     return svg_of(figure)
 

@@ -56,7 +56,19 @@ def test_noise_and_dynamic_range_over_iso_are_those_of_the_table():
     gain = np.array([setting.gain_dn_per_e for setting in LINES.values()])
     assert noise.x.tolist() == stops.x.tolist() == [100.0, 400.0, 1600.0]
     assert noise.y == pytest.approx(dark_dn / gain, rel=1e-12)
-    assert stops.y == pytest.approx(np.log2((65535.0 - 500.0) / dark_dn), rel=1e-9)
+    least_e = 0.5 + np.sqrt((dark_dn / gain) ** 2 + 0.25)  # n / sqrt(n + sigma^2) = 1
+    assert stops.y == pytest.approx(np.log2((65535.0 - 500.0) / gain / least_e), rel=1e-6)
+
+
+def test_the_photographic_range_ends_at_an_snr_of_20_in_the_circle_of_confusion():
+    """Photosites of 5 um on 36 mm x 24 mm: the diagonal / 1291 is the circle c, and 20 / (sqrt(pi) / 2 c / p) the SNR."""
+    large = small_camera(7200, 4800, iso_table=LINES, stages=SHOT_NOISE, black_level_dn=500.0)
+    photographic = dynamic_range_plot(CameraSetting.of(large, 0.01)).lines[1].curve
+    snr = 20.0 / (np.sqrt(np.pi) / 2.0 * np.hypot(36e3, 24e3) / 1291.0 / 5.0)
+    for stops, setting in zip(photographic.y, LINES.values(), strict=True):
+        least_e = 0.5 * snr**2 + np.sqrt(snr**2 * rounded(setting) / setting.gain_dn_per_e**2 + 0.25 * snr**4)
+        full_e = (65535.0 - 500.0) / setting.gain_dn_per_e
+        assert stops == pytest.approx(np.log2(full_e / least_e), rel=1e-6)
 
 
 def test_longer_exposures_have_more_noise_of_the_dark():
