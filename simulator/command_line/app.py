@@ -345,6 +345,29 @@ def plot(
     draw_plots(subject, settings or [], only or [], iso or [], out, csv)
 
 
+@app.command(epilog="Example: photosite compare sony_a7s2 nikon_d850 --out cameras.svg")
+def compare(
+    subjects: Annotated[
+        list[str],
+        typer.Argument(metavar="A B ...", help="Cameras or shots; or raw files, also with cameras."),
+    ],
+    settings: Settings = None,
+    only: Annotated[
+        list[str] | None, typer.Option("--only", metavar="PLOT", help="One plot; repeatable. All when left out.")
+    ] = None,
+    iso: PlotIsos = None,
+    out: PlotFile = Path("compared.svg"),
+    csv: PlotNumbers = None,
+) -> None:
+    """Draw two or more in the same plots: cameras, shots or raw files.
+
+    A camera beside raw files is its model at their ISO and exposure time: noise and SNR against the signal.
+    """
+    from simulator.command_line.compare import compare as compare_subjects
+
+    compare_subjects(subjects, settings or [], only or [], iso or [], out, csv)
+
+
 @app.command(epilog="Example: photosite schema --out photosite.schema.json")
 def schema(
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write here instead of to the screen.")] = None,

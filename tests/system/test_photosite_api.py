@@ -257,6 +257,7 @@ def examples() -> list[list[str]]:
 
 MAKERS = ("simulate", "validate")  # commands whose files other examples read
 TAKEN = ["validate", "simulate", "study", "resimulate", "develop", "inspect", "explain", "calibrate", "schema", "dataset"]
+TAKEN += ["plot", "compare"]
 
 
 def test_every_command_that_takes_something_has_an_example():
@@ -276,6 +277,8 @@ def test_what_an_example_names_comes_along_or_is_made_by_another(arguments):
         assert set(values["iso"] if isinstance(values["iso"], list) else [values["iso"]]) <= set(
             load_camera(values["camera"]).isos
         )
+    elif "subject" in values or "subjects" in values:
+        assert all(load_camera(one).isos for one in values.get("subjects") or [values["subject"]])
     elif "config" in values:
         assert named_file("datasets", values["config"]).is_file() and load_data_set(values["config"]).count
     elif "study" in values:

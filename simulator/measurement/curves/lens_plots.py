@@ -91,6 +91,14 @@ def mtf_plot(lens: Lens | None, camera: Camera) -> Plot:
     return Plot("mtf", "Modulation transfer", tuple(lines), note, marks=marks)
 
 
+def mtf_on_sensor(plot: Plot, camera: Camera) -> Plot:
+    """Return a plot of `mtf_plot` over cycles/mm on the sensor, in which cameras of other pitches can be compared."""
+    per_mm = 1e3 / camera.pixel_pitch_um
+    curves = [Curve(per_mm * one.curve.x, one.curve.y, "frequency", "cycles/mm", one.curve.y_name, "") for one in plot.lines]
+    lines = tuple(replace(line, curve=curve) for line, curve in zip(plot.lines, curves, strict=True))
+    return replace(plot, lines=lines, marks=())
+
+
 def _transfer(per_px: np.ndarray, transfer: np.ndarray) -> Curve:
     return Curve(per_px, transfer, "frequency", "cycles/px", "modulation transfer", "")
 
