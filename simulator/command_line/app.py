@@ -269,6 +269,9 @@ def explain(
         bool, typer.Option("--measure", help="Take the shot, too, and show each pass's time beside the predicted one.")
     ] = False,
     device: DeviceName = None,
+    form: Annotated[
+        str, typer.Option("--format", metavar="FORMAT", help="table, json, csv (a line for each value) or html (one page).")
+    ] = "table",
 ) -> None:
     """Show what a shot amounts to.
 
@@ -278,7 +281,7 @@ def explain(
     """
     from simulator.command_line.explain import show_plan
 
-    show_plan(shot, settings or [], patch, "exposure" if same_shutter else "brightness", device, measured)
+    show_plan(shot, settings or [], patch, "exposure" if same_shutter else "brightness", device, measured, form)
 
 
 @app.command(
