@@ -352,7 +352,7 @@ def plot(
 def compare(
     subjects: Annotated[
         list[str],
-        typer.Argument(metavar="A B ...", help="Cameras or shots; or raw files, also with cameras."),
+        typer.Argument(metavar="A B ...", help="Cameras or shots; folders of studies; or raw files, also with cameras."),
     ],
     settings: Settings = None,
     only: Annotated[
@@ -362,13 +362,32 @@ def compare(
     out: PlotFile = Path("compared.svg"),
     csv: PlotNumbers = None,
 ) -> None:
-    """Draw two or more in the same plots: cameras, shots or raw files.
+    """Draw two or more in the same plots: cameras, shots, studies or raw files.
 
     A camera beside raw files is its model at their ISO and exposure time: noise and SNR against the signal.
     """
     from simulator.command_line.compare import compare as compare_subjects
 
     compare_subjects(subjects, settings or [], only or [], iso or [], out, csv)
+
+
+@app.command(epilog="Example: photosite report iso_and_aperture --out report.html")
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that `photosite study` wrote.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="HTML page to write; DIR/report.html when left out.")
+    ] = None,
+    pdf: Annotated[
+        Path | None, typer.Option("--pdf", metavar="FILE", help="Print a PDF, too; needs Chromium, Chrome or Edge.")
+    ] = None,
+) -> None:
+    """Write the report of a study: one HTML page that needs nothing else.
+
+    Summary, the plots that the axes suggest, worst points, contact sheet, the table of all points, and provenance.
+    """
+    from simulator.command_line.report import write_report
+
+    write_report(folder, out, pdf)
 
 
 @app.command(epilog="Example: photosite schema --out photosite.schema.json")

@@ -1,4 +1,4 @@
-"""`photosite compare`: cameras and shots, raw files, or raw files and models of cameras, in the same plots."""
+"""`photosite compare`: cameras and shots, studies, raw files, or raw files and models of cameras, in the same plots."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from simulator.command_line.plot import find_subject, write_plots
 from simulator.command_line.screen import show_waiting
-from simulator.errors import require
+from simulator.errors import PhotositeError, require
 from simulator.measurement.curves.lens_plots import mtf_on_sensor
 from simulator.measurement.curves.raw_plots import model_plots, raw_plots, wanted_plots
 from simulator.measurement.curves.subject import Subject, plots_of
@@ -21,7 +21,7 @@ COMPARED_ISOS = (100, 1600)  # of cameras, where none is given: the nearest that
 def compare(subjects: list[str], settings: list[str], names: list[str], isos: list[int], out: Path, table: Path | None) -> None:
     """Draw the subjects in the same plots. Raises PhotositeError.
 
-    subjects: two or more names or files of cameras and shots, or raw files, with or without cameras.
+    subjects: two or more names or files of cameras and shots, or folders of studies, or raw files, with or without cameras.
     settings: of cameras and shots. names: of plots; none: all. isos: of the curves over the signal, and of models where raw
     files do not say theirs. out: figure. table: CSV file of the numbers; None: none.
     """
@@ -29,7 +29,11 @@ def compare(subjects: list[str], settings: list[str], names: list[str], isos: li
     require(len(subjects) > 1, "subjects", subjects[0] if subjects else "", "give two or more to compare")
     kinds = [_kind_of(one) for one in subjects]
     with show_waiting("curves"):
-        if "raw" in kinds:
+        if "study" in kinds:
+            others = [one for one, kind in zip(subjects, kinds, strict=True) if kind != "study"]
+            require(not others, "subjects", ", ".join(others), "is no folder of a study; compare studies with studies")
+            plots = _study_plots([Path(one) for one in subjects], names)
+        elif "raw" in kinds:
             plots = _raw_plots(subjects, kinds, settings, names, isos)
         else:
             found = _distinct([_compared(one, settings, isos) for one in subjects])
@@ -46,8 +50,10 @@ def _subjects_of(plots: Sequence[Plot]) -> list[str]:
 
 
 def _kind_of(subject: str) -> str:
-    """Return raw or model: a camera or a shot."""
+    """Return study, raw or model: a camera or a shot."""
     path = Path(subject)
+    if path.is_dir():
+        return "study"
     return "raw" if path.suffix and path.suffix.lower() not in SHOT_FILES else "model"
 
 
@@ -84,3 +90,22 @@ def _raw_plots(subjects: list[str], kinds: list[str], settings: list[str], names
         for iso, time_s in exposures:
             plots += model_plots(camera, iso, time_s)
     return wanted_plots(plots, names)
+
+
+def _study_plots(folders: list[Path], names: list[str]) -> list[Plot]:
+    """Plots that several studies have, each with its own colour. names: of plots, by their beginnings; none: all."""
+    from simulator.studies.report.study_input import open_study
+    from simulator.studies.report.study_plots import study_plots
+
+    studies = [open_study(folder) for folder in folders]
+    same = len({study.name for study in studies}) < len(studies)
+    found = [
+        plot.about(str(folder) if same else study.name)
+        for folder, study in zip(folders, studies, strict=True)
+        for plot in study_plots(study)
+    ]
+    known = list(dict.fromkeys(plot.name for plot in found))
+    for name in names:
+        if name not in known:
+            raise PhotositeError(f"give one of {', '.join(known)}", key="--only", value=name)
+    return [plot for plot in found if not names or plot.name in names]

@@ -4,6 +4,7 @@ import csv
 
 import pytest
 from helpers.raw_frame import random_frame
+from helpers.study_folder import ISOS, STOPS, figures_at, write_study_folder
 
 from simulator.command_line.main import main
 from simulator.raw.dng.writer import write_dng
@@ -64,3 +65,19 @@ def test_what_cannot_be_compared_is_said_in_one_line(capsys, tmp_path, monkeypat
     code, _, err = run(capsys, *arguments)
     assert code == 1 and told in err and err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_two_studies_share_the_plots_of_their_reports(capsys, tmp_path):
+    folders = [str(write_study_folder(tmp_path / name)) for name in ("one", "two")]
+    table = tmp_path / "c.csv"
+    options = ("--only", "grey.snr_exposure.iso", "--out", str(tmp_path / "c.svg"), "--csv", str(table))
+    code, _, _ = run(capsys, *folders, *options)
+    rows = rows_of(table)
+    assert code == 0 and {row["subject"] for row in rows} == set(folders)  # of one name, told apart by their folders
+    assert {(int(float(row["x"])), float(row["y"])) for row in rows} == {
+        (iso, figures_at(iso, stop)["grey.snr"]) for iso in ISOS for stop in STOPS
+    }
+    code, _, err = run(capsys, *folders, "--only", "bokeh", "--out", str(tmp_path / "d.svg"))
+    assert code == 1 and "--only bokeh: give one of grey.mean_dn_exposure.iso" in err
+    code, _, err = run(capsys, folders[0], "sony_a7s2", "--out", str(tmp_path / "d.svg"))
+    assert code == 1 and "sony_a7s2: is no folder of a study" in err and not (tmp_path / "d.svg").exists()
