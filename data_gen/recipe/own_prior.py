@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from data_gen.recipe.distributions import Distribution, check_weights
 from data_gen.recipe.noise_setting import NoiseSetting
 from data_gen.recipe.prior_cameras import LineCamera
 from data_gen.recipe.published_priors import LinePrior
-from data_gen.recipe.random_streams import RandomStream
+from simulator.config.distributions import Distribution, check_weights
+from simulator.config.random_streams import RandomStream
 from simulator.errors import require
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.kernel.kernel_program import in_order

@@ -328,6 +328,9 @@ def explain(
         bool, typer.Option("--measure", help="Take the shot, too, and show each pass's time beside the predicted one.")
     ] = False,
     device: DeviceName = None,
+    form: Annotated[
+        str, typer.Option("--format", metavar="FORMAT", help="table, json, csv (a line for each value) or html (one page).")
+    ] = "table",
 ) -> None:
     """Show what a shot amounts to.
 
@@ -337,7 +340,7 @@ def explain(
     """
     from simulator.command_line.explain import show_plan
 
-    show_plan(shot, settings or [], patch, "exposure" if same_shutter else "brightness", device, measured)
+    show_plan(shot, settings or [], patch, "exposure" if same_shutter else "brightness", device, measured, form)
 
 
 @app.command(epilog="Example: photosite lens --focal-length 50mm --f-number f/1.8 --focus-distance 2m --plot lens.png")
@@ -445,6 +448,80 @@ def new(
     path, command = write_new_file(kind, name)
     print(path)
     tell(f"use it: {command}")
+
+
+PlotNames = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--only",
+        metavar="PLOT",
+        help="snr, noise, photon_transfer, dynamic_range, mtf, blur or depth_of_field; repeatable. All when left out.",
+    ),
+]
+PlotFile = Annotated[Path, typer.Option("--out", metavar="FILE", help="Figure to write: .svg, .png or .pdf.")]
+PlotNumbers = Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the numbers of the lines, too.")]
+PlotIsos = Annotated[list[int] | None, typer.Option("--iso", help="ISO of the curves over the signal; repeatable.")]
+
+
+@app.command(epilog="Example: photosite plot sony_a7s2 --only snr --only noise --out plots.svg --csv plots.csv")
+def plot(
+    subject: Annotated[str, typer.Argument(metavar="CAMERA|SHOT", help="Name in configs/cameras or configs/shots, or a file.")],
+    settings: Settings = None,
+    only: PlotNames = None,
+    iso: PlotIsos = None,
+    out: PlotFile = Path("plots.svg"),
+    csv: PlotNumbers = None,
+) -> None:
+    """Draw curves of a camera, or of the camera and lens of a shot, from their own models.
+
+    SNR against exposure, noise and dynamic range against ISO, photon transfer, modulation transfer; with the lens of a shot
+    also blur circle and depth of field against distance.
+    """
+    from simulator.command_line.plot import draw_plots
+
+    draw_plots(subject, settings or [], only or [], iso or [], out, csv)
+
+
+@app.command(epilog="Example: photosite compare sony_a7s2 nikon_d850 --out cameras.svg")
+def compare(
+    subjects: Annotated[
+        list[str],
+        typer.Argument(metavar="A B ...", help="Cameras or shots; folders of studies; or raw files, also with cameras."),
+    ],
+    settings: Settings = None,
+    only: Annotated[
+        list[str] | None, typer.Option("--only", metavar="PLOT", help="One plot; repeatable. All when left out.")
+    ] = None,
+    iso: PlotIsos = None,
+    out: PlotFile = Path("compared.svg"),
+    csv: PlotNumbers = None,
+) -> None:
+    """Draw two or more in the same plots: cameras, shots, studies or raw files.
+
+    A camera beside raw files is its model at their ISO and exposure time: noise and SNR against the signal.
+    """
+    from simulator.command_line.compare import compare as compare_subjects
+
+    compare_subjects(subjects, settings or [], only or [], iso or [], out, csv)
+
+
+@app.command(epilog="Example: photosite report iso_and_aperture --out report.html")
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that `photosite study` wrote.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="HTML page to write; DIR/report.html when left out.")
+    ] = None,
+    pdf: Annotated[
+        Path | None, typer.Option("--pdf", metavar="FILE", help="Print a PDF, too; needs Chromium, Chrome or Edge.")
+    ] = None,
+) -> None:
+    """Write the report of a study: one HTML page that needs nothing else.
+
+    Summary, the plots that the axes suggest, worst points, contact sheet, the table of all points, and provenance.
+    """
+    from simulator.command_line.report import write_report
+
+    write_report(folder, out, pdf)
 
 
 @app.command(epilog="Example: photosite schema --out photosite.schema.json")

@@ -1,5 +1,6 @@
-"""`photosite explain` and `photosite devices` as tables."""
+"""`photosite explain` and `photosite devices` as tables, and the first as JSON, CSV and HTML."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -7,13 +8,26 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from simulator.command_line.explain_formats import (
+    FORMATS,
+    Explanation,
+    explanation_csv,
+    explanation_html,
+    explanation_json,
+    fact_table,
+)
 from simulator.command_line.exposure_numbers import exposure_facts
 from simulator.command_line.lens_numbers import lens_facts
+from simulator.command_line.patch_numbers import budget_tables, channel_names, patch_facts, shown_isos
 from simulator.command_line.screen import console, show_progress
 from simulator.command_line.shot_numbers import Fact, white_facts
 from simulator.config import load_shot, locate_errors, shot_warnings
 from simulator.device import Device, has_devices, open_device
+from simulator.errors import require
 from simulator.pipeline.execution import execute
+from simulator.pipeline.explain.grey_patch import GreyPatch, grey_patch
+from simulator.pipeline.explain.noise_budget import NoiseBudget, iso_budgets
+from simulator.pipeline.explain.plan_tables import Value, error_table, noise_table, pass_table, step_table
 from simulator.pipeline.light_reuse import describe_reuse
 from simulator.pipeline.passes import PROGRAM_BYTES
 from simulator.pipeline.planner import Plan, measure, plan
@@ -22,7 +36,7 @@ from simulator.pipeline.stopwatch import Stopwatch
 from simulator.pipeline.time_budget import plan_in_time
 
 Kept = Literal["exposure", "brightness"]  # what stays the same over the ISO range
-MOST_COLUMNS = 10_000  # wider than any terminal
+COLUMNS = 100  # of the tables where they go into a file
 
 
 def show_devices() -> None:
@@ -38,15 +52,72 @@ def show_devices() -> None:
     console().print(table)
 
 
-def show_plan(path: Path, settings: list[str], reflectance: float, keep: Kept, device: str | None, measured: bool) -> None:
+@dataclass(frozen=True)
+class Explained:
+    """Everything that `explain` tells of a shot.
+
+    shot: as it is planned. times_ms: measured time of each pass [ms]; {}: not measured. patch: the grey patch; None where the
+    scene states no luminance. budgets: its noise by ISO, titled noise_title.
+    """
+
+    shot: Shot
+    planned: Plan
+    times_ms: dict[str, float]
+    reflectance: float
+    patch: GreyPatch | None
+    budgets: list[NoiseBudget]
+    noise_title: str
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the shot does not hold, and promises of the plan that are not kept."""
+        return [*shot_warnings(self.shot), *self.planned.warnings()]
+
+    def facts(self) -> dict[str, tuple[str, list[Fact]]]:
+        """Return titles and quantities by section: lens, exposure, white, patch."""
+        shot, planned = self.shot, self.planned
+        found = {
+            "lens": ("Lens", lens_facts(shot, planned)),
+            "exposure": ("Exposure", exposure_facts(shot, planned)),
+            "white": ("A white surface at the centre", white_facts(shot, planned)),
+        }
+        if self.patch is not None:
+            title = f"A grey patch, {100 * self.reflectance:g} % of white, at the centre"
+            found["patch"] = (title, patch_facts(shot, planned.sensor, self.patch))
+        return found
+
+
+def show_plan(
+    path: Path,
+    settings: list[str],
+    reflectance: float,
+    keep: Kept,
+    device: str | None,
+    measured: bool,
+    form: str = "table",
+) -> None:
     """Print the plan of a shot, its lens, its exposure, a white surface, and a grey patch with its noise over the ISO range.
 
     reflectance: of the grey patch, 0 to 1. keep: what stays the same over the ISO range.
     device: part of the name of the OpenCL device that measures blur radii, which decide the method of each tile of the blur.
         Where there is no device, these methods stay open.
     measured: take the shot as well, and print the measured time of each pass beside the predicted one.
+    form: table, json, csv or html.
     Raises PhotositeError.
     """
+    require(form in FORMATS, "--format", form, f"give one of {', '.join(FORMATS)}")
+    told = explain_shot(path, settings, reflectance, keep, device, measured)
+    if form == "table":
+        return _show_tables(told)
+    made = _make_explanation(told)
+    text = {"json": explanation_json, "csv": explanation_csv, "html": explanation_html}[form](made)
+    print(text.rstrip("\n"))
+
+
+def explain_shot(
+    path: Path, settings: list[str], reflectance: float, keep: Kept, device: str | None, measured: bool
+) -> Explained:
+    """Return what `show_plan` prints. Raises PhotositeError."""
     shot = load_shot(path, settings)
     times_ms: dict[str, float] = {}
     with locate_errors(path, settings):
@@ -55,19 +126,60 @@ def show_plan(path: Path, settings: list[str], reflectance: float, keep: Kept, d
             planned, times_ms = _measure_times(planned, shot, open_device(device))
         elif has_devices():
             planned = measure(planned, open_device(device))
-    out, shot = console(), planned.settle(shot)
+    shot = planned.settle(shot)
+    patch = grey_patch(shot, planned.optics.scene, reflectance, planned.exposed.components[0].most)
+    if patch is None:
+        return Explained(shot, planned, times_ms, reflectance, None, [], "")
+    channel = 1 if len(patch.electrons) == 3 else 0
+    budgets = iso_budgets(planned.sensor, shot.exposure, float(patch.electrons[channel]), shown_isos(shot), keep)
+    kept = "the shutter stays" if keep == "exposure" else "the shutter gets shorter as the ISO grows"
+    title = f"Noise of the patch, {channel_names(shot.camera)[channel]}: shares of the temporal variance [%]; {kept}"
+    return Explained(shot, planned, times_ms, reflectance, patch, budgets, title)
+
+
+def _show_tables(told: Explained) -> None:
+    out, shot, planned = _open_page(), told.shot, told.planned
     out.print(_make_step_table(planned, shot.name))
-    out.print(_make_pass_table(planned, times_ms))
+    out.print(_make_pass_table(planned, told.times_ms))
     out.print(_make_budget_table(planned))
-    out.print(_make_fact_table("Lens", lens_facts(shot, planned)))
-    out.print(_make_fact_table("Exposure", exposure_facts(shot, planned)))
-    out.print(_make_fact_table("A white surface at the centre", white_facts(shot, planned)))
-    _show_patch(out, shot, planned, reflectance, keep)
+    for title, facts in told.facts().values():
+        out.print(_make_fact_table(title, facts))
+    if told.budgets:
+        for part in budget_tables(told.noise_title, told.budgets, out):
+            out.print(part)
     out.print(f"reuse: {escape(describe_reuse(planned))}")
     for note in planned.optics.scene.notes:
         out.print(f"note: {escape(note)}")
-    for warning in [*shot_warnings(shot), *planned.warnings()]:
+    for warning in told.warnings:
         out.print(f"warning: {escape(warning)}")
+
+
+def _open_page() -> Console:
+    """Return a console for the tables: the terminal, or COLUMNS wide where there is none."""
+    found = console()
+    return found if found.is_terminal else Console(highlight=False, width=COLUMNS)
+
+
+def _make_explanation(told: Explained) -> Explanation:
+    """Return what the tables tell, as values with units."""
+    planned, budget = told.planned, told.planned.error_budget
+    tables = [step_table(planned), pass_table(planned, told.times_ms), error_table(planned)]
+    tables += [fact_table(name, title, facts) for name, (title, facts) in told.facts().items()]
+    if told.budgets:
+        tables.append(noise_table(told.budgets, told.noise_title.replace(" [%]", "")))
+    totals: dict[str, Value] = {
+        "memory [byte]": planned.memory_bytes() + PROGRAM_BYTES,
+        "predicted time [ms]": planned.cost_ms(),
+        "predicted error [sigma]": budget.predicted_sigma,
+        "tolerance [sigma]": budget.tolerance,
+        "tolerance is met": not budget.is_clamped,
+    }
+    if told.times_ms:
+        totals["measured time [ms]"] = sum(told.times_ms.values())
+    if planned.fitted is not None:
+        totals |= {"time budget [s]": planned.fitted.budget_s, "predicted time in the budget [s]": planned.fitted.predicted_s}
+    notes = tuple(planned.optics.scene.notes)
+    return Explanation(told.shot.name, tuple(tables), totals, describe_reuse(planned), notes, tuple(told.warnings))
 
 
 def _measure_times(planned: Plan, shot: Shot, device: Device) -> tuple[Plan, dict[str, float]]:
@@ -86,7 +198,7 @@ def _measure_times(planned: Plan, shot: Shot, device: Device) -> tuple[Plan, dic
 def _make_step_table(planned: Plan, name: str) -> Table:
     table = Table(title=f"Plan of {escape(name)}")
     for column in ("stage", "", "why"):
-        table.add_column(column)
+        table.add_column(column, overflow="fold")
     for step in planned.steps:
         table.add_row(
             escape(step.stage), "kept" if step.kept else "skipped", escape(step.why), style=None if step.kept else "dim"
@@ -98,7 +210,7 @@ def _make_pass_table(planned: Plan, times_ms: dict[str, float]) -> Table:
     """Make the table of all passes: method, size, memory, predicted error and time, and the measured time where it is known."""
     table = Table(title="Passes on the device, in order")
     table.add_column("pass", no_wrap=True)
-    table.add_column("method, or why it is skipped")
+    table.add_column("method, or why it is skipped", overflow="fold")
     # Heads of two lines leave the method more of a narrow terminal.
     for head in ["Mpx", "MB", "error\n[sigma]", "predicted\n[ms]"] + ["measured\n[ms]"] * bool(times_ms):
         table.add_column(escape(head), justify="right")
@@ -120,10 +232,10 @@ def _make_budget_table(planned: Plan) -> Table:
     """Make the table of what the light may be wrong by: of each approximation, and together against the tolerance."""
     budget, fitted = planned.error_budget, planned.fitted
     table = Table(title="Error budget, in sigma of a frame's noise")
-    table.add_column("approximation")
+    table.add_column("approximation", overflow="fold")
     table.add_column(escape("error\n[sigma]"), justify="right")
     table.add_column("limited by the")
-    table.add_column("what helps")
+    table.add_column("what helps", overflow="fold")
     for term in budget.terms:
         style = "dim" if term.limit == "input" else None
         table.add_row(escape(f"{term.effect}: {term.cause}"), f"{term.sigma:.2g}", term.limit, escape(term.fix), style=style)
@@ -137,30 +249,10 @@ def _make_budget_table(planned: Plan) -> Table:
     return table
 
 
-def _show_patch(out: Console, shot: Shot, planned: Plan, reflectance: float, keep: Kept) -> None:
-    from simulator.command_line.patch_numbers import budget_table, channel_names, narrow_budget_tables, patch_facts, shown_isos
-    from simulator.pipeline.explain.grey_patch import grey_patch
-    from simulator.pipeline.explain.noise_budget import iso_budgets
-
-    patch = grey_patch(shot, planned.optics.scene, reflectance, planned.exposed.components[0].most)
-    if patch is None:
-        return
-    title = f"A grey patch, {100 * reflectance:g} % of white, at the centre"
-    out.print(_make_fact_table(title, patch_facts(shot, planned.sensor, patch)))
-    channel = 1 if len(patch.electrons) == 3 else 0
-    budgets = iso_budgets(planned.sensor, shot.exposure, float(patch.electrons[channel]), shown_isos(shot), keep)
-    kept = "the shutter stays" if keep == "exposure" else "the shutter gets shorter as the ISO grows"
-    title = f"Noise of the patch, {channel_names(shot.camera)[channel]}: shares of the temporal variance [%]; {kept}"
-    table = budget_table(title, budgets)
-    least_width = out.measure(table, options=out.options.update(max_width=MOST_COLUMNS)).minimum  # with the heads folded
-    for part in (table,) if least_width <= out.width else narrow_budget_tables(title, budgets):
-        out.print(part)
-
-
 def _make_fact_table(title: str, facts: list[Fact]) -> Table:
     table = Table(title=escape(title))
     for column in ("quantity", "value", "formula"):
-        table.add_column(column, justify="right" if column == "value" else "left")
+        table.add_column(column, justify="right" if column == "value" else "left", overflow="fold")
     for fact in facts:
         table.add_row(escape(fact.quantity), escape(fact.value), escape(fact.formula))
     return table

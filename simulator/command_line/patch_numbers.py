@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -13,6 +14,7 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.sensor_plan import SensorPlan
 
 MOST_ISOS = 12
+MOST_COLUMNS = 10_000  # wider than any terminal
 # Names of noise sources in the tables; other stages are named by their stem.
 NAMES = {
     "photon_shot_noise": "photon shot",
@@ -76,16 +78,27 @@ def shown_isos(shot: Shot) -> list[int]:
 Column = tuple[str, list[str]]  # head, and a cell for each ISO
 
 
-def budget_table(title: str, budgets: list[NoiseBudget]) -> Table:
-    """Shares of the temporal variance in percent, by ISO, and what they amount to."""
+def budget_tables(title: str, budgets: list[NoiseBudget], out: Console) -> list[Table]:
+    """Return shares of the temporal variance in percent by ISO and what they amount to, in as many tables as the console needs.
+
+    Heads are folded before a table is divided; each part has the ISO, and no number is cut.
+    """
     iso, exposure, shares, totals = _budget_columns(budgets)
-    return _make_table(title, [iso, *exposure, *shares, *totals])
+    whole = _make_table(title, [iso, *exposure, *shares, *totals])
+    if _least_width(whole, out) <= out.width:
+        return [whole]
+    parts: list[list[Column]] = [[]]
+    for share in shares:
+        if parts[-1] and _least_width(_make_table(title, [iso, *parts[-1], share]), out) > out.width:
+            parts.append([])
+        parts[-1].append(share)
+    found = [_make_table(title if place == 0 else "and", [iso, *part]) for place, part in enumerate(parts) if part]
+    return [*found, _make_table("Total noise of the patch", [iso, *exposure, *totals])]
 
 
-def narrow_budget_tables(title: str, budgets: list[NoiseBudget]) -> tuple[Table, Table]:
-    """`budget_table` as two tables, shares and totals, for a terminal on which the one does not fit."""
-    iso, exposure, shares, totals = _budget_columns(budgets)
-    return _make_table(title, [iso, *shares]), _make_table("Total noise of the patch", [iso, *exposure, *totals])
+def _least_width(table: Table, out: Console) -> int:
+    """Columns of the screen that a table takes with its heads folded."""
+    return out.measure(table, options=out.options.update(max_width=MOST_COLUMNS)).minimum
 
 
 def _budget_columns(budgets: list[NoiseBudget]) -> tuple[Column, list[Column], list[Column], list[Column]]:

@@ -216,62 +216,11 @@ def test_explain_shows_plan_lens_and_white(capsys):
     assert "shutter stays" in run(capsys, "explain", FLAT, "--same-shutter", "--patch", "0.05")[1]
 
 
-def rows_of_passes(out: str) -> list[list[str]]:
-    """Cells of the table of passes as piped, without its head and its last line, the sums."""
-    table = out.partition("Passes on the device, in order")[2].partition("├")[0].partition("┩\n")[2]
-    return [[cell.strip() for cell in line.strip("│").split("│")] for line in table.splitlines()]
-
-
 def test_explain_tells_of_an_hour_whose_dark_current_fills_the_wells(capsys):
     code, out, _ = run(
         capsys, "explain", FLAT, "--set", "exposure.time=1 h", "--set", "camera.stages.dark_current={rate: 100 e-/s}"
     )
     assert code == 0 and "dark current alone reaches white" in out
-
-
-@pytest.mark.parametrize("focus", ["2 m", "1 m"])  # sharp, and out of focus, where the blur has a method and an error
-def test_explain_shows_each_pass_with_method_size_memory_error_and_time(capsys, focus):
-    from simulator.device import open_device
-    from simulator.pipeline.planner import measure, plan
-
-    settings = ["--set", f"lens.focus_distance={focus}", *SMALL]
-    code, out, _ = run(capsys, "explain", "color_checker", *settings)
-    assert code == 0 and "measured" not in out
-    planned = measure(plan(simulator.load_shot("color_checker", settings[1::2])), open_device(None))
-    rows = rows_of_passes(out)
-    assert [row[:2] for row in rows] == [[one.name, one.method] for one in planned.passes]
-    for one, (_, _, size, memory, error, time) in zip(planned.passes, rows, strict=True):
-        if not one.kept:
-            assert (size, memory, error, time) == ("", "", "", "")
-            continue
-        assert float(size) == pytest.approx(1e-6 * one.size, abs=0.006)
-        assert float(memory) == pytest.approx(1e-6 * (one.memory_bytes + one.scratch_bytes), abs=0.6)
-        assert float(time) == pytest.approx(one.cost_ms, rel=0.006)
-        assert (error == "") == (one.error_sigma is None)
-        assert not error or float(error) == pytest.approx(one.error_sigma, rel=0.06)
-    assert any(row[4] for row in rows) == (focus == "1 m")
-
-
-def test_explain_can_measure_every_pass_that_runs(capsys):
-    code, out, _ = run(capsys, "explain", "color_checker", "--measure", "--set", "lens.focus_distance=1 m", *SMALL)
-    assert code == 0 and "measured" in out
-    rows = rows_of_passes(out)
-    kept = [row for row in rows if row[5]]  # a pass that is skipped has no predicted time
-    assert {"scene planes", "radius statistics", "defocus", "sensor", "truth"} <= {row[0] for row in kept}
-    assert all(float(row[6]) > 0 for row in kept)
-    assert all(row[6] == "" for row in rows if not row[5])
-
-
-def test_explain_cuts_no_number_on_a_terminal_of_100_columns(capsys, monkeypatch):
-    from rich.console import Console
-
-    import simulator.command_line.explain as explain
-
-    monkeypatch.setattr(explain, "console", lambda: Console(highlight=False, width=100))
-    code, out, _ = run(capsys, "explain", "color_checker")
-    assert code == 0 and "…" not in out
-    assert max(map(len, out.splitlines())) <= 100
-    assert "0.0002604" in out and "Total noise of the patch" in out
 
 
 def test_explain_expects_the_electrons_that_the_frame_has(capsys):

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
+from helpers.study_folder import write_study_folder
 
 import photosite
 import simulator
@@ -257,6 +258,7 @@ def examples() -> list[list[str]]:
 
 MAKERS = ("simulate", "validate")  # commands whose files other examples read
 TAKEN = ["validate", "simulate", "study", "resimulate", "develop", "inspect", "explain", "calibrate", "schema", "dataset"]
+TAKEN += ["plot", "compare", "report"]
 
 
 def test_every_command_that_takes_something_has_an_example():
@@ -276,6 +278,8 @@ def test_what_an_example_names_comes_along_or_is_made_by_another(arguments):
         assert set(values["iso"] if isinstance(values["iso"], list) else [values["iso"]]) <= set(
             load_camera(values["camera"]).isos
         )
+    elif "subject" in values or "subjects" in values:
+        assert all(load_camera(one).isos for one in values.get("subjects") or [values["subject"]])
     elif "config" in values:
         assert named_file("datasets", values["config"]).is_file() and load_data_set(values["config"]).count
     elif "study" in values:
@@ -288,6 +292,8 @@ def test_what_an_example_names_comes_along_or_is_made_by_another(arguments):
         (folder,) = values["files"]
         assert any(example[:2] == ["validate", "noise"] and example[-1] == str(folder.parent) for example in examples())
         assert load_camera(values["base"]) and folder.name == "frames"
+    elif "folder" in values:
+        assert any(example[0] == "study" and str(values["folder"]) in example for example in examples())
     else:
         assert arguments[0] == "schema"
 
@@ -296,6 +302,8 @@ def test_what_an_example_names_comes_along_or_is_made_by_another(arguments):
 def test_every_example_runs_in_an_empty_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for arguments in examples():
+        if arguments[0] == "report":  # the example of a study takes no frame
+            write_study_folder(Path(arguments[1]))
         with pytest.raises(SystemExit) as ended:
             main(arguments)
         assert not ended.value.code, f"photosite {shlex.join(arguments)}: {capsys.readouterr().err}"

@@ -42,13 +42,16 @@ class PhotonsToPhotos:
 
     def measure(self, frame: MeasuredFrame) -> Measured:
         """Compute the range. Raises PhotositeError for a bare file."""
-        sensor = frame.sensor("photons_to_photos")
-        camera, binning = sensor.camera, sensor.readout.binning
-        circle_um = self.circle_of_confusion_um
-        if circle_um is None:
-            circle_um = 1e3 * math.hypot(*camera.sensor_mm) / CIRCLES_PER_DIAGONAL
-        snr = photographic_snr(camera.pixel_pitch_um * (1 if binning is None else binning.factor), circle_um)
-        return Measured({**range_figures(sensor, snr), "snr": Figure(snr, "", 0.0)})
+        return Measured(photographic_range(frame.sensor("photons_to_photos"), self.circle_of_confusion_um))
+
+
+def photographic_range(sensor: SensorPlan, circle_um: float | None = None) -> dict[str, Figure]:
+    """Return the figures of the photographic dynamic range of a sensor. circle_um: of confusion; None: diagonal / 1291 [um]."""
+    camera, binning = sensor.camera, sensor.readout.binning
+    if circle_um is None:
+        circle_um = 1e3 * math.hypot(*camera.sensor_mm) / CIRCLES_PER_DIAGONAL
+    snr = photographic_snr(camera.pixel_pitch_um * (1 if binning is None else binning.factor), circle_um)
+    return {**range_figures(sensor, snr), "snr": Figure(snr, "", 0.0)}
 
 
 def range_figures(sensor: SensorPlan, snr: float) -> dict[str, Figure]:

@@ -1,18 +1,34 @@
 """Helpers for the figures of reports. matplotlib is an optional dependency, imported when the first figure is made."""
 
 import io
+import math
 import os
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from simulator.atomic_files import atomic_write
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, require
+from simulator.measurement.report.plot import Plot, Scale, axis_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MEASURED, TRUTH, ALLOWED, FAILED = "#0b5fa5", "#333333", "#dde7f0", "#c0392b"
+# Of lines: each has a contrast of 3 to 1 with white or more (WCAG 2.2, 1.4.11); the first five can be told from each other in
+# all kinds of colour vision, the rest by dashes and markers.
+COLORS = ("#3d3d9e", "#c4500a", "#00795c", "#2a8fbd", "#222222", "#a3143c", "#8c6d00", "#b06fb5")
+DASHES = ("-", (0, (5, 2)), (0, (1, 1.4)), (0, (6, 1.5, 1, 1.5)))
+MARKERS = "os^Dvx"
+FORMATS = ("svg", "png", "pdf")  # that a file name may end with
+DIALS = {  # labels of an axis in steps of a dial: full stops
+    "iso": [100.0 * 4.0**power for power in range(-2, 9)],
+    "dial": [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0, 45.0, 64.0],
+}
 
 
 def new_figure(rows: int, columns: int, width_in: float, height_in: float) -> tuple["Figure", list["Axes"]]:
@@ -50,16 +66,151 @@ def decade_axis(axes: "Axes", low: float, high: float) -> None:
 
 def svg_of(figure: "Figure") -> str:
     """Return a figure as an SVG element to stand in an HTML page, with the same bytes each time."""
-    import matplotlib
-
-    with matplotlib.rc_context({"svg.hashsalt": "photosite", "svg.fonttype": "none"}):
+    with _svg_style():
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None})
-    text = buffer.getvalue()
-    return text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", buffer.getvalue(), flags=re.DOTALL)
+    # Groups are named alike in all figures, and no name is used: a page may hold several figures.
+    return re.sub(r'<g id="[^"]*">', "<g>", text[text.index("<svg") :])
+
+
+def _svg_style() -> AbstractContextManager[None]:
+    """Style of SVG files: names that are the same each time, and text as text."""
+    import matplotlib
+
+    return matplotlib.rc_context({"svg.hashsalt": "photosite", "svg.fonttype": "none"})
 
 
 def write_figure(figure: "Figure", path: str | os.PathLike) -> None:
     """Write a figure in the format of the suffix, with the same bytes each time. Raises PhotositeError."""
-    with atomic_write(path) as temporary:
-        figure.savefig(temporary, dpi=120, metadata={"Software": None} if str(path).endswith(".png") else {"Date": None})
+    undated = {".png": "Software", ".pdf": "CreationDate"}.get(os.path.splitext(os.fspath(path))[1].lower(), "Date")
+    with atomic_write(path) as temporary, _svg_style():
+        figure.savefig(temporary, dpi=120, metadata={undated: None})
+
+
+def plots_figure(plots: Sequence[Plot], title: str = "") -> "Figure":
+    """Draw plots beside each other, one alone larger. Raises PhotositeError when matplotlib is missing."""
+    columns = 1 if len(plots) == 1 else 2
+    rows = -(-len(plots) // columns)
+    figure, axes = new_figure(rows, columns, 7.2 * columns, 4.6 * rows)
+    if title:
+        figure.suptitle(title)
+    for one, plot in zip(axes, plots, strict=False):
+        draw_plot(one, plot)
+    for one in axes[len(plots) :]:
+        one.set_visible(False)
+    return figure
+
+
+def plot_svg(plot: Plot) -> str:
+    """Return one plot, without its title, as an SVG element. Raises PhotositeError when matplotlib is missing."""
+    figure, (axes,) = new_figure(1, 1, 5.6, 3.9)
+    draw_plot(axes, plot, has_title=False)
+    return svg_of(figure)
+
+
+def check_format(path: str | os.PathLike[str], key: str) -> None:
+    """Raise PhotositeError for a file name that ends with no format of figures. key: option that gave it."""
+    suffix = os.path.splitext(os.fspath(path))[1].lower().removeprefix(".")
+    require(suffix in FORMATS, key, os.fspath(path), f"end the name with .{', .'.join(FORMATS)}")
+
+
+def draw_plot(axes: "Axes", plot: Plot, has_title: bool = True) -> None:
+    """Draw a plot into axes: lines of one subject in one colour, its marks, labels with units and a legend."""
+    if has_title:
+        axes.set_title(plot.title)
+    if not plot.lines:
+        axes.text(0.5, 0.5, "nothing to draw", ha="center", va="center", transform=axes.transAxes)
+        return
+    are_several = len({line.subject for line in plot.lines}) > 1
+    for line, style in zip(plot.lines, _styles(plot), strict=True):
+        label = ", ".join(filter(None, (line.subject if are_several else "", line.label)))
+        axes.plot(line.curve.x, line.curve.y, label=label, **style)
+    first = plot.lines[0].curve
+    axes.set(xlabel=axis_label(first.x_name, first.x_unit), ylabel=axis_label(first.y_name, first.y_unit))
+    x = np.concatenate([line.curve.x for line in plot.lines])
+    y = np.concatenate([line.curve.y for line in plot.lines])
+    _scale(axes, "x", plot.x_scale, x)
+    _scale(axes, "y", plot.y_scale, y if plot.y_from is None else np.maximum(y, plot.y_from))
+    if plot.y_from is not None:
+        axes.set_ylim(bottom=plot.y_from)
+    _draw_marks(axes, plot)
+    if any(line.label for line in plot.lines):
+        axes.legend(frameon=False, fontsize="small")
+
+
+def _styles(plot: Plot) -> Iterator[dict[str, Any]]:
+    """Colour, dashes and markers of each line: by subject and line, or in steps of one colour map where lines are ordered."""
+    subjects = list(dict.fromkeys(line.subject for line in plot.lines))
+    many = len(subjects) > 1
+    labels = list(dict.fromkeys(line.label for line in plot.lines))
+    for place, line in enumerate(plot.lines):
+        own = labels.index(line.label)
+        if many:
+            color, dash = COLORS[subjects.index(line.subject) % len(COLORS)], DASHES[own % len(DASHES)]
+        elif plot.is_ordered:
+            color, dash = _step_color(place, len(plot.lines)), "-"
+        else:
+            color, dash = COLORS[own % len(COLORS)], DASHES[own // len(COLORS) % len(DASHES)]
+        if line.is_reference and not many:
+            dash = DASHES[1 + own % 3]
+        marker = MARKERS[(subjects.index(line.subject) if many else own) % len(MARKERS)] if line.has_points else None
+        yield {
+            "color": color,
+            "linestyle": dash if line.has_line else "none",
+            "marker": marker,
+            "markersize": 4.5,
+            "linewidth": 1.1 if line.is_reference else 1.6,
+        }
+
+
+def _step_color(place: int, count: int) -> Any:
+    """Return one of `count` steps of cividis, even in lightness for all kinds of colour vision, without its light end."""
+    import matplotlib
+
+    return matplotlib.colormaps["cividis"](0.78 * place / max(count - 1, 1))
+
+
+def _scale(axes: "Axes", which: str, scale: Scale, values: np.ndarray) -> None:
+    """Set the scale of the axis `which`, x or y, for these values; a logarithm is not taken where one is not above 0."""
+    shown = values[np.isfinite(values)]
+    if scale == "linear" or not shown.size or shown.min() <= 0:
+        return
+    low, high = float(shown.min()), float(shown.max())
+    axis, set_limits = (axes.xaxis, axes.set_xlim) if which == "x" else (axes.yaxis, axes.set_ylim)
+    (axes.set_xscale if which == "x" else axes.set_yscale)("log")
+    if scale in DIALS:
+        kept = [tick for tick in DIALS[scale] if 0.9 * low <= tick <= 1.1 * high]
+        set_limits(low / 1.25, high * 1.25)
+        if len(kept) < 2:
+            kept = sorted({low, high})
+        _set_ticks(axis, kept)
+    elif high < 60.0 * low:
+        steps = (1, 2, 5) if high > 3.0 * low else (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)
+        ticks = [step * 10.0**power for power in range(-12, 13) for step in steps]
+        kept = [tick for tick in ticks if low / 1.3 <= tick <= high * 1.3]
+        set_limits(low / 1.3, high * 1.3)
+        _set_ticks(axis, kept)
+
+
+def _set_ticks(axis: Any, ticks: Sequence[float]) -> None:
+    axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks], minor=False)
+    axis.set_ticks([], minor=True)
+
+
+def _draw_marks(axes: "Axes", plot: Plot) -> None:
+    """Draw the marks behind the lines, each with its label at the end of it; one outside the axes is left out."""
+    style: dict[str, Any] = {"fontsize": "x-small", "color": "#555555", "textcoords": "offset points"}
+    levels = sorted(mark.value for mark in plot.marks if mark.axis == "y")
+    for mark in plot.marks:
+        low, high = axes.get_xlim() if mark.axis == "x" else axes.get_ylim()
+        if not (math.isfinite(mark.value) and low <= mark.value <= high):
+            continue
+        along = axes.axvline if mark.axis == "x" else axes.axhline
+        along(mark.value, color="#777777", linewidth=0.9, zorder=1)
+        if mark.axis == "x":
+            axes.annotate(mark.label, (mark.value, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -9), **style)
+        else:  # the uppermost stands above its line, the others below theirs
+            place, side = ((-3, 3), "bottom") if mark.value == levels[-1] else ((-3, -3), "top")
+            text: dict[str, Any] = {"ha": "right", "va": side, **style}
+            axes.annotate(mark.label, (1.0, mark.value), xycoords=("axes fraction", "data"), xytext=place, **text)

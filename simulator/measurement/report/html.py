@@ -9,13 +9,18 @@ from simulator.atomic_files import atomic_write
 from simulator.measurement.report.tolerance_check import ToleranceCheck
 
 _STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; color: #222; max-width: 1100px; margin: 2em auto; padding: 0 1em; }
-h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 2em; }
+:root { color-scheme: light; }
+body { font: 15px/1.45 system-ui, sans-serif; color: #222; background: #fff; max-width: 1100px; margin: 2em auto;
+  padding: 0 1em; overflow-wrap: break-word; }
+h1 { font-size: 1.5em; line-height: 1.2; } h2 { font-size: 1.15em; margin-top: 2em; }
+h3 { font-size: 1em; margin: 1.5em 0 0.3em; }
 table { border-collapse: collapse; margin: 0.5em 0; } td, th { padding: 0.15em 0.8em; border-bottom: 1px solid #ddd; }
 th { text-align: left; font-weight: 600; } td.number { text-align: right; font-variant-numeric: tabular-nums; }
-tr.failed td { color: #c0392b; font-weight: 600; } tr.ungated td { color: #888; }
-div.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(480px, 1fr)); gap: 1.5em; }
-figure { margin: 0; } figure svg { width: 100%; height: auto; } figcaption { font-size: 0.9em; }
+th, td { vertical-align: top; } td.number { white-space: nowrap; }
+tr.failed td { color: #b03020; font-weight: 600; } tr.ungated td { color: #6b6b6b; }
+div.scroll { overflow-x: auto; max-width: 100%; }
+div.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(480px, 100%), 1fr)); gap: 1.5em; }
+figure { margin: 0; min-width: 0; } figure svg { width: 100%; height: auto; } figcaption { font-size: 0.9em; }
 """
 
 
@@ -25,10 +30,11 @@ def write_page(text: str, path: str | os.PathLike) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def page(title: str, body: str) -> str:
-    """Return a page of this title and body. title: plain text. body: HTML."""
+def page(title: str, body: str, style: str = "") -> str:
+    """Return a page of this title and body. title: plain text. body: HTML. style: CSS beside that of all pages."""
     title = escape(title)
-    head = f"<meta charset='utf-8'><title>{title}</title><style>{_STYLE}</style>"
+    view = "<meta name='viewport' content='width=device-width, initial-scale=1'>"
+    head = f"<meta charset='utf-8'>{view}<title>{title}</title><style>{_STYLE}{style}</style>"
     return f"<!doctype html>\n<html lang='en'><head>{head}</head><body>\n<h1>{title}</h1>\n{body}\n</body></html>\n"
 
 
@@ -89,4 +95,9 @@ def table(
     lines = ["<tr>" + "".join(f"<th>{escape(text)}</th>" for text in head) + "</tr>"]
     for row, style in zip(rows, styles or [""] * len(rows), strict=True):
         lines.append(f"<tr class='{style}'>" + "".join(cell(index, text) for index, text in enumerate(row)) + "</tr>")
-    return "<table>\n" + "\n".join(lines) + "\n</table>"
+    return scrolled("<table>\n" + "\n".join(lines) + "\n</table>")
+
+
+def scrolled(table: str) -> str:
+    """Return a table that scrolls by itself where the page is narrower."""
+    return f"<div class='scroll' tabindex='0'>{table}</div>"

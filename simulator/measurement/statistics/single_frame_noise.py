@@ -27,8 +27,8 @@ class LevelNoise:
     blocks: int
 
 
-def single_frame_noise(planes: Sequence[np.ndarray], white_level_dn: int) -> tuple[LevelNoise, ...]:
-    """Estimate the noise at up to LEVELS levels of brightness, the darkest first.
+def single_frame_noise(planes: Sequence[np.ndarray], white_level_dn: int, most_levels: int = LEVELS) -> tuple[LevelNoise, ...]:
+    """Estimate the noise at up to most_levels levels of brightness, the darkest first.
 
     planes: (height, width) codes [DN] of one colour; each may have a size of its own.
     The noise is that between photosites: temporal noise and fixed pattern together, without row noise.
@@ -39,7 +39,7 @@ def single_frame_noise(planes: Sequence[np.ndarray], white_level_dn: int) -> tup
     variances = np.concatenate([part[1] for part in parts]) if parts else np.empty(0)
     if means.size == 0:
         return ()
-    groups = np.array_split(np.argsort(means, kind="stable"), max(1, min(LEVELS, means.size // FEWEST_BLOCKS)))
+    groups = np.array_split(np.argsort(means, kind="stable"), max(1, min(most_levels, means.size // FEWEST_BLOCKS)))
     return tuple(
         LevelNoise(float(means[group].mean()), float(np.sqrt(np.median(variances[group]))), len(group)) for group in groups
     )

@@ -7,11 +7,12 @@ import pytest
 from helpers.camera_builders import small_camera
 from helpers.randomness import accept, mean_p, variance_p
 from helpers.scene_builders import FixedScene
+from rich.console import Console
 
 from simulator import load_shot, simulate
 from simulator.color.color_tables import CONFIGS
 from simulator.color.spectra import luminous_efficiency
-from simulator.command_line.patch_numbers import budget_table, shown_isos
+from simulator.command_line.patch_numbers import budget_tables, shown_isos
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
@@ -163,5 +164,6 @@ def test_of_many_isos_the_whole_stops_and_the_own_are_shown():
 
 def test_a_read_noise_that_was_measured_as_one_is_called_read():
     one = iso_budgets(plan(load_shot(FLAT)).sensor, load_shot(FLAT).exposure, 100.0, [100], "exposure")
-    heads = [column.header for column in budget_table("t", one).columns]
+    (table,) = budget_tables("t", one, Console(width=400))
+    heads = [column.header for column in table.columns]
     assert "read %" in heads and "read, after gain %" not in heads

@@ -1,0 +1,111 @@
+"""`photosite compare`: cameras and shots, studies, raw files, or raw files and models of cameras, in the same plots."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from simulator.command_line.plot import find_subject, write_plots
+from simulator.command_line.screen import show_waiting
+from simulator.errors import PhotositeError, require
+from simulator.measurement.curves.lens_plots import mtf_on_sensor
+from simulator.measurement.curves.raw_plots import model_plots, raw_plots, wanted_plots
+from simulator.measurement.curves.subject import Subject, plots_of
+from simulator.measurement.report.figures import check_format
+from simulator.measurement.report.plot import Plot, overlay
+from simulator.raw.raw_reader import read_raw_file
+
+SHOT_FILES = (".yaml", ".yml", ".json")
+COMPARED_ISOS = (100, 1600)  # of cameras, where none is given: the nearest that they have
+
+
+def compare(subjects: list[str], settings: list[str], names: list[str], isos: list[int], out: Path, table: Path | None) -> None:
+    """Draw the subjects in the same plots. Raises PhotositeError.
+
+    subjects: two or more names or files of cameras and shots, or folders of studies, or raw files, with or without cameras.
+    settings: of cameras and shots. names: of plots; none: all. isos: of the curves over the signal, and of models where raw
+    files do not say theirs. out: figure. table: CSV file of the numbers; None: none.
+    """
+    check_format(out, "--out")
+    require(len(subjects) > 1, "subjects", subjects[0] if subjects else "", "give two or more to compare")
+    kinds = [_kind_of(one) for one in subjects]
+    with show_waiting("curves"):
+        if "study" in kinds:
+            others = [one for one, kind in zip(subjects, kinds, strict=True) if kind != "study"]
+            require(not others, "subjects", ", ".join(others), "is no folder of a study; compare studies with studies")
+            plots = _study_plots([Path(one) for one in subjects], names)
+        elif "raw" in kinds:
+            plots = _raw_plots(subjects, kinds, settings, names, isos)
+        else:
+            found = _distinct([_compared(one, settings, isos) for one in subjects])
+            plots = [_on_sensor(plot, subject) for subject in found for plot in plots_of(subject, names)]
+        write_plots(overlay(plots), ", ".join(dict.fromkeys(_subjects_of(plots))), out, table)
+
+
+def _on_sensor(plot: Plot, subject: Subject) -> Plot:
+    return mtf_on_sensor(plot, subject.setting.camera) if plot.name == "mtf" else plot
+
+
+def _subjects_of(plots: Sequence[Plot]) -> list[str]:
+    return [line.subject for plot in plots for line in plot.lines]
+
+
+def _kind_of(subject: str) -> str:
+    """Return study, raw or model: a camera or a shot."""
+    path = Path(subject)
+    if path.is_dir():
+        return "study"
+    return "raw" if path.suffix and path.suffix.lower() not in SHOT_FILES else "model"
+
+
+def _compared(name: str, settings: list[str], isos: list[int]) -> Subject:
+    """Return a camera or shot, at ISOs that others are likely to have, too."""
+    subject = find_subject(name, settings, isos)
+    if isos or subject.lens is not None:
+        return subject
+    known = subject.setting.camera.isos
+    nearest = {min(known, key=lambda one: abs(one - wanted)) for wanted in COMPARED_ISOS}
+    return replace(subject, setting=replace(subject.setting, isos=tuple(sorted(nearest))))
+
+
+def _distinct(subjects: list[Subject]) -> list[Subject]:
+    """Return the subjects with names that differ: of two alike, the second has a number."""
+    names: list[str] = []
+    for subject in subjects:
+        same = sum(name.partition(" (")[0] == subject.name for name in names)
+        names.append(subject.name if not same else f"{subject.name} ({same + 1})")
+    return [replace(subject, name=name) for subject, name in zip(subjects, names, strict=True)]
+
+
+def _raw_plots(subjects: list[str], kinds: list[str], settings: list[str], names: list[str], isos: list[int]) -> list[Plot]:
+    """Plots of raw files, and of each camera at the ISO and time of each file."""
+    raws = [read_raw_file(one) for one, kind in zip(subjects, kinds, strict=True) if kind == "raw"]
+    plots = [plot for raw in raws for plot in raw_plots(raw)]
+    for one, kind in zip(subjects, kinds, strict=True):
+        if kind == "raw":
+            continue
+        camera = find_subject(one, settings, []).setting.camera
+        exposures: dict[tuple[float | None, float | None], None] = {}
+        for raw in raws:
+            exposures |= dict.fromkeys((iso, raw.exposure_time_s) for iso in isos or (raw.iso,))
+        for iso, time_s in exposures:
+            plots += model_plots(camera, iso, time_s)
+    return wanted_plots(plots, names)
+
+
+def _study_plots(folders: list[Path], names: list[str]) -> list[Plot]:
+    """Plots that several studies have, each with its own colour. names: of plots, by their beginnings; none: all."""
+    from simulator.studies.report.study_input import open_study
+    from simulator.studies.report.study_plots import study_plots
+
+    studies = [open_study(folder) for folder in folders]
+    same = len({study.name for study in studies}) < len(studies)
+    found = [
+        plot.about(str(folder) if same else study.name)
+        for folder, study in zip(folders, studies, strict=True)
+        for plot in study_plots(study)
+    ]
+    known = list(dict.fromkeys(plot.name for plot in found))
+    for name in names:
+        if name not in known:
+            raise PhotositeError(f"give one of {', '.join(known)}", key="--only", value=name)
+    return [plot for plot in found if not names or plot.name in names]
