@@ -164,6 +164,25 @@ def resimulate(
     resimulate_file(raw, out, device)
 
 
+@app.command(epilog="Example: photosite explore color_checker")
+def explore(
+    shot: Annotated[Path, typer.Argument(metavar="SHOT", help="A shot file, or the name of one in configs/shots.")] = Path(
+        "color_checker"
+    ),
+    settings: Settings = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 takes a free one.")] = 0,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Only print the address.")] = False,
+    device: Annotated[str | None, typer.Option(help="Part of an OpenCL device's name; see `photosite devices`.")] = None,
+) -> None:
+    """Open a page on which aperture, shutter, ISO, focal length, focus and sensor format are sliders.
+
+    It is served to this machine alone.
+    """
+    from simulator.command_line.explore import explore_shot
+
+    explore_shot(shot, settings or [], port, not no_browser, device)
+
+
 @app.command(epilog="Example: photosite develop frames/color_checker.dng --out picture.png --exposure 1.5")
 def develop(
     raw: Annotated[Path, typer.Argument(metavar="RAW", help="A raw file: DNG, or any that LibRaw reads.")],

@@ -3,7 +3,7 @@
 from simulator.config.any_file import load_file
 from simulator.config.camera_file import load_camera, read_camera_document
 from simulator.config.dataclass_sections import defer_fields
-from simulator.config.document_merge import named_file
+from simulator.config.document_merge import named_file, parse_override, shipped_names
 from simulator.config.json_schema import schema
 from simulator.config.option_values import (
     camera_data,
@@ -40,9 +40,11 @@ __all__ = [
     "load_sweep",
     "locate_errors",
     "named_file",
+    "parse_override",
     "read_camera_document",
     "response_name",
     "schema",
+    "shipped_names",
     "shot_warnings",
     "shutter_option",
     "time_s",

@@ -161,8 +161,12 @@ def find_config(kind: str, name: str, place: Place, key: str) -> Path:
         if path.is_file():
             return path
         raise _problem(place, f"no file {path}; a path is relative to the file that names it", key, name)
-    known = [path.stem for path in (CONFIGS / kind).glob("*.yaml")]
-    raise _problem(place, f"no such file in configs/{kind}; {suggest_nearest(name, known)}", key, name)
+    raise _problem(place, f"no such file in configs/{kind}; {suggest_nearest(name, shipped_names(kind))}", key, name)
+
+
+def shipped_names(kind: str) -> list[str]:
+    """Return the names of the files in configs/<kind>, such as shots or cameras, in alphabetical order."""
+    return sorted(path.stem for path in (CONFIGS / kind).glob("*.yaml"))
 
 
 def _problem(place: Place, rule: str, key: str | None = None, value: object = None, joint: str = ": ") -> PhotositeError:

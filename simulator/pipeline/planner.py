@@ -138,7 +138,7 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
     require(shot.time_budget_s is None, "time_budget", f"{shot.time_budget_s} s", rule)
     metered = meter_shot(shot)
     shot = shot if metered is None else metered.settle(shot)
-    sensor = plan_readings(_plan_sensor(shot), shot.exposure.iso)
+    sensor = plan_readings(plan_sensor_of(shot), shot.exposure.iso)
     exposed = plan_exposure(shot.exposure, shot.camera, shot.lens.f_number, shot.lens.diffraction_f_number)
     optics, key = _plan_light(shot, sensor, exposed, cache)
     steps = steps_of(optics, sensor, shot.lens, exposed)
@@ -149,7 +149,8 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
     return replace(planned, passes=_passes_of(planned))
 
 
-def _plan_sensor(shot: Shot) -> SensorPlan:
+def plan_sensor_of(shot: Shot) -> SensorPlan:
+    """Return the plan of a shot's sensor alone, which needs no scene."""
     return plan_sensor(shot.camera, light_stages(shot), shot.exposure.iso, shot.exposure.time_s)
 
 
@@ -159,7 +160,7 @@ def _plan_later(shot: Shot, first: Plan, cache: LightCache | None) -> tuple[Plan
     for exposure in later_exposures(shot.exposure, shot.camera):
         part = replace(shot, exposure=exposure)
         exposed = plan_exposure(exposure, shot.camera, shot.lens.f_number, shot.lens.diffraction_f_number)
-        sensor = _plan_sensor(part)
+        sensor = plan_sensor_of(part)
         optics, key = _plan_light(part, sensor, exposed, cache)
         found.append(Plan(optics, sensor, exposed, (), (), (), key=key))
     is_same = shot.motion is None and all(one.exposed.is_plain for one in (first, *found))

@@ -37,12 +37,12 @@ class Seen:
 
 def look_at(browser: str, page: Path) -> dict[str, Seen]:
     """Open a page at all sizes of WIDTHS."""
-    with _started(browser) as port:
+    with started(browser) as port:
         return asyncio.run(_look(port, page))
 
 
 @contextmanager
-def _started(browser: str) -> Iterator[int]:
+def started(browser: str) -> Iterator[int]:
     with tempfile.TemporaryDirectory(prefix="photosite-browser-", ignore_cleanup_errors=True) as folder:
         options = ["--headless", "--disable-gpu", "--remote-debugging-port=0", "--no-first-run", "--hide-scrollbars"]
         options += ["--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1", "--no-proxy-server"]
@@ -64,24 +64,30 @@ def _started(browser: str) -> Iterator[int]:
 async def _look(port: int, page: Path) -> dict[str, Seen]:
     found = {}
     for name, (width, height, is_phone) in WIDTHS.items():
-        answer = await AsyncHTTPClient().fetch(f"http://127.0.0.1:{port}/json/new?about:blank", method="PUT", body="")
-        socket = await websocket_connect(json.loads(answer.body)["webSocketDebuggerUrl"], max_message_size=2**28)
-        session = _Session(socket, Seen())
-        for domain in ("Page", "Network", "Runtime", "Log"):
-            await session.ask(f"{domain}.enable")
+        session = await open_session(port)
         offline = {"offline": True, "latency": 0, "downloadThroughput": -1, "uploadThroughput": -1}
         await session.ask("Network.emulateNetworkConditions", **offline)
-        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": is_phone}
-        await session.ask("Emulation.setDeviceMetricsOverride", **size)
-        await session.ask("Page.navigate", url=page.absolute().as_uri())
-        await session.wait_for("Page.loadEventFired")
+        await session.resize(width, height, is_phone)
+        await session.open(page.absolute().as_uri())
         found[name] = await session.look()
-        socket.close()
+        session.socket.close()
     return found
 
 
+async def open_session(port: int) -> "Session":
+    """Open an empty tab of the browser on this port of its protocol."""
+    answer = await AsyncHTTPClient().fetch(f"http://127.0.0.1:{port}/json/new?about:blank", method="PUT", body="")
+    socket = await websocket_connect(json.loads(answer.body)["webSocketDebuggerUrl"], max_message_size=2**28)
+    session = Session(socket, Seen())
+    for domain in ("Page", "Network", "Runtime", "Log"):
+        await session.ask(f"{domain}.enable")
+    return session
+
+
 @dataclass
-class _Session:
+class Session:
+    """A tab. seen: what it showed. last: number of the last call. events: names of the events so far."""
+
     socket: Any
     seen: Seen
     last: int = 0
@@ -101,9 +107,29 @@ class _Session:
         while event not in self.events:
             await self._read()
 
+    async def resize(self, width: int, height: int, is_phone: bool) -> None:
+        """Give the tab a size in CSS pixels."""
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": is_phone}
+        await self.ask("Emulation.setDeviceMetricsOverride", **size)
+
+    async def open(self, address: str) -> None:
+        """Load a page."""
+        await self.ask("Page.navigate", url=address)
+        await self.wait_for("Page.loadEventFired")
+
     async def value(self, expression: str) -> Any:
         """Evaluate JavaScript."""
-        return (await self.ask("Runtime.evaluate", expression=expression, returnByValue=True))["result"]["value"]
+        answer = await self.ask("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        assert "exceptionDetails" not in answer, answer["exceptionDetails"]
+        return answer["result"].get("value")
+
+    async def until(self, condition: str) -> None:
+        """Wait until an expression of JavaScript is true."""
+        for _ in range(int(MOST_S / 0.05)):
+            if await self.value(f"Boolean({condition})"):
+                return
+            await asyncio.sleep(0.05)
+        raise AssertionError(f"never came true: {condition}")
 
     async def look(self) -> Seen:
         """Look at the page that is loaded."""

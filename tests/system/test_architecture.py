@@ -23,6 +23,7 @@ ORDER = {
     "simulator": (
         "__main__",
         "command_line",
+        "explore",
         "studies",
         "measurement",
         "config",

@@ -1,5 +1,6 @@
 """Banding: ripple of the supply voltage modulates the rows sinusoidally."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -31,6 +32,15 @@ class Banding(Stage):
     def kernel_values(self) -> dict[str, float]:
         """Return the amplitude, and turns per row."""
         return {"amplitude_dn": self.amplitude_dn, "turns_per_row": 1.0 / self.period_px}
+
+    def combined(self, side: int, codes: float) -> "Banding | None":
+        """Return the ripple of the mean of `side` rows; None where its period is less than 2 of them.
+
+        The mean of n rows of a sinusoid of f turns per row has sin(pi f n) / (n sin(pi f)) of its amplitude.
+        """
+        period_px, half_turn = self.period_px / side, math.pi / self.period_px
+        share = abs(math.sin(side * half_turn) / (side * math.sin(half_turn)))
+        return Banding(codes * share * self.amplitude_dn, period_px) if period_px >= 2 else None
 
     def moments(self, signal: Moments) -> Moments:
         """Give var + amplitude^2 / 2 [DN^2] (a sine of random phase)."""

@@ -1,5 +1,6 @@
 """Column offset: the amplifiers and ADCs of the columns differ (EMVA 1288 R4.0: DSNU.col)."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -23,6 +24,10 @@ class ColumnOffset(Stage):
         require(
             0 <= self.sigma_dn < 1e6, "column_offset.sigma", f"{self.sigma_dn:g} DN", "a standard deviation is not negative"
         )
+
+    def combined(self, side: int, codes: float) -> "ColumnOffset":
+        """Return the offset of the mean of `side` columns: sigma / sqrt(side)."""
+        return ColumnOffset(codes * self.sigma_dn / math.sqrt(side))
 
     def moments(self, signal: Moments) -> Moments:
         """Give fixed var + sigma^2 [DN^2]."""

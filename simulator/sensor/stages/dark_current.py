@@ -1,7 +1,7 @@
 """Dark current: thermally generated electrons, with their own shot noise (EMVA 1288 R4.0, 2.4)."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 from simulator.errors import require
@@ -46,6 +46,10 @@ class DarkCurrent(Stage):
     def kernel_switches(self) -> dict[str, int]:
         """Return the PoissonVariant for the mean, which is the same for all photosites."""
         return {"variant": int(choose_poisson_variants(self.mean_e, self.mean_e))}
+
+    def combined(self, side: int, codes: float) -> "DarkCurrent":
+        """Return the dark current of the sum of side x side photosites."""
+        return replace(self, rate_e_per_s=side**2 * self.rate_e_per_s)
 
     def moments(self, signal: Moments) -> Moments:
         """Give mean + rate t, var + rate t (Poisson)."""

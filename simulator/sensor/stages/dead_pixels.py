@@ -22,6 +22,10 @@ class DeadPixels(Stage):
     def __post_init__(self) -> None:
         require(0 <= self.share <= 1, "dead_pixels.share", self.share, "give a share from 0 to 1, such as 1e-5")
 
+    def combined(self, side: int, codes: float) -> "DeadPixels | None":
+        """Return None: one dead photosite of several is a slightly lower response, below what PRNU makes."""
+        return self if side == 1 else None
+
     def moments(self, signal: Moments) -> Moments:
         """Return those of a photosite that is not dead."""
         return signal

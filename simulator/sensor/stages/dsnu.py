@@ -22,6 +22,10 @@ class Dsnu(Stage):
     def __post_init__(self) -> None:
         require(0 <= self.sigma_e < 1e9, "dsnu.sigma", f"{self.sigma_e:g} e-", "a standard deviation is not negative")
 
+    def combined(self, side: int, codes: float) -> "Dsnu":
+        """Return the variation of the sum of side x side offsets: sigma * side."""
+        return Dsnu(self.sigma_e * side)
+
     def moments(self, signal: Moments) -> Moments:
         """Give fixed var + sigma^2 [e-^2]."""
         return signal.plus(fixed_variance=self.sigma_e**2)

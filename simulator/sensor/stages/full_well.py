@@ -23,6 +23,10 @@ class FullWell(Stage):
     def __post_init__(self) -> None:
         require(self.capacity_e > 0, "full_well.capacity", f"{self.capacity_e} e-", "a well must hold at least one electron")
 
+    def combined(self, side: int, codes: float) -> "FullWell":
+        """Return the well of the sum of side x side photosites."""
+        return FullWell(side**2 * self.capacity_e)
+
     def moments(self, signal: Moments) -> Moments:
         """Unchanged below the capacity; constant at it."""
         return signal if signal.mean < self.capacity_e else Moments(self.capacity_e, 0.0)

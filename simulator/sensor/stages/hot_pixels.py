@@ -1,6 +1,6 @@
 """Hot pixels: some photosites have a far larger dark current (Janesick 2001, dark current spikes)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 from simulator.errors import require
@@ -40,6 +40,12 @@ class HotPixels(Stage):
         """Return the share, and the mean dark electrons of hot photosites."""
         ratio = rate_ratio(self.temperature_k, self.measured_at_k)
         return {"share": self.share, "mean_e": self.rate_e_per_s * ratio * self.time_s}
+
+    def combined(self, side: int, codes: float) -> "HotPixels":
+        """Return hot photosites among sums of side x side: the same mean dark current, in as many of them."""
+        share = min(1.0, side**2 * self.share)
+        rate = self.rate_e_per_s * side**2 * self.share / share if share > 0 else 0.0
+        return replace(self, share=share, rate_e_per_s=rate)
 
     def moments(self, signal: Moments) -> Moments:
         """Return those of a photosite that is not hot."""

@@ -1,6 +1,6 @@
 """Nonlinearity of ADC and amplifiers (EMVA 1288 R4.0: linearity error; integral nonlinearity of an ADC)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -32,6 +32,10 @@ class Nonlinearity(Stage):
     def kernel_values(self) -> dict[str, float | tuple[float, ...]]:
         """Return the errors, and nodes per DN."""
         return {"errors_dn": self.errors_dn, "nodes_per_dn": (len(self.errors_dn) - 1) / self.full_scale_dn}
+
+    def combined(self, side: int, codes: float) -> "Nonlinearity":
+        """Return the same curve in other codes; that of a mean of equal signals is that of each."""
+        return replace(self, errors_dn=tuple(codes * error_dn for error_dn in self.errors_dn))
 
     def moments(self, signal: Moments) -> Moments:
         """Give mean + error there, var * slope^2 there."""

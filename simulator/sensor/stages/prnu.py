@@ -21,6 +21,10 @@ class Prnu(Stage):
     def __post_init__(self) -> None:
         require(0 <= self.sigma <= 0.2, "prnu.sigma", self.sigma, "give a share from 0 to 0.2, such as 0.01 for 1 %")
 
+    def combined(self, side: int, codes: float) -> "Prnu":
+        """Return the variation of the mean response of side x side photosites: sigma / side."""
+        return Prnu(self.sigma / side)
+
     def moments(self, signal: Moments) -> Moments:
         """Give fixed var + (sigma mean)^2."""
         return signal.plus(fixed_variance=(self.sigma * signal.mean) ** 2)

@@ -1,5 +1,6 @@
 """Row noise: a temporal offset common to all photosites of a row (EMVA 1288 R4.0: temporal row noise)."""
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -22,6 +23,10 @@ class RowNoise(Stage):
 
     def __post_init__(self) -> None:
         require(0 <= self.sigma_dn < 1e6, "row_noise.sigma", f"{self.sigma_dn:g} DN", "a standard deviation is not negative")
+
+    def combined(self, side: int, codes: float) -> "RowNoise":
+        """Return the offset of the mean of `side` rows: sigma / sqrt(side)."""
+        return RowNoise(codes * self.sigma_dn / math.sqrt(side))
 
     def moments(self, signal: Moments) -> Moments:
         """Give var + sigma^2 [DN^2]; it is common to the row."""

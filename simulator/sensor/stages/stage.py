@@ -144,6 +144,14 @@ class Stage:
         """Return the integers that choose code when the kernel is compiled, by the part of the macro's name after the stem."""
         return {}
 
+    def combined(self, side: int, codes: float) -> "Stage | None":
+        """Return the stage of photosites that stand for side x side of this body's each; None where nothing of it is left.
+
+        Such a photosite holds the sum of their electrons, and its code is `codes` times the mean of theirs. The default suits a
+        stage whose parameters are ratios or temperatures.
+        """
+        return self
+
     def of_shot(self, **quantities: float) -> Self:
         """Return the stage with its FromShot fields set to the quantities of the shot that they name."""
         marked = fields_from_shot(type(self))  # type: ignore[arg-type]  # mypy does not know that a class can be hashed

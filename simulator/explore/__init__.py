@@ -1,0 +1,1 @@
+"""The page on which a photographer turns the controls of a shot: `photosite explore`."""

@@ -1,0 +1,134 @@
+"""Answers to the page: a quick picture, a window at 1:1 with its numbers, the whole frame, and files to take away."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from simulator.errors import PhotositeError
+from simulator.explore.figures import Data, figures_of
+from simulator.explore.opened_shot import OpenedShot
+from simulator.explore.pictures import Histogram, histogram, paint
+from simulator.explore.pixel import explain_pixel, window_at
+from simulator.explore.preview import preview_of
+from simulator.pipeline.light_cache import LightCache
+from simulator.pipeline.planner import plan, plan_sensor_of
+from simulator.pipeline.scene_loading import load_scene
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
+from simulator.raw.dng.writer import dng_bytes
+
+DETAIL_PX = (384, 256)  # width and height of the window that is shown at 1:1
+Want = Literal["preview", "detail", "frame"]
+
+
+class SupersededError(Exception):
+    """A newer request has come, so that nobody waits for the answer."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the page asks for.
+
+    want: "preview": a quick picture of the whole frame; "detail": the window at 1:1 around a place; "frame": the whole frame.
+    shot: name of an opened shot. settings: values of its controls. at: the place, as shares 0 to 1 of width and height.
+    """
+
+    want: Want
+    shot: str
+    settings: Mapping[str, str]
+    at: tuple[float, float] = (0.5, 0.5)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """pixels: (height, width, 4) uint8 RGBA. data: numbers beside it, plain data."""
+
+    pixels: np.ndarray
+    data: Data
+
+
+class Explorer:
+    """The shots that a page may open, and the OpenCL device that takes them.
+
+    shots: by name. device: part of an OpenCL device's label, or None for the default.
+    One thread at a time may ask it.
+    """
+
+    def __init__(self, shots: Sequence[OpenedShot], device: str | None = None):
+        self._shots = {shot.path: shot for shot in shots}
+        self._device, self._cache = device, LightCache()
+
+    def names(self) -> list[str]:
+        """Return the names of the shots that can be opened, the first opened first."""
+        return list(self._shots)
+
+    def opened(self, name: str) -> OpenedShot:
+        """Return a shot that can be opened. Raises PhotositeError for any other name."""
+        if name not in self._shots:
+            raise PhotositeError(f"cannot be opened from the page; it has {', '.join(self._shots)}", key="shot", value=name)
+        return self._shots[name]
+
+    def controls(self, name: str) -> list[Data]:
+        """Return the controls of a shot, as plain data. Raises PhotositeError."""
+        return [
+            asdict(control)
+            | {"choices": [{"text": one.text, "label": one.label, "number": _number(one.number)} for one in control.choices]}
+            for control in self.opened(name).controls()
+        ]
+
+    def answer(self, request: Request, is_stale: Callable[[], bool] = lambda: False) -> Answer:
+        """Return what the page asked for.
+
+        is_stale: asked while the work is done. Raises SupersededError once it is true, PhotositeError for what a shot file
+        could not hold either.
+        """
+        shot = self.opened(request.shot).shot(request.settings)
+        match request.want:
+            case "preview":
+                return self._preview(shot, is_stale)
+            case "detail":
+                return self._detail(shot, request.at, is_stale)
+            case "frame":
+                raw = self._take(replace(shot, truth=()), is_stale)
+                return Answer(paint(raw), {"warnings": plan(replace(shot, truth=()), cache=self._cache).warnings()})
+
+    def dng(self, request: Request) -> bytes:
+        """Return the frame of a view as a DNG file."""
+        shot = self.opened(request.shot).shot(request.settings)
+        return dng_bytes(simulate(shot, device=self._device, cache=self._cache))
+
+    def _preview(self, shot: Shot, is_stale: Callable[[], bool]) -> Answer:
+        quick = preview_of(shot, load_scene(shot.scene))
+        raw = self._take(quick.shot, is_stale)
+        planned = plan(quick.shot, cache=self._cache)
+        data = figures_of(shot, planned, plan_sensor_of(shot)) | {"side": quick.side, "cfa": raw.cfa}
+        return Answer(paint(raw), data)
+
+    def _detail(self, shot: Shot, at: tuple[float, float], is_stale: Callable[[], bool]) -> Answer:
+        part = window_at(shot, *at, *DETAIL_PX)
+        raw = self._take(part, is_stale)
+        again = self._take(replace(part, seeds=replace(part.seeds, frame=part.seeds.frame + 1)), is_stale)
+        planned, frame, window = plan(part, cache=self._cache), shot.camera.frame, part.camera.frame
+        x = min(max(int(at[0] * frame.width) - (window.x - frame.x), 0), window.width - 1)
+        y = min(max(int(at[1] * frame.height) - (window.y - frame.y), 0), window.height - 1)
+        pixel = explain_pixel(part, planned, raw, again, x, y)
+        counts = histogram(raw, planned.sensor.gain_dn_per_e(), planned.sensor.electrons_at_white())
+        place = {"x": window.x - frame.x, "y": window.y - frame.y, "width": window.width, "height": window.height}
+        return Answer(paint(raw), {"pixel": pixel, "histogram": _plain(counts), "window": place})
+
+    def _take(self, shot: Shot, is_stale: Callable[[], bool]) -> Any:
+        def watch(what: str, share: float) -> None:
+            if is_stale():
+                raise SupersededError
+
+        return simulate(shot, device=self._device, progress=watch, cache=self._cache)
+
+
+def _plain(counts: Histogram) -> Data:
+    return {"edges_e": counts.edges_e.tolist(), "counts": {name: one.tolist() for name, one in counts.counts.items()}}
+
+
+def _number(value: float) -> float | None:
+    return None if value == float("inf") else float(value)
