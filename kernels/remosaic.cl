@@ -2,6 +2,7 @@
 // of groups. A photosite that has this colour keeps its code.
 //
 // codes: (height, width) uint16 [DN]; signal: (height, width) float32, without noise [DN], [e-], or variance [DN^2].
+// mosaic: (height, width), the result, of the same kind and unit.
 // weights: (PERIOD, PERIOD, TAPS, TAPS) float32, of the photosites around each place of the pattern, [row][column]; TAPS = 2 REACH + 1.
 // first_x, first_y: place in the pattern of the frame's upper left photosite. white_dn, most: largest result; the least is 0.
 // Beyond the frame's edge stands the photosite one period further in, which has the same colour. One work-item per photosite.
