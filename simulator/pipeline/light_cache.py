@@ -95,6 +95,7 @@ class LightCache:
         rule = "give 0, which holds nothing, or more"
         require(self.memory_bytes >= 0, "memory_bytes", self.memory_bytes, rule)
         self._held: OrderedDict[Hashable, object] = OrderedDict()
+        self._sizes: dict[Hashable, dict[int, int]] = {}  # of the arrays of each entry, by their identity [byte]
         self._lock = RLock()
         self._token = uuid.uuid4().hex
         self.reused = 0
@@ -106,12 +107,16 @@ class LightCache:
     def held_bytes(self) -> int:
         """Memory of what is held, arrays that several entries share counted once [byte]."""
         with self._lock:
-            return sum(dict(_find_memory(tuple(self._held.values()))).values())
+            joined: dict[int, int] = {}
+            for sizes in self._sizes.values():
+                joined |= sizes
+            return sum(joined.values())
 
     def clear(self) -> None:
         """Let go of all that is held."""
         with self._lock:
             self._held.clear()
+            self._sizes.clear()
 
     def get(self, key: Hashable, make: Callable[[], T]) -> T:
         """Return what is held under a key; else make it, and hold it where there is room, for which the oldest entries go."""
@@ -121,13 +126,14 @@ class LightCache:
                 self.reused += 1
                 return cast(T, self._held[key])
         made = make()
-        if sum(dict(_find_memory(made)).values()) > self.memory_bytes or self.memory_bytes == 0:
+        sizes = dict(_find_memory(made))
+        if sum(sizes.values()) > self.memory_bytes or self.memory_bytes == 0:
             return made
         with self._lock:
-            self._held[key] = made
+            self._held[key], self._sizes[key] = made, sizes
             self._held.move_to_end(key)
             while self.held_bytes > self.memory_bytes:
-                self._held.popitem(last=False)
+                del self._sizes[self._held.popitem(last=False)[0]]
         return made
 
 

@@ -17,9 +17,11 @@ def load_scene(source: SceneSource) -> Scene:
     """Return the scene of a source. That of the simulator's own sources cannot be written to.
 
     The last scene is kept while its source and files are the same and it takes at most LARGEST_BYTES, and let go before another
-    is read. Raises PhotositeError and OSError as the source does.
+    is read; a source that is a `Scene` itself reads nothing. Raises PhotositeError and OSError as the source does.
     """
     global _kept
+    if isinstance(source, Scene):
+        return source.load()
     key = _key_of(source)
     with _lock:
         if key is not None and _kept is not None and _kept[0] == key:
@@ -38,7 +40,7 @@ def load_scene(source: SceneSource) -> Scene:
 
 def _key_of(source: SceneSource) -> Hashable | None:
     """Return the key of a source in this process; None where nothing tells whether it gives the same scene again."""
-    if isinstance(source, Scene) or not is_ours(source):
+    if not is_ours(source):
         return None
     try:
         return os.getpid(), freeze(source)

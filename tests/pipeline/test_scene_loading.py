@@ -41,6 +41,12 @@ def test_a_file_that_has_gone_is_an_error_also_of_a_scene_that_is_kept(picture):
         load_scene(ImageScene(picture, 100.0))
 
 
+def test_a_scene_that_is_given_as_it_is_leaves_the_one_that_is_kept(picture):
+    scene = load_scene(ImageScene(picture, 100.0))
+    assert load_scene(replace(scene, field_of_view_deg=10.0)) is not scene
+    assert load_scene(ImageScene(picture, 100.0)) is scene
+
+
 class Drifting:
     """A user's own source, which gives another scene each time."""
 
