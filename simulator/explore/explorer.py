@@ -20,6 +20,7 @@ from simulator.pipeline.simulate import simulate
 from simulator.raw.dng.writer import dng_bytes
 
 DETAIL_PX = (384, 256)  # width and height of the window that is shown at 1:1
+BRIGHTER = 1.25  # than the brightest photosite of a place: the end of its histogram
 Want = Literal["preview", "detail", "frame"]
 
 
@@ -114,7 +115,8 @@ class Explorer:
         x = min(max(int(at[0] * frame.width) - (window.x - frame.x), 0), window.width - 1)
         y = min(max(int(at[1] * frame.height) - (window.y - frame.y), 0), window.height - 1)
         pixel = explain_pixel(part, planned, raw, again, x, y)
-        counts = histogram(raw, planned.sensor.gain_dn_per_e(), planned.sensor.electrons_at_white())
+        brightest_e = max(BRIGHTER * float(np.max(raw.mean_electrons)), 1.0)
+        counts = histogram(raw, planned.sensor.gain_dn_per_e(), min(brightest_e, planned.sensor.electrons_at_white()))
         place = {"x": window.x - frame.x, "y": window.y - frame.y, "width": window.width, "height": window.height}
         return Answer(paint(raw), {"pixel": pixel, "histogram": _plain(counts), "window": place})
 
