@@ -453,7 +453,7 @@ def calibrate(
     print(calibrate_files(files, out, name, base, pixel_pitch, response, plots))
 
 
-@app.command(epilog="Example: photosite new shot portrait && photosite simulate portrait.yaml --out frames")
+@app.command(epilog="Example: photosite new shot portrait")
 def new(
     kind: Annotated[str, typer.Argument(metavar="KIND", help="shot, camera or dataset.", autocompletion=_complete_kind)],
     name: Annotated[
