@@ -34,6 +34,12 @@ def _complete_camera(incomplete: str) -> list[str]:
     return complete_name("cameras", incomplete)
 
 
+def _complete_study(incomplete: str) -> list[str]:
+    from simulator.command_line.completion import complete_name
+
+    return complete_name("studies", incomplete)
+
+
 def _complete_response(incomplete: str) -> list[str]:
     from simulator.command_line.completion import complete_name
 
@@ -116,7 +122,12 @@ def simulate(
 
 @app.command(epilog="Example: photosite study iso_and_aperture --out iso_and_aperture --dry-run")
 def study(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file, or the name of one in configs/studies.")],
+    study: Annotated[
+        Path,
+        typer.Argument(
+            metavar="STUDY", help="A study file, or the name of one in configs/studies.", autocompletion=_complete_study
+        ),
+    ],
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="PATH=VALUE", help="Set one value of the shot at every point, by its dotted path."),
@@ -453,9 +464,9 @@ def calibrate(
     print(calibrate_files(files, out, name, base, pixel_pitch, response, plots))
 
 
-@app.command(epilog="Example: photosite new shot portrait && photosite simulate portrait.yaml --out frames")
+@app.command(epilog="Example: photosite new shot portrait")
 def new(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help="shot, camera or dataset.", autocompletion=_complete_kind)],
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="shot, camera, study or dataset.", autocompletion=_complete_kind)],
     name: Annotated[
         str | None, typer.Argument(metavar="[NAME]", help="Of the file, e.g. portrait; KIND when left out.")
     ] = None,

@@ -13,7 +13,7 @@ _CONFIGS = next((folder for folder in (_HOUSE / "configs", _HOUSE.parent / "conf
 def complete_name(kind: str, begun: str) -> list[str]:
     """Return the names in configs/<kind> and the paths of YAML files and folders that begin with a text.
 
-    kind: cameras, shots, datasets or responses.
+    kind: cameras, shots, studies, datasets or responses.
     """
     names = sorted(path.stem for path in (_CONFIGS / kind).glob("*.yaml"))
     return [name for name in names if name.startswith(begun)] + sorted(_paths(begun))

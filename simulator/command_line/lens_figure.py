@@ -152,8 +152,13 @@ def _draw_blur(axes: "Axes", lens: ThinLens, diagonal_mm: float, distances_m: Se
     top_um = max(float(blur_um.max()), circle_um)
     axes.set(xscale="log", yscale="log", xlim=(low_m, high_m), ylim=(floor_um, 2.0 * top_um))
     axes.set(xlabel="distance of the point [m]", ylabel="diameter on the sensor [µm]", title="Blur circle against distance")
-    axes.xaxis.set_major_formatter("{x:g}")
+    steps = (1, 2, 5) if high_m / low_m < 100.0 else (1,)
+    ticks = [step * 10.0**power for power in range(-4, 7) for step in steps]
+    kept = [tick for tick in ticks if low_m <= tick <= high_m]
+    axes.set_xticks(kept, [f"{tick:g}" for tick in kept])
+    axes.tick_params(axis="x", which="minor", labelbottom=False)
     axes.yaxis.set_major_formatter("{x:g}")
+    axes.tick_params(axis="y", which="minor", labelleft=False)
     axes.legend(fontsize=8, loc="best")
 
 

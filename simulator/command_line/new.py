@@ -12,6 +12,7 @@ NEXT = {
     "camera": "photosite validate noise {path}",
     "dataset": "photosite dataset {path} --out pairs --dry-run",
     "shot": "photosite simulate {path} --out frames",
+    "study": "photosite study {path} --dry-run",
 }
 
 

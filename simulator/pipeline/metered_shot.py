@@ -14,7 +14,7 @@ from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.relative_illumination import plan_irradiance
 from simulator.optics.lens.thin_lens import ThinLens
-from simulator.pipeline.scene_loading import load_scene
+from simulator.pipeline.scene_loading import load_seen
 from simulator.pipeline.shot import Shot
 from simulator.scene.compositing import flatten_layers
 from simulator.scene.electron_radiance import electron_radiance_weights
@@ -77,7 +77,7 @@ def meter_shot(shot: Shot) -> Metered | None:
     stated = shot.exposure
     if not stated.is_metered:
         return None
-    scene, metering = load_scene(shot.scene), stated.metering or Metering()
+    scene, metering = load_seen(shot), stated.metering or Metering()
     lens = _adjustable(shot) if stated.mode in ("shutter_priority", "programme", "auto") else shot.lens
     body = _body_of(lens, shot.camera, stated.dials or Dials())
     reading = _read(scene, lens, shot.camera, metering)

@@ -19,7 +19,7 @@ from simulator.pipeline.light_cache import LightCache, LightKey, light_key
 from simulator.pipeline.metered_shot import Metered, meter_shot
 from simulator.pipeline.passes import Pass, passes_of
 from simulator.pipeline.plan_steps import steps_of
-from simulator.pipeline.scene_loading import load_scene
+from simulator.pipeline.scene_loading import load_seen
 from simulator.pipeline.shot import Shot, TruthPart
 from simulator.pipeline.step import Step
 from simulator.pipeline.time_fit import TimeFit
@@ -171,7 +171,7 @@ def _plan_light(
     shot: Shot, sensor: SensorPlan, exposed: ExposedLight, cache: LightCache | None
 ) -> tuple[OpticsPlan, LightKey | None]:
     """Return the plan of the optics, and the key of its light where a cache holds it."""
-    scene = load_scene(shot.scene)
+    scene = load_seen(shot)
     if shot.motion is not None:
         shot.motion.check_layers(len(scene.layers))
         shot.motion.check_exposure(shot.exposure.start_s, exposed.openings, "flow" in shot.truth)

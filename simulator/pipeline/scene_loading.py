@@ -4,7 +4,9 @@ import os
 from collections.abc import Hashable
 from threading import Lock
 
-from simulator.pipeline.shot import SceneSource
+from simulator.errors import PhotositeError
+from simulator.optics.geometry.surroundings import surround
+from simulator.pipeline.shot import SceneSource, Shot
 from simulator.scene.content_keys import freeze, is_ours
 from simulator.scene.scene import Scene
 
@@ -36,6 +38,19 @@ def load_scene(source: SceneSource) -> Scene:
         with _lock:
             _kept = key, scene
     return scene
+
+
+def load_seen(shot: Shot) -> Scene:
+    """Return the scene of a shot, filled as it asks for where the camera sees past its edge.
+
+    Raises PhotositeError as `load_scene` does, and for things that move in a scene that had to be filled.
+    """
+    scene = load_scene(shot.scene)
+    seen = surround(scene, shot.lens, shot.camera)
+    if seen is not scene and shot.motion is not None and (shot.motion.layers or shot.motion.vectors is not None):
+        rule = "things that move are told in the pixels of the scene alone; make the pictures larger than what the camera sees"
+        raise PhotositeError(rule, key="scene.outside", value=scene.outside)
+    return seen
 
 
 def _key_of(source: SceneSource) -> Hashable | None:

@@ -9,7 +9,7 @@ from simulator.color.spectra import WAVELENGTHS_NM, check_illuminant, illuminant
 from simulator.errors import require
 from simulator.scene.checks import check_field_of_view, check_luminance
 from simulator.scene.depth import check_depth
-from simulator.scene.scene import Scene
+from simulator.scene.scene import Outside, Scene
 from simulator.units import CandelasPerSquareMetre, Degrees, Metres
 
 CELL_PX = 12  # a patch and the frame around it, on the chart's own grid
@@ -32,6 +32,7 @@ class ChartScene:
     luminance_cd_m2: of the perfect white in this light.
     depth_m: distance of the chart.
     field_of_view_deg: full horizontal angle of the chart; left out, it fills the sensor.
+    outside: what a camera sees past its edge: an error (refuse), no light (black), the edge (extend), or it again (repeat).
     Raises PhotositeError for a setting that the chosen chart does not use.
     """
 
@@ -42,6 +43,7 @@ class ChartScene:
     field_of_view_deg: Degrees | None = None
     reflectance: Annotated[float | None, "of the flat field, 0 to 1; 1 when left out"] = None
     steps: Annotated[int | None, "patches of the grey ramp, 2 to 40; 12 when left out"] = None
+    outside: Outside = "refuse"
 
     def __post_init__(self) -> None:
         check_luminance(self.luminance_cd_m2)
@@ -70,6 +72,7 @@ class ChartScene:
             field_of_view_deg=self.field_of_view_deg,
             interpolation="nearest",
             white=white,
+            outside=self.outside,
         )
 
     def grey_reflectances(self) -> np.ndarray:

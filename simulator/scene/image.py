@@ -23,7 +23,7 @@ from simulator.scene.picture_light import (
 )
 from simulator.scene.pixel_file import PixelFile, check_finite, memory_for, read_pixels
 from simulator.scene.renderer_depth import RendererDepth
-from simulator.scene.scene import Layer, Scene
+from simulator.scene.scene import Layer, Outside, Scene
 from simulator.units import CandelasPerSquareMetre, Degrees
 
 
@@ -37,6 +37,7 @@ class ImageScene:
     depth_m: one distance, {image: FILE, ...}, {channel: Z, ...} of the scene's own EXR, or
         {renderer: blender}, the pass that a renderer wrote into it.
     field_of_view_deg: full horizontal angle of the picture; left out, it fills the sensor.
+    outside: what a camera sees past its edge: an error (refuse), no light (black), the edge (extend), or it again (repeat).
     """
 
     image: Annotated[Path, "EXR, HDR, TIFF, PNG, JPEG or .npy; RGB or grey"]
@@ -50,6 +51,7 @@ class ImageScene:
     depth_m: Depth = math.inf
     field_of_view_deg: Degrees | None = None
     hidden: Hidden = "none"
+    outside: Outside = "refuse"
 
     def __post_init__(self) -> None:
         check_luminance(self.luminance_cd_m2)
@@ -83,7 +85,9 @@ class ImageScene:
         planes, notes = to_linear(stored, self.encoding, file)
         check_finite(planes, key, self.image)
         clip_notes = clip_negative(planes, self.negative, key, self.image)
-        return replace(light_scene(self, [Layer(planes)], self.image, (*notes, *clip_notes)), hidden=self.hidden)
+        return replace(
+            light_scene(self, [Layer(planes)], self.image, (*notes, *clip_notes)), hidden=self.hidden, outside=self.outside
+        )
 
 
 def _alpha_notes(file: PixelFile) -> tuple[str, ...]:

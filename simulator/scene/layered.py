@@ -23,7 +23,7 @@ from simulator.scene.picture_light import (
     light_scene,
 )
 from simulator.scene.pixel_file import check_finite, memory_for, read_pixels
-from simulator.scene.scene import Layer, Scene
+from simulator.scene.scene import Layer, Outside, Scene
 from simulator.units import CandelasPerSquareMetre, Degrees
 
 
@@ -73,6 +73,7 @@ class LayeredScene:
     luminance_cd_m2: of white, or the mean over what a pinhole sees of all layers, as luminance_of says.
     negative: renderers' filters leave small negative values; "clip" sets them to 0 and says how many.
     field_of_view_deg: full horizontal angle of the pictures; left out, they fill the sensor.
+    outside: what a camera sees past its edge: an error (refuse), no light (black), the edge (extend), or it again (repeat).
     """
 
     layers: tuple[PictureLayer, ...]
@@ -83,6 +84,7 @@ class LayeredScene:
     encoding: Encoding = "auto"
     negative: Negative = "error"
     field_of_view_deg: Degrees | None = None
+    outside: Outside = "refuse"
 
     def __post_init__(self) -> None:
         require(len(self.layers) > 0, "scene.layers", "[]", "give one layer or more, such as - {image: FILE, depth: 2 m}")
@@ -107,7 +109,8 @@ class LayeredScene:
         self._check_order(layers)
         bands = max(layer.planes.shape[2] for layer in layers)
         same = [_with_bands(layer, bands) for layer in layers]
-        return light_scene(self, same, self.layers[0].image, (*notes, *self._occlusion_notes(layers)))
+        scene = light_scene(self, same, self.layers[0].image, (*notes, *self._occlusion_notes(layers)))
+        return replace(scene, outside=self.outside)
 
     def _check_sizes(self, layers: list[Layer]) -> None:
         (height, width), *others = (layer.planes.shape[:2] for layer in layers)

@@ -15,6 +15,7 @@ from simulator.scene.deep_pixels import DeepPixels
 from simulator.scene.memo import Memo
 
 T = TypeVar("T")
+Outside = Literal["refuse", "black", "extend", "repeat"]
 
 
 def is_depth_map(depth_m: float | np.ndarray) -> TypeGuard[np.ndarray]:
@@ -56,6 +57,8 @@ class Scene:
     white: radiance of a perfectly white surface in the light of the scene is `white` times `illuminant`; None: not known, as of
         radiance that was measured.
     hidden: whether the background is continued behind the edges of near objects, see `extend_background`.
+    outside: what the camera sees past the edge of the grid: an error (refuse), no light (black), the edge (extend), or the grid
+        again (repeat).
     """
 
     planes: np.ndarray
@@ -71,6 +74,7 @@ class Scene:
     hidden: Literal["none", "extend"] = "none"
     deep: DeepPixels | None = None
     white: float | None = None
+    outside: Outside = "refuse"
     _memo: Memo = field(default_factory=Memo, init=False, repr=False, compare=False)
 
     def load(self) -> "Scene":

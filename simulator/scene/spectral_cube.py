@@ -14,7 +14,7 @@ from simulator.scene.cube_file import read_cube
 from simulator.scene.depth import Depth, check_depth, load_depth
 from simulator.scene.occluded_background import Hidden
 from simulator.scene.pixel_file import PixelFile, check_finite, first_fault, memory_for
-from simulator.scene.scene import Scene
+from simulator.scene.scene import Outside, Scene
 from simulator.scene.wavelengths import common_grid, named_wavelengths, read_wavelengths, resample
 from simulator.units import CandelasPerSquareMetre, Degrees
 
@@ -30,6 +30,7 @@ class SpectralCubeScene:
     illuminant: for radiance it only states the light that the camera's white balance neutralises.
     depth_m: one distance, {image: FILE, ...}, or {channel: Z, ...} of the cube's own EXR.
     field_of_view_deg: full horizontal angle of the cube; left out, it fills the sensor.
+    outside: what a camera sees past its edge: an error (refuse), no light (black), the edge (extend), or it again (repeat).
     """
 
     spectral_cube: Annotated[
@@ -42,6 +43,7 @@ class SpectralCubeScene:
     depth_m: Depth = math.inf
     field_of_view_deg: Degrees | None = None
     hidden: Hidden = "none"
+    outside: Outside = "refuse"
 
     def __post_init__(self) -> None:
         if self.luminance_cd_m2 is not None:
@@ -96,6 +98,7 @@ class SpectralCubeScene:
             field_of_view_deg=self.field_of_view_deg,
             notes=notes,
             hidden=self.hidden,
+            outside=self.outside,
             white=self._white() if self.quantity == "reflectance" else None,
         )
 

@@ -34,7 +34,8 @@ def names(kind: str) -> set[str]:
         ("photosite validate noise sony_a7s", {"sony_a7s2"}),
         ("photosite lens --camera imx3", {"imx385"}),
         ("photosite dataset led", {"led_prior"}),
-        ("photosite new ", {"shot", "camera", "dataset"}),
+        ("photosite study iso_", {"iso_and_aperture"}),
+        ("photosite new ", {"shot", "camera", "study", "dataset"}),
         ("photosite resim", {"resimulate"}),
     ],
 )

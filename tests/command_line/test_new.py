@@ -9,6 +9,7 @@ from data_gen.command_line import main
 from data_gen.recipe.dataset_config import load_data_set
 from simulator.command_line.new import NEXT, TEMPLATES
 from simulator.config import load_camera, load_shot, load_sweep
+from simulator.studies import load, load_study
 
 SMALL = ["--set", "camera.window={x: 0, y: 0, width: 64, height: 48}"]
 EXAMPLE = re.compile(r"^( *)# (\S+:(?: .*)?)$")  # a line of YAML in a comment
@@ -62,7 +63,7 @@ def test_a_file_that_is_there_is_left_as_it_is(tmp_path, capsys):
 
 def test_an_unknown_kind_is_told(capsys):
     code, _, err = run(capsys, "new", "picture")
-    assert code == 1 and "KIND = picture: give one of camera, dataset, shot" in err
+    assert code == 1 and "KIND = picture: give one of camera, dataset, shot, study" in err
 
 
 def test_the_shot_is_taken_as_it_is_by_the_camera_as_it_is(tmp_path, monkeypatch, capsys):
@@ -112,6 +113,27 @@ def test_the_camera_s_examples_are_valid(tmp_path):
     assert "#   base: sony_a7s2\n#   bit_depth: 12\n" in text
     path.write_text("base: sony_a7s2\nbit_depth: 12\n", encoding="utf-8")
     assert load_camera(str(path)).bit_depth == 12
+
+
+def test_the_study_is_taken_as_it_is(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    run(capsys, "new", "study")
+    code, out, err = run(capsys, "study", "study.yaml", "--out", "results")
+    assert (code, out) == (0, "results/points.csv\n"), err
+    rows = load("results").rows
+    assert len(rows) == 6 and {row["state"] for row in rows} == {"done"}
+    assert all(row["clipped.white"] == 0 and 10 < row["grey.snr"] < 60 for row in rows)  # shot noise of 500 and 2000 electrons
+
+
+def test_the_study_s_examples_are_valid(tmp_path):
+    path = tmp_path / "study.yaml"
+    plain = load_study(TEMPLATES / "study.yaml")
+    path.write_text(with_examples("study", "camera.typical", "range", "keep"), encoding="utf-8")
+    assert len(load_study(path)) == len(plain) == 6
+    lists = text_of("study").replace("  # - ", "  - ")
+    assert lists != text_of("study")
+    path.write_text(lists, encoding="utf-8")
+    assert len(load_study(path)) == 6 * 8 * 10 * 2
 
 
 def test_the_data_set_s_examples_are_valid(tmp_path):

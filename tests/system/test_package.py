@@ -24,6 +24,7 @@ from simulator.units import key_of
 REPOSITORY = Path(__file__).parents[2]
 PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
 PACKAGES = ("photosite", "simulator", "data_gen")
+KINDS = ("*.py", "*.pyi", "py.typed", "*.html", "*.css", "*.js")
 PYTHONS = ("3.11", "3.12", "3.13")
 SMALL = "camera.window={x: 0, y: 0, width: 64, height: 48}"
 
@@ -75,7 +76,7 @@ def test_the_wheel_holds_the_source_tree_and_nothing_else(wheel):
         *files("kernels", "*.h", "simulator/kernels"),
         *files("configs", "*.yaml", "simulator/configs"),
         *files("configs", "*.csv", "simulator/configs"),
-        *(name for package in PACKAGES for kind in ("*.py", "*.pyi", "py.typed") for name in files(package, kind, package)),
+        *(name for package in PACKAGES for kind in KINDS for name in files(package, kind, package)),
     }
     held = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
     assert held == expected

@@ -40,6 +40,7 @@ from photosite import (
     simulate,
 )
 from simulator import homes_of
+from simulator.command_line.new import TEMPLATES
 from simulator.config import named_file
 from simulator.progress import Steps, silent
 from simulator.studies import load_study
@@ -258,7 +259,7 @@ def examples() -> list[list[str]]:
 
 MAKERS = ("simulate", "validate")  # commands whose files other examples read
 TAKEN = ["validate", "simulate", "study", "resimulate", "develop", "inspect", "explain", "calibrate", "schema", "dataset"]
-TAKEN += ["plot", "compare", "report"]
+TAKEN += ["plot", "compare", "report", "lens", "new"]
 
 
 def test_every_command_that_takes_something_has_an_example():
@@ -271,9 +272,11 @@ def test_what_an_example_names_comes_along_or_is_made_by_another(arguments):
     while hasattr(command, "commands"):
         command = command.commands[rest.pop(0)]
     values = command.make_context(command.name, rest).params  # knows every option
-    if "shot" in values:
+    if values.get("shot") is not None:
         settings = values["settings"] or ()
         assert load_shot(values["shot"], settings).resolved["scene"]["chart"]
+    elif arguments[0] in ("lens", "new"):
+        assert "focal_length" in values or (TEMPLATES / f"{values['kind']}.yaml").is_file()
     elif "camera" in values:
         assert set(values["iso"] if isinstance(values["iso"], list) else [values["iso"]]) <= set(
             load_camera(values["camera"]).isos

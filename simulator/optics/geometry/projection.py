@@ -149,13 +149,12 @@ def plan_projection(scene: Scene, lens: Lens, camera: Camera) -> Projection:
     height, width = scene.planes.shape[:2]
     image_distance_px = 1e3 * lens.image_distance_mm / camera.pixel_pitch_um
     warp = plan_warp(lens.distortion, image_distance_px, camera.width_px, camera.height_px, camera.channels)
-    reach_x, reach_y, stretch = (1.0, 1.0, 1.0) if warp is None else warp.extent(camera.width_px, camera.height_px)
+    stretch = 1.0 if warp is None else warp.extent(camera.width_px, camera.height_px)[2]
     if scene.field_of_view_deg is None:
         scale = min(width / camera.width_px, height / camera.height_px)
     else:
-        scene_focal_px = 0.5 * width / math.tan(math.radians(0.5 * scene.field_of_view_deg))
-        scale = scene_focal_px * 1e-3 * camera.pixel_pitch_um / lens.image_distance_mm
-        _check_coverage(scale, (reach_x, reach_y), scene, lens, camera)
+        scale = _true_scale(scene, lens, camera)
+        _check_coverage(scene, lens, camera)
     return Projection(
         scale=scale,
         offset_x=0.5 * (width - scale * camera.width_px),
@@ -274,17 +273,36 @@ def _work_size(layout: InterleavedColumns, planes: int, span: int, rows: int | N
     return columns // span, height, sets
 
 
-def _check_coverage(scale: float, reach: tuple[float, float], scene: Scene, lens: Lens, camera: Camera) -> None:
+def seen_pixels(scene: Scene, lens: Lens, camera: Camera) -> tuple[float, float]:
+    """Return width and height of what the sensor sees of a scene with a field of view [px], more than those of a narrow scene.
+
+    Distortion sees as far as its farthest photosite does.
+    """
+    image_distance_px = 1e3 * lens.image_distance_mm / camera.pixel_pitch_um
+    warp = plan_warp(lens.distortion, image_distance_px, camera.width_px, camera.height_px, camera.channels)
+    reach_x, reach_y = (1.0, 1.0) if warp is None else warp.extent(camera.width_px, camera.height_px)[:2]
+    scale = _true_scale(scene, lens, camera)
+    return scale * camera.width_px * reach_x, scale * camera.height_px * reach_y
+
+
+def _true_scale(scene: Scene, lens: Lens, camera: Camera) -> float:
+    """Return scene pixels per photosite of a scene with a field of view."""
+    assert scene.field_of_view_deg is not None
+    scene_focal_px = 0.5 * scene.planes.shape[1] / math.tan(math.radians(0.5 * scene.field_of_view_deg))
+    return scene_focal_px * 1e-3 * camera.pixel_pitch_um / lens.image_distance_mm
+
+
+def _check_coverage(scene: Scene, lens: Lens, camera: Camera) -> None:
     """Raise PhotositeError when the field of view of the camera exceeds the scene."""
     height, width = scene.planes.shape[:2]
-    seen_x, seen_y = scale * camera.width_px * reach[0], scale * camera.height_px * reach[1]
+    seen_x, seen_y = seen_pixels(scene, lens, camera)
     if seen_x > width + 1e-6 or seen_y > height + 1e-6:
         short = max(seen_x / width, seen_y / height)
         raise PhotositeError(
             "the camera sees "
             f"{lens.field_of_view_deg(camera.sensor_mm[0]):.1f} deg x {lens.field_of_view_deg(camera.sensor_mm[1]):.1f} deg, "
             f"past the edge of the scene; use a lens of at least {lens.focal_length_mm * short:.1f} mm "
-            "or leave field_of_view out",
+            "leave field_of_view out, or say what is outside, such as scene.outside: black",
             key="scene.field_of_view",
             value=f"{scene.field_of_view_deg:g} deg",
         )

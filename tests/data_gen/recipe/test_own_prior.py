@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from data_gen.recipe.random_streams import RandomStream
 from helpers.randomness import accept
 from helpers.toy_dataset import toy_camera, toy_config, toy_samples
 from scipy import stats
@@ -14,6 +13,7 @@ from data_gen.recipe.dataset_config import NoiseOnly, load_data_set
 from data_gen.recipe.own_prior import LineNoise, NoiseLine, OwnPrior
 from data_gen.recipe.prior_cameras import ELD
 from data_gen.recipe.published_priors import LinePrior
+from simulator.config.random_streams import RandomStream
 from simulator.errors import PhotositeError
 
 READ, ROW = NoiseLine(0.6, 1.2, 0.3), NoiseLine(0.5, -0.8, 0.2)
