@@ -52,7 +52,8 @@ class StudyPoint:
 
     name: stem of its files. It follows from the values alone, so that it stays when the study grows.
     values: dotted key of an axis -> value as written, or the name of a variant.
-    base: document of the study's shot. settings: of this point, in it. command: line that takes the shot alone.
+    base: document of the study's shot, which lies in shot_path. settings: of this point, in it.
+    had_sweep: whether the file has a sweep, which is left out.
     """
 
     index: int
@@ -60,7 +61,13 @@ class StudyPoint:
     values: dict[str, object]
     base: Document
     settings: tuple[Setting, ...]
-    command: str
+    shot_path: Path
+    had_sweep: bool
+
+    @property
+    def command(self) -> str:
+        """Line that takes the shot alone, from any folder."""
+        return simulate_command(self.shot_path, self.settings, self.had_sweep)
 
     @cached_property
     def document(self) -> Document:
@@ -124,8 +131,7 @@ class Study:
         settings.append(("name", name, place))
         if not self._same_noise and not any(key in ("seeds.frame", "seeds") for key, _, _ in settings):
             settings.append(("seeds.frame", self._frame_seed(values), place))
-        command = simulate_command(self.shot_path, settings, self._had_sweep)
-        return StudyPoint(index, name, values, self._base, tuple(settings), command)
+        return StudyPoint(index, name, values, self._base, tuple(settings), self.shot_path, self._had_sweep)
 
     def _frame_seed(self, values: Mapping[str, object]) -> int:
         """Return the seed of a point's noise, which follows from the shot's seed and the point's values."""
