@@ -17,7 +17,7 @@ from simulator.config.document import Document, read_document
 from simulator.config.document_merge import find_config, named_file, parse_override, remove_key, select_section
 from simulator.config.messages import suggest_nearest
 from simulator.config.section_types import Section
-from simulator.config.shot_file import apply_settings, build_shot, dump_resolved, load_document
+from simulator.config.shot_file import apply_settings, build_shot, dump_resolved, load_document, make_shot_section
 from simulator.config.study_axes import Axis, Product, Setting, dimensions, read_vary
 from simulator.config.study_command import absolute_files, shot_name, simulate_command
 from simulator.errors import PhotositeError
@@ -235,6 +235,9 @@ def _read_quantity(document: Document, label: str, quantities: Mapping[str, type
     place = ("measure", label)
     if not re.fullmatch(r"[A-Za-z_][\w-]*", str(label)):
         raise document.problem(place, "a label is letters, digits, _ and -, and begins with a letter", label, key="measure")
+    if label in make_shot_section().model_fields:
+        rule = f"{label} is a section of the shot, whose values are columns of the results, too; choose another label"
+        raise document.problem(place, rule, key="measure")
     given = document.data["measure"][label]
     given = {given: None} if isinstance(given, str) else given
     if not isinstance(given, dict) or len(given) != 1:
