@@ -29,6 +29,7 @@ from simulator.scene.deep import DeepScene
 from simulator.scene.image import ImageScene
 from simulator.scene.layered import LayeredScene
 from simulator.scene.spectral_cube import SpectralCubeScene
+from simulator.units import key_of
 
 # The key that decides which scene it is.
 SCENES: dict[str, type] = {
@@ -59,7 +60,8 @@ def make_shot_section() -> type[Section]:
             continue
         default: dict[str, Any] = {} if field.default is MISSING else {"default_factory": partial(to_section, field.default)}
         text = (hints[field.name].__doc__ or "").partition("\n")[0] if is_dataclass(hints[field.name]) else None
-        members[field.name] = (to_annotation(hints[field.name]), Field(description=text, **default))
+        key = key_of(field.name, hints[field.name])
+        members[field.name] = (to_annotation(hints[field.name]), Field(alias=key, description=text, **default))
     members["sweep"] = (SweepSection | None, Field(default=None, description="what to vary from point to point"))
     ordered = {name: members[name] for name in ("name", "scene", "lens", "exposure", "camera")}
     model = create_model("Shot", __base__=Section, __doc__="One photograph to take, or a sweep of them.", **ordered | members)

@@ -16,6 +16,8 @@ from simulator.config.sweep import SENSOR_KEYS
 
 Setting = tuple[str, object, Place]  # dotted key of a shot, value, and where it was written
 CHECKED_OF_LIST, CHECKED = 500, 50  # values of an axis that are tried before a run: of a list, and of computed ones
+# Columns of the table of results that no axis may have the name of.
+RESERVED = ("index", "name", "state", "error", "command", "seconds", "predicted_error_sigma", "predicted_seconds")
 VARIANTS, GROUP, ZIP = "variants", "group", "zip"
 
 
@@ -145,6 +147,8 @@ def read_vary(section: Document) -> Product:
     product = _read_group(section, "vary")
     seen: set[str] = set()
     for axis in product.axes:
+        if axis.key in RESERVED:
+            raise section.problem((), f"{axis.key} is a column of the results; give the axis another name", key="vary")
         if axis.key in seen:
             raise section.problem((), "is varied twice; keep one of them", key=axis.key)
         seen.add(axis.key)

@@ -17,7 +17,7 @@ from simulator.config.document import Document, read_document
 from simulator.config.document_merge import find_config, named_file, parse_override, remove_key, select_section
 from simulator.config.messages import suggest_nearest
 from simulator.config.section_types import Section
-from simulator.config.shot_file import apply_settings, build_shot, dump_resolved, load_document
+from simulator.config.shot_file import apply_settings, build_shot, dump_resolved, load_document, make_shot_section
 from simulator.config.study_axes import Axis, Product, Setting, dimensions, read_vary
 from simulator.config.study_command import absolute_files, shot_name, simulate_command
 from simulator.errors import PhotositeError
@@ -52,7 +52,8 @@ class StudyPoint:
 
     name: stem of its files. It follows from the values alone, so that it stays when the study grows.
     values: dotted key of an axis -> value as written, or the name of a variant.
-    base: document of the study's shot. settings: of this point, in it. command: line that takes the shot alone.
+    base: document of the study's shot, which lies in shot_path. settings: of this point, in it.
+    had_sweep: whether the file has a sweep, which is left out.
     """
 
     index: int
@@ -60,7 +61,13 @@ class StudyPoint:
     values: dict[str, object]
     base: Document
     settings: tuple[Setting, ...]
-    command: str
+    shot_path: Path
+    had_sweep: bool
+
+    @property
+    def command(self) -> str:
+        """Line that takes the shot alone, from any folder."""
+        return simulate_command(self.shot_path, self.settings, self.had_sweep)
 
     @cached_property
     def document(self) -> Document:
@@ -124,8 +131,7 @@ class Study:
         settings.append(("name", name, place))
         if not self._same_noise and not any(key in ("seeds.frame", "seeds") for key, _, _ in settings):
             settings.append(("seeds.frame", self._frame_seed(values), place))
-        command = simulate_command(self.shot_path, settings, self._had_sweep)
-        return StudyPoint(index, name, values, self._base, tuple(settings), command)
+        return StudyPoint(index, name, values, self._base, tuple(settings), self.shot_path, self._had_sweep)
 
     def _frame_seed(self, values: Mapping[str, object]) -> int:
         """Return the seed of a point's noise, which follows from the shot's seed and the point's values."""
@@ -229,6 +235,9 @@ def _read_quantity(document: Document, label: str, quantities: Mapping[str, type
     place = ("measure", label)
     if not re.fullmatch(r"[A-Za-z_][\w-]*", str(label)):
         raise document.problem(place, "a label is letters, digits, _ and -, and begins with a letter", label, key="measure")
+    if label in make_shot_section().model_fields:
+        rule = f"{label} is a section of the shot, whose values are columns of the results, too; choose another label"
+        raise document.problem(place, rule, key="measure")
     given = document.data["measure"][label]
     given = {given: None} if isinstance(given, str) else given
     if not isinstance(given, dict) or len(given) != 1:

@@ -14,6 +14,7 @@ from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.light_reuse import ONCE
 from simulator.pipeline.passes import Pass
 from simulator.pipeline.planner import Plan, plan
+from simulator.pipeline.time_budget import plan_in_time
 from simulator.progress import Progress, Steps, silent
 from simulator.studies.study_folder import State
 from simulator.studies.study_point import StudyTask, state_of_point
@@ -64,7 +65,8 @@ def estimate_study(
     Times are those of the device where there is one, which is measured once for each user, else of the reference machine.
     """
     task = StudyTask(study, folder.absolute(), device, LightCache())
-    rates = rates_of(open_device(device), progress) if has_devices() else DeviceRates()
+    opened = open_device(device) if has_devices() else None
+    rates = DeviceRates() if opened is None else rates_of(opened, progress)
     groups = study.by_light()
     order = [index for group in groups for index in group]
     step = max(1, -(-len(order) // most_planned))
@@ -79,7 +81,7 @@ def estimate_study(
             state: State = "missing" if redo else state_of_point(task, point)
             if state != "done":
                 shot, began = point.shot(), time.perf_counter()
-                planned = plan(shot, cache=task.cache)
+                planned = plan(shot, cache=task.cache) if opened is None else plan_in_time(shot, opened, cache=task.cache)
                 seconds += time.perf_counter() - began
                 light = _light_of(planned)
                 passes = [one for one in planned.passes if _is_own(one)] if light in lights else list(planned.passes)

@@ -28,7 +28,8 @@ from simulator.studies.study_point import Outcome, StudyTask, take_point, take_p
 from simulator.studies.study_result import StudyResult, load
 from simulator.studies.study_table import make_table, write_table
 
-TABLE_EVERY_S = 60.0  # between tables that are written while points are taken, so that they can be looked at
+# Between tables that are written while points are taken, so that they can be looked at: seconds, and times that one takes.
+TABLE_EVERY_S, TABLE_EVERY = 60.0, 20.0
 MOST_IN_CHUNK = 16  # points that a worker takes one after the other, since they have the same light
 CHUNKS_PER_WORKER = 4
 LIBRARIES = ("numpy", "scipy", "pyopencl", "rawpy", "OpenImageIO", "pydantic", "pyarrow", "pandas", "xarray", "distributed")
@@ -85,7 +86,7 @@ def run_study(
     task = StudyTask(studied, place, device, redo=redo)
     started, began = datetime.now(UTC), time.monotonic()
     checked, kept, failed, steps = dict[int, Record](), 0, list[Outcome](), Steps(progress, len(studied))
-    written = began
+    next_table = began + TABLE_EVERY_S
     try:
         for outcome in _outcomes(task, workers, scheduler):
             checked[outcome.index] = outcome.record
@@ -94,9 +95,9 @@ def run_study(
                 failed.append(outcome)
             report(outcome)
             steps.add(outcome.name)
-            if time.monotonic() - written > TABLE_EVERY_S:
+            if (now := time.monotonic()) > next_table:
                 write_table(make_table(studied, place, checked), place)
-                written = time.monotonic()
+                next_table = time.monotonic() + max(TABLE_EVERY_S, TABLE_EVERY * (time.monotonic() - now))
     finally:
         table = make_table(studied, place, checked)
         write_table(table, place)

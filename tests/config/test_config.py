@@ -493,3 +493,10 @@ def test_a_frame_that_shows_nothing_is_warned_of_with_a_time_that_shows_somethin
     raw = simulate(load_shot("flat_field", [*settings, f"exposure.time={better} s"]))
     assert frame_warnings(raw) == []
     assert 0.9 < (np.percentile(raw.noise_free_dn, 99) - raw.black_level_dn) / (raw.white_level_dn - raw.black_level_dn) <= 1.0
+
+
+def test_a_time_budget_is_stated_with_its_unit():
+    shot = load_shot("flat_field", {"time_budget": "2000 ms"})
+    assert shot.time_budget_s == 2.0 and shot.resolved["time_budget"] == "2 s"
+    with pytest.raises(PhotositeError, match=r"time_budget = 2: has no unit; write a time such as 2\.?0? s"):
+        load_shot("flat_field", {"time_budget": 2})

@@ -237,6 +237,7 @@ def test_what_is_written_into_the_folder_is_the_same_study(tmp_path):
         ("  - lens.focus_distance: {random: normal, mean: 1 m, count: 3}", "normal needs sigma"),
         ("  - lens.focus_distance: {random: uniform, from: 3 m, to: 1 m, count: 3}", "give the least number first"),
         ("  - lens.focus_distance: {random: cauchy, from: 3 m, to: 1 m, count: 3}", "lens.focus_distance.random = cauchy"),
+        ("  - {name: {variants: {a: {}}}}", "name is a column of the results; give the axis another name"),
         ("  - variants: {a: 3}", "variants.a = 3: a variant is a mapping"),
         ("  - variants: [1]", "give a mapping of names to settings"),
         ("  - body: {variants: {a: {}}, more: 1}", "body.more: stands beside variants"),
@@ -262,6 +263,7 @@ def test_a_mistake_is_told_with_its_line(tmp_path, vary, message):
         ("measure: {a: {level: {arae: [1, 2]}}}\n", "did you mean `area`?"),
         ("measure: {a: {level: [1]}}\n", "measure.a.level.area"),
         ("measure: {a.b: level}\n", "a label is letters"),
+        ("measure: {lens: level}\n", "lens is a section of the shot"),
         ("measure: {a: 3}\n", "give one quantity"),
     ],
 )

@@ -6,6 +6,7 @@ import pytest
 from helpers.small_study import STUDY, small_study
 
 from simulator.studies.study_estimate import estimate_study
+from simulator.studies.study_result import load
 from simulator.studies.study_run import run_study
 
 
@@ -59,3 +60,12 @@ def test_of_many_points_some_are_planned(tmp_path):
     text = STUDY.replace("exposure.iso: [100, 400, 1600]", "seeds.frame: {range: [0, 1000]}")
     found = estimate_study(small_study(tmp_path, text), tmp_path / "out", most_planned=20)
     assert found.planned <= 100 and found.states == {"missing": 2000} and found.lights < 100
+
+
+def test_points_of_a_time_budget_are_planned_for_the_device(tmp_path):
+    text = STUDY.replace("measure:", "set: {time_budget: 10 s}\nmeasure:").replace("[100, 400, 1600]", "[100]")
+    study, out = small_study(tmp_path, text), tmp_path / "out"
+    found = estimate_study(study, out)
+    assert not found.failures and found.states == {"missing": 2}
+    run_study(study, out)
+    assert all(0 < row["predicted_seconds"] < 10 for row in load(out).rows)

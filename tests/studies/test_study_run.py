@@ -17,6 +17,7 @@ from simulator.measurement.quantities import MeasuredFrame
 from simulator.pipeline.simulate import simulate
 from simulator.raw.raw_reader import read_raw_file
 from simulator.studies.cluster import cluster
+from simulator.studies.study_point import StudyTask, take_points
 from simulator.studies.study_result import load
 from simulator.studies.study_run import run_study
 
@@ -52,6 +53,17 @@ def test_every_point_is_simulated_and_measured(whole):
             shot.exposure.time_s,
         )
         assert load_shot(folder / "points" / f"{point.name}.yaml").resolved == shot.resolved
+
+
+def test_light_that_is_the_same_is_computed_once(tmp_path):
+    """One point uses the plan that was made for its record again; each other ISO that plan twice, and the light."""
+    study = small_study(tmp_path)
+    used = []
+    for indices in ((0,), (0, 2, 4)):
+        task = StudyTask(study, tmp_path / f"out{len(indices)}")
+        take_points(task, indices)
+        used.append(task.cache.reused)
+    assert used == [1, 7]
 
 
 def test_the_command_of_a_row_takes_the_same_frame(whole):
