@@ -40,7 +40,7 @@ def _quadrant_area(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     inner = np.clip(a, -half, half)
     area = b * (inner + half) + _integral(inner) + _integral(half)
     outside = np.minimum(a, -half), np.maximum(a, half)  # where the disk is lower than b
-    caps = 2.0 * (_integral(outside[0]) - (-0.25 * math.pi) + _integral(outside[1]) - _integral(half))
+    caps = 2.0 * (_integral(outside[0]) + 0.25 * math.pi + _integral(outside[1]) - _integral(half))
     return area + np.where(b > 0.0, caps, 0.0)
 
 
