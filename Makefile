@@ -26,6 +26,7 @@ docs: $(VENV)/demo.stamp ## write docs/cameras.md, the figures of other pages an
 	@$(BIN)/python docs/make_time.py
 	@$(BIN)/python docs/make_gallery.py
 	@$(BIN)/python docs/make_drawings.py
+	@$(BIN)/python docs/make_charts.py
 	@$(BIN)/python docs/make_color_tables.py
 
 test: $(VENV)/test.stamp ## run the tests that take seconds

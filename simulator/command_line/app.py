@@ -20,6 +20,8 @@ validate = typer.Typer(
     no_args_is_help=True, rich_markup_mode="rich", help="Measure a camera back from the raw files it makes, and compare."
 )
 app.add_typer(validate, name="validate")
+measure = typer.Typer(no_args_is_help=True, rich_markup_mode="rich", help="Measure a camera from a bench's own raw files.")
+app.add_typer(measure, name="measure")
 
 
 def _complete_shot(incomplete: str) -> list[str]:
@@ -344,6 +346,55 @@ def shutter(
     from simulator.command_line.validation import run_shutter_validation
 
     run_shutter_validation(camera, settings or [], readout_time, kind, iso, out, device)
+
+
+BenchFiles = Annotated[list[Path], typer.Argument(metavar="FILES...", help="Raw files, or folders of them at any depth.")]
+PixelPitch = Annotated[str | None, typer.Option(metavar="QUANTITY", help="Distance of the photosites, e.g. 4.3um.")]
+MeasureFolder = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Write JSON and plots here, too.")]
+
+
+@measure.command("noise", epilog="Example: photosite measure noise noise/frames --pixel-pitch 8.4um --out measured")
+def measure_noise(
+    files: BenchFiles,
+    pixel_pitch: PixelPitch = None,
+    circle_of_confusion: Annotated[
+        str | None, typer.Option(metavar="QUANTITY", help="On the sensor, for the PDR; diagonal / 1291 when left out.")
+    ] = None,
+    out: MeasureFolder = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+) -> None:
+    """Noise against ISO: K, read and row noise, PRNU, full scale, dynamic range, and PDR where the pixel pitch is given.
+
+    Takes dark frames and pairs of flats at each ISO, as `photosite calibrate` does, whose help says how to shoot them.
+    """
+    from simulator.command_line.bench_measurement import measure_noise as run
+
+    run(files, pixel_pitch, circle_of_confusion, out, as_json)
+
+
+@measure.command(
+    "emva", epilog="Example: photosite measure emva bench --irradiance '12 uW/cm^2' --wavelength 525nm --pixel-pitch 3um"
+)
+def measure_emva(
+    files: BenchFiles,
+    iso: Annotated[int | None, typer.Option(help="The ISO, when the files are of several.")] = None,
+    irradiance: Annotated[
+        str | None, typer.Option(metavar="QUANTITY", help="Of the flats, on the sensor, e.g. '0.1 W/m^2'; for the photons.")
+    ] = None,
+    wavelength: Annotated[str | None, typer.Option(metavar="QUANTITY", help="Of the flats' light, e.g. 525nm.")] = None,
+    pixel_pitch: PixelPitch = None,
+    out: MeasureFolder = None,
+) -> None:
+    """EMVA 1288 Release 4.0 of one ISO: K, dark noise, saturation, SNR, DSNU, PRNU, linearity per colour plane.
+
+    Takes, at one ISO and in steady, even light: dark frames of one exposure time, 2 or more, 16 are good; pairs of flats at 5
+    exposure times or more, 20 are good, from 5 % of saturation to beyond it; more flats of about half of saturation for the
+    PRNU. Told apart as `photosite calibrate` does. Quantum efficiency takes the light in photons: irradiance, wavelength and
+    pitch.
+    """
+    from simulator.command_line.bench_measurement import measure_emva as run
+
+    run(files, iso, irradiance, wavelength, pixel_pitch, out)
 
 
 @app.command(epilog="Example: photosite explain color_checker --set lens.f_number=f/1.4 --patch 0.05")

@@ -8,6 +8,7 @@ from simulator.config.json_schema import schema
 from simulator.config.option_values import (
     camera_data,
     distance_m,
+    irradiance_w_m2,
     length_um,
     lens_option,
     response_name,
@@ -31,6 +32,7 @@ __all__ = [
     "distance_m",
     "dump_yaml",
     "frame_warnings",
+    "irradiance_w_m2",
     "length_um",
     "lens_option",
     "load_camera",

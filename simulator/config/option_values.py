@@ -70,6 +70,14 @@ def distance_m(text: str, label: str) -> float:
         raise PhotositeError(f"{error}", key=label, value=text) from None
 
 
+def irradiance_w_m2(text: str, label: str) -> float:
+    """Return an irradiance with its unit in W/m^2. Raises PhotositeError, which names the option `label`."""
+    try:
+        return parse_quantity(text, Unit("watt / metre**2", "_w_m2"))
+    except ValueError as error:
+        raise PhotositeError(f"{error}", key=label, value=text) from None
+
+
 def lens_option(values: Mapping[str, str], overrides: Iterable[str] = ()) -> Lens:
     """Return the lens of options, with the keys of the section `lens` of a shot.
 

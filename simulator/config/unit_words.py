@@ -26,6 +26,7 @@ minute = 60 * second = min
 hour = 3600 * second = h
 hertz = 1 / second = Hz
 joule = [energy] = J
+watt = joule / second = W
 kelvin = [temperature] = K
 degree_Celsius = kelvin; offset: 273.15 = degC
 candela = [luminosity] = cd
@@ -55,6 +56,7 @@ WORDS = {
     "pixel / frame": ("a speed on the scene per frame", "5 px/frame"),
     "metre / frame": ("a speed per frame", "0.1 m/frame"),
     "joule": ("an energy", "20 J"),
+    "watt / metre**2": ("an irradiance", "0.1 W/m^2"),
     "kelvin": ("a temperature", "5500 K"),
     "candela / metre**2": ("a luminance", "100 cd/m^2"),
     "electron": ("a number of electrons", "50000 e-"),
@@ -75,6 +77,7 @@ SHORT = {
     "metre / second**2": "m/s^2",
     "hertz": "Hz",
     "joule": "J",
+    "watt / metre**2": "W/m^2",
     "kelvin": "K",
     "candela / metre**2": "cd/m^2",
     "electron": "e-",
@@ -96,6 +99,7 @@ COMMON_FACTORS = {
     "metre / second**2": {"m/s^2": 1.0},
     "hertz": {"Hz": 1.0, "kHz": 1e3},
     "joule": {"J": 1.0, "mJ": 1e-3},
+    "watt / metre**2": {"W/m^2": 1.0, "uW/cm^2": 1e-2},
     "kelvin": {"K": 1.0},
     "candela / metre**2": {"cd/m^2": 1.0},
     "electron": {"e-": 1.0},

@@ -60,9 +60,15 @@ def _photon_transfer(axes: "Axes", found: EmvaCamera) -> None:
 
 def _responsivity(axes: "Axes", found: EmvaCamera) -> None:
     for name, plane in found.planes.items():
-        axes.plot(plane.photons, plane.signal_dn, ".", color=COLORS[name], label=f"{name}, {found.wavelengths_nm[name]:g} nm")
+        axes.plot(plane.photons, plane.signal_dn, ".", color=COLORS[name], label=_named(found, name))
         axes.axvline(plane.saturation_photons, color=COLORS[name], linewidth=0.6, linestyle=":")
-    axes.set(xlabel="photons per photosite", ylabel="signal above dark [DN]")
+    axes.set(xlabel=found.light, ylabel="signal above dark [DN]")
+
+
+def _named(found: EmvaCamera, name: str) -> str:
+    """Name of a plane, with the wavelength of its light where that is known."""
+    wavelength_nm = found.wavelengths_nm.get(name)
+    return name if wavelength_nm is None else f"{name}, {wavelength_nm:g} nm"
 
 
 def _linearity(axes: "Axes", found: EmvaCamera) -> None:
@@ -82,8 +88,9 @@ def _snr(axes: "Axes", found: EmvaCamera) -> None:
         axes.plot(plane.photons[kept], measured, ".", color=COLORS[name], label=name)
         axes.plot(photons, plane.snr(photons), color=COLORS[name], linewidth=0.8)
         axes.plot(photons, plane.snr(photons, fixed_pattern=True), "--", color=COLORS[name], linewidth=0.8)
-        axes.plot(photons, np.sqrt(photons), color="#aaaaaa", linewidth=0.8)
-    axes.set(xscale="log", yscale="log", xlabel="photons per photosite", ylabel="SNR")
+        if found.counts_photons:
+            axes.plot(photons, np.sqrt(photons), color="#aaaaaa", linewidth=0.8)
+    axes.set(xscale="log", yscale="log", xlabel=found.light, ylabel="SNR")
 
 
 def _dsnu(axes: "Axes", found: EmvaCamera) -> None:

@@ -16,6 +16,7 @@ from simulator.measurement.statistics.temporal_noise import PairNoise, pair_nois
 from simulator.raw.raw_reader import RawFile, read_raw_file
 from simulator.sensor.iso_speed import saturation_based_speed
 
+PHOTONS = "photons per photosite"
 COLOR_OF = {"R": "R", "Gr": "G", "Gb": "G", "B": "B", "MONO": "MONO"}
 
 
@@ -25,7 +26,8 @@ class EmvaCamera:
 
     planes, wavelengths_nm, dark_stacks, light_stacks: by plane. dark_current_e_per_s: from means and from variances, by
     plane; empty without several exposure times. saturation_exposure_lx_s: H_sat of ISO 12232 for the plane that saturates
-    first in daylight.
+    first in daylight; nan where its light is not known. light: what `photons` of the planes count, for the figures: seconds of
+    exposure where the irradiance is not known.
     """
 
     planes: dict[str, EmvaPlane]
@@ -34,6 +36,12 @@ class EmvaCamera:
     light_stacks: dict[str, Stack]
     dark_current_e_per_s: dict[str, tuple[Interval, Interval]]
     saturation_exposure_lx_s: float
+    light: str = PHOTONS
+
+    @property
+    def counts_photons(self) -> bool:
+        """Whether light is known in photons, so that there is a quantum efficiency."""
+        return self.light == PHOTONS
 
     @property
     def saturation_speed(self) -> float:

@@ -34,32 +34,42 @@ class EmvaReport:
 
     def summary(self) -> list[tuple[str, str, dict[str, float]]]:
         """Rows of EMVA 1288's summary: quantity, unit, and the number of each plane."""
-        planes = self.found.planes
-        lines = {
-            ("wavelength", "nm"): self.found.wavelengths_nm,
-            ("quantum efficiency", "%"): {name: 100.0 * one.quantum_efficiency.value for name, one in planes.items()},
-            ("gain K", "DN/e-"): {name: one.gain.value for name, one in planes.items()},
-            ("1 / K", "e-/DN"): {name: 1.0 / one.gain.value for name, one in planes.items()},
-            ("temporal dark noise sigma_d", "e-"): {name: one.read_noise.value for name, one in planes.items()},
-            ("temporal dark noise sigma_y.dark", "DN"): {name: math.sqrt(p.dark.variance_dn2) for name, p in planes.items()},
-            ("absolute sensitivity threshold", "photons"): {name: one.threshold_photons for name, one in planes.items()},
-            ("saturation capacity", "e-"): {name: one.saturation_e for name, one in planes.items()},
-            ("saturation", "photons"): {name: one.saturation_photons for name, one in planes.items()},
-            ("SNR_max", ""): {name: one.snr_max for name, one in planes.items()},
-            ("SNR_max", "dB"): {name: 20.0 * math.log10(one.snr_max) for name, one in planes.items()},
-            ("dynamic range", "stops"): {name: math.log2(one.dynamic_range) for name, one in planes.items()},
-            ("dynamic range", "dB"): {name: 20.0 * math.log10(one.dynamic_range) for name, one in planes.items()},
-            ("linearity error LE_min", "%"): {name: 100.0 * one.linearity.least for name, one in planes.items()},
-            ("linearity error LE_max", "%"): {name: 100.0 * one.linearity.greatest for name, one in planes.items()},
-        }
-        for label, unit, scale, kind in (("DSNU", "e-", 1.0, "dsnu"), ("PRNU", "%", 100.0, "prnu")):
-            for part in ("total", "row", "column", "pixel"):
-                of = {name: scale * getattr(getattr(one, kind), part) for name, one in planes.items()}
-                lines[label + ("" if part == "total" else f" of {part}s"), unit] = of
-        for index, kind in enumerate(("mean", "variance")):
-            if current := self.found.dark_current_e_per_s:
-                lines[f"dark current from the {kind}", "e-/s"] = {name: one[index].value for name, one in current.items()}
-        return [(quantity, unit, values) for (quantity, unit), values in lines.items()]
+        return summary_of(self.found)
+
+
+def summary_of(found: EmvaCamera) -> list[tuple[str, str, dict[str, float]]]:
+    """Return the rows of EMVA 1288's summary: quantity, unit, and the number of each plane.
+
+    Rows in photons are left out where the light is not known in photons.
+    """
+    planes = found.planes
+    lines = {
+        ("wavelength", "nm"): found.wavelengths_nm,
+        ("quantum efficiency", "%"): {name: 100.0 * one.quantum_efficiency.value for name, one in planes.items()},
+        ("gain K", "DN/e-"): {name: one.gain.value for name, one in planes.items()},
+        ("1 / K", "e-/DN"): {name: 1.0 / one.gain.value for name, one in planes.items()},
+        ("temporal dark noise sigma_d", "e-"): {name: one.read_noise.value for name, one in planes.items()},
+        ("temporal dark noise sigma_y.dark", "DN"): {name: math.sqrt(p.dark.variance_dn2) for name, p in planes.items()},
+        ("absolute sensitivity threshold", "photons"): {name: one.threshold_photons for name, one in planes.items()},
+        ("saturation capacity", "e-"): {name: one.saturation_e for name, one in planes.items()},
+        ("saturation", "photons"): {name: one.saturation_photons for name, one in planes.items()},
+        ("SNR_max", ""): {name: one.snr_max for name, one in planes.items()},
+        ("SNR_max", "dB"): {name: 20.0 * math.log10(one.snr_max) for name, one in planes.items()},
+        ("dynamic range", "stops"): {name: math.log2(one.dynamic_range) for name, one in planes.items()},
+        ("dynamic range", "dB"): {name: 20.0 * math.log10(one.dynamic_range) for name, one in planes.items()},
+        ("linearity error LE_min", "%"): {name: 100.0 * one.linearity.least for name, one in planes.items()},
+        ("linearity error LE_max", "%"): {name: 100.0 * one.linearity.greatest for name, one in planes.items()},
+    }
+    for label, unit, scale, kind in (("DSNU", "e-", 1.0, "dsnu"), ("PRNU", "%", 100.0, "prnu")):
+        for part in ("total", "row", "column", "pixel"):
+            of = {name: scale * getattr(getattr(one, kind), part) for name, one in planes.items()}
+            lines[label + ("" if part == "total" else f" of {part}s"), unit] = of
+    for index, kind in enumerate(("mean", "variance")):
+        if current := found.dark_current_e_per_s:
+            lines[f"dark current from the {kind}", "e-/s"] = {name: one[index].value for name, one in current.items()}
+    of_photons = ("wavelength", "quantum efficiency", "absolute sensitivity threshold", "saturation")
+    kept = {key: values for key, values in lines.items() if found.counts_photons or key[0] not in of_photons}
+    return [(quantity, unit, values) for (quantity, unit), values in kept.items()]
 
 
 def validate_emva(

@@ -7,11 +7,9 @@ from scipy.optimize import root_scalar
 
 from simulator.measurement.quantities.measured_frame import MeasuredFrame
 from simulator.measurement.quantities.quantity import Figure, Measured
-from simulator.measurement.statistics.signal_to_noise import photographic_snr
+from simulator.measurement.statistics.signal_to_noise import CIRCLES_PER_DIAGONAL, photographic_snr
 from simulator.sensor.sensor_plan import SensorPlan
 from simulator.units import Micrometres
-
-CIRCLES_PER_DIAGONAL = 1291.0  # of Photons to Photos: 22 um on the Nikon D300, 23.6 mm x 15.8 mm
 
 
 @dataclass(frozen=True)

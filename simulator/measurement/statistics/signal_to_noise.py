@@ -4,6 +4,7 @@ import math
 
 from simulator.errors import PhotositeError
 
+CIRCLES_PER_DIAGONAL = 1291.0  # of Photons to Photos: 22 um on the Nikon D300, 23.6 mm x 15.8 mm
 PDR_SNR = 20.0  # Claff, "Engineering and Photographic Dynamic Range" (photonstophotos.net, Sensor Analysis Primer)
 
 
