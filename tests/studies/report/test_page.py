@@ -14,6 +14,7 @@ from helpers.study_folder import FIGURES, ISOS, STOPS, write_study_folder
 from simulator.errors import PhotositeError
 from simulator.studies.report.page import report_page
 from simulator.studies.report.pdf import find_browser, print_pdf
+from simulator.studies.report.pictures import preview_data
 from simulator.studies.report.study_data import StudyFolder
 from simulator.studies.report.study_input import open_study
 from simulator.studies.study_run import run_study
@@ -202,10 +203,11 @@ def test_the_report_of_a_study_that_was_run_has_its_numbers_and_pictures(tmp_pat
 
 
 def test_a_preview_that_is_no_picture_is_said(tmp_path):
-    folder = write_study_folder(tmp_path / "s")
-    (folder / "points" / "iso100_f2.png").write_bytes(b"nothing")
-    with pytest.raises(PhotositeError, match=r"iso100_f2\.png: cannot be read \(no PNG file\); take the point again"):
-        report_page(open_study(folder))
+    (tmp_path / "points").mkdir()
+    (tmp_path / "points" / "a.png").write_bytes(b"nothing")
+    with pytest.raises(PhotositeError, match=r"a\.png: cannot be read \(no PNG file\); take the point again"):
+        preview_data(tmp_path, "a")
+    assert preview_data(tmp_path, "b") is None
 
 
 def test_a_pdf_without_a_browser_says_what_to_do(tmp_path, monkeypatch):
