@@ -1,3 +1,8 @@
+from simulator.measurement.curves.raw_plots import model_plots as model_plots
+from simulator.measurement.curves.raw_plots import raw_plots as raw_plots
+from simulator.measurement.curves.subject import camera_subject as camera_subject
+from simulator.measurement.curves.subject import plots_of as plots_of
+from simulator.measurement.curves.subject import shot_subject as shot_subject
 from simulator.measurement.emva1288.plane import EmvaPlane as EmvaPlane
 from simulator.measurement.emva1288.plane import measure_plane as measure_plane
 from simulator.measurement.emva1288.report import EmvaReport as EmvaReport
@@ -17,6 +22,11 @@ from simulator.measurement.quantities.quantity import Curve as Curve
 from simulator.measurement.quantities.quantity import Figure as Figure
 from simulator.measurement.quantities.quantity import Measured as Measured
 from simulator.measurement.quantities.quantity import Quantity as Quantity
+from simulator.measurement.report.figures import plots_figure as plots_figure
+from simulator.measurement.report.figures import write_figure as write_figure
+from simulator.measurement.report.plot import Plot as Plot
+from simulator.measurement.report.plot import overlay as overlay
+from simulator.measurement.report.plot import write_plots_csv as write_plots_csv
 from simulator.measurement.report.tolerance_check import ToleranceCheck as ToleranceCheck
 from simulator.measurement.shutter_check.report import ShutterReport as ShutterReport
 from simulator.measurement.shutter_check.report import validate_shutter as validate_shutter

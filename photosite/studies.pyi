@@ -5,6 +5,11 @@ from simulator.measurement.quantities import Figure as Figure
 from simulator.measurement.quantities import Measured as Measured
 from simulator.measurement.quantities import MeasuredFrame as MeasuredFrame
 from simulator.measurement.quantities import Quantity as Quantity
+from simulator.studies.report.page import report_page as report_page
+from simulator.studies.report.pdf import print_pdf as print_pdf
+from simulator.studies.report.study_data import StudyFolder as StudyFolder
+from simulator.studies.report.study_input import open_study as open_study
+from simulator.studies.report.study_plots import study_plots as study_plots
 from simulator.studies.study_result import StudyResult as StudyResult
 from simulator.studies.study_result import load as load
 from simulator.studies.study_run import StudyRun as StudyRun

@@ -78,7 +78,7 @@ def _distinct(subjects: list[Subject]) -> list[Subject]:
 
 def _raw_plots(subjects: list[str], kinds: list[str], settings: list[str], names: list[str], isos: list[int]) -> list[Plot]:
     """Plots of raw files, and of each camera at the ISO and time of each file."""
-    raws = [read_raw_file(one) for one, kind in zip(subjects, kinds, strict=True) if kind == "raw"]
+    raws = [read_raw_file(one, any_pattern=True) for one, kind in zip(subjects, kinds, strict=True) if kind == "raw"]
     plots = [plot for raw in raws for plot in raw_plots(raw)]
     for one, kind in zip(subjects, kinds, strict=True):
         if kind == "raw":

@@ -100,8 +100,9 @@ def _cell(value: object) -> str:
 
 
 def _write_point(folder: Path, name: str, iso: int, stop: float) -> None:
-    settings = [f"exposure.iso={iso}", f"lens.f_number=f/{stop:g}", "lens.focus_distance=5 m", f"name={name}"]
-    (folder / "points" / f"{name}.yaml").write_text(dump_yaml(load_shot("color_checker", settings).resolved))
+    if iso == ISOS[0]:  # the lens is the same at all ISOs
+        settings = [f"lens.f_number=f/{stop:g}", "lens.focus_distance=5 m", f"name={name}"]
+        (folder / "points" / f"{name}.yaml").write_text(dump_yaml(load_shot("color_checker", settings).resolved))
     across, down = np.meshgrid(np.linspace(0, 1, 96), np.linspace(0, 1, 64))
     noise = np.random.default_rng(iso).normal(0, 0.02 * math.sqrt(iso / 100), (64, 96))
     grey = np.clip(0.2 + 0.6 * (across + 0.2 * down > 0.6) + noise, 0, 1)

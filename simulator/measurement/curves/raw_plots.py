@@ -39,20 +39,29 @@ def raw_plots(raw: RawFile) -> list[Plot]:
 def _noise_of_planes(raw: RawFile) -> tuple[np.ndarray, np.ndarray]:
     """Signal above black and noise of each level of each colour plane [DN], in the order of the signal."""
     found = []
-    for place, plane in _planes(raw):
-        black_dn = float(raw.black_level_dn[place])
-        for level in single_frame_noise([plane], raw.white_level_dn, MOST_LEVELS):
+    for black_dn, planes in _planes(raw):
+        for level in single_frame_noise(planes, raw.white_level_dn, MOST_LEVELS):
             found.append((level.level_dn - black_dn, level.sigma_dn))
     rows = sorted(one for one in found if min(one) > 0)
     signal_dn, sigma_dn = np.array(rows, np.float64).reshape(-1, 2).T
     return signal_dn, sigma_dn
 
 
-def _planes(raw: RawFile) -> list[tuple[tuple[int, int], np.ndarray]]:
-    """Views of the colour planes with their place in the 2x2 block."""
+def _planes(raw: RawFile) -> list[tuple[float, list[np.ndarray]]]:
+    """Views of the photosites of each place of the filter's period, with their black level [DN].
+
+    Those of a Bayer pattern apart; of a larger one, such as X-Trans, those of one colour and black level together.
+    """
     if raw.cfa == "MONO":
-        return [((0, 0), raw.mosaic)]
-    return [((y, x), raw.mosaic[y::2, x::2]) for y in (0, 1) for x in (0, 1)]
+        return [(float(raw.black_level_dn[0, 0]), [raw.mosaic])]
+    height, width = raw.black_level_dn.shape
+    letters = raw.cfa.replace("/", "")
+    found: dict[tuple[object, float], list[np.ndarray]] = {}
+    for place in range(height * width):
+        y, x = divmod(place, width)
+        color = place if height == width == 2 else letters[place]
+        found.setdefault((color, float(raw.black_level_dn[y, x])), []).append(raw.mosaic[y::height, x::width])
+    return [(black_dn, planes) for (_, black_dn), planes in found.items()]
 
 
 def model_plots(camera: Camera, iso: float | None, time_s: float | None) -> list[Plot]:
@@ -95,9 +104,9 @@ def _code_plot(raw: RawFile, subject: str, full_dn: float) -> Plot:
     """Share of all photosites in each quarter of a stop below white; those at black and below are in none."""
     edges = np.arange(FAINTEST_STOPS, STEP_STOPS, STEP_STOPS)
     counts = np.zeros(len(edges) - 1)
-    for place, plane in _planes(raw):
-        codes = np.bincount(plane.ravel(), minlength=2**16)
-        above_dn = np.arange(codes.size) - float(raw.black_level_dn[place])
+    for black_dn, planes in _planes(raw):
+        codes = np.sum([np.bincount(plane.ravel(), minlength=2**16) for plane in planes], axis=0)
+        above_dn = np.arange(2**16) - black_dn
         lit = above_dn > 0
         stops = np.minimum(np.log2(above_dn[lit] / full_dn), -1e-9)
         counts += np.histogram(stops, edges, weights=codes[lit])[0]

@@ -20,6 +20,7 @@ th, td { vertical-align: top; } td.number { white-space: nowrap; }
 tr.failed td { color: #b03020; font-weight: 600; } tr.ungated td { color: #6b6b6b; }
 div.scroll { overflow-x: auto; max-width: 100%; }
 div.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(480px, 100%), 1fr)); gap: 1.5em; }
+@media (max-width: 600px) { body { margin-top: 1em; } td, th { padding: 0.15em 0.45em; } td:first-child { padding-left: 0; } }
 figure { margin: 0; min-width: 0; } figure svg { width: 100%; height: auto; } figcaption { font-size: 0.9em; }
 """
 

@@ -92,7 +92,8 @@ def _summary(study: StudyFolder) -> str:
     rows = study.table.rows
     states = {state: sum(row["state"] == state for row in rows) for state in dict.fromkeys(str(row["state"]) for row in rows)}
     told = ", ".join(f"{count} {state}" for state, count in states.items())
-    text = f"<p>{len(rows)} points: {escape(told)}.</p>\n"
+    text = f"<p>{escape(study.description)}</p>\n" if study.description else ""
+    text += f"<p>{len(rows)} points: {escape(told)}.</p>\n"
     axes = []
     for key in study.columns_of("axis"):
         values = list(dict.fromkeys(format_value(row[key]) for row in rows))

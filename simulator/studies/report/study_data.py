@@ -10,7 +10,8 @@ from simulator.measurement.quantities import Curve
 from simulator.measurement.report.plot import axis_label
 
 DONE = "done"
-UNIT_WORDS = {"dn": "DN", "e": "e-", "ev": "EV", "px": "px", "deg": "deg"}  # that end the name of a figure
+# Words that end the name of a figure and say its unit, which titles have apart.
+UNIT_WORDS = {"DN": "dn", "e-": "e", "EV": "ev", "px": "px", "deg": "deg", "cycles/mm": "cy mm", "lw/ph": "lw ph"}
 CAPITALS = {"iso": "ISO", "snr": "SNR", "mtf": "MTF", "mtf50": "MTF50", "pdr": "PDR", "ev": "EV"}
 Row = Mapping[str, Any]
 
@@ -37,13 +38,14 @@ class StudyTable(Protocol):
 class StudyFolder:
     """A study and its folder.
 
-    name: of the study. curves: names of its curves, LABEL.CURVE. text: the study file. provenance: versions, device and times,
-    plain data.
+    name, description: of the study. curves: names of its curves, LABEL.CURVE. text: the study file. provenance: versions,
+    device and times, plain data.
     """
 
     table: StudyTable
     folder: Path
     name: str
+    description: str
     curves: Sequence[str]
     text: str
     provenance: Mapping[str, Any]
@@ -58,9 +60,8 @@ class StudyFolder:
 
     def title(self, column: str) -> str:
         """Return what a column is, in words, without its unit."""
-        words = str(self.table.columns[column].get("title") or column).split(" ")
-        if len(words) > 1 and UNIT_WORDS.get(words[-1]) == self.unit(column):
-            words.pop()
+        title, suffix = str(self.table.columns[column].get("title") or column), UNIT_WORDS.get(self.unit(column), "")
+        words = title.removesuffix(f" {suffix}").split(" ")
         return " ".join(CAPITALS.get(word, word) for word in words)
 
     def full_title(self, column: str) -> str:

@@ -14,4 +14,5 @@ def open_study(folder: str | os.PathLike[str]) -> StudyFolder:
     path = result.folder / STUDY
     with reading(path, BROKEN):
         text, name = path.read_text(encoding="utf-8"), str(result.study["study"])
-    return StudyFolder(result, result.folder, name, list(result.curves), text, result.provenance)
+        description = str(result.study.get("description") or "")
+    return StudyFolder(result, result.folder, name, description, list(result.curves), text, result.provenance)

@@ -76,7 +76,7 @@ def _lines(study: StudyFolder, axis: str, column: str, label: str, y_name: str) 
         groups = {"": [row for group in groups.values() for row in group]}
         is_joined = False
     else:
-        is_joined = True
+        is_joined = all(_is_ordered(rows, axis, key) for key in study.varied() if key != axis and key not in others)
     chosen = list(groups.items())
     if len(chosen) > MOST_LINES:
         places = np.linspace(0, len(chosen) - 1, MOST_LINES).round().astype(int)
@@ -90,6 +90,15 @@ def _lines(study: StudyFolder, axis: str, column: str, label: str, y_name: str) 
     if len(lines) > 1 and all(_is_part(line, lines[0]) for line in lines):  # the other axes do not matter
         return [replace(max(lines, key=lambda line: len(line.curve.x)), label=label)]
     return lines
+
+
+def _is_ordered(rows: Sequence[Row], axis: str, key: str) -> bool:
+    """Whether a key that goes with an axis rises or falls along it, unlike one drawn at random; texts count as ordered."""
+    values = [row[key] for row in sorted(rows, key=lambda row: row[axis])]
+    if not all(map(is_number, values)):
+        return True
+    steps = np.diff(np.array(values, np.float64))
+    return bool((steps >= 0).all() or (steps <= 0).all())
 
 
 def _is_part(one: Line, other: Line) -> bool:
@@ -131,10 +140,9 @@ def _transfer_plots(study: StudyFolder) -> list[Plot]:
 
 def _curve_plots(study: StudyFolder) -> list[Plot]:
     """Measured curves, such as modulation transfer, of up to MOST_LINES points."""
-    plots, rows, keys = [], study.done(), study.varied()
-    if len(rows) > MOST_LINES:
-        rows = [rows[place] for place in np.linspace(0, len(rows) - 1, MOST_LINES).round().astype(int)]
+    plots, keys, done = [], study.varied(), study.done()
     for label in study.curves:
+        rows = _chosen_rows(study, label.partition(".")[0])
         lines = []
         for row in rows:
             try:
@@ -142,12 +150,25 @@ def _curve_plots(study: StudyFolder) -> list[Plot]:
             except PhotositeError:  # a point that has no such curve
                 continue
             lines.append(Line(curve, describe_axes(study, row, keys)))
-        note = f"{len(rows)} of {len(study.done())} points." if len(rows) < len(study.done()) else ""
+        note = f"{len(rows)} of {len(done)} points." if len(rows) < len(done) else ""
         if lines:
             first = lines[0].curve
             title = f"{first.y_name} over {first.x_name}, {label.partition('.')[0]}"
             plots.append(Plot(f"curve_{label}", title, tuple(lines), note, is_ordered=len(lines) > 1))
     return plots
+
+
+def _chosen_rows(study: StudyFolder, label: str) -> list[Row]:
+    """Points whose curves are drawn, at most MOST_LINES: along the axes that suit the quantity, others as at the first."""
+    done = study.done()
+    quantities = {str(about.get("quantity")) for name, about in study.table.columns.items() if name.startswith(f"{label}.")}
+    suited = {axis for quantity in quantities for axis in SUGGESTED.get(quantity, ())}
+    others = [key for key in study.varied() if key not in suited]
+    alike = [row for row in done if all(row[key] == done[0][key] for key in others)]
+    rows = alike if suited and len(alike) > 1 else done
+    if len(rows) <= MOST_LINES:
+        return rows
+    return [rows[place] for place in np.linspace(0, len(rows) - 1, MOST_LINES).round().astype(int)]
 
 
 def _depth_plots(study: StudyFolder) -> list[Plot]:

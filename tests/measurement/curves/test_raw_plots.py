@@ -23,6 +23,11 @@ DIFFERENCES = 1.94  # second differences in a row are worth one independent one 
 BLOCK_PX = 16
 
 
+def relative_error(blocks: float) -> float:
+    """Relative standard error of the noise from the median of so many blocks."""
+    return math.sqrt(0.5 * math.pi / blocks / (2.0 * BLOCK_PX * (BLOCK_PX - 2) / DIFFERENCES))
+
+
 @pytest.fixture(scope="module")
 def grey(tmp_path_factory) -> RawFile:
     """An even field of the Sony A7S II at ISO 1600, whose colours have three levels."""
@@ -39,8 +44,7 @@ def test_noise_of_a_frame_is_that_of_the_model_of_its_camera(grey):
     assert (measured.x_name, measured.y_unit) == (model.x_name, model.y_unit)
     expected = np.exp(np.interp(np.log(measured.x), np.log(model.x), np.log(model.y)))
     blocks = (512 // 2 // BLOCK_PX) * (768 // 2 // BLOCK_PX) / 12
-    error = math.sqrt(0.5 * math.pi / blocks / (2.0 * BLOCK_PX * (BLOCK_PX - 2) / DIFFERENCES))
-    z = (measured.y / expected - 1.0) / error
+    z = (measured.y / expected - 1.0) / relative_error(blocks)
     accept({f"{signal:.0f} DN": 2.0 * float(norm.sf(abs(one))) for signal, one in zip(measured.x, z, strict=True)})
     assert len(z) == 48 and abs(z.mean()) < 4.0 / math.sqrt(48)
 
@@ -70,6 +74,24 @@ def test_codes_are_counted_by_quarters_of_a_stop_below_white():
     curve = raw_plots(raw)[2].lines[0].curve
     found = {float(x): y for x, y in zip(curve.x, curve.y, strict=True) if y > 0}
     assert found == {-0.875: 62.5, -0.125: 12.5}
+
+
+def test_photosites_of_one_colour_of_x_trans_are_taken_together():
+    """Colours at three levels with normal noise of 10 DN in a pattern of 6 x 6."""
+    rows = ("GGRGGB", "GGBGGR", "BRGRBG", "GGBGGR", "GGRGGB", "RBGBRG")
+    means = {"R": 2000.0, "G": 4000.0, "B": 1000.0}
+    level = np.tile([[means[letter] for letter in row] for row in rows], (64, 64))
+    mosaic = np.rint(np.random.default_rng(3).normal(level, 10.0)).astype(np.uint16)
+    curve = raw_plots(RawFile("a.dng", mosaic, "/".join(rows), np.full((6, 6), 64.0), 16383, None, None))[0].lines[0].curve
+    assert len(curve.x) == 36  # levels, of three colours
+    checks = {}
+    for letter, mean in means.items():
+        near = np.abs(curve.x + 64.0 - mean) < 10.0
+        assert near.sum() == 12
+        blocks = sum(row.count(letter) for row in rows) * (64 // BLOCK_PX) ** 2
+        z = (curve.y[near].mean() / math.hypot(10.0, math.sqrt(1 / 12)) - 1.0) / relative_error(blocks)
+        checks[letter] = 2.0 * float(norm.sf(abs(z)))
+    accept(checks)
 
 
 def test_a_file_without_an_iso_needs_one(grey):

@@ -1,5 +1,6 @@
 """The report of a study: every number is the table's, nothing comes from elsewhere, and a browser shows it as it should."""
 
+import csv
 import math
 import re
 from html.parser import HTMLParser
@@ -7,13 +8,16 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from helpers.browser import WIDTHS, look_at
+from helpers.small_study import small_study
 from helpers.study_folder import FIGURES, ISOS, STOPS, write_study_folder
 
 from simulator.errors import PhotositeError
 from simulator.studies.report.page import report_page
 from simulator.studies.report.pdf import find_browser, print_pdf
+from simulator.studies.report.pictures import preview_data
 from simulator.studies.report.study_data import StudyFolder
 from simulator.studies.report.study_input import open_study
+from simulator.studies.study_run import run_study
 
 FAILED = 5
 OWN = {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}  # names of the languages inside the page
@@ -180,11 +184,30 @@ def test_a_large_study_names_its_worst_points_and_leaves_pictures_out(tmp_path):
     assert [row["index"] for row in few] == [0, 4, 6, 11]
 
 
+def test_the_report_of_a_study_that_was_run_has_its_numbers_and_pictures(tmp_path):
+    run_study(small_study(tmp_path), tmp_path / "out")
+    with (tmp_path / "out" / "points.csv").open() as file:
+        rows = {row["name"]: row for row in csv.DictReader(file)}
+    found = open_study(tmp_path / "out")
+    page = Page(report_page(found))
+    columns = [*found.columns_of("axis"), *found.columns_of("measured"), *found.columns_of("run")]
+    for cells, numbers in zip(page.tables["points"][1:], page.exact["points"][1:], strict=True):
+        row = rows.pop(cells[0])
+        for text, number, column in zip(cells[2:], numbers[2:], columns, strict=False):
+            if number is None:
+                assert text == row[column]
+            else:
+                assert number == float(row[column]) or (math.isnan(number) and row[column] == "nan")
+    assert not rows
+    assert sum(address.startswith("data:image/png") for address in page.addresses) == len(found.done())
+
+
 def test_a_preview_that_is_no_picture_is_said(tmp_path):
-    folder = write_study_folder(tmp_path / "s")
-    (folder / "points" / "iso100_f2.png").write_bytes(b"nothing")
-    with pytest.raises(PhotositeError, match=r"iso100_f2\.png: cannot be read \(no PNG file\); take the point again"):
-        report_page(open_study(folder))
+    (tmp_path / "points").mkdir()
+    (tmp_path / "points" / "a.png").write_bytes(b"nothing")
+    with pytest.raises(PhotositeError, match=r"a\.png: cannot be read \(no PNG file\); take the point again"):
+        preview_data(tmp_path, "a")
+    assert preview_data(tmp_path, "b") is None
 
 
 def test_a_pdf_without_a_browser_says_what_to_do(tmp_path, monkeypatch):
