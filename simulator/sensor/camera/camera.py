@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from simulator.errors import require
 from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.blooming import Blooming
 from simulator.sensor.camera.camera_sections import ColorMatrix, ConversionGainSwitch, IsoSetting, SpectralResponse, Window
 from simulator.sensor.camera.cfa import BAYER, Cfa, CfaName
 from simulator.sensor.camera.crosstalk import Crosstalk
@@ -46,6 +47,7 @@ class Camera:
         with a rolling shutter that states none.
     binning: of photosites of one colour: of a Bayer pattern, or of the groups of a pattern such as RRGG/RRGG/GGBB/GGBB.
     remosaic: the codes of a pattern of groups become those of a Bayer pattern of the same size; left out: they stay.
+    blooming: where charge above the full well goes; left out: it is drained. Needs stages.full_well.
     hdr_readout: several readings of one frame that are combined; left out: one reading.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
     Raises PhotositeError for values out of range, or that contradict each other.
@@ -78,6 +80,7 @@ class Camera:
     readout_time_s: Seconds | None = None
     hdr_readout: HdrReadout | None = None
     remosaic: Remosaic | None = None
+    blooming: Blooming | None = None
 
     def __post_init__(self) -> None:
         for key, side in (("width", self.width_px), ("height", self.height_px)):
@@ -163,6 +166,10 @@ class Camera:
         rule = "combined codes of an hdr_readout cannot be averaged; take mode charge, or leave one of them out"
         require(not averages, "camera.binning.mode", "average", rule)
         self._check_groups()
+        rule = "needs the charge that a photosite holds; give stages.full_well.capacity"
+        require(self.blooming is None or "full_well" in self.stages, "camera.blooming", "given", rule)
+        both = self.blooming is not None and self.hdr_readout is not None
+        require(not both, "camera.blooming", "with hdr_readout", "the readings do not share it; leave one of them out")
         if covered is not None:
             rows, columns = self.filter.period
             rule = "give whole periods of the colour filter pattern"
