@@ -83,7 +83,7 @@ class CameraChoice:
         camera, name = self.camera, f"{self.camera.make} {self.camera.model}"
         rule = f"data sets need a 2x2 colour filter, which the {name} has not"
         require(camera.cfa in BAYER, "camera.cfa", camera.cfa, rule)
-        for key in ("binning", "crosstalk", "hdr_readout"):
+        for key in ("binning", "blooming", "crosstalk", "hdr_readout"):
             rule = "data sets read each photosite out alone, and once; take it away with null"
             require(getattr(camera, key) is None, f"camera.{key}", "given", rule)
         for iso in (*self.range(), *self._between()):

@@ -142,7 +142,7 @@ class Photographs(FolderSource):
     decoded: DecodedPictures | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        colour = self.camera.channels == 3 or self.inverse_isp == "brooks2019"
+        colour = (self.camera.channels == 3 and self.camera.filter.letters == "RGB") or self.inverse_isp == "brooks2019"
         rule = "an inverse ISP ends in R, G, B; take another camera, or linear_images for a monochrome one"
         require(colour, "camera.cfa", self.camera.cfa, rule)
         require(1 <= self.downscale <= 64, "downscale", self.downscale, "give 1 to 64")

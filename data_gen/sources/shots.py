@@ -78,7 +78,8 @@ def clean_picture(shot: Shot, device: Device) -> CleanImage:
     matrix = None if d65 is None else tuple(tuple(map(float, row)) for row in d65)
     scale, active = np.float32(1.0 / saturating_electrons(sensor)), _active_slices(sensor)
     crosstalk, binning = sensor.readout.crosstalk, sensor.readout.binning
-    if shot.camera.channels == 3 and binning is None and not any(crosstalk.optical_shares + crosstalk.electrical_shares):
+    has_rgb = shot.camera.channels == 3 and shot.camera.filter.letters == "RGB"
+    if has_rgb and binning is None and not any(crosstalk.optical_shares + crosstalk.electrical_shares):
         planes = [_electrons(planned.in_one_color(channel), device)[active] for channel in range(3)]
         return CleanImage(np.stack(planes, axis=-1) * scale, None, balance, matrix)
     cfa = shot.camera.frame_cfa()

@@ -40,24 +40,27 @@ def camera_response(
 
 
 def color_matrix(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray, light: str = "D65") -> np.ndarray:
-    """XYZ to camera under a light, (3, 3), as DNG 1.4 ColorMatrix wants it.
+    """XYZ to camera under a light, (channels, 3), as DNG 1.4 ColorMatrix wants it.
 
     Least squares over the 24 ColorChecker reflectances, from white-balanced camera to XYZ divided by the
     white's XYZ, with rows that add up to 1: white is kept exactly. The result is the inverse, scaled so
     that the light (Y = 1) has 1 as its largest camera value. Minimising Delta E 2000 instead gains less
-    than 0.1 on the mean for the cameras tried, and needs an iterative search.
-    quantum_efficiency: (wavelengths, 3) electrons per photon, R, G, B, on wavelengths_nm; linear between, zero
-        outside. Only their ratios matter.
+    than 0.1 on the mean for the cameras tried, and needs an iterative search. Four channels have no inverse: the
+    least squares are those from XYZ to camera, which readers invert in the sense of least squares.
+    quantum_efficiency: (wavelengths, 3 or 4) electrons per photon, R, G, B and where there is one W, on
+        wavelengths_nm; linear between, zero outside. Only their ratios matter.
     light: a name that `illuminant` knows.
-    Raises PhotositeError unless there are three channels that see different colours.
+    Raises PhotositeError unless there are three channels that see different colours, or four.
     """
-    _check_three_channels(quantum_efficiency)
-    camera = _balanced_camera(light, wavelengths_nm, quantum_efficiency)
-    camera_to_xyz = _white_preserving_fit(camera, _balanced_xyz(light))
+    has_four = np.shape(quantum_efficiency)[1:] == (4,)
+    if not has_four:
+        _check_three_channels(quantum_efficiency)
+    camera, xyz = _balanced_camera(light, wavelengths_nm, quantum_efficiency), _balanced_xyz(light)
+    to_camera = _white_preserving_fit(xyz, camera) if has_four else np.linalg.inv(_white_preserving_fit(camera, xyz))
     white_camera = as_shot_neutral(illuminant(light), wavelengths_nm, quantum_efficiency, WAVELENGTHS_NM)
     white_xyz = tristimulus(illuminant(light))
     white_xyz /= white_xyz[1]
-    return white_camera[:, None] * np.linalg.inv(camera_to_xyz) / white_xyz
+    return white_camera[:, None] * to_camera / white_xyz
 
 
 def forward_matrix(wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray, light: str = "D65") -> np.ndarray:
@@ -139,7 +142,7 @@ def _check_three_channels(quantum_efficiency: np.ndarray) -> None:
 
 
 def _balanced_camera(light: str, wavelengths_nm: np.ndarray, quantum_efficiency: np.ndarray) -> np.ndarray:
-    """Camera values of the training reflectances, white = 1: (24, 3)."""
+    """Camera values of the training reflectances, white = 1: (24, channels)."""
     power = illuminant(light)
     spectra = np.vstack([power, chart_reflectances(WAVELENGTHS_NM) * power])
     white, *lit = camera_response(spectra, WAVELENGTHS_NM, wavelengths_nm, quantum_efficiency)
@@ -153,7 +156,7 @@ def _balanced_xyz(light: str) -> np.ndarray:
 
 
 def _white_preserving_fit(camera: np.ndarray, xyz: np.ndarray) -> np.ndarray:
-    """Matrix B with rows that add up to 1 and camera @ B.T nearest to xyz: (3, 3) from two (n, 3).
+    """Matrix B with rows that add up to 1 and camera @ B.T nearest to xyz: (m, 3) from (n, 3) and (n, m).
 
     White-balanced channels that depend on each other differ in less than two dimensions.
     """

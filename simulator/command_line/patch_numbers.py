@@ -57,9 +57,12 @@ def patch_facts(shot: Shot, sensor: SensorPlan, patch: GreyPatch) -> list[Fact]:
     return facts
 
 
+COLOR_NAMES = {"R": "red", "G": "green", "B": "blue", "C": "clear", "W": "white"}
+
+
 def channel_names(camera: Camera) -> tuple[str, ...]:
     """Colours of the camera's channels."""
-    return ("red", "green", "blue") if camera.channels == 3 else ("mono",)
+    return ("mono",) if camera.channels == 1 else tuple(COLOR_NAMES[letter] for letter in camera.filter.letters)
 
 
 def shown_isos(shot: Shot) -> list[int]:

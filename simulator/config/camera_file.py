@@ -139,16 +139,17 @@ def _inline_base(document: Document, key: str, seen: tuple[Path, ...]) -> Docume
 
 
 def _lay_over(base: Document, over: Document) -> Document:
-    """Lay a camera on its base; the sources of the base's tables go with the tables that `over` replaces.
+    """Lay a camera on its base; the sources of the base's tables go with those that `over` replaces or removes.
 
     A file of curves replaces the base's response as a whole, whose scale and curves belong together.
     """
     response = over.data.get("response")
-    if isinstance(response, dict) and "file" in response and "response" in base.data:
+    if isinstance(response, dict) and response.get("file") is not None and "response" in base.data:
         base = remove_key(base, ("response",))
     sources = base.data.get("source")
     for key, table in over.data.items():
-        if is_table(table) and table.get(MERGE) is not True and isinstance(sources, dict):
+        is_gone = table is None or (is_table(table) and table.get(MERGE) is not True)
+        if is_gone and isinstance(sources, dict):
             for names in sources:
                 kept = [name for name in str(names).split(", ") if name.partition(".")[0] != key]
                 if not kept:

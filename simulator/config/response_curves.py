@@ -33,7 +33,8 @@ class ResponseCurves:
 
     wavelengths: grid of the lines of `relative`.
     peak_quantum_efficiency: electrons per photon where `relative` is 1; above 0 and up to 1.
-    relative: one line per wavelength, [red, green, blue] or [mono], largest entry 1.
+    relative: one line per wavelength, [red, green, blue], [red, clear, blue], [red, green, blue, white] or [mono], largest
+        entry 1.
     """
 
     wavelengths: WavelengthGrid
@@ -48,8 +49,8 @@ def spectral_response(
     peak = peak_quantum_efficiency
     require(0 < peak <= 1, "response.peak_quantum_efficiency", peak, "give electrons per photon, above 0 and up to 1")
     widths = sorted({len(line) for line in relative})
-    rule = "every line needs the same number of values: 3 (red, green, blue), or 1 without a colour filter"
-    require(widths in ([1], [3]) and len(relative) > 1, "response.relative", f"lines of {widths} values", rule)
+    rule = "every line needs the same number of values: 3 (red, green, blue), 4 with white, or 1 without a colour filter"
+    require(widths in ([1], [3], [4]) and len(relative) > 1, "response.relative", f"lines of {widths} values", rule)
     table = np.array(relative, dtype=np.float64)
     require(table.min() >= 0, "response.relative", table.min(), "a response is not negative")
     largest = table.max()

@@ -100,7 +100,7 @@ def meter_shot(shot: Shot) -> Metered | None:
 
 def _read(scene: Scene, lens: Lens, camera: Camera, metering: Metering) -> MeterReading:
     light = cell_light(scene, lens, camera)
-    return read_meter(light[..., 1 if camera.channels == 3 else 0], light.max(axis=2), metering)
+    return read_meter(light[..., 1 if camera.channels > 1 else 0], light.max(axis=2), metering)
 
 
 def _solve(stated: Exposure, reading: MeterReading, lens: Lens, camera: Camera, body: Body) -> Solution:

@@ -389,13 +389,15 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
     layout, pixels = sensor.readout, _pixels(optics)
     parts = "in two parts, charge is shared in between" if layout.shares_charge else "in one pass"
     binned = "" if layout.binning is None else f", {layout.binning.factor} x {layout.binning.factor} binned"
+    if layout.blooming is not None:
+        parts += f", in up to {layout.blooming.reach} steps where wells are full"
     if layout.pattern is not None:
         binned = f", {layout.pattern.group} x {layout.pattern.group} groups remosaiced"
     cost = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages)
     cost += COST_NS["remosaic"] * (layout.pattern is not None)
-    bytes_each = (
-        2 + 8 * layout.shares_charge + 2 * (layout.averages or layout.pattern is not None)
-    )  # codes; what the passes in between leave
+    combines = layout.averages or layout.pattern is not None
+    packets = 0 if layout.blooming is None else 8 * layout.blooming.sides
+    bytes_each = 2 + 8 * layout.shares_charge + 2 * combines + packets  # codes; what the passes in between leave
     return Pass(
         "sensor",
         True,

@@ -53,6 +53,12 @@ def steps_of(optics: OpticsPlan, sensor: SensorPlan, lens: Lens, exposed: Expose
     binning = layout.binning
     method = "off" if binning is None else f"{binning.factor} x {binning.factor} photosites of one colour, {binning.mode}"
     steps.append(Step("binning", binning is not None, method))
+    blooming = layout.blooming
+    method = "charge above the full well is drained"
+    if blooming is not None:
+        ways = "up and down" if blooming.sides == 2 else "up, down, left and right"
+        method = f"charge above {sensor.capacity_e:g} e- moves {ways}, up to {blooming.reach} photosites"
+    steps.append(Step("blooming", blooming is not None, method))
     pattern = layout.pattern
     method = (
         "off" if pattern is None else f"groups of {pattern.group} x {pattern.group} photosites to a Bayer pattern, by planes"

@@ -136,6 +136,8 @@ def plan(shot: Shot, strip_px: int = STRIP_PX, cache: LightCache | None = None) 
     """
     rule = "needs a device: plan the shot with plan_in_time of simulator.pipeline.time_budget, or give tolerance instead"
     require(shot.time_budget_s is None, "time_budget", f"{shot.time_budget_s} s", rule)
+    rule = "is not known where charge blooms; leave variance out of truth, or camera.blooming out"
+    require(shot.camera.blooming is None or "variance" not in shot.truth, "truth", "variance", rule)
     metered = meter_shot(shot)
     shot = shot if metered is None else metered.settle(shot)
     sensor = plan_readings(plan_sensor_of(shot), shot.exposure.iso)

@@ -38,6 +38,8 @@ def develop(
 ) -> np.ndarray:
     """Develop a raw frame or file: (height, width, 3) uint8 or uint16, float32 for "metric", rows as the sensor has them.
 
+    A camera of four colours gives four planes, R, G, B, W, as "camera" and "metric".
+
     output: "srgb" encoded by IEC 61966-2-1; "linear_srgb"; "xyz" (CIE 1931, D65 white); "camera", the sensor's own colours;
         "metric", the sensor's own colours as measured: 0 at black, 1 at the white level, noise below black kept, no white
         balance, no tone; photosites keep their own colour's (code - black) / (white - black) exactly, but where half_size
@@ -132,7 +134,7 @@ def _develop_linear(
             user_flip=0,
             **scaling,
         )
-    picture = picture if picture.shape[2] == 3 else _grey_planes(picture[..., 0], output, options["half_size"])
+    picture = picture if picture.shape[2] > 1 else _grey_planes(picture[..., 0], output, options["half_size"])
     if output != "metric":
         return picture
     left_dn = np.float32(black_dn[0] if len(black_dn) == 1 else 0.0)  # LibRaw subtracts differing black levels itself

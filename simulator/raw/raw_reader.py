@@ -139,7 +139,8 @@ def color_index(frame: "rawpy.RawPy", label: str, of_development: bool = False) 
         "LibRaw misreads the pattern, which is wider than 2 and not 6 x 6; simulate it with camera.remosaic or camera.binning"
     )
     shown = [] if index is None else index.tolist()
-    require(index is None or index.shape == (6, 6) or len({*index.ravel()}) == 4, "cfa", shown, rule, file=label)
+    is_read = index is None or index.shape == (6, 6) or (index.shape == (2, 2) and len({*index.ravel()}) == 4)
+    require(is_read, "cfa", shown, rule, file=label)
     return index
 
 

@@ -14,6 +14,7 @@ from simulator.atomic_files import atomic_write
 from simulator.errors import PhotositeError
 from simulator.raw.image_files import PicturePart, put_parts, read_parts
 from simulator.raw.raw_image import Raw
+from simulator.sensor.camera.cfa import Cfa
 
 MEAN_ELECTRONS = "electrons.mean"  # mean photoelectrons per photosite, before any noise [e-]
 NOISE_FREE_DN = "dn.noise_free"  # code without noise and rounding, pedestal included, clipped as the sensor clips [DN]
@@ -42,7 +43,8 @@ def truth_parts(raw: Raw) -> list[PicturePart]:
     """Return the parts of a truth EXR, each (height, width, channels) float32, as large as the mosaic.
 
     Always: part "electrons", channel electrons.mean [e-]; part "noise_free", channel dn.noise_free [DN]; then those of
-    `Raw.truth`, as PARTS lists them. The clean signal of a MONO frame has the one channel Y instead of R, G, B.
+    `Raw.truth`, as PARTS lists them. The clean signal of a MONO frame has the one channel Y instead of R, G, B; that of
+    other filters the letters of their colours.
     Attributes of each: Software, photosite:unit; of the first also photosite:iso, :cfa, :black_level_dn, :white_level_dn
     and :gain_dn_per_e (K of EMVA 1288; absent without photon shot noise).
     Raises PhotositeError when an array has another shape than the mosaic.
@@ -53,7 +55,8 @@ def truth_parts(raw: Raw) -> list[PicturePart]:
     ]
     for name, (channels, unit, compression) in PARTS.items():
         if name in raw.truth:
-            channels = ("Y",) if name == "rgb" and raw.cfa == "MONO" else channels
+            if name == "rgb":
+                channels = ("Y",) if raw.cfa == "MONO" else tuple(Cfa.named(raw.cfa).letters)
             parts.append(_part(raw, name, raw.truth[name], channels, unit, compression))
     facts = {"iso": raw.iso, "cfa": raw.cfa, "black_level_dn": float(raw.black_level_dn), "white_level_dn": raw.white_level_dn}
     if gain_dn_per_e := _gain_dn_per_e(raw):

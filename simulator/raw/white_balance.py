@@ -48,6 +48,8 @@ def white_balance_options(frame: "rawpy.RawPy", choice: WhiteBalance, label: str
         return {"use_camera_wb": choice == "camera"}
     if frame.num_colors == 1:
         return {"use_camera_wb": False}
+    rule = "the file has four colours, and LibRaw takes three multipliers; give camera or daylight"
+    require(frame.num_colors == 3, _KEY, choice, rule, file=label)
     if isinstance(choice, str):
         red, green, blue = _multipliers_for_illuminant(frame, choice, label)
     else:

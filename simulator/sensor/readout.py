@@ -1,4 +1,4 @@
-"""Passes between and around the parts of the fused kernel: crosstalk, binning, remosaic and optical black."""
+"""Passes between and around the parts of the fused kernel: crosstalk, blooming, binning, remosaic and optical black."""
 
 from collections.abc import Callable
 
@@ -10,11 +10,14 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.camera.remosaic import remosaic_weights
-from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor
+from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor, tile_extremes
 from simulator.sensor.kernel.kernel_program import MOST_ELECTRONS
 from simulator.sensor.kernel.noise_free import code_of_charge, code_of_light, mean_charge, mean_electrons
+from simulator.sensor.kernel.tiles import TILE_HEIGHT
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.sensor_plan import SensorPlan
+
+STEPS_AT_ONCE = 16  # of blooming, before it is looked at whether any charge still moves
 
 
 def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -> np.ndarray:
@@ -36,8 +39,10 @@ def read_out(device: Device, sensor: SensorPlan, mosaic: Buffer, seeds: Seeds) -
     for part, window, dtype in parts:
         shape, source = (window.height, window.width), signal
         signal = device.empty(shape, dtype)
-        launch_sensor(device, source, signal, shape, [FrameSetting(sensor.stages, seeds, window.x, window.y)], part)
+        stages = sensor.spilling_stages if part is KernelPart.CHARGE else sensor.stages
+        launch_sensor(device, source, signal, shape, [FrameSetting(stages, seeds, window.x, window.y)], part)
         if part is KernelPart.CHARGE:
+            spill_charge(device, sensor, signal)
             signal = share_charge(device, geometry, signal)
     if geometry.averages:
         signal = _bin(device, geometry, "codes", signal, np.uint16)
@@ -67,12 +72,44 @@ def read_noise_free(device: Device, sensor: SensorPlan, light: Buffer) -> np.nda
     if geometry.is_plain:
         return _receive(device, geometry, lambda result: code_of_light(device, light, result, shape, setting), np.float32)
     charge = device.empty(shape, np.float32)
-    mean_charge(device, light, charge, shape, setting)
+    mean_charge(device, light, charge, shape, [FrameSetting(sensor.spilling_stages, x=frame.x, y=frame.y)])
+    spill_charge(device, sensor, charge)
     signal = share_charge(device, geometry, charge)
     code_of_charge(device, signal, (read.height, read.width), setting)
     if geometry.pattern is not None:
         signal = _remosaic(device, geometry, geometry.pattern, "signal", signal, {"most": float(sensor.adc_range[1])})
     return download_averaged(device, geometry, signal)[geometry.kept]
+
+
+def spill_charge(device: Device, sensor: SensorPlan, charge: Buffer) -> None:
+    """Move charge above the full well of the computed photosites [e-], in place, to those that have room.
+
+    charge: (height, width) float32, not limited to the full well. Does nothing without blooming, and where no well is full.
+    """
+    geometry = sensor.readout
+    blooming, area = geometry.blooming, geometry.computed
+    size, capacity_e = (area.width, area.height), np.float32(sensor.capacity_e)
+    if blooming is None or _greatest(device, charge, *size) <= capacity_e:
+        return
+    packets, arriving = (device.empty((blooming.sides, area.height, area.width), np.float32) for _ in range(2))
+    start, step = (
+        device.kernel(f"blooming_{part}", {"SIDES": blooming.sides}, file="blooming.cl") for part in ("start", "step")
+    )
+    device.run(start, size, None, charge=charge, packets=packets, capacity_e=capacity_e)
+    for count in range(blooming.reach):
+        device.run(step, size, None, charge=charge, packets=packets, arriving=arriving, capacity_e=capacity_e)
+        packets, arriving = arriving, packets
+        if (
+            count % STEPS_AT_ONCE == STEPS_AT_ONCE - 1
+            and _greatest(device, packets, area.width, blooming.sides * area.height) == 0
+        ):
+            break  # all charge has found room
+
+
+def _greatest(device: Device, image: Buffer, width: int, height: int) -> float:
+    """Return the greatest value of a buffer (height, width) float32."""
+    rows = np.append(np.arange(0, height, TILE_HEIGHT), height)
+    return float(tile_extremes(device, image, width, rows)[1].max())
 
 
 def remosaic_variance(device: Device, geometry: ReadoutGeometry, variance: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from simulator.sensor.camera.readout_window import ReadoutGeometry, plan_readout
 from simulator.sensor.kernel.kernel_program import in_order, signal_steps, white_level_dn
 from simulator.sensor.stages.adc import Adc
 from simulator.sensor.stages.exposure import Integration
+from simulator.sensor.stages.full_well import FullWell
 from simulator.sensor.stages.irradiance import Irradiance
 from simulator.sensor.stages.stage import Moments, SignalStep, Stage
 
@@ -65,6 +66,16 @@ class SensorPlan:
         stage = self.stage("exposure")
         assert isinstance(stage, Integration)
         return stage
+
+    @property
+    def spilling_stages(self) -> tuple[Stage, ...]:
+        """Stages of a sensor whose charge above the full well is not drained at once, but spills into neighbours."""
+        return tuple(stage for stage in self.stages if self.readout.blooming is None or not isinstance(stage, FullWell))
+
+    @property
+    def capacity_e(self) -> float:
+        """Electrons that a photosite holds; infinite without a full well [e-]."""
+        return next((stage.capacity_e for stage in self.stages if isinstance(stage, FullWell)), math.inf)
 
     def with_stages(self, stages: Iterable[Stage]) -> Self:
         """Return the plan with these stages instead; those without effect are left out."""

@@ -36,6 +36,7 @@ from simulator.pipeline.simulate import simulate
 from simulator.scene.deep_pixels import DeepPixels
 from simulator.scene.scene import Layer
 from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.blooming import Blooming
 from simulator.sensor.camera.camera import IsoSetting, Window
 from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.camera.hdr_readout import HdrReadout
@@ -51,6 +52,8 @@ def run(case: str) -> None:
     binning = Binning(2, "average" if "averaged" in case else "charge")
     neighbours = {"crosstalk": Crosstalk(0.02, 0.01, 0.01, 0.005), "binning": binning} if "near" in case else {}
     window = Window(32, 16, 50, 21) if neighbours else Window(31, 17, 50, 20)
+    if "blooming" in case:
+        neighbours = {"blooming": Blooming("four", 6)}
     if "remosaiced" in case:
         neighbours = {"remosaic": Remosaic()}
     camera = small_camera(

@@ -22,6 +22,7 @@ CASES = [
     "layers RGGB rims",
     "one depth RRGG/RRGG/GGBB/GGBB window",
     "sharp RRGG/RRGG/GGBB/GGBB window remosaiced",
+    "sharp RGGB window blooming",
     "sharp RRRGGG/RRRGGG/RRRGGG/GGGBBB/GGGBBB/GGGBBB remosaiced",
     "sharp MONO near",
     "sharp RGGB window near",

@@ -17,6 +17,7 @@ from simulator.raw.dng.writer import write_dng
 from simulator.scene.electron_radiance import electron_radiance_weights
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera, Window
+from simulator.sensor.camera.cfa import BAYER
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.sensor_plan import SensorPlan
 
@@ -60,12 +61,12 @@ def narrow_light(wavelength_nm: float) -> UniformLight:
 def bench_camera(camera: Camera, width: int, height: int) -> Camera:
     """Return the camera with a window near the sensor's middle that keeps the sensor's own filter pattern.
 
-    Raises PhotositeError for a camera that bins, since its raw files do not hold single photosites, and for larger patterns.
+    Raises PhotositeError for a camera that bins, since its raw files do not hold single photosites, and for other patterns.
     """
     rule = "single photosites are measured; leave binning out, or set it to null"
     require(camera.binning is None, "camera.binning", camera.binning, rule)
     bayer = "planes of a Bayer pattern or of no filter are measured; name another camera"
-    require(camera.filter.is_small, "camera.cfa", camera.cfa, bayer)
+    require(camera.cfa in (*BAYER, "MONO"), "camera.cfa", camera.cfa, bayer)
     once = "single readings are measured; leave hdr_readout out, or set it to null"
     require(camera.hdr_readout is None, "camera.hdr_readout", "given", once)
     width, height = min(width, camera.width_px), min(height, camera.height_px)

@@ -155,6 +155,8 @@ def plan_warp(
         return None
     half_diagonal_px = 0.5 * math.hypot(width_px, height_px)
     unit_px = half_diagonal_px if distortion.unit == "half_diagonal" else image_distance_px
+    rule = "is stated for red, green and blue, and the camera sees white, too; leave it out"
+    require(channels != 4 or len({*distortion.lateral}) == 1, "lens.distortion.lateral", list(distortion.lateral), rule)
     magnification = tuple(distortion.lateral) if channels == 3 else (distortion.lateral[1],)
     warp = Warp(distortion, unit_px, 0.5 * width_px, 0.5 * height_px, magnification)
     _check_fold(warp, half_diagonal_px)

@@ -44,7 +44,7 @@ SKIPPED_SHARE = 0.5  # of the tolerance: change below which a PSF is left out
 LARGE_CONTRAST = 1e3  # of a scene [standard deviations of the noise], above which no PSF is left out
 GATHER_SHARE = 0.16  # of the allowed error, for core and tail: beside an edge the dark side has less noise than the bright one
 CORRECTIONS_PX = ((0.125, 2.0), (0.25, 4.0), (0.5, math.inf))  # blur radius between corrections, and up to which radius
-WAVELENGTHS = {1: 7, 3: 3}  # per channel, by the number of channels
+WAVELENGTHS = {1: 7, 3: 3, 4: 3}  # per channel, by the number of channels
 
 
 def contrast_sigma(scene: Scene, electrons: np.ndarray, moments: Callable[[float], Moments]) -> float:

@@ -12,6 +12,7 @@ from simulator.errors import PhotositeError
 from simulator.raw.dng import tiff
 from simulator.raw.dng.tags import LightSource, Tag
 from simulator.raw.raw_image import Raw
+from simulator.sensor.camera.cfa import Cfa
 
 _COLOR_MATRIX = Tag.COLOR_MATRIX_1, Tag.COLOR_MATRIX_2
 _FORWARD_MATRIX = Tag.FORWARD_MATRIX_1, Tag.FORWARD_MATRIX_2
@@ -40,17 +41,22 @@ def color_tags(raw: Raw) -> dict[Tag, tiff.Field]:
 
 
 def _matrix(raw: Raw, name: str, values: object) -> tiff.Field:
-    """Encode a 3 x 3 matrix row by row."""
+    """Encode a matrix row by row: 3 x 3, or 4 x 3 of a camera with four colours."""
+    colors = len(raw.as_shot_neutral)
     matrix = np.asarray(values if values is not None else np.nan, dtype=np.float64)
-    if matrix.shape != (3, 3) or not np.abs(matrix).max() < 2000:  # numerators are 32 bits wide
+    if matrix.shape != (colors, 3) or not np.abs(matrix).max() < 2000:  # numerators are 32 bits wide
         shown = f"{np.asarray(values).tolist()}"
-        raise PhotositeError("a colour camera needs 3 x 3 finite numbers", part=raw.name, key=name, value=shown)
+        raise PhotositeError(f"a colour camera needs {colors} x 3 finite numbers", part=raw.name, key=name, value=shown)
     return tiff.signed_rational(*np.ravel(matrix))
 
 
 def _check_neutral(raw: Raw) -> None:
     neutral = raw.as_shot_neutral
-    if len(neutral) != 3 or not all(math.isfinite(value) and value > 0 for value in neutral):
+    count = len(Cfa.named(raw.cfa).letters)
+    if len(neutral) != count or not all(math.isfinite(value) and value > 0 for value in neutral):
         raise PhotositeError(
-            "a colour camera sees white in three values above 0", part=raw.name, key="as_shot_neutral", value=neutral
+            f"a colour camera sees white in {'three' if count == 3 else 'four'} values above 0",
+            part=raw.name,
+            key="as_shot_neutral",
+            value=neutral,
         )

@@ -4,14 +4,14 @@ from simulator.errors import PhotositeError, require
 from simulator.raw.dng import tiff
 from simulator.raw.dng.tags import Tag
 from simulator.raw.raw_image import Raw
-from simulator.sensor.camera.cfa import BAYER
+from simulator.sensor.camera.cfa import Cfa
 
 
 def levels(raw: Raw, bits_per_sample: int) -> dict[Tag, tiff.Field]:
     """Return BlackLevelRepeatDim, BlackLevel and WhiteLevel, and LinearizationTable of a companded frame.
 
-    Levels are those after the table, which has up to 16 bits whatever the codes have. A Bayer frame, or one with offsets, has
-    four black levels, since LibRaw reads a single one of a 2x2 pattern as 0; any other has one.
+    Levels are those after the table, which has up to 16 bits whatever the codes have. A frame with a 2x2 pattern, or offsets,
+    has four black levels, since LibRaw reads a single one of a 2x2 pattern as 0; any other has one.
     Raises PhotositeError for levels that are not 0 <= black < white < 2^bits: Adobe's reader refuses them.
     """
     black_dn = [raw.black_level_dn + offset for offset in raw.black_offsets_dn]
@@ -27,7 +27,7 @@ def levels(raw: Raw, bits_per_sample: int) -> dict[Tag, tiff.Field]:
     rule = f"black lies from 0 up to below the white level, {raw.white_level_dn} DN; lower it, or raise white"
     for level_dn in black_dn:
         require(0 <= level_dn < raw.white_level_dn, "black_level", f"{level_dn:g} DN", rule, part=raw.name)
-    single = raw.cfa not in BAYER and not any(raw.black_offsets_dn)
+    single = (raw.cfa == "MONO" or not Cfa.named(raw.cfa).is_small) and not any(raw.black_offsets_dn)
     table = {} if raw.linearization is None else {Tag.LINEARIZATION_TABLE: tiff.short(*raw.linearization.tolist())}
     return {
         **table,

@@ -129,6 +129,7 @@ class CfaColor(IntEnum):
     RED = 0
     GREEN = 1
     BLUE = 2
+    WHITE = 6
 
 
 class CfaLayout(IntEnum):

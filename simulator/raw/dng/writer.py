@@ -29,7 +29,7 @@ from simulator.sensor.camera.cfa import Cfa
 
 SMALLEST_SIDE_PX = 22  # LibRaw refuses smaller frames
 LARGEST_SIDE_PX = 64000  # LibRaw refuses larger ones
-COLOURS = (CfaColor.RED, CfaColor.GREEN, CfaColor.BLUE)  # of the colour planes
+COLOURS = {"R": CfaColor.RED, "G": CfaColor.GREEN, "B": CfaColor.BLUE, "C": CfaColor.WHITE, "W": CfaColor.WHITE}
 
 
 def write_dng(raw: Raw, path: str | os.PathLike) -> None:
@@ -129,8 +129,9 @@ def _raw_directory(raw: Raw, mosaic: MosaicData) -> dict[Tag, tiff.Field | tiff.
     if not mono:
         pattern = Cfa.named(raw.cfa)
         tags[Tag.CFA_REPEAT_PATTERN_DIM] = tiff.short(*pattern.period)
-        tags[Tag.CFA_PATTERN] = tiff.byte(*[COLOURS[plane] for row in pattern.planes for plane in row])
-        tags[Tag.CFA_PLANE_COLOR] = tiff.byte(*COLOURS)
+        planes = [COLOURS[letter] for letter in pattern.letters]
+        tags[Tag.CFA_PATTERN] = tiff.byte(*[planes[plane] for row in pattern.planes for plane in row])
+        tags[Tag.CFA_PLANE_COLOR] = tiff.byte(*planes)
         tags[Tag.CFA_LAYOUT] = tiff.short(CfaLayout.RECTANGULAR)
     strip = _strip(height, width, mosaic.size_bytes)
     return {**tags, **areas(raw), **opcodes(raw), **levels(raw, mosaic.bits_per_sample), **strip}

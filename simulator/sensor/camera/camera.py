@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 
 from simulator.errors import require
 from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.blooming import Blooming
 from simulator.sensor.camera.camera_sections import ColorMatrix, ConversionGainSwitch, IsoSetting, SpectralResponse, Window
-from simulator.sensor.camera.cfa import Cfa, CfaName
+from simulator.sensor.camera.cfa import BAYER, Cfa, CfaName
 from simulator.sensor.camera.crosstalk import Crosstalk
 from simulator.sensor.camera.hdr_readout import HdrReadout
 from simulator.sensor.camera.iso_stages import iso_stages
@@ -33,8 +34,9 @@ class Camera:
     read_noise_spread: variation of the read noise before the gain between photosites: standard deviation of ln sigma, 0 to 1.
         Not allowed together with a tukey_lambda, whose tails include it.
     read_noise_model: read noise with two sources, for a camera without a table.
-    cfa: colours of the filter from the sensor's upper left corner on, row by row: RGGB, BGGR, GRBG, GBRG, MONO without one, or
-        the rows of a larger pattern with / between them, such as GBGGRG/RGRBGB/GBGGRG/GRGGBG/BGBRGR/GRGGBG.
+    cfa: colours of the filter from the sensor's upper left corner on, row by row: RGGB, BGGR, GRBG, GBRG, MONO without one,
+        RCCB or RGWB with clear (C) or white (W) photosites, or the rows of a larger pattern with / between them, such as
+        GBGGRG/RGRBGB/GBGGRG/GRGGBG/BGBRGR/GRGGBG.
     conversion_gain: first ISO of high conversion gain, for photosites with dual conversion gain.
     iso_range: measured refuses an ISO outside the measured range, extrapolate continues the slope of the table there.
     white_level_dn: code at which the camera saturates [DN]; 2^bit_depth - 1 when left out.
@@ -45,6 +47,7 @@ class Camera:
         with a rolling shutter that states none.
     binning: of photosites of one colour: of a Bayer pattern, or of the groups of a pattern such as RRGG/RRGG/GGBB/GGBB.
     remosaic: the codes of a pattern of groups become those of a Bayer pattern of the same size; left out: they stay.
+    blooming: where charge above the full well goes; left out: it is drained. Needs stages.full_well.
     hdr_readout: several readings of one frame that are combined; left out: one reading.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
     Raises PhotositeError for values out of range, or that contradict each other.
@@ -77,6 +80,7 @@ class Camera:
     readout_time_s: Seconds | None = None
     hdr_readout: HdrReadout | None = None
     remosaic: Remosaic | None = None
+    blooming: Blooming | None = None
 
     def __post_init__(self) -> None:
         for key, side in (("width", self.width_px), ("height", self.height_px)):
@@ -91,7 +95,9 @@ class Camera:
         _ = self.filter  # checks the pattern
         rule = f"needs {self.channels} values per line of response.relative, which has {self.response.channels}"
         require(self.response.channels == self.channels, "camera.cfa", self.cfa, rule)
-        require(self.color_matrix is None or self.channels == 3, "camera.color_matrix", "given", "MONO has no colours")
+        rule = "MONO has no colours" if self.channels == 1 else "a published matrix is of red, green and blue; leave it out"
+        has_rgb = self.channels == 3 and self.filter.letters == "RGB"
+        require(self.color_matrix is None or has_rgb, "camera.color_matrix", "given", rule)
         Adc(self.bit_depth, self.black_level_dn)  # checks both
         self._check_read_noise()
         self._check_levels()
@@ -124,7 +130,7 @@ class Camera:
             require(setting.tukey_lambda is None or spread == 0, "camera.read_noise_spread", spread, tails)
             grey = setting.color_bias_dn is not None and self.channels == 1
             require(not grey, f"camera.iso_table.{iso}.color_bias", setting.color_bias_dn, "MONO has no colours")
-            large = setting.color_bias_dn is not None and not self.filter.is_small
+            large = setting.color_bias_dn is not None and self.cfa not in BAYER
             greens = "is stated for the greens of a Bayer pattern; leave it out"
             require(not large, f"camera.iso_table.{iso}.color_bias", setting.color_bias_dn, greens)
 
@@ -160,6 +166,10 @@ class Camera:
         rule = "combined codes of an hdr_readout cannot be averaged; take mode charge, or leave one of them out"
         require(not averages, "camera.binning.mode", "average", rule)
         self._check_groups()
+        rule = "needs the charge that a photosite holds; give stages.full_well.capacity"
+        require(self.blooming is None or "full_well" in self.stages, "camera.blooming", "given", rule)
+        both = self.blooming is not None and self.hdr_readout is not None
+        require(not both, "camera.blooming", "with hdr_readout", "the readings do not share it; leave one of them out")
         if covered is not None:
             rows, columns = self.filter.period
             rule = "give whole periods of the colour filter pattern"
@@ -185,8 +195,8 @@ class Camera:
 
     @property
     def channels(self) -> int:
-        """Colour planes: 1 without a filter, else 3 (R, G, B)."""
-        return 1 if self.cfa == "MONO" else 3
+        """Colour planes: 1 without a filter, 3 (R, G, B, or R, C, B), or 4 (R, G, B, W)."""
+        return 1 if self.cfa == "MONO" else len(self.filter.letters)
 
     @property
     def frame(self) -> Window:

@@ -100,7 +100,7 @@ class SpectralResponse:
     """Quantum efficiency (filter, microlens and silicon together) per colour.
 
     wavelengths_nm: (wavelengths,) ascending, evenly spaced [nm].
-    quantum_efficiency: (wavelengths, channels) electrons per photon; channels R, G, B, or one for MONO.
+    quantum_efficiency: (wavelengths, channels) electrons per photon; channels as `Cfa.letters` has them, or one for MONO.
     """
 
     wavelengths_nm: np.ndarray
@@ -108,8 +108,10 @@ class SpectralResponse:
 
     def __post_init__(self) -> None:
         grid, table = np.asarray(self.wavelengths_nm), np.asarray(self.quantum_efficiency)
-        fits = table.ndim == 2 and len(table) == grid.size > 1 and table.shape[1] in (1, 3)
-        rule = f"needs {grid.size} lines, one per wavelength, of 3 values (red, green, blue), or of 1 without a colour filter"
+        fits = table.ndim == 2 and len(table) == grid.size > 1 and table.shape[1] in (1, 3, 4)
+        rule = (
+            f"needs {grid.size} lines, one per wavelength, of 3 values (red, green, blue), 4 with white, or 1 without a filter"
+        )
         require(fits, "camera.response.quantum_efficiency", f"shape {table.shape}", rule)
         ascends = bool((np.diff(grid) > 0).all())
         require(ascends, "camera.response.wavelengths", f"{grid[0]:g} to {grid[-1]:g} nm", "give ascending wavelengths")

@@ -5,11 +5,12 @@ from typing import Self
 
 from simulator.errors import require
 
-CfaName = str  # "RGGB", "BGGR", "GRBG", "GBRG", "MONO", or rows of a larger pattern, such as "GBGGRG/RGRBGB/..."
+CfaName = str  # "RCCB", "RGGB", "BGGR", "GRBG", "GBRG", "MONO", or rows of a larger pattern, such as "GBGGRG/RGRBGB/..."
 Pattern = tuple[tuple[int, ...], ...]
 BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
 LARGEST_SIDE = 8  # photosites of a pattern per side: Adobe's DNG SDK reads no larger ones (kMaxCFAPattern)
-_COLORS = "RGB"  # in the order of the colour planes
+# Colours in the order of their planes. C, clear, stands in the place of green, W, white, beside it; both have no filter.
+COLORS = ("RGB", "RCB", "RGBW")
 
 
 @dataclass(frozen=True)
@@ -17,10 +18,11 @@ class Cfa:
     """Pattern of photosites that repeats from the sensor's upper left corner on.
 
     planes: colour planes (0 R, 1 G, 2 B; all 0 without a filter), [row][column], of one period on each axis, 2 photosites at
-        least.
+        least. letters: colour of each plane, one of COLORS.
     """
 
     planes: Pattern
+    letters: str = "RGB"
 
     @classmethod
     def named(cls, name: CfaName) -> Self:
@@ -30,16 +32,17 @@ class Cfa:
         """
         if name == "MONO":
             return cls.uniform(0)
-        known = (
-            f"give one of {', '.join(BAYER)}, MONO, or the rows of a pattern with / between them, such as RRGG/RRGG/GGBB/GGBB"
-        )
+        named = f"give one of {', '.join(BAYER)}, MONO, RCCB, RGWB"
+        known = f"{named}, or the rows of a pattern with / between them, such as RRGG/RRGG/GGBB/GGBB"
         rows = [name[:2], name[2:]] if "/" not in name and len(name) == 4 else name.split("/")
         sides = len(rows), len(rows[0])
         require(all(2 <= side <= LARGEST_SIDE for side in sides), "camera.cfa", name, f"{known}, of 2 to {LARGEST_SIDE} a side")
         require(all(len(row) == sides[1] for row in rows), "camera.cfa", name, f"the rows differ in length; {known}")
-        require({*"".join(rows)} == {*_COLORS}, "camera.cfa", name, known)
-        found = cls(_shortest(tuple(tuple(_COLORS.index(letter) for letter in row) for row in rows)))
-        require(not found.is_small or found.name_at(0, 0) in BAYER, "camera.cfa", name, known)
+        letters = next((colors for colors in COLORS if {*colors} == {*"".join(rows)}), "")
+        require(letters != "", "camera.cfa", name, f"{known}, of the colours {', '.join(COLORS)}")
+        found = cls(_shortest(tuple(tuple(letters.index(letter) for letter in row) for row in rows)), letters)
+        twice = (found.planes[0][0], found.planes[1][1]), (found.planes[0][1], found.planes[1][0])
+        require(not found.is_small or len(letters) == 4 or (1, 1) in twice, "camera.cfa", name, known)
         return found
 
     @classmethod
@@ -63,12 +66,12 @@ class Cfa:
         rows, columns = self.period
         side = rows // 2
         grouped = tuple(tuple(self.planes[y // side * side][x // side * side] for x in range(columns)) for y in range(rows))
-        is_bayer = Cfa(tuple(row[::side] for row in self.planes[::side])).name_at(0, 0) in BAYER
+        is_bayer = Cfa(tuple(row[::side] for row in self.planes[::side]), self.letters).name_at(0, 0) in BAYER
         return side if rows == columns == 2 * side and grouped == self.planes and is_bayer else 1
 
     def of_groups(self) -> Self:
         """Return the pattern in which each group of photosites is one."""
-        return type(self)(tuple(row[:: self.group] for row in self.planes[:: self.group]))
+        return type(self)(tuple(row[:: self.group] for row in self.planes[:: self.group]), self.letters)
 
     def block(self, x: int, y: int) -> Pattern:
         """Return the colour planes of one period whose upper left photosite is (x, y) of the sensor, [row][column]."""
@@ -79,7 +82,7 @@ class Cfa:
         """Return the name of the pattern that starts at photosite (x, y) of the sensor."""
         if self == Cfa.uniform(0):
             return "MONO"
-        rows = ["".join(_COLORS[plane] for plane in row) for row in self.block(x, y)]
+        rows = ["".join(self.letters[plane] for plane in row) for row in self.block(x, y)]
         return ("" if self.is_small else "/").join(rows)
 
     def macros(self, x: int, y: int) -> dict[str, object]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from simulator.errors import require
 from simulator.sensor.camera.binning import Binning
+from simulator.sensor.camera.blooming import Blooming
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
@@ -21,6 +22,7 @@ class ReadoutGeometry:
     active: active area of the sensor, which light reaches.
     filter_step: distance of photosites of one colour that are binned [px]: 2 of a Bayer pattern, 1 of groups and without a
         filter.
+    blooming: where charge above the full well goes; None: it is drained.
     pattern: of groups of one colour, which a remosaic turns into a Bayer pattern; None: there is none.
     """
 
@@ -31,6 +33,7 @@ class ReadoutGeometry:
     crosstalk: Crosstalk
     binning: Binning | None
     pattern: Cfa | None = None
+    blooming: Blooming | None = None
 
     @property
     def adds_charge(self) -> bool:
@@ -45,7 +48,7 @@ class ReadoutGeometry:
     @property
     def shares_charge(self) -> bool:
         """Whether photosites exchange or sum charge, so that the fused kernel runs in two parts."""
-        return self.adds_charge or self.crosstalk.electrical_shares != (0.0, 0.0)
+        return self.adds_charge or self.blooming is not None or self.crosstalk.electrical_shares != (0.0, 0.0)
 
     @property
     def is_plain(self) -> bool:
@@ -158,12 +161,15 @@ def _readout_of(camera: Camera, output: Window) -> ReadoutGeometry:
     reach = sum(any(pair) for pair in (crosstalk.optical_shares, crosstalk.electrical_shares))
     pattern = None if camera.remosaic is None else camera.filter
     reach += 0 if pattern is None else pattern.group
-    margin = -(-reach // block) * block
-    left, top = min(margin, output.x), min(margin, output.y)
-    right = min(margin, camera.width_px - output.x - output.width)
-    bottom = min(margin, camera.height_px - output.y - output.height)
+    blooming = (0, 0) if camera.blooming is None else camera.blooming.reach_px
+    beside, above = (-(-(reach + more) // block) * block for more in blooming)
+    left, top = min(beside, output.x), min(above, output.y)
+    right = min(beside, camera.width_px - output.x - output.width)
+    bottom = min(above, camera.height_px - output.y - output.height)
     computed = Window(output.x - left, output.y - top, left + output.width + right, top + output.height + bottom)
-    return ReadoutGeometry(output, computed, camera.active, _filter_step(camera), crosstalk, camera.binning, pattern)
+    return ReadoutGeometry(
+        output, computed, camera.active, _filter_step(camera), crosstalk, camera.binning, pattern, camera.blooming
+    )
 
 
 def _check_active_area(camera: Camera) -> None:
