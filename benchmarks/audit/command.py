@@ -21,17 +21,19 @@ from rich.table import Table
 
 from audit.chart import draw_chart
 from audit.drawn_shots import draw_shot
-from audit.measured_shot import METHODS, Record, measure_shot
+from audit.measured_shot import METHODS, NoTruthError, Record, measure_shot
 from audit.records import append, read_records
 from audit.summary import summarise, tightness, verdicts
 from simulator.device import open_device
 
 
 def take(seed: int, number: int) -> dict:
-    """Draw and measure a shot; returns its line, or that of its failure."""
+    """Draw and measure a shot; returns its line, or that of its failure, or of the reference path's refusal."""
     try:
         with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
             return measure_shot(draw_shot(seed, number), Path(folder), open_device(None)).as_json()
+    except NoTruthError as error:
+        return {"seed": seed, "number": number, "refused": str(error)}
     except Exception as error:  # noqa: BLE001  a shot that fails breaks the promise, and the others are taken
         return {"seed": seed, "number": number, "error": f"{type(error).__name__}: {error}"}
 
@@ -96,10 +98,11 @@ def main() -> int:
     path = options.out / f"audit_{options.seed}.jsonl"
     if options.fresh:
         path.unlink(missing_ok=True)
-    records, failed = read_records(path)
-    done = {one.number for one in records} | failed.keys()
+    records, failed, refused = read_records(path)
+    done = {one.number for one in records} | failed.keys() | refused.keys()
     take_all(options.seed, [number for number in range(options.shots) if number not in done], options.jobs, path, console)
-    records, failed = read_records(path)
+    records, failed, refused = read_records(path)
+    console.print(f"{len(records)} shots; {len(refused)} more have no truth, since the reference path refuses them")
     good = show(records, failed, console)
     figures = verdicts(summarise(records))
     (options.out / "audit.json").write_text(json.dumps({"seed": options.seed, "verdicts": figures}, indent=1) + "\n", "utf-8")

@@ -7,20 +7,26 @@ from pathlib import Path
 from audit.measured_shot import Record
 
 
-def read_records(path: Path) -> tuple[list[Record], dict[int, str]]:
-    """Return the records of a file, and the messages of shots that failed by number; none of a file that is missing."""
+def read_records(path: Path) -> tuple[list[Record], dict[int, str], dict[int, str]]:
+    """Return the records of a file, and the messages of shots that failed, and of those without truth, by number.
+
+    None of a file that is missing.
+    """
     if not path.exists():
-        return [], {}
+        return [], {}, {}
     names = {one.name for one in fields(Record)}
-    found, failed = [], {}
+    found, failed, refused = [], {}, {}
     for line in path.read_text(encoding="utf-8").splitlines():
         data = json.loads(line)
         if "error" in data:
             failed[data["number"]] = data["error"]
             continue
+        if "refused" in data:
+            refused[data["number"]] = data["refused"]
+            continue
         lists = {name: tuple(data[name]) for name in ("kinds", "warnings")}
         found.append(Record(**{name: value for name, value in data.items() if name in names} | lists))
-    return found, failed
+    return found, failed, refused
 
 
 def append(path: Path, data: dict) -> None:

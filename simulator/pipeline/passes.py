@@ -14,7 +14,7 @@ import numpy as np
 from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_ignored
-from simulator.optics.geometry.motion_cost import instants_cost_ms, moving_cost_ms, sweep_cost_ms
+from simulator.optics.geometry.motion_cost import AGAIN, OCCLUDING_AGAIN, instants_cost_ms, moving_cost_ms, sweep_cost_ms
 from simulator.optics.geometry.motion_errors import MOTION
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.optics_plan import OpticsPlan
@@ -206,7 +206,7 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) 
     from simulator.optics.defocus.predicted_cost import assumed_work, cost_ms  # a sharp frame has no tiles
 
     if tiles is None:
-        several = len(optics.scene.layers) > 1 or defocus.maps > 0
+        several = _may_occlude(optics)
         planes = optics.channels + optics.has_coverage
         work, methods = assumed_work(defocus, pixels, planes, OCCLUDING * several), "methods by tile not measured yet"
     else:
@@ -299,14 +299,23 @@ def _by_color(one: Pass, optics: OpticsPlan) -> Pass:
     return replace(one, method=method, cost_ms=count * one.cost_ms, scratch_bytes=one.scratch_bytes + 4 * pixels)
 
 
+def _may_occlude(optics: OpticsPlan) -> bool:
+    """Whether blocks may sample the aperture: of several layers, or of one with steps in depth."""
+    return len(optics.scene.layers) > 1 or optics.contrast.has_steps
+
+
 def _instants_ms(optics: OpticsPlan, motion: MotionPlan, still: tuple[Pass, ...]) -> float:
     """Time of the image at each instant. still: its passes at rest, whose launches count with each instant."""
     from simulator.optics.defocus.predicted_cost import COST_NS as BLUR_NS
+    from simulator.optics.defocus.predicted_cost import POINT_LAUNCHES
 
     kept = {one.name: one.cost_ms for one in still if one.kept}
-    has_blur = "defocus" in kept and optics.accuracy.tolerance > 0.0
-    blur_ms = max(kept.pop("defocus") - 1e-6 * BLUR_NS["launches"], 0.0) if has_blur else 0.0
-    return instants_cost_ms(motion, sum(kept.values()), blur_ms)
+    if "defocus" not in kept or optics.accuracy.tolerance == 0.0:
+        return instants_cost_ms(motion, AGAIN * sum(kept.values()))
+    launches_ms = 1e-6 * BLUR_NS["launches"] * (1.0 + POINT_LAUNCHES * _may_occlude(optics))
+    again = OCCLUDING_AGAIN if _may_occlude(optics) else AGAIN
+    blur_ms = again * max(kept.pop("defocus") - launches_ms, 0.0)
+    return instants_cost_ms(motion, AGAIN * sum(kept.values()) + blur_ms, launches_ms)
 
 
 def _psf(optics: OpticsPlan, budget: ErrorBudget) -> Pass:

@@ -10,7 +10,7 @@ from audit.chart import draw_chart
 from audit.drawn_scenes import LIGHTS, SURFACES, draw_light, draw_surfaces
 from audit.drawn_shots import distances, draw_shot
 from audit.float64_truth import exact_means, is_simple, sum_rays
-from audit.measured_shot import Record, measure_shot, noise_electrons, true_electrons, z_scores
+from audit.measured_shot import NoTruthError, Record, measure_shot, noise_electrons, true_electrons, z_scores
 from audit.records import append, read_records
 from audit.summary import is_looser, median_factor, ranked_share, summarise, verdicts
 
@@ -110,10 +110,11 @@ def test_pairs_are_ranked_and_factors_are_medians():
 
 def test_a_run_goes_on_from_its_file(tmp_path):
     path = tmp_path / "audit.jsonl"
-    assert read_records(path) == ([], {})
+    assert read_records(path) == ([], {}, {})
     append(path, record(3).as_json())
     append(path, {"seed": 1, "number": 4, "error": "PhotositeError: none"})
-    assert read_records(path) == ([record(3)], {4: "PhotositeError: none"})
+    append(path, {"seed": 1, "number": 5, "refused": "steep"})
+    assert read_records(path) == ([record(3)], {4: "PhotositeError: none"}, {5: "steep"})
 
 
 def test_the_chart_is_a_picture(tmp_path):
@@ -174,5 +175,11 @@ def test_fresh_shots_keep_the_promise(tmp_path, device):
     """New shots each time; of 25 at most one may break it, as the audit's 99 % allow."""
     seed = secrets.randbelow(2**31)
     print(f"python benchmarks/audit --seed {seed} --shots {FRESH_SHOTS}")
-    found = summarise([measure_shot(draw_shot(seed, number), tmp_path, device) for number in range(FRESH_SHOTS)])
-    assert len(found.broken) <= 1, (seed, found.broken)
+    records, refused = [], 0
+    for number in range(FRESH_SHOTS):
+        try:
+            records.append(measure_shot(draw_shot(seed, number), tmp_path, device))
+        except NoTruthError:
+            refused += 1
+    found = summarise(records)
+    assert len(found.broken) <= 1 and refused <= FRESH_SHOTS // 5, (seed, refused, found.broken)

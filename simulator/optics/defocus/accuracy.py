@@ -25,6 +25,7 @@ FINE_PX = 12.0  # blur circles up to this radius keep detail finer than a photos
 FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and the largest radius
 MOST_WIDE = 4096  # the same for the largest radius on photosites that are wider than the camera's
 WIDE_PX = 24.0  # smallest blur radius at MEASURED for which light is computed on photosites twice as wide [photosites]
+RIM_SHARE = 0.15  # of a lamp's spot that may fall beside it
 AGREED = 0.58  # difference of a block's means over half and all of its points at which they suffice [allowed errors]
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
 LAMP_PEAK = 4.0  # radiance of the brightest pixel, in units of the brightest light, from which on it is a lamp
@@ -313,6 +314,17 @@ def spot_error(lamp: float) -> float:
     photosites, 1 to 4 scene pixels per photosite and axis, and lamps of 200 to 20,000 times the light around them.
     """
     return 0.5 * lamp / math.sqrt(1.0 + lamp)
+
+
+def rim_error(lamp: float, accuracy: Accuracy) -> float:
+    """Error at the rim of a lamp's spot where nothing else is lit, so that it counts in the noise of the dark; else 0.
+
+    A share of the spot's light falls beside it. It bounds depth maps with steps and lamps of 100 to 10^7 e- over black.
+    """
+    dark_e2 = max(accuracy.read_noise_e**2, 1.0)
+    if accuracy.electrons > dark_e2:
+        return 0.0
+    return RIM_SHARE * lamp * math.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / dark_e2)
 
 
 def hidden_error(contrast: float, is_extended: bool) -> float:

@@ -17,6 +17,7 @@ from simulator.optics.defocus.accuracy import (
     hidden_error,
     occlusion_error,
     points_error,
+    rim_error,
     slab_error,
     slope_error,
     small_circles_error,
@@ -80,7 +81,8 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     if is_sloped:
         add(f"slopes in steps of {accuracy.slope_step:.2g}", slope_error(accuracy.slope_step), TIGHTER, falls=True)
     if contrast.lamp > 0.0:
-        add("edges of the spots of lamps", spot_error(contrast.lamp), FINER_SCENE)
+        spots = max(spot_error(contrast.lamp), rim_error(contrast.lamp, accuracy))
+        add("edges of the spots of lamps", spots, FINER_SCENE)
     wide_or_not = np.array([own.largest_px, min(own.largest_px, 0.999 * WIDE_PX)])
     points = int(sample_count(wide_or_not, defocus).min())
     if contrast.has_steps:

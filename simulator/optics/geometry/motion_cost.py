@@ -13,10 +13,10 @@ COST_NS = {
     "sweep by place": 6.0,  # for each photosite, instant, layer and scene pixel that it averages
     "moving launches": 8.0e6,  # of a frame whose points of the aperture carry instants: tables of points, launches
     "moving points": 550.0,  # for each photosite and surface
-    "instant": 6.0e6,  # of each instant at which the optics run
+    "instant": 3.0e6,  # of each instant at which the optics run
 }
 AGAIN = 3.0  # times what the image at rest takes, since places of a picture that is turned are found one by one
-BLURRED_AGAIN = 35.0  # the same of its blur, whose methods are not measured before
+OCCLUDING_AGAIN = 35.0  # the same of a blur of surfaces that hide each other, whose blocks are not measured before
 
 
 def sweep_cost_ms(key: str, count: float) -> float:
@@ -29,11 +29,11 @@ def moving_cost_ms(pixels: int, surfaces: int) -> float:
     return 1e-6 * (COST_NS["moving launches"] + COST_NS["moving points"] * pixels * surfaces)
 
 
-def instants_cost_ms(motion: MotionPlan, still_ms: float, blur_ms: float) -> float:
+def instants_cost_ms(motion: MotionPlan, each_ms: float, launches_ms: float = 0.0) -> float:
     """Return the predicted time of running the optics at each instant [ms].
 
-    still_ms: of their passes at rest but the blur, blur_ms: of the blur, both without launches. Where lines open one after
-    the other they share instants, each of which lights a part of the lines.
+    each_ms: of the passes of one, over all lines, without launches. launches_ms: of the blur of one. Where lines open one
+    after the other they share instants, each of which lights a part of the lines.
     """
     nodes = motion.count if motion.is_common else len(motion.shared_nodes())
-    return 1e-6 * COST_NS["instant"] * nodes + motion.count * (AGAIN * still_ms + BLURRED_AGAIN * blur_ms)
+    return (1e-6 * COST_NS["instant"] + launches_ms) * nodes + motion.count * each_ms

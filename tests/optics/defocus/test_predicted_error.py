@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from audit.drawn_shots import draw_shot
 from audit.float64_truth import sum_rays
 from audit.measured_shot import noise_electrons, run
 from audit.measured_shot import z_scores as z_scores_of_noise
@@ -16,9 +17,10 @@ from helpers.textured_planes import one_picture, textured_planes, with_truth_of_
 from scipy.ndimage import map_coordinates
 from scipy.signal import fftconvolve
 
+from simulator.config.shot_file import load_shot
 from simulator.device import open_device
 from simulator.exposure.settings import Exposure
-from simulator.optics.defocus.accuracy import twice_blurred_share
+from simulator.optics.defocus.accuracy import Accuracy, rim_error, spot_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.predicted_error import LAYERS, error_terms, predicted_error
 from simulator.pipeline.planner import Plan, measure, plan
@@ -143,3 +145,16 @@ def test_means_of_a_coarse_scene_leave_at_most_what_their_law_states(scale):
         found = fftconvolve(photosites(fine), disk_weights(radius_px), mode="same")
         left = np.quantile(np.abs(found - truth)[inner], 0.999)
         assert left <= curvature * twice_blurred_share(radius_px, scale) / 12.0
+
+
+def test_lamps_over_black_are_bounded_by_the_noise_of_the_dark(tmp_path):
+    """Steps in depth, lamps of up to 10^7 e- and no wall: the audit found 63 sigma at a rim (seed 10, shot 3)."""
+    budget = plan(load_shot(draw_shot(10, 3).write(tmp_path))).error_budget
+    assert budget.is_clamped and 64.0 < budget.predicted_sigma < 640.0
+    (warning, *_) = budget.warnings()
+    assert "edges of the spots of lamps" in warning
+
+
+def test_lamps_before_a_wall_count_in_the_noise_of_its_light():
+    wall, black = Accuracy(electrons=2000.0), Accuracy(electrons=1.0)
+    assert rim_error(100.0, wall) == 0.0 < spot_error(100.0) < rim_error(100.0, black)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
 from helpers.lens_error import statistics, z_scores
-from helpers.lens_frame import blurred_case, case_plan, executed_case, with_accuracy
+from helpers.lens_frame import blurred_case, case_plan, case_shot, executed_case, with_accuracy
 from helpers.lens_truths import Case, cases, penumbra, sinusoid, slanted_plane, stripes, uniform_layers
 from helpers.scene_builders import band_scene
 
@@ -37,8 +37,10 @@ from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.sensor.camera.camera import Window
+from simulator.sensor.camera.camera_sections import IsoSetting
 from simulator.sensor.stages.dark_current import DarkCurrent
 from simulator.sensor.stages.full_well import FullWell
+from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 
 LIGHTS = ("point", "square_light")
 
@@ -256,3 +258,15 @@ def test_without_tolerance_any_lens_and_filter_is_followed():
     rays, fast = frames
     assert planned.optics.defocus.largest_px > 3.0
     assert np.quantile(np.abs(rays / fast - 1.0)[8:-8, 8:-8], 0.99) < 3e-3
+
+
+def test_without_noise_the_tolerance_is_relative():
+    """A camera without photon noise that reads without any: σ is that of the photons all the same, 1/√n of n electrons."""
+    case = uniform_layers(-5.0, 6.0, 2)
+    shot = case_shot(case, 10000.0)
+    silent = dataclasses.replace(shot.camera, stages={}, iso_table={100: IsoSetting(1.0, 0.0)}, bit_depth=16)
+    noisy = dataclasses.replace(silent, stages={"photon_shot_noise": PhotonShotNoise()})
+    plans = [plan(dataclasses.replace(shot, camera=camera)) for camera in (silent, noisy)]
+    assert plans[0].optics.accuracy == plans[1].optics.accuracy
+    assert plans[0].optics.accuracy.sigma == pytest.approx(0.01, rel=1e-3)
+    assert plans[0].error_budget == plans[1].error_budget

@@ -1,0 +1,52 @@
+"""The predicted time of motion: each instant has its launches, and lines that open one after the other share instants."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+from helpers.lens_frame import LENS
+from helpers.scene_builders import band_scene
+
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.motion import Motion
+from simulator.exposure.settings import Exposure
+from simulator.exposure.shutter import RollingShutter
+from simulator.optics.geometry.motion_cost import COST_NS, instants_cost_ms, moving_cost_ms, sweep_cost_ms
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+
+
+def summed(**settings):
+    """Plan of a slope in depth that is blurred at each instant of a pan."""
+    slope_m = np.linspace(1.6, 2.4, 32)[None, :].repeat(24, axis=0).astype(np.float32)
+    scene = band_scene(np.random.default_rng(1).random((24, 32)), slope_m)
+    exposure = Exposure(0.001, **settings)
+    shot = Shot(scene, LENS, exposure, small_camera(32, 24), motion=Motion(camera=SteadyMotion(pan_deg_per_s=40.0)))
+    planned = plan(shot)
+    assert planned.optics.motion is not None and planned.optics.motion.method == "instants"
+    return planned
+
+
+def test_each_instant_has_its_launches():
+    motion = summed().optics.motion
+    cost = instants_cost_ms(motion, 0.0)
+    assert motion.count > 1 and cost == pytest.approx(1e-6 * COST_NS["instant"] * motion.count)
+    assert instants_cost_ms(motion, 2.0) == pytest.approx(cost + 2.0 * motion.count)
+    told = next(one.cost_ms for one in summed().passes if one.name == "motion")
+    assert told > cost
+
+
+def test_lines_that_open_one_after_the_other_have_more_instants():
+    common, rolling = summed().optics.motion, summed(shutter=RollingShutter(0.01)).optics.motion
+    assert len(rolling.shared_nodes()) > rolling.count
+    ratio = instants_cost_ms(rolling, 0.0) / instants_cost_ms(common, 0.0)
+    assert ratio == pytest.approx(len(rolling.shared_nodes()) / common.count)
+    again = dataclasses.replace(rolling, count=2 * rolling.count)
+    assert instants_cost_ms(again, 0.0) > instants_cost_ms(rolling, 0.0)
+
+
+def test_swept_frames_and_moving_points_grow_with_the_photosites():
+    small, large = (sweep_cost_ms("sweep", count) for count in (1e4, 1e8))
+    assert large - small == pytest.approx(1e-6 * COST_NS["sweep"] * (1e8 - 1e4))
+    assert moving_cost_ms(10**6, 2) - moving_cost_ms(10**6, 1) == pytest.approx(COST_NS["moving points"])
