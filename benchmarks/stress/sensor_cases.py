@@ -118,11 +118,10 @@ def run_camera_planes(device: Device, inputs: Inputs) -> Outcome:
 
 
 def irradiance_of(inputs: Inputs) -> Irradiance:
-    """Return the lens of these inputs."""
+    """Return the lens of these inputs, whose axis meets the middle of a sensor: whole or half photosites."""
     shares = tuple(np.linspace(1.0, number(inputs, "corner_share"), 5).tolist())
-    return Irradiance(
-        number(inputs, "solid_angle_sr"), number(inputs, "tan2_per_px2"), number(inputs, "centre_px"), 12.5, shares, 0.05
-    )
+    centre_px = 0.5 * round(2.0 * number(inputs, "centre_px"))
+    return Irradiance(number(inputs, "solid_angle_sr"), number(inputs, "tan2_per_px2"), centre_px, 12.5, shares, 0.05)
 
 
 def vignetting_size(lens: Irradiance, x: int, y: int) -> np.ndarray:

@@ -135,12 +135,28 @@ def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance
         planned = replace(planned, accuracy=accuracy)
     if lens.forms_image:
         planned = with_defocus(planned, loaded, lens, sensor)
+        planned = _with_rays_through_filter(planned, lens, sensor)
     return _with_psf(planned, lens, sensor, floor)
+
+
+def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
+    """Return the plan of a reference whose rays start where a low-pass filter and the open area let them, if the lens is ideal.
+
+    A kernel after the blur would see its light on whole photosites.
+    """
+    camera = sensor.camera
+    if planned.accuracy.tolerance or planned.defocus is None or planned.deep_blur is not None:
+        return planned
+    if lens.psf is not None or lens.has_diffraction or lens.aberrations is not None:
+        return planned
+    low_pass_px = camera.low_pass_um / camera.pixel_pitch_um
+    projection = replace(planned.projection, open_side=math.sqrt(camera.fill_factor), low_pass_px=low_pass_px)
+    return replace(planned, projection=projection)
 
 
 def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor | None) -> OpticsPlan:
     """Return the plan with the point spread function, unless its effect is invisible at every ISO."""
-    if planned.projection.open_side < 1.0:
+    if planned.projection.open_side < 1.0 or planned.projection.low_pass_px > 0.0:
         return planned  # the scene is integrated over the open area of each photosite
     exposure, irradiance = sensor.exposure, sensor.irradiance
     factor = exposure.time_s * exposure.collecting_area_um2 * irradiance.effective_solid_angle_sr

@@ -5,6 +5,7 @@ import pytest
 from stress.bits import compare_bits, drawn
 from stress.cases import CASES
 from stress.search import Outcome, StressCase, search
+from stress.sensor_cases import SHAPE
 from stress.space import Choice, Picture, Real, Whole, around, paint
 
 from simulator.device import KERNELS
@@ -26,6 +27,15 @@ def test_a_kernel_stays_within_its_bound(device, case):
     found = search(case, device, 1, examples=8, steps=24)
     assert found.within_bounds(), (found.worst, found.at)
     assert found.tried > found.refused
+
+
+def test_a_veil_far_from_the_axis_is_as_exact_as_the_fall_off(device):
+    """Where a search found 232 ulps: an axis between halves of photosites, which no sensor has, is rounded to float32."""
+    case = next(case for case in CASES if case.name == "veiling_glare")
+    light = np.random.default_rng(1).choice([0.0, 1e-30, 1.0, 1e5, 1e37], SHAPE).astype(np.float32)
+    lens = {"solid_angle_sr": 0.00261716, "tan2_per_px2": 0.0035, "centre_px": 4189.47, "corner_share": 1.0, "x": 4095, "y": 0}
+    found = case.measure(device, {"light": light, "veil": 1.00056e-30, "share": 0.0, **lens})
+    assert found is not None and found["ulps"] <= case.most_ulps
 
 
 @pytest.mark.slow

@@ -38,6 +38,7 @@ class Projection:
     nearest: pixels of a coarse scene are even squares, too, instead of light that is bilinear between them.
     stretch: largest local magnification of `warp`. warp: distortion of the lens, applied before the scale; None: none.
     open_side: side of the light-sensitive square in the middle of a photosite [photosites] that `project` averages.
+    low_pass_px: distance of a low-pass filter's spots on either axis that rays see [photosites].
     edge_px: difference in blur radius above which neighbouring scene pixels belong to two surfaces [photosites].
     pose: of the camera, after `warp`: pivot x, y and displacement as kernels/scene_place.h has them; None: at rest.
     is_bilinear: whether the scene has fewer pixels than photosites, and light between their centres.
@@ -56,6 +57,7 @@ class Projection:
     edge_px: float = EDGE_PX
     pose: tuple[float, ...] | None = None
     is_bilinear: bool = False
+    low_pass_px: float = 0.0
 
     def on_wider_photosites(self) -> Self:
         """Return the resampling of the same scene by photosites twice as wide, from the same corner of the sensor on."""

@@ -25,6 +25,7 @@ from simulator.optics.ray_reference.small_lights import LightSpots, SmallLights,
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Window
 
+WHOLE = (1.0, 0.0)  # start of rays on photosites that are open all over, without a filter
 BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins with the same colours
 MOST_SAMPLES = 8  # per photosite and axis, of a scene finer than the photosites
 MOST_LIGHTS = 4096  # scene pixels that count as small lights, the brightest; fewer where one lies on many samples
@@ -34,6 +35,9 @@ LEAST_CELL, RAY_CELL_PX = (
 )  # columns and rows of the smallest cells of moving images, and their largest error [photosites]
 RAYS_PER_LIGHT_RAY = 4  # rays of a photosite for each from one of its small lights
 PATTERNS, FEWEST_PATTERNS, PATTERN_RAYS = 32, 4, 131072  # patterns of a set of rays: fewer of many rays
+
+Sample = Callable[[RaySet, np.ndarray], np.ndarray]
+Start = tuple[float, float]  # where rays begin: side of their square, and distance of the spots that it has [photosites]
 
 
 def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], progress: Callable[[float], None]) -> Buffer:
@@ -67,9 +71,6 @@ def reference_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], p
     return device.upload(light)
 
 
-Sample = Callable[[RaySet, np.ndarray], np.ndarray]
-
-
 def _rays_of(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Callable[[Window], Sample]:
     """Function that gives, for a band of rows, the function that samples its light."""
     deep, blur, defocus = optics.scene.deep, optics.deep_blur, _defocus_of(optics)
@@ -77,7 +78,8 @@ def _rays_of(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Callab
         grid = Grid(optics, device, planes)
         on_samples = 4.0 * (grid.over / optics.projection.scale) ** 2 if optics.projection.is_bilinear else 1.0
         most = max(int(MOST_LIGHTS / on_samples), 1)
-        limit = None if defocus.motion is not None else light_limit(optics.scene, optics.weights, most)
+        has_lights = defocus.motion is None and _start(optics) == WHOLE  # whose shares are those of whole photosites
+        limit = light_limit(optics.scene, optics.weights, most) if has_lights else None
         return lambda window: BandRays(grid, window, limit).sample
     picture = DeepPicture(device, deep, blur, optics.weights, optics.projection)
 
@@ -85,7 +87,7 @@ def _rays_of(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Callab
         block = optics.cfa.block(window.x, window.y)
 
         def sample(rays: RaySet, places: np.ndarray) -> np.ndarray:
-            points = _points(rays.rays, rays.seed, defocus.pupil, optics.projection.open_side)
+            points = _points(rays.rays, rays.seed, defocus.pupil, _start(optics))
             return picture.sample(points, window, block, places, defocus.eyes)
 
         return sample
@@ -119,28 +121,40 @@ def _bands(frame: Window) -> Iterator[Window]:
 
 
 @lru_cache(maxsize=8 * REPLICATIONS)
-def _points(rays: int, seed: int, pupil: Pupil | None, side: float, *, timed: bool = False) -> np.ndarray:
-    """Rays of a set. pupil: None: the last two numbers are places in the light's cell. side: of their square [px]."""
+def _points(rays: int, seed: int, pupil: Pupil | None, start: Start, *, timed: bool = False) -> np.ndarray:
+    """Rays of a set. pupil: None: the last two numbers are places in the light's cell. start: where they begin."""
+    side, apart = start
     patterns = max(FEWEST_PATTERNS, min(PATTERNS, PATTERN_RAYS // rays))
     points = ray_samples(rays, patterns, seed, pupil, timed=timed)
-    points[..., :2] = 0.5 + side * (points[..., :2] - 0.5)
+    place = points[..., :2]
+    if apart:  # either half of an axis goes to one of the spots, so that both have points as even as one
+        second = place >= 0.5
+        place = 2.0 * place - second
+        points[..., :2] = 0.5 + side * (place - 0.5) + apart * (second - 0.5)
+    else:
+        points[..., :2] = 0.5 + side * (place - 0.5)
     return points
+
+
+def _start(optics: OpticsPlan) -> Start:
+    return optics.projection.open_side, optics.projection.low_pass_px
 
 
 class BandRays:
     """Rays of a band of rows.
 
     limit: of `light_limit`. Samples of a grid with one per photosite are means over photosites, so that the area of the
-    photosite counts once: rays start from its centre. Those of images that move start anywhere in it: the mean over an even
-    square that moves.
+    photosite counts once: rays start from its centre. Those of images that move start anywhere in it, and so do those that a
+    filter or the open area moves: the mean over even squares.
     """
 
     def __init__(self, grid: "Grid", window: Window, limit: tuple[np.ndarray, np.ndarray] | None) -> None:
         optics, defocus = grid.optics, _defocus_of(grid.optics)
         block = optics.cfa.block(window.x, window.y)
         colour, coverage, radius = grid.band(window)
-        starts_in_middle = grid.over == 1 and defocus.motion is None
-        self._pupil, self._side = defocus.pupil, 0.0 if starts_in_middle else optics.projection.open_side
+        start = _start(optics)
+        starts_in_middle = grid.over == 1 and defocus.motion is None and start == WHOLE
+        self._pupil, self._start = defocus.pupil, (0.0, 0.0) if starts_in_middle else start
         lights = None if limit is None else take_lights(colour, radius, *limit, grid.over)
         args = grid.device, grid.margin_px, window, grid.over, block, defocus.eyes
         self._motion, self._window = defocus.motion, window
@@ -169,15 +183,15 @@ class BandRays:
         """Mean light of some photosites (n,), by a set of rays."""
         if self._motion is not None:
             return self._sample_moving(rays, places, self._motion)
-        light = self._rays.sample(_points(rays.rays, rays.seed, self._pupil, self._side), places).astype(np.float64)
+        light = self._rays.sample(_points(rays.rays, rays.seed, self._pupil, self._start), places).astype(np.float64)
         if self._spots is None or self._unhidden is None:
             return light
-        points = _points(max(rays.rays // RAYS_PER_LIGHT_RAY, 1), rays.seed, None, self._side)
+        points = _points(max(rays.rays // RAYS_PER_LIGHT_RAY, 1), rays.seed, None, self._start)
         return light + self._unhidden[places] - self._spots.lost_light(points, places, rays.doubling == 0)
 
     def _sample_moving(self, rays: RaySet, places: np.ndarray, motion: JointMotion) -> np.ndarray:
         """`sample` where images move: cell by cell, each with the shifts of its middle."""
-        points = _points(rays.rays, rays.seed, self._pupil, self._side, timed=True)
+        points = _points(rays.rays, rays.seed, self._pupil, self._start, timed=True)
         y, x = np.divmod(places, self._window.width)
         cells, middles = motion.cells(self._window.x + x, self._window.y + y, LEAST_CELL, RAY_CELL_PX)
         _, first, index = np.unique(cells, axis=1, return_index=True, return_inverse=True)
@@ -202,7 +216,7 @@ class Grid:
 
     def __post_init__(self) -> None:
         defocus, projection = _defocus_of(self.optics), self.optics.projection
-        self.margin_px = defocus.reach_px
+        self.margin_px = defocus.reach_px + math.ceil(0.5 * projection.low_pass_px)
         divides = projection.whole_pixels(range(2, MOST_SAMPLES + 1)) or MOST_SAMPLES
         self.over = divides if projection.is_fine else MOST_SAMPLES if projection.is_bilinear else 1
         self.radii = [self.device.upload(px) if isinstance(px, np.ndarray) else px for px in defocus.radii_px]
