@@ -234,7 +234,7 @@ def inspect(
     inspect_file(raw, as_json)
 
 
-@app.command(epilog="Example: photosite mtf frames/edge.dng --plot edge.png")
+@app.command(epilog="Example: photosite mtf frames/slanted_edge.dng --plot edges.png")
 def mtf(
     raw: Annotated[Path, typer.Argument(metavar="RAW", help="A raw file of any camera that LibRaw reads.")],
     area: Annotated[
@@ -373,7 +373,7 @@ def measure_noise(
 
 
 @measure.command(
-    "emva", epilog="Example: photosite measure emva bench --irradiance '12 uW/cm^2' --wavelength 525nm --pixel-pitch 3um"
+    "emva", epilog="Example: photosite measure emva emva/frames --irradiance '12 uW/cm^2' --wavelength 525nm --pixel-pitch 3um"
 )
 def measure_emva(
     files: BenchFiles,

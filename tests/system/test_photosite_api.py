@@ -259,7 +259,7 @@ def examples() -> list[list[str]]:
 
 MAKERS = ("simulate", "validate")  # commands whose files other examples read
 TAKEN = ["validate", "simulate", "study", "resimulate", "develop", "inspect", "explain", "calibrate", "schema", "dataset"]
-TAKEN += ["plot", "compare", "report", "lens", "new"]
+TAKEN += ["plot", "compare", "report", "lens", "new", "explore", "mtf", "measure"]
 
 
 def test_every_command_that_takes_something_has_an_example():
@@ -290,7 +290,10 @@ def test_what_an_example_names_comes_along_or_is_made_by_another(arguments):
     elif "raw" in values:
         folder, name = values["raw"].parts
         made = [example for example in examples() if example[0] == "simulate" and example[-2:] == ["--out", folder]]
-        assert {f"{example[1]}.dng" for example in made} == {name}
+        assert made and named_file("shots", Path(name).stem).is_file()
+    elif arguments[0] == "measure":
+        assert [str(path) for path in values["files"]] == [{"noise": "noise/frames", "emva": "emva/frames"}[arguments[1]]]
+        assert any(example[:2] == ["validate", arguments[1]] and example[-1] == arguments[1] for example in examples())
     elif "files" in values:
         (folder,) = values["files"]
         assert any(example[:2] == ["validate", "noise"] and example[-1] == str(folder.parent) for example in examples())
