@@ -86,8 +86,7 @@ def take_point(task: StudyTask, index: int) -> Outcome:
     try:
         shot = point.shot()
         key = key_of_point(task.study, shot)
-        there = _known(files)
-        if not task.redo and there is not None and there.key == key and is_complete(task.study, files, there):
+        if (there := _done_record(task, files, key)) is not None:
             return Outcome(index, point.name, point.command, "kept", there)
         label = open_device(task.device).info.label
         record = _make(task, point, shot, key, files)
@@ -98,6 +97,25 @@ def take_point(task: StudyTask, index: int) -> Outcome:
     write_time(files.time, Timing(round(time.perf_counter() - start, 4), label))
     write_record(files.record, record)
     return Outcome(index, point.name, point.command, "taken", record)
+
+
+def find_done(task: StudyTask, index: int) -> Outcome | None:
+    """Return the outcome of a point that is done; None of one that is to be taken."""
+    point = task.study[index]
+    files = files_of_point(task.folder, point.name)
+    if task.redo:
+        return None
+    try:
+        there = _done_record(task, files, key_of_point(task.study, point.shot()))
+    except PhotositeError:
+        return None
+    return None if there is None else Outcome(index, point.name, point.command, "kept", there)
+
+
+def _done_record(task: StudyTask, files: PointFiles, key: str) -> Record | None:
+    """Return the record of a point that is done with this key, whose files all stand; None where it is to be taken."""
+    there = None if task.redo else _known(files)
+    return there if there is not None and there.key == key and is_complete(task.study, files, there) else None
 
 
 def state_of_point(task: StudyTask, point: StudyPoint) -> State:

@@ -6,7 +6,7 @@ import shlex
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
@@ -24,7 +24,7 @@ from simulator.progress import Progress, Steps, silent
 from simulator.raw.canonical_json import json_text
 from simulator.studies.cluster import cluster, map_on_cluster
 from simulator.studies.study_folder import PROVENANCE, STUDY, Record, files_of_point, read_time, write_record
-from simulator.studies.study_point import Outcome, StudyTask, take_point, take_points
+from simulator.studies.study_point import Outcome, StudyTask, find_done, take_point, take_points
 from simulator.studies.study_result import StudyResult, load
 from simulator.studies.study_table import make_table, write_table
 
@@ -76,7 +76,7 @@ def run_study(
     workers: processes of this machine. scheduler: address of a running dask.distributed cluster instead, all of whose machines
         see the folder under its path. Files and table are the same for any number, the column of times excepted.
     redo: take also points that are done. report: called with each point as soon as it is taken or found done.
-    progress: called with the name of each point and the share done.
+    progress: called while points that are done are looked for, then with the name of each point and the share done.
     A point that cannot be taken is told by `report`, and the others go on.
     Raises PhotositeError for a study or folder that cannot be used, and where results cannot be written.
     """
@@ -85,12 +85,15 @@ def run_study(
     _claim_folder(studied, place)
     task = StudyTask(studied, place, device, redo=redo)
     started, began = datetime.now(UTC), time.monotonic()
-    checked, kept, failed, steps = dict[int, Record](), 0, list[Outcome](), Steps(progress, len(studied))
+    checked, failed = dict[int, Record](), list[Outcome]()
     next_table = began + TABLE_EVERY_S
     try:
-        for outcome in _outcomes(task, workers, scheduler):
+        for outcome in _find_done(task, progress):
             checked[outcome.index] = outcome.record
-            kept += outcome.how == "kept"
+            report(outcome)
+        kept, steps = len(checked), Steps(progress, len(studied) - len(checked))
+        for outcome in _take(task, workers, scheduler, checked.keys()):
+            checked[outcome.index] = outcome.record
             if outcome.record.error is not None:
                 failed.append(outcome)
             report(outcome)
@@ -106,17 +109,31 @@ def run_study(
     return StudyRun(place, len(checked) - kept, kept, tuple(failed))
 
 
-def _outcomes(task: StudyTask, workers: int, scheduler: str | None) -> Iterator[Outcome]:
-    """Yield the outcome of every point as it is known."""
-    groups = task.study.by_light()
+def _find_done(task: StudyTask, progress: Progress) -> Iterator[Outcome]:
+    """Yield the outcomes of the points that are done already."""
+    known = [point.index for point in task.study if files_of_point(task.folder, point.name).record.exists()]
+    steps = Steps(progress, len(known))
+    for index in known:
+        found = find_done(task, index)
+        if found is not None:
+            yield found
+        steps.add("looking for points that are done")
+
+
+def _take(task: StudyTask, workers: int, scheduler: str | None, done: Container[int]) -> Iterator[Outcome]:
+    """Yield the outcome of every point that is not done, as it is known."""
+    groups = [[index for index in group if index not in done] for group in task.study.by_light()]
+    count = sum(map(len, groups))
+    if count == 0:
+        return
     if workers == 1 and scheduler is None:
         for group in groups:
             for index in group:
                 yield take_point(task, index)
         return
     with cluster(workers, scheduler) as client:
-        count = max(1, len(client.scheduler_info()["workers"]))
-        most = max(1, min(MOST_IN_CHUNK, len(task.study) // (CHUNKS_PER_WORKER * count)))
+        processes = max(1, len(client.scheduler_info()["workers"]))
+        most = max(1, min(MOST_IN_CHUNK, count // (CHUNKS_PER_WORKER * processes)))
         chunks = [tuple(group[first : first + most]) for group in groups for first in range(0, len(group), most)]
         lost: list[tuple[int, ...]] = []
         for chunk, made in map_on_cluster(client, partial(take_points, task), chunks):

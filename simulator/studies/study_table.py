@@ -18,7 +18,6 @@ from simulator.studies.study_folder import (
     TABLE,
     Record,
     files_of_point,
-    read_record,
     read_time,
 )
 from simulator.studies.study_point import flat_leaves, number_and_unit
@@ -76,8 +75,7 @@ def make_table(study: Study, folder: Path, checked: Mapping[int, Record]) -> Tab
     for point in study:
         files = files_of_point(folder, point.name)
         record = checked.get(point.index)
-        there = record or read_record(files.record)
-        state = "missing" if there is None else "stale" if record is None else record.state
+        state = record.state if record is not None else "stale" if files.record.exists() else "missing"
         time = read_time(files.time)
         row: dict[str, Any] = {
             "index": point.index,

@@ -170,11 +170,12 @@ def test_a_folder_of_another_study_is_refused(whole, tmp_path):
         run_study(small_study(tmp_path, STUDY.replace("study: small", "study: other")), folder)
 
 
-def test_a_run_that_is_killed_loses_nothing(tmp_path, monkeypatch):
+@pytest.mark.parametrize("workers", ["1", pytest.param("2", marks=pytest.mark.slow)])
+def test_a_run_that_is_killed_loses_nothing(workers, tmp_path, monkeypatch):
     """The quantity `mine` takes 0.15 s a point, so that the run is killed between two records."""
     text = STUDY + "  mine: {python: own.slowly}\n"
     path, out = write_study(tmp_path, text), tmp_path / "out"
-    command = [sys.executable, "-m", "simulator", "study", str(path), "--out", str(out)]
+    command = [sys.executable, "-m", "simulator", "study", str(path), "--out", str(out), "--workers", workers]
     environment = os.environ | {"PYTHONPATH": f"{ROOT}{os.pathsep}{tmp_path}"}
     running = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     while len(list(out.glob("points/*.json"))) < 2 and running.poll() is None:
@@ -182,6 +183,10 @@ def test_a_run_that_is_killed_loses_nothing(tmp_path, monkeypatch):
     assert running.poll() is None
     running.send_signal(signal.SIGKILL)
     running.wait()
+    last = -1
+    while (found := len(list(out.rglob("*")))) != last:  # workers end when they miss their parent
+        last = found
+        time.sleep(0.5)
     done = {path.name: path.stat().st_mtime_ns for path in out.glob("points/*.json")}
     assert 2 <= len(done) < 6
     monkeypatch.syspath_prepend(str(tmp_path))
