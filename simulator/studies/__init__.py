@@ -1,6 +1,8 @@
-"""Studies that take many shots: `run_study` makes one, `load` reads its results."""
+"""Studies that take many shots: `run_study` makes one, `load` reads its results.
 
-from simulator.studies.study_result import StudyResult, load
-from simulator.studies.study_run import StudyRun, load_study, run_study
+Names are imported when they are first used: a single shot, which reads a module of this folder, waits for no measurement.
+"""
 
-__all__ = ["StudyResult", "StudyRun", "load", "load_study", "run_study"]
+from simulator import lazy_names
+
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)
