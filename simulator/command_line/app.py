@@ -234,7 +234,9 @@ def inspect(
     inspect_file(raw, as_json)
 
 
-@app.command(epilog="Example: photosite mtf frames/slanted_edge.dng --plot edges.png")
+@app.command(
+    epilog="Example: photosite simulate slanted_edge --out frames; photosite mtf frames/slanted_edge.dng --plot edge.png"
+)
 def mtf(
     raw: Annotated[Path, typer.Argument(metavar="RAW", help="A raw file of any camera that LibRaw reads.")],
     area: Annotated[
@@ -372,9 +374,7 @@ def measure_noise(
     run(files, pixel_pitch, circle_of_confusion, out, as_json)
 
 
-@measure.command(
-    "emva", epilog="Example: photosite measure emva emva/frames --irradiance '12 uW/cm^2' --wavelength 525nm --pixel-pitch 3um"
-)
+@measure.command("emva")
 def measure_emva(
     files: BenchFiles,
     iso: Annotated[int | None, typer.Option(help="The ISO, when the files are of several.")] = None,
@@ -389,8 +389,8 @@ def measure_emva(
 
     Takes, at one ISO and in steady, even light: dark frames of one exposure time, 2 or more, 16 are good; pairs of flats at 5
     exposure times or more, 20 are good, from 5 % of saturation to beyond it; more flats of about half of saturation for the
-    PRNU. Told apart as `photosite calibrate` does. Quantum efficiency takes the light in photons: irradiance, wavelength and
-    pitch.
+    PRNU. Told apart as `photosite calibrate` does. Quantum efficiency takes the light in photons:
+    --irradiance '12 uW/cm^2' --wavelength 525nm --pixel-pitch 3um.
     """
     from simulator.command_line.bench_measurement import measure_emva as run
 

@@ -11,6 +11,7 @@ from simulator.pipeline.planner import light_stages
 from simulator.pipeline.shot import Shot
 from simulator.raw.raw_image import Raw
 from simulator.raw.raw_reader import plane_places, read_raw_file
+from simulator.sensor.camera.cfa import BAYER
 from simulator.sensor.hdr_plan import plan_readings
 from simulator.sensor.sensor_plan import SensorPlan, plan_sensor
 
@@ -77,6 +78,10 @@ class MeasuredFrame:
 
         None: G, or MONO of a frame without a filter. Raises PhotositeError for a colour that the frame does not have.
         """
+        rule = (
+            "only 2 x 2 Bayer patterns and frames without a filter have planes to measure; measure clipped_share without plane"
+        )
+        require(self.cfa == "MONO" or self.cfa in BAYER, "cfa", self.cfa, rule, file=self.name)
         all_places = plane_places(self.cfa)
         wanted = plane or ("MONO" if self.cfa == "MONO" else "G")
         found = [place for name, place in all_places.items() if wanted in (name, name[0])]

@@ -125,3 +125,9 @@ def test_an_area_outside_and_a_colour_that_is_not_there_are_told():
     bayer = dataclasses.replace(frame, cfa="RGGB")
     with pytest.raises(PhotositeError, match=r"area = \[0, 0, 1, 1\]: holds no photosite of this colour"):
         Patch((0, 0, 1, 1), "B").measure(bayer)
+
+
+def test_a_pattern_that_is_no_bayer_pattern_is_refused():
+    frame = MeasuredFrame(np.zeros((48, 64), np.uint16), "GGRGGB" * 6, np.zeros((2, 2)), 4095, name="x.dng")
+    with pytest.raises(PhotositeError, match=r"x\.dng: cfa = GGRGGB.*: only 2 x 2 Bayer patterns"):
+        Patch().measure(frame)
