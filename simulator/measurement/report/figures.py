@@ -24,6 +24,7 @@ MEASURED, TRUTH, ALLOWED, FAILED = "#0b5fa5", "#333333", "#dde7f0", "#c0392b"
 COLORS = ("#3d3d9e", "#c4500a", "#00795c", "#2a8fbd", "#222222", "#a3143c", "#8c6d00", "#b06fb5")
 DASHES = ("-", (0, (5, 2)), (0, (1, 1.4)), (0, (6, 1.5, 1, 1.5)))
 MARKERS = "os^Dvx"
+MOST_VECTORS = 3000  # points of a line from which on an SVG holds it as pixels
 FORMATS = ("svg", "png", "pdf")  # that a file name may end with
 DIALS = {  # labels of an axis in steps of a dial: full stops
     "iso": [100.0 * 4.0**power for power in range(-2, 9)],
@@ -68,7 +69,7 @@ def svg_of(figure: "Figure") -> str:
     """Return a figure as an SVG element to stand in an HTML page, with the same bytes each time."""
     with _svg_style():
         buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
+        figure.savefig(buffer, format="svg", dpi=150, metadata={"Date": None})
     text = re.sub(r"<metadata>.*?</metadata>", "", buffer.getvalue(), flags=re.DOTALL)
     # Groups are named alike in all figures, and no name is used: a page may hold several figures.
     return re.sub(r'<g id="[^"]*">', "<g>", text[text.index("<svg") :])
@@ -136,7 +137,8 @@ def draw_plot(axes: "Axes", plot: Plot, has_title: bool = True) -> None:
         axes.set_ylim(bottom=plot.y_from)
     _draw_marks(axes, plot)
     if any(line.label for line in plot.lines):
-        axes.legend(frameon=False, fontsize="small")
+        is_large = sum(len(line.curve.x) for line in plot.lines) > MOST_VECTORS  # a search for the best place takes long
+        axes.legend(frameon=False, fontsize="small", loc="upper left" if is_large else "best")
 
 
 def _styles(plot: Plot) -> Iterator[dict[str, Any]]:
@@ -161,6 +163,7 @@ def _styles(plot: Plot) -> Iterator[dict[str, Any]]:
             "marker": marker,
             "markersize": 4.5,
             "linewidth": 1.1 if line.is_reference else 1.6,
+            "rasterized": len(line.curve.x) > MOST_VECTORS,
         }
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol, TypeGuard
 
@@ -56,6 +57,10 @@ class StudyFolder:
 
     def done(self) -> list[Row]:
         """Return the points that are done."""
+        return self._done
+
+    @cached_property
+    def _done(self) -> list[Row]:
         return [row for row in self.table.rows if row["state"] == DONE]
 
     def title(self, column: str) -> str:
@@ -80,6 +85,10 @@ class StudyFolder:
 
     def varied(self) -> list[str]:
         """Return the axes that have two values or more."""
+        return self._varied
+
+    @cached_property
+    def _varied(self) -> list[str]:
         return [key for key in self.columns_of("axis") if len({_plain(row[key]) for row in self.table.rows}) > 1]
 
     def is_number_column(self, column: str) -> bool:

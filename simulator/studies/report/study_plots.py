@@ -123,7 +123,7 @@ def _transfer_plots(study: StudyFolder) -> list[Plot]:
         if figure != "mean_dn" or noise not in study.table.columns or not study.is_number_column(noise):
             continue
         rows = [row for row in study.done() if all(is_number(row[key]) and row[key] > 0 for key in (column, noise))]
-        by_iso = [ISO] if ISO in study.varied() else []
+        by_iso = [ISO] if ISO in study.varied() and len({row[ISO] for row in rows}) <= MOST_LINES else []
         rows.sort(key=lambda row: (*(row[key] for key in by_iso), row[column]))
         lines = []
         for name, group in groupby(rows, key=lambda row: describe_axes(study, row, by_iso)):

@@ -66,6 +66,15 @@ def test_an_svg_has_no_address_but_those_of_its_own_language():
     assert svg == plot_svg(PLOT)
 
 
+def test_a_line_of_many_points_is_held_as_pixels_inside_the_figure():
+    x = np.linspace(0.0, 1.0, 40_000)
+    many = Plot("p", "P", (Line(Curve(x, np.sin(400 * x), "x", "", "y", ""), "", has_points=True, has_line=False),))
+    svg = plot_svg(many)
+    addresses = re.findall(r'(?:href|src)="([^"]*)"', svg)
+    assert any(one.startswith("data:image/png;base64,") for one in addresses) and len(svg) < 1_000_000
+    assert all(one.startswith(("#", "data:image/png;base64,")) for one in addresses)
+
+
 @pytest.mark.parametrize("suffix", ["svg", "png", "pdf"])
 def test_a_file_has_the_format_of_its_name_and_the_same_bytes_each_time(tmp_path, suffix):
     for name in ("first", "second"):
