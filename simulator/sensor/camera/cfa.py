@@ -1,6 +1,7 @@
 """Colour filter array: the colour plane of each photosite of the sensor."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Self
 
 from simulator.errors import require
@@ -24,14 +25,15 @@ class Cfa:
     planes: Pattern
     letters: str = "RGB"
 
-    @classmethod
-    def named(cls, name: CfaName) -> Self:
+    @staticmethod
+    @cache
+    def named(name: CfaName) -> "Cfa":
         """Return the pattern of this name; the letters are colours row by row, with "/" between rows unless it is 2 x 2.
 
         Raises PhotositeError for text that is no pattern.
         """
         if name == "MONO":
-            return cls.uniform(0)
+            return Cfa.uniform(0)
         named = f"give one of {', '.join(BAYER)}, MONO, RCCB, RGWB"
         known = f"{named}, or the rows of a pattern with / between them, such as RRGG/RRGG/GGBB/GGBB"
         rows = [name[:2], name[2:]] if "/" not in name and len(name) == 4 else name.split("/")
@@ -40,7 +42,7 @@ class Cfa:
         require(all(len(row) == sides[1] for row in rows), "camera.cfa", name, f"the rows differ in length; {known}")
         letters = next((colors for colors in COLORS if {*colors} == {*"".join(rows)}), "")
         require(letters != "", "camera.cfa", name, f"{known}, of the colours {', '.join(COLORS)}")
-        found = cls(_shortest(tuple(tuple(letters.index(letter) for letter in row) for row in rows)), letters)
+        found = Cfa(_shortest(tuple(tuple(letters.index(letter) for letter in row) for row in rows)), letters)
         twice = (found.planes[0][0], found.planes[1][1]), (found.planes[0][1], found.planes[1][0])
         require(not found.is_small or len(letters) == 4 or (1, 1) in twice, "camera.cfa", name, known)
         return found
