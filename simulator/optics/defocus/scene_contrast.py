@@ -118,7 +118,7 @@ def _mixed_range(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
     The mean is that within the smallest circle. Layers are composited at rest; their light behind others ranges as what is
     seen of them. At the rim of a circle errors end, so that half of it counts.
     """
-    from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
+    from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter1d
 
     step = math.ceil(math.sqrt(scene.planes[..., 0].size / MOST_MIXED))
     shape = *scene.planes[::step, ::step, 0].shape, to_share.shape[1]
@@ -134,7 +134,8 @@ def _mixed_range(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
         for radius_px in (least_px, 0.5 * defocus.largest_px)
     )
     range_ = maximum_filter(light, (wide, wide, 1)) - minimum_filter(light, (wide, wide, 1))
-    mean = uniform_filter(light, (max(narrow, round(defocus.scale / step)),) * 2 + (1,))
+    narrow = max(narrow, round(defocus.scale / step))
+    mean = uniform_filter1d(uniform_filter1d(light, narrow, axis=0), narrow, axis=1)
     return float(np.quantile(_seen(range_, mean, defocus.accuracy), MOST))
 
 
