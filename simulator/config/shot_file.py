@@ -19,6 +19,7 @@ from simulator.config.document_merge import named_file, parse_override, replace_
 from simulator.config.lens_section import make_lens_field
 from simulator.config.lensfun_section import resolve_lensfun
 from simulator.config.messages import suggest_nearest
+from simulator.config.prescription_section import resolve_prescription
 from simulator.config.section_types import Section
 from simulator.config.shot_text import describe_changed, is_same
 from simulator.config.sweep_section import SweepSection
@@ -151,6 +152,7 @@ def build_shot(document: Document) -> Shot:
     values: Any = validate(make_shot_section(), document)  # its fields are made at run time
     _check_name(values.name, document)
     resolve_lensfun(values, document)
+    resolve_prescription(values, document)
     shot: Shot = build(values, (), document)
     return replace(shot, origin=LoadedShot(shot, dump_resolved(values)))
 

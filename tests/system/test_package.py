@@ -76,6 +76,8 @@ def test_the_wheel_holds_the_source_tree_and_nothing_else(wheel):
         *files("kernels", "*.h", "simulator/kernels"),
         *files("configs", "*.yaml", "simulator/configs"),
         *files("configs", "*.csv", "simulator/configs"),
+        *files("configs", "*.zmx", "simulator/configs"),
+        *files("configs", "*.seq", "simulator/configs"),
         *(name for package in PACKAGES for kind in KINDS for name in files(package, kind, package)),
     }
     held = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from simulator.errors import require
+from simulator.optics.lens.wavefront_table import WavefrontTable
 from simulator.optics.lens.zernike import noll_orders, zernike
 from simulator.units import FNumber, Micrometres, Nanometres
 
@@ -37,6 +38,7 @@ class Aberrations:
     chromatic: shifts by wavelength, ascending; interpolated linearly, constant beyond the outermost.
     at_f_number: f-number that the coefficients are stated for; stopping down keeps the inner part of this wavefront.
         Left out: they hold at any f-number.
+    traced: wavefront over field and wavelength of a lens whose rays were traced, on top; left out: none.
     Raises PhotositeError for wavelengths that do not ascend, or an unknown Zernike index.
     """
 
@@ -48,6 +50,7 @@ class Aberrations:
     zernike_um: dict[int, Micrometres] = field(default_factory=dict)
     chromatic: tuple[ChromaticShift, ...] = ()
     at_f_number: FNumber | None = None
+    traced: WavefrontTable | None = None
 
     def __post_init__(self) -> None:
         wavelengths = [shift.wavelength_nm for shift in self.chromatic]
@@ -90,9 +93,16 @@ class Aberrations:
         path = path + (self.field_curvature_um * height**2 + self.defocus_um) * r2
         for index, rms_um in self.zernike_um.items():
             path = path + rms_um * zernike(index, u, v)
+        if self.traced is not None:
+            path = path + self.traced.wavefront_error_um(along, r2, height, wavelength_nm)
         focus_um, lateral_um = self._chromatic_shift(wavelength_nm)
         path = path + (blur_radius_um / (4.0 * f_number) - focus_um / (8.0 * f_number**2)) * (x**2 + y**2)
         return path - lateral_um * height / (2.0 * f_number) * (x * cosine + y * sine)
+
+    @property
+    def extreme_fields(self) -> tuple[float, ...]:
+        """Fields among which rays land farthest from the image point."""
+        return (0.0, 1.0) if self.traced is None else tuple(sorted({0.0, 1.0, *self.traced.fields}))
 
     def _chromatic_shift(self, wavelength_nm: float) -> tuple[float, float]:
         """Focus and lateral shift at a wavelength [um]."""

@@ -206,7 +206,7 @@ def _varies_over_field(lens_psf: WavefrontPsf | PsfTable | None) -> bool:
     wavefront = lens_psf.aberrations
     lateral = (shift.lateral_um for shift in wavefront.chromatic)
     by_field = wavefront.coma_um, wavefront.astigmatism_um, wavefront.field_curvature_um, *lateral
-    return any(by_field)
+    return any(by_field) or wavefront.traced is not None
 
 
 def _choose_slabs(

@@ -109,7 +109,7 @@ def kernel_size_px(
     step, reach_um = 1e-4, 0.0
     for wavelength_nm in sorted(set(np.ravel(wavelengths_nm))):
         for blur_px in (min(blur_radii_px), max(blur_radii_px)):
-            for field in (0.0, 1.0):
+            for field in aberrations.extreme_fields:
                 lens = (f_number, float(wavelength_nm), (field, 0.0), blur_px * pitch_um)
                 for dx, dy in ((step, 0.0), (0.0, step)):
                     ahead = aberrations.wavefront_error_um(rim.real + dx, rim.imag + dy, *lens)
