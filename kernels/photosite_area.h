@@ -18,23 +18,28 @@ INLINE float overlap(const float low, const float high, const uint number) {
 }
 
 struct area {
+    int column, row;                // pixel from which it is counted
     float left, top, wide, tall;    // in the scene [px]
     float tilt_right, tilt_down;    // how far the lower side lies right of the upper, and the right side below the left [px]
 };
 
-// The scene's area that a channel sees in a square of `size` photosites whose upper left corner lies at (x, y) on the sensor.
-INLINE struct area area_of(const float x, const float y, const float size, const uint channel, const struct projection p) {
-    float left = x, top = y;
+// The scene's area that a channel sees in a square of `size` photosites, `inset` right of and below the corner of a sample.
+// column, row: of the sample on the sensor, OVER to a photosite.
+INLINE struct area area_of(const int column, const int row, const float inset, const float size, const uint channel,
+                           const struct projection p) {
 #if DISTORTION || POSE
+    const float x = (float)column * (1.0f / OVER) + inset, y = (float)row * (1.0f / OVER) + inset;
+    float left = x, top = y;
     float right = x + size, bottom = y + size, left_y = y + 0.5f * size, top_x = x + 0.5f * size, right_y = left_y, bottom_x = top_x;
     scene_place(&left, &left_y, channel, p);
     scene_place(&right, &right_y, channel, p);
     scene_place(&top_x, &top, channel, p);
     scene_place(&bottom_x, &bottom, channel, p);
-    const struct area found = {left, top, right - left, bottom - top, bottom_x - top_x, right_y - left_y};
+    const struct area found = {0, 0, left, top, right - left, bottom - top, bottom_x - top_x, right_y - left_y};
 #else
-    scene_place(&left, &top, channel, p);
-    const struct area found = {left, top, p.scale * size, p.scale * size, 0.0f, 0.0f};
+    const struct place x = sample_place(p.start_x, p.step, column), y = sample_place(p.start_y, p.step, row);
+    const float left = x.past + p.scale * inset, top = y.past + p.scale * inset;
+    const struct area found = {x.pixel, y.pixel, left, top, p.scale * size, p.scale * size, 0.0f, 0.0f};
 #endif
     return found;
 }
@@ -52,10 +57,10 @@ INLINE float area_mean(global const float *plane, const struct area area, const 
         const float low_x = left - (float)column, low_y = top - (float)row;
         __attribute__((opencl_unroll_hint(TAPS)))
         for (uint j = 0; j < TAPS; j++) {
-            global const float *line = plane + (size_t)clamped(row + (int)j, p.scene_height) * p.scene_width;
+            global const float *line = plane + (size_t)clamped(area.row + row + (int)j, p.scene_height) * p.scene_width;
             float across = 0.0f;
             for (uint i = 0; i < TAPS; i++)
-                across += overlap(low_x, low_x + wide, i) * line[clamped(column + (int)i, p.scene_width)];
+                across += overlap(low_x, low_x + wide, i) * line[clamped(area.column + column + (int)i, p.scene_width)];
             sum += overlap(low_y, low_y + tall, j) * across;
         }
     }

@@ -4,27 +4,29 @@
 #define PHOTOSITE_SQUARES_H
 #include "photosite_area.h"
 
-// Means of a plane over `count` squares of `size` photosites, up to BATCH. x, y: upper left corner of the first on the sensor; the
-// others lie `step` photosites apart to the right.
-INLINE void squares(global const float *plane, const float x, const float step, const float y, const float size, const uint count,
-                    const uint channel, const struct projection p, float *mean) {
+// Means of a plane over `count` squares of `size` photosites, up to BATCH, `inset` right of and below the corners of samples.
+// column, row: of the first sample on the sensor, OVER to a photosite; the others lie `step` photosites apart to the right.
+INLINE void squares(global const float *plane, const int column, const int step, const int row, const float inset, const float size,
+                    const uint count, const uint channel, const struct projection p, float *mean) {
 #if TAPS
+    int from_x[BATCH], from_y[BATCH];
     float left[BATCH], top[BATCH], wide[BATCH], tall[BATCH], tilt_right[BATCH], tilt_down[BATCH];
     for (uint i = 0; i < count; i++) {
-        const struct area a = area_of(x + (float)i * step, y, size, channel, p);
-        left[i] = a.left, top[i] = a.top, wide[i] = a.wide, tall[i] = a.tall, tilt_right[i] = a.tilt_right, tilt_down[i] = a.tilt_down;
+        const struct area a = area_of(column + (int)i * step * OVER, row, inset, size, channel, p);
+        from_x[i] = a.column, from_y[i] = a.row, left[i] = a.left, top[i] = a.top, wide[i] = a.wide, tall[i] = a.tall, tilt_right[i] = a.tilt_right, tilt_down[i] = a.tilt_down;
     }
     for (uint i = 0; i < count; i++) {
-        const struct area a = {left[i], top[i], wide[i], tall[i], tilt_right[i], tilt_down[i]};
+        const struct area a = {from_x[i], from_y[i], left[i], top[i], wide[i], tall[i], tilt_right[i], tilt_down[i]};
         mean[i] = area_mean(plane, a, p);
     }
 #else
+    const float x = (float)column * (1.0f / OVER) + inset, y = (float)row * (1.0f / OVER) + inset;
     float u[BATCH], v[BATCH], extent_u[BATCH], extent_v[BATCH];
     for (uint i = 0; i < count; i++) mean[i] = 0.0f;
     for (uint i = 0; i < count; i++) extent_u[i] = extent_v[i] = p.scale * size * (0.5f / SAMPLES);
 #if BENDS && DISTORTION && !POSE
     for (uint i = 0; i < count; i++) {
-        const struct area a = area_of(x + (float)i * step, y, size, channel, p);
+        const struct area a = area_of(column + (int)i * step * OVER, row, inset, size, channel, p);
         extent_u[i] = a.wide * (0.5f / SAMPLES), extent_v[i] = a.tall * (0.5f / SAMPLES);
     }
 #endif
@@ -32,7 +34,7 @@ INLINE void squares(global const float *plane, const float x, const float step, 
         const float across = size * (((float)(part % SAMPLES) + 0.5f) * (1.0f / SAMPLES));
         const float down = size * (((float)(part / SAMPLES) + 0.5f) * (1.0f / SAMPLES));
         for (uint i = 0; i < count; i++) {
-            float a = x + (float)i * step + across, b = y + down;
+            float a = x + (float)((int)i * step) + across, b = y + down;
             scene_place(&a, &b, channel, p);
             u[i] = a, v[i] = b;
         }

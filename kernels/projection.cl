@@ -11,7 +11,7 @@
 //          differ by more than EDGE photosites they belong to two surfaces, and the nearest pixel is read (projection_radius).
 // first_plane: plane or map of the output at which writing begins. rows: rows of each plane of the output, of which the first ones are
 // written. origin_x, origin_y: photosite of the sensor at [0, 0] of the output; negative in a margin beyond the sensor.
-// pose: (10) float32, pivot and pose (scene_place.h); not read where POSE is 0.
+// pose: (13) float32, pivot and pose (scene_place.h), not read where POSE is 0; then what float32 leaves of scale, offset_x, offset_y.
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
@@ -25,11 +25,12 @@ kernel void projection_mosaic(global const float *restrict planes, global float 
                               const float offset_x, const float offset_y, global const float *restrict pose) {
     struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
     take_pose(&projection, pose);
+    take_rests(&projection, pose + POSE_NUMBERS);
     const size_t column = get_global_id(0), row = get_global_id(1);
     const uint channel = cfa_plane(column, row);
-    const float x = (float)(origin_x + (int)column) + INSET, y = (float)(origin_y + (int)row) + INSET;
+    const int x = origin_x + (int)column, y = origin_y + (int)row;
     float mean[SPAN];
-    squares(planes + (size_t)channel * scene_width * scene_height, x, 1.0f, y, 1.0f - 2.0f * INSET, 1, channel, projection, mean);
+    squares(planes + (size_t)channel * scene_width * scene_height, x, 1, y, INSET, 1.0f - 2.0f * INSET, 1, channel, projection, mean);
     mosaic[row * get_global_size(0) + column] = mean[0];
 }
 
@@ -39,12 +40,12 @@ kernel void projection_planes(global const float *restrict planes, global float 
                               const float scale, const float offset_x, const float offset_y, global const float *restrict pose) {
     struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
     take_pose(&projection, pose);
+    take_rests(&projection, pose + POSE_NUMBERS);
     const size_t column = SPAN * get_global_id(0), row = get_global_id(1), set = get_global_id(2), channel = set / COLUMN_SETS;
-    const float x = (float)origin_x + (float)(COLUMN_SETS * column + set % COLUMN_SETS) * (1.0f / OVER);
-    const float y = (float)origin_y + (float)row * (1.0f / OVER);
+    const int x = OVER * origin_x + (int)(COLUMN_SETS * column + set % COLUMN_SETS), y = OVER * origin_y + (int)row;
     global float *to = sampled + row_start(COLUMN_SETS * first_plane + set, row, rows, SPAN * get_global_size(0)) + column;
     float mean[SPAN];
-    squares(planes + channel * scene_width * scene_height, x, 2.0f, y, 1.0f / OVER, SPAN, channel, projection, mean);
+    squares(planes + channel * scene_width * scene_height, x, 2, y, 0.0f, 1.0f / OVER, SPAN, channel, projection, mean);
     for (uint i = 0; i < SPAN; i++) to[i] = mean[i];
 }
 

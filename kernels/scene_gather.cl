@@ -62,6 +62,7 @@ kernel void scene_gather(global const float *restrict planes, global const float
                          const float offset_y, const struct gather frame, global const float *restrict pose) {
     struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
     take_pose(&projection, pose);
+    take_rests(&projection, pose + POSE_NUMBERS);
     const struct gathered_tile tile = tiles[get_global_id(2)];
     const int column = tile.column + (int)get_global_id(0), row = tile.row + (int)get_global_id(1);
     if (column < 0 || row < 0 || column >= (int)frame.width || row >= (int)frame.height) return;
@@ -77,8 +78,7 @@ kernel void scene_gather(global const float *restrict planes, global const float
     const uint channel = cfa_plane((uint)column, (uint)row);
     global const float *plane_of_channel = planes + (size_t)channel * scene_width * scene_height;
     const float size = 1.0f - 2.0f * INSET;
-    const struct area area = area_of((float)(frame.origin_x + column) + INSET, (float)(frame.origin_y + row) + INSET, size, channel,
-                                     projection);
+    const struct area area = area_of(frame.origin_x + column, frame.origin_y + row, INSET, size, channel, projection);
     const float across = area.wide / size * blur, down = area.tall / size * blur; // radius of the aperture's image [px]
     const float image_x = REACH * (across < 0.0f ? -across : across), image_y = REACH * (down < 0.0f ? -down : down);
     const float middle_x = area.left + 0.25f * across * tilt_x, middle_y = area.top + 0.25f * down * tilt_y;
@@ -90,9 +90,9 @@ kernel void scene_gather(global const float *restrict planes, global const float
         overlaps(middle_y + down * part.y - (float)first_y, area.tall, image_y / REACH * part.reach_y, tall);
         float seen = 0.0f;
         for (uint j = 0; j < TAPS; j++) {
-            global const float *line = plane_of_channel + (size_t)clamped(first_y + (int)j, scene_height) * scene_width;
+            global const float *line = plane_of_channel + (size_t)clamped(area.row + first_y + (int)j, scene_height) * scene_width;
             float mean = 0.0f;
-            for (uint i = 0; i < TAPS; i++) mean += wide[i] * line[clamped(first_x + (int)i, scene_width)];
+            for (uint i = 0; i < TAPS; i++) mean += wide[i] * line[clamped(area.column + first_x + (int)i, scene_width)];
             seen += tall[j] * mean;
         }
         sum += part.share * seen;

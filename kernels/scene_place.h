@@ -10,12 +10,14 @@
 #include "distortion.h"
 #endif
 #define POSE_NUMBERS 10
+#define PLACE_BITS 40 // of the fraction of a place in fixed point
 
 // Where the sensor lies in the scene. Kernels take it as scalars: PoCL 3.1 vectorises over work-items 1.6 times worse with a struct.
 struct projection {
     uint scene_width, scene_height; // of the scene's grid [px]
     float scale;                    // scene pixels per photosite
     float offset_x, offset_y;       // scene position of the sensor's upper left corner [px]
+    long step, start_x, start_y;    // in fixed point [2^-PLACE_BITS px]: of one of OVER samples of a photosite; offset_x and offset_y
 #if POSE
     float pivot_x, pivot_y;         // photosites from the sensor's upper left corner
     float pose[POSE_NUMBERS - 2];
@@ -30,6 +32,33 @@ INLINE void take_pose(struct projection *projection, global const float *pose) {
     __attribute__((opencl_unroll_hint(POSE_NUMBERS - 2)))
     for (uint i = 0; i < POSE_NUMBERS - 2; i++) projection->pose[i] = pose[2 + i];
 #endif
+}
+
+// A place along an axis of the scene: `past` right of where a pixel begins [px].
+struct place {
+    int pixel;
+    float past;
+};
+
+INLINE long in_fixed_point(const float number, const float rest) {
+    const float one = (float)(1L << PLACE_BITS);
+    return (long)(number * one) + (long)(rest * one);
+}
+
+// Fill in the places in fixed point, in which even squares (TAPS > 0) are read. rests: what float32 leaves of scale, offset_x and offset_y.
+INLINE void take_rests(struct projection *p, global const float *rests) {
+#if TAPS
+    p->step = in_fixed_point(p->scale, rests[0]) / OVER;
+    p->start_x = in_fixed_point(p->offset_x, rests[1]);
+    p->start_y = in_fixed_point(p->offset_y, rests[2]);
+#endif
+}
+
+// Where a sample begins: its number on the sensor counts, so that a window anywhere has the same bits, and none is lost far out.
+INLINE struct place sample_place(const long start, const long step, const int sample) {
+    const long at = start + step * (long)sample;
+    const struct place found = {(int)(at >> PLACE_BITS), (float)(int)((at >> (PLACE_BITS - 23)) & 0x7FFFFF) * (1.0f / 8388608.0f)};
+    return found;
 }
 
 // Turn a place on the sensor [photosites] into the scene position [px] that a channel sees there.

@@ -98,11 +98,11 @@ kernel void swept_places(global const float *restrict planes, global const float
             const uint own = (uint)(first + (int)(STEP * i)), column = own < sweep.width ? own : 0;
             global const float *pose = poses + ((COLUMNS ? column : row) * sweep.instants + k) * (POSE_NUMBERS + 1);
             take_pose(&projection, pose + 1);
-            const float x = (float)(sweep.origin_x + (int)column) + INSET, y = (float)(sweep.origin_y + (int)row) + INSET;
-            squares(planes + channel * pixels, x, 0.0f, y, SIDE, 1, channel, projection, value + i);
+            const int x = sweep.origin_x + (int)column, y = sweep.origin_y + (int)row;
+            squares(planes + channel * pixels, x, 0, y, INSET, SIDE, 1, channel, projection, value + i);
             value[i] *= pose[0];
             cover[i] = 0.0f;
-            if (COVERED) squares(planes + CHANNELS * pixels, x, 0.0f, y, SIDE, 1, channel, projection, cover + i);
+            if (COVERED) squares(planes + CHANNELS * pixels, x, 0, y, INSET, SIDE, 1, channel, projection, cover + i);
         }
         add_span(value, cover, 1.0f, open + open_row(k, sweep), sum);
     }

@@ -102,7 +102,7 @@ kernel void swept_vectors(global const float *restrict planes, global const floa
         trace_back(vectors, starts, pose[1], still, &from_x, &from_y);
         struct projection moved = still;
         moved.offset_x += from_x - u, moved.offset_y += from_y - v;
-        squares(plane, x + INSET, 0.0f, y + INSET, SIDE, 1, channel, moved, &value);
+        squares(plane, (int)x, 0, (int)y, INSET, SIDE, 1, channel, moved, &value);
         const float term = pose[0] * value - lost, total = sum + term; // lost: what rounding added (Kahan), of thousands of instants
         lost = (total - sum) - term, sum = total;
     }
