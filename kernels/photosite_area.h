@@ -54,17 +54,19 @@ INLINE float area_mean(global const float *plane, const struct area area, const 
         const float left = area.left + m * wide + (n - middle) * (area.tilt_right * (1.0f / SPLIT));
         const float top = area.top + n * tall + (m - middle) * (area.tilt_down * (1.0f / SPLIT));
         const int column = whole(left), row = whole(top);
-        const float low_x = left - (float)column, low_y = top - (float)row;
+        const float low_x = left - (float)column, low_y = top - (float)row, high_x = low_x + wide, high_y = low_y + tall;
+        float whole_part = 0.0f;
         __attribute__((opencl_unroll_hint(TAPS)))
         for (uint j = 0; j < TAPS; j++) {
             global const float *line = plane + (size_t)clamped(area.row + row + (int)j, p.scene_height) * p.scene_width;
             float across = 0.0f;
             for (uint i = 0; i < TAPS; i++)
-                across += overlap(low_x, low_x + wide, i) * line[clamped(area.column + column + (int)i, p.scene_width)];
-            sum += overlap(low_y, low_y + tall, j) * across;
+                across += overlap(low_x, high_x, i) * line[clamped(area.column + column + (int)i, p.scene_width)];
+            whole_part += overlap(low_y, high_y, j) * across;
         }
+        sum += whole_part / ((high_x - low_x) * (high_y - low_y));  // as rounded: a part may be far smaller than a pixel
     }
-    return sum / (area.wide * area.tall);
+    return sum * (1.0f / (SPLIT * SPLIT));
 }
 #endif
 

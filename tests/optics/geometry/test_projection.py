@@ -54,6 +54,13 @@ def test_a_linear_ramp_stays_linear_when_enlarged():
     assert np.allclose(found[:, 2:-2], expected[None, 2:-2], atol=1e-4)
 
 
+@pytest.mark.parametrize("interpolation", ["bilinear", "nearest"])
+def test_an_even_scene_of_a_few_pixels_is_even_light_for_every_photosite(interpolation):
+    """A photosite is a thousandth of a scene's pixel wide: shares of pixels add up to 1 as they are rounded."""
+    found = electrons(np.ones((2, 3)), small_camera(3000, 64), interpolation=interpolation) / unit(small_camera())
+    assert np.abs(found - 1.0).max() < 1e-6
+
+
 def test_reduction_averages_all_scene_pixels_of_a_photosite():
     picture = np.random.default_rng(2).random((96, 128))
     found = electrons(picture, small_camera(), interpolation="nearest") / unit(small_camera())
