@@ -217,15 +217,16 @@ class Socket(tornado.websocket.WebSocketHandler):
 
 def read_request(message: str | bytes) -> Request:
     """Return the request that a page sent. Raises PhotositeError for anything else."""
+    refused = PhotositeError("give want, shot, settings and at, as the page does", key="request")
     try:
         data = json.loads(message)
         want, shot, settings = data.get("want", "preview"), data["shot"], data["settings"]
         across, down = (float(share) for share in data.get("at", (0.5, 0.5)))
-        is_right = want in get_args(Want) and isinstance(shot, str) and isinstance(settings, dict)
-    except (ValueError, KeyError, TypeError, AttributeError, UnicodeDecodeError):
-        is_right = False
-    if not is_right or not (0 <= across <= 1 and 0 <= down <= 1):
-        raise PhotositeError("give want, shot, settings and at, as the page does", key="request")
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise refused from None
+    is_right = want in get_args(Want) and isinstance(shot, str) and isinstance(settings, dict)
+    if not (is_right and 0 <= across <= 1 and 0 <= down <= 1):
+        raise refused
     return Request(cast(Want, want), shot, settings, (across, down))
 
 

@@ -82,7 +82,7 @@ def _svg_style() -> AbstractContextManager[None]:
     return matplotlib.rc_context({"svg.hashsalt": "photosite", "svg.fonttype": "none"})
 
 
-def write_figure(figure: "Figure", path: str | os.PathLike) -> None:
+def write_figure(figure: "Figure", path: str | os.PathLike[str]) -> None:
     """Write a figure in the format of the suffix, with the same bytes each time. Raises PhotositeError."""
     undated = {".png": "Software", ".pdf": "CreationDate"}.get(os.path.splitext(os.fspath(path))[1].lower(), "Date")
     with atomic_write(path) as temporary, _svg_style():
