@@ -11,7 +11,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help demo docs test test-all test-clients converters bench bench-full bench-compare benchmark stress lint format clean
+.PHONY: help demo docs book test test-all test-clients converters bench bench-full bench-compare benchmark stress lint format clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' Makefile
@@ -29,6 +29,9 @@ docs: $(VENV)/demo.stamp ## write docs/cameras.md, the figures of other pages an
 	@$(BIN)/python docs/make_charts.py
 	@$(BIN)/python docs/make_color_tables.py
 	@$(BIN)/photosite compare sony_a7s2 nikon_d850 --only snr --only dynamic_range --iso 100 --iso 1600 --out docs/images/compare_cameras.png
+
+book: $(VENV)/book.stamp ## build these pages and the API as a book with search, into book/index.html
+	@$(BIN)/python -m sphinx -q -W --keep-going -d build/book docs book && echo book/index.html
 
 test: $(VENV)/test.stamp ## run the tests that take seconds
 	@$(BIN)/python -m pytest $(TWICE) -m "not slow"
@@ -65,7 +68,7 @@ format: $(VENV)/test.stamp ## format the code with ruff
 	@$(BIN)/ruff check --fix . && $(BIN)/ruff format .
 
 clean: ## remove .venv and everything built
-	rm -rf $(VENV) build dist photosite.egg-info .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist book photosite.egg-info .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # A stamp is touched last, so an interrupted installation is begun again.

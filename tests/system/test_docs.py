@@ -3,7 +3,9 @@
 import ast
 import re
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import typer
 
@@ -132,6 +134,53 @@ def test_commands_on_a_page_exist_with_their_options(page):
 def test_targets_of_make_on_a_page_exist(page):
     targets = re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     assert [words[0] for words in commands_on(page, "make") if words[0] not in targets] == []
+
+
+def test_the_scene_kind_of_the_page_on_extending_runs_as_written():
+    """Its 40 bars over the width are counted in the truth of the window, which the example takes."""
+    (code,) = python_blocks(ROOT / "docs" / "extending.md")
+    names: dict[str, Any] = {}
+    exec(compile(code, "docs/extending.md", "exec"), names)
+    raw = names["raw"]
+    green = raw.mean_electrons[::2, 1::2]
+    column = 1800 + 1 + 2 * np.arange(green.shape[1]) + 0.5  # centres of the photosites
+    wave = np.sin(2 * np.pi * 40 * column / 4240)  # 40 over the sensor's width
+    assert raw.dn.shape == (64, 96)
+    assert np.corrcoef(green.mean(axis=0), wave)[0, 1] > 0.999
+
+
+def toctree_of(page: Path) -> list[str]:
+    """Return the names of the pages in the tables of contents of a page, in order; lines are `name` or `Title <name>`."""
+    blocks = re.findall(r"^```\{toctree\}\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
+    lines = [line for block in blocks for line in block.splitlines() if line and not line.startswith(":")]
+    return [line.partition("<")[2].rstrip(">") or line for line in lines]
+
+
+def linked_from(page: Path) -> set[Path]:
+    """Return the pages that the text of a page links to."""
+    links = re.findall(r"\]\(([^)\s]+\.md)(?:#[^)]*)?\)", text_of(page))
+    return {(page.parent / link).resolve() for link in links if "://" not in link}
+
+
+def test_every_page_stands_once_in_the_contents_of_the_book():
+    docs = ROOT / "docs"
+    listed = sorted(name for page in docs.glob("*.md") for name in toctree_of(page))
+    assert listed == sorted(page.stem for page in docs.glob("*.md") if page.stem != "index")
+    reached, ahead = set(), ["index"]
+    while ahead:
+        reached.add(name := ahead.pop())
+        ahead += toctree_of(docs / f"{name}.md")
+    assert reached == {"index", *listed}
+
+
+def test_every_page_is_reached_by_links_from_the_readme():
+    copies = {ROOT / "docs" / "contributing.md", ROOT / "docs" / "changelog.md"}  # for the book, of files above it
+    reached: set[Path] = set()
+    ahead = {ROOT / "README.md"}
+    while ahead:
+        reached |= ahead
+        ahead = {linked for page in ahead for linked in linked_from(page)} - reached
+    assert sorted(page.name for page in {*(ROOT / "docs").glob("*.md")} - copies - reached) == []
 
 
 def tables_of(text: str) -> list[list[str]]:
