@@ -32,6 +32,7 @@ myst_heading_anchors = 4  # as GitHub gives them, so that links lead to the same
 autosummary_generate = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
+toc_object_entries_show_parents = "hide"
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 88
 
@@ -77,7 +78,8 @@ class PublicNames(SphinxDirective):
         names = public_names(module)
         if module != MEASUREMENT:  # studies hand on some of its names
             names = [name for name in names if name not in public_names(MEASUREMENT)]
-        lines = [f".. currentmodule:: {module}", "", ".. autosummary::", "", *(f"   {name}" for name in names), ""]
+        lines = [f".. currentmodule:: {module}", "", ".. autosummary::", "   :nosignatures:", ""]
+        lines += [*(f"   {name}" for name in names), ""]
         for name in names:
             kind = "autoclass" if name[0].isupper() else "autofunction"
             lines += [f".. {kind}:: {name}", *(["   :members:"] * (kind == "autoclass")), ""]

@@ -22,6 +22,11 @@ PAGE, FIGURES = DOCS / "benchmarks.md", DOCS / "images" / "benchmarks"
 INTRODUCTION = """\
 # Benchmarks
 
+How long a photograph takes here and in other programs, and how wrong each is in that time: a program that is fast and wrong
+is no use.
+
+![Million photosites per second of Photosite and its peers](images/benchmarks/sensor.png)
+
 Made by `python docs/make_benchmarks.py` from what `make bench` measured; the figures are those of one run, in
 `docs/images/benchmarks/*.json`. Run it on your machine: ratios differ with processor and load.
 

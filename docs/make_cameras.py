@@ -20,6 +20,13 @@ PAGE, CHARTS = DOCS / "cameras.md", DOCS / "images" / "cameras"
 INTRODUCTION = """\
 # Cameras
 
+Bodies whose noise and colours were measured, to be used by name, as in `camera: sony_a7s2`. Each section has a camera's
+numbers with their sources. To see two of them side by side:
+
+```
+photosite compare sony_a7s2 nikon_d850 --out two.svg
+```
+
 Made by `make docs` from `configs/cameras/` and `configs/responses/`; edit those. The name behind the colon of a heading is
 what `camera:` takes in a shot file.
 

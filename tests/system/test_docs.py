@@ -10,6 +10,7 @@ import pytest
 import typer
 
 import data_gen.command_line  # adds `dataset` to the commands
+from photosite import load_shot
 
 ROOT = Path(__file__).parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
@@ -147,6 +148,17 @@ def test_the_scene_kind_of_the_page_on_extending_runs_as_written():
     wave = np.sin(2 * np.pi * 40 * column / 4240)  # 40 over the sensor's width
     assert raw.dn.shape == (64, 96)
     assert np.corrcoef(green.mean(axis=0), wave)[0, 1] > 0.999
+
+
+@pages
+def test_shots_on_a_page_load(page, tmp_path):
+    """Blocks of YAML that hold a whole shot; their pictures are not read."""
+    blocks = re.findall(r"^```yaml\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
+    for number, block in enumerate(blocks):
+        if all(re.search(rf"^{key}:", block, re.MULTILINE) for key in ("scene", "lens", "exposure", "camera")):
+            file = tmp_path / f"{number}.yaml"
+            file.write_text(block, encoding="utf-8")
+            assert load_shot(str(file)).camera.model
 
 
 def toctree_of(page: Path) -> list[str]:
