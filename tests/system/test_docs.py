@@ -150,15 +150,19 @@ def test_the_scene_kind_of_the_page_on_extending_runs_as_written():
     assert np.corrcoef(green.mean(axis=0), wave)[0, 1] > 0.999
 
 
-@pages
-def test_shots_on_a_page_load(page, tmp_path):
+def test_shots_on_the_pages_load(tmp_path):
     """Blocks of YAML that hold a whole shot; their pictures are not read."""
-    blocks = re.findall(r"^```yaml\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
-    for number, block in enumerate(blocks):
-        if all(re.search(rf"^{key}:", block, re.MULTILINE) for key in ("scene", "lens", "exposure", "camera")):
-            file = tmp_path / f"{number}.yaml"
-            file.write_text(block, encoding="utf-8")
-            assert load_shot(str(file)).camera.model
+    found = [
+        (page, block)
+        for page in PAGES
+        for block in re.findall(r"^```yaml\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
+        if all(re.search(rf"^{key}:", block, re.MULTILINE) for key in ("scene", "lens", "exposure", "camera"))
+    ]
+    assert {"README.md", "shot_file.md", "coming_from.md"} <= {page.name for page, _ in found}
+    for number, (page, block) in enumerate(found):
+        file = tmp_path / f"{page.stem}_{number}.yaml"
+        file.write_text(block, encoding="utf-8")
+        assert load_shot(str(file)).camera.model
 
 
 def toctree_of(page: Path) -> list[str]:
