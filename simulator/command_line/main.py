@@ -24,7 +24,7 @@ def main(arguments: list[str] | None = None) -> None:
     PHOTOSITE_DEBUG=1 in the environment shows the traceback of an error.
     """
     gc.set_threshold(GARBAGE)
-    atexit.register(gc.freeze)  # nothing is searched at the end, which takes longer than a small frame
+    atexit.register(_freeze)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # of letters that a terminal lacks, and of paths that are no UTF-8
     try:
@@ -44,3 +44,12 @@ def _one_message(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return f"out of memory ({error}); use a smaller camera.window".replace(" ()", "")
     return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else str(error)
+
+
+def _freeze() -> None:
+    """Let the interpreter search for no unused cycles at its end, which takes longer than a small frame.
+
+    OpenImageIO is the exception: its bindings report the objects that are left as leaks.
+    """
+    if "OpenImageIO" not in sys.modules:
+        gc.freeze()

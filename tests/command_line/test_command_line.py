@@ -320,3 +320,14 @@ def test_a_prediction_above_the_tolerance_is_a_warning(capsys, tmp_path, command
     told = " ".join((log if command == "simulate" else out).split())
     assert code == 0 and "warning: tolerance = 0.1 is not met: the lens blur may be wrong by" in told
     assert "warning: lens blur: up to" in told and "by background behind edges" in told and "give the scene as layers" in told
+
+
+def test_a_library_says_nothing_at_the_end(tmp_path):
+    """OpenImageIO's bindings call objects that the interpreter did not collect leaks."""
+    raw, picture = tmp_path / "flat.dng", tmp_path / "flat.png"
+    camera = {"camera.window": {"x": 0, "y": 0, "width": 64, "height": 48}}
+    simulator.save(simulator.simulate(simulator.load_shot(FLAT, camera | {"name": "flat"})), tmp_path)
+    command = [sys.executable, "-m", "simulator", "develop", str(raw), "--out", str(picture)]
+    environment = os.environ | {"PYTHONPATH": str(CONFIGS.parent)}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=True)
+    assert picture.is_file() and done.stderr == ""
