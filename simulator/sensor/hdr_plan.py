@@ -62,10 +62,8 @@ class HdrSensorPlan(SensorPlan):
             range_dn, last = plan.white_level_dn() - plan.black_level_dn, place == len(self.plans) - 1
             switch_dn = LARGEST_DN + 1 if last else math.floor(plan.black_level_dn + self.spec.switch_at * range_dn)
             ratio = gains[0] / gains[place]
-            black_dn = plan.black_level_dn + (
-                _dark_dn(plan) - _dark_dn(self.plans[0]) / ratio if self.spec.diode_of[place] else 0
-            )
-            found.append(Reading(plan, exposure, self.spec.charge_of[place], ratio / self.unit_dn, black_dn, switch_dn))
+            own = ratio / self.unit_dn, self._black_dn(place)
+            found.append(Reading(plan, exposure, self.spec.charge_of[place], *own, switch_dn))
         return tuple(found)
 
     @cached_property
@@ -73,7 +71,7 @@ class HdrSensorPlan(SensorPlan):
         """DN of the first reading that are one DN of the combined signal: the least power of two with which it fits 16 bits."""
         first, last = self.plans[0], self.plans[-1]
         ratio = self._gain(0) / self._gain(len(self.plans) - 1)
-        top_dn, unit_dn = ratio * (last.white_level_dn() - last.black_level_dn), 1
+        top_dn, unit_dn = ratio * (last.white_level_dn() - self._black_dn(len(self.plans) - 1)), 1
         while math.ceil(first.black_level_dn / unit_dn) + top_dn / unit_dn > LARGEST_DN:
             unit_dn *= 2
         return unit_dn
@@ -81,6 +79,13 @@ class HdrSensorPlan(SensorPlan):
     def _gain(self, place: int) -> float:
         """Return the gain of a reading for the electrons of the first one [DN/e-]."""
         return self.plans[place].gain_dn_per_e() * self.spec.exposures[place] * self.spec.light[place]
+
+    def _black_dn(self, place: int) -> float:
+        """Return the black level of a reading's codes [DN], as `Reading` has it."""
+        plan, first = self.plans[place], self.plans[0]
+        if self.spec.diode_of[place] == 0:
+            return plan.black_level_dn
+        return plan.black_level_dn + _dark_dn(plan) - _dark_dn(first) * self._gain(place) / self._gain(0)
 
     @property
     def exposures(self) -> tuple[SensorPlan, ...]:

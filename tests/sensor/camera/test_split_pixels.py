@@ -20,7 +20,9 @@ from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import IsoSetting, Window
 from simulator.sensor.camera.hdr_readout import HdrReadout
 from simulator.sensor.hdr_passes import read_noise_free_combined
+from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.hdr_variance import combined_variance
+from simulator.sensor.readout import read_mean_electrons
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.column_offset import ColumnOffset
 from simulator.sensor.stages.dark_current import DarkCurrent
@@ -58,6 +60,27 @@ def test_each_diode_ends_at_its_own_full_well(device):
     assert sensor.electrons_at_white() == pytest.approx(990.0 / 0.05, rel=1e-4)
     assert [one.white_level_dn() for one in sensor.plans] == [64 + 3200, 64 + 1280]
     assert (combined_codes(device, quiet, np.full((64, 64), 1e6)) == sensor.white_level_dn()).all()
+
+
+def test_levels_fit_sixteen_bits_with_the_dark_current_that_the_second_diode_lacks():
+    """64 + 16 * 4031 DN and 1280 DN of dark current are more than 65535 DN."""
+    dark = {"dark_current": DarkCurrent(1000.0)}
+    sensor = hdr_plan(replace(TWO_PHOTODIODES, dark_currents=(1.0, 0.0)), 8, 8, stages=dark)
+    assert (sensor.unit_dn, sensor.white_level_dn()) == (2, 32 + (16 * 4031 + 1280) // 2)
+
+
+def test_another_diode_in_another_exposure_has_the_share_of_both(device):
+    """A quarter of the light in a quarter of the time: the second holds E / 16, of which the truth knows."""
+    sensor = hdr_plan(HdrReadout(exposures=(1.0, 0.25), light=(1.0, 0.25)), 4, 1)
+    light = device.upload(np.full((1, 4), 20000.0, np.float32))
+    electrons = [read_mean_electrons(device, part, light) for part in sensor.exposures]
+    assert [float(one[0, 0]) for one in electrons] == [20000.0, 1250.0]
+    expected = 256.0 * (1.28**2 * 1250.0 + 4.0 + 1 / 12) + 1 / 12
+    assert combined_variance(sensor, electrons)[0, 0] == pytest.approx(expected, rel=1e-3)
+    assert code_moments(sensor, np.array([20000.0])).variance[0] == pytest.approx(expected, rel=1e-3)
+    again = sensor.at(1600, 0.5)
+    assert isinstance(again, HdrSensorPlan) and again.plans[1].exposure.time_s == 0.125
+    assert again.plans[1].exposure.collecting_area_um2 == 0.25
 
 
 def test_mean_and_variance_are_those_of_the_diode_that_is_read(device):
