@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from simulator.command_line.app import app
+from simulator.command_line.commands import app
 from simulator.command_line.main import main
 
 __all__ = ["dataset", "main"]

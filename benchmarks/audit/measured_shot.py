@@ -192,7 +192,7 @@ def _truth_of(shot: Shot, planned: Plan, device: Device, is_checked: bool) -> tu
     try:
         truth, truth_sigma = true_electrons(shot, device)
     except PhotositeError as error:
-        raise NoTruthError(str(error)) from error
+        raise NoTruthError(error) from error
     if summed is None or summed_sigma > max(truth_sigma, TRUTH_SHARE * shot.tolerance):
         return truth, truth_sigma, "rays", None
     reference = float(np.quantile(np.abs(z_scores(truth, summed.electrons, planned)), 0.999))

@@ -9,7 +9,7 @@ import io
 import os
 import sys
 
-from simulator.command_line.app import app
+from simulator.command_line.commands import app
 from simulator.errors import PhotositeError
 
 GARBAGE = (

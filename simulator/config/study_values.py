@@ -61,8 +61,8 @@ def expand_study_values(section: Document, key: str) -> Sequence[Any]:
         if "range" in data:
             return expand_values(validate(WholeNumbers, section))
         return expand_values(_count_steps(validate(Range, section)))
-    except ValueError as error:
-        raise section.problem((), f"{error}", key=key) from None
+    except ValueError as wrong:
+        raise section.problem((), f"{wrong}", key=key) from None
     except PhotositeError as error:
         named = error.replace(key=key if error.key is None else f"{key}.{error.key}")
         raise (named if named.file else section.locate_error(named, ())) from None

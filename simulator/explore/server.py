@@ -14,7 +14,7 @@ import tornado.netutil
 import tornado.web
 import tornado.websocket
 
-from simulator.errors import PhotositeError
+from simulator.errors import PhotositeError, reading
 from simulator.explore.explorer import Answer, Explorer, Request, SupersededError, Want
 
 HOST = "127.0.0.1"
@@ -151,7 +151,7 @@ class Socket(tornado.websocket.WebSocketHandler):
     def on_message(self, message: str | bytes) -> None:
         """Take a request in place of one that waits. Its work goes on beside: Tornado reads the next message when this ends."""
         try:
-            data = json.loads(message)
+            data = read_message(message)
             number = int(data["number"])
             if data.get("want") == "controls":
                 self._begin(self._send_controls(number, str(data["shot"])))
@@ -215,11 +215,17 @@ class Socket(tornado.websocket.WebSocketHandler):
             self.wanted = None
 
 
+def read_message(message: str | bytes) -> Any:
+    """Return what a message of a page holds. Raises PhotositeError for one that is no JSON."""
+    with reading("message", "send JSON, as the page does", key="request"):
+        return json.loads(message)
+
+
 def read_request(message: str | bytes) -> Request:
     """Return the request that a page sent. Raises PhotositeError for anything else."""
     refused = PhotositeError("give want, shot, settings and at, as the page does", key="request")
     try:
-        data = json.loads(message)
+        data = read_message(message)
         want, shot, settings = data.get("want", "preview"), data["shot"], data["settings"]
         across, down = (float(share) for share in data.get("at", (0.5, 0.5)))
     except (ValueError, KeyError, TypeError, AttributeError):

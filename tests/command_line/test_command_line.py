@@ -44,9 +44,12 @@ print(*[name for name in sys.modules if name.startswith(("simulator", "data_gen"
 """
     *_, heavy, own = in_fresh_process(code).splitlines()
     assert heavy == "HEAVY []"
-    assert set(own.split()) == {
+    commands = {f"simulator.command_line.{kind}_commands" for kind in ("frame", "plan", "study", "camera")}
+    assert set(own.split()) == commands | {
         "simulator",
         "simulator.command_line",
+        "simulator.command_line.arguments",
+        "simulator.command_line.commands",
         "simulator.command_line.main",
         "simulator.command_line.app",
         "simulator.errors",

@@ -119,7 +119,7 @@ def test_controls_change_the_picture_as_physics_says(tmp_path):
     assert all(request.startswith(address) or request.startswith("data:") for request in seen.requests)
 
 
-def test_a_locked_exposure_keeps_the_electrons_and_a_wrong_view_is_told(tmp_path):
+def test_a_locked_exposure_keeps_the_electrons_rapid_moves_end_at_the_last_value_and_a_wrong_view_is_told(tmp_path):
     async def visit(page, session):
         await page.turn("lens.f_number", "f/4")
         base_e = await page.electrons()
@@ -128,19 +128,7 @@ def test_a_locked_exposure_keeps_the_electrons_and_a_wrong_view_is_told(tmp_path
         assert await session.value("photosite.state.settings['exposure.time']") == "1/25 s"
         assert await page.electrons() == pytest.approx(base_e, rel=0.02)
         await session.value("document.getElementById('lock').click()")
-        await session.value("""(() => {
-            const control = photosite.state.controls.find((one) => one.key === "camera.pixel_pitch");
-            control.input.value = control.choices.length - 1;
-            control.input.dispatchEvent(new Event("input", { bubbles: true }));
-        })()""")
-        await session.until("photosite.measured.answers.error > 0")
-        assert "past the edge of the scene" in await session.value("document.getElementById('message').textContent")
 
-    visited(tmp_path, visit)
-
-
-def test_rapid_moves_end_at_the_last_value(tmp_path):
-    async def visit(page, session):
         count = await page.details()
         shown = await session.value("photosite.measured.answers.preview")
         await session.value("""(() => {
@@ -157,6 +145,14 @@ def test_rapid_moves_end_at_the_last_value(tmp_path):
             " return [c.choices[199 % c.choices.length].text, String(photosite.state.data.exposure.iso)]; })()"
         )
         assert last[0] == last[1]
+
+        await session.value("""(() => {
+            const control = photosite.state.controls.find((one) => one.key === "camera.pixel_pitch");
+            control.input.value = control.choices.length - 1;
+            control.input.dispatchEvent(new Event("input", { bubbles: true }));
+        })()""")
+        await session.until("photosite.measured.answers.error > 0")
+        assert "past the edge of the scene" in await session.value("document.getElementById('message').textContent")
 
     visited(tmp_path, visit)
 

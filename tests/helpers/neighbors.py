@@ -27,3 +27,20 @@ def stencil_sum(mosaic: np.ndarray, stencil: np.ndarray) -> np.ndarray:
     height, width = mosaic.shape
     padded = np.pad(mosaic, 1, mode="edge")
     return sum(stencil[y, x] * padded[y : y + height, x : x + width] for y in range(3) for x in range(3))
+
+
+def bloomed(charge: np.ndarray, capacity_e: float, sides: int, reach: int) -> tuple[np.ndarray, float]:
+    """Charge after blooming into 2 or 4 sides, packet by packet, and what is drained."""
+    ways, held = [(-1, 0), (1, 0), (0, -1), (0, 1)][:sides], np.minimum(charge, capacity_e)
+    packets, (height, width) = np.stack([(charge - held) / sides] * sides), charge.shape
+    drained = 0.0
+    for _ in range(reach):
+        arriving = np.zeros_like(packets)
+        for packet, into, (down, right) in zip(packets, arriving, ways, strict=True):
+            padded = np.pad(packet, 1)[1 - down : 1 - down + height, 1 - right : 1 - right + width]
+            into += padded
+            drained += packet.sum() - padded.sum()
+        total, room = arriving.sum(axis=0), capacity_e - held
+        held = held + np.minimum(total, room)
+        packets = arriving * np.where(total > room, (total - room) / np.maximum(total, 1e-300), 0.0)
+    return held, drained + packets.sum()

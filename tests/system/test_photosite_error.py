@@ -271,7 +271,9 @@ def test_a_key_of_the_shot_file_becomes_that_of_the_data_set():
 # What a whole text may be given to: it is printed, or kept for people.
 KEEPERS = ("print", "tell", "echo", "escape", "append", "setdefault", "Problem", "PhotositeError")
 # Where the text is made, and where it is printed.
+# Where text is made: of lines on a terminal, of records of failed points on a disk, of what a browser is told.
 EDGE = ("simulator/errors.py", "simulator/command_line/main.py")
+EDGE += ("simulator/studies/study_point.py", "simulator/studies/study_run.py", "simulator/explore/server.py")
 
 
 def readings(code: str) -> list[int]:

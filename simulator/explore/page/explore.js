@@ -55,14 +55,14 @@ function receive(buffer) {
 }
 
 function answered(head) {
-  const was = state.sent;
+  if (state.sent === null || head.number !== state.sent.number) return; // of a request that a newer one has replaced
   state.sent = null;
   if (state.next !== null) return send();
   clearTimeout(state.rest);
   const follows = { preview: "detail", detail: "frame" }[head.want];
   const is_error = head.kind === "error";
   status(is_error ? "this view cannot be taken" : { preview: "preview", detail: "preview, 1:1", frame: "whole frame" }[head.want]);
-  if (follows && !is_error && was !== null) {
+  if (follows && !is_error) {
     state.rest = setTimeout(() => ask(follows), head.want === "preview" ? REST_MS : 0);
   }
 }

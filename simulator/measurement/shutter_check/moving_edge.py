@@ -33,23 +33,26 @@ def edge_places(light: np.ndarray) -> np.ndarray:
     return light.sum(axis=1)
 
 
-def measure_blur(light: np.ndarray, places: np.ndarray, penumbra: np.ndarray | float, first_px: float) -> Fit:
-    """Fit the profile of an edge: a box of the blur, and one of the penumbra of curtains.
+def measure_blur(
+    light: np.ndarray, places: np.ndarray, penumbra: np.ndarray | float, first_px: float, aperture_px: float
+) -> Fit:
+    """Fit the profile of an edge: a box of the blur, one of the photosite's own width, and one of the penumbra of curtains.
 
     light: (lines, photosites of a line). places: middle of the edge in each line, (lines,). penumbra: way of the edge while a
-    curtain crosses the cone of light, (lines,) or one [photosites]. first_px: about how long the blur is.
+    curtain crosses the cone of light, (lines,) or one [photosites]. first_px: about how long the blur is. aperture_px: side of
+    a photosite's light-sensitive square [photosites], whose mean light a photosite tells; 0: a point.
     Parameters: length of the blur [photosites], offset [photosites], bright and dark level.
     """
     x = np.arange(light.shape[1]) + 0.5 - places[:, None]
     kept = np.abs(x) < 0.5 * first_px + AROUND_PX
     x, data = x[kept], light[kept]
     soft = np.broadcast_to(np.reshape(penumbra, (-1, 1)), light.shape)[kept]
-    has_penumbra = bool((soft > LEAST_BOX * first_px).all())
+    others = [soft] if (soft > LEAST_BOX * first_px).all() else []
+    others += [aperture_px] if aperture_px > LEAST_BOX * first_px else []
 
     def model(values: np.ndarray) -> np.ndarray:
         length, offset, bright, dark = values
-        boxes = [abs(length), *([soft] if has_penumbra else [])]
-        return bright + (dark - bright) * box_sum_share(x - offset, boxes)
+        return bright + (dark - bright) * box_sum_share(x - offset, [abs(length), *others])
 
     level = float(np.median(data[x < -0.5 * first_px]))
     first = np.array([first_px, 0.0, level, 0.0])
@@ -103,7 +106,8 @@ class MovingEdgeCase:
         where = f"{speed:g} px/s"
         soft = line.values[1] * scan.cone / crossing_speed(place, scan.bend)
         blur_px = speed * self.time_s
-        blur = measure_blur(light, line.fitted, soft, EXPOSURE * float(line.values[1]))
+        aperture_px = math.sqrt(bench.camera.fill_factor)
+        blur = measure_blur(light, line.fitted, soft, EXPOSURE * float(line.values[1]), aperture_px)
         blur_at = f"{where}, {1e3 * self.time_s:.4g} ms"
         skew = float(line.values[1]), speed * stated.time_s, float(line.errors()[1])
         found_blur = float(blur.values[0]), blur_px, math.hypot(float(blur.errors()[0]), allowed_error_px(light, blur_px))

@@ -64,14 +64,14 @@ def test_boxes_in_a_chain_are_their_convolution():
     assert box_sum_share(np.array([-9.0, 0.0, 9.0]), [3.0, np.full(3, 2.0)]) == pytest.approx([0.0, 0.5, 1.0])
 
 
-@pytest.mark.parametrize("penumbra", [0.0, 1.5])
-def test_an_edge_tells_place_and_blur(penumbra):
+@pytest.mark.parametrize(("penumbra", "aperture"), [(0.0, 0.0), (1.5, 0.0), (1.5, 1.0)])
+def test_an_edge_tells_place_and_blur(penumbra, aperture):
     places = 30.0 + 12.0 * PLACE
-    boxes = [6.0, penumbra] if penumbra else [6.0]
+    boxes = [6.0, *filter(None, (penumbra, aperture))]
     light = 1.0 - box_sum_share(np.arange(72) + 0.5 - places[:, None], boxes) + noise(4, (400, 72))
     found = edge_places(light)
     line = fit_linear(np.stack([np.ones(400), PLACE], axis=1), found)
-    blur = measure_blur(light, line.fitted, penumbra, 5.0)
+    blur = measure_blur(light, line.fitted, penumbra, 5.0, aperture)
     accept(
         {
             "skew": p_value(line.values[1], 12.0, line.errors()[1]),

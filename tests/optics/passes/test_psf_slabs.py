@@ -16,7 +16,7 @@ from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import Window
 
 
-@pytest.mark.parametrize(("f_number", "radius_px"), [(8.0, 2.2), (5.6, -1.6)])
+@pytest.mark.parametrize(("f_number", "radius_px"), [(8.0, 2.2), pytest.param(5.6, -1.6, marks=pytest.mark.slow)])
 def test_light_of_each_wall_is_convolved_with_its_exact_kernel(f_number, radius_px):
     """Away from the step between them, to a tenth of the noise in p99.9."""
     planes, through = contrasts(), thin_lens(f_number, SPHERICAL)

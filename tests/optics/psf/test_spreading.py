@@ -107,6 +107,7 @@ def test_two_planes_of_disks_meet_rays_as_the_geometric_blur_does(radii):
     assert found.rms < 1.1 * geometric.rms  # what the picture does not show is the error
 
 
+@pytest.mark.slow
 def test_nothing_of_the_wall_comes_onto_a_dark_thing_in_focus():
     """The fault of slabs that are blurred and added: half of the wall's light along the edge."""
     dark = np.arange(160) < 80

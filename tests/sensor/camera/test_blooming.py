@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
+from helpers.neighbors import bloomed
 from helpers.scene_builders import band_scene
 
 from simulator.config import load_camera
@@ -28,7 +29,7 @@ from simulator.sensor.stages.photon_shot_noise import PhotonShotNoise
 
 LENS = ThinLens(50.0, 8.0, cos4=False)
 CAPACITY_E = 1000.0
-WAYS = {"column": [(-1, 0), (1, 0)], "four": [(-1, 0), (1, 0), (0, -1), (0, 1)]}
+WAYS = ("column", "four")
 
 
 def shot(picture, blooming, time_s=0.005, stages=None, frame_seed=3, **settings) -> Shot:
@@ -47,22 +48,8 @@ def spill(device, electrons, blooming) -> np.ndarray:
 
 
 def spilled(electrons, blooming) -> tuple[np.ndarray, float]:
-    """Charge by the definition in float64, packet by packet, and what is drained."""
-    sides, held = WAYS[blooming.neighbours], np.minimum(electrons, CAPACITY_E)
-    packets = np.stack([(electrons - held) / len(sides)] * len(sides))
-    drained, (height, width) = 0.0, electrons.shape
-    for _ in range(blooming.reach):
-        arriving = np.zeros_like(packets)
-        for packet, into, (down, right) in zip(packets, arriving, sides, strict=True):
-            for y, x in zip(*np.nonzero(packet), strict=True):
-                if 0 <= y + down < height and 0 <= x + right < width:
-                    into[y + down, x + right] = packet[y, x]
-                else:
-                    drained += packet[y, x]
-        total, room = arriving.sum(axis=0), CAPACITY_E - held
-        held += np.minimum(total, room)
-        packets = arriving * np.where(total > room, (total - room) / np.maximum(total, 1e-300), 0.0)
-    return held, drained + packets.sum()
+    """Charge by the definition in float64, and what is drained."""
+    return bloomed(electrons, CAPACITY_E, blooming.sides, blooming.reach)
 
 
 @pytest.mark.parametrize("neighbours", WAYS)
