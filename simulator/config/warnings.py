@@ -22,17 +22,10 @@ def shot_warnings(shot: Shot) -> list[str]:
     """
     camera, setting = shot.camera, shot.camera.iso_setting(shot.exposure.iso)
     assert setting.black_level_dn is not None and setting.white_level_dn is not None  # iso_setting fills them in
-    least = 1.0 if camera.hdr_readout is None else min(camera.hdr_readout.gains)  # gain at which most electrons are read
-    widest = setting if least == 1.0 else camera.iso_setting(least * shot.exposure.iso)
-    black_dn, white_dn = widest.levels_dn
-    adc_range_e = (white_dn - black_dn) / widest.gain_dn_per_e
     warnings = []
     full_well = camera.stages.get("full_well")
-    if isinstance(full_well, FullWell) and full_well.capacity_e > adc_range_e * 1.001:
-        warnings.append(
-            f"camera.stages.full_well.capacity = {full_well.capacity_e:.0f} e-: at ISO {least * shot.exposure.iso:g} the ADC "
-            f"is full at {adc_range_e:.0f} e-, so highlights clip there"
-        )
+    if isinstance(full_well, FullWell):
+        warnings += _wells_beyond_the_adc(shot, full_well)
     if setting.black_level_dn < 4.0 * setting.read_noise_dn:
         warnings.append(
             f"camera.black_level = {setting.black_level_dn:g} DN: less than 4 sigma of the read noise "
@@ -47,6 +40,25 @@ def shot_warnings(shot: Shot) -> list[str]:
             f"{key} = {value}: its Airy disk is {airy_px:.0f} photosites wide, but {switch} = false, so the picture is sharper "
             f"than light allows; write {switch}: true"
         )
+    return warnings
+
+
+def _wells_beyond_the_adc(shot: Shot, full_well: FullWell) -> list[str]:
+    """Return a sentence for each photodiode whose well holds more than the ADC reads at the least gain of its readings."""
+    camera, readout, warnings = shot.camera, shot.camera.hdr_readout, []
+    gains, wells = ((1.0,), (1.0,)) if readout is None else (readout.gains, readout.full_wells)
+    diodes = (0,) if readout is None else readout.diode_of
+    for diode in sorted(set(diodes)):
+        least, place = min((gains[place], place) for place, own in enumerate(diodes) if own == diode)
+        widest = camera.iso_setting(least * shot.exposure.iso)
+        black_dn, white_dn = widest.levels_dn
+        adc_range_e, capacity_e = (white_dn - black_dn) / widest.gain_dn_per_e, wells[place] * full_well.capacity_e
+        if capacity_e > adc_range_e * 1.001:
+            which = f" of photodiode {diode + 1}" if len(set(diodes)) > 1 else ""
+            warnings.append(
+                f"camera.stages.full_well.capacity = {capacity_e:.0f} e-{which}: at ISO {least * shot.exposure.iso:g} the ADC "
+                f"is full at {adc_range_e:.0f} e-, so highlights clip there"
+            )
     return warnings
 
 

@@ -420,7 +420,11 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
 def _readings(optics: OpticsPlan, sensor: HdrSensorPlan) -> Pass:
     """All readings and their combination, in place of the sensor's one pass."""
     pixels, readings, exposures = _pixels(optics), len(sensor.readings), len(sensor.exposures)
-    method = f"{len(sensor.stages)} stages, {readings} readings of {exposures} exposure{'s' * (exposures > 1)}, combined"
+    diodes = max(sensor.spec.diode_of) + 1
+    of_diodes = f" by {diodes} photodiodes" if diodes > 1 else ""
+    method = (
+        f"{len(sensor.stages)} stages, {readings} readings of {exposures} exposure{'s' * (exposures > 1)}{of_diodes}, combined"
+    )
     each = COST_NS["sensor"] + COST_NS["sensor stage"] * len(sensor.stages) + COST_NS["combination"]
     cost_ms = readings * _ms(pixels, each, "sensor")
     return Pass("sensor", True, method, pixels, 8 * pixels, cost_ms=cost_ms)  # charge, codes of a reading, codes

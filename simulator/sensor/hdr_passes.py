@@ -63,25 +63,33 @@ def reading_seeds(seeds: Seeds, place: int) -> Seeds:
     return Seeds(seeds.body, zlib.crc32(f"reading {place} of frame {seeds.frame}".encode()))
 
 
+def diode_seeds(seeds: Seeds, diode: int) -> Seeds:
+    """Return the seeds of a photodiode: those of the frame for the first one, another body's fixed pattern for each other."""
+    if diode == 0:
+        return seeds
+    return Seeds(zlib.crc32(f"photodiode {diode} of body {seeds.body}".encode()), seeds.frame)
+
+
 def _sources(
     device: Device, sensor: HdrSensorPlan, lights: Sequence[Buffer], seeds: Seeds
 ) -> Iterator[tuple[int, Buffer, KernelPart]]:
     """Yield the place of each reading, the last one first, with what it reads, and the part of the fused kernel that reads it.
 
-    Readings of one exposure read the same charge; a reading that has an exposure alone turns light into codes at once.
+    Readings of one charge read it after each other; a reading that has a charge alone turns light into codes at once, but for
+    that of a second photodiode: the diodes differ in the fixed pattern of their charge, what reads them is the same.
     """
-    frame, exposure_of = sensor.readout.computed, sensor.spec.exposure_of
+    frame, spec = sensor.readout.computed, sensor.spec
     charge, collected = None, None
     for place in reversed(range(len(sensor.readings))):
-        exposure = exposure_of[place]
-        if exposure_of.count(exposure) == 1 and not sensor.readout.shares_charge:
-            yield place, lights[exposure], KernelPart.WHOLE
+        own, light, diode = spec.charge_of[place], lights[spec.exposure_of[place]], spec.diode_of[place]
+        if spec.charge_of.count(own) == 1 and diode == 0 and not sensor.readout.shares_charge:
+            yield place, light, KernelPart.WHOLE
             continue
-        if charge is None or collected != exposure:
-            first, shape = exposure_of.index(exposure), (frame.height, frame.width)
-            charge, collected = device.empty(shape, np.float32), exposure
-            setting = _setting(sensor.readings[first], first, seeds, frame)
-            launch_sensor(device, lights[exposure], charge, shape, [setting], KernelPart.CHARGE)
+        if charge is None or collected != own:
+            first, shape = spec.charge_of.index(own), (frame.height, frame.width)
+            charge, collected = device.empty(shape, np.float32), own
+            setting = _setting(sensor.readings[first], first, diode_seeds(seeds, diode), frame)
+            launch_sensor(device, light, charge, shape, [setting], KernelPart.CHARGE)
             charge = share_charge(device, sensor.readout, charge)
         yield place, charge, KernelPart.READOUT
 

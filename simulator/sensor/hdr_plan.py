@@ -22,19 +22,19 @@ class Reading:
     """One reading of a frame.
 
     sensor: its plan alone, as if it were the whole read-out. exposure: which exposure it reads, from 0 on.
+    charge: which charge it reads, from 0 on, one for each photodiode and exposure.
     factor: DN of the combined signal for each DN of its code above black.
+    black_dn: black level of its codes [DN]. That of another photodiode has the dark current by which it differs, in proportion
+    to light, from the first, so that both join without a step.
     switch_dn: below this code the reading is used; of the last reading above all codes.
     """
 
     sensor: SensorPlan
     exposure: int
+    charge: int
     factor: float
+    black_dn: float
     switch_dn: int
-
-    @property
-    def black_dn(self) -> float:
-        """Black level of its codes [DN]."""
-        return self.sensor.black_level_dn
 
 
 @dataclass(frozen=True)
@@ -56,23 +56,36 @@ class HdrSensorPlan(SensorPlan):
     @cached_property
     def readings(self) -> tuple[Reading, ...]:
         """The readings, that with the most gain and exposure first."""
-        gains = [plan.gain_dn_per_e() * share for plan, share in zip(self.plans, self.spec.exposures, strict=True)]
+        gains = [self._gain(place) for place in range(len(self.plans))]
         found = []
         for place, (plan, exposure) in enumerate(zip(self.plans, self.spec.exposure_of, strict=True)):
             range_dn, last = plan.white_level_dn() - plan.black_level_dn, place == len(self.plans) - 1
             switch_dn = LARGEST_DN + 1 if last else math.floor(plan.black_level_dn + self.spec.switch_at * range_dn)
-            found.append(Reading(plan, exposure, gains[0] / gains[place] / self.unit_dn, switch_dn))
+            ratio = gains[0] / gains[place]
+            own = ratio / self.unit_dn, self._black_dn(place)
+            found.append(Reading(plan, exposure, self.spec.charge_of[place], *own, switch_dn))
         return tuple(found)
 
     @cached_property
     def unit_dn(self) -> int:
         """DN of the first reading that are one DN of the combined signal: the least power of two with which it fits 16 bits."""
         first, last = self.plans[0], self.plans[-1]
-        ratio = first.gain_dn_per_e() * self.spec.exposures[0] / (last.gain_dn_per_e() * self.spec.exposures[-1])
-        top_dn, unit_dn = ratio * (last.white_level_dn() - last.black_level_dn), 1
+        ratio = self._gain(0) / self._gain(len(self.plans) - 1)
+        top_dn, unit_dn = ratio * (last.white_level_dn() - self._black_dn(len(self.plans) - 1)), 1
         while math.ceil(first.black_level_dn / unit_dn) + top_dn / unit_dn > LARGEST_DN:
             unit_dn *= 2
         return unit_dn
+
+    def _gain(self, place: int) -> float:
+        """Return the gain of a reading for the electrons of the first one [DN/e-]."""
+        return self.plans[place].gain_dn_per_e() * self.spec.exposures[place] * self.spec.light[place]
+
+    def _black_dn(self, place: int) -> float:
+        """Return the black level of a reading's codes [DN], as `Reading` has it."""
+        plan, first = self.plans[place], self.plans[0]
+        if self.spec.diode_of[place] == 0:
+            return plan.black_level_dn
+        return plan.black_level_dn + _dark_dn(plan) - _dark_dn(first) * self._gain(place) / self._gain(0)
 
     @property
     def exposures(self) -> tuple[SensorPlan, ...]:
@@ -136,7 +149,7 @@ class HdrSensorPlan(SensorPlan):
     def steps_at(self, mean_electrons: float) -> tuple[list[SignalStep], float]:
         """Return the steps of the reading that is used at these mean photoelectrons of the first exposure, and its own mean."""
         for place, reading in enumerate(self.readings):
-            own_e = mean_electrons * self.spec.exposures[place]
+            own_e = mean_electrons * self.spec.exposures[place] * self.spec.light[place]
             if reading.sensor.moments(own_e).mean < reading.switch_dn:
                 return (self.moment_steps() if place == 0 else self.reading_steps(place)), own_e
         raise AssertionError("the last reading is used at all codes")
@@ -163,8 +176,9 @@ class HdrSensorPlan(SensorPlan):
         parts = []
         for place, reading in enumerate(self.readings):
             share, gain = self.spec.exposures[place], self.spec.gains[place]
+            light = "" if set(self.spec.light) == {1.0} else f", light {self.spec.light[place]:.4g}"
             until = "" if place == len(self.readings) - 1 else f" below {reading.switch_dn} DN"
-            parts.append(f"exposure {share:.4g}, gain {gain:.4g}, times {reading.factor * self.unit_dn:.4g}{until}")
+            parts.append(f"exposure {share:.4g}, gain {gain:.4g}{light}, times {reading.factor * self.unit_dn:.4g}{until}")
         unit = "" if self.unit_dn == 1 else f"; {self.unit_dn} DN are one"
         return "; ".join(parts) + unit
 
@@ -197,12 +211,18 @@ def plan_readings(sensor: SensorPlan, iso: float) -> SensorPlan:
     return planned
 
 
+def _dark_dn(plan: SensorPlan) -> float:
+    """Return the mean code in the dark above the pedestal [DN], which optical black would tell a sensor."""
+    return plan.moments(0.0).mean - plan.black_level_dn
+
+
 def _plans(first: SensorPlan, spec: HdrReadout, iso: float) -> tuple[SensorPlan, ...]:
     """Return the plan of each reading alone. first: that of the first one, planned for this ISO."""
     time_s, plans = first.exposure.time_s, [first]
-    for share, gain in zip(spec.exposures[1:], spec.gains[1:], strict=True):
+    for share, gain, diode in zip(spec.exposures[1:], spec.gains[1:], spec.photodiodes[1:], strict=True):
         try:
-            plans.append(first.at(iso * gain, time_s * share))
+            plan = first.at(iso * gain, time_s * share)
+            plans.append(plan.with_stages(stage.of_photodiode(diode) for stage in plan.stages))
         except PhotositeError as error:
             rule = f"{error.rule}; a reading of {KEY} has the gain {gain:g} at ISO {iso:g}, so raise one of them"
             raise error.replace(rule=rule) from None

@@ -1,9 +1,9 @@
 """Temporal variance of the combined signal of an HDR read-out: a mixture of two readings near each switch point.
 
 Of readings A and B with means a, b and standard deviations s_A, s_B, A is taken below the switch point t. Readings of one
-charge share its shot noise, with the covariance c; those of different exposures are independent. With z = (t - a) / s_A and B's
-regression b + (c / s_A^2) (A - a), mean and mean square of what is taken are those of a normal A truncated above t, and of B
-where A lies above t: E[A - a; A < t] = -s_A phi(z), E[(A - a)^2; A < t] = s_A^2 (Phi(z) - z phi(z)).
+charge share its shot noise, with the covariance c; those of different exposures or photodiodes are independent. With z = (t -
+a) / s_A and B's regression b + (c / s_A^2) (A - a), mean and mean square of what is taken are those of a normal A truncated
+above t, and of B where A lies above t: E[A - a; A < t] = -s_A phi(z), E[(A - a)^2; A < t] = s_A^2 (Phi(z) - z phi(z)).
 """
 
 import math
@@ -35,12 +35,12 @@ def combined_variance(sensor: HdrSensorPlan, mean_electrons: Sequence[np.ndarray
         found: tuple[np.ndarray, np.ndarray] | None = None
         for place in reversed(range(len(sensor.readings))):
             reading, (nodes, mean, variance, charge) = sensor.readings[place], tables[place]
-            own = np.sqrt(mean_electrons[reading.exposure][part].astype(np.float64))
+            own = np.sqrt(sensor.spec.light_share(place) * mean_electrons[reading.exposure][part].astype(np.float64))
             here = tuple(np.interp(own, nodes, values) for values in (mean, variance, charge))
             if found is None:
                 found = here[0], here[1]
                 continue
-            shared = sensor.readings[place + 1].exposure == reading.exposure
+            shared = sensor.readings[place + 1].charge == reading.charge
             switch_dn = float(sensor.combined_dn(reading, reading.switch_dn - 0.5))
             found = _mix(here[0], here[1], found, here[2] if shared else np.zeros_like(own), switch_dn)
         assert found is not None

@@ -20,6 +20,7 @@ from .camera_builders import small_camera
 HIGH, LOW = IsoSetting(1.28, 2.0), IsoSetting(0.08, 1.3)  # 12 bits hold 3149 and 50388 e-, read with 1.56 and 16.25 e-
 SHOT_NOISE: Mapping[str, Stage] = {"photon_shot_noise": PhotonShotNoise()}
 DUAL_GAIN = HdrReadout(gains=(1.0, 0.0625))
+TWO_PHOTODIODES = HdrReadout(light=(1.0, 0.0625))
 TWO_EXPOSURES = HdrReadout(exposures=(1.0, 0.0625))
 
 

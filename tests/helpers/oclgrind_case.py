@@ -68,7 +68,8 @@ def run(case: str) -> None:
         **neighbours,
     )
     if "readings" in case:
-        table, readout = {100: IsoSetting(0.5, 3.0), 400: IsoSetting(2.0, 3.0)}, HdrReadout((1.0, 1.0, 0.25), (1.0, 0.25, 0.25))
+        table = {100: IsoSetting(0.5, 3.0), 400: IsoSetting(2.0, 3.0)}  # two gains, another photodiode, another exposure
+        readout = HdrReadout((1.0, 1.0, 1.0, 0.25), (1.0, 0.25, 1.0, 0.25), light=(1.0, 1.0, 0.1, 1.0))
         camera = replace(camera, bit_depth=12, iso_table=table, hdr_readout=readout)
     depth = 2.0 if "sharp" in case else 5.0 if "one" in case else rng.uniform(1.7, 2.5, (20, 30)).astype(np.float32)
     settings = {}

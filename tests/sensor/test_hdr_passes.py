@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.hdr_bench import DUAL_GAIN, TWO_EXPOSURES, combined_codes, hdr_plan
+from helpers.hdr_bench import DUAL_GAIN, TWO_EXPOSURES, TWO_PHOTODIODES, combined_codes, hdr_plan
 from helpers.randomness import accept, correlation_p, mean_p, variance_p
 from scipy import stats
 
@@ -29,10 +29,11 @@ MEANS = np.repeat(LEVELS_E[:, None], COLUMNS, axis=1)
     [
         DUAL_GAIN,
         TWO_EXPOSURES,
+        TWO_PHOTODIODES,
         HdrReadout(exposures=(1.0, 1.0, 0.125), gains=(1.0, 0.25, 0.25)),
         HdrReadout(gains=(1.0, 0.0625), companding=Companding(12, ((1024.0, 1024.0), (8192.0, 2048.0)))),
     ],
-    ids=["dual gain", "two exposures", "three readings", "companded"],
+    ids=["dual gain", "two exposures", "two photodiodes", "three readings", "companded"],
 )
 def test_mean_and_variance_at_each_level_are_those_of_the_truth(device, readout):
     """Photon transfer: z-test of the means away from the switch points, and of the variances everywhere."""
@@ -60,11 +61,11 @@ def test_below_the_switch_point_the_frame_is_that_of_one_reading(device):
     means = np.random.default_rng(1).uniform(0.0, 2000.0, (30, 64))
     plain = hdr_plan(None, 64, 30)
     once = read_out(device, plain, device.upload(means.astype(np.float32)), Seeds(2, 1))
-    for readout in (DUAL_GAIN, TWO_EXPOSURES):
+    for readout in (DUAL_GAIN, TWO_EXPOSURES, TWO_PHOTODIODES):
         np.testing.assert_array_equal(combined_codes(device, hdr_plan(readout, 64, 30), means), once)
 
 
-@pytest.mark.parametrize(("readout", "shared"), [(DUAL_GAIN, True), (TWO_EXPOSURES, False)])
+@pytest.mark.parametrize(("readout", "shared"), [(DUAL_GAIN, True), (TWO_EXPOSURES, False), (TWO_PHOTODIODES, False)])
 def test_only_readings_of_one_charge_share_its_shot_noise(device, readout, shared):
     """Both readings of one frame: the switch at 0.1 shows the second, one read once the first."""
     means = np.full((64, 256), 2000.0)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers.hdr_bench import DUAL_GAIN, TWO_EXPOSURES, hdr_plan
+from helpers.hdr_bench import DUAL_GAIN, TWO_EXPOSURES, TWO_PHOTODIODES, hdr_plan
 from scipy import stats
 
 from simulator.sensor.hdr_variance import combined_variance
@@ -10,7 +10,7 @@ from simulator.sensor.hdr_variance import combined_variance
 NODES = np.linspace(-7.0, 7.0, 801)
 
 
-@pytest.mark.parametrize("readout", [DUAL_GAIN, TWO_EXPOSURES])
+@pytest.mark.parametrize("readout", [DUAL_GAIN, TWO_EXPOSURES, TWO_PHOTODIODES])
 @pytest.mark.parametrize("sigmas", [-2.0, -0.5, 0.0, 0.7, 2.5])
 def test_it_is_the_mixture_of_both_readings(readout, sigmas):
     """Numerical integration over A and, given A, over B: normal, one charge with common shot noise or none in common [e-]."""

@@ -16,21 +16,30 @@ import pytest
 from helpers.dng_variants import PICTURES, UPRIGHT, as_stored, code_frames, picture_frame
 from helpers.flat_patches import SRGB_TO_XYZ, patch_means
 from helpers.fresh_reader import libraw_codes
-from helpers.raw_frame import COLOR_MATRIX
+from helpers.raw_frame import COLOR_MATRIX, random_frame
 
 from simulator.raw.development import develop, srgb_encoded
 from simulator.raw.dng.areas import masked_areas
 from simulator.raw.dng.writer import write_dng
+from simulator.sensor.camera.cfa import Cfa
 
 pytestmark = pytest.mark.clients
 
+PATTERNS = (
+    "GBGGRG/RGRBGB/GBGGRG/GRGGBG/BGBRGR/GRGGBG",
+    "RRGG/RRGG/GGBB/GGBB",
+    "RRRGGG/RRRGGG/RRRGGG/GGGBBB/GGGBBB/GGGBBB",
+    "RCCB",
+    "RGWB",
+    "WGWR/GWRW/WBWG/BWGW",
+)
 ADOBE = """
 import sys, dngpy, numpy as np
 found = {}
 for path in sys.argv[2:]:
     file = dngpy.Dng(path)
     found[path] = np.squeeze(file.raw_pixels)
-    found[path + ":cfa"] = file.get_bayer_pattern() or "MONO"
+    found[path + ":cfa"] = file.get_bayer_pattern() or "MONO"  # it names no larger pattern and none with clear photosites
     found[path + ":neutral"] = file.get_white_balance()
 np.savez(sys.argv[1], **found)
 """
@@ -88,6 +97,24 @@ def test_adobes_sdk_reads_back_every_code_pattern_and_neutral(frames, tmp_path):
         assert found[f"{path}:cfa"] == raw.cfa
         if raw.cfa != "MONO":
             np.testing.assert_allclose(found[f"{path}:neutral"], raw.as_shot_neutral, rtol=1e-6)
+
+
+@pytest.mark.skipif(find_spec("dngpy") is None, reason="dngpy is missing; pip install 'photosite[clients]'")
+@pytest.mark.parametrize("cfa", PATTERNS)
+def test_adobes_sdk_reads_back_every_code_of_other_patterns(cfa, tmp_path):
+    letters = Cfa.named(cfa).letters
+    white = COLOR_MATRIX.sum(axis=0)
+    matrix = np.stack([white if letter in "CW" else COLOR_MATRIX["RGB".index(letter)] for letter in letters])
+    neutral = (0.5, 1.0, 0.625, 0.9)[: len(letters)]
+    profile = ((2e-4, 3e-7),) * len(letters)
+    raw = random_frame(96, 128, cfa, color_matrix=matrix, as_shot_neutral=neutral, noise_profile=profile)
+    path = str(tmp_path / "frame.dng")
+    write_dng(raw, path)
+    _, problems = run(sys.executable, "-c", ADOBE, tmp_path / "found.npz", path)
+    assert problems == ""
+    found = np.load(tmp_path / "found.npz")
+    np.testing.assert_array_equal(found[path], raw.dn)
+    np.testing.assert_allclose(found[f"{path}:neutral"], neutral, rtol=1e-6)
 
 
 @needs("exiftool", "libimage-exiftool-perl")

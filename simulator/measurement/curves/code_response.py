@@ -35,7 +35,8 @@ def code_moments(sensor: SensorPlan, electrons: np.ndarray) -> Moments:
     if not isinstance(sensor, HdrSensorPlan):
         return clipped_moments(sensor.moment_steps(), electrons)
     used = [_reading_moments(sensor, float(one)) for one in electrons]
-    shares = {exposure: sensor.spec.exposures[place] for place, exposure in reversed([*enumerate(sensor.spec.exposure_of)])}
+    spec = sensor.spec
+    shares = {which: spec.exposures[place] * spec.light[place] for place, which in reversed([*enumerate(spec.exposure_of)])}
     light = [np.asarray(electrons * shares[exposure], np.float32)[np.newaxis] for exposure in sorted(shares)]
     variance = combined_variance(sensor, light)[0].astype(np.float64)
     mean, fixed = (np.array([getattr(one, name) for one in used]) for name in ("mean", "fixed_variance"))

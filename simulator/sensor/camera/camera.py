@@ -170,11 +170,21 @@ class Camera:
         require(self.blooming is None or "full_well" in self.stages, "camera.blooming", "given", rule)
         both = self.blooming is not None and self.hdr_readout is not None
         require(not both, "camera.blooming", "with hdr_readout", "the readings do not share it; leave one of them out")
+        self._check_photodiodes()
         if covered is not None:
             rows, columns = self.filter.period
             rule = "give whole periods of the colour filter pattern"
             for key, side, period in (("left", covered.left_px, columns), ("top", covered.top_px, rows)):
                 require(side % period == 0, f"camera.optical_black.{key}", side, f"{rule}, multiples of {period} photosites")
+
+    def _check_photodiodes(self) -> None:
+        """Raise PhotositeError for photodiodes whose numbers are relative to a stage that the camera has not."""
+        readout = self.hdr_readout
+        for key, stems in (("full_wells", ("full_well",)), ("dark_currents", ("dark_current", "hot_pixels"))):
+            ratios = [1.0] if readout is None else list(getattr(readout, key))
+            rule = f"are relative to the first photodiode's; give stages.{stems[0]}"
+            has_stage = any(stem in self.stages for stem in stems)
+            require(has_stage or set(ratios) == {1.0}, f"camera.hdr_readout.{key}", ratios, rule)
 
     def _check_groups(self) -> None:
         """Raise PhotositeError for binning or remosaic of a pattern that is not made for it."""

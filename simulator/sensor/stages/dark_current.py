@@ -2,11 +2,11 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Self
 
 from simulator.errors import require
 from simulator.sensor.stages.poisson_variants import choose_poisson_variants
-from simulator.sensor.stages.stage import FromShot, Moments, Stage
+from simulator.sensor.stages.stage import FromShot, Moments, Photodiode, Stage
 from simulator.sensor.stages.thermal_generation import check_temperatures, rate_ratio
 from simulator.units import ElectronsPerSecond, Kelvins, Seconds
 
@@ -50,6 +50,10 @@ class DarkCurrent(Stage):
     def combined(self, side: int, codes: float) -> "DarkCurrent":
         """Return the dark current of the sum of side x side photosites."""
         return replace(self, rate_e_per_s=side**2 * self.rate_e_per_s)
+
+    def of_photodiode(self, diode: Photodiode) -> Self:
+        """Return the stage with the diode's own rate."""
+        return replace(self, rate_e_per_s=diode.dark_current * self.rate_e_per_s)
 
     def moments(self, signal: Moments) -> Moments:
         """Give mean + rate t, var + rate t (Poisson)."""

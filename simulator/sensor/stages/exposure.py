@@ -1,9 +1,9 @@
 """Exposure as a stage of the fused kernel: mean photoelectrons that a photosite collects while the shutter is open."""
 
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from dataclasses import dataclass, replace
+from typing import Annotated, ClassVar, Self
 
-from simulator.sensor.stages.stage import FromShot, Moments, Stage
+from simulator.sensor.stages.stage import FromShot, Moments, Photodiode, Stage
 from simulator.units import Seconds
 
 
@@ -21,6 +21,10 @@ class Integration(Stage):
     changes_mean: ClassVar[bool] = True
     time_s: Annotated[Seconds, FromShot("exposure_time_s")]
     collecting_area_um2: float
+
+    def of_photodiode(self, diode: Photodiode) -> Self:
+        """Return the stage of a diode that collects another share of the light."""
+        return replace(self, collecting_area_um2=diode.light * self.collecting_area_um2)
 
     def moments(self, signal: Moments) -> Moments:
         """Light has no noise before it is counted."""

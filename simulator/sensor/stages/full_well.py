@@ -1,11 +1,11 @@
 """Full well: a photosite holds a limited number of electrons (EMVA 1288 R4.0: saturation capacity)."""
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 from simulator.errors import require
-from simulator.sensor.stages.stage import Limits, Moments, Stage
+from simulator.sensor.stages.stage import Limits, Moments, Photodiode, Stage
 from simulator.units import Electrons
 
 
@@ -26,6 +26,10 @@ class FullWell(Stage):
     def combined(self, side: int, codes: float) -> "FullWell":
         """Return the well of the sum of side x side photosites."""
         return FullWell(side**2 * self.capacity_e)
+
+    def of_photodiode(self, diode: Photodiode) -> Self:
+        """Return the diode's own well."""
+        return replace(self, capacity_e=diode.full_well * self.capacity_e)
 
     def moments(self, signal: Moments) -> Moments:
         """Unchanged below the capacity; constant at it."""

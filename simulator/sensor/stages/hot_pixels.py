@@ -1,10 +1,10 @@
 """Hot pixels: some photosites have a far larger dark current (Janesick 2001, dark current spikes)."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Self
 
 from simulator.errors import require
-from simulator.sensor.stages.stage import FromShot, Moments, Stage
+from simulator.sensor.stages.stage import FromShot, Moments, Photodiode, Stage
 from simulator.sensor.stages.thermal_generation import check_temperatures, rate_ratio
 from simulator.units import ElectronsPerSecond, Kelvins, Seconds
 
@@ -46,6 +46,10 @@ class HotPixels(Stage):
         share = min(1.0, side**2 * self.share)
         rate = self.rate_e_per_s * side**2 * self.share / share if share > 0 else 0.0
         return replace(self, share=share, rate_e_per_s=rate)
+
+    def of_photodiode(self, diode: Photodiode) -> Self:
+        """Return the stage with the diode's own rate."""
+        return replace(self, rate_e_per_s=diode.dark_current * self.rate_e_per_s)
 
     def moments(self, signal: Moments) -> Moments:
         """Return those of a photosite that is not hot."""

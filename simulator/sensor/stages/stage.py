@@ -96,6 +96,18 @@ class FromShot:
 
 
 @dataclass(frozen=True)
+class Photodiode:
+    """One of several photodiodes of a photosite, in numbers relative to those of the first.
+
+    light: electrons that it collects in the same light. full_well: electrons that it holds. dark_current: its dark electrons.
+    """
+
+    light: float = 1.0
+    full_well: float = 1.0
+    dark_current: float = 1.0
+
+
+@dataclass(frozen=True)
 class Stage:
     """One step of the fused sensor kernel: its parameters, and the properties by which all other code knows it.
 
@@ -150,6 +162,10 @@ class Stage:
         Such a photosite holds the sum of their electrons, and its code is `codes` times the mean of theirs. The default suits a
         stage whose parameters are ratios or temperatures.
         """
+        return self
+
+    def of_photodiode(self, diode: Photodiode) -> Self:
+        """Return the stage of another photodiode of the photosites. The default suits a stage that is common to all."""
         return self
 
     def of_shot(self, **quantities: float) -> Self:

@@ -11,6 +11,7 @@ from simulator.errors import PhotositeError
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.camera import IsoSetting
 from simulator.sensor.camera.hdr_readout import Companding, HdrReadout
+from simulator.sensor.stages.full_well import FullWell
 
 KNEES = ((1024.0, 1024.0), (8192.0, 2048.0))
 
@@ -46,12 +47,18 @@ def test_companding_that_cannot_be_decoded_is_refused(arguments, white, message)
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"gains": (1.0,)}, "camera.hdr_readout = 1 readings: give exposures or gains of 2 to 4 readings"),
+        ({"gains": (1.0,)}, "camera.hdr_readout = 1 readings: give exposures, gains or light of 2 to 4 readings"),
         ({"gains": (1.0, 0.5), "exposures": (1.0, 0.5, 0.25)}, "give one for each of the 3 readings"),
         ({"gains": (0.5, 0.25)}, "camera.hdr_readout.gains"),
         ({"exposures": (1.0, 0.0)}, "camera.hdr_readout.exposures"),
         ({"exposures": (1.0, float("nan"))}, "camera.hdr_readout.exposures"),
-        ({"gains": (1.0, 1.0)}, "each reading needs less exposure or less gain"),
+        ({"gains": (1.0, 1.0)}, "each reading needs less exposure, gain or light"),
+        ({"light": (1.0, 1.0)}, "each reading needs less exposure, gain or light"),
+        ({"light": (0.5, 0.1)}, "camera.hdr_readout.light = [0.5, 0.1]: give 1 first"),
+        ({"light": (1.0, 0.1), "full_wells": (1.0, 0.0)}, "camera.hdr_readout.full_wells = [1.0, 0.0]"),
+        ({"light": (1.0, 0.1), "dark_currents": (1.0, -1.0)}, "camera.hdr_readout.dark_currents = [1.0, -1.0]"),
+        ({"gains": (1.0, 0.1), "full_wells": (1.0, 0.5)}, "readings of equal light are of one photodiode"),
+        ({"light": (1.0, 0.5, 1.0), "gains": (1.0, 1.0, 0.1)}, "read one charge; give them one after the other"),
         ({"gains": (1.0, 0.5), "switch_at": 1.0}, "camera.hdr_readout.switch_at = 1.0"),
     ],
 )
@@ -63,6 +70,23 @@ def test_readings_that_do_not_extend_the_range_are_refused(arguments, message):
 def test_equal_exposures_share_a_charge():
     readout = HdrReadout(exposures=(1.0, 1.0, 0.125), gains=(1.0, 0.25, 0.25))
     assert readout.exposure_of == (0, 0, 1) and readout.exposure_shares == (1.0, 0.125)
+
+
+def test_each_photodiode_and_exposure_has_a_charge_of_its_own():
+    """Large diode at two gains, small diode, large diode in a short exposure: three charges of two diodes in two exposures."""
+    readout = HdrReadout(exposures=(1.0, 1.0, 1.0, 0.01), gains=(1.0, 0.25, 1.0, 1.0), light=(1.0, 1.0, 0.1, 1.0))
+    assert (readout.charge_of, readout.diode_of, readout.exposure_of) == ((0, 0, 1, 2), (0, 0, 1, 0), (0, 0, 0, 1))
+    assert [readout.light_share(place) for place in range(4)] == [1.0, 1.0, 0.1, 1.0]
+
+
+def test_photodiodes_are_relative_to_stages_that_the_camera_has():
+    table = {100: IsoSetting(1.0, 2.0)}
+    readout = HdrReadout(light=(1.0, 0.1), full_wells=(1.0, 0.5))
+    with pytest.raises(PhotositeError, match=re.escape("camera.hdr_readout.full_wells = [1.0, 0.5]: are relative")):
+        small_camera(iso_table=table, hdr_readout=readout)
+    assert small_camera(iso_table=table, hdr_readout=readout, stages={"full_well": FullWell(1e4)}).hdr_readout == readout
+    with pytest.raises(PhotositeError, match="camera.hdr_readout.dark_currents"):
+        small_camera(iso_table=table, hdr_readout=HdrReadout(light=(1.0, 0.1), dark_currents=(1.0, 0.5)))
 
 
 def test_averaged_codes_are_refused_and_isos_are_those_of_all_readings():
