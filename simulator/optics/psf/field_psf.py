@@ -177,10 +177,28 @@ class FieldPsf:
         if key not in self._kernels and self._is_squares:
             self._kernels[key] = self.sampling.squares(self.pitch_um, self.over)
         if key not in self._kernels:
-            cells, per_photosite = self._cells(slab, channel, self.field_xy(row, column))
-            band_limited = isinstance(self.lens_psf, WavefrontPsf) or per_photosite > 1
-            self._kernels[key] = self.sampling.phases(cells, per_photosite, self.pitch_um, self.over, band_limited)
+            own = self._own_node(row, column)
+            self._kernels[key] = self._make_kernel(slab, channel, own) if own == (row, column) else self._mirrored(key, own)
         return self._kernels[key]
+
+    def _own_node(self, row: int, column: int) -> tuple[int, int]:
+        """Node whose kernel mirrors that of this node: the one in the first quarter, if kernels turn with the field."""
+        if not isinstance(self.lens_psf, WavefrontPsf) or has_fixed_orientation(self.lens_psf):
+            return row, column
+        return min(row, self.nodes[0] - 1 - row), min(column, self.nodes[1] - 1 - column)
+
+    def _mirrored(self, key: tuple[int, int, int, int], own: tuple[int, int]) -> np.ndarray:
+        """Kernel of a node, mirrored from its own in rows, columns or both, and in the places of the light samples."""
+        slab, channel, row, column = key
+        kernel = self.kernel(slab, channel, False, *own)
+        by_place = kernel.reshape(self.over, self.over, *kernel.shape[1:])
+        axes = [axis for axis, changed in enumerate((row != own[0], column != own[1])) if changed]
+        return np.flip(by_place, (*axes, *(axis + 2 for axis in axes))).reshape(kernel.shape)
+
+    def _make_kernel(self, slab: int, channel: int, node: tuple[int, int]) -> np.ndarray:
+        cells, per_photosite = self._cells(slab, channel, self.field_xy(*node))
+        band_limited = isinstance(self.lens_psf, WavefrontPsf) or per_photosite > 1
+        return self.sampling.phases(cells, per_photosite, self.pitch_um, self.over, band_limited)
 
     def field_xy(self, row: int, column: int) -> tuple[float, float]:
         """Place of a node over the sensor's half diagonal, x to the right and y down from its middle."""

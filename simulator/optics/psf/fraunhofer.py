@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from simulator.errors import require
 
 LARGEST_PUPIL = 4096  # samples across
 FEWEST_PUPIL = 192
+LINES = 32  # that are transformed together
 
 WavefrontError = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -57,11 +59,7 @@ def compute_psf(
     places_um = (np.arange(count) - count // 2) * step_um
     across = np.arange(-(len(pupil) - 1) / 2, len(pupil) / 2) * (2.0 * opening.reach / len(pupil))
     turns = 1.0 / (2.0 * wavelength_um * f_number)
-    if np.array_equal(pupil, pupil[::-1]) and np.array_equal(pupil, pupil[:, ::-1]):
-        amplitude = _even_image(pupil, across, places_um * turns)
-    else:
-        wave = np.exp(-2j * math.pi * np.outer(places_um * turns, across))
-        amplitude = wave @ pupil @ wave.T
+    amplitude = _image(pupil, across, places_um * turns)
     # Parseval: the light of the whole image plane, from the pupil's area in samples, pi / (2 reach / count)^2.
     power = math.pi * ((0.5 * len(pupil) / opening.reach) ** 2 * 2.0 * wavelength_um * f_number) ** 2
     cells = _cell_means(np.abs(amplitude) ** 2, finer)[1:-1, 1:-1]
@@ -69,23 +67,56 @@ def compute_psf(
     return np.maximum(cells, 0.0) * (cell_um**2 / power)
 
 
-def _even_image(pupil: np.ndarray, across: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Fourier transform of a pupil that is even in x and y, at places that are symmetric about 0, from a quarter of both."""
+def _image(pupil: np.ndarray, across: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Fourier transform of a pupil at places that are symmetric about 0, from half of each axis along which it is even.
+
+    A lens that is symmetric about its axis has a pupil that is even across the field.
+    """
+    is_even = [np.array_equal(pupil, np.flip(pupil, axis)) for axis in (0, 1)]
+    rows = _transform_columns(pupil, across, places, is_even[0])
+    half = _transform_columns(rows.T, across, places, is_even[1]).T
+    below = np.concatenate([half[:0:-1], half]) if is_even[0] else half
+    return np.concatenate([below[:, :0:-1], below], axis=1) if is_even[1] else below
+
+
+def _transform_columns(lines: np.ndarray, across: np.ndarray, places: np.ndarray, is_even: bool) -> np.ndarray:
+    """Fourier transform along the first axis, (places, lines) complex128; of even lines: at the places from 0 on."""
+    if not is_even:
+        return _chirp_transform(lines, across, places)
     half, middle = len(across) // 2, len(places) // 2
-    weights = np.where(across[half:] == 0.0, 1.0, 2.0)
-    wave = weights * np.cos(2.0 * math.pi * np.outer(places[middle:], across[half:]))
-    real, imaginary = (np.ascontiguousarray(part[half:, half:]) for part in (np.real(pupil), np.imag(pupil)))
-    quarter = wave @ real @ wave.T + 1j * (wave @ imaginary @ wave.T)
-    below = np.concatenate([quarter[:0:-1], quarter])
-    return np.concatenate([below[:, :0:-1], below], axis=1)
+    wave = np.where(across[half:] == 0.0, 1.0, 2.0) * np.cos(2.0 * math.pi * np.outer(places[middle:], across[half:]))
+    parts = np.ascontiguousarray(lines[half:], np.complex128).view(np.float64)
+    return np.asarray((wave @ parts).view(np.complex128))
 
 
 def _cell_means(density: np.ndarray, finer: int) -> np.ndarray:
     """Means of a band-limited density over cells of finer x finer samples."""
-    count = len(density)
-    transfer = np.sinc(np.fft.fftfreq(count) * finer)
-    spectrum = np.fft.fft2(density) * transfer[:, None] * transfer[None, :]
-    return np.fft.ifft2(spectrum).real[finer // 2 :: finer, finer // 2 :: finer]
+    means = _mean_matrix(len(density), finer)
+    return np.asarray(means @ density @ means.T)
+
+
+def _chirp_transform(lines: np.ndarray, across: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Fourier transform along the first axis between even steps, (places, lines), as a convolution with a chirp.
+
+    Rabiner, Schafer and Rader 1969, Bell System Technical Journal 48, 1249. A few lines at a time, which the cache holds.
+    """
+    from scipy.signal import CZT
+
+    step, first = across[1] - across[0], across[0]
+    ratio = np.exp(-2j * math.pi * step * (places[1] - places[0]))
+    transform = CZT(len(across), len(places), ratio, np.exp(2j * math.pi * step * places[0]))
+    found = np.empty((lines.shape[1], len(places)), np.complex128)
+    for start in range(0, len(found), LINES):
+        found[start : start + LINES] = transform(lines[:, start : start + LINES].T)
+    found *= np.exp(-2j * math.pi * first * places)
+    return found.T
+
+
+@lru_cache(maxsize=8)
+def _mean_matrix(count: int, finer: int) -> np.ndarray:
+    """Matrix of one axis from samples of a periodic band-limited function to its means over cells, (count / finer, count)."""
+    response = np.fft.ifft(np.sinc(np.fft.fftfreq(count) * finer)).real
+    return np.asarray(response[(np.arange(finer // 2, count, finer)[:, None] - np.arange(count)) % count])
 
 
 def _pupil(wavefront_error_um: WavefrontError, wavelength_um: float, periods: float, opening: Opening) -> np.ndarray:

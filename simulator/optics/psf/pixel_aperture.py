@@ -89,20 +89,9 @@ class Sampling:
         cells: light of a point in each of odd x odd cells, per_photosite (odd) to a photosite and axis.
         band_limited: whether the cells are integrals of a function that is band-limited to their grid.
         """
-        size, margin = len(cells) // per_photosite, self.margin_px(pitch_um)
-        found_px = size + 2 * margin
-        cycles = _cycles(found_px, over)
-        weights = np.ones(len(cycles))
-        weights[[0, -1]] = 0.5
-        transfer = self.transfer(cycles / pitch_um, pitch_um) / np.sinc(cycles / over) * weights
-        if band_limited:
-            transfer /= np.sinc(cycles / per_photosite)
-        if self.fill_factor < 1.0 and over % 2 == 0:  # photosites lie between cells
-            last = np.clip((np.abs(cycles) / (0.5 * over) - 0.8) / 0.2, 0.0, 1.0)
-            transfer *= 0.5 + 0.5 * np.cos(math.pi * last)
-        into, back = _waves(len(cells), per_photosite, found_px, over)
-        spectrum = (into @ cells @ into.T) * transfer[:, None] * transfer[None, :]
-        found = np.array([(down @ spectrum @ across.T).real for down in back for across in back])
+        matrices = _phase_matrices(self, len(cells), per_photosite, pitch_um, over, band_limited)
+        columns = [down @ cells for down in matrices]
+        found = np.array([column @ across.T for column in columns for across in matrices])
         return found * (cells.sum(dtype=np.float64) / found.sum())
 
     def photosite_matrix(self, size_px: int, per_photosite: int, cells: int, pitch_um: float) -> np.ndarray:
@@ -122,8 +111,8 @@ def _photosite_matrix(sampling: Sampling, size_px: int, per_photosite: int, cell
     transfer[[0, -1]] *= 0.5
     count = per_photosite * size_px
     places, photosites = (np.arange(count) - count // 2) / per_photosite, np.arange(found_px) - found_px // 2
-    waves = np.cos(2.0 * math.pi * (photosites[:, None] - places[None, :])[..., None] * cycles)
-    return np.asarray(waves @ transfer) / (2 * found_px)
+    back, ahead = (np.exp(2j * math.pi * np.outer(away, cycles)) for away in (photosites, -places))
+    return np.ascontiguousarray(((back * transfer) @ ahead.T).real) / (2 * found_px)
 
 
 def _cycles(found_px: int, over: int) -> np.ndarray:
@@ -132,11 +121,27 @@ def _cycles(found_px: int, over: int) -> np.ndarray:
     return np.arange(-over * period // 2, over * period // 2 + 1) / period
 
 
-@functools.lru_cache(maxsize=4)
-def _waves(count: int, per_photosite: int, found_px: int, over: int) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Transform from cells to frequencies, (frequencies, count), and back to photosites from the samples of each phase."""
+@functools.lru_cache(maxsize=8)
+def _phase_matrices(
+    sampling: Sampling, count: int, per_photosite: int, pitch_um: float, over: int, band_limited: bool
+) -> list[np.ndarray]:
+    """Matrices of one axis from cells to photosites, (photosites, count) float64, by place of the light samples.
+
+    The transfer function is even, so that they are real.
+    """
+    found_px = count // per_photosite + 2 * sampling.margin_px(pitch_um)
     cycles = _cycles(found_px, over)
+    transfer = sampling.transfer(cycles / pitch_um, pitch_um) / np.sinc(cycles / over)
+    transfer[[0, -1]] *= 0.5
+    if band_limited:
+        transfer /= np.sinc(cycles / per_photosite)
+    if sampling.fill_factor < 1.0 and over % 2 == 0:  # photosites lie between cells
+        last = np.clip((np.abs(cycles) / (0.5 * over) - 0.8) / 0.2, 0.0, 1.0)
+        transfer *= 0.5 + 0.5 * np.cos(math.pi * last)
     into = np.exp(-2j * math.pi * np.outer(cycles, (np.arange(count) - count // 2) / per_photosite))
     distances = np.arange(found_px) - found_px // 2
     offsets = [(over - 1 - 2 * phase) / (2 * over) for phase in range(over)]
-    return into, [np.exp(2j * math.pi * np.outer(distances + offset, cycles)) for offset in offsets]
+    return [
+        np.ascontiguousarray((np.exp(2j * math.pi * np.outer(distances + offset, cycles)) * transfer @ into).real)
+        for offset in offsets
+    ]

@@ -117,8 +117,8 @@ def _resampling(size_px: int, cells: int) -> np.ndarray:
     kept = np.clip((STOPPED - np.abs(frequency)) / (STOPPED - PASSED), 0.0, 1.0)
     kept = 0.5 - 0.5 * np.cos(math.pi * kept)
     into, out = (np.arange(count * size_px) - 0.5 * (count * size_px - 1) for count in (cells, SAMPLES))
-    away = (out / SAMPLES)[:, None] - (into / cells)[None, :]
-    return np.asarray(np.cos(2.0 * math.pi * away[..., None] * frequency) @ kept) / (SAMPLES * period)
+    back, ahead = (np.exp(2j * math.pi * np.outer(places, frequency)) for places in (out / SAMPLES, -into / cells))
+    return np.ascontiguousarray(((back * kept) @ ahead.T).real) / (SAMPLES * period)
 
 
 def _spline_coefficients(samples: np.ndarray) -> np.ndarray:

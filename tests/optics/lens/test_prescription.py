@@ -56,6 +56,32 @@ def spot_rms_um(traced, height_mm, wavelength_nm, f_number=None):
     return 2 * f_number * math.sqrt(dx.var() + dy.var())
 
 
+# dgauss.50mm.dat of pbrt: radius and distance to the next surface [mm], index behind it (d line).
+PBRT_DOUBLE_GAUSS = """
+29.475 3.76 1.67    84.83 0.12 1       19.275 4.025 1.67   40.77 3.275 1.699   12.75 5.705 1   0 4.5 1
+-14.495 1.18 1.603  40.77 6.065 1.658  -20.385 0.19 1      437.065 3.22 1.717  -39.73 0 1
+"""
+
+
+def test_the_double_gauss_has_the_numbers_of_other_copies():
+    """All surfaces, and by rays near the axis the focal length and the back focus that its maker states."""
+    found = []
+    for part in GAUSS.read_text().split("SURF ")[2:-1]:
+        lines = {words[0]: words[1:] for words in map(str.split, part.splitlines()[1:])}
+        curvature, index = float(lines["CURV"][0]), float(lines["GLAS"][3]) if "GLAS" in lines else 1.0
+        found.append((1.0 / curvature if curvature else 0.0, float(lines["DISZ"][0]), index))
+    wanted = np.array(PBRT_DOUBLE_GAUSS.split(), float).reshape(-1, 3) * [2.0, 2.0, 1.0]
+    np.testing.assert_allclose(np.array(found)[:, [0, 2]], wanted[:, [0, 2]], rtol=1e-9)
+    np.testing.assert_allclose(np.array(found)[:-1, 1], wanted[:-1, 1], rtol=1e-9)
+    height, angle, before = 1.0, 0.0, 1.0
+    for number, (radius, distance, index) in enumerate(found):
+        angle = (before * angle - (height * (index - before) / radius if radius else 0.0)) / index
+        height += angle * distance if number + 1 < len(found) else 0.0
+        before = index
+    assert -1.0 / angle == pytest.approx(100.0, rel=0.01)
+    assert -height / angle == pytest.approx(found[-1][1], rel=0.01)
+
+
 @pytest.mark.slow
 @needs_optiland
 def test_first_order_numbers_are_those_of_the_maker():
