@@ -47,10 +47,11 @@ beside it. `benchmarks/stress/` has the cases, `python -m stress --help` (with `
 - The steepest step of a patch at the right end of a map of radii left out every second pair of columns. Named test:
   `test_a_step_inside_the_last_patch_of_a_row_is_seen`.
 - A place in the scene was one number of float32: at the border of light and black 3·10⁻⁴ of the light was misplaced at column
-  6,000 of a scene of 1.1 to 2.7 pixels per photosite, 327 σ in black beside extremes. Places of such scenes are in fixed point,
-  with 0.004 σ (`test_places_far_from_the_corner_are_as_exact_as_near_it`). Scenes of fewer pixels than photosites, distorted
-  and moving ones have one number of float32 still, and up to 2.4 σ in a black photosite that ends where a bright pixel begins
-  (`projection_places`).
+  6,000 of a scene of 1.1 to 2.7 pixels per photosite, 327 σ in black beside extremes, and 2.4 σ in scenes of fewer pixels
+  (`projection_places`). Places are in fixed point, with 0.004 σ
+  (`test_places_far_from_the_corner_are_as_exact_as_near_it`,
+  `test_places_in_a_coarse_scene_far_from_the_corner_are_as_exact_as_near_it`). Distorted and moving scenes have one number of
+  float32 still.
 - The veil's 232 ulps came from an axis between halves of photosites, which no sensor has and float32 rounds; the search draws
   none (`test_a_veil_far_from_the_axis_is_as_exact_as_the_fall_off`).
 """

@@ -1,6 +1,7 @@
 // Means of light that is bilinear between the centres of a scene's pixels. Along a line it bends at the centres alone, so that
 //   mean over [m - h, m + h] = value at m + (after - 2 own + before) max(h - |m - c|, 0)^2 / (4 h)
 // with c the nearest centre and h <= 1/2 (`extent`). BENDS 0: the value at m. Pixel i covers [i, i + 1), and its value is that at i + 1/2.
+// A place is a pixel, and how far right of where it begins the middle m lies [px]: so it has the same bits far from the corner.
 #ifndef BILINEAR_AREA_H
 #define BILINEAR_AREA_H
 #include "plain_math.h"
@@ -19,10 +20,10 @@ struct beside {
     float before, after;
 };
 
-INLINE struct beside beside_of(const float middle, const float extent) {
+INLINE struct beside beside_of(const int pixel, const float middle, const float extent) {
     const int own = whole(middle);
-    const float past = (middle - 0.5f) - (float)own, bend = bend_of(past, extent);
-    const struct beside found = {own, larger(-past, 0.0f) + bend, larger(past, 0.0f) + bend};
+    const float past = (middle - (float)own) - 0.5f, bend = bend_of(past, extent);
+    const struct beside found = {pixel + own, larger(-past, 0.0f) + bend, larger(past, 0.0f) + bend};
     return found;
 }
 
@@ -32,29 +33,34 @@ INLINE float bent(const float before, const float own, const float after, const 
 }
 
 // Mean around `middle` of a line of `count` pixels, `step` values apart, of which `line` has those from `first` on.
-INLINE float along(global const float *line, const size_t step, const int first, const uint count, const float middle, const float extent) {
+INLINE float along(global const float *line, const size_t step, const int first, const uint count, const int pixel, const float middle,
+                   const float extent) {
 #if BENDS
-    const struct beside at = beside_of(middle, extent);
+    const struct beside at = beside_of(pixel, middle, extent);
     const float before = line[step * (size_t)(clamped(at.own - 1, count) - first)];
     return bent(before, line[step * (size_t)(clamped(at.own, count) - first)], line[step * (size_t)(clamped(at.own + 1, count) - first)], at);
 #else
-    const int left = whole(middle - 0.5f);
+    const int past = whole(middle - 0.5f), left = pixel + past;
     const float own = line[step * (size_t)(clamped(left, count) - first)], next = line[step * (size_t)(clamped(left + 1, count) - first)];
-    return own + ((middle - 0.5f) - (float)left) * (next - own);
+    return own + ((middle - 0.5f) - (float)past) * (next - own);
 #endif
 }
 
-// Mean of a plane (height, width) around (u, v) [px], over extent_u and extent_v to either side: across, then down.
-INLINE float mean_around(global const float *plane, const uint width, const uint height, const float u, const float v,
-                         const float extent_u, const float extent_v) {
-    const int row = BENDS ? whole(v) : whole(v - 0.5f);
+// Mean of a plane (height, width) around (u, v) [px from where the pixel at column, line begins], v in [0, 1), over extent_u and extent_v
+// to either side: across, then down. Were v any number, its shares would be made as those of u are, and compilers would pack the two
+// into pairs, of which they make no vectors over work-items.
+INLINE float mean_around(global const float *plane, const uint width, const uint height, const int column, const int line, const float u,
+                         const float v, const float extent_u, const float extent_v) {
+    const int past = BENDS ? 0 : whole(v - 0.5f), row = line + past;
     global const float *own = plane + (size_t)clamped(row, height) * width, *below = plane + (size_t)clamped(row + 1, height) * width;
-    const float middle = along(own, 1, 0, width, u, extent_u), lower = along(below, 1, 0, width, u, extent_u);
+    const float middle = along(own, 1, 0, width, column, u, extent_u), lower = along(below, 1, 0, width, column, u, extent_u);
 #if BENDS
-    const float upper = along(plane + (size_t)clamped(row - 1, height) * width, 1, 0, width, u, extent_u);
-    return bent(upper, middle, lower, beside_of(v, extent_v));
+    const float upper = along(plane + (size_t)clamped(row - 1, height) * width, 1, 0, width, column, u, extent_u);
+    const float off = v - 0.5f, bend = bend_of(off, extent_v);
+    const struct beside at = {row, larger(-off, 0.0f) + bend, larger(off, 0.0f) + bend};
+    return bent(upper, middle, lower, at);
 #else
-    return middle + ((v - 0.5f) - (float)row) * (lower - middle);
+    return middle + ((v - 0.5f) - (float)past) * (lower - middle);
 #endif
 }
 

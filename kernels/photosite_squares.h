@@ -20,7 +20,7 @@ INLINE void squares(global const float *plane, const int column, const int step,
         mean[i] = area_mean(plane, a, p);
     }
 #else
-    const float x = (float)column * (1.0f / OVER) + inset, y = (float)row * (1.0f / OVER) + inset;
+    int from_x[BATCH], from_y[BATCH];
     float u[BATCH], v[BATCH], extent_u[BATCH], extent_v[BATCH];
     for (uint i = 0; i < count; i++) mean[i] = 0.0f;
     for (uint i = 0; i < count; i++) extent_u[i] = extent_v[i] = p.scale * size * (0.5f / SAMPLES);
@@ -34,12 +34,19 @@ INLINE void squares(global const float *plane, const int column, const int step,
         const float across = size * (((float)(part % SAMPLES) + 0.5f) * (1.0f / SAMPLES));
         const float down = size * (((float)(part / SAMPLES) + 0.5f) * (1.0f / SAMPLES));
         for (uint i = 0; i < count; i++) {
-            float a = x + (float)((int)i * step) + across, b = y + down;
+#if DISTORTION || POSE
+            float a = (float)column * (1.0f / OVER) + inset + (float)((int)i * step) + across, b = (float)row * (1.0f / OVER) + inset + down;
             scene_place(&a, &b, channel, p);
-            u[i] = a, v[i] = b;
+            from_x[i] = 0, u[i] = a;
+            from_y[i] = whole(b), v[i] = b - (float)from_y[i];
+#else
+            const struct place right = parted_place(p.left, p.wide, column + (int)i * step * OVER, p.scale * (inset + across));
+            const struct place below = sample_place(p.start_y + p.step / 2, p.step, row); // its middle: SAMPLES is 1
+            from_x[i] = right.pixel, from_y[i] = below.pixel, u[i] = right.past, v[i] = below.past;
+#endif
         }
         for (uint i = 0; i < count; i++)
-            mean[i] += mean_around(plane, p.scene_width, p.scene_height, u[i], v[i], extent_u[i], extent_v[i]);
+            mean[i] += mean_around(plane, p.scene_width, p.scene_height, from_x[i], from_y[i], u[i], v[i], extent_u[i], extent_v[i]);
     }
     for (uint i = 0; i < count; i++) mean[i] *= 1.0f / (SAMPLES * SAMPLES);
 #endif

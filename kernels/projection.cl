@@ -56,22 +56,29 @@ kernel void projection_planes(global const float *restrict planes, global float 
 
 // Dimension 0: columns of a set; 1: scene rows; 2: column sets of all channels.
 kernel void projection_across(global const float *restrict planes, global float *restrict across, const uint scene_width,
-                              const uint scene_height, const uint first_row, const int origin_x, const float scale, const float offset_x) {
+                              const uint scene_height, const uint first_row, const int origin_x, const float scale, const float offset_x,
+                              global const float *restrict pose) {
     const size_t column = get_global_id(0), set = get_global_id(2), number = set / COLUMN_SETS * scene_height + first_row + get_global_id(1);
-    const float x = (float)origin_x + (float)(COLUMN_SETS * column + set % COLUMN_SETS) * (1.0f / OVER);
-    const float u = offset_x + scale * (x + (1.0f / OVER) * 0.5f);
-    const float extent = scale * (1.0f / OVER) * 0.5f, mean = along(planes + number * scene_width, 1, 0, scene_width, u, extent);
+    struct projection projection = {scene_width, scene_height, scale, offset_x, 0.0f};
+    take_rests(&projection, pose + POSE_NUMBERS);
+    const int sample = OVER * origin_x + (int)(COLUMN_SETS * column + set % COLUMN_SETS);
+    const float extent = scale * (1.0f / OVER) * 0.5f;
+    const struct place at = parted_place(projection.left, projection.wide, sample, extent);
+    const float mean = along(planes + number * scene_width, 1, 0, scene_width, at.pixel, at.past, extent);
     across[row_start(set, get_global_id(1), get_global_size(1), get_global_size(0)) + column] = mean;
 }
 
 // Dimension 0: columns of a set; 1: rows of samples that are written, of `rows`; 2: column sets of all channels.
 kernel void projection_down(global const float *restrict across, global float *restrict sampled, const uint first_plane,
                             const uint rows, const uint scene_height, const uint first_row, const uint across_rows, const int origin_y,
-                            const float scale, const float offset_y) {
+                            const float scale, const float offset_y, global const float *restrict pose) {
     const size_t column = get_global_id(0), row = get_global_id(1), set = get_global_id(2), columns = get_global_size(0);
-    const float y = (float)origin_y + (float)row * (1.0f / OVER), v = offset_y + scale * (y + (1.0f / OVER) * 0.5f);
+    struct projection projection = {0, scene_height, scale, 0.0f, offset_y};
+    take_rests(&projection, pose + POSE_NUMBERS);
+    const float extent = scale * (1.0f / OVER) * 0.5f;
+    const struct place at = sample_place(projection.start_y + projection.step / 2, projection.step, OVER * origin_y + (int)row);
     global const float *line = across + row_start(set, 0, across_rows, columns) + column;
-    const float mean = along(line, columns, (int)first_row, scene_height, v, scale * (1.0f / OVER) * 0.5f);
+    const float mean = along(line, columns, (int)first_row, scene_height, at.pixel, at.past, extent);
     sampled[row_start(COLUMN_SETS * first_plane + set, row, rows, columns) + column] = mean;
 }
 #endif

@@ -11,6 +11,13 @@
 #endif
 #define POSE_NUMBERS 10
 #define PLACE_BITS 40 // of the fraction of a place in fixed point
+#define WHOLE_BITS 14 // of the fraction of the whole part of a number in two parts
+
+// A number in two parts [px]: `whole` 2^-WHOLE_BITS, and what is left. The product of the former with the number of a sample fits an int.
+struct parted {
+    int whole;
+    float rest;
+};
 
 // Where the sensor lies in the scene. Kernels take it as scalars: PoCL 3.1 vectorises over work-items 1.6 times worse with a struct.
 struct projection {
@@ -18,6 +25,7 @@ struct projection {
     float scale;                    // scene pixels per photosite
     float offset_x, offset_y;       // scene position of the sensor's upper left corner [px]
     long step, start_x, start_y;    // in fixed point [2^-PLACE_BITS px]: of one of OVER samples of a photosite; offset_x and offset_y
+    struct parted wide, left;       // step and start_x of a scene of one pixel per photosite or fewer, where compilers make vectors of ints
 #if POSE
     float pivot_x, pivot_y;         // photosites from the sensor's upper left corner
     float pose[POSE_NUMBERS - 2];
@@ -45,12 +53,23 @@ INLINE long in_fixed_point(const float number, const float rest) {
     return (long)(number * one) + (long)(rest * one);
 }
 
-// Fill in the places in fixed point, in which even squares (TAPS > 0) are read. rests: what float32 leaves of scale, offset_x and offset_y.
+INLINE struct parted in_parts(const float number, const float rest) {
+    const float one = (float)(1 << WHOLE_BITS);
+    const int count = whole(number * one + 0.5f);
+    const struct parted found = {count, (number - (float)count * (1.0f / one)) + rest};
+    return found;
+}
+
+// Fill in the places: in fixed point, and those across a scene whose pixels are no even squares (TAPS 0) in two parts.
+// rests: what float32 leaves of scale, offset_x and offset_y.
 INLINE void take_rests(struct projection *p, global const float *rests) {
-#if TAPS
     p->step = in_fixed_point(p->scale, rests[0]) / OVER;
-    p->start_x = in_fixed_point(p->offset_x, rests[1]);
     p->start_y = in_fixed_point(p->offset_y, rests[2]);
+#if TAPS
+    p->start_x = in_fixed_point(p->offset_x, rests[1]);
+#else
+    p->wide = in_parts(p->scale * (1.0f / OVER), rests[0] * (1.0f / OVER));
+    p->left = in_parts(p->offset_x, rests[1]);
 #endif
 }
 
@@ -58,6 +77,14 @@ INLINE void take_rests(struct projection *p, global const float *rests) {
 INLINE struct place sample_place(const long start, const long step, const int sample) {
     const long at = start + step * (long)sample;
     const struct place found = {(int)(at >> PLACE_BITS), (float)(int)((at >> (PLACE_BITS - 23)) & 0x7FFFFF) * (1.0f / 8388608.0f)};
+    return found;
+}
+
+// The same from numbers in two parts, `inset` right of where the sample begins [px].
+INLINE struct place parted_place(const struct parted start, const struct parted step, const int sample, const float inset) {
+    const int at = start.whole + step.whole * sample;
+    const float past = (float)(at & ((1 << WHOLE_BITS) - 1)) * (1.0f / (1 << WHOLE_BITS));
+    const struct place found = {at >> WHOLE_BITS, past + ((start.rest + step.rest * (float)sample) + inset)};
     return found;
 }
 

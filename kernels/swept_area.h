@@ -50,7 +50,7 @@ INLINE void read_blended(const float *blended, const struct path path, const str
         for (int n = 0; n < READS; n++) sum += share_of(at - (float)(first + n), side) * blended[first + n];
         value[i] = sum * (1.0f / (side * side));
 #elif BENDS
-        const struct beside found = beside_of(at + 0.5f, 0.5f * p.scale * SIDE);
+        const struct beside found = beside_of(0, at + 0.5f, 0.5f * p.scale * SIDE);
         const int own = found.own < BUFFER - 2 ? found.own : BUFFER - 2;
         value[i] = bent(blended[own - 1], blended[own], blended[own + 1], found);
 #else

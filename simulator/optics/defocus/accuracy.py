@@ -219,6 +219,11 @@ def lamp_error(peak: float, radius_px: np.ndarray, scale: float) -> np.ndarray:
     return 0.5 * (peak - 1.0) / (max(scale, 1.0) ** 2 * math.pi * np.maximum(radius_px, 0.5) ** 2)
 
 
+def lamp_px(peak: float, allowed: float, scale: float) -> float:
+    """Smallest blur radius for which `lamp_error` stays within what is allowed [photosites]; 0: there is no lamp."""
+    return math.sqrt(0.5 * (peak - 1.0) / (max(scale, 1.0) ** 2 * math.pi * allowed)) if peak >= LAMP_PEAK else 0.0
+
+
 def copy_error(radius_px: float) -> float:
     """Error of ignoring a blur circle, for a sinusoid of 9 photosites whose amplitude is half of the light.
 

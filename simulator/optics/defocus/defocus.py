@@ -14,7 +14,7 @@ from typing import Self, TypeVar
 import numpy as np
 
 from simulator.errors import require
-from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, WIDE_PX, Accuracy
+from simulator.optics.defocus.accuracy import MEASURED, SAMPLES_PER_AXIS, WIDE_PX, Accuracy, lamp_px
 from simulator.optics.defocus.aperture_rectangles import rectangle_count
 from simulator.optics.defocus.field_pupil import MOST_MOVED, CatsEyes, plan_cats_eyes
 from simulator.optics.defocus.joint_motion import JointMotion
@@ -207,12 +207,13 @@ class Defocus:
         """Smallest blur radius from which light is computed on photosites twice as wide [photosites].
 
         At the end of a penumbra of radius R light grows as the 1.5th power of the distance over R, which no polynomial follows.
-        A block of wider photosites has one pupil, so there are none where rims clip it differently across the block.
+        A block of wider photosites has one pupil, so there are none where rims clip it differently across the block. The rim of
+        a lamp's spot is a step, which they miss: they are taken where it is too faint to be seen.
         """
         if self.eyes is not None and self.eyes.movement(2 * BLOCK_COLUMNS) > MOST_MOVED:
             return math.inf
         looser = max(self.accuracy.looser, 1.0) if self.guessed else self.accuracy.looser
-        return WIDE_PX * looser ** (-2.0 / 3.0)
+        return max(WIDE_PX * looser ** (-2.0 / 3.0), lamp_px(self.accuracy.peak, looser * MEASURED, self.scale))
 
     @cached_property
     def classes_per_unit(self) -> float:

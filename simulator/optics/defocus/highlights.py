@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.aperture_kernel import clipped_weights, photosite_weights
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS
 from simulator.optics.defocus.field_pupil import CatsEyes
@@ -20,6 +21,7 @@ STEEPEST = 0.9  # largest change of the radius between photosites of one surface
 CELL_PX = 32  # side of the sensor's cells in which the brightest highlights are selected [photosites]
 MOST_PER_CELL = 16
 STEPS_PER_PX = 32  # resolution of radii [1 / photosite]; equal rounded radii share weights
+MOST_STEPS_PER_PX = 1024  # the same for the brightest lamps
 
 
 def highlight_threshold(scene: Scene, weights: np.ndarray, times: float = BRIGHT) -> np.ndarray | None:
@@ -102,6 +104,19 @@ def radius_slopes(radius_px: np.ndarray, rows: np.ndarray, columns: np.ndarray, 
     return np.stack(slopes)
 
 
+def lamp_steps(highlights: Highlights, samples_per_axis: int, accuracy: Accuracy) -> np.ndarray:
+    """Resolution of the radii of lamps, (highlights,), powers of two from STEPS_PER_PX to MOST_STEPS_PER_PX [1 / photosite].
+
+    Half a step moves the rim, where a photosite gains or loses as much of the spot's light per photosite, pi R^2 of which share
+    it. It counts in the noise of a tenth of that light.
+    """
+    area = samples_per_axis**2 * np.pi * np.maximum(np.abs(highlights.radii_px), 0.5) ** 2
+    spot_e = accuracy.electrons_per_radiance * highlights.excess.max(axis=0).astype(np.float64) / area
+    noise_e = np.sqrt(np.maximum(0.1 * spot_e + accuracy.read_noise_e**2, 1.0))
+    needed = 0.5 * spot_e / (max(accuracy.tolerance, 1e-6) * noise_e)
+    return np.clip(2.0 ** np.ceil(np.log2(np.maximum(needed, 1.0))), STEPS_PER_PX, MOST_STEPS_PER_PX)
+
+
 def find_reaching(
     highlights: Highlights, pupil: Pupil, samples_per_axis: int, block_rows: np.ndarray, block_columns: np.ndarray
 ) -> list[np.ndarray]:
@@ -126,13 +141,15 @@ def spot_weights(
     eyes: CatsEyes | None = None,
     origin_px: tuple[int, int] = (0, 0),
     area: PhotositeArea = WHOLE,
+    steps_per_px: float | np.ndarray = STEPS_PER_PX,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Weights of all spots, concatenated, float32, and each highlight's first element and side among them.
 
     eyes: clips the spots; highlights in one square of the sensor share a shape. origin_px: (x, y) on the sensor of the band's
-        first photosite. area: of a photosite on the samples.
+        first photosite. area: of a photosite on the samples. steps_per_px: resolution of the radii that are not `exact`, of all
+        or (highlights,) [1 / photosite].
     """
-    rounded = np.rint(highlights.radii_px * STEPS_PER_PX) / STEPS_PER_PX
+    rounded = np.rint(highlights.radii_px * steps_per_px) / steps_per_px
     radius = np.where(highlights.exact, highlights.radii_px, rounded)
     fields = np.zeros((2, len(radius)))
     if eyes is not None:

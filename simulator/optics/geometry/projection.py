@@ -236,9 +236,10 @@ def project_planes(
             {"across": across, "sampled": sampled, "first_plane": first_plane, "across_rows": scene_rows, "rows": layout.rows},
         ),
     )
+    pose = projection.upload_pose(device)
     for name, height, buffers in steps:
         kernel = device.kernel(name, {**defines, "SPAN": 1}, file="projection.cl")
-        arguments = {"first_row": first_row, **settings, **buffers}
+        arguments = {"first_row": first_row, "pose": pose, **settings, **buffers}
         device.run(kernel, (columns, height, sets), None, **{key: arguments[key] for key in kernel.arguments})
 
 

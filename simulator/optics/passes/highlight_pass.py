@@ -11,8 +11,10 @@ from simulator.optics.defocus.highlights import (
     BRIGHT,
     LAMP,
     SMALLEST_PX,
+    STEPS_PER_PX,
     Highlights,
     find_reaching,
+    lamp_steps,
     radius_slopes,
     select_brightest,
     spot_weights,
@@ -54,7 +56,10 @@ class HighlightPass:
         shape = band.layout.shape(len(band.planes) * band.layer_planes)
         self.sampled = band.device.download(band.sampled, shape, np.float32)
         self.highlights = self._find_highlights(limit, limit / (LAMP if lamps else BRIGHT))
-        if not lamps:
+        self.steps_per_px: float | np.ndarray = STEPS_PER_PX
+        if lamps:
+            self.steps_per_px = lamp_steps(self.highlights, band.samples_per_axis, band.defocus.accuracy)
+        else:
             visible = self.highlights.select(np.abs(self.highlights.radii_px) > SMALLEST_PX)
             self.highlights = select_brightest(visible, band.samples_per_axis, first_row)
         self.lists = find_reaching(
@@ -117,6 +122,7 @@ class HighlightPass:
             self.band.defocus.eyes,
             self.origin_px,
             self.band.defocus.area,
+            self.steps_per_px,
         )
         spots = [highlights.columns, highlights.rows, highlights.layers, first, side]
         arrays = {

@@ -108,6 +108,23 @@ def test_a_lamp_leaves_nothing_in_its_columns(tilted):
     assert light[1][spot].sum() == pytest.approx(1e9, rel=1e-4)
 
 
+def test_lamps_over_black_beside_an_edge_are_the_exact_disk():
+    """1 e- around a lamp of 4 10^6, hidden: extend: photosites twice as wide left 106 to 390 sigma at rims."""
+    rows, edge, radius_px, lamp = 96, 110, -7.0156, 4e6
+    near = np.arange(COLUMNS) < edge
+    radius = np.broadcast_to(np.where(near, radius_px, 8.0), (rows, COLUMNS))
+    light, truth = np.ones((rows, COLUMNS)), np.ones((rows, COLUMNS))
+    light[48, 88] += lamp
+    weights = disk_weights(radius_px)
+    reach = len(weights) // 2
+    truth[48 - reach : 48 + reach + 1, 88 - reach : 88 + reach + 1] += lamp * weights
+    inner = np.zeros((rows - 2 * MARGIN, COLUMNS - 2 * MARGIN))
+    case = Case("lamps", light[None], np.ones((1, rows, COLUMNS)), radius[None], inner, MARGIN, 1, False)
+    found = blurred_case(case, electrons=1.0, hidden="extend")
+    z = z_scores(found, truth[MARGIN:-MARGIN, MARGIN:-MARGIN], 1.0)
+    assert np.abs(z[:, : edge - 9 - MARGIN]).max() < 0.1
+
+
 def test_the_spot_of_a_lamp_on_a_tilted_surface_is_brighter_where_the_surface_recedes():
     """An area dp of a surface with the slope g fills (1 - g u) dp / s^2 of the aperture; 0.5 sigma of even light in it."""
     rows, slope = 160, 0.05

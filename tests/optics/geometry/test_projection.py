@@ -230,3 +230,31 @@ def test_places_far_from_the_corner_are_as_exact_as_near_it(scale):
     sums = np.concatenate([[0.0], np.cumsum(line.astype(float))])
     truth = np.diff(np.interp(places, np.arange(count + 1.0), sums)) / scale
     assert np.abs(device.download(mosaic, (1, 32), np.float32)[0] - truth).max() < 10.0
+
+
+@pytest.mark.parametrize(("scale", "is_bilinear"), [(1.0, False), (0.7, True), (0.3, True)])
+def test_places_in_a_coarse_scene_far_from_the_corner_are_as_exact_as_near_it(scale, is_bilinear):
+    """Black beside 10^7 at column 23,000: one number of float32 misplaced 10^-3 of the light."""
+    first, device = 23000, open_device()
+    count = math.ceil((first + 80) * scale)
+    line = np.where(np.random.default_rng(2).random(count) < 0.5, 0.0, 1e7).astype(np.float32)
+    projection = Projection(scale, 0.3, 0.0, count, 4, 1, False, is_bilinear=is_bilinear)
+    planes, layout = device.upload(np.broadcast_to(line, (1, 4, count))), InterleavedColumns(2, 4, 16)
+    mosaic = device.download(project(device, projection, Cfa.uniform(0), Window(first, 0, 32, 2), planes), (2, 32), np.float32)
+    sampled = device.empty(layout.shape(1), np.float32)
+    project_planes(device, projection, planes, 1, sampled, 0, layout, (first, 0))
+    samples = layout.decode(device.download(sampled, layout.shape(1), np.float32)[0])
+    bends, values = np.arange(count) + 0.5, line.astype(np.float64)
+    sums = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]))])
+
+    def total(places):
+        pixel = np.floor(places - 0.5).astype(int)
+        past = places - 0.5 - pixel
+        return sums[pixel] + past * values[pixel] + 0.5 * past**2 * (values[pixel + 1] - values[pixel])
+
+    for found, per_photosite in ((mosaic[0], 1), (samples[0], 2)):
+        edges = 0.3 + scale * (first + np.arange(len(found) + 1.0) / per_photosite)
+        truth = np.diff(total(edges)) * per_photosite / scale
+        if not is_bilinear:
+            truth = np.interp(0.5 * (edges[1:] + edges[:-1]), bends, values)
+        assert np.abs(found - truth).max() < 10.0
