@@ -106,7 +106,7 @@ def index_page(names: list[str]) -> str:
     """Return a page of HTML with a picture, heading and text of each topic, which needs nothing but the pictures beside it."""
     parts = []
     for name in names:
-        heading, _, text = sections()[name].partition("\n")
+        heading, _, text = sections()[name].replace(f": `{name}.yaml`", "", 1).partition("\n")
         shown = re.sub(r"!\[[^\]]*\]\([^)]*\)", "", text).strip()
         parts.append(
             f'<h2 id="{name}">{html.escape(heading)}</h2>\n<img src="{name}.jpg" alt="{html.escape(heading)}">\n'
