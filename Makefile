@@ -11,7 +11,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help demo docs book test test-all test-clients converters bench bench-full bench-compare benchmark stress lint format clean
+.PHONY: help demo gallery docs book test test-all test-clients converters bench bench-full bench-compare benchmark stress lint format clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' Makefile
@@ -20,11 +20,14 @@ help: ## print this list
 demo: $(VENV)/demo.stamp ## take the demonstration pictures
 	@$(BIN)/python examples/demo.py
 
+gallery: $(VENV)/demo.stamp ## take the pictures of docs/gallery.md and write gallery/index.html; TOPIC=flash takes one
+	@$(BIN)/python docs/make_gallery.py $(TOPIC)
+
 docs: $(VENV)/demo.stamp ## write docs/cameras.md, the figures of other pages and the tables of docs/raw_files.md
 	@$(BIN)/python docs/make_cameras.py
 	@$(BIN)/python docs/make_lens.py
 	@$(BIN)/python docs/make_time.py
-	@$(BIN)/python docs/make_gallery.py
+	@$(BIN)/python docs/make_gallery.py --no-index --out docs/images/gallery
 	@$(BIN)/python docs/make_drawings.py
 	@$(BIN)/python docs/make_charts.py
 	@$(BIN)/python docs/make_color_tables.py

@@ -1,10 +1,11 @@
-"""Command line: `python -m data_gen motorcycle OUT.exr`, `python -m data_gen moving NAME FOLDER`."""
+"""Command line: `python -m data_gen motorcycle OUT.exr`, `moving NAME FOLDER`, `gallery TOPIC FOLDER`."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from data_gen.sources.gallery_scenes import TOPICS, write_topic
 from data_gen.sources.motorcycle import motorcycle_scene
 from data_gen.sources.moving_scenes import SCENES, moving_scene
 from simulator.errors import PhotositeError
@@ -41,6 +42,20 @@ def moving(
         raise typer.Exit(1) from None
     for path in paths:
         typer.echo(f"wrote {path}")
+
+
+@app.command()
+def gallery(
+    topic: Annotated[str, typer.Argument(help=f"Topic of docs/gallery.md: {', '.join(TOPICS)}.")],
+    folder: Annotated[Path, typer.Argument(help="Folder for the scene's files and the shot file; made when it is missing.")],
+) -> None:
+    """Draw the scene of a topic of the gallery, and copy its shot file beside it."""
+    try:
+        path = write_topic(topic, folder)
+    except PhotositeError as error:
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(1) from None
+    typer.echo(f"wrote {path} and its scene; take it with: photosite simulate {path} --out {folder}")
 
 
 if __name__ == "__main__":

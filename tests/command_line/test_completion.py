@@ -50,7 +50,7 @@ def test_names_and_paths_stand_beside_each_other(tmp_path, monkeypatch):
         (tmp_path / name).touch()
     monkeypatch.chdir(tmp_path)
     assert complete_name("shots", "color") == ["color_checker", "color_mine.yaml"]
-    assert complete_name("shots", "sh") == ["shots/"] and complete_name("shots", "shots/") == ["shots/one.yml"]
+    assert complete_name("shots", "sho") == ["shots/"] and complete_name("shots", "shots/") == ["shots/one.yml"]
     assert complete_name("shots", f"{tmp_path}/co") == [f"{tmp_path}/color_mine.yaml"]
     assert set(complete_name("cameras", "")) == names("cameras") | {"color_mine.yaml", "shots/"}
     assert complete_name("shots", "nowhere/") == []
