@@ -1,5 +1,5 @@
-from simulator.config import Study as Study
-from simulator.config import StudyPoint as StudyPoint
+from simulator.config.study_file import Study as Study
+from simulator.config.study_file import StudyPoint as StudyPoint
 from simulator.measurement.quantities import Curve as Curve
 from simulator.measurement.quantities import Figure as Figure
 from simulator.measurement.quantities import Measured as Measured

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from simulator.command_line.amounts import format_bytes, format_duration
 from simulator.command_line.screen import console, show_progress, tell
-from simulator.config import Study
+from simulator.config.study_file import Study
 from simulator.errors import PhotositeError
 from simulator.studies.study_estimate import estimate_study
 from simulator.studies.study_folder import TABLE

@@ -1,4 +1,8 @@
-"""Configuration: YAML and dotted overrides to shots and sweeps. The only package that knows YAML."""
+"""Configuration: YAML and dotted overrides to shots and sweeps. The only package that knows YAML.
+
+Studies are read by `simulator.config.study_file`, which is not among the names here: its models take long to import, and a
+shot needs none of them.
+"""
 
 from simulator.config.any_file import load_file
 from simulator.config.camera_file import load_camera, read_camera_document
@@ -16,14 +20,11 @@ from simulator.config.option_values import (
     time_s,
 )
 from simulator.config.shot_file import build_shot_from_data, load_shot, locate_errors
-from simulator.config.study_file import Study, StudyPoint, load_study_file
 from simulator.config.sweep import Sweep, SweepPoint, load_sweep
 from simulator.config.warnings import frame_warnings, shot_warnings
 from simulator.config.yaml_dialect import dump_yaml
 
 __all__ = [
-    "Study",
-    "StudyPoint",
     "Sweep",
     "SweepPoint",
     "build_shot_from_data",
@@ -38,7 +39,6 @@ __all__ = [
     "load_camera",
     "load_file",
     "load_shot",
-    "load_study_file",
     "load_sweep",
     "locate_errors",
     "named_file",

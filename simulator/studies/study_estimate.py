@@ -6,7 +6,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from pathlib import Path
 
-from simulator.config import Study
+from simulator.config.study_file import Study
 from simulator.device import has_devices, open_device
 from simulator.errors import PhotositeError
 from simulator.pipeline.device_rates import DeviceRates, rates_of

@@ -13,9 +13,10 @@ import numpy as np
 
 from simulator import __version__
 from simulator.atomic_files import atomic_write
-from simulator.config import Study, StudyPoint, dump_yaml
+from simulator.config import dump_yaml
 from simulator.config.document_merge import is_table
 from simulator.config.quantity import split_quantity
+from simulator.config.study_file import Study, StudyPoint
 from simulator.config.unit_words import SHORT
 from simulator.device import open_device
 from simulator.errors import PhotositeError

@@ -15,8 +15,9 @@ from pathlib import Path
 
 from simulator import __version__
 from simulator.atomic_files import atomic_write, remove_abandoned
-from simulator.config import Study, dump_yaml, load_study_file
+from simulator.config import dump_yaml
 from simulator.config.document import read_document
+from simulator.config.study_file import Study, load_study_file
 from simulator.device import devices
 from simulator.errors import PhotositeError
 from simulator.measurement.quantities import QUANTITIES

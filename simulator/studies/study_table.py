@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from simulator.atomic_files import atomic_write
-from simulator.config import Study
 from simulator.config.quantity import convert, split_quantity
+from simulator.config.study_file import Study
 from simulator.raw.canonical_json import json_text
 from simulator.studies.study_folder import (
     COLUMNS,

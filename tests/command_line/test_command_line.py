@@ -71,6 +71,8 @@ UNUSED = (
     "skimage",
     "rich",
     "urllib.request",
+    "numpy.random",
+    "simulator.config.study_file",
     "simulator.measurement",
     "simulator.optics.passes.tile_plan",
     "simulator.optics.passes.reference_mosaic",

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulator.config import Study, load_shot, load_study_file
+from simulator.config import load_shot
 from simulator.config.document_merge import parse_override
+from simulator.config.study_file import Study, load_study_file
 from simulator.config.yaml_dialect import dump_flow
 from simulator.errors import PhotositeError
 

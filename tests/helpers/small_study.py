@@ -4,7 +4,7 @@ import csv
 import io
 from pathlib import Path
 
-from simulator.config import Study
+from simulator.config.study_file import Study
 from simulator.studies import load_study
 
 SHOT = """\
