@@ -23,6 +23,15 @@ struct area {
     float tilt_right, tilt_down;    // how far the lower side lies right of the upper, and the right side below the left [px]
 };
 
+// Projection of a kernel's arguments. pose: POSE_NUMBERS of the pose, then what float32 leaves of scale, offset_x, offset_y.
+INLINE struct projection projection_of(const uint scene_width, const uint scene_height, const float scale, const float offset_x,
+                                       const float offset_y, global const float *pose) {
+    struct projection found = {scene_width, scene_height, scale, offset_x, offset_y};
+    take_pose(&found, pose);
+    take_rests(&found, pose + POSE_NUMBERS);
+    return found;
+}
+
 // The scene's area that a channel sees in a square of `size` photosites, `inset` right of and below the corner of a sample.
 // column, row: of the sample on the sensor, OVER to a photosite.
 INLINE struct area area_of(const int column, const int row, const float inset, const float size, const uint channel,

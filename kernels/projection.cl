@@ -23,9 +23,7 @@
 kernel void projection_mosaic(global const float *restrict planes, global float *restrict mosaic, const uint scene_width,
                               const uint scene_height, const int origin_x, const int origin_y, const float scale,
                               const float offset_x, const float offset_y, global const float *restrict pose) {
-    struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
-    take_pose(&projection, pose);
-    take_rests(&projection, pose + POSE_NUMBERS);
+    const struct projection projection = projection_of(scene_width, scene_height, scale, offset_x, offset_y, pose);
     const size_t column = get_global_id(0), row = get_global_id(1);
     const uint channel = cfa_plane(column, row);
     const int x = origin_x + (int)column, y = origin_y + (int)row;
@@ -38,9 +36,7 @@ kernel void projection_mosaic(global const float *restrict planes, global float 
 kernel void projection_planes(global const float *restrict planes, global float *restrict sampled, const uint first_plane,
                               const uint rows, const uint scene_width, const uint scene_height, const int origin_x, const int origin_y,
                               const float scale, const float offset_x, const float offset_y, global const float *restrict pose) {
-    struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
-    take_pose(&projection, pose);
-    take_rests(&projection, pose + POSE_NUMBERS);
+    const struct projection projection = projection_of(scene_width, scene_height, scale, offset_x, offset_y, pose);
     const size_t column = SPAN * get_global_id(0), row = get_global_id(1), set = get_global_id(2), channel = set / COLUMN_SETS;
     const int x = OVER * origin_x + (int)(COLUMN_SETS * column + set % COLUMN_SETS), y = OVER * origin_y + (int)row;
     global float *to = sampled + row_start(COLUMN_SETS * first_plane + set, row, rows, SPAN * get_global_size(0)) + column;

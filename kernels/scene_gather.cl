@@ -60,9 +60,7 @@ kernel void scene_gather(global const float *restrict planes, global const float
                          global const struct gathered_tile *restrict tiles, global const struct rectangle *restrict rectangles,
                          const uint scene_width, const uint scene_height, const float scale, const float offset_x,
                          const float offset_y, const struct gather frame, global const float *restrict pose) {
-    struct projection projection = {scene_width, scene_height, scale, offset_x, offset_y};
-    take_pose(&projection, pose);
-    take_rests(&projection, pose + POSE_NUMBERS);
+    const struct projection projection = projection_of(scene_width, scene_height, scale, offset_x, offset_y, pose);
     const struct gathered_tile tile = tiles[get_global_id(2)];
     const int column = tile.column + (int)get_global_id(0), row = tile.row + (int)get_global_id(1);
     if (column < 0 || row < 0 || column >= (int)frame.width || row >= (int)frame.height) return;
