@@ -12,7 +12,6 @@ from simulator.pipeline.input_files import input_files
 from simulator.pipeline.shot import Shot
 
 LONGEST_VALUE = 64  # letters
-SEED = "seeds.frame"
 
 
 @dataclass(frozen=True)
@@ -83,14 +82,13 @@ KEYS = frozenset(
         "exposure.iso",
         "camera.pixel_pitch",
         "motion.camera.pan",
-        SEED,
     }
 )
 
 
 def _plain(key: str, text: str) -> object:
-    """Return a value as YAML reads it: keys that count have whole numbers."""
-    if key in ("exposure.iso", SEED):
+    """Return a value as YAML reads it: an ISO is a whole number."""
+    if key == "exposure.iso":
         if not text.isdecimal():
             raise PhotositeError("give a whole number", key=key, value=text)
         return int(text)

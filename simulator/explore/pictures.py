@@ -1,6 +1,6 @@
 """Developed pictures of frames for the page, and histograms of their electrons."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,14 +35,6 @@ def paint(raw: Raw) -> np.ndarray:
     painted = np.full((*picture.shape[:2], 4), 255, np.uint8)
     painted[..., :3] = picture
     return painted
-
-
-def cut(raw: Raw, x: int, y: int, width: int, height: int) -> Raw:
-    """Return a part of a frame whose corner lies on an even row and column, so that its colours stay."""
-    part = slice(y, y + height), slice(x, x + width)
-    return replace(
-        raw, dn=raw.dn[part], mean_electrons=raw.mean_electrons[part], noise_free_dn=raw.noise_free_dn[part], truth={}
-    )
 
 
 def histogram(raw: Raw, gain_dn_per_e: float, largest_e: float) -> Histogram:

@@ -4,7 +4,7 @@ import numpy as np
 from helpers.camera_builders import small_camera
 from helpers.scene_builders import band_scene
 
-from simulator.explore.pictures import BINS, LARGEST_WIDTH_PX, cut, histogram, paint
+from simulator.explore.pictures import BINS, LARGEST_WIDTH_PX, histogram, paint
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.shot import Shot
@@ -25,13 +25,6 @@ def test_a_picture_is_opaque_and_at_most_as_wide_as_the_page_shows():
     assert small.shape == (64, 96, 4) and (small[..., 3] == 255).all() and small[..., :3].std() > 2
     wide = paint(frame(24, 2 * LARGEST_WIDTH_PX + 8))
     assert wide.shape[1] <= LARGEST_WIDTH_PX and wide.shape[0] >= 2
-
-
-def test_a_part_keeps_its_colours_and_codes():
-    raw = frame(cfa="GRBG")
-    part = cut(raw, 10, 6, 32, 20)
-    assert np.array_equal(part.dn, raw.dn[6:26, 10:42]) and part.cfa == "GRBG"
-    assert np.array_equal(part.mean_electrons, raw.mean_electrons[6:26, 10:42])
 
 
 def test_a_histogram_counts_every_photosite_once_at_its_electrons():
