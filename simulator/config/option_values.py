@@ -48,34 +48,22 @@ def response_name(name: str, label: str) -> str:
 
 def length_um(text: str, label: str) -> float:
     """Return a length with its unit in micrometres. Raises PhotositeError, which names the option `label`."""
-    try:
-        return parse_quantity(text, Unit("micrometre", "_um"))
-    except ValueError as error:
-        raise PhotositeError(f"{error}", key=label, value=text) from None
+    return _number(text, Unit("micrometre", "_um"), label)
 
 
 def time_s(text: str, label: str) -> float:
     """Return a time with its unit in seconds. Raises PhotositeError, which names the option `label`."""
-    try:
-        return parse_quantity(text, Unit("second", "_s"))
-    except ValueError as error:
-        raise PhotositeError(f"{error}", key=label, value=text) from None
+    return _number(text, Unit("second", "_s"), label)
 
 
 def distance_m(text: str, label: str) -> float:
     """Return a distance with its unit in metres; `infinity` is one. Raises PhotositeError, which names the option `label`."""
-    try:
-        return parse_quantity(text, Unit("metre", "_m"))
-    except ValueError as error:
-        raise PhotositeError(f"{error}", key=label, value=text) from None
+    return _number(text, Unit("metre", "_m"), label)
 
 
 def irradiance_w_m2(text: str, label: str) -> float:
     """Return an irradiance with its unit in W/m^2. Raises PhotositeError, which names the option `label`."""
-    try:
-        return parse_quantity(text, Unit("watt / metre**2", "_w_m2"))
-    except ValueError as error:
-        raise PhotositeError(f"{error}", key=label, value=text) from None
+    return _number(text, Unit("watt / metre**2", "_w_m2"), label)
 
 
 def lens_option(values: Mapping[str, str], overrides: Iterable[str] = ()) -> Lens:
@@ -124,3 +112,11 @@ def _make_shutter_file_section() -> type[Section]:
 
 def _name_response(response: Path) -> str:
     return response.stem if response.parent == CONFIGS / "responses" else str(response)
+
+
+def _number(text: str, unit: Unit, label: str) -> float:
+    """Return the number of a unit that an option states. Raises PhotositeError, which names the option `label`."""
+    try:
+        return parse_quantity(text, unit)
+    except ValueError as error:
+        raise PhotositeError(f"{error}", key=label, value=text) from None
