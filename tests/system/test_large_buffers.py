@@ -1,0 +1,60 @@
+"""The memory of large buffers lives as long as a command uses it, and no longer."""
+
+import tracemalloc
+from threading import Thread
+
+import numpy as np
+import pytest
+
+from simulator.device import LARGE_BYTES
+
+SIDE = 2048  # float32 pixels: four times LARGE_BYTES
+WEIGHTS = np.full((1, 1), 2.0, np.float32)
+
+
+def doubled(device, values, times):
+    """Enqueue kernels that double values so many times, each into a fresh buffer, and drop every buffer before the last."""
+    kernel, light = device.kernel("camera_planes", {"BANDS": 1, "CHANNELS": 1}), device.upload(values)
+    for _ in range(times):
+        planes = device.empty((1, values.size), np.float32)
+        settings = {"width": SIDE, "pixels": values.size, "first_column": 0, "first_row": 0}
+        device.run(kernel, (SIDE, SIDE, 1), None, scene=light, weights=device.upload(WEIGHTS), planes=planes, **settings)
+        light = planes
+    return device.download(light, values.shape, np.float32)
+
+
+def test_a_buffer_may_go_while_commands_still_use_it(device):
+    values = np.random.default_rng(1).random((SIDE, SIDE), np.float32)
+    assert 4 * values.size >= LARGE_BYTES
+    np.testing.assert_array_equal(doubled(device, values, 12), values * np.float32(2.0**12))
+
+
+def test_threads_that_share_a_device_keep_apart(device):
+    found = {}
+
+    def work(seed):
+        values = np.random.default_rng(seed).random((SIDE, SIDE), np.float32)
+        found[seed] = np.array_equal(doubled(device, values, 4), values * np.float32(16.0))
+
+    threads = [Thread(target=work, args=(seed,)) for seed in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == {0: True, 1: True, 2: True}
+
+
+def test_memory_that_no_command_uses_is_given_back_with_the_next_buffer(device):
+    if not device.shares_memory:
+        pytest.skip("the device has memory of its own")
+    tracemalloc.start()
+    try:
+        kept = [device.empty((LARGE_BYTES,), np.uint8) for _ in range(8)]
+        assert tracemalloc.get_traced_memory()[0] > 8 * LARGE_BYTES
+        del kept
+        device.finish()
+        last = device.empty((LARGE_BYTES,), np.uint8)
+        assert last.size == LARGE_BYTES
+        assert tracemalloc.get_traced_memory()[0] < 2 * LARGE_BYTES
+    finally:
+        tracemalloc.stop()
