@@ -62,8 +62,12 @@ def measure_emva(
     pixel_pitch: str | None,
     out: Path | None,
 ) -> None:
-    """Print EMVA 1288's summary of one ISO; with `out`, write emva.json and emva.png there. Raises PhotositeError."""
+    """Print EMVA 1288's summary of one ISO; with `out`, write emva.json, emva.png and an XML for each plane there.
+
+    Raises PhotositeError.
+    """
     from simulator.measurement.emva1288.figures import emva_overview
+    from simulator.measurement.emva1288.measured_sheet import write_measured_sheets
     from simulator.measurement.emva1288.report import summary_of
     from simulator.measurement.emva1288.sorted_files import measure_emva_files
     from simulator.measurement.report.figures import write_figure
@@ -94,7 +98,10 @@ def measure_emva(
         content = {"software": software(), "standard": "EMVA 1288 Release 4.0 Linear", "iso": group.iso, "light": lit}
         _write(out / "emva.json", {**content, "light_in": found.light, "summary": summary, "planes": planes, "notes": notes})
         write_figure(emva_overview(found, title), out / "emva.png")
-        tell(f"report in {out / 'emva.json'} and {out / 'emva.png'}")
+        texts = {"iso": str(group.iso), "light": found.light}
+        about = {} if light is None else {"pixel_size": light.pitch_um}
+        sheets = write_measured_sheets(found, out, texts, about)
+        tell(f"report in {out / 'emva.json'} and {out / 'emva.png'}, data sheets in {', '.join(map(str, sheets))}")
 
 
 def _known_light(irradiance: str | None, wavelength: str | None, pixel_pitch: str | None) -> "KnownLight | None":

@@ -83,6 +83,29 @@ def shutter(
     run_shutter_validation(camera, settings or [], readout_time, kind, iso, out, device)
 
 
+@app.command(epilog="Example: photosite sheet sony_a7s2 --iso 1600 --wavelength 525nm --out a7s2.xml")
+def sheet(
+    camera: CameraName,
+    settings: CameraSettings = None,
+    iso: Annotated[int | None, typer.Option(help="The ISO; the lowest that was measured when left out.")] = None,
+    wavelength: Annotated[
+        str | None,
+        typer.Option(metavar="QUANTITY", help="Of the light, e.g. 525nm; where the camera responds most when left out."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE.xml", help="Write it as the XML of EMVA 1288's reference implementation."),
+    ] = None,
+) -> None:
+    """EMVA 1288 data sheet of a camera file: what its stages state, without a frame.
+
+    `photosite validate emva` measures the same from simulated frames. The XML is a camera again: `camera: FILE.xml`.
+    """
+    from simulator.command_line.data_sheet import show_sheet
+
+    show_sheet(camera, settings or [], iso, wavelength, out)
+
+
 BenchFiles = Annotated[list[Path], typer.Argument(metavar="FILES...", help="Raw files, or folders of them at any depth.")]
 
 

@@ -156,7 +156,7 @@ def find_config(kind: str, name: str, place: Place, key: str) -> Path:
     shipped = CONFIGS / kind / f"{name}.yaml"
     if not Path(name).is_absolute() and not {".", ".."} & set(name.split("/")) and shipped.is_file():
         return shipped
-    if "/" in name or name.endswith((".yaml", ".yml", ".json", ".csv")):
+    if "/" in name or name.endswith((".yaml", ".yml", ".json", ".csv", ".xml")):
         path = (place.folder / Path(name).expanduser()).absolute()
         if path.is_file():
             return path

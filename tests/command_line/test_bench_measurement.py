@@ -2,6 +2,7 @@
 
 import json
 import math
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -95,9 +96,39 @@ def test_the_light_in_photons_gives_the_quantum_efficiency(bench, tmp_path, caps
     y, x = np.mgrid[-1 : 1 : 120 * 1j, -1 : 1 : 160 * 1j]
     falloff = np.mean(1.0 / (1.0 + 0.2 * (x**2 + y**2)) ** 2)
     electrons_per_s = falloff * 0.12 * (BODY.white - BODY.black) / BODY.k(ISO) / STEP_S
-    for plane in json.loads((tmp_path / "emva.json").read_text())["planes"].values():
+    content = json.loads((tmp_path / "emva.json").read_text())
+    for plane in content["planes"].values():
         error = plane["gain"]["high"] / plane["gain"]["value"] - 1.0  # 95 %
         assert plane["quantum_efficiency"]["value"] == pytest.approx(electrons_per_s / photons_per_s, rel=2.0 * error + 0.002)
+    for name in content["planes"]:
+        assert_sheet_is_table(
+            tmp_path / f"emva_{name}.xml", {row["quantity"] + row["unit"]: row["planes"][name] for row in content["summary"]}
+        )
+
+
+def assert_sheet_is_table(path, summary: dict[str, float]) -> None:
+    """Every number of the summary stands in the data sheet."""
+    names = {"wavelengthnm": "wavelength", "quantum efficiency%": "QE", "gain KDN/e-": "K", "1 / Ke-/DN": "inverse_K"}
+    names |= {"temporal dark noise sigma_de-": "sigma_d", "temporal dark noise sigma_y.darkDN": "sigma_y_dark"}
+    names |= {
+        "absolute sensitivity thresholdphotons": "u_p_min",
+        "saturation capacitye-": "u_e_sat",
+        "saturationphotons": "u_p_sat",
+    }
+    names |= {"SNR_max": "SNR_max", "SNR_maxdB": "SNR_max_dB", "dynamic rangedB": "DR_dB"}
+    names |= {"linearity error LE_min%": "LE_min", "linearity error LE_max%": "LE_max"}
+    for kind, unit in (("DSNU", "e-"), ("PRNU", "%")):
+        names |= {
+            f"{kind}{part}{unit}": f"{kind}1288{end}"
+            for part, end in ((" of rows", "_row"), (" of columns", "_col"), (" of pixels", "_pixel"))
+        }
+        names[f"{kind}{unit}"] = f"{kind}1288"
+    root = ElementTree.parse(path).getroot()
+    values = {one.tag: float(one.find("Value").text) for part in root for one in part}
+    assert root.get("plane") in path.name and values["pixel_size"] == 5.0
+    assert set(summary) == {*names, "dynamic rangestops"}
+    for quantity, name in names.items():
+        assert values[name] == pytest.approx(summary[quantity], rel=1e-12), name
 
 
 @pytest.mark.parametrize(
