@@ -143,18 +143,21 @@ def measure_emva(
     ] = None,
     wavelength: Annotated[str | None, typer.Option(metavar="QUANTITY", help="Of the flats' light, e.g. 525nm.")] = None,
     pixel_pitch: PixelPitch = None,
+    high_pass: Annotated[
+        bool, typer.Option("--high-pass", help="For uneven light: DSNU and PRNU behind the standard's high pass.")
+    ] = False,
     out: MeasureFolder = None,
 ) -> None:
     """EMVA 1288 Release 4.0 of one ISO: K, dark noise, saturation, SNR, DSNU, PRNU, linearity per colour plane.
 
     Takes, at one ISO and in steady, even light: dark frames of one exposure time, 2 or more, 16 are good; pairs of flats at 5
     exposure times or more, 20 are good, from 5 % of saturation to beyond it; more flats of about half of saturation for the
-    PRNU. Told apart as `photosite calibrate` does. Quantum efficiency takes the light in photons:
-    --irradiance '12 uW/cm^2' --wavelength 525nm --pixel-pitch 3um.
+    PRNU. Told apart as `photosite calibrate` does. In uneven light give --high-pass. Quantum efficiency takes the light in
+    photons: --irradiance '12 uW/cm^2' --wavelength 525nm --pixel-pitch 3um.
     """
     from simulator.command_line.bench_measurement import measure_emva as run
 
-    run(files, iso, irradiance, wavelength, pixel_pitch, out)
+    run(files, iso, irradiance, wavelength, pixel_pitch, out, high_pass)
 
 
 @app.command(

@@ -14,6 +14,8 @@ from simulator.measurement.emva1288.checks import check_emva
 from simulator.measurement.emva1288.files_to_planes import COLOR_OF, measure_emva
 from simulator.measurement.emva1288.frames import HALF, SHARES, EmvaBench, EmvaFiles, take_emva_frames
 from simulator.measurement.emva1288.xml_sheet import CURVES, QUANTITIES, sheet_rows, write_xml_sheet
+from simulator.measurement.statistics.high_pass import high_pass
+from simulator.measurement.statistics.spatial_variance import Stack
 from simulator.raw.raw_reader import read_raw_file
 
 pytestmark = pytest.mark.slow
@@ -104,3 +106,18 @@ def test_the_reference_implementation_reads_our_data_sheets(tmp_path, monkeypatc
     histograms, indices = ({name for name in names if word in name[1]} for word in ("histogram", "index"))
     variances = {("spatial", f"s_2_y_{name}{dark}") for name in ("measured", "cav", "rav") for dark in ("", "_dark")}
     assert names - ours == histograms | indices | variances
+
+
+def test_our_high_pass_is_made_of_the_reference_implementations_boxes(monkeypatch):
+    """Its filter of whole numbers is the frame less a box, times the box's area; it has the boxes, but not their chain."""
+    filtered = import_peer(monkeypatch).routines.high_pass_filter
+    frame = np.random.default_rng(3).integers(0, 4096, (70, 90))
+    smooth = frame.astype(np.float64)
+    for side in (7, 11):
+        found = filtered(smooth, side)
+        inside = smooth[side // 2 : -(side // 2), side // 2 : -(side // 2)]
+        smooth = inside - found["img"] / found["multiplicator"]
+    binomial = (smooth[:-2] + 2 * smooth[1:-1] + smooth[2:]) / 4
+    binomial = (binomial[:, :-2] + 2 * binomial[:, 1:-1] + binomial[:, 2:]) / 4
+    expected = frame[9:-9, 9:-9] - binomial + frame.mean()
+    np.testing.assert_allclose(high_pass(Stack(frame.astype(np.float64), 1.0, 2)).mean_dn, expected, rtol=0, atol=1e-8)
