@@ -15,7 +15,6 @@ import numpy as np
 
 from simulator.optics.lens.perspective import AIRY_ZERO
 from simulator.optics.lens.wavefront import Aberrations
-from simulator.optics.lens.zernike import noll_orders
 from simulator.optics.psf.defocused_psf import DefocusedPsf
 from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.kernel_split import Core, tail_reach
@@ -290,7 +289,7 @@ def _step_px(radius_px: float) -> float:
 
 def has_fixed_orientation(psf: WavefrontPsf) -> bool:
     """Whether a part of the wavefront is fixed to the picture's axes, so that kernels do not rotate with the field."""
-    return psf.opening is not ROUND or any(noll_orders(index)[1] for index in psf.aberrations.zernike_um)
+    return psf.opening is not ROUND or psf.aberrations.has_fixed_orientation
 
 
 def _fit_kernel(psf: WavefrontPsf, radius_px: float, over: int) -> WavefrontPsf:
