@@ -141,7 +141,8 @@ def named_file(kind: str, path: str | Path) -> Path:
     given = Path(path)
     if given.suffix or "/" in str(path) or given.is_file():
         return given
-    return find_config(kind, str(path), Place(str(path), Path.cwd()), kind.removesuffix("s"))
+    one = "study" if kind == "studies" else kind.removesuffix("s")
+    return find_config(kind, str(path), Place(str(path), Path.cwd()), one)
 
 
 def find_config(kind: str, name: str, place: Place, key: str) -> Path:
