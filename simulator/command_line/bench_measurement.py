@@ -61,9 +61,14 @@ def measure_emva(
     wavelength: str | None,
     pixel_pitch: str | None,
     out: Path | None,
+    has_high_pass: bool = False,
 ) -> None:
-    """Print EMVA 1288's summary of one ISO; with `out`, write emva.json and emva.png there. Raises PhotositeError."""
+    """Print EMVA 1288's summary of one ISO; with `out`, write emva.json, emva.png and an XML for each plane there.
+
+    Raises PhotositeError.
+    """
     from simulator.measurement.emva1288.figures import emva_overview
+    from simulator.measurement.emva1288.measured_sheet import write_measured_sheets
     from simulator.measurement.emva1288.report import summary_of
     from simulator.measurement.emva1288.sorted_files import measure_emva_files
     from simulator.measurement.report.figures import write_figure
@@ -72,8 +77,8 @@ def measure_emva(
     paths = raw_files(files)
     with show_progress("reading") as progress:
         group = _of_iso(by_iso(read_frames(paths, progress)), iso)
-        found, notes = measure_emva_files(group, light, progress)
-    title = f"EMVA 1288 Release 4.0 Linear at ISO {group.iso}, from {len(paths)} raw files"
+        found, notes = measure_emva_files(group, light, progress, has_high_pass)
+    title = f"EMVA 1288 Release 4.0 Linear at ISO {group.iso}, from {len(paths)} raw files{', high pass' * has_high_pass}"
     table = Table(title=escape(title))
     names = list(found.planes)
     for column in ("quantity", "unit", *names):
@@ -92,9 +97,13 @@ def measure_emva(
         summary = [{"quantity": name, "unit": unit, "planes": _clean(values)} for name, unit, values in rows]
         lit = None if light is None else asdict(light)
         content = {"software": software(), "standard": "EMVA 1288 Release 4.0 Linear", "iso": group.iso, "light": lit}
+        content["high_pass"] = has_high_pass
         _write(out / "emva.json", {**content, "light_in": found.light, "summary": summary, "planes": planes, "notes": notes})
         write_figure(emva_overview(found, title), out / "emva.png")
-        tell(f"report in {out / 'emva.json'} and {out / 'emva.png'}")
+        texts = {"iso": str(group.iso), "light": found.light, "high_pass": "yes" if has_high_pass else "no"}
+        about = {} if light is None else {"pixel_size": light.pitch_um}
+        sheets = write_measured_sheets(found, out, texts, about)
+        tell(f"report in {out / 'emva.json'} and {out / 'emva.png'}, data sheets in {', '.join(map(str, sheets))}")
 
 
 def _known_light(irradiance: str | None, wavelength: str | None, pixel_pitch: str | None) -> "KnownLight | None":

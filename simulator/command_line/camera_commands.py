@@ -83,6 +83,29 @@ def shutter(
     run_shutter_validation(camera, settings or [], readout_time, kind, iso, out, device)
 
 
+@app.command(epilog="Example: photosite sheet sony_a7s2 --iso 1600 --wavelength 525nm --out a7s2.xml")
+def sheet(
+    camera: CameraName,
+    settings: CameraSettings = None,
+    iso: Annotated[int | None, typer.Option(help="The ISO; the lowest that was measured when left out.")] = None,
+    wavelength: Annotated[
+        str | None,
+        typer.Option(metavar="QUANTITY", help="Of the light, e.g. 525nm; where the camera responds most when left out."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE.xml", help="Write it as the XML of EMVA 1288's reference implementation."),
+    ] = None,
+) -> None:
+    """EMVA 1288 data sheet of a camera file: what its stages state, without a frame.
+
+    `photosite validate emva` measures the same from simulated frames. The XML is a camera again: `camera: FILE.xml`.
+    """
+    from simulator.command_line.data_sheet import show_sheet
+
+    show_sheet(camera, settings or [], iso, wavelength, out)
+
+
 BenchFiles = Annotated[list[Path], typer.Argument(metavar="FILES...", help="Raw files, or folders of them at any depth.")]
 
 
@@ -120,18 +143,21 @@ def measure_emva(
     ] = None,
     wavelength: Annotated[str | None, typer.Option(metavar="QUANTITY", help="Of the flats' light, e.g. 525nm.")] = None,
     pixel_pitch: PixelPitch = None,
+    high_pass: Annotated[
+        bool, typer.Option("--high-pass", help="For uneven light: DSNU and PRNU behind the standard's high pass.")
+    ] = False,
     out: MeasureFolder = None,
 ) -> None:
     """EMVA 1288 Release 4.0 of one ISO: K, dark noise, saturation, SNR, DSNU, PRNU, linearity per colour plane.
 
     Takes, at one ISO and in steady, even light: dark frames of one exposure time, 2 or more, 16 are good; pairs of flats at 5
     exposure times or more, 20 are good, from 5 % of saturation to beyond it; more flats of about half of saturation for the
-    PRNU. Told apart as `photosite calibrate` does. Quantum efficiency takes the light in photons:
-    --irradiance '12 uW/cm^2' --wavelength 525nm --pixel-pitch 3um.
+    PRNU. Told apart as `photosite calibrate` does. In uneven light give --high-pass. Quantum efficiency takes the light in
+    photons: --irradiance '12 uW/cm^2' --wavelength 525nm --pixel-pitch 3um.
     """
     from simulator.command_line.bench_measurement import measure_emva as run
 
-    run(files, iso, irradiance, wavelength, pixel_pitch, out)
+    run(files, iso, irradiance, wavelength, pixel_pitch, out, high_pass)
 
 
 @app.command(

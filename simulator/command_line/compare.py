@@ -6,6 +6,7 @@ from pathlib import Path
 
 from simulator.command_line.plot import find_subject, write_plots
 from simulator.command_line.screen import show_waiting
+from simulator.config.emva_sheet import SUFFIXES
 from simulator.errors import PhotositeError, require
 from simulator.measurement.curves.lens_plots import mtf_on_sensor
 from simulator.measurement.curves.raw_plots import model_plots, raw_plots, wanted_plots
@@ -14,7 +15,7 @@ from simulator.measurement.report.figures import check_format
 from simulator.measurement.report.plot import Plot, overlay
 from simulator.raw.raw_reader import read_raw_file
 
-SHOT_FILES = (".yaml", ".yml", ".json")
+MODEL_FILES = (".yaml", ".yml", ".json", *SUFFIXES)  # of shots, cameras and data sheets
 COMPARED_ISOS = (100, 1600)  # of cameras, where none is given: the nearest that they have
 
 
@@ -54,7 +55,7 @@ def _kind_of(subject: str) -> str:
     path = Path(subject)
     if path.is_dir():
         return "study"
-    return "raw" if path.suffix and path.suffix.lower() not in SHOT_FILES else "model"
+    return "raw" if path.suffix and path.suffix.lower() not in MODEL_FILES else "model"
 
 
 def _compared(name: str, settings: list[str], isos: list[int]) -> Subject:

@@ -6,6 +6,7 @@ from simulator.color.color_tables import CONFIGS
 from simulator.command_line.screen import show_waiting, tell
 from simulator.config import load_camera, load_shot, named_file
 from simulator.config.document import read_document
+from simulator.config.emva_sheet import SUFFIXES
 from simulator.errors import PhotositeError, require
 from simulator.measurement.curves.subject import Subject, camera_subject, plots_of, shot_subject
 from simulator.measurement.report.figures import check_format, plots_figure, write_figure
@@ -54,6 +55,8 @@ def find_subject(name: str, settings: list[str], isos: list[int]) -> Subject:
 
 def _is_camera(name: str) -> bool:
     """Whether a name or file is that of a camera. Raises PhotositeError with the nearest names for neither."""
+    if Path(name).suffix.lower() in SUFFIXES:  # of a data sheet
+        return True
     is_file = bool(Path(name).suffix) or "/" in name or Path(name).is_file()
     if not is_file:
         if (CONFIGS / "cameras" / f"{name}.yaml").is_file():

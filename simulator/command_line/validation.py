@@ -44,13 +44,14 @@ def run_noise_validation(camera: str, settings: list[str], isos: list[int], out:
 
 
 def run_emva_validation(camera: str, settings: list[str], iso: int | None, out: Path | None, device: str | None) -> None:
-    """Print summary and gates; with `out`, keep the frames there and write emva.html, emva.json and emva.png.
+    """Print summary and gates; with `out`, keep the frames there and write emva.html, emva.json, emva.png and XML sheets.
 
     iso: the lowest that was measured when None. Raises PhotositeError; typer.Exit(1) when a gate failed.
     """
     from simulator.measurement.emva1288 import html
     from simulator.measurement.emva1288 import report as emva_report
     from simulator.measurement.emva1288.figures import emva_overview
+    from simulator.measurement.emva1288.measured_sheet import write_measured_sheets
     from simulator.measurement.report.figures import write_figure
 
     body = load_camera(camera, settings)
@@ -62,7 +63,12 @@ def run_emva_validation(camera: str, settings: list[str], iso: int | None, out: 
         emva_report.write_emva_json(report, out / "emva.json")
         html.write_emva_html(report, out / "emva.html")
         write_figure(emva_overview(report.found, f"EMVA 1288 of {report.camera} at ISO {report.iso}"), out / "emva.png")
+        texts = {"vendor": body.make, "model": body.model, "iso": str(report.iso)}
+        sides = {"width": float(body.width_px), "height": float(body.height_px)}
+        about = {**sides, "pixel_size": body.pixel_pitch_um, "bit_depth": float(body.bit_depth)}
+        sheets = write_measured_sheets(report.found, out, texts, about)
         tell(f"frames in {folder}, report in {out / 'emva.html'} and {out / 'emva.json'}")
+        tell(f"data sheets in {', '.join(map(str, sheets))}")
     _report_verdict(report.checks)
 
 

@@ -1,4 +1,4 @@
-"""A camera: a name, a path of YAML or of a data sheet in CSV, or a mapping with `base:`; sections may state their `source:`."""
+"""A camera: a name, the path of YAML or of a data sheet, or a mapping with `base:`; sections may state their `source:`."""
 
 from collections.abc import Callable, Iterable
 from functools import cache
@@ -21,7 +21,7 @@ from simulator.config.document_merge import (
     replace_value,
     select_section,
 )
-from simulator.config.emva_sheet import read_emva_sheet
+from simulator.config.emva_sheet import SUFFIXES, read_emva_sheet
 from simulator.config.response_curves import ResponseCurves, spectral_response
 from simulator.config.response_table import read_response_table
 from simulator.config.section_types import Section
@@ -133,8 +133,8 @@ def _inline_base(document: Document, key: str, seen: tuple[Path, ...]) -> Docume
     if path in seen:
         raise document.problem(("base",), "the camera is its own base; name another", base, key=key_of_base)
     over = remove_key(document, ("base",))
-    if path.suffix.lower() == ".csv":
-        return _lay_over(read_emva_sheet(path), over)
+    if path.suffix.lower() in SUFFIXES:
+        return _lay_over(read_emva_sheet(path, over.data), over)
     return _lay_over(_inline_base(read_document(path), key, (*seen, path)), over)
 
 

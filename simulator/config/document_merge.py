@@ -141,7 +141,8 @@ def named_file(kind: str, path: str | Path) -> Path:
     given = Path(path)
     if given.suffix or "/" in str(path) or given.is_file():
         return given
-    return find_config(kind, str(path), Place(str(path), Path.cwd()), kind.removesuffix("s"))
+    one = "study" if kind == "studies" else kind.removesuffix("s")
+    return find_config(kind, str(path), Place(str(path), Path.cwd()), one)
 
 
 def find_config(kind: str, name: str, place: Place, key: str) -> Path:
@@ -156,7 +157,7 @@ def find_config(kind: str, name: str, place: Place, key: str) -> Path:
     shipped = CONFIGS / kind / f"{name}.yaml"
     if not Path(name).is_absolute() and not {".", ".."} & set(name.split("/")) and shipped.is_file():
         return shipped
-    if "/" in name or name.endswith((".yaml", ".yml", ".json", ".csv")):
+    if "/" in name or name.endswith((".yaml", ".yml", ".json", ".csv", ".xml")):
         path = (place.folder / Path(name).expanduser()).absolute()
         if path.is_file():
             return path

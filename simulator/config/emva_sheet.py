@@ -1,13 +1,14 @@
-"""EMVA 1288 data sheets in CSV as cameras: `camera: sheet.csv`, one line for each number of the summary data sheet.
+"""EMVA 1288 data sheets as cameras: `camera: sheet.csv`, one line for each number of the summary data sheet, or `sheet.xml`.
 
 The names are those of EMVA Standard 1288, Release 4.0, of the summary data sheet and its symbols, in any case and punctuation.
+`emva_xml.py` has those of XML.
 """
 
 import csv
 import io
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,16 +16,18 @@ from typing import Any
 import numpy as np
 
 from simulator.config.document import Document, Keys, Place
+from simulator.config.emva_xml import Entry, read_xml_entries
 from simulator.config.quantity import NUMBER
 from simulator.errors import PhotositeError, reading, require
 
-ISO = 100  # the sheet is of one gain setting, which gets this ISO
+SUFFIXES = (".csv", ".xml")
+ISO = 100  # the sheet is of one gain setting, which gets this ISO where the sheet tells none
 COLUMNS = ("quantity", "value", "unit", "wavelength")
 FLAT_NM = (400.0, 700.0)  # a single quantum efficiency is taken over this range
 ROUNDING_DN2 = 1.0 / 12.0  # variance of the ADC's rounding, part of the noise in a raw frame (EMVA 1288, equation 8)
 COLOURS = ("red", "green", "blue")
 TEXTS = {"vendor": "make", "manufacturer": "make", "make": "make", "model": "model", "colour filter": "cfa", "cfa": "cfa"}
-WHOLE = {"width": "width", "height": "height", "bit depth": "bit_depth", "number of bits": "bit_depth"}
+WHOLE = {"width": "width", "height": "height", "bit depth": "bit_depth", "number of bits": "bit_depth", "iso": "iso"}
 # Name -> (key of this module, factor by unit). Units are written without blanks.
 NUMBERS: dict[str, tuple[str, dict[str, float]]] = {
     "pixel size": ("pitch_um", {"um": 1.0, "µm": 1.0, "mm": 1e3}),
@@ -58,24 +61,29 @@ class _Sheet:
     lines: dict[str, int] = field(default_factory=dict)
 
 
-def read_emva_sheet(path: Path) -> Document:
-    """Return the camera section that a sheet states, with its places. Columns: quantity, value, unit, and wavelength [nm].
+def read_emva_sheet(path: Path, stated: Mapping[str, Any]) -> Document:
+    """Return the camera section that a sheet states, with its places. Columns of CSV: quantity, value, unit, wavelength [nm].
 
+    stated: keys of the camera that stand beside `base`, which the sheet need not have.
     Raises PhotositeError with the line for a sheet with an unknown quantity or unit, a number that is none, and one that lacks
     what a camera needs.
     """
+    sheet = _Sheet()
+    for line, entry in read_xml_entries(path) if path.suffix.lower() == ".xml" else _read_csv_entries(path):
+        _read_entry(entry, sheet, path, line)
+    return _camera(sheet, path, stated)
+
+
+def _read_csv_entries(path: Path) -> list[Entry]:
+    """Return line and columns of each line that is no comment. Raises PhotositeError."""
     with reading(path, "write a CSV file with the columns quantity, value, unit"):
         rows = list(csv.reader(io.StringIO(path.read_text(encoding="utf-8-sig"))))
     header = [name.strip().lower() for name in rows[0]] if rows else []
     rule = f"give the columns {', '.join(COLUMNS)}, of which wavelength may be left out"
     good = set(header) <= set(COLUMNS) and {"quantity", "value"} <= set(header)
     require(good, "columns", ", ".join(header) or "none", rule, file=path)
-    sheet = _Sheet()
-    for number, row in enumerate(rows[1:], 2):
-        entry = dict(zip(header, (word.strip() for word in row), strict=False))
-        if entry.get("quantity") and not entry["quantity"].startswith("#"):
-            _read_entry(entry, sheet, path, number)
-    return _camera(sheet, path)
+    entries = [(line, dict(zip(header, (word.strip() for word in row), strict=False))) for line, row in enumerate(rows[1:], 2)]
+    return [(line, entry) for line, entry in entries if entry.get("quantity") and not entry["quantity"].startswith("#")]
 
 
 def _plain(name: str) -> str:
@@ -122,26 +130,34 @@ def _read_entry(entry: dict[str, str], sheet: _Sheet, path: Path, line: int) -> 
     sheet.numbers[key], sheet.lines[key] = value, line
 
 
-def _camera(sheet: _Sheet, path: Path) -> Document:
-    """Return the camera as plain data, and where each section was written."""
-    numbers, lines = sheet.numbers, sheet.lines
+def _check_complete(sheet: _Sheet, path: Path, stated: Mapping[str, Any]) -> None:
+    """Raise PhotositeError for a sheet without what a camera needs and no key beside it states."""
+    numbers = sheet.numbers
     needed: dict[str, Callable[[], bool]] = {
-        "width": lambda: "width" in sheet.texts,
-        "height": lambda: "height" in sheet.texts,
-        "bit depth": lambda: "bit_depth" in sheet.texts,
-        "pixel size": lambda: "pitch_um" in numbers,
-        "quantum efficiency": lambda: "eta" in numbers,
+        "width": lambda: "width" in sheet.texts or "width" in stated,
+        "height": lambda: "height" in sheet.texts or "height" in stated,
+        "bit depth": lambda: "bit_depth" in sheet.texts or isinstance(stated.get("bit_depth"), int),
+        "pixel size": lambda: "pitch_um" in numbers or "pixel_pitch" in stated,
+        "quantum efficiency": lambda: "eta" in numbers or "response" in stated,
         "overall system gain": lambda: "gain" in numbers or "inverse_gain" in numbers,
         "temporal dark noise": lambda: "dark_noise" in numbers or "dark_noise_dn" in numbers,
     }
     missing = [name for name, is_there in needed.items() if not is_there()]
-    require(not missing, "quantity", ", ".join(missing), "is missing; add a line for it", file=path)
+    rule = "is missing; add a line for it, or state it beside the sheet: {base: SHEET, bit_depth: 12}"
+    require(not missing, "quantity", ", ".join(missing), rule, file=path)
+
+
+def _camera(sheet: _Sheet, path: Path, stated: Mapping[str, Any]) -> Document:
+    """Return the camera as plain data, and where each section was written."""
+    _check_complete(sheet, path, stated)
+    numbers, lines = sheet.numbers, sheet.lines
     gain = numbers["gain"] if "gain" in numbers else 1.0 / max(numbers["inverse_gain"], 1e-12)
     noise_dn = gain * numbers.get("dark_noise", 0.0)
     if "dark_noise" not in numbers:
         noise_dn = math.sqrt(max(numbers["dark_noise_dn"] ** 2 - ROUNDING_DN2, 0.0))
     stages: dict[str, Any] = {"photon_shot_noise": {}}
-    black_dn, white_dn = numbers.get("black_dn", 0.0), 2.0 ** int(sheet.texts["bit_depth"]) - 1.0
+    bits = sheet.texts["bit_depth"] if "bit_depth" in sheet.texts else stated["bit_depth"]
+    black_dn, white_dn = numbers.get("black_dn", 0.0), 2.0 ** int(bits) - 1.0
     well_e = numbers.get("saturation_e")
     if well_e is not None and black_dn + gain * well_e < white_dn:  # else the ADC saturates first
         stages["full_well"] = {"capacity": f"{well_e!r} e-"}
@@ -151,19 +167,22 @@ def _camera(sheet: _Sheet, path: Path) -> Document:
     for stem, sigma, unit in (("dsnu", dsnu_e, " e-"), ("prnu", numbers.get("prnu", 0.0), "")):
         if sigma > 0:
             stages[stem] = {"sigma": f"{sigma!r}{unit}" if unit else sigma}
-    response, note = _response(sheet.efficiencies, path)
+    response, note = _response(sheet.efficiencies, path) if sheet.efficiencies else ({}, "")
+    iso = sheet.texts.pop("iso", ISO)
     data: dict[str, Any] = {
         "source": f"measured, EMVA 1288 data sheet {path.name}{note}",
         "make": "unknown",
         "model": path.stem,
-        "cfa": "MONO" if set(sheet.efficiencies) == {""} else "RGGB",
+        "cfa": "RGGB" if set(sheet.efficiencies) == set(COLOURS) else "MONO",
         **sheet.texts,
-        "pixel_pitch": f"{numbers['pitch_um']!r} um",
         "black_level": f"{black_dn!r} DN",
-        "response": response,
-        "iso_table": {ISO: {"gain": f"{gain!r} DN/e-", "read_noise": f"{noise_dn!r} DN"}},
+        "iso_table": {iso: {"gain": f"{gain!r} DN/e-", "read_noise": f"{noise_dn!r} DN"}},
         "stages": stages,
     }
+    if "pitch_um" in numbers:
+        data["pixel_pitch"] = f"{numbers['pitch_um']!r} um"
+    if response:
+        data["response"] = response
     places: dict[Keys, Place] = {(): Place(str(path), path.parent)}
     written = {"pixel_pitch": "pitch_um", "black_level": "black_dn", "iso_table": "gain", "response": "eta"}
     for key in data:

@@ -2,12 +2,13 @@
 
 import json
 import math
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from helpers.numpy_body import NumpyBody
 from helpers.randomness import accept
-from scipy import stats
+from scipy import signal, stats
 
 from simulator.command_line.main import main
 from simulator.measurement.statistics.signal_to_noise import least_signal_e, photographic_snr
@@ -16,6 +17,8 @@ ISO, STEP_S, DARKS, STEPS = 200, 0.01, 6, 13
 BODY = NumpyBody(
     seed=5, shape=(120, 160), lam=0.14, colors=(1.0, 1.0, 1.0, 1.0), bias=(0.0, 0.0, 0.0, 0.0), column=0.0, dark_current=0.0
 )
+PLACES = np.mgrid[-1 : 1 : 120 * 1j, -1 : 1 : 160 * 1j]
+LIGHT = 1.0 / (1.0 + 0.2 * (PLACES[0] ** 2 + PLACES[1] ** 2)) ** 2  # of the body's flats
 
 
 @pytest.fixture(scope="module")
@@ -92,12 +95,72 @@ def test_the_light_in_photons_gives_the_quantum_efficiency(bench, tmp_path, caps
     options = ("--irradiance", "10 uW/cm^2", "--wavelength", "525 nm", "--pixel-pitch", "5um")
     assert run(capsys, "emva", bench, "--out", tmp_path, *options)[0] == 0
     photons_per_s = 0.1 * 25e-12 * 525e-9 / (6.62607015e-34 * 299792458.0)
-    y, x = np.mgrid[-1 : 1 : 120 * 1j, -1 : 1 : 160 * 1j]
-    falloff = np.mean(1.0 / (1.0 + 0.2 * (x**2 + y**2)) ** 2)
-    electrons_per_s = falloff * 0.12 * (BODY.white - BODY.black) / BODY.k(ISO) / STEP_S
-    for plane in json.loads((tmp_path / "emva.json").read_text())["planes"].values():
+    electrons_per_s = LIGHT.mean() * 0.12 * (BODY.white - BODY.black) / BODY.k(ISO) / STEP_S
+    content = json.loads((tmp_path / "emva.json").read_text())
+    for plane in content["planes"].values():
         error = plane["gain"]["high"] / plane["gain"]["value"] - 1.0  # 95 %
         assert plane["quantum_efficiency"]["value"] == pytest.approx(electrons_per_s / photons_per_s, rel=2.0 * error + 0.002)
+    for name in content["planes"]:
+        assert_sheet_is_table(
+            tmp_path / f"emva_{name}.xml", {row["quantity"] + row["unit"]: row["planes"][name] for row in content["summary"]}
+        )
+
+
+def test_behind_the_high_pass_uneven_light_is_no_prnu(bench, tmp_path, capsys):
+    """PRNU of this very body in its own light, by NumPy: with what the filter leaves of the shading of so small a frame."""
+    code, _, err = run(capsys, "emva", bench)
+    assert code == 0 and "the light, or the lens, is uneven; give --high-pass" in err
+    code, out, err = run(capsys, "emva", bench, "--high-pass", "--out", tmp_path)
+    assert code == 0 and "high pass" in out and "uneven" not in err
+    content = json.loads((tmp_path / "emva.json").read_text())
+    assert content["high_pass"] and ElementTree.parse(tmp_path / "emva_Gr.xml").getroot().get("high_pass") == "yes"
+    checks = {}
+    for index, (name, plane) in enumerate(content["planes"].items()):
+        rows, columns = slice(index // 2, None, 2), slice(index % 2, None, 2)
+        truths = {"dsnu": BODY.pattern["dsnu"] + BODY.pattern["column"] / BODY.k(ISO), "prnu": LIGHT * BODY.pattern["prnu"]}
+        for kind, truth in truths.items():
+            unit = truth.mean() if kind == "prnu" else 1.0
+            found = plane[kind]
+            of_gain = (plane["gain"]["high"] / plane["gain"]["value"] - 1.0) / 1.96 if kind == "dsnu" else 0.0
+            error = math.hypot(found["error"], of_gain * found["pixel"])
+            checks[kind, name] = float(
+                2 * stats.norm.sf(abs(found["pixel"] - pixel_pattern(truth[rows, columns]) / unit) / error)
+            )
+    accept(checks)
+
+
+def pixel_pattern(pattern):
+    """Standard deviation between photosites of a pattern behind the high pass, less rows and columns."""
+    line = np.convolve(np.convolve(np.full(7, 1 / 7), np.full(11, 1 / 11)), [0.25, 0.5, 0.25])
+    passed = (pattern - signal.convolve2d(pattern, np.outer(line, line), mode="same"))[9:-9, 9:-9]
+    rest = passed - passed.mean(axis=0) - passed.mean(axis=1, keepdims=True) + passed.mean()
+    rows, columns = rest.shape
+    return math.sqrt(np.sum(rest**2) / (rows - 1) / (columns - 1) / (1 - 2 * line[9] ** 2 + (line @ line) ** 2))
+
+
+def assert_sheet_is_table(path, summary: dict[str, float]) -> None:
+    """Every number of the summary stands in the data sheet."""
+    names = {"wavelengthnm": "wavelength", "quantum efficiency%": "QE", "gain KDN/e-": "K", "1 / Ke-/DN": "inverse_K"}
+    names |= {"temporal dark noise sigma_de-": "sigma_d", "temporal dark noise sigma_y.darkDN": "sigma_y_dark"}
+    names |= {
+        "absolute sensitivity thresholdphotons": "u_p_min",
+        "saturation capacitye-": "u_e_sat",
+        "saturationphotons": "u_p_sat",
+    }
+    names |= {"SNR_max": "SNR_max", "SNR_maxdB": "SNR_max_dB", "dynamic rangedB": "DR_dB"}
+    names |= {"linearity error LE_min%": "LE_min", "linearity error LE_max%": "LE_max"}
+    for kind, unit in (("DSNU", "e-"), ("PRNU", "%")):
+        names |= {
+            f"{kind}{part}{unit}": f"{kind}1288{end}"
+            for part, end in ((" of rows", "_row"), (" of columns", "_col"), (" of pixels", "_pixel"))
+        }
+        names[f"{kind}{unit}"] = f"{kind}1288"
+    root = ElementTree.parse(path).getroot()
+    values = {one.tag: float(one.find("Value").text) for part in root for one in part}
+    assert root.get("plane") in path.name and values["pixel_size"] == 5.0
+    assert set(summary) == {*names, "dynamic rangestops"}
+    for quantity, name in names.items():
+        assert values[name] == pytest.approx(summary[quantity], rel=1e-12), name
 
 
 @pytest.mark.parametrize(

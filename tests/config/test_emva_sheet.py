@@ -1,4 +1,4 @@
-"""EMVA 1288 data sheets in CSV: the camera that they state, against the same camera written in YAML."""
+"""EMVA 1288 data sheets in CSV and XML: the camera that they state, against the same camera written in YAML."""
 
 import math
 
@@ -128,3 +128,66 @@ def test_a_bad_sheet_is_one_message(tmp_path, old, new, says):
 def test_a_value_that_no_camera_has_is_told_with_its_line(tmp_path):
     with pytest.raises(PhotositeError, match=r"sheet.csv:8: camera.bit_depth = "):
         load_camera(save(tmp_path, SHEET.replace("Bit depth,12", "Bit depth,40")))
+
+
+# As the reference implementation writes its results: names of columns in lower case, units in LaTeX, what was not measured nan.
+RESULTS = """\
+<results>
+  <sensitivity>
+    <K><section>sensitivity</section><short>System gain</short><value>0.365</value><unit>$DN/e^-$</unit></K>
+    <QE><short>Quantum efficiency</short><value>62.5</value><unit>\\%</unit></QE>
+    <sigma_d><value>2.31</value><unit>$e^-$</unit></sigma_d>
+    <u_e_sat><value>10500.0</value><unit>$e^-$</unit></u_e_sat>
+  </sensitivity>
+  <dark_current><u_I_mean><value>nan</value></u_I_mean></dark_current>
+  <spatial>
+    <DSNU1288><Value>0.84</Value></DSNU1288>
+    <PRNU1288><Value>0.42</Value></PRNU1288>
+  </spatial>
+</results>
+"""
+BESIDE = """\
+scene: {chart: flat_field, luminance: 100 cd/m^2, reflectance: 1}
+lens: {focal_length: 50 mm, f_number: f/4}
+exposure: {time: 1/100 s, iso: 100}
+camera: {base: results.xml, width: 96, height: 64, bit_depth: 12, pixel_pitch: 4.5 um, black_level: 16 DN}
+"""
+
+
+def save_results(folder, text=RESULTS):
+    (folder / "results.xml").write_text(text, encoding="utf-8")
+    (folder / "shot.yaml").write_text(BESIDE)
+    return folder / "shot.yaml"
+
+
+def test_results_of_the_reference_implementation_are_a_camera_with_what_stands_beside(tmp_path):
+    camera = load_shot(save_results(tmp_path)).camera
+    sheet = load_camera(save(tmp_path, SHEET.replace("Dark current (µ_I),1.9,e-/s\n", "")))
+    own = {"make", "model"}
+    one, two = ({key: value for key, value in without_arrays(each).items() if key not in own} for each in (camera, sheet))
+    assert one == two and camera.make == "unknown" and camera.model == "results"
+    assert np.array_equal(camera.response.quantum_efficiency, sheet.response.quantum_efficiency)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("0.365", "0,365", "results.xml:3: overall system gain = 0,365: is no number"),
+        ("results>", "sheet>", "results.xml: root element = sheet: a data sheet begins with <results>"),
+        ("</spatial>", "", "results.xml: cannot be read .*write it again"),
+        ("<K>", "<k>", "results.xml: cannot be read"),
+        (
+            "sigma_d",
+            "sigma_e",
+            "results.xml: quantity = temporal dark noise: is missing; add a line for it, or state it beside",
+        ),
+        (
+            "  <spatial>",
+            "<more><QE_spectral><Data><wavelength>400 500</wavelength><mono>1</mono></Data></QE_spectral></more><spatial>",
+            "results.xml:9: QE_spectral.mono: has 1 numbers, but the wavelengths in line 9 are 2",
+        ),
+    ],
+)
+def test_bad_results_are_one_message(tmp_path, old, new, says):
+    with pytest.raises(PhotositeError, match=says):
+        load_shot(save_results(tmp_path, RESULTS.replace(old, new)))

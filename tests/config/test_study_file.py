@@ -289,5 +289,5 @@ def test_a_million_points_are_not_made_up_front(tmp_path):
 
 
 def test_a_study_that_is_not_there_is_told_with_the_nearest_name():
-    with pytest.raises(PhotositeError, match="no such file in configs/studies"):
+    with pytest.raises(PhotositeError, match="study = .*: no such file in configs/studies"):
         load_study_file("nothing_like_it", {})

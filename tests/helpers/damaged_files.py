@@ -55,6 +55,16 @@ stages:
   dark_current: {rate: 0.1 e-/s}
 """
 
+RESULTS = """\
+<results model="B" iso="100">
+  <info>
+    <width><Value>64</Value></width><height><Value>48</Value></height>
+    <bit_depth><Value>12</Value></bit_depth><pixel_size><Value>4</Value></pixel_size>
+  </info>
+  <sensitivity><K><Value>0.1</Value></K><QE><Value>50</Value></QE><sigma_d><Value>20</Value></sigma_d></sensitivity>
+</results>
+"""
+
 
 @dataclass(frozen=True)
 class Role:
@@ -215,6 +225,7 @@ ROLES = {
     "cube, ENVI": Role("c.hdr", _envi, _cube),
     "render, EXR": Role("r.exr", _copied("mitsuba.exr"), _render),
     "wavelengths, npy": Role("w.npy", lambda path: np.save(path, np.array([450.0, 550.0, 650.0])), _wavelengths),
+    "data sheet": Role("sheet.xml", lambda path: path.write_text(RESULTS), lambda path: load_camera(str(path))),
     "wavelengths, text": Role("w.csv", lambda path: path.write_text("wavelength\n450, 550\n650\n"), _wavelengths),
     "deep, EXR": Role(
         "d.exr",

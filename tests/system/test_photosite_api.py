@@ -260,7 +260,7 @@ def examples() -> list[list[str]]:
 
 MAKERS = ("simulate", "validate")  # commands whose files other examples read
 TAKEN = ["validate", "simulate", "study", "resimulate", "develop", "inspect", "explain", "calibrate", "schema", "dataset"]
-TAKEN += ["plot", "compare", "report", "lens", "new", "mtf", "measure", "explore"]
+TAKEN += ["plot", "compare", "report", "lens", "new", "mtf", "measure", "explore", "sheet"]
 
 
 def test_every_command_that_takes_something_has_an_example():

@@ -5,17 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 
+from simulator.measurement.curves.wavefront_transfer import wavefront_transfer
 from simulator.measurement.quantities.quantity import Curve
 from simulator.measurement.report.plot import Line, Mark, Plot
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.perspective import GREEN_NM
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.psf.psf_planning import working_wavefront
 from simulator.sensor.camera.camera import Camera
 
 POINTS = 241  # of a smooth curve
 NEAREST = 0.1  # of the plane in focus, at which distances begin
 FARTHEST = 100.0  # times the plane in focus, at which they end
+OFF_AXIS = 0.7  # of the half diagonal: half of the frame lies within, about
 FAR_M = 1000.0  # where they end for a lens focused at infinity
 
 
@@ -65,30 +69,60 @@ def diffraction_transfer(frequency_per_um: np.ndarray, wavelength_um: float, f_n
 def mtf_plot(lens: Lens | None, camera: Camera) -> Plot:
     """Return the modulation transfer along one axis up to one cycle per photosite: each factor, and their product.
 
-    Diffraction of a round pupil at 550 nm, times the aperture of a photosite, times the optical low-pass filter
-    (`Sampling.transfer`), in the plane of focus. The product is what the shot simulates: diffraction is a factor of it where
-    the lens has it. lens: None, of a camera alone.
+    Diffraction and aberrations of a round pupil at 550 nm, times the aperture of a photosite, times the optical low-pass filter
+    (`Sampling.transfer`), in the plane of focus. The product is what the shot simulates: diffraction and aberrations are
+    factors of it where the lens has them. Of aberrations there is a product for each place of `_places`.
+    lens: None, of a camera alone.
     """
     per_px = np.linspace(0.0, 1.0, POINTS)
     per_um = per_px / camera.pixel_pitch_um
     factors = {"photosite": np.abs(Sampling(camera.fill_factor).transfer(per_um, camera.pixel_pitch_um))}
     if camera.low_pass_um > 0:  # no width of a photosite leaves the filter alone
         factors["low-pass filter"] = np.abs(Sampling(1.0, camera.low_pass_um).transfer(per_um, 0.0))
+    products = {"together": np.prod(list(factors.values()), axis=0)}
     note = "Along one axis, in the plane of focus."
     if lens is not None and lens.has_plane_of_focus:
         diffraction = diffraction_transfer(per_um, 1e-3 * GREEN_NM, lens.diffraction_f_number)
         note += f" Diffraction of a round pupil at {GREEN_NM:g} nm, f/{lens.diffraction_f_number:.4g}"
         if lens.has_diffraction:
             factors["diffraction"] = diffraction
-            note += "." if lens.aberrations is None else ", without the lens's aberrations."
+            wavefronts = _wavefront_transfers(lens, per_um) or {"together": diffraction}
+            products = {place: products["together"] * transfer for place, transfer in wavefronts.items()}
+            note += "." if lens.aberrations is None else ", with the lens's aberrations."
         else:
             note += ", which the shot does not simulate: lens.diffraction is off."
-    together = np.prod(list(factors.values()), axis=0)
-    lines = [Line(_transfer(per_px, together), "together")]
+    lines = [Line(_transfer(per_px, transfer), place) for place, transfer in products.items()]
     if len(factors) > 1:
         lines += [Line(_transfer(per_px, one), name, is_reference=True) for name, one in factors.items()]
     marks = (Mark("x", 0.5, "Nyquist"),)
     return Plot("mtf", "Modulation transfer", tuple(lines), note, marks=marks)
+
+
+def _wavefront_transfers(lens: Lens, per_um: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the modulation transfer of diffraction and aberrations at each place; {} of a lens without aberrations.
+
+    Raises PhotositeError where the pupil is larger than that of the stated wavefront.
+    """
+    if lens.aberrations is None:
+        return {}
+    aberrations, f_number = working_wavefront(lens)
+
+    def transfer(field: float, direction: int) -> np.ndarray:
+        def wavefront_um(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+            return aberrations.wavefront_error_um(*((x, y), (y, x))[direction], f_number, GREEN_NM, (field, 0.0))
+
+        return wavefront_transfer(wavefront_um, 1e-3 * GREEN_NM, 2e-3 * GREEN_NM * f_number * per_um)
+
+    return {place: transfer(field, direction) for place, (field, direction) in _places(aberrations).items()}
+
+
+def _places(aberrations: Aberrations) -> dict[str, tuple[float, int]]:
+    """Return field and direction of modulation, 0 along the field or along rows, of each line of a lens with aberrations."""
+    turns = aberrations.has_fixed_orientation
+    found = {"centre, along rows": (0.0, 0), "centre, along columns": (0.0, 1)} if turns else {"centre": (0.0, 0)}
+    if aberrations.varies_over_field:
+        found |= {f"{OFF_AXIS:g} of the way to the corner, radially": (OFF_AXIS, 0), "there, across the radius": (OFF_AXIS, 1)}
+    return found
 
 
 def mtf_on_sensor(plot: Plot, camera: Camera) -> Plot:

@@ -1,5 +1,6 @@
 """EMVA 1288 from a bench's own raw files, sorted by their metadata: dark frames and flats of several exposure times."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,8 @@ from simulator.measurement.calibration.frame_sorting import Frame, IsoFrames
 from simulator.measurement.calibration.iso_measurement import read_codes
 from simulator.measurement.emva1288.files_to_planes import PHOTONS, EmvaCamera
 from simulator.measurement.emva1288.frames import STACK
-from simulator.measurement.emva1288.plane import EmvaPlane, LightStep, measure_plane
+from simulator.measurement.emva1288.plane import EmvaPlane, LightStep, measure_nonuniformity, measure_plane
+from simulator.measurement.statistics.high_pass import high_pass
 from simulator.measurement.statistics.photon_transfer import DarkNoise, dark_noise
 from simulator.measurement.statistics.spatial_variance import Stack, stack_of
 from simulator.measurement.statistics.temporal_noise import PairNoise, pair_noise
@@ -20,6 +22,7 @@ from simulator.raw.raw_reader import plane_places
 
 SECONDS = "exposure time [s]"
 LEAST_STEPS = 5  # of light; EMVA 1288 asks for 50
+UNEVEN = 1.2  # times the PRNU behind the high pass, above which light counts as uneven
 HALF = 0.5  # of saturation, about where the stack for the PRNU lies
 
 
@@ -57,14 +60,15 @@ def missing_for_emva(frames: IsoFrames) -> list[str]:
 
 
 def measure_emva_files(
-    frames: IsoFrames, light: KnownLight | None, progress: Progress = silent
+    frames: IsoFrames, light: KnownLight | None, progress: Progress = silent, has_high_pass: bool = False
 ) -> tuple[EmvaCamera, list[str]]:
     """Measure every colour plane of one ISO, the middle of its frames; returns notes, too.
 
     A plane that cannot be measured is left out with a note.
     light: of the flats; None: the exposure time stands for the photons, so that there is no quantum efficiency.
     Dark frames are those of the shortest exposure time that has two; all flats of the time whose mean is next to half of
-    saturation are the stack for the PRNU. Raises PhotositeError, which lists all that is missing.
+    saturation are the stack for the PRNU. has_high_pass: whether DSNU and PRNU are those behind `high_pass`.
+    Raises PhotositeError, which lists all that is missing.
     """
     missing = missing_for_emva(frames)
     if missing:
@@ -94,8 +98,10 @@ def measure_emva_files(
         dark = dark_noise([noise[name] for noise in dark_pairs])
         if frames.is_clipped_at_zero:
             dark = DarkNoise(dark_frames[0].black_level_dn, dark.variance_dn2, dark.error_dn2)
-        dark_stacks[name] = stack_of(select_plane(read_codes(frame), name, places) for frame in dark_frames)
-        light_stacks[name] = stack_of(select_plane(read_codes(frame), name, places) for frame in half_frames)
+        stacks = [
+            stack_of(select_plane(read_codes(frame), name, places) for frame in each) for each in (dark_frames, half_frames)
+        ]
+        dark_stacks[name], light_stacks[name] = map(high_pass, stacks) if has_high_pass else stacks
         light_steps = [LightStep(photons, noise[name]) for photons, noise in noises]
         try:
             planes[name] = measure_plane(light_steps, dark, dark_stacks[name], light_stacks[name], frames.is_clipped_at_zero)
@@ -107,7 +113,7 @@ def measure_emva_files(
     wavelengths = {} if light is None else dict.fromkeys(planes, light.wavelength_nm)
     darks, lights = ({name: stacks[name] for name in planes} for stacks in (dark_stacks, light_stacks))
     found = EmvaCamera(planes, wavelengths, darks, lights, {}, float("nan"), SECONDS if light is None else PHOTONS)
-    return found, [*notes, *_notes(frames, half_frames)]
+    return found, [*notes, *_notes(frames, half_frames), *([] if has_high_pass else _uneven_light(found))]
 
 
 def _near_half(frames: IsoFrames) -> list[Frame]:
@@ -135,3 +141,20 @@ def _notes(frames: IsoFrames, half: list[Frame]) -> list[str]:
         rule = "dark current of the longer time counts as light; give dark frames of the flats' time where it matters"
         notes.append(f"ISO {frames.iso}: dark frames of {darks[0].time_s:g} s beside flats of {half[0].time_s:g} s; {rule}")
     return notes
+
+
+def _uneven_light(found: EmvaCamera) -> list[str]:
+    """Return a note where slow changes over the frame count as PRNU; planes too small for the filter are passed over."""
+    worst = UNEVEN
+    note: list[str] = []
+    for name, plane in found.planes.items():
+        try:
+            dark, light = high_pass(found.dark_stacks[name]), high_pass(found.light_stacks[name])
+        except PhotositeError:
+            continue
+        behind = measure_nonuniformity(dark, light, plane.gain.value)[1].total
+        if plane.prnu.total > worst * behind and plane.prnu.total > 0:
+            worst = plane.prnu.total / behind if behind > 0 else math.inf
+            told = f"PRNU of {name} is {100.0 * plane.prnu.total:.3g} %, {100.0 * behind:.3g} % of it behind the high pass"
+            note = [f"{told}: the light, or the lens, is uneven; give --high-pass"]
+    return note

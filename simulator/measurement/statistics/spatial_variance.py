@@ -7,18 +7,22 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 
+LEAST_SIDE_PX = 3  # of a plane with rows and columns
+
 
 @dataclass(frozen=True)
 class Stack:
     """Statistics of a stack of equally exposed frames.
 
     mean_dn: (height, width) float64 mean of the frames [DN]. variance_dn2: temporal variance, mean over the
-    photosites [DN^2]. frames: how many.
+    photosites [DN^2]. frames: how many. kept_shares: of the variance of photosites, and of rows and columns, that a filter of
+    the mean frame has left in it.
     """
 
     mean_dn: np.ndarray
     variance_dn2: float
     frames: int
+    kept_shares: tuple[float, float] = (1.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -64,16 +68,18 @@ def spatial_variance(stack: Stack) -> SpatialVariance:
     Two-way analysis of variance of M rows and N columns: the variance of the row means is row + rest / N, that of the column
     means column + rest / M, and that of the residuals rest = pixel + 1/L of the temporal variance of L frames.
     EMVA 1288 R4.0 Linear solves the same equations with the total variance in place of that of the residuals; the results
-    agree but for relative bias of 1/M and 1/N. Raises PhotositeError for planes below 3 x 3.
+    agree but for relative bias of 1/M and 1/N. What a filter has taken of the variances is given back.
+    Raises PhotositeError for planes below 3 x 3.
     """
     mean = stack.mean_dn
     rows, columns = mean.shape
-    if min(rows, columns) < 3:
+    if min(rows, columns) < LEAST_SIDE_PX:
         raise PhotositeError(f"a plane of {rows} x {columns} photosites: too small for rows and columns; use larger frames")
     row_means, column_means = mean.mean(axis=1), mean.mean(axis=0)
     rest_map = mean - row_means[:, np.newaxis] - column_means + mean.mean()
-    rest = float(np.sum(rest_map**2)) / ((rows - 1) * (columns - 1))
+    of_pixels, of_lines = stack.kept_shares
+    rest = float(np.sum(rest_map**2)) / ((rows - 1) * (columns - 1)) / of_pixels
     pixel = rest - stack.variance_dn2 / stack.frames
-    row = float(np.var(row_means, ddof=1)) - rest / columns
-    column = float(np.var(column_means, ddof=1)) - rest / rows
+    row = float(np.var(row_means, ddof=1)) / of_lines - rest / columns
+    column = float(np.var(column_means, ddof=1)) / of_lines - rest / rows
     return SpatialVariance(row + column + pixel, row, column, pixel)

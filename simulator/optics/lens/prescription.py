@@ -88,7 +88,7 @@ def _trace(
     for nm in WAVELENGTHS_NM:
         terms, misses_um = rays.wavefronts_um(tangents, nm)
         planes.append(tuple(tuple(round(float(value), DIGITS) for value in row) for row in terms))
-        fit_um = max(fit_um, *misses_um)
+        fit_um = max(fit_um, float(misses_um.max()))
     table = WavefrontTable(ORDER, tuple(fields.tolist()), WAVELENGTHS_NM, tuple(planes))
     f_number = rays.focal_mm / rays.pupil_mm
     light = rays.passed(tangents, 1.0 if at_f_number is None else min(1.0, f_number / at_f_number))
@@ -171,8 +171,8 @@ class _Rays:
         kept = heights[:end] <= max(REACH * half_diagonal_mm, heights[heights[:end].searchsorted(half_diagonal_mm)])
         return heights[:end][kept], tangents[:end][kept]
 
-    def wavefronts_um(self, tangents: np.ndarray, wavelength_nm: float) -> tuple[list[np.ndarray], list[float]]:
-        """Return for each field the terms of W [um], and the root mean square distance of fitted from traced rays [um]."""
+    def wavefronts_um(self, tangents: np.ndarray, wavelength_nm: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the terms of W [um], (fields, terms), and how far fitted rays land from traced ones, rms, (fields,) [um]."""
         radius = np.sqrt((np.arange(RINGS) + 0.5) / RINGS)[:, None]
         angle = 2 * math.pi * (np.arange(SPOKES) + 0.5) / SPOKES
         px, py = (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel()
@@ -180,18 +180,20 @@ class _Rays:
         _, chief, *_ = self.trace(tangents, zero, zero, 1e-3 * REFERENCE_NM)
         x, y, *_ = self._trace_fields(tangents, px, py, 1e-3 * wavelength_nm)
         outwards = -1.0 if chief[-1] < 0 else 1.0
-        found: list[np.ndarray] = []
-        misses_um: list[float] = []
-        for field, tangent in enumerate(tangents):
-            good = np.isfinite(x[field]) & np.isfinite(y[field])
+        good = np.isfinite(x) & np.isfinite(y)
+        for tangent, share in zip(tangents, good.mean(axis=1), strict=True):
             rule = f"its rays at {math.degrees(math.atan(tangent)):.3g} deg do not reach the sensor; take a smaller sensor"
-            require(int(good.sum()) > 0.7 * len(px), KEY, self.path, rule)
-            u, v = self.upright * outwards * py[good], self.upright * px[good]
-            landed = 1e3 * np.concatenate([outwards * (y[field, good] - chief[field]), x[field, good]])
-            basis = -2.0 * self.working_f_number * np.concatenate(_gradients(u, v))
-            terms, *_ = np.linalg.lstsq(basis, landed, rcond=None)
-            found.append(terms)
-            misses_um.append(float(np.sqrt(2.0 * np.mean((basis @ terms - landed) ** 2))))
+            require(float(share) > 0.7, KEY, self.path, rule)
+        u, v = self.upright * outwards * py, self.upright * px
+        landed = 1e3 * np.concatenate([outwards * (y - chief[:, None]), x], axis=1)
+        basis = -2.0 * self.working_f_number * np.concatenate(_gradients(u, v))
+        found, misses_um = np.empty((len(tangents), basis.shape[1])), np.empty(len(tangents))
+        for pattern in np.unique(good, axis=0):  # fields whose rays all arrive are fitted together
+            fields, rows = np.flatnonzero((good == pattern).all(axis=1)), np.tile(pattern, 2)
+            terms, *_ = np.linalg.lstsq(basis[rows], landed[fields][:, rows].T, rcond=None)
+            found[fields] = terms.T
+            misses = basis[rows] @ terms - landed[fields][:, rows].T
+            misses_um[fields] = np.sqrt(2.0 * np.mean(misses**2, axis=0))
         return found, misses_um
 
     def passed(self, tangents: np.ndarray, pupil_share: float) -> np.ndarray:

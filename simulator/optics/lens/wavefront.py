@@ -100,6 +100,18 @@ class Aberrations:
         return path - lateral_um * height / (2.0 * f_number) * (x * cosine + y * sine)
 
     @property
+    def varies_over_field(self) -> bool:
+        """Whether the wavefront differs over the field."""
+        lateral = (shift.lateral_um for shift in self.chromatic)
+        by_field = self.coma_um, self.astigmatism_um, self.field_curvature_um, *lateral
+        return any(by_field) or self.traced is not None
+
+    @property
+    def has_fixed_orientation(self) -> bool:
+        """Whether a part of the wavefront keeps to the axes of the picture, instead of turning with the field."""
+        return any(noll_orders(index)[1] for index in self.zernike_um)
+
+    @property
     def extreme_fields(self) -> tuple[float, ...]:
         """Fields among which rays land farthest from the image point."""
         return (0.0, 1.0) if self.traced is None else tuple(sorted({0.0, 1.0, *self.traced.fields}))

@@ -15,12 +15,11 @@ import numpy as np
 
 from simulator.optics.lens.perspective import AIRY_ZERO
 from simulator.optics.lens.wavefront import Aberrations
-from simulator.optics.lens.zernike import noll_orders
 from simulator.optics.psf.defocused_psf import DefocusedPsf
 from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.kernel_split import Core, tail_reach
 from simulator.optics.psf.pixel_aperture import Sampling
-from simulator.optics.psf.psf_table import PsfTable
+from simulator.optics.psf.psf_table import PsfTable, interpolation_weights, rotate_kernel
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, kernel_size_px
 from simulator.optics.pupil.pupil import Pupil
@@ -217,11 +216,21 @@ class FieldPsf:
         if lens is None:
             return np.ones((1, 1)), 1
         if isinstance(lens, WavefrontPsf) and self.nodes != (1, 1) and not has_fixed_orientation(lens):
-            if slab not in self._tables:
-                self._tables[slab] = lens.table([radius_px], FIELDS)
-            lens = self._tables[slab]
+            return self._turned_cells(lens, slab, channel, field_xy), lens.cells
         cells = lens.cell_kernel(channel, radius_px, field_xy)
         return (cells if isinstance(lens, PsfTable) else cells / cells.sum()), lens.cells
+
+    def _turned_cells(self, lens: WavefrontPsf, slab: int, channel: int, field_xy: tuple[float, float]) -> np.ndarray:
+        """Kernel between those of the FIELDS beside a place, turned to it; only these are computed."""
+        size = lens.size_px * lens.cells
+        found = np.zeros((size, size))
+        for column, weight in interpolation_weights(np.array(FIELDS), math.hypot(*field_xy)):
+            key = slab, channel, column
+            if key not in self._tables:
+                of_channel = replace(lens, wavelengths_nm=(lens.wavelengths_nm[channel],))
+                self._tables[key] = of_channel.table([self.radii_px[slab]], [FIELDS[column]])
+            found += weight * self._tables[key].kernels[0, 0, 0]
+        return rotate_kernel(found, math.atan2(field_xy[1], field_xy[0]))
 
     @property
     def light(self) -> float:
@@ -252,7 +261,7 @@ class FieldPsf:
         return {}
 
     @cached_property
-    def _tables(self) -> dict[int, PsfTable]:
+    def _tables(self) -> dict[tuple[int, int, int], PsfTable]:
         return {}
 
     @cached_property
@@ -290,7 +299,7 @@ def _step_px(radius_px: float) -> float:
 
 def has_fixed_orientation(psf: WavefrontPsf) -> bool:
     """Whether a part of the wavefront is fixed to the picture's axes, so that kernels do not rotate with the field."""
-    return psf.opening is not ROUND or any(noll_orders(index)[1] for index in psf.aberrations.zernike_um)
+    return psf.opening is not ROUND or psf.aberrations.has_fixed_orientation
 
 
 def _fit_kernel(psf: WavefrontPsf, radius_px: float, over: int) -> WavefrontPsf:

@@ -133,6 +133,9 @@ def _pupil(wavefront_error_um: WavefrontError, wavelength_um: float, periods: fl
     count = max(FEWEST_PUPIL, math.ceil(opening.reach * wanted))
     sample = 2.0 * opening.reach / count
     axis = np.arange(-(count - 1) / 2, count / 2) * sample
-    x, y = axis[None, :], axis[:, None]
+    ahead, mirrored = wavefront_error_um(rim.real, rim.imag), wavefront_error_um(rim.real, -rim.imag)
+    is_even = opening is ROUND and np.array_equal(ahead, mirrored)
+    x, y = axis[None, :], axis[count // 2 if is_even else 0 :, None]  # of an even pupil the half from the middle on
     inside = np.clip(opening.depth(x, y) / sample + 0.5, 0.0, 1.0)  # fraction of a sample inside the edge
-    return inside * np.exp((-2j * math.pi / wavelength_um) * wavefront_error_um(x + 0.0 * y, y + 0.0 * x))
+    found = inside * np.exp((-2j * math.pi / wavelength_um) * wavefront_error_um(x + 0.0 * y, y + 0.0 * x))
+    return np.concatenate([found[::-1][: count // 2], found]) if is_even else found

@@ -172,15 +172,24 @@ def _plan_lens_psf(lens: Lens, camera: Camera, scene: Scene) -> WavefrontPsf | P
         return table
     if not lens.has_diffraction:
         return None
-    f_number, aberrations = lens.diffraction_f_number, lens.aberrations or Aberrations()
-    aberrations.pupil_radius_ratio(lens.f_number)  # raises where the pupil is larger than the stated wavefront
-    if aberrations.at_f_number is not None:  # the size of the pupil counts, not the distance of the sensor
-        aberrations = replace(aberrations, at_f_number=aberrations.at_f_number * f_number / lens.f_number)
+    aberrations, f_number = working_wavefront(lens)
     light = _channel_light(scene, camera)
     chosen_nm = channel_wavelengths(scene.wavelengths_nm, light, WAVELENGTHS[camera.channels])
     opening = _opening(replace(lens.pupil, stops=()))
     wavelengths_nm = tuple(tuple(float(nm) for nm in row) for row in chosen_nm)
     return WavefrontPsf(aberrations, f_number, camera.pixel_pitch_um, wavelengths_nm, 1, 1, opening)
+
+
+def working_wavefront(lens: Lens) -> tuple[Aberrations, float]:
+    """Return the aberrations of a lens, and the f-number at which they and its diffraction hold.
+
+    Raises PhotositeError where the pupil is larger than that of the stated wavefront.
+    """
+    f_number, aberrations = lens.diffraction_f_number, lens.aberrations or Aberrations()
+    aberrations.pupil_radius_ratio(lens.f_number)
+    if aberrations.at_f_number is not None:  # the size of the pupil counts, not the distance of the sensor
+        aberrations = replace(aberrations, at_f_number=aberrations.at_f_number * f_number / lens.f_number)
+    return aberrations, f_number
 
 
 def _channel_light(scene: Scene, camera: Camera) -> np.ndarray:
@@ -203,10 +212,7 @@ def _varies_over_field(lens_psf: WavefrontPsf | PsfTable | None) -> bool:
         return len(lens_psf.fields) > 1
     if lens_psf is None:
         return False
-    wavefront = lens_psf.aberrations
-    lateral = (shift.lateral_um for shift in wavefront.chromatic)
-    by_field = wavefront.coma_um, wavefront.astigmatism_um, wavefront.field_curvature_um, *lateral
-    return any(by_field) or wavefront.traced is not None
+    return lens_psf.aberrations.varies_over_field
 
 
 def _choose_slabs(

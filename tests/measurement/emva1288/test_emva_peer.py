@@ -9,22 +9,27 @@ import numpy as np
 import pytest
 
 from simulator.config import load_camera
+from simulator.measurement.curves.stated_sheet import stated_sheet
 from simulator.measurement.emva1288.checks import check_emva
 from simulator.measurement.emva1288.files_to_planes import COLOR_OF, measure_emva
 from simulator.measurement.emva1288.frames import HALF, SHARES, EmvaBench, EmvaFiles, take_emva_frames
+from simulator.measurement.emva1288.xml_sheet import CURVES, QUANTITIES, sheet_rows, write_xml_sheet
+from simulator.measurement.statistics.high_pass import high_pass
+from simulator.measurement.statistics.spatial_variance import Stack
 from simulator.raw.raw_reader import read_raw_file
 
 pytestmark = pytest.mark.slow
 
 
-def peer_results(files: EmvaFiles, plane: str, folder: Path, monkeypatch):
-    """Results of emva1288 1.0.2 for one plane of the files, handed over as a descriptor of .npy files.
-
-    The package calls np.asfarray, which NumPy 2 has no longer.
-    """
-    reason = "emva1288 is not installed: pip install 'photosite[peers]'"
+def import_peer(monkeypatch):
+    """The package calls np.asfarray, which NumPy 2 has no longer."""
     monkeypatch.setattr(np, "asfarray", lambda a, dtype=float: np.asarray(a, dtype=float), raising=False)
-    process = pytest.importorskip("emva1288.process", reason=reason)
+    return pytest.importorskip("emva1288.process", reason="emva1288 is not installed: pip install 'photosite[peers]'")
+
+
+def peer_results(files: EmvaFiles, plane: str, folder: Path, monkeypatch):
+    """Results of emva1288 1.0.2 for one plane of the files, handed over as a descriptor of .npy files."""
+    process = import_peer(monkeypatch)
     color, lines = files.colors[COLOR_OF[plane]], []
 
     def block(kind, photons, paths):
@@ -82,3 +87,37 @@ def test_the_reference_implementation_agrees_on_the_same_frames(tmp_path, monkey
                 off = abs(value - other) / (other if check.relative else 1.0)
                 assert off <= check.tolerance, (quantity, name, value, check)
         assert peer.sigma_y_dark == pytest.approx(math.sqrt(plane.dark.variance_dn2), rel=0.01)
+
+
+def test_the_reference_implementation_reads_our_data_sheets(tmp_path, monkeypatch):
+    """Its reader gives every number back, under the names, in lower case, of its own results."""
+    process = import_peer(monkeypatch)
+    sheet = stated_sheet(load_camera("sony_a7s2", BODY), 1600, 525.0)
+    write_xml_sheet(sheet, tmp_path / "sheet.xml")
+    found = process.routines.xml_to_dict(str(tmp_path / "sheet.xml"))
+    rows = {(section, name): value for section, name, _, _, value in sheet_rows(sheet)}
+    assert rows == {(section, name): found[section][name.lower()]["value"] for section, name in rows}
+    curves = found["sensitivity"]["qe_spectral"]["data"]
+    assert set(curves) == {"wavelength", "red", "green", "blue"}
+    np.testing.assert_array_equal(curves["green"], sheet.efficiency["green"])
+    names = {(each["section"], name) for name, each in process.routines.cls_1288_info(process.Results1288).items()}
+    ours = {(section, name) for section, part in QUANTITIES.items() for name in part if section != "info" and name != CURVES}
+    assert ours <= names
+    histograms, indices = ({name for name in names if word in name[1]} for word in ("histogram", "index"))
+    variances = {("spatial", f"s_2_y_{name}{dark}") for name in ("measured", "cav", "rav") for dark in ("", "_dark")}
+    assert names - ours == histograms | indices | variances
+
+
+def test_our_high_pass_is_made_of_the_reference_implementations_boxes(monkeypatch):
+    """Its filter of whole numbers is the frame less a box, times the box's area; it has the boxes, but not their chain."""
+    filtered = import_peer(monkeypatch).routines.high_pass_filter
+    frame = np.random.default_rng(3).integers(0, 4096, (70, 90))
+    smooth = frame.astype(np.float64)
+    for side in (7, 11):
+        found = filtered(smooth, side)
+        inside = smooth[side // 2 : -(side // 2), side // 2 : -(side // 2)]
+        smooth = inside - found["img"] / found["multiplicator"]
+    binomial = (smooth[:-2] + 2 * smooth[1:-1] + smooth[2:]) / 4
+    binomial = (binomial[:, :-2] + 2 * binomial[:, 1:-1] + binomial[:, 2:]) / 4
+    expected = frame[9:-9, 9:-9] - binomial + frame.mean()
+    np.testing.assert_allclose(high_pass(Stack(frame.astype(np.float64), 1.0, 2)).mean_dn, expected, rtol=0, atol=1e-8)

@@ -16,6 +16,7 @@ from simulator.measurement.emva1288 import checks as check_emva
 from simulator.measurement.emva1288.files_to_planes import measure_emva
 from simulator.measurement.emva1288.frames import EmvaBench, take_emva_frames
 from simulator.measurement.emva1288.html import emva_html
+from simulator.measurement.emva1288.measured_sheet import write_measured_sheets
 from simulator.measurement.emva1288.report import validate_emva
 from simulator.measurement.noise_check.expected import reason_read_noise_is_unmeasurable
 from simulator.sensor.camera.binning import Binning
@@ -132,6 +133,17 @@ def test_the_report_is_one_page_that_needs_nothing_else(report):
     assert "quantum efficiency" in page and "S_sat" in page and page == emva_html(report)
 
 
+def test_a_measured_sheet_is_a_camera_of_these_numbers(report, tmp_path):
+    about = {"width": 400.0, "height": 300.0, "pixel_size": 5.0, "bit_depth": 12.0}
+    (path,) = write_measured_sheets(report.found, tmp_path, {"iso": "100"}, about)
+    camera, plane = load_camera(str(path)), report.found.planes["MONO"]
+    assert camera.iso_table[100].gain_dn_per_e == plane.gain.value
+    assert camera.iso_table[100].read_noise_dn == pytest.approx(plane.gain.value * plane.read_noise.value, rel=1e-12)
+    assert camera.response.quantum_efficiency[0, 0] == pytest.approx(plane.quantum_efficiency.value, rel=1e-12)
+    assert camera.stages["full_well"].capacity_e == plane.saturation_e
+    assert camera.stages["dark_current"].rate_e_per_s == report.found.dark_current_e_per_s["MONO"][0].value
+
+
 def test_the_command_writes_page_picture_and_json(tmp_path, capsys):
     with pytest.raises(SystemExit) as end:
         main(["validate", "emva", "ideal", "--iso", "100", "--out", str(tmp_path)])
@@ -140,6 +152,7 @@ def test_the_command_writes_page_picture_and_json(tmp_path, capsys):
     assert "ISO 12232" in printed.out and "gates passed" in printed.err
     content = json.loads((tmp_path / "emva.json").read_text())
     assert content["passed"] and content["planes"]["MONO"]["gain"]["value"] == pytest.approx(1.0, rel=0.006)
+    assert "data sheets in" in printed.err and (tmp_path / "emva_MONO.xml").is_file()
     assert (tmp_path / "emva.html").stat().st_size > 10_000 and (tmp_path / "emva.png").stat().st_size > 10_000
 
 
