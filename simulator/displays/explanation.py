@@ -1,7 +1,7 @@
 """A plan explained: its tables, totals and notes, and their HTML, for the page of `explain` and for notebooks."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 from simulator.measurement.report.html import bullet_list, table
@@ -49,9 +49,12 @@ def explain_plan(
     )
 
 
-def explanation_body(told: Explanation, heading: str = "h2") -> str:
-    """Return HTML with a table for each section, and lists of totals, notes and warnings. heading: element of the titles."""
-    body = "".join(section(one, heading) for one in told.tables)
+def explanation_body(told: Explanation, heading: str = "h2", is_folded: bool = False) -> str:
+    """Return HTML with a table for each section, and lists of totals, notes and warnings.
+
+    heading: element of the titles. is_folded: what is skipped opens when it is clicked.
+    """
+    body = "".join(_folded(one, heading) if is_folded else section(one, heading) for one in told.tables)
     totals = [f"{name}: {read(value)}" for name, value in told.totals.items()]
     body += f"<{heading}>Together</{heading}>\n{bullet_list([*totals, f'reuse: {told.reuse}'])}\n"
     lines = [f"note: {note}" for note in told.notes] + [f"warning: {warning}" for warning in told.warnings]
@@ -60,9 +63,32 @@ def explanation_body(told: Explanation, heading: str = "h2") -> str:
 
 def section(one: ExplainedTable, heading: str = "h2") -> str:
     """Return the title of a table and the table itself, for people: without the columns that repeat a value in parts."""
+    return f"<{heading}>{escape(one.title)}</{heading}>\n{_table(one)}\n"
+
+
+def _folded(one: ExplainedTable, heading: str) -> str:
+    """Return a section whose lines are kept or skipped as two tables without that column, the second folded."""
+    names = [column.name for column in one.columns]
+    if "kept" not in names:
+        return section(one, heading)
+    place = names.index("kept")
+
+    def part(is_kept: bool) -> ExplainedTable:
+        rows = tuple((*row[:place], *row[place + 1 :]) for row in one.rows if row[place] is is_kept)
+        return replace(one, columns=(*one.columns[:place], *one.columns[place + 1 :]), rows=rows)
+
+    skipped = part(False)
+    if not skipped.rows:
+        return section(part(True), heading)
+    why = replace(skipped, columns=skipped.columns[:2], rows=tuple(row[:2] for row in skipped.rows))
+    return (
+        f"{section(part(True), heading)}<details><summary>{len(why.rows)} skipped, and why</summary>{_table(why)}</details>\n"
+    )
+
+
+def _table(one: ExplainedTable) -> str:
     columns, rows = _shown(one)
-    lines = [[read(value) for value in row] for row in rows]
-    return f"<{heading}>{escape(one.title)}</{heading}>\n{table(columns, lines, *_number_span(rows))}\n"
+    return table(columns, [[read(value) for value in row] for row in rows], *_number_span(rows))
 
 
 def heads(one: ExplainedTable) -> list[str]:

@@ -50,7 +50,7 @@ def _plan_title(planned: Plan) -> str:
 
 
 def _show_plan(planned: Plan) -> str:
-    return explanation_body(explain_plan(planned), "h4")
+    return explanation_body(explain_plan(planned), "h4", is_folded=True)
 
 
 DISPLAYS: dict[type, tuple[Callable[[Any], str], Callable[[Any], str]]] = {
