@@ -11,7 +11,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help demo gallery docs book test test-all test-clients converters bench bench-full bench-compare benchmark stress lint format clean
+.PHONY: help demo gallery docs notebooks book test test-all test-clients converters bench bench-full bench-compare benchmark stress lint format clean
 
 help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-13s %s\n", $$1, $$2 }' Makefile
@@ -32,6 +32,9 @@ docs: $(VENV)/demo.stamp ## write docs/cameras.md, the figures of other pages an
 	@$(BIN)/python docs/make_charts.py
 	@$(BIN)/python docs/make_color_tables.py
 	@$(BIN)/photosite compare sony_a7s2 nikon_d850 --only snr --only dynamic_range --iso 100 --iso 1600 --out docs/images/compare_cameras.png
+
+notebooks: $(VENV)/notebooks.stamp ## execute the notebooks of docs/notebooks and write what they print and draw
+	@$(BIN)/python docs/make_notebooks.py
 
 book: $(VENV)/book.stamp ## build these pages and the API as a book with search, into book/index.html
 	@$(BIN)/python -m sphinx -q -W --keep-going -d build/book docs book && echo book/index.html

@@ -25,9 +25,10 @@ author = "the Photosite authors"
 copyright = f"{author}. BSD-3-Clause"
 release = version = photosite.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary"]
 exclude_patterns = ["_build", "images"]
 suppress_warnings = ["myst.header"]  # pages may begin a part below a deeper heading
+nb_execution_mode = "off"  # notebooks are committed with what they print: `make notebooks`
 myst_heading_anchors = 4  # as GitHub gives them, so that links lead to the same place on both
 autosummary_generate = False
 autodoc_member_order = "bysource"

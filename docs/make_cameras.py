@@ -12,6 +12,7 @@ from camera_colors import matrix_errors
 
 from simulator.color.color_tables import CONFIGS
 from simulator.config import load_camera, read_camera_document
+from simulator.config.camera_file import list_sources
 from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import IsoSetting
 
@@ -173,17 +174,12 @@ def _iso_lines(camera: Camera) -> str:
     return "\n".join([*rows, ""])
 
 
-def sources(section: dict, path: str = "") -> list[tuple[str, str]]:
-    """(keys, text) of every `source:` in a section and the sections in it."""
-    found = []
-    given = section.get("source", {})
-    for keys, text in given.items() if isinstance(given, dict) else [(None, given)]:
-        named = [path] if keys is None else [f"{path}.{key}".strip(".") for key in keys.split(", ")]
-        found.append((", ".join(f"`{name}`" for name in named if name) or "all", _linked(text)))
-    for key, value in section.items():
-        if isinstance(value, dict) and key != "source":
-            found += sources(value, f"{path}.{key}".strip("."))
-    return found
+def sources(section: dict) -> list[tuple[str, str]]:
+    """(keys, text) of every `source:` in a section and the sections in it, in Markdown."""
+    return [
+        (", ".join(f"`{key}`" for key in keys.split(", ") if key) or "all", _linked(text))
+        for keys, text in list_sources(section)
+    ]
 
 
 def _linked(text: str) -> str:

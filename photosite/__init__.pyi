@@ -45,6 +45,8 @@ from simulator.optics.pupil.pupil import Aperture as Aperture
 from simulator.optics.pupil.vignetting import RoundStop as RoundStop
 from simulator.optics.pupil.vignetting import Vignetting as Vignetting
 from simulator.pipeline.light_cache import LightCache as LightCache
+from simulator.pipeline.planner import Plan as Plan
+from simulator.pipeline.planner import plan as plan
 from simulator.pipeline.shot import SceneSource as SceneSource
 from simulator.pipeline.shot import Seeds as Seeds
 from simulator.pipeline.shot import Shot as Shot

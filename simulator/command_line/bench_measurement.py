@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from simulator.atomic_files import atomic_write
-from simulator.command_line.screen import console, show_progress, tell
+from simulator.command_line.screen import console, show_files, show_progress, tell
 from simulator.config import irradiance_w_m2, length_um
 from simulator.errors import PhotositeError
 from simulator.measurement.calibration.frame_checks import problems
@@ -51,7 +51,7 @@ def measure_noise(files: list[Path], pixel_pitch: str | None, circle: str | None
         from simulator.measurement.report.figures import write_figure
 
         write_figure(noise_over_iso(rows), out / "noise.png")
-        tell(f"report in {out / 'noise.json'} and {out / 'noise.png'}")
+        show_files(out / "noise.json", out / "noise.png", is_data=as_json)
 
 
 def measure_emva(

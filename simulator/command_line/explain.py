@@ -10,7 +10,6 @@ from rich.table import Table
 
 from simulator.command_line.explain_formats import (
     FORMATS,
-    Explanation,
     explanation_csv,
     explanation_html,
     explanation_json,
@@ -23,11 +22,12 @@ from simulator.command_line.screen import console, show_progress
 from simulator.command_line.shot_numbers import Fact, white_facts
 from simulator.config import load_shot, locate_errors, shot_warnings
 from simulator.device import Device, has_devices, open_device
+from simulator.displays.explanation import Explanation, explain_plan
 from simulator.errors import require
 from simulator.pipeline.execution import execute
 from simulator.pipeline.explain.grey_patch import GreyPatch, grey_patch
 from simulator.pipeline.explain.noise_budget import NoiseBudget, iso_budgets
-from simulator.pipeline.explain.plan_tables import Value, error_table, noise_table, pass_table, step_table
+from simulator.pipeline.explain.plan_tables import noise_table
 from simulator.pipeline.light_reuse import describe_reuse
 from simulator.pipeline.passes import PROGRAM_BYTES
 from simulator.pipeline.planner import Plan, measure, plan
@@ -162,24 +162,10 @@ def _open_page() -> Console:
 
 def _make_explanation(told: Explained) -> Explanation:
     """Return what the tables tell, as values with units."""
-    planned, budget = told.planned, told.planned.error_budget
-    tables = [step_table(planned), pass_table(planned, told.times_ms), error_table(planned)]
-    tables += [fact_table(name, title, facts) for name, (title, facts) in told.facts().items()]
+    tables = [fact_table(name, title, facts) for name, (title, facts) in told.facts().items()]
     if told.budgets:
         tables.append(noise_table(told.budgets, told.noise_title.replace(" [%]", "")))
-    totals: dict[str, Value] = {
-        "memory [byte]": planned.memory_bytes() + PROGRAM_BYTES,
-        "predicted time [ms]": planned.cost_ms(),
-        "predicted error [sigma]": budget.predicted_sigma,
-        "tolerance [sigma]": budget.tolerance,
-        "tolerance is met": not budget.is_clamped,
-    }
-    if told.times_ms:
-        totals["measured time [ms]"] = sum(told.times_ms.values())
-    if planned.fitted is not None:
-        totals |= {"time budget [s]": planned.fitted.budget_s, "predicted time in the budget [s]": planned.fitted.predicted_s}
-    notes = tuple(planned.optics.scene.notes)
-    return Explanation(told.shot.name, tuple(tables), totals, describe_reuse(planned), notes, tuple(told.warnings))
+    return explain_plan(told.planned, told.shot.name, told.times_ms, tables, shot_warnings(told.shot))
 
 
 def _measure_times(planned: Plan, shot: Shot, device: Device) -> tuple[Plan, dict[str, float]]:

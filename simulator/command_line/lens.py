@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from simulator.command_line.lens_numbers import LensNumber, exposure_value_numbers, list_numbers, metres, write_number
-from simulator.command_line.screen import console, tell
+from simulator.command_line.screen import console, show_files
 from simulator.config import distance_m, length_um, lens_option, load_camera, load_shot, locate_errors, time_s
 from simulator.errors import PhotositeError, require
 from simulator.optics.lens.bare_sensor import BareSensor
@@ -84,6 +84,7 @@ def show_lens(shot: str | None, choice: Choice, settings: list[str], layout: str
         _print_csv(numbers)
     else:
         console().print(_make_table(shown, numbers))
+    show_files(plot, is_data=layout != "table")
 
 
 def _choose_by_options(choice: Choice, settings: list[str]) -> LensOnSensor:
@@ -213,4 +214,3 @@ def _draw(shown: LensOnSensor, path: Path) -> None:
         raise PhotositeError(rule, key="--plot", value=path)
     require(path.suffix in (".png", ".svg", ".pdf"), "--plot", path, "give a name that ends in .png, .svg or .pdf")
     write_figure(draw_lens(lens, shown.sensor_mm, shown.distances_m, shown.name), path)
-    tell(f"picture in {path}")

@@ -9,7 +9,7 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
-from simulator.command_line.screen import console, tell
+from simulator.command_line.screen import console, show_files, tell
 from simulator.config import length_um
 from simulator.errors import PhotositeError
 from simulator.measurement.quantities.measured_frame import Area, MeasuredFrame, Plane
@@ -38,7 +38,7 @@ def measure_edges(path: Path, areas: list[str], most: int, pixel_pitch: str | No
         from simulator.measurement.report.figures import write_figure
 
         write_figure(edge_figure(frame.name, edges), plot)
-        tell(f"curves in {plot}")
+        show_files(plot, is_data=as_json)
 
 
 def _to_area(text: str) -> Area:

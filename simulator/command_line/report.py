@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from simulator.command_line.screen import show_waiting
+from simulator.command_line.screen import show_files, show_waiting
 from simulator.measurement.report.html import write_page
 from simulator.studies.report.page import report_page
 from simulator.studies.report.pdf import check_browser, print_pdf
@@ -23,6 +23,4 @@ def write_report(folder: Path, out: Path | None, pdf: Path | None) -> None:
         write_page(report_page(study), page)
         if pdf is not None:
             print_pdf(report_page(study, is_for_print=True), pdf)
-    for path in (page, pdf):
-        if path is not None:
-            print(path)
+    show_files(page, pdf)

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simulator.progress import Progress, silent
@@ -23,9 +24,20 @@ def tell(text: str) -> None:
         print(text, file=sys.stderr)
 
 
+def show_files(*files: Path | None, is_data: bool = False) -> None:
+    """Print the path of each written file alone on its line, whole, so that a terminal can make it a link; None: no file.
+
+    is_data: stdout holds JSON or CSV for programs, so the paths go to stderr.
+    """
+    for file in files:
+        if file is not None:
+            print(file, file=sys.stderr if is_data else sys.stdout)
+
+
 def is_terminal() -> bool:
-    """Whether stderr shows colours and progress."""
-    return sys.stderr.isatty() or bool(os.environ.get("FORCE_COLOR"))
+    """Whether stderr shows colours and progress; a terminal that cannot move its cursor does not."""
+    can_move = os.environ.get("TERM", "").lower() not in ("dumb", "unknown")
+    return (sys.stderr.isatty() and can_move) or bool(os.environ.get("FORCE_COLOR"))
 
 
 @functools.cache

@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from simulator.command_line.screen import console, show_progress, tell
+from simulator.command_line.screen import console, show_files, show_progress, tell
 from simulator.config import load_camera, shutter_option, time_s
 from simulator.errors import require
 from simulator.measurement.report.tolerance_check import ToleranceCheck
@@ -39,7 +39,7 @@ def run_noise_validation(camera: str, settings: list[str], isos: list[int], out:
     if out is not None:
         noise_report.write_noise_json(report, out / "noise.json")
         write_figure(noise_figure(report), out / "noise.png")
-        tell(f"frames in {folder}, report in {out / 'noise.json'} and {out / 'noise.png'}")
+        show_files(folder, out / "noise.json", out / "noise.png")
     _report_verdict(report.checks)
 
 
@@ -108,7 +108,7 @@ def run_shutter_validation(
         shutter_report.write_shutter_json(report, out / "shutter.json")
         html.write_shutter_html(report, out / "shutter.html")
         write_figure(shutter_overview(report), out / "shutter.png")
-        tell(f"frames in {folder}, report in {out / 'shutter.html'} and {out / 'shutter.json'}")
+        show_files(folder, out / "shutter.html", out / "shutter.json", out / "shutter.png")
     _report_verdict(report.checks)
 
 

@@ -1,6 +1,7 @@
 """A camera: a name, the path of YAML or of a data sheet, or a mapping with `base:`; sections may state their `source:`."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
@@ -73,7 +74,7 @@ def make_camera_section() -> type[Section]:
         "typical_stages": (stage_model | None, Field(default=None, description=text)),
     }
     replaced = {"response": curves, "stages": stage_model}
-    return make_custom_section(Camera, _build_camera, replace=replaced, extra=source | typical)
+    return make_custom_section(Camera, _build_camera, replaced, source | typical, leave_out=frozenset({"sources"}))
 
 
 CUSTOM_SECTIONS[Camera] = make_camera_section
@@ -88,7 +89,28 @@ def load_camera(name: str, overrides: Iterable[str] = ()) -> Camera:
     document = read_camera_document(name, overrides)
     document = replace_section(document, "camera", settle_typical(select_section(document, "camera")))
     section: Any = validate(_make_camera_file_section(), document)  # its fields are made at run time
-    return build(section.camera, ("camera",), document)
+    return with_sources(build(section.camera, ("camera",), document), document.data["camera"])
+
+
+def with_sources(camera: Camera, section: dict[str, Any]) -> Camera:
+    """Return a camera with the sources that its section of the configuration states."""
+    return replace(camera, sources=tuple(list_sources(section)))
+
+
+def list_sources(section: dict[str, Any], path: str = "") -> list[tuple[str, str]]:
+    """Return keys and text of every `source:` in a section and the sections in it; "" stands for all of its keys.
+
+    path: dotted key of the section.
+    """
+    found = []
+    given = section.get("source") or {}
+    for keys, text in given.items() if isinstance(given, dict) else [("", given)]:
+        named = [f"{path}.{key}".strip(".") for key in keys.split(", ")]
+        found.append((", ".join(named), text))
+    for key, value in section.items():
+        if isinstance(value, dict) and key != "source":
+            found += list_sources(value, f"{path}.{key}".strip("."))
+    return found
 
 
 @cache

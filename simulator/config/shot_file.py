@@ -12,7 +12,7 @@ from typing import Annotated, Any, get_type_hints
 from pydantic import Discriminator, Field, Tag, create_model
 
 from simulator.config.build import build, locate_error, validate
-from simulator.config.camera_file import inline_camera, inline_response, make_camera_section, settle_typical
+from simulator.config.camera_file import inline_camera, inline_response, make_camera_section, settle_typical, with_sources
 from simulator.config.dataclass_sections import make_section, to_annotation, to_section
 from simulator.config.document import Document, Place, read_document
 from simulator.config.document_merge import named_file, parse_override, replace_section, replace_value, select_section
@@ -153,7 +153,8 @@ def build_shot(document: Document) -> Shot:
     _check_name(values.name, document)
     resolve_lensfun(values, document)
     resolve_prescription(values, document)
-    shot: Shot = build(values, (), document)
+    built: Shot = build(values, (), document)
+    shot = replace(built, camera=with_sources(built.camera, document.data["camera"]))
     return replace(shot, origin=LoadedShot(shot, dump_resolved(values)))
 
 

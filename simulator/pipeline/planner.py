@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
 from simulator.device import Device
+from simulator.displayed import Displayed
 from simulator.errors import require
 from simulator.exposure.exposed_light import ExposedLight, LightComponent, plan_exposure
 from simulator.exposure.later_exposures import later_exposures
@@ -36,7 +37,7 @@ STRIP_PX = 2**25  # photosites that are computed at once
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Displayed):
     """All decisions that the execution of a shot needs.
 
     exposed: light of the scene and the flash over time, of which lines collect their shares.

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
+from simulator.displayed import Displayed
 from simulator.errors import require
 from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
@@ -34,7 +35,7 @@ class ShotOrigin(Protocol):
 
 
 @dataclass(frozen=True)
-class Shot:
+class Shot(Displayed):
     """One photograph to take.
 
     raw: how the raw file holds the frame.

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from simulator.displayed import Displayed
 from simulator.raw.late_field import LateField
 from simulator.raw.raw_format import RawFormat
 from simulator.sensor.camera.cfa import CfaName
@@ -12,7 +13,7 @@ LATE = ("mean_electrons", "noise_free_dn", "resolved")
 
 
 @dataclass(frozen=True)
-class Raw:
+class Raw(Displayed):
     """A raw frame, its ground truth, and the metadata that a raw converter needs.
 
     dn: (height, width) uint16 codes, linear in light [DN].

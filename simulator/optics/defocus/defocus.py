@@ -27,7 +27,8 @@ from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera_sections import Window
 
 LARGEST_PX = 1024  # largest blur radius; beyond it an image is hardly recognisable and takes minutes
-TILE_COLUMNS, TILE_ROWS = 128, 16
+TILE_COLUMNS: int = 128
+TILE_ROWS: int = 16
 BLOCK_COLUMNS, BLOCK_ROWS = 32, 8  # unit in which aperture sampling is chosen
 PATCH_COLUMNS, PATCH_ROWS = 8, 8  # unit of the radius statistics
 PATCHWISE_PX = 66.0  # largest reach for which pairs of patches are compared one by one

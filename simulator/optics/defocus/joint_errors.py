@@ -12,7 +12,7 @@ from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import Limit
 
 EDGE_STEP_PX = 0.5  # change of the blur radius between scene pixels from which they belong to two surfaces [photosites]
-WORST = SceneContrast()  # detail that varies between zero and the brightest light, without steps in depth
+WORST: SceneContrast = SceneContrast()  # detail that varies between zero and the brightest light, without steps in depth
 TURNING, LEAST_LEAN = 0.22, 0.65  # growth of the error with slope times shift, and from which on
 TIGHTER = "give a smaller tolerance, or tolerance: 0 for rays"
 SHORTER = "give a shorter exposure.time, or tolerance: 0 for rays"

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from simulator.pipeline.explain.noise_budget import NoiseBudget
+from simulator.pipeline.passes import PROGRAM_BYTES
 from simulator.pipeline.planner import Plan
 
 Value = str | int | float | bool | None
@@ -58,6 +59,23 @@ def error_table(planned: Plan) -> ExplainedTable:
     told = f"tolerance {budget.tolerance:g} is {'not met' if budget.is_clamped else 'met'}"
     rows.append(("all methods together", "", budget.predicted_sigma, "", told))
     return ExplainedTable("errors", "Error budget, in sigma of a frame's noise", columns, tuple(rows))
+
+
+def plan_totals(planned: Plan, times_ms: dict[str, float]) -> dict[str, Value]:
+    """Return numbers of the whole plan by name with unit. times_ms: measured time of each pass [ms]; {}: not measured."""
+    budget = planned.error_budget
+    totals: dict[str, Value] = {
+        "memory [byte]": planned.memory_bytes() + PROGRAM_BYTES,
+        "predicted time [ms]": planned.cost_ms(),
+        "predicted error [sigma]": budget.predicted_sigma,
+        "tolerance [sigma]": budget.tolerance,
+        "tolerance is met": not budget.is_clamped,
+    }
+    if times_ms:
+        totals["measured time [ms]"] = sum(times_ms.values())
+    if planned.fitted is not None:
+        totals |= {"time budget [s]": planned.fitted.budget_s, "predicted time in the budget [s]": planned.fitted.predicted_s}
+    return totals
 
 
 def noise_table(budgets: Sequence[NoiseBudget], title: str) -> ExplainedTable:

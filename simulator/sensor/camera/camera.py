@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Annotated, Literal
 
+from simulator.displayed import Displayed
 from simulator.errors import require
 from simulator.sensor.camera.binning import Binning
 from simulator.sensor.camera.blooming import Blooming
@@ -25,7 +26,7 @@ LARGEST_SIDE_PX = 65535
 
 
 @dataclass(frozen=True)
-class Camera:
+class Camera(Displayed):
     """A camera body. See configs/cameras/ for examples; every number there names its source.
 
     iso_table: ISO -> measured gain, noise and levels. A camera has this, or read_noise_model.
@@ -50,6 +51,7 @@ class Camera:
     blooming: where charge above the full well goes; left out: it is drained. Needs stages.full_well.
     hdr_readout: several readings of one frame that are combined; left out: one reading.
     stages: the other sensor stages by stem, for example {"full_well": FullWell(...)}.
+    sources: where the numbers of the file it was read from come from: keys and text; (): no file, or none is stated.
     Raises PhotositeError for values out of range, or that contradict each other.
     """
 
@@ -81,6 +83,7 @@ class Camera:
     hdr_readout: HdrReadout | None = None
     remosaic: Remosaic | None = None
     blooming: Blooming | None = None
+    sources: tuple[tuple[str, str], ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for key, side in (("width", self.width_px), ("height", self.height_px)):
