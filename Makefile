@@ -29,6 +29,7 @@ docs: $(VENV)/demo.stamp ## write docs/cameras.md, the figures of other pages an
 	@$(BIN)/python docs/make_time.py
 	@$(BIN)/python docs/make_gallery.py --no-index --out docs/images/gallery
 	@$(BIN)/python docs/make_drawings.py
+	@$(BIN)/python docs/make_effects.py
 	@$(BIN)/python docs/make_charts.py
 	@$(BIN)/python docs/make_color_tables.py
 	@$(BIN)/photosite compare sony_a7s2 nikon_d850 --only snr --only dynamic_range --iso 100 --iso 1600 --out docs/images/compare_cameras.png

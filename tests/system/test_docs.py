@@ -13,7 +13,7 @@ import data_gen.command_line  # adds `dataset` to the commands
 from photosite import load_shot
 
 ROOT = Path(__file__).parents[2]
-PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 FOLDERS = [path.name for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith(".")]
 HOUSES = ("simulator", "data_gen", "photosite")
 FENCED = re.compile(r"^ *```.*?^ *```$", re.MULTILINE | re.DOTALL)  # a block of code
@@ -180,13 +180,13 @@ def linked_from(page: Path) -> set[Path]:
 
 def test_every_page_stands_once_in_the_contents_of_the_book():
     docs = ROOT / "docs"
-    listed = sorted(name for page in docs.glob("*.md") for name in toctree_of(page))
-    notebooks = [f"notebooks/{page.stem}" for page in docs.glob("notebooks/*.ipynb")]
-    assert listed == sorted([*(page.stem for page in docs.glob("*.md") if page.stem != "index"), *notebooks])
+    pages = {page.relative_to(docs).with_suffix("").as_posix(): page for end in ("md", "ipynb") for page in docs.rglob(f"*.{end}")}
+    listed = sorted(name for page in pages.values() if page.suffix == ".md" for name in toctree_of(page))
+    assert listed == sorted(name for name in pages if name != "index")
     reached, ahead = set(), ["index"]
     while ahead:
         reached.add(name := ahead.pop())
-        ahead += [] if name in notebooks else toctree_of(docs / f"{name}.md")
+        ahead += toctree_of(pages[name]) if pages[name].suffix == ".md" else []
     assert reached == {"index", *listed}
 
 
@@ -197,7 +197,7 @@ def test_every_page_is_reached_by_links_from_the_readme():
     while ahead:
         reached |= ahead
         ahead = {linked for page in ahead for linked in linked_from(page)} - reached
-    assert sorted(page.name for page in {*(ROOT / "docs").glob("*.md")} - copies - reached) == []
+    assert sorted(page.name for page in {*(ROOT / "docs").rglob("*.md")} - copies - reached) == []
 
 
 def tables_of(text: str) -> list[list[str]]:
