@@ -1,5 +1,6 @@
 """Answers to the page: a quick picture, a window at 1:1 with its numbers, the whole frame, and files to take away."""
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
@@ -8,10 +9,11 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.explore.figures import Data, figures_of
-from simulator.explore.opened_shot import OpenedShot
+from simulator.explore.opened_shot import OpenedShot, Panel
+from simulator.explore.pace import Pace
 from simulator.explore.pictures import Histogram, histogram, paint
 from simulator.explore.pixel import explain_pixel, window_at
-from simulator.explore.preview import preview_of
+from simulator.explore.preview import WIDTH_PX, preview_of
 from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.planner import plan, plan_sensor_of
 from simulator.pipeline.scene_loading import load_scene
@@ -21,7 +23,7 @@ from simulator.raw.dng.writer import dng_bytes
 
 DETAIL_PX = (384, 256)  # width and height of the window that is shown at 1:1
 BRIGHTER = 1.25  # than the brightest photosite of a place: the end of its histogram
-Want = Literal["preview", "detail", "frame"]
+Want = Literal["controls", "preview", "detail", "frame"]
 
 
 class SupersededError(Exception):
@@ -32,19 +34,22 @@ class SupersededError(Exception):
 class Request:
     """What the page asks for.
 
-    want: "preview": a quick picture of the whole frame; "detail": the window at 1:1 around a place; "frame": the whole frame.
+    want: "controls": the controls at these values; "preview": a quick picture of the whole frame; "detail": the window at 1:1
+        around a place; "frame": the whole frame.
     shot: name of an opened shot. settings: values of its controls. at: the place, as shares 0 to 1 of width and height.
+    is_moving: whether a control is being moved, so that a preview may be coarser where it would be late.
     """
 
     want: Want
     shot: str
     settings: Mapping[str, str]
     at: tuple[float, float] = (0.5, 0.5)
+    is_moving: bool = False
 
 
 @dataclass(frozen=True)
 class Answer:
-    """pixels: (height, width, 4) uint8 RGBA. data: numbers beside it, plain data."""
+    """pixels: (height, width, 4) uint8 RGBA; of controls none. data: numbers beside it, plain data."""
 
     pixels: np.ndarray
     data: Data
@@ -59,7 +64,7 @@ class Explorer:
 
     def __init__(self, shots: Sequence[OpenedShot], device: str | None = None):
         self._shots = {shot.path: shot for shot in shots}
-        self._device, self._cache = device, LightCache()
+        self._device, self._cache, self._pace = device, LightCache(), Pace()
 
     def names(self) -> list[str]:
         """Return the names of the shots that can be opened, the first opened first."""
@@ -71,24 +76,19 @@ class Explorer:
             raise PhotositeError(f"cannot be opened from the page; it has {', '.join(self._shots)}", key="shot", value=name)
         return self._shots[name]
 
-    def controls(self, name: str) -> list[Data]:
-        """Return the controls of a shot, as plain data. Raises PhotositeError."""
-        return [
-            asdict(control)
-            | {"choices": [{"text": one.text, "label": one.label, "number": _number(one.number)} for one in control.choices]}
-            for control in self.opened(name).controls()
-        ]
-
     def answer(self, request: Request, is_stale: Callable[[], bool] = lambda: False) -> Answer:
         """Return what the page asked for.
 
         is_stale: asked while the work is done. Raises SupersededError once it is true, PhotositeError for what a shot file
         could not hold either.
         """
-        shot = self.opened(request.shot).shot(request.settings)
+        opened = self.opened(request.shot)
+        if request.want == "controls":
+            return Answer(np.zeros((0, 0, 4), np.uint8), _plain_panel(opened.panel(request.settings)))
+        shot = opened.shot(request.settings)
         match request.want:
             case "preview":
-                return self._preview(shot, is_stale)
+                return self._preview(shot, request.is_moving, is_stale)
             case "detail":
                 return self._detail(shot, request.at, is_stale)
             case "frame":
@@ -100,12 +100,15 @@ class Explorer:
         shot = self.opened(request.shot).shot(request.settings)
         return dng_bytes(simulate(shot, device=self._device, cache=self._cache))
 
-    def _preview(self, shot: Shot, is_stale: Callable[[], bool]) -> Answer:
-        quick = preview_of(shot, load_scene(shot.scene))
+    def _preview(self, shot: Shot, is_moving: bool, is_stale: Callable[[], bool]) -> Answer:
+        begun_s, columns_px = time.perf_counter(), self._pace.columns_px(is_moving)
+        quick = preview_of(shot, load_scene(shot.scene), columns_px)
         raw = self._take(quick.shot, is_stale)
         planned = plan(quick.shot, cache=self._cache)
-        data = figures_of(shot, planned, plan_sensor_of(shot)) | {"side": quick.side, "cfa": raw.cfa}
-        return Answer(paint(raw), data)
+        pixels = paint(raw)
+        self._pace.note(columns_px, time.perf_counter() - begun_s, is_moving)
+        size = {"side": quick.side, "is_coarse": columns_px < WIDTH_PX and quick.side > 1, "cfa": raw.cfa}
+        return Answer(pixels, figures_of(shot, planned, plan_sensor_of(shot)) | size)
 
     def _detail(self, shot: Shot, at: tuple[float, float], is_stale: Callable[[], bool]) -> Answer:
         part = window_at(shot, *at, *DETAIL_PX)
@@ -130,6 +133,15 @@ class Explorer:
 
 def _plain(counts: Histogram) -> Data:
     return {"edges_e": counts.edges_e.tolist(), "counts": {name: one.tolist() for name, one in counts.counts.items()}}
+
+
+def _plain_panel(panel: Panel) -> Data:
+    controls = [
+        asdict(control)
+        | {"choices": [{"text": one.text, "label": one.label, "number": _number(one.number)} for one in control.choices]}
+        for control in panel.controls
+    ]
+    return {"controls": controls, "settings": dict(panel.settings), "notes": list(panel.notes)}
 
 
 def _number(value: float) -> float | None:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from simulator.exposure.camera_motion import SteadyMotion
 from simulator.optics.lens.perspective import crop_factor
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.explain.grey_patch import grey_patch
@@ -22,13 +23,15 @@ def figures_of(shot: Shot, planned: Plan, sensor: SensorPlan) -> Data:
     """Return numbers of a shot by topic, in the units of their names; None stands for infinity and for what there is not.
 
     lens: of a thin lens: Gauss's equation, field of view, depth of field, blur circle over distance. exposure: luminous
-    exposure and electrons of a white surface, exposure value. shutter: when lines open and close. sensor: format, photosites.
+    exposure and electrons of a white surface, exposure value. shutter: when lines open and close. motion: of a camera that
+    turns at constant speed, the way of the image on the axis. sensor: format, photosites.
     planned: of the shot or its preview. sensor: of the shot.
     """
     return {
         "lens": _lens(shot),
         "exposure": _exposure(shot, planned, sensor),
         "shutter": _shutter(planned),
+        "motion": _motion(shot),
         "sensor": {
             "name": f"{shot.camera.make} {shot.camera.model}",
             "width_mm": shot.camera.sensor_mm[0],
@@ -106,3 +109,15 @@ def _shutter(planned: Plan) -> Data:
         "closes_s": lines.closes_s[shown].tolist(),
         "closed_s": lines.closed_s[shown].tolist(),
     }
+
+
+def _motion(shot: Shot) -> Data | None:
+    """Return the way of the image on the axis while the shutter is open, s = omega z_i t [photosites]; None where it rests."""
+    path = None if shot.motion is None else shot.motion.camera
+    if not isinstance(path, SteadyMotion) or not math.isfinite(shot.lens.image_distance_mm):
+        return None
+    speed_rad_per_s = math.radians(math.hypot(path.pan_deg_per_s, path.tilt_deg_per_s))
+    speed_px_per_s = 1e3 * shot.lens.image_distance_mm / shot.camera.pixel_pitch_um * speed_rad_per_s
+    if speed_px_per_s == 0.0:
+        return None
+    return {"speed_px_per_s": speed_px_per_s, "way_px": speed_px_per_s * shot.exposure.time_s}

@@ -136,7 +136,7 @@ class Socket(tornado.websocket.WebSocketHandler):
         return self.desk.is_own(self.request.headers.get("Host"), origin)
 
     def open(self, *args: str, **kwargs: str) -> None:
-        """Send the names of the shots, and the controls of the first."""
+        """Send the names of the shots."""
         self.desk.pages, self.is_counted = self.desk.pages + 1, True
         self.set_nodelay(True)
         names = self.desk.explorer.names()
@@ -151,11 +151,7 @@ class Socket(tornado.websocket.WebSocketHandler):
     def on_message(self, message: str | bytes) -> None:
         """Take a request in place of one that waits. Its work goes on beside: Tornado reads the next message when this ends."""
         try:
-            data = read_message(message)
-            number = int(data["number"])
-            if data.get("want") == "controls":
-                self._begin(self._send_controls(number, str(data["shot"])))
-                return
+            number = int(read_message(message)["number"])
             self.wanted = number, read_request(message)
         except (PhotositeError, ValueError, KeyError, TypeError) as error:
             self._send({"kind": "refused", "message": f"not understood: {without_folders(str(error))}"})
@@ -178,14 +174,6 @@ class Socket(tornado.websocket.WebSocketHandler):
         finally:
             self.is_busy = False
 
-    async def _send_controls(self, number: int, name: str) -> None:
-        try:
-            controls = await self._work(self.desk.explorer.controls, name)
-            command = self.desk.explorer.opened(name).command({})
-        except PhotositeError as error:
-            return self._send({"kind": "error", "number": number, "message": without_folders(str(error))})
-        return self._send({"kind": "controls", "number": number, "shot": name, "controls": controls, "command": command})
-
     async def _answer(self) -> None:
         """Answer the request that waits."""
         assert self.wanted is not None
@@ -199,7 +187,8 @@ class Socket(tornado.websocket.WebSocketHandler):
             text = str(error) if isinstance(error, PhotositeError) else f"{type(error).__name__}: {error}"
             return self._send({"kind": "error", "number": number, "want": request.want, "message": without_folders(text)})
         height, width = found.pixels.shape[:2]
-        head = {"kind": "picture", "number": number, "want": request.want, "width": width, "height": height}
+        kind = "controls" if request.want == "controls" else "picture"
+        head = {"kind": kind, "number": number, "want": request.want, "shot": request.shot, "width": width, "height": height}
         self._send(head | {"data": found.data, "command": command}, found.pixels.tobytes())
 
     async def _work(self, function: Any, *arguments: Any) -> Any:
@@ -230,10 +219,11 @@ def read_request(message: str | bytes) -> Request:
         across, down = (float(share) for share in data.get("at", (0.5, 0.5)))
     except (ValueError, KeyError, TypeError, AttributeError):
         raise refused from None
-    is_right = want in get_args(Want) and isinstance(shot, str) and isinstance(settings, dict)
+    is_moving = data.get("is_moving", False)
+    is_right = want in get_args(Want) and isinstance(shot, str) and isinstance(settings, dict) and isinstance(is_moving, bool)
     if not (is_right and 0 <= across <= 1 and 0 <= down <= 1):
         raise refused
-    return Request(cast(Want, want), shot, settings, (across, down))
+    return Request(cast(Want, want), shot, settings, (across, down), is_moving)
 
 
 def without_folders(message: str) -> str:
