@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.explore.figures import Data, figures_of
 from simulator.explore.opened_shot import OpenedShot, Panel
@@ -19,6 +20,7 @@ from simulator.pipeline.planner import plan, plan_sensor_of
 from simulator.pipeline.scene_loading import load_scene
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
+from simulator.pipeline.time_budget import plan_in_time
 from simulator.raw.dng.writer import dng_bytes
 
 DETAIL_PX = (384, 256)  # width and height of the window that is shown at 1:1
@@ -92,8 +94,8 @@ class Explorer:
             case "detail":
                 return self._detail(shot, request.at, is_stale)
             case "frame":
-                raw = self._take(replace(shot, truth=()), is_stale)
-                return Answer(paint(raw), {"warnings": plan(replace(shot, truth=()), cache=self._cache).warnings()})
+                shot = replace(self._in_time(shot), truth=())
+                return Answer(paint(self._take(shot, is_stale)), {"warnings": plan(shot, cache=self._cache).warnings()})
 
     def dng(self, request: Request) -> bytes:
         """Return the frame of a view as a DNG file."""
@@ -104,24 +106,32 @@ class Explorer:
         begun_s, columns_px = time.perf_counter(), self._pace.columns_px(is_moving)
         quick = preview_of(shot, load_scene(shot.scene), columns_px)
         raw = self._take(quick.shot, is_stale)
-        planned = plan(quick.shot, cache=self._cache)
-        pixels = paint(raw)
+        planned, pixels = plan(quick.shot, cache=self._cache), paint(raw)
         self._pace.note(columns_px, time.perf_counter() - begun_s, is_moving)
         size = {"side": quick.side, "is_coarse": columns_px < WIDTH_PX and quick.side > 1, "cfa": raw.cfa}
+        chosen = planned.settle(quick.shot)  # by a meter
+        shot = replace(shot, exposure=chosen.exposure, lens=chosen.lens)
         return Answer(pixels, figures_of(shot, planned, plan_sensor_of(shot)) | size)
 
     def _detail(self, shot: Shot, at: tuple[float, float], is_stale: Callable[[], bool]) -> Answer:
-        part = window_at(shot, *at, *DETAIL_PX)
+        part = window_at(self._in_time(shot), *at, *DETAIL_PX)
         raw = self._take(part, is_stale)
         again = self._take(replace(part, seeds=replace(part.seeds, frame=part.seeds.frame + 1)), is_stale)
         planned, frame, window = plan(part, cache=self._cache), shot.camera.frame, part.camera.frame
-        x = min(max(int(at[0] * frame.width) - (window.x - frame.x), 0), window.width - 1)
-        y = min(max(int(at[1] * frame.height) - (window.y - frame.y), 0), window.height - 1)
-        pixel = explain_pixel(part, planned, raw, again, x, y)
+        x = _place(at[0], (frame.x, frame.width), (window.x, window.width), raw.dn.shape[1])
+        y = _place(at[1], (frame.y, frame.height), (window.y, window.height), raw.dn.shape[0])
+        pixel = explain_pixel(planned.settle(part), planned, raw, again, x, y)
         brightest_e = max(BRIGHTER * float(np.max(raw.mean_electrons)), 1.0)
         counts = histogram(raw, planned.sensor.gain_dn_per_e(), min(brightest_e, planned.sensor.electrons_at_white()))
         place = {"x": window.x - frame.x, "y": window.y - frame.y, "width": window.width, "height": window.height}
         return Answer(paint(raw), {"pixel": pixel, "histogram": _plain(counts), "window": place})
+
+    def _in_time(self, shot: Shot) -> Shot:
+        """Return the shot with the tolerance that its time budget allows for the whole frame; one without a budget as it is."""
+        if shot.time_budget_s is None:
+            return shot
+        device = open_device(self._device)
+        return replace(plan_in_time(shot, device, cache=self._cache).settle(shot), time_budget_s=None)
 
     def _take(self, shot: Shot, is_stale: Callable[[], bool]) -> Any:
         def watch(what: str, share: float) -> None:
@@ -129,6 +139,12 @@ class Explorer:
                 raise SupersededError
 
         return simulate(shot, device=self._device, progress=watch, cache=self._cache)
+
+
+def _place(share: float, frame: tuple[int, int], window: tuple[int, int], pixels: int) -> int:
+    """Return the row or column of a window's picture at this share of the frame. frame, window: first photosite and length."""
+    inside = (frame[0] + share * frame[1] - window[0]) / window[1]
+    return min(max(int(inside * pixels), 0), pixels - 1)
 
 
 def _plain(counts: Histogram) -> Data:

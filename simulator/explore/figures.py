@@ -11,6 +11,7 @@ from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.explain.grey_patch import grey_patch
 from simulator.pipeline.planner import Plan
 from simulator.pipeline.shot import Shot
+from simulator.sensor.camera.cfa import Cfa, CfaName
 from simulator.sensor.sensor_plan import SensorPlan
 
 CURVE_POINTS = 97  # distances at which the blur circle is drawn
@@ -48,6 +49,11 @@ def finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
+def color_names(cfa: CfaName) -> str:
+    """Return the letter of each colour plane of a filter pattern; M without a filter."""
+    return "M" if cfa == "MONO" else Cfa.named(cfa).letters
+
+
 def _lens(shot: Shot) -> Data | None:
     """Return the lens's numbers (Gauss 1841; depth of field as `ThinLens` has it); None for what is no thin lens."""
     lens, sensor_mm = shot.lens, shot.camera.sensor_mm
@@ -83,13 +89,14 @@ def _exposure(shot: Shot, planned: Plan, sensor: SensorPlan) -> Data:
     """Return exposure value, and luminous exposure and electrons of a white surface where the scene states its luminance."""
     exposure = shot.exposure
     white = grey_patch(shot, planned.optics.scene, 1.0, planned.exposed.components[0].most)
+    names = color_names(shot.camera.cfa)
     has_lens = math.isfinite(shot.lens.f_number)
     return {
         "time_s": exposure.time_s,
         "iso": exposure.iso,
         "exposure_value": math.log2(shot.lens.f_number**2 / exposure.time_s) if has_lens else None,
         "white_exposure_lx_s": None if white is None else white.exposure_lx_s,
-        "white_electrons": None if white is None else [float(mean) for mean in white.electrons],
+        "white_electrons": None if white is None else dict(zip(names, map(float, white.electrons), strict=True)),
         "full_scale_e": sensor.electrons_at_white(),
         "gain_dn_per_e": sensor.gain_dn_per_e(),
         "dark_noise_e": math.sqrt(sensor.moments(0.0).variance) / sensor.gain_dn_per_e(),

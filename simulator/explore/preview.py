@@ -35,14 +35,27 @@ def preview_of(shot: Shot, scene: Scene, width_px: int = WIDTH_PX) -> Preview:
     the scene has one pixel for each of them, so that nothing is resampled: its field of view is widened or narrowed by less
     than one of them. Of a scene in which nothing moves, what lies farther outside than a blur circle reaches is left out.
     """
-    side = max(1, math.ceil(shot.camera.frame.width / width_px))
-    camera, motion = combine_photosites(shot.camera, side), shot.motion
+    (camera, side), motion = _combine(shot.camera, width_px), shot.motion
     has_parts = motion is not None and (motion.vectors is not None or bool(motion.layers))  # their paths are in its pixels
     coarse = scene if side == 1 or has_parts else _one_pixel_each(scene, shot, camera)
     allowed = TOLERANCE if width_px >= WIDTH_PX else MOVING_TOLERANCE
     tolerance = max(shot.tolerance, allowed) if side > 1 else shot.tolerance
     quick = replace(shot, scene=coarse, camera=camera, tolerance=tolerance, time_budget_s=None, truth=())
     return Preview(quick, side)
+
+
+def _combine(camera: Camera, width_px: int) -> tuple[Camera, int]:
+    """Return the body of a preview of at most so many columns, and how many photosites stand along a side of one of its own.
+
+    The mean of codes is what a photosite of a preview shows, so that those that the camera averages need not be averaged first.
+    """
+    factor = 1 if camera.binning is None else camera.binning.factor
+    if camera.frame.width <= factor * width_px:
+        return camera, 1
+    if camera.binning is not None and camera.binning.mode == "average" and camera.filter.is_small:
+        camera, factor = replace(camera, binning=None), 1
+    side = math.ceil(camera.frame.width / (factor * width_px))
+    return combine_photosites(camera, side), side
 
 
 def _one_pixel_each(scene: Scene, shot: Shot, camera: Camera) -> Scene:

@@ -355,11 +355,10 @@ function drawShutter(shutter, motion) {
 }
 
 function drawExposureTable(exposure) {
-  const names = exposure.white_electrons && exposure.white_electrons.length === 3 ? ["red", "green", "blue"] : ["mono"];
   fill("exposure-table", [
     exposure.exposure_value === null ? null : ["Exposure value", `${digits(exposure.exposure_value)} EV`],
     exposure.white_exposure_lx_s === null ? null : ["Exposure H of white", `${digits(exposure.white_exposure_lx_s)} lx s`],
-    ...(exposure.white_electrons || []).map((mean, i) => [`Electrons of white, ${names[i]}`, `${digits(mean, 4)} e⁻`]),
+    ...Object.entries(exposure.white_electrons || {}).map(([name, mean]) => [`Electrons of white, ${COLOR_NAMES[name]}`, `${digits(mean, 4)} e⁻`]),
     ["Clipping", `${digits(exposure.full_scale_e, 4)} e⁻`],
     ["Gain", `${digits(exposure.gain_dn_per_e, 4)} DN/e⁻`],
     ["Noise in the dark", `${digits(exposure.dark_noise_e)} e⁻`],
@@ -384,7 +383,8 @@ function drawFormat(sensor, lens) {
   ]);
 }
 
-const COLORS = { R: "#d5493d", G: "#3a9a4a", B: "#4a7bd8", M: "var(--soft)" };
+const COLORS = { R: "#d5493d", G: "#3a9a4a", B: "#4a7bd8", C: "var(--soft)", W: "var(--soft)", M: "var(--soft)" };
+const COLOR_NAMES = { R: "red", G: "green", B: "blue", C: "clear", W: "white", M: "no filter" };
 function drawHistogram(histogram) {
   const d = drawing("histogram", 420, 120), left = 10, right = 410, bottom = 95;
   const most = Math.max(1, ...Object.values(histogram.counts).flat()), bins = histogram.edges_e.length - 1;
@@ -401,10 +401,9 @@ function drawHistogram(histogram) {
 }
 
 function drawPixel(pixel) {
-  const full = { R: "red", G: "green", B: "blue", M: "no filter" }[pixel.color];
   const stated = (name, value, unit) => (value === null ? null : [name, `${digits(value, 4)} ${unit}`]);
   fill("pixel-table", [
-    ["Colour", full],
+    ["Colour", COLOR_NAMES[pixel.color]],
     stated("Luminance of such a grey", pixel.luminance_cd_m2, "cd/m²"),
     stated("Exposure H", pixel.exposure_lx_s, "lx s"),
     stated("Photons", pixel.photons, ""),
