@@ -97,10 +97,9 @@ class Explorer:
                 shot = replace(self._in_time(shot), truth=())
                 return Answer(paint(self._take(shot, is_stale)), {"warnings": plan(shot, cache=self._cache).warnings()})
 
-    def dng(self, request: Request) -> bytes:
-        """Return the frame of a view as a DNG file."""
-        shot = self.opened(request.shot).shot(request.settings)
-        return dng_bytes(simulate(shot, device=self._device, cache=self._cache))
+    def dng(self, request: Request, is_stale: Callable[[], bool] = lambda: False) -> bytes:
+        """Return the frame of a view as a DNG file. is_stale: as of `answer`."""
+        return dng_bytes(self._take(self.opened(request.shot).shot(request.settings), is_stale))
 
     def _preview(self, shot: Shot, is_moving: bool, is_stale: Callable[[], bool]) -> Answer:
         begun_s, columns_px = time.perf_counter(), self._pace.columns_px(is_moving)

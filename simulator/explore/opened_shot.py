@@ -13,7 +13,7 @@ from simulator.explore import camera_list, scene_list
 from simulator.explore.camera_list import camera_labels, camera_names, library_camera, nearest_iso
 from simulator.explore.controls import Control, controls_of, list_control, with_own
 from simulator.explore.scene_list import CHARTS, chart_section, scene_labels
-from simulator.pipeline.input_files import input_files
+from simulator.pipeline.input_files import named_files
 from simulator.pipeline.shot import Shot
 
 LONGEST_VALUE = 64  # letters
@@ -41,9 +41,12 @@ class OpenedShot:
     def check(self) -> None:
         """Raise PhotositeError for a shot that cannot be read, or whose pictures are missing."""
         shot = self.shot({})
-        missing = next((path for path in input_files(shot.scene) if not path.is_file()), None)
-        if missing is not None:
-            raise PhotositeError("no such file; check the path", key="scene", value=missing.name, file=self.path)
+        parts = (shot.scene, SCENE), (shot.lens, "lens"), (shot.motion, "motion")
+        for keys, path in (found for part, name in parts for found in named_files(part, (name,))):
+            if not path.is_file():
+                key = ".".join(keys)
+                rule = f"no such file; name one with --set {key}=FILE, or open a shot that lies beside its pictures"
+                raise PhotositeError(rule, key=key, value=path.name, file=self.path)
 
     def is_complete(self) -> bool:
         """Whether all files of the shot are there."""

@@ -13,6 +13,7 @@ import tornado.httpserver
 import tornado.netutil
 import tornado.web
 import tornado.websocket
+from tornado.log import app_log
 
 from simulator.errors import PhotositeError, reading
 from simulator.explore.explorer import Answer, Explorer, Request, SupersededError, Want
@@ -39,12 +40,18 @@ POLICY = "; ".join(
 
 @dataclass
 class Desk:
-    """What the handlers share. explorer: answers. worker: its one thread. pages: sockets that are open."""
+    """What the handlers share.
+
+    explorer: answers. worker: its one thread. pages: sockets that are open. urgent: requests that wait and for which the whole
+    frame of another page gives way. is_ending: whether no answer is wanted any more.
+    """
 
     explorer: Explorer
     port: int = 0
     worker: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
     pages: int = 0
+    urgent: set[object] = field(default_factory=set)
+    is_ending: bool = False
 
     def hosts(self) -> set[str]:
         """Return the values of the Host header that name this server."""
@@ -103,13 +110,16 @@ class Download(Guarded):
             request = read_request(self.request.body)
             opened = self.desk.explorer.opened(request.shot)
             if kind == "dng":
-                data = await asyncio.wrap_future(self.desk.worker.submit(self.desk.explorer.dng, request))
+                work = self.desk.worker.submit(self.desk.explorer.dng, request, lambda: self.desk.is_ending)
+                data = await asyncio.wrap_future(work)
             else:
                 data = opened.yaml(request.settings).encode()
-        except PhotositeError as error:
+        except SupersededError:
+            raise tornado.web.HTTPError(503) from None
+        except (PhotositeError, OSError, MemoryError) as error:
             self.set_status(422)
             self.set_header("Content-Type", "text/plain; charset=utf-8")
-            self.finish(without_folders(str(error)))
+            self.finish(describe_error(error))
             return
         self.set_header("Content-Type", "image/x-adobe-dng" if kind == "dng" else "text/yaml; charset=utf-8")
         self.finish(data)
@@ -120,7 +130,7 @@ class Socket(tornado.websocket.WebSocketHandler):
 
     def initialize(self, desk: Desk) -> None:
         """Take what the handlers share."""
-        self.desk, self.is_busy, self.is_counted = desk, False, False
+        self.desk, self.is_busy, self.is_counted, self.is_closed = desk, False, False, False
         self.wanted: tuple[int, Request] | None = None
         self.tasks: set[asyncio.Future[None]] = set()
 
@@ -144,7 +154,7 @@ class Socket(tornado.websocket.WebSocketHandler):
 
     def on_close(self) -> None:
         """Drop what was asked for."""
-        self.wanted = None
+        self.wanted, self.is_closed = None, True
         if self.is_counted:
             self.desk.pages, self.is_counted = self.desk.pages - 1, False
 
@@ -179,20 +189,37 @@ class Socket(tornado.websocket.WebSocketHandler):
         assert self.wanted is not None
         (number, request), self.wanted = self.wanted, None
         try:
-            found: Answer = await self._work(self.desk.explorer.answer, request, lambda: self.wanted is not None)
+            found = await self._take(request)
             command = self.desk.explorer.opened(request.shot).command(request.settings)
         except SupersededError:
+            if self.wanted is None and not self.is_closed and not self.desk.is_ending:
+                self.wanted = number, request  # it gave way to another page, and is taken again
             return
-        except (PhotositeError, OSError, MemoryError) as error:
-            text = str(error) if isinstance(error, PhotositeError) else f"{type(error).__name__}: {error}"
-            return self._send({"kind": "error", "number": number, "want": request.want, "message": without_folders(text)})
+        except Exception as error:  # the page tells it; a fault of the program is logged, too
+            if not isinstance(error, PhotositeError | OSError | MemoryError):
+                app_log.error("photosite explore", exc_info=True)
+            message = {"kind": "error", "number": number, "want": request.want, "message": describe_error(error)}
+            return self._send(message)
         height, width = found.pixels.shape[:2]
         kind = "controls" if request.want == "controls" else "picture"
         head = {"kind": kind, "number": number, "want": request.want, "shot": request.shot, "width": width, "height": height}
         self._send(head | {"data": found.data, "command": command}, found.pixels.tobytes())
 
-    async def _work(self, function: Any, *arguments: Any) -> Any:
-        return await asyncio.wrap_future(self.desk.worker.submit(function, *arguments))
+    async def _take(self, request: Request) -> Answer:
+        """Return the answer to a request, which a newer one ends; a whole frame gives way to what other pages wait for."""
+        ticket = object()
+        if request.want != "frame":
+            self.desk.urgent.add(ticket)
+
+        def is_stale() -> bool:
+            gives_way = request.want == "frame" and bool(self.desk.urgent)
+            return self.wanted is not None or self.is_closed or self.desk.is_ending or gives_way
+
+        def work() -> Answer:
+            self.desk.urgent.discard(ticket)
+            return self.desk.explorer.answer(request, is_stale)
+
+        return await asyncio.wrap_future(self.desk.worker.submit(work))
 
     def _send(self, head: Mapping[str, Any], pixels: bytes = b"") -> None:
         """Send a head as JSON and pixels behind it: bytes of the head (uint32, little endian), head, pixels."""
@@ -226,13 +253,32 @@ def read_request(message: str | bytes) -> Request:
     return Request(cast(Want, want), shot, settings, (across, down), is_moving)
 
 
+def describe_error(error: Exception) -> str:
+    """Return the message of an error as a page may show it."""
+    return without_folders(str(error) if isinstance(error, PhotositeError) else f"{type(error).__name__}: {error}")
+
+
 def without_folders(message: str) -> str:
     """Return a message with the names of files alone, since their folders are the machine's own business."""
     words = (word.rpartition("/")[2] if word.startswith("/") and len(word) > 1 else word for word in message.split(" "))
     return " ".join(words)
 
 
-def make_server(explorer: Explorer, port: int = 0) -> tuple[tornado.httpserver.HTTPServer, int]:
+@dataclass
+class Service:
+    """A server that listens, and its desk."""
+
+    server: tornado.httpserver.HTTPServer
+    desk: Desk
+
+    def stop(self) -> None:
+        """Listen no more, and end the work that goes on at its next step."""
+        self.server.stop()
+        self.desk.is_ending = True
+        self.desk.worker.shutdown(wait=False, cancel_futures=True)
+
+
+def make_server(explorer: Explorer, port: int = 0) -> tuple[Service, int]:
     """Return a server that listens on loopback, and its port; it answers once an event loop runs.
 
     port: 0 takes a free one. Raises OSError where the port is taken.
@@ -249,4 +295,4 @@ def make_server(explorer: Explorer, port: int = 0) -> tuple[tornado.httpserver.H
     sockets = tornado.netutil.bind_sockets(port, HOST)
     server.add_sockets(sockets)
     desk.port = sockets[0].getsockname()[1]
-    return server, desk.port
+    return Service(server, desk), desk.port

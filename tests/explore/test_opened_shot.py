@@ -107,5 +107,5 @@ def test_a_shot_whose_picture_is_missing_is_told(tmp_path):
     assert OpenedShot(str(path)).is_complete()
     (tmp_path / "wall.exr").unlink()
     assert not OpenedShot(str(path)).is_complete()
-    with pytest.raises(PhotositeError, match=r"wall\.exr: no such file"):
+    with pytest.raises(PhotositeError, match=r"scene\.image = wall\.exr: no such file; name one with --set scene\.image=FILE"):
         OpenedShot(str(path)).check()
