@@ -3,7 +3,7 @@
 import math
 
 COLUMNS_PX = (360, 240, 180, 120)  # of a preview at rest, and of those while a control is moved
-MOST_S = 0.08  # for a preview while a control is moved; the way to the page and its painting take the rest of 0.15 s
+MOST_S = 0.06  # for a preview while a control is moved; the way to the page and its painting take more of the 0.15 s
 
 
 class Pace:
