@@ -9,6 +9,7 @@ from simulator.optics.geometry.surroundings import widest_blur_px
 from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.shot import Shot
+from simulator.raw.dng.writer import SMALLEST_SIDE_PX
 from simulator.scene.reduced import crop_scene, reduce_scene
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
@@ -48,13 +49,16 @@ def _combine(camera: Camera, width_px: int) -> tuple[Camera, int]:
     """Return the body of a preview of at most so many columns, and how many photosites stand along a side of one of its own.
 
     The mean of codes is what a photosite of a preview shows, so that those that the camera averages need not be averaged first.
+    A strip has more columns, so that its preview is no lower than a frame that is developed.
     """
-    factor = 1 if camera.binning is None else camera.binning.factor
-    if camera.frame.width <= factor * width_px:
+    factor, frame = 1 if camera.binning is None else camera.binning.factor, camera.frame
+    largest = min(frame.width, frame.height) // (factor * SMALLEST_SIDE_PX)
+    if frame.width <= factor * width_px or largest < 2:
         return camera, 1
     if camera.binning is not None and camera.binning.mode == "average" and camera.filter.is_small:
         camera, factor = replace(camera, binning=None), 1
-    side = math.ceil(camera.frame.width / (factor * width_px))
+        largest = min(frame.width, frame.height) // SMALLEST_SIDE_PX
+    side = min(math.ceil(frame.width / (factor * width_px)), largest)
     return combine_photosites(camera, side), side
 
 

@@ -57,6 +57,12 @@ def test_a_small_frame_is_its_own_preview(tmp_path):
     assert quick.side == 1 and quick.shot.camera is shot.camera and quick.shot.tolerance == shot.tolerance
 
 
+@pytest.mark.parametrize(("width", "height", "side"), [(960, 120, 5), (960, 40, 1), (960, 640, 8)])
+def test_the_preview_of_a_strip_is_high_enough_to_be_developed(tmp_path, width, height, side):
+    shot = load_shot(write_shot(tmp_path), {"camera.width": width, "camera.height": height})
+    assert preview_of(shot, load_scene(shot.scene), 120).side == side
+
+
 def test_its_scene_has_one_pixel_for_each_photosite(tmp_path):
     shot = load_shot(write_shot(tmp_path))
     scene = load_scene(shot.scene)
