@@ -220,8 +220,14 @@ def test_it_fits_a_phone_and_every_control_has_a_name(tmp_path):
             "[...document.querySelectorAll('input[type=range]')].map((one) => one.getAttribute('aria-valuetext'))"
         )
         assert len(text) == 7 and all(text)
-        low = await session.value(CONTRAST)
-        assert low == [], low
+        for scheme in ("light", "dark"):
+            await session.ask("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+            low = await session.value(CONTRAST)
+            assert low == [], (scheme, low)
+        options = await session.value(
+            "[...document.querySelectorAll('select')].map((one) => [one.labels[0].textContent, one.value])"
+        )
+        assert options[1:] == [["Scene", "own"], ["Camera", "own"]]
 
     visited(tmp_path, visit, (390, 844, True))
 
