@@ -162,7 +162,7 @@ def _without(values: Mapping[str, object], section: str) -> dict[str, object]:
 
 
 def _still(data: Mapping[str, Any]) -> dict[str, object]:
-    """Return the values that remove motion of a scene's own parts from a shot file, and the truth that needs it."""
+    """Return the value that removes the motion of a scene's own parts from a shot file; {} where there is none."""
     motion = data.get("motion")
     if not isinstance(motion, dict) or not motion.keys() & {"layers", "vectors"}:
         return {}
