@@ -55,9 +55,10 @@ async def measure(browser_port: int, port: int) -> dict[str, list[list[float]]]:
     await session.resize(1280, 900, False)
     await session.open(f"http://127.0.0.1:{port}/")
     await session.until("window.photosite && photosite.measured.answers.preview > 0")
-    controls = json.loads(
-        await session.value("JSON.stringify(photosite.state.controls.map((one) => [one.key, one.choices.length, one.index]))")
+    sliders = (
+        "photosite.state.controls.filter((one) => one.kind === 'slider').map((one) => [one.key, one.choices.length, one.index])"
     )
+    controls = json.loads(await session.value(f"JSON.stringify({sliders})"))
     found: dict[str, list[list[float]]] = {key: [[], []] for key, _, _ in controls}
     for turn in range(2):
         for key, length, start in controls:

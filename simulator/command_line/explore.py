@@ -6,6 +6,7 @@ from pathlib import Path
 
 from simulator.command_line.screen import tell
 from simulator.config import parse_override, shipped_names
+from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.explore.explorer import Explorer
 from simulator.explore.opened_shot import OpenedShot
@@ -24,6 +25,7 @@ def explore_shot(shot: Path, settings: list[str], port: int, browse: bool, devic
         raise PhotositeError(rule, key="photosite explore") from None
     first = OpenedShot(str(shot), {key: value for key, value, _ in map(parse_override, settings)})
     first.check()
+    open_device(device)
     others = [one for name in shipped_names("shots") if name != shot.stem and (one := OpenedShot(name)).is_complete()]
     explorer = Explorer([first, *others], device)
 

@@ -101,7 +101,7 @@ def explore(
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Only print the address.")] = False,
     device: Annotated[str | None, typer.Option(help="Part of an OpenCL device's name; see `photosite devices`.")] = None,
 ) -> None:
-    """Open a page on which aperture, shutter, ISO, focal length, focus and sensor format are sliders.
+    """Open a page on which aperture, shutter, ISO, focal length, focus, sensor format, scene and camera are chosen.
 
     It is served to this machine alone.
     """

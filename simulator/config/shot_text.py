@@ -60,7 +60,7 @@ def _remember(value: Any, text: Any, annotation: Any, known: Known) -> None:
     elif isinstance(value, dict) and isinstance(text, dict):
         for key, part in value.items():
             _remember(part, text.get(key), annotation, known)
-    elif isinstance(value, tuple) and isinstance(text, list):
+    elif isinstance(value, tuple) and isinstance(text, list) and len(value) == len(text):  # else the object completes its own
         for part, inner_text in zip(value, text, strict=True):
             _remember(part, inner_text, annotation, known)
 

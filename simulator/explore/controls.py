@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.stops import F_MARKS, TIME_MARKS_S
@@ -31,20 +32,45 @@ class Choice:
 
 @dataclass(frozen=True)
 class Control:
-    """A slider. key: dotted key of the shot file. choices: its positions, in order. index: the one that is set."""
+    """A slider, or a list to choose from.
+
+    key: dotted key of the shot file. choices: its positions, in order. index: the one that is set. own: the one that holds when
+    nothing is set, of the opened file or the chosen camera; -1: there is none.
+    """
 
     key: str
     name: str
     choices: tuple[Choice, ...]
     index: int
+    own: int
+    kind: Literal["slider", "list"] = "slider"
 
 
 def controls_of(shot: Shot) -> tuple[Control, ...]:
-    """Return the controls that a shot has, each at the shot's own value, which is one of its choices.
+    """Return the sliders that a shot has, each at the shot's own value, which is one of its choices.
 
     The format of the sensor is set by the pitch of its photosites, whose number stays.
     """
     return (*_lens_controls(shot), *_exposure_controls(shot), _format_control(shot), *_motion_controls(shot))
+
+
+def with_own(control: Control, opened: Control | None) -> Control:
+    """Return a control of a changed shot with the value that the opened shot has among its choices, as its own.
+
+    opened: the control at that value; None: the opened shot's value cannot be had.
+    """
+    if opened is None:
+        return replace(control, own=-1)
+    own, chosen = opened.choices[opened.index], control.choices[control.index]
+    known = next((one for one in control.choices if math.isclose(one.number, own.number, rel_tol=SAME)), None)
+    choices = control.choices if known else tuple(sorted((*control.choices, own), key=lambda one: one.number))
+    return replace(control, choices=choices, index=choices.index(chosen), own=choices.index(known or own))
+
+
+def list_control(key: str, name: str, labels: dict[str, str], chosen: str) -> Control:
+    """Return a list to choose from. labels: of each value. chosen: the value that is set; the first is the opened file's."""
+    choices = tuple(Choice(text, label, float(place)) for place, (text, label) in enumerate(labels.items()))
+    return Control(key, name, choices, list(labels).index(chosen), 0, "list")
 
 
 def _lens_controls(shot: Shot) -> list[Control]:
@@ -91,7 +117,7 @@ def _control(key: str, name: str, choices: Iterable[Choice], own: Choice) -> Con
     """Return a control with the shot's own value among its choices, in place of one that is the same."""
     others = [choice for choice in choices if not math.isclose(choice.number, own.number, rel_tol=SAME)]
     ordered = tuple(sorted([*others, own], key=lambda choice: choice.number))
-    return Control(key, name, ordered, ordered.index(own))
+    return Control(key, name, ordered, ordered.index(own), ordered.index(own))
 
 
 def _with_unit(value: float, unit: str) -> Choice:

@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from simulator.exposure.camera_motion import SteadyMotion
 from simulator.optics.lens.perspective import crop_factor
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.explain.grey_patch import grey_patch
 from simulator.pipeline.planner import Plan
 from simulator.pipeline.shot import Shot
+from simulator.sensor.camera.cfa import Cfa, CfaName
 from simulator.sensor.sensor_plan import SensorPlan
 
 CURVE_POINTS = 97  # distances at which the blur circle is drawn
@@ -22,13 +24,15 @@ def figures_of(shot: Shot, planned: Plan, sensor: SensorPlan) -> Data:
     """Return numbers of a shot by topic, in the units of their names; None stands for infinity and for what there is not.
 
     lens: of a thin lens: Gauss's equation, field of view, depth of field, blur circle over distance. exposure: luminous
-    exposure and electrons of a white surface, exposure value. shutter: when lines open and close. sensor: format, photosites.
+    exposure and electrons of a white surface, exposure value. shutter: when lines open and close. motion: of a camera that
+    turns at constant speed, the way of the image on the axis. sensor: format, photosites.
     planned: of the shot or its preview. sensor: of the shot.
     """
     return {
         "lens": _lens(shot),
         "exposure": _exposure(shot, planned, sensor),
         "shutter": _shutter(planned),
+        "motion": _motion(shot),
         "sensor": {
             "name": f"{shot.camera.make} {shot.camera.model}",
             "width_mm": shot.camera.sensor_mm[0],
@@ -43,6 +47,11 @@ def figures_of(shot: Shot, planned: Plan, sensor: SensorPlan) -> Data:
 def finite(value: float) -> float | None:
     """Return a number that JSON can hold, None for any other."""
     return float(value) if math.isfinite(value) else None
+
+
+def color_names(cfa: CfaName) -> str:
+    """Return the letter of each colour plane of a filter pattern; M without a filter."""
+    return "M" if cfa == "MONO" else Cfa.named(cfa).letters
 
 
 def _lens(shot: Shot) -> Data | None:
@@ -80,13 +89,14 @@ def _exposure(shot: Shot, planned: Plan, sensor: SensorPlan) -> Data:
     """Return exposure value, and luminous exposure and electrons of a white surface where the scene states its luminance."""
     exposure = shot.exposure
     white = grey_patch(shot, planned.optics.scene, 1.0, planned.exposed.components[0].most)
+    names = color_names(shot.camera.cfa)
     has_lens = math.isfinite(shot.lens.f_number)
     return {
         "time_s": exposure.time_s,
         "iso": exposure.iso,
         "exposure_value": math.log2(shot.lens.f_number**2 / exposure.time_s) if has_lens else None,
         "white_exposure_lx_s": None if white is None else white.exposure_lx_s,
-        "white_electrons": None if white is None else [float(mean) for mean in white.electrons],
+        "white_electrons": None if white is None else dict(zip(names, map(float, white.electrons), strict=True)),
         "full_scale_e": sensor.electrons_at_white(),
         "gain_dn_per_e": sensor.gain_dn_per_e(),
         "dark_noise_e": math.sqrt(sensor.moments(0.0).variance) / sensor.gain_dn_per_e(),
@@ -106,3 +116,15 @@ def _shutter(planned: Plan) -> Data:
         "closes_s": lines.closes_s[shown].tolist(),
         "closed_s": lines.closed_s[shown].tolist(),
     }
+
+
+def _motion(shot: Shot) -> Data | None:
+    """Return the way of the image on the axis while the shutter is open, s = omega z_i t [photosites]; None where it rests."""
+    path = None if shot.motion is None else shot.motion.camera
+    if not isinstance(path, SteadyMotion) or not math.isfinite(shot.lens.image_distance_mm):
+        return None
+    speed_rad_per_s = math.radians(math.hypot(path.pan_deg_per_s, path.tilt_deg_per_s))
+    speed_px_per_s = 1e3 * shot.lens.image_distance_mm / shot.camera.pixel_pitch_um * speed_rad_per_s
+    if speed_px_per_s == 0.0:
+        return None
+    return {"speed_px_per_s": speed_px_per_s, "way_px": speed_px_per_s * shot.exposure.time_s}

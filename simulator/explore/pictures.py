@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simulator.explore.figures import color_names
 from simulator.raw.development import develop
 from simulator.raw.raw_image import Raw
+from simulator.sensor.camera.cfa import Cfa
 
 LARGEST_WIDTH_PX = 1400  # columns of a picture on the page, at most
 BINS = 96  # of a histogram
@@ -47,9 +49,18 @@ def histogram(raw: Raw, gain_dn_per_e: float, largest_e: float) -> Histogram:
         electrons[place // 2 :: 2, place % 2 :: 2] -= np.float32(raw.black_level_dn + offset_dn)
     electrons /= np.float32(gain_dn_per_e)
     edges = np.linspace(-0.04 * largest_e, 1.04 * largest_e, BINS + 1)
-    pattern = raw.cfa if raw.cfa != "MONO" else "MMMM"
-    counts = {name: np.zeros(BINS, np.int64) for name in dict.fromkeys(pattern)}
-    for place, name in enumerate(pattern):
-        values = np.clip(electrons[place // 2 :: 2, place % 2 :: 2], edges[0], edges[-1])
-        counts[name] += np.histogram(values, edges)[0]
-    return Histogram(edges, counts)
+    planes, inside = color_planes(raw), np.clip(electrons, edges[0], edges[-1])
+    found = {
+        name: np.histogram(inside[planes == plane], edges)[0]
+        for plane, name in enumerate(color_names(raw.cfa))
+        if (planes == plane).any()
+    }
+    return Histogram(edges, found)
+
+
+def color_planes(raw: Raw) -> np.ndarray:
+    """Return the colour plane of each pixel of a frame, (height, width) int."""
+    pattern = np.array(Cfa.named(raw.cfa).planes)
+    rows, columns = (np.arange(side) % period for side, period in zip(raw.dn.shape, pattern.shape, strict=True))
+    planes: np.ndarray = pattern[np.ix_(rows, columns)]
+    return planes

@@ -13,6 +13,7 @@ import tornado.httpserver
 import tornado.netutil
 import tornado.web
 import tornado.websocket
+from tornado.log import app_log
 
 from simulator.errors import PhotositeError, reading
 from simulator.explore.explorer import Answer, Explorer, Request, SupersededError, Want
@@ -39,12 +40,18 @@ POLICY = "; ".join(
 
 @dataclass
 class Desk:
-    """What the handlers share. explorer: answers. worker: its one thread. pages: sockets that are open."""
+    """What the handlers share.
+
+    explorer: answers. worker: its one thread. pages: sockets that are open. urgent: requests that wait and for which the whole
+    frame of another page gives way. is_ending: whether no answer is wanted any more.
+    """
 
     explorer: Explorer
     port: int = 0
     worker: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(1))
     pages: int = 0
+    urgent: set[object] = field(default_factory=set)
+    is_ending: bool = False
 
     def hosts(self) -> set[str]:
         """Return the values of the Host header that name this server."""
@@ -103,13 +110,16 @@ class Download(Guarded):
             request = read_request(self.request.body)
             opened = self.desk.explorer.opened(request.shot)
             if kind == "dng":
-                data = await asyncio.wrap_future(self.desk.worker.submit(self.desk.explorer.dng, request))
+                work = self.desk.worker.submit(self.desk.explorer.dng, request, lambda: self.desk.is_ending)
+                data = await asyncio.wrap_future(work)
             else:
                 data = opened.yaml(request.settings).encode()
-        except PhotositeError as error:
+        except SupersededError:
+            raise tornado.web.HTTPError(503) from None
+        except (PhotositeError, OSError, MemoryError) as error:
             self.set_status(422)
             self.set_header("Content-Type", "text/plain; charset=utf-8")
-            self.finish(without_folders(str(error)))
+            self.finish(describe_error(error))
             return
         self.set_header("Content-Type", "image/x-adobe-dng" if kind == "dng" else "text/yaml; charset=utf-8")
         self.finish(data)
@@ -120,7 +130,7 @@ class Socket(tornado.websocket.WebSocketHandler):
 
     def initialize(self, desk: Desk) -> None:
         """Take what the handlers share."""
-        self.desk, self.is_busy, self.is_counted = desk, False, False
+        self.desk, self.is_busy, self.is_counted, self.is_closed = desk, False, False, False
         self.wanted: tuple[int, Request] | None = None
         self.tasks: set[asyncio.Future[None]] = set()
 
@@ -136,7 +146,7 @@ class Socket(tornado.websocket.WebSocketHandler):
         return self.desk.is_own(self.request.headers.get("Host"), origin)
 
     def open(self, *args: str, **kwargs: str) -> None:
-        """Send the names of the shots, and the controls of the first."""
+        """Send the names of the shots."""
         self.desk.pages, self.is_counted = self.desk.pages + 1, True
         self.set_nodelay(True)
         names = self.desk.explorer.names()
@@ -144,18 +154,14 @@ class Socket(tornado.websocket.WebSocketHandler):
 
     def on_close(self) -> None:
         """Drop what was asked for."""
-        self.wanted = None
+        self.wanted, self.is_closed = None, True
         if self.is_counted:
             self.desk.pages, self.is_counted = self.desk.pages - 1, False
 
     def on_message(self, message: str | bytes) -> None:
         """Take a request in place of one that waits. Its work goes on beside: Tornado reads the next message when this ends."""
         try:
-            data = read_message(message)
-            number = int(data["number"])
-            if data.get("want") == "controls":
-                self._begin(self._send_controls(number, str(data["shot"])))
-                return
+            number = int(read_message(message)["number"])
             self.wanted = number, read_request(message)
         except (PhotositeError, ValueError, KeyError, TypeError) as error:
             self._send({"kind": "refused", "message": f"not understood: {without_folders(str(error))}"})
@@ -178,32 +184,42 @@ class Socket(tornado.websocket.WebSocketHandler):
         finally:
             self.is_busy = False
 
-    async def _send_controls(self, number: int, name: str) -> None:
-        try:
-            controls = await self._work(self.desk.explorer.controls, name)
-            command = self.desk.explorer.opened(name).command({})
-        except PhotositeError as error:
-            return self._send({"kind": "error", "number": number, "message": without_folders(str(error))})
-        return self._send({"kind": "controls", "number": number, "shot": name, "controls": controls, "command": command})
-
     async def _answer(self) -> None:
         """Answer the request that waits."""
         assert self.wanted is not None
         (number, request), self.wanted = self.wanted, None
         try:
-            found: Answer = await self._work(self.desk.explorer.answer, request, lambda: self.wanted is not None)
+            found = await self._take(request)
             command = self.desk.explorer.opened(request.shot).command(request.settings)
         except SupersededError:
+            if self.wanted is None and not self.is_closed and not self.desk.is_ending:
+                self.wanted = number, request  # it gave way to another page, and is taken again
             return
-        except (PhotositeError, OSError, MemoryError) as error:
-            text = str(error) if isinstance(error, PhotositeError) else f"{type(error).__name__}: {error}"
-            return self._send({"kind": "error", "number": number, "want": request.want, "message": without_folders(text)})
+        except Exception as error:  # the page tells it; a fault of the program is logged, too
+            if not isinstance(error, PhotositeError | OSError | MemoryError):
+                app_log.error("photosite explore", exc_info=True)
+            message = {"kind": "error", "number": number, "want": request.want, "message": describe_error(error)}
+            return self._send(message)
         height, width = found.pixels.shape[:2]
-        head = {"kind": "picture", "number": number, "want": request.want, "width": width, "height": height}
+        kind = "controls" if request.want == "controls" else "picture"
+        head = {"kind": kind, "number": number, "want": request.want, "shot": request.shot, "width": width, "height": height}
         self._send(head | {"data": found.data, "command": command}, found.pixels.tobytes())
 
-    async def _work(self, function: Any, *arguments: Any) -> Any:
-        return await asyncio.wrap_future(self.desk.worker.submit(function, *arguments))
+    async def _take(self, request: Request) -> Answer:
+        """Return the answer to a request, which a newer one ends; a whole frame gives way to what other pages wait for."""
+        ticket = object()
+        if request.want != "frame":
+            self.desk.urgent.add(ticket)
+
+        def is_stale() -> bool:
+            gives_way = request.want == "frame" and bool(self.desk.urgent)
+            return self.wanted is not None or self.is_closed or self.desk.is_ending or gives_way
+
+        def work() -> Answer:
+            self.desk.urgent.discard(ticket)
+            return self.desk.explorer.answer(request, is_stale)
+
+        return await asyncio.wrap_future(self.desk.worker.submit(work))
 
     def _send(self, head: Mapping[str, Any], pixels: bytes = b"") -> None:
         """Send a head as JSON and pixels behind it: bytes of the head (uint32, little endian), head, pixels."""
@@ -230,10 +246,16 @@ def read_request(message: str | bytes) -> Request:
         across, down = (float(share) for share in data.get("at", (0.5, 0.5)))
     except (ValueError, KeyError, TypeError, AttributeError):
         raise refused from None
-    is_right = want in get_args(Want) and isinstance(shot, str) and isinstance(settings, dict)
+    is_moving = data.get("is_moving", False)
+    is_right = want in get_args(Want) and isinstance(shot, str) and isinstance(settings, dict) and isinstance(is_moving, bool)
     if not (is_right and 0 <= across <= 1 and 0 <= down <= 1):
         raise refused
-    return Request(cast(Want, want), shot, settings, (across, down))
+    return Request(cast(Want, want), shot, settings, (across, down), is_moving)
+
+
+def describe_error(error: Exception) -> str:
+    """Return the message of an error as a page may show it."""
+    return without_folders(str(error) if isinstance(error, PhotositeError) else f"{type(error).__name__}: {error}")
 
 
 def without_folders(message: str) -> str:
@@ -242,7 +264,21 @@ def without_folders(message: str) -> str:
     return " ".join(words)
 
 
-def make_server(explorer: Explorer, port: int = 0) -> tuple[tornado.httpserver.HTTPServer, int]:
+@dataclass
+class Service:
+    """A server that listens, and its desk."""
+
+    server: tornado.httpserver.HTTPServer
+    desk: Desk
+
+    def stop(self) -> None:
+        """Listen no more, and end the work that goes on at its next step."""
+        self.server.stop()
+        self.desk.is_ending = True
+        self.desk.worker.shutdown(wait=False, cancel_futures=True)
+
+
+def make_server(explorer: Explorer, port: int = 0) -> tuple[Service, int]:
     """Return a server that listens on loopback, and its port; it answers once an event loop runs.
 
     port: 0 takes a free one. Raises OSError where the port is taken.
@@ -259,4 +295,4 @@ def make_server(explorer: Explorer, port: int = 0) -> tuple[tornado.httpserver.H
     sockets = tornado.netutil.bind_sockets(port, HOST)
     server.add_sockets(sockets)
     desk.port = sockets[0].getsockname()[1]
-    return server, desk.port
+    return Service(server, desk), desk.port

@@ -1,5 +1,6 @@
-"""A scene on a coarser grid: for quick pictures, whose photosites see many of its pixels at a time."""
+"""A scene on a coarser grid, or its middle alone: for quick pictures, whose photosites see many of its pixels at a time."""
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,38 @@ def reduce_scene(scene: Scene, width: int) -> Scene:
     for array in reduced.arrays():
         array.setflags(write=False)
     return reduced
+
+
+def crop_scene(scene: Scene, width: int, height: int) -> Scene:
+    """Return the middle of a scene, of at least `width` x `height` pixels where it has them; what is left lies where it did.
+
+    A deep picture, and a scene without a field of view, are returned as they are. Arrays of the result cannot be written to.
+    """
+    rows, columns = scene.planes.shape[:2]
+    down, across = (max(0, (whole - wanted) // 2) for whole, wanted in ((rows, height), (columns, width)))
+    if scene.deep is not None or scene.field_of_view_deg is None or down == across == 0:
+        return scene
+    middle = slice(down, rows - down), slice(across, columns - across)
+    tangent = math.tan(math.radians(0.5 * scene.field_of_view_deg)) * (columns - 2 * across) / columns
+    first, *behind = (_crop_layer(layer, middle) for layer in scene.layers)
+    cropped = replace(
+        scene,
+        planes=first.planes,
+        depth_m=first.depth_m,
+        coverage=first.coverage,
+        behind=tuple(behind),
+        field_of_view_deg=math.degrees(2.0 * math.atan(tangent)),
+    )
+    for array in cropped.arrays():
+        array.setflags(write=False)
+    return cropped
+
+
+def _crop_layer(layer: Layer, part: tuple[slice, slice]) -> Layer:
+    """Return a part of a layer."""
+    depth_m = np.ascontiguousarray(layer.depth_m[part]) if is_depth_map(layer.depth_m) else layer.depth_m
+    coverage = None if layer.coverage is None else np.ascontiguousarray(layer.coverage[part])
+    return Layer(np.ascontiguousarray(layer.planes[part]), depth_m, coverage)
 
 
 def _reduce_layer(layer: Layer, shape: tuple[int, int]) -> Layer:

@@ -128,3 +128,11 @@ def test_every_part_of_a_shot_is_compared(shot):
     assert names == {field.name for field in fields(Shot)} - {"origin"}
     assert all(is_same(shot, replace(shot, **{name: getattr(shot, name)})) for name in names)
     assert not is_same(shot, replace(shot, seeds=Seeds(9)))
+
+
+@pytest.mark.parametrize("name", ["dual_gain", "split_pixels"])
+def test_a_list_that_its_object_completes_is_told_when_another_part_is_replaced(name):
+    shot = load_shot("color_checker", {"camera": f"illustrative/{name}"})
+    changed = replace(shot, seeds=Seeds(0, 7))
+    again = build_shot_from_data(changed.resolved, "again", {})
+    assert again.seeds == Seeds(0, 7) and is_same(again.camera, shot.camera)

@@ -1,5 +1,7 @@
 """Numbers beside the picture are those of the lens and the shutter."""
 
+import math
+
 import pytest
 
 from simulator.config import load_shot
@@ -27,6 +29,14 @@ def test_a_rolling_shutter_opens_line_after_line():
     rows = shutter["total_lines"]
     assert shutter["axis"] == "rows" and shutter["lines"][0] == 0 and shutter["lines"][-1] == rows - 1
     assert shutter["opens_s"][-1] - shutter["opens_s"][0] == pytest.approx(20e-3 * (rows - 1) / rows, rel=1e-9)
+
+
+def test_the_way_of_the_image_is_that_of_the_angle_on_the_sensor():
+    motion = figures("motion.camera.pan=3 deg/s", "motion.camera.tilt=-4 deg/s", "exposure.time=1/10 s")["motion"]
+    shot = load_shot("color_checker")
+    way_mm = math.radians(0.5) * shot.lens.image_distance_mm
+    assert motion["way_px"] == pytest.approx(way_mm / (1e-3 * shot.camera.pixel_pitch_um), rel=1e-12)
+    assert figures()["motion"] is None and figures("motion.camera.pan=0 deg/s")["motion"] is None
 
 
 def test_a_pinhole_has_no_lens():

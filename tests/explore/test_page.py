@@ -71,11 +71,26 @@ class Page:
         }})()""")
         await self.settle(count)
 
+    async def choose(self, key, value):
+        """Choose from a list, as a hand does, and wait for the picture and its numbers."""
+        count = await self.details()
+        await self.session.value(f"""(() => {{
+            const list = document.getElementById("{key}");
+            list.focus();
+            list.value = "{value}";
+            list.dispatchEvent(new Event("change", {{ bubbles: true }}));
+        }})()""")
+        await self.settle(count)
+
     async def electrons(self):
         """Mean electrons in the table of the explained photosite."""
-        rows = await self.session.value("document.getElementById('pixel-table').innerText")
-        line = next(line for line in rows.splitlines() if line.startswith("Mean electrons"))
-        return float(line.split()[-2])
+        return await self.number("pixel-table", "Mean electrons")
+
+    async def number(self, table, name):
+        """Number before its unit in a row of a table."""
+        rows = await self.session.value(f"document.getElementById('{table}').innerText")
+        line = next(line for line in rows.splitlines() if line.startswith(name))
+        return float(line.split("\t")[1].split()[0])
 
 
 def visited(tmp_path, visit, size=(1280, 900, False)):
@@ -113,6 +128,42 @@ def test_controls_change_the_picture_as_physics_says(tmp_path):
             assert await session.value(picture) != shown, key
         seen = await session.look()
         return seen
+
+    seen, address = visited(tmp_path, visit)
+    assert not seen.errors and seen.overflow_px <= 0
+    assert all(request.startswith(address) or request.startswith("data:") for request in seen.requests)
+
+
+def test_another_scene_and_camera_change_the_picture_as_physics_says_and_the_rest_stays(tmp_path):
+    async def visit(page, session):
+        await page.turn("lens.f_number", "f/5.6")
+        await page.choose("scene", "flat_field")  # a perfect white on the axis
+        white = {name: await page.number("exposure-table", f"Electrons of white, {name}") for name in ("red", "green", "blue")}
+        color = {"red": "red", "green": "green", "blue": "blue"}[
+            (await session.value("document.getElementById('pixel-table').rows[0].cells[1].textContent"))
+        ]
+        assert await page.electrons() == pytest.approx(white[color], rel=2e-3)
+        exposure_lx_s = await page.number("exposure-table", "Exposure H of white")
+
+        await page.choose("camera", "ideal")  # one electron for each photon, no colour filter
+        assert await page.electrons() == await page.number("pixel-table", "Photons")
+        assert await page.number("exposure-table", "Exposure H of white") == exposure_lx_s  # light is not the camera's
+        assert await session.value("document.activeElement.id") == "camera"  # the keyboard stays where it was
+
+        await page.choose("camera", "imx385")
+        assert "ISO 1600 to 25600: 1600 in place of 100" in await session.value("document.getElementById('notes').textContent")
+        assert await session.value("photosite.state.data.exposure.iso") == 1600
+        kept = await session.value("[photosite.state.data.lens.f_number, photosite.state.settings.scene]")
+        assert kept == [5.6, "flat_field"]
+        command = await session.value("photosite.state.command")
+        assert "--set 'camera=imx385'" in command and "chart: flat_field" in command and str(tmp_path) not in command
+
+        await session.value("document.getElementById('reset').click()")
+        count = await page.details()
+        await page.settle(count)
+        assert await session.value("JSON.stringify(photosite.state.settings)") == "{}"
+        assert await session.value("document.getElementById('camera').value") == "own"
+        return await session.look()
 
     seen, address = visited(tmp_path, visit)
     assert not seen.errors and seen.overflow_px <= 0
@@ -169,8 +220,14 @@ def test_it_fits_a_phone_and_every_control_has_a_name(tmp_path):
             "[...document.querySelectorAll('input[type=range]')].map((one) => one.getAttribute('aria-valuetext'))"
         )
         assert len(text) == 7 and all(text)
-        low = await session.value(CONTRAST)
-        assert low == [], low
+        for scheme in ("light", "dark"):
+            await session.ask("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+            low = await session.value(CONTRAST)
+            assert low == [], (scheme, low)
+        options = await session.value(
+            "[...document.querySelectorAll('select')].map((one) => [one.labels[0].textContent, one.value])"
+        )
+        assert options[1:] == [["Scene", "own"], ["Camera", "own"]]
 
     visited(tmp_path, visit, (390, 844, True))
 
@@ -181,7 +238,7 @@ CONTRAST = """(() => {
         .map((one) => (one <= 0.04045 ? one / 12.92 : ((one + 0.055) / 1.055) ** 2.4))
         .reduce((sum, one, i) => sum + one * [0.2126, 0.7152, 0.0722][i], 0);
     const paper = luminance(getComputedStyle(document.body).backgroundColor);
-    return [...document.querySelectorAll("h1, h2, p, label, output, th, td, button")]
+    return [...document.querySelectorAll("h1, h2, p, label, output, th, td, button, select")]
         .map((one) => [one.textContent, (Math.max(paper, luminance(getComputedStyle(one).color)) + 0.05)
             / (Math.min(paper, luminance(getComputedStyle(one).color)) + 0.05)])
         .filter(([, ratio]) => ratio < 4.5);

@@ -3,7 +3,9 @@
 import asyncio
 import json
 import struct
+import time
 
+import numpy as np
 import pytest
 from helpers.explore_shots import write_shot
 
@@ -13,7 +15,7 @@ from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest  # 
 from tornado.websocket import websocket_connect  # noqa: E402
 
 from simulator.errors import PhotositeError  # noqa: E402
-from simulator.explore.explorer import Explorer  # noqa: E402
+from simulator.explore.explorer import Answer, Explorer, SupersededError  # noqa: E402
 from simulator.explore.opened_shot import OpenedShot  # noqa: E402
 from simulator.explore.server import MOST_PAGES, make_server, read_request, without_folders  # noqa: E402
 
@@ -158,3 +160,67 @@ def test_a_message_names_files_alone():
         without_folders("/home/me/shots/a.yaml:3: scene.image = /data/x.exr: no such file")
         == "a.yaml:3: scene.image = x.exr: no such file"
     )
+
+
+class Patient(Explorer):
+    """Takes each whole frame until it is stale, and the second one of a page at once."""
+
+    def __init__(self, shots):
+        super().__init__(shots)
+        self.begun, self.ended = [], []
+
+    def answer(self, request, is_stale=lambda: False):
+        if request.want == "frame":
+            self.begun.append(request.at)
+            if self.begun.count(request.at) == 1:
+                while not is_stale():
+                    time.sleep(0.01)
+                self.ended.append(request.at)
+                raise SupersededError
+        elif request.at == (0.0, 0.0):
+            raise ZeroDivisionError("division by zero")
+        return Answer(np.zeros((1, 1, 4), np.uint8), {})
+
+
+async def opened_page(address):
+    socket = await websocket_connect(f"ws://{address}/socket")
+    await read(socket)
+    return socket
+
+
+def asked(number, want, names, at=(0.5, 0.5)):
+    return json.dumps({"number": number, "want": want, "shot": names[0], "settings": {}, "at": at})
+
+
+def test_a_whole_frame_gives_way_to_another_page_and_is_taken_again():
+    patient = Patient([OpenedShot("color_checker")])
+
+    async def visit(address, names):
+        first, second = [await opened_page(address) for _ in range(2)]
+        await first.write_message(asked(1, "frame", names))
+        while not patient.begun:
+            await asyncio.sleep(0.01)
+        await second.write_message(asked(7, "preview", names))
+        assert (await read(second))[0]["number"] == 7
+        assert (await read(first))[0]["want"] == "frame" and len(patient.begun) == 2
+        await first.write_message(asked(2, "frame", names, (0.25, 0.5)))
+        while len(patient.begun) < 3:
+            await asyncio.sleep(0.01)
+        first.close()  # nobody waits for it
+        await second.write_message(asked(8, "frame", names))
+        assert (await read(second))[0]["number"] == 8 and patient.ended == [(0.5, 0.5), (0.25, 0.5)]
+
+    served(patient, visit)
+
+
+def test_a_fault_of_the_program_is_told_and_the_page_goes_on(caplog):
+    async def visit(address, names):
+        page = await opened_page(address)
+        await page.write_message(asked(1, "preview", names, (0.0, 0.0)))
+        head, _ = await read(page)
+        assert head["kind"] == "error" and head["message"] == "ZeroDivisionError: division by zero"
+        await page.write_message(asked(2, "preview", names))
+        assert (await read(page))[0]["number"] == 2
+
+    served(Patient([OpenedShot("color_checker")]), visit)
+    assert "Traceback" in caplog.text

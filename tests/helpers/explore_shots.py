@@ -35,3 +35,32 @@ def write_shot(folder: Path, name: str = "wall") -> Path:
     path = folder / f"{name}.yaml"
     path.write_text(SHOT, encoding="utf-8")
     return path
+
+
+MOVING = """
+scene:
+  layers:
+    - {image: bar.exr, depth: 5 m}
+    - {image: wall.exr, depth: 5 m}
+  luminance: 500 cd/m^2
+lens: {focal_length: 50 mm, f_number: f/8, focus_distance: 5 m}
+exposure: {time: 1/30 s, iso: 100}
+camera: {base: sony_a7s2, width: 480, height: 320}
+motion:
+  layers:
+    0: {velocity: [1200 px/s, 0 px/s]}
+sweep:
+  vary:
+    exposure.time: [1/30 s, 1/100 s]
+"""
+
+
+def write_moving(folder: Path) -> Path:
+    """Write a bright bar that moves by 40 pixels before a dark wall, and the shot of it, a sweep; returns the shot file."""
+    wall, bar = np.full((320, 480, 3), 0.1, np.float32), np.zeros((320, 480, 4), np.float32)
+    bar[96:224, 200:232] = 1.0
+    write_picture(folder / "wall.exr", wall, ())
+    write_picture(folder / "bar.exr", bar, ("R", "G", "B", "A"))
+    path = folder / "moving.yaml"
+    path.write_text(MOVING, encoding="utf-8")
+    return path

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.scene_builders import band_scene
 
-from simulator.scene.reduced import reduce_scene
+from simulator.scene.reduced import crop_scene, reduce_scene
 from simulator.scene.scene import Layer, Scene
 
 
@@ -41,3 +41,21 @@ def test_even_light_stays_even_and_the_mean_stays_at_any_ratio(width):
 def test_a_scene_that_is_coarse_already_stays_as_it_is():
     whole = scene()
     assert reduce_scene(whole, 64) is whole
+
+
+def test_the_middle_of_a_scene_lies_where_it_did():
+    depth_m = np.arange(48 * 64, dtype=np.float32).reshape(48, 64) + 1.0
+    whole = scene(depth_m=depth_m, field_of_view_deg=60.0, behind=(Layer(np.ones((48, 64, 3), np.float32), 9.0),))
+    part = crop_scene(whole, 31, 20)
+    assert part.planes.shape == (20, 32, 3) and part.behind[0].planes.shape == (20, 32, 3) and part.behind[0].depth_m == 9.0
+    assert np.array_equal(part.planes, whole.planes[14:34, 16:48]) and np.array_equal(part.depth_m, depth_m[14:34, 16:48])
+    per_px = [np.tan(np.radians(0.5 * one.field_of_view_deg)) / one.planes.shape[1] for one in (whole, part)]
+    assert per_px[0] == pytest.approx(per_px[1], rel=1e-12)
+    assert not any(array.flags.writeable for array in part.arrays())
+
+
+def test_a_scene_that_is_seen_whole_or_fills_the_sensor_is_not_cut():
+    whole = scene(field_of_view_deg=60.0)
+    assert crop_scene(whole, 64, 48) is whole
+    filling = scene()
+    assert crop_scene(filling, 8, 8) is filling

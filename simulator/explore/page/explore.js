@@ -2,11 +2,12 @@
 // The page of `photosite explore`. One request is under way at a time; when its answer is there, the latest one follows.
 
 const REST_MS = 300; // without a move, after which the place at 1:1 and the whole frame are asked for
+const FINE_MS = 120; // without a move, after which a coarse preview is followed by a fine one
 const find = (id) => document.getElementById(id);
 const state = { socket: null, shot: "", controls: [], settings: {}, at: [0.5, 0.5], number: 0, sent: null, next: null, rest: 0,
-                command: "", data: null, window: null, moved: null };
+                command: "", data: null, window: null, moved: null, shown: null };
 // What a test or a curious reader may measure: times from a move to its picture [ms], and answers by kind.
-const measured = { paints_ms: [], answers: { preview: 0, detail: 0, frame: 0, error: 0 }, last: null };
+const measured = { paints_ms: [], answers: { controls: 0, preview: 0, detail: 0, frame: 0, error: 0 }, last: null };
 window.photosite = { state, measured };
 
 function connect() {
@@ -22,12 +23,17 @@ function receive(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
   if (head.kind === "shots") return listShots(head.shots);
-  if (head.kind === "controls") return showControls(head);
   if (head.kind === "refused") { state.sent = null; return tell(head.message); }
   if (head.kind === "error") {
     measured.answers.error += 1;
     tell(head.message);
     find("picture").classList.add("stale");
+    if (head.want === "controls" && isLatest(head)) goBack();
+    return answered(head);
+  }
+  if (head.kind === "controls") {
+    measured.answers.controls += 1;
+    if (isLatest(head)) showControls(head);
     return answered(head);
   }
   const pixels = new ImageData(new Uint8ClampedArray(buffer, 4 + length, head.width * head.height * 4), head.width, head.height);
@@ -54,23 +60,30 @@ function receive(buffer) {
   answered(head);
 }
 
+// Whether nothing newer was asked for than what is answered here.
+function isLatest(head) { return state.sent !== null && head.number === state.sent.number && state.next === null; }
+
 function answered(head) {
   if (state.sent === null || head.number !== state.sent.number) return; // of a request that a newer one has replaced
+  const was_moving = state.sent.is_moving;
   state.sent = null;
   if (state.next !== null) return send();
   clearTimeout(state.rest);
-  const follows = { preview: "detail", detail: "frame" }[head.want];
   const is_error = head.kind === "error";
+  if (head.want === "controls" && !is_error) return ask("preview");
   status(is_error ? "this view cannot be taken" : { preview: "preview", detail: "preview, 1:1", frame: "whole frame" }[head.want]);
-  if (follows && !is_error) {
-    state.rest = setTimeout(() => ask(follows), head.want === "preview" ? REST_MS : 0);
-  }
+  if (is_error || head.want === "frame") return;
+  if (head.want === "detail") ask("frame");
+  else if (head.data.is_coarse) state.rest = setTimeout(() => ask("preview"), FINE_MS);
+  else state.rest = setTimeout(() => ask("detail"), was_moving ? REST_MS : REST_MS - FINE_MS);
 }
 
-function ask(want) {
+function ask(wanted, is_moving = false) {
   clearTimeout(state.rest);
+  const waiting = state.next || state.sent; // another scene or camera comes with its controls, whatever is moved meanwhile
+  const want = waiting && waiting.want === "controls" ? "controls" : wanted;
   state.number += 1;
-  state.next = { number: state.number, want, shot: state.shot, settings: { ...state.settings }, at: state.at };
+  state.next = { number: state.number, want, shot: state.shot, settings: { ...state.settings }, at: state.at, is_moving };
   // A frame takes seconds, and its server drops it for a newer request; everything else is waited for.
   if (state.sent === null || state.sent.want === "frame" || state.sent.want === "detail") send();
 }
@@ -79,7 +92,7 @@ function send() {
   if (state.socket.readyState !== WebSocket.OPEN) return;
   state.sent = state.next;
   state.next = null;
-  status({ preview: "computing a preview", detail: "computing 1:1", frame: "computing the whole frame" }[state.sent.want]);
+  status({ controls: "loading", preview: "computing a preview", detail: "computing 1:1", frame: "computing the whole frame" }[state.sent.want]);
   state.socket.send(JSON.stringify(state.sent));
 }
 
@@ -94,41 +107,73 @@ function listShots(shots) {
 }
 
 function open(shot) {
-  state.number += 1;
-  state.socket.send(JSON.stringify({ number: state.number, want: "controls", shot }));
+  state.shot = shot;
+  state.settings = {};
+  ask("controls");
 }
 
 function showControls(head) {
-  state.shot = head.shot;
-  state.controls = head.controls;
-  state.settings = {};
+  const focused = document.activeElement && document.activeElement.id;
+  state.controls = head.data.controls;
+  state.settings = head.data.settings;
   state.command = head.command;
-  find("sliders").replaceChildren(...head.controls.map(makeSlider));
-  ask("preview");
+  state.shown = { shot: head.shot, settings: { ...head.data.settings } };
+  find("shot").value = head.shot;
+  find("sliders").replaceChildren(...state.controls.map((control) => (control.kind === "list" ? makeList(control) : makeSlider(control))));
+  if (state.controls.some((control) => control.key === focused)) find(focused).focus();
+  find("notes").textContent = head.data.notes.join(". ");
+}
+
+// What was chosen last cannot be taken: the page shows what it had.
+function goBack() {
+  if (state.shown === null) return;
+  state.shot = state.shown.shot;
+  state.settings = { ...state.shown.settings };
+  find("shot").value = state.shot;
+  for (const control of state.controls) show(control);
+}
+
+function makeRow(control, input) {
+  const row = document.createElement("div"), label = document.createElement("label");
+  row.className = "slider";
+  input.id = label.htmlFor = control.key;
+  label.textContent = control.name;
+  control.input = input;
+  row.append(label);
+  return row;
+}
+
+// A camera brings its own sensor; the rest of what was set stays.
+function makeList(control) {
+  const input = document.createElement("select"), row = makeRow(control, input);
+  input.replaceChildren(...control.choices.map((choice) => new Option(choice.label, choice.text)));
+  input.value = control.choices[control.index].text;
+  input.addEventListener("change", () => {
+    state.settings[control.key] = input.value;
+    if (control.key === "camera") delete state.settings["camera.pixel_pitch"];
+    ask("controls");
+  });
+  row.append(input);
+  return row;
 }
 
 function makeSlider(control) {
-  const row = document.createElement("div"), label = document.createElement("label");
-  const output = document.createElement("output"), input = document.createElement("input");
-  row.className = "slider";
+  const input = document.createElement("input"), row = makeRow(control, input), output = document.createElement("output");
   input.type = "range";
-  input.id = control.key;
   input.min = 0;
   input.max = control.choices.length - 1;
   input.value = control.index;
-  label.htmlFor = output.htmlFor = control.key;
-  label.textContent = control.name;
-  control.input = input;
+  output.htmlFor = control.key;
   control.output = output;
-  control.start = control.index;
   show(control);
   input.addEventListener("input", () => { move(control, Number(input.value)); });
-  row.append(label, output, input);
+  row.append(output, input);
   return row;
 }
 
 function show(control) {
   const choice = control.choices[control.index];
+  if (control.kind === "list") { control.input.value = choice.text; return; }
   control.input.value = control.index;
   control.output.textContent = choice.label;
   control.input.setAttribute("aria-valuetext", choice.label);
@@ -136,7 +181,7 @@ function show(control) {
 
 function set(control, index) {
   control.index = index;
-  if (index === control.start) delete state.settings[control.key];
+  if (index === control.own) delete state.settings[control.key];
   else state.settings[control.key] = control.choices[index].text;
   show(control);
 }
@@ -144,9 +189,10 @@ function set(control, index) {
 function move(control, index) {
   const before = control.choices[control.index].number, after = control.choices[index].number;
   set(control, index);
+  find("notes").textContent = "";
   if (find("lock").checked) keepExposure(control.key, after / before);
   if (state.moved === null) state.moved = performance.now();
-  ask("preview");
+  ask("preview", true);
 }
 
 // Equal exposures: t ISO / N^2 stays. What moves in answer is the shutter, and the aperture where the shutter moved.
@@ -223,7 +269,7 @@ function fill(id, rows) {
 function drawFigures(data) {
   for (const section of document.querySelectorAll("[data-needs]")) section.hidden = !data[section.dataset.needs];
   if (data.lens) { drawRays(data.lens, data.sensor); drawBlur(data.lens, data.sensor); drawLensTable(data.lens, data.sensor); }
-  drawShutter(data.shutter, data.exposure);
+  drawShutter(data.shutter, data.motion);
   drawExposureTable(data.exposure);
   drawFormat(data.sensor, data.lens);
   placeMarker();
@@ -289,7 +335,7 @@ function drawLensTable(lens, sensor) {
   ]);
 }
 
-function drawShutter(shutter, exposure) {
+function drawShutter(shutter, motion) {
   const d = drawing("shutter", 420, 130), left = 40, right = 410, top = 12, bottom = 100;
   const end = Math.max(...shutter.closed_s), rows = shutter.lines.length, step = (bottom - top) / rows;
   const x = (s) => left + (s / end) * (right - left);
@@ -298,6 +344,10 @@ function drawShutter(shutter, exposure) {
     d.path([[x(shutter.opens_s[i]), y + step - 2], [x(shutter.open_s[i]), y + 2], [x(shutter.closes_s[i]), y + 2], [x(shutter.closed_s[i]), y + step - 2]], "var(--accent)", { fill: "var(--accent)", "fill-opacity": 0.35 });
     if (i === 0 || i === rows - 1) d.text(left - 4, y + step / 2 + 4, shutter.axis === "all" ? "all" : `${line}`, { "text-anchor": "end", class: "soft" });
   });
+  if (motion !== null) {
+    d.path([[left, bottom], [right, top]], "var(--warm)", { "stroke-dasharray": "4 3" });
+    d.text(left + 6, top + 12, `image moves by ${digits(motion.way_px)} photosites in the exposure, ${digits(motion.speed_px_per_s)} per second`);
+  }
   d.line(left, bottom, right, bottom);
   d.text(left, bottom + 14, "0");
   d.text(right, bottom + 14, `${digits(1e3 * end)} ms`, { "text-anchor": "end" });
@@ -305,11 +355,10 @@ function drawShutter(shutter, exposure) {
 }
 
 function drawExposureTable(exposure) {
-  const names = exposure.white_electrons && exposure.white_electrons.length === 3 ? ["red", "green", "blue"] : ["mono"];
   fill("exposure-table", [
     exposure.exposure_value === null ? null : ["Exposure value", `${digits(exposure.exposure_value)} EV`],
     exposure.white_exposure_lx_s === null ? null : ["Exposure H of white", `${digits(exposure.white_exposure_lx_s)} lx s`],
-    ...(exposure.white_electrons || []).map((mean, i) => [`Electrons of white, ${names[i]}`, `${digits(mean, 4)} e⁻`]),
+    ...Object.entries(exposure.white_electrons || {}).map(([name, mean]) => [`Electrons of white, ${COLOR_NAMES[name]}`, `${digits(mean, 4)} e⁻`]),
     ["Clipping", `${digits(exposure.full_scale_e, 4)} e⁻`],
     ["Gain", `${digits(exposure.gain_dn_per_e, 4)} DN/e⁻`],
     ["Noise in the dark", `${digits(exposure.dark_noise_e)} e⁻`],
@@ -334,7 +383,8 @@ function drawFormat(sensor, lens) {
   ]);
 }
 
-const COLORS = { R: "#d5493d", G: "#3a9a4a", B: "#4a7bd8", M: "var(--soft)" };
+const COLORS = { R: "#d5493d", G: "#3a9a4a", B: "#4a7bd8", C: "var(--soft)", W: "var(--soft)", M: "var(--soft)" };
+const COLOR_NAMES = { R: "red", G: "green", B: "blue", C: "clear", W: "white", M: "no filter" };
 function drawHistogram(histogram) {
   const d = drawing("histogram", 420, 120), left = 10, right = 410, bottom = 95;
   const most = Math.max(1, ...Object.values(histogram.counts).flat()), bins = histogram.edges_e.length - 1;
@@ -351,10 +401,9 @@ function drawHistogram(histogram) {
 }
 
 function drawPixel(pixel) {
-  const full = { R: "red", G: "green", B: "blue", M: "no filter" }[pixel.color];
   const stated = (name, value, unit) => (value === null ? null : [name, `${digits(value, 4)} ${unit}`]);
   fill("pixel-table", [
-    ["Colour", full],
+    ["Colour", COLOR_NAMES[pixel.color]],
     stated("Luminance of such a grey", pixel.luminance_cd_m2, "cd/m²"),
     stated("Exposure H", pixel.exposure_lx_s, "lx s"),
     stated("Photons", pixel.photons, ""),
@@ -412,7 +461,7 @@ async function act(what, done) {
 window.addEventListener("DOMContentLoaded", () => {
   find("shot").addEventListener("change", (event) => open(event.target.value));
   find("sliders").addEventListener("submit", (event) => event.preventDefault());
-  find("reset").addEventListener("click", () => { for (const control of state.controls) set(control, control.start); ask("preview"); });
+  find("reset").addEventListener("click", () => open(state.shot));
   find("copy-command").addEventListener("click", () => act(() => navigator.clipboard.writeText(state.command), "command copied"));
   find("copy-yaml").addEventListener("click", () =>
     act(async () => navigator.clipboard.writeText(await (await fetchView("yaml")).text()), "YAML copied"));

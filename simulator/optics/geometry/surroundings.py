@@ -30,7 +30,7 @@ def surround(scene: Scene, lens: Lens, camera: Camera) -> Scene:
     if seen_width <= width + 1e-6 and seen_height <= height + 1e-6:
         return scene
     per_photosite = seen_width / camera.width_px
-    reach = math.ceil(per_photosite * (_widest_blur_px(scene, lens, camera) + MARGIN_PX))
+    reach = math.ceil(per_photosite * (widest_blur_px(scene, lens, camera) + MARGIN_PX))
     down, across = (max(0, math.ceil(0.5 * (seen - own))) + reach for seen, own in ((seen_height, height), (seen_width, width)))
     pixels = (height + 2 * down) * (width + 2 * across)
     rule = f"the camera sees {pixels:.3g} pixels of it; use a longer lens, or a scene of fewer pixels"
@@ -38,8 +38,8 @@ def surround(scene: Scene, lens: Lens, camera: Camera) -> Scene:
     return scene.remember(("surroundings", down, across), lambda: _enlarge(scene, down, across))
 
 
-def _widest_blur_px(scene: Scene, lens: Lens, camera: Camera) -> float:
-    """Radius of the widest blur circle of the scene's depths [photosites]."""
+def widest_blur_px(scene: Scene, lens: Lens, camera: Camera) -> float:
+    """Return the radius of the widest blur circle of the scene's depths [photosites]."""
     if not math.isfinite(lens.f_number):
         return 0.0
     ends_m = [end for layer in scene.layers for end in (float(np.min(layer.depth_m)), float(np.max(layer.depth_m)))]

@@ -117,7 +117,7 @@ class ReadoutGeometry:
 
 def plan_readout(camera: Camera) -> ReadoutGeometry:
     """Return the ReadoutGeometry of a camera's frame. Raises PhotositeError for a window that cuts through binned blocks."""
-    output, block = camera.frame, _block_px(camera)
+    output, block = camera.frame, block_px(camera)
     for key, first, side in (("x", output.x, output.width), ("y", output.y, output.height)):
         rule = f"give a multiple of {block}: blocks of that many photosites are binned"
         require(first % block == 0, f"camera.window.{key}", first, rule)
@@ -135,17 +135,17 @@ def split_readout(camera: Camera, most_px: int, step_px: int) -> list[ReadoutGeo
     frame = camera.frame
     if frame.width * frame.height <= most_px:
         return [_readout_of(camera, frame)]
-    step_px = math.lcm(step_px, _block_px(camera))
+    step_px = math.lcm(step_px, block_px(camera))
     rows = max(most_px // (frame.width * step_px), 1) * step_px
     bottom = frame.y + frame.height
     edges = [frame.y, *range((frame.y // step_px + 1) * step_px + rows - step_px, bottom, rows), bottom]
     # Rows at the end that do not fill a binned block are not given out, so a strip must not consist of them.
-    if len(edges) > 2 and edges[-1] - edges[-2] < _block_px(camera):
+    if len(edges) > 2 and edges[-1] - edges[-2] < block_px(camera):
         del edges[-2]
     return [_readout_of(camera, Window(frame.x, first, frame.width, last - first)) for first, last in itertools.pairwise(edges)]
 
 
-def _block_px(camera: Camera) -> int:
+def block_px(camera: Camera) -> int:
     """Return the side of the blocks of photosites that are binned, of all colours [px]; 1 without binning."""
     return 1 if camera.binning is None else camera.binning.factor * _filter_step(camera)
 
@@ -157,7 +157,7 @@ def _filter_step(camera: Camera) -> int:
 
 def _readout_of(camera: Camera, output: Window) -> ReadoutGeometry:
     """Return the ReadoutGeometry of a window of whole binned blocks."""
-    crosstalk, block = camera.crosstalk or Crosstalk(), _block_px(camera)
+    crosstalk, block = camera.crosstalk or Crosstalk(), block_px(camera)
     reach = sum(any(pair) for pair in (crosstalk.optical_shares, crosstalk.electrical_shares))
     pattern = None if camera.remosaic is None else camera.filter
     reach += 0 if pattern is None else pattern.group
