@@ -35,8 +35,8 @@ from simulator.scene.deep_pixels import DeepPixels
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
+from .inputs import number, picture
 from .search import Outcome, StressCase
-from .sensor_cases import number, picture
 from .space import Choice, Domain, Inputs, Picture, Real, Whole
 
 TOLERANCE = 0.1  # of the shots [sigma]
