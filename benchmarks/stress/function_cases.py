@@ -54,4 +54,13 @@ CASES = (
         672.0,
         "5e-7 times 80, where the product with log2 e has lost that much: 672 ulps; Poisson numbers need it up to 10: 84",
     ),
+    function_case(
+        "lost_share",
+        "plain_math.h",
+        "lost_share(x)",
+        lambda x: -np.expm1(-x),
+        Real(1.2e-38, 80.0, log=True, switches=(0.5,)),
+        16.0,
+        "seven rounded products and sums below 0.5, and 5e-7 times e^-0.5 above: 1e-6 is 16 ulps at most",
+    ),
 )
