@@ -30,10 +30,13 @@ INLINE struct parted in_parts(const float number, const float rest) {
     return found;
 }
 
+// How far right of where its pixel begins a place in fixed point lies [px], rounded down to 2^-23.
+INLINE float rest_of(const long at) { return (float)(int)((at >> (PLACE_BITS - 23)) & 0x7FFFFF) * (1.0f / 8388608.0f); }
+
 // Where a sample begins: its number on the sensor counts, so that a window anywhere has the same bits, and none is lost far out.
 INLINE struct place sample_place(const long start, const long step, const int sample) {
     const long at = start + step * (long)sample;
-    const struct place found = {(int)(at >> PLACE_BITS), (float)(int)((at >> (PLACE_BITS - 23)) & 0x7FFFFF) * (1.0f / 8388608.0f)};
+    const struct place found = {(int)(at >> PLACE_BITS), rest_of(at)};
     return found;
 }
 
@@ -47,13 +50,14 @@ INLINE struct place parted_place(const struct parted start, const struct parted 
 
 // The place of a sample in fixed point, `inset` right of where it begins and displaced by `way` [photosites]: whole photosites of the
 // way count as samples, so that what is rounded is less than two photosites.
-INLINE struct place displaced_place(const long start, const long step, const int sample, const float scale, const float inset, const float way) {
+INLINE void displaced_place(const long start, const long step, const int sample, const float scale, const float inset, const float way,
+                            struct place *found) {
     const int photosites = whole(way);
-    const struct place at = sample_place(start, step, sample + OVER * photosites);
-    const float past = at.past + scale * (inset + (way - (float)photosites));
+    const long at = start + step * (long)(sample + OVER * photosites);
+    const float past = rest_of(at) + scale * (inset + (way - (float)photosites));
     const int pixels = whole(past);
-    const struct place found = {at.pixel + pixels, past - (float)pixels};
-    return found;
+    found->pixel = (int)(at >> PLACE_BITS) + pixels;
+    found->past = past - (float)pixels;
 }
 
 #endif

@@ -27,25 +27,21 @@ struct area {
 INLINE struct projection projection_of(const uint scene_width, const uint scene_height, const float scale, const float offset_x,
                                        const float offset_y, global const float *pose) {
     const float rests[3] = {pose[POSE_NUMBERS], pose[POSE_NUMBERS + 1], pose[POSE_NUMBERS + 2]};
-    struct projection found = projection_at_rest(scene_width, scene_height, scale, offset_x, offset_y, rests);
+    struct projection found = {scene_width, scene_height, scale, offset_x, offset_y};
+    take_rests(&found, rests);
     take_pose(&found, pose);
     return found;
 }
 
 #if DISTORTION || POSE
-// Where a channel sees the scene.
-struct seen {
-    struct place x, y;
-};
-
-// The same at a place right of and below the corner of a sample [photosites]. column, row: of the sample on the sensor.
-INLINE struct seen seen_at(const int column, const int row, const float right, const float below, const uint channel,
-                           const struct projection p) {
+// Where a channel sees the scene at a place right of and below the corner of a sample [photosites]. column, row: of the sample on the
+// sensor. x, y: become the place.
+INLINE void see_at(const int column, const int row, const float right, const float below, const uint channel, const struct projection p,
+                   struct place *x, struct place *y) {
     float way_x, way_y;
     displacement_of((float)column * (1.0f / OVER) + right, (float)row * (1.0f / OVER) + below, channel, p, &way_x, &way_y);
-    const struct seen found = {displaced_place(p.start_x, p.step, column, p.scale, right, way_x),
-                               displaced_place(p.start_y, p.step, row, p.scale, below, way_y)};
-    return found;
+    displaced_place(p.start_x, p.step, column, p.scale, right, way_x, x);
+    displaced_place(p.start_y, p.step, row, p.scale, below, way_y, y);
 }
 
 // How far a place lies right of or below another [px].
@@ -58,10 +54,13 @@ INLINE struct area area_of(const int column, const int row, const float inset, c
                            const struct projection p) {
 #if DISTORTION || POSE
     const float middle = inset + 0.5f * size, end = inset + size;
-    const struct seen left = seen_at(column, row, inset, middle, channel, p), right = seen_at(column, row, end, middle, channel, p);
-    const struct seen top = seen_at(column, row, middle, inset, channel, p), bottom = seen_at(column, row, middle, end, channel, p);
-    const struct area found = {left.x.pixel, top.y.pixel, left.x.past, top.y.past, apart_px(left.x, right.x), apart_px(top.y, bottom.y),
-                               apart_px(top.x, bottom.x), apart_px(left.y, right.y)};
+    struct place left, left_y, right, right_y, top_x, top, bottom_x, bottom;
+    see_at(column, row, inset, middle, channel, p, &left, &left_y);
+    see_at(column, row, end, middle, channel, p, &right, &right_y);
+    see_at(column, row, middle, inset, channel, p, &top_x, &top);
+    see_at(column, row, middle, end, channel, p, &bottom_x, &bottom);
+    const struct area found = {left.pixel, top.pixel, left.past, top.past, apart_px(left, right), apart_px(top, bottom),
+                               apart_px(top_x, bottom_x), apart_px(left_y, right_y)};
 #else
     const struct place x = sample_place(p.start_x, p.step, column), y = sample_place(p.start_y, p.step, row);
     const float left = x.past + p.scale * inset, top = y.past + p.scale * inset;

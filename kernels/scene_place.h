@@ -35,16 +35,12 @@ INLINE void take_pose(struct projection *projection, global const float *pose) {
 #endif
 }
 
-// The scene under a sensor at rest: its places in fixed point, and those across in two parts. rests: what float32 leaves of scale,
-// offset_x and offset_y.
-INLINE struct projection projection_at_rest(const uint width, const uint height, const float scale, const float offset_x,
-                                            const float offset_y, const float *rests) {
-    struct projection found = {width, height, scale, offset_x, offset_y};
-    found.step = in_fixed_point(scale, rests[0]) / OVER;
-    found.start_x = in_fixed_point(offset_x, rests[1]), found.start_y = in_fixed_point(offset_y, rests[2]);
-    found.wide = in_parts(scale * (1.0f / OVER), rests[0] * (1.0f / OVER));
-    found.left = in_parts(offset_x, rests[1]);
-    return found;
+// Fill in the places in fixed point, and those across in two parts. rests: what float32 leaves of scale, offset_x and offset_y.
+INLINE void take_rests(struct projection *p, const float *rests) {
+    p->step = in_fixed_point(p->scale, rests[0]) / OVER;
+    p->start_x = in_fixed_point(p->offset_x, rests[1]), p->start_y = in_fixed_point(p->offset_y, rests[2]);
+    p->wide = in_parts(p->scale * (1.0f / OVER), rests[0] * (1.0f / OVER));
+    p->left = in_parts(p->offset_x, rests[1]);
 }
 
 // How far from a place on the sensor the place lies that a channel sees without distortion and at rest [photosites].

@@ -31,8 +31,9 @@ INLINE struct path path_of(const struct view view, const float middle, const int
     const float x_slope = (view.x_slope - 2.0f * view.shrink * middle) * part - bend * dx;
     const float dy = (view.y + middle * view.y_slope) * part, y_slope = view.y_slope * part - bend * dy;
     const float into = TAPS ? INSET : 0.5f, centre = TAPS ? 0.0f : 0.5f;
-    const struct place across = displaced_place(p.start_x, p.step, column + (int)REACH, p.scale, into + (REACH - (float)(int)REACH), dx);
-    const struct place down = displaced_place(p.start_y, p.step, row, p.scale, into, dy);
+    struct place across, down;
+    displaced_place(p.start_x, p.step, column + (int)REACH, p.scale, into + (REACH - (float)(int)REACH), dx, &across);
+    displaced_place(p.start_y, p.step, row, p.scale, into, dy, &down);
     const float u = across.past - centre, v = down.past - centre;
     struct path path = {0, 0, 0u, u, p.scale * (1.0f + x_slope), -p.scale * bend * (1.0f + x_slope), v, 0.0f};
     path.v_slope = y_slope * (1.0f - x_slope * (1.0f - x_slope));

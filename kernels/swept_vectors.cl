@@ -21,8 +21,7 @@
 
 struct sweep {
     int origin_x, origin_y;         // photosite of the sensor at [0, 0] of the frame
-    uint instants;                  // of each line
-    uint scene_width, scene_height; // of the scene's grid [px]
+    uint instants, scene_width, scene_height; // of each line; of the scene's grid [px]
     float scale;                    // scene pixels per photosite
     float offset_x, offset_y, rests[3]; // scene position of the sensor's upper left corner [px]; what float32 leaves of the three
 };
@@ -90,7 +89,8 @@ kernel void swept_vectors(global const float *restrict planes, global const floa
     const size_t column = get_global_id(0), row = get_global_id(1);
     const uint channel = cfa_plane((uint)column, row);
     global const float *plane = planes + channel * ((size_t)sweep.scene_width * sweep.scene_height);
-    struct projection still = projection_at_rest(sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y, sweep.rests);
+    struct projection still = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
+    take_rests(&still, sweep.rests);
     const float x = (float)(sweep.origin_x + (int)column), y = (float)(sweep.origin_y + (int)row);
     float sum = 0.0f, lost = 0.0f;
     for (uint k = 0; k < sweep.instants; k++) {

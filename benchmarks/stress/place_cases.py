@@ -9,7 +9,8 @@ from helpers.fine_frame import fine_shot, frame_radiance
 from scipy.ndimage import maximum_filter
 
 from simulator.device import Device
-from simulator.optics.geometry.projection import Projection, project
+from simulator.optics.geometry.interleaved_columns import InterleavedColumns
+from simulator.optics.geometry.projection import Projection, project, project_planes
 from simulator.optics.lens.distortion import MOST_STEPS, Distortion, plan_warp
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
@@ -61,6 +62,32 @@ def run_projection_places(device: Device, inputs: Inputs) -> Outcome:
     return Outcome(device.download(mosaic, (3, 32), np.float32), np.broadcast_to(exact, (3, 32)), size)
 
 
+def bilinear_means(line: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Means between edges [px] of light that is bilinear between the middles of a line's pixels, float64."""
+    values = line.astype(np.float64)
+    sums = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]))])
+    pixel = np.floor(edges - 0.5).astype(int)
+    past = edges - 0.5 - pixel
+    return np.diff(sums[pixel] + past * values[pixel] + 0.5 * past**2 * (values[pixel + 1] - values[pixel])) / np.diff(edges)
+
+
+def run_projection_samples(device: Device, inputs: Inputs) -> Outcome:
+    """Samples of photosites in a scene of fewer pixels: read across, then down, where there are two or more to a pixel."""
+    scale, over, first = float(np.float32(number(inputs, "scale"))), int(number(inputs, "over")), int(number(inputs, "column"))
+    light = picture(inputs)[0]
+    line = np.zeros(math.ceil((first + 40) * scale) + len(light) + 8, np.float32)
+    begin = 4 + int(first * scale)
+    line[begin : begin + len(light)] = light
+    projection = Projection(scale, 4.3, 0.0, len(line), 4, 1, False, is_bilinear=True)
+    planes, layout = device.upload(np.broadcast_to(line, (1, 4, len(line)))), InterleavedColumns(over, 2 * over, 16)
+    sampled = device.empty(layout.shape(1), np.float32)
+    project_planes(device, projection, planes, 1, sampled, 0, layout, (first, 0))
+    found = layout.decode(device.download(sampled, layout.shape(1), np.float32)[0])
+    exact = bilinear_means(line, 4.3 + scale * (first + np.arange(found.shape[1] + 1.0) / over))
+    size = np.full(found.shape, float(light.max()) * (first + 40) * scale)
+    return Outcome(found, np.broadcast_to(exact, found.shape), size)
+
+
 PLACES_SENSOR = 12000, 8000  # photosites
 
 
@@ -104,6 +131,19 @@ CASES = (
         },
         run_projection_places,
         "a place in the scene is a rounded product: 1 ulp of the place, times the contrast, at either end",
+        most_ulps=3.0,
+    ),
+    StressCase(
+        "projection_samples",
+        ("projection",),
+        {
+            "light": Picture((1, 64), 1e-3, 2e4),
+            "scale": Real(0.2, 0.95, switches=(0.5,)),
+            "over": Choice((1, 2, 4)),
+            "column": Choice((0, 1000, 6000, 23000)),
+        },
+        run_projection_samples,
+        "as of projection_places",
         most_ulps=3.0,
     ),
     StressCase(
