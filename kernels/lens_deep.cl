@@ -31,7 +31,9 @@ struct deep_picture {
 // Turn a place on the sensor [photosites] into the scene position [pixels] that a channel sees there.
 INLINE void scene_position(float *x, float *y, const uint channel, const struct deep_picture picture) {
 #if DISTORTION
-    undistort(x, y, channel);
+    float right, down;
+    undistort(*x, *y, channel, &right, &down);
+    *x += right, *y += down;
 #endif
     *x = picture.offset_x + picture.scale * *x;
     *y = picture.offset_y + picture.scale * *y;
@@ -79,7 +81,7 @@ kernel void lens_deep(global const uint *restrict starts, global const float *re
                     if (to <= from) continue;
                     const float middle = (picture.infinite - own[0]) * (picture.infinite - own[1]);
                     const float f = (to - from) / (own[1] - own[0]) * middle / ((picture.infinite - from) * (picture.infinite - to));
-                    part = own[3] < 80.0f ? 1.0f - exponential(-smaller(f, 1.0f) * own[3]) : 1.0f;
+                    part = own[3] < 80.0f ? lost_share(smaller(f, 1.0f) * own[3]) : 1.0f;
                     share = own[2] > 0.0f ? part / own[2] : f;
                 } else {
                     const float met = (own[0] + own[4] * off_x + own[5] * off_y) / (1.0f - own[4] * step_x - own[5] * step_y);

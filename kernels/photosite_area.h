@@ -26,25 +26,41 @@ struct area {
 // Projection of a kernel's arguments. pose: POSE_NUMBERS of the pose, then what float32 leaves of scale, offset_x, offset_y.
 INLINE struct projection projection_of(const uint scene_width, const uint scene_height, const float scale, const float offset_x,
                                        const float offset_y, global const float *pose) {
+    const float rests[3] = {pose[POSE_NUMBERS], pose[POSE_NUMBERS + 1], pose[POSE_NUMBERS + 2]};
     struct projection found = {scene_width, scene_height, scale, offset_x, offset_y};
+    take_rests(&found, rests);
     take_pose(&found, pose);
-    take_rests(&found, pose + POSE_NUMBERS);
     return found;
 }
+
+#if DISTORTION || POSE
+// Where a channel sees the scene at a place right of and below the corner of a sample [photosites]. column, row: of the sample on the
+// sensor. x, y: become the place.
+INLINE void see_at(const int column, const int row, const float right, const float below, const uint channel, const struct projection p,
+                   struct place *x, struct place *y) {
+    float way_x, way_y;
+    displacement_of((float)column * (1.0f / OVER) + right, (float)row * (1.0f / OVER) + below, channel, p, &way_x, &way_y);
+    displaced_place(p.start_x, p.step, column, p.scale, right, way_x, x);
+    displaced_place(p.start_y, p.step, row, p.scale, below, way_y, y);
+}
+
+// How far a place lies right of or below another [px].
+INLINE float apart_px(const struct place from, const struct place to) { return (float)(to.pixel - from.pixel) + (to.past - from.past); }
+#endif
 
 // The scene's area that a channel sees in a square of `size` photosites, `inset` right of and below the corner of a sample.
 // column, row: of the sample on the sensor, OVER to a photosite.
 INLINE struct area area_of(const int column, const int row, const float inset, const float size, const uint channel,
                            const struct projection p) {
 #if DISTORTION || POSE
-    const float x = (float)column * (1.0f / OVER) + inset, y = (float)row * (1.0f / OVER) + inset;
-    float left = x, top = y;
-    float right = x + size, bottom = y + size, left_y = y + 0.5f * size, top_x = x + 0.5f * size, right_y = left_y, bottom_x = top_x;
-    scene_place(&left, &left_y, channel, p);
-    scene_place(&right, &right_y, channel, p);
-    scene_place(&top_x, &top, channel, p);
-    scene_place(&bottom_x, &bottom, channel, p);
-    const struct area found = {0, 0, left, top, right - left, bottom - top, bottom_x - top_x, right_y - left_y};
+    const float middle = inset + 0.5f * size, end = inset + size;
+    struct place left, left_y, right, right_y, top_x, top, bottom_x, bottom;
+    see_at(column, row, inset, middle, channel, p, &left, &left_y);
+    see_at(column, row, end, middle, channel, p, &right, &right_y);
+    see_at(column, row, middle, inset, channel, p, &top_x, &top);
+    see_at(column, row, middle, end, channel, p, &bottom_x, &bottom);
+    const struct area found = {left.pixel, top.pixel, left.past, top.past, apart_px(left, right), apart_px(top, bottom),
+                               apart_px(top_x, bottom_x), apart_px(left_y, right_y)};
 #else
     const struct place x = sample_place(p.start_x, p.step, column), y = sample_place(p.start_y, p.step, row);
     const float left = x.past + p.scale * inset, top = y.past + p.scale * inset;

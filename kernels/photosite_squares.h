@@ -35,10 +35,9 @@ INLINE void squares(global const float *plane, const int column, const int step,
         const float down = size * (((float)(part / SAMPLES) + 0.5f) * (1.0f / SAMPLES));
         for (uint i = 0; i < count; i++) {
 #if DISTORTION || POSE
-            float a = (float)column * (1.0f / OVER) + inset + (float)((int)i * step) + across, b = (float)row * (1.0f / OVER) + inset + down;
-            scene_place(&a, &b, channel, p);
-            from_x[i] = 0, u[i] = a;
-            from_y[i] = whole(b), v[i] = b - (float)from_y[i];
+            struct place right, below;
+            see_at(column + (int)i * step * OVER, row, inset + across, inset + down, channel, p, &right, &below);
+            from_x[i] = right.pixel, u[i] = right.past, from_y[i] = below.pixel, v[i] = below.past;
 #else
             const struct place right = parted_place(p.left, p.wide, column + (int)i * step * OVER, p.scale * (inset + across));
             const struct place below = sample_place(p.start_y + p.step / 2, p.step, row); // its middle: SAMPLES is 1

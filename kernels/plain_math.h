@@ -59,4 +59,16 @@ INLINE float exponential(const float x) {
     return p * as_float((uint)(127 + (int)whole) << 23);
 }
 
+// 1 - e^-x for 0 <= x <= 80: a series where the difference would lose digits; relative error below 1e-6.
+INLINE float lost_share(const float x) {
+    float p = 1.0f - x * (1.0f / 8.0f);
+    p = 1.0f - x * (1.0f / 7.0f) * p;
+    p = 1.0f - x * (1.0f / 6.0f) * p;
+    p = 1.0f - x * (1.0f / 5.0f) * p;
+    p = 1.0f - x * 0.25f * p;
+    p = 1.0f - x * (1.0f / 3.0f) * p;
+    p = 1.0f - x * 0.5f * p;
+    return x < 0.5f ? x * p : 1.0f - exponential(-x);
+}
+
 #endif

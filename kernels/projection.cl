@@ -55,8 +55,7 @@ kernel void projection_across(global const float *restrict planes, global float 
                               const uint scene_height, const uint first_row, const int origin_x, const float scale, const float offset_x,
                               global const float *restrict pose) {
     const size_t column = get_global_id(0), set = get_global_id(2), number = set / COLUMN_SETS * scene_height + first_row + get_global_id(1);
-    struct projection projection = {scene_width, scene_height, scale, offset_x, 0.0f};
-    take_rests(&projection, pose + POSE_NUMBERS);
+    const struct projection projection = projection_of(scene_width, scene_height, scale, offset_x, 0.0f, pose);
     const int sample = OVER * origin_x + (int)(COLUMN_SETS * column + set % COLUMN_SETS);
     const float extent = scale * (1.0f / OVER) * 0.5f;
     const struct place at = parted_place(projection.left, projection.wide, sample, extent);
@@ -69,8 +68,7 @@ kernel void projection_down(global const float *restrict across, global float *r
                             const uint rows, const uint scene_height, const uint first_row, const uint across_rows, const int origin_y,
                             const float scale, const float offset_y, global const float *restrict pose) {
     const size_t column = get_global_id(0), row = get_global_id(1), set = get_global_id(2), columns = get_global_size(0);
-    struct projection projection = {0, scene_height, scale, 0.0f, offset_y};
-    take_rests(&projection, pose + POSE_NUMBERS);
+    const struct projection projection = projection_of(0, scene_height, scale, 0.0f, offset_y, pose);
     const float extent = scale * (1.0f / OVER) * 0.5f;
     const struct place at = sample_place(projection.start_y + projection.step / 2, projection.step, OVER * origin_y + (int)row);
     global const float *line = across + row_start(set, 0, across_rows, columns) + column;

@@ -23,14 +23,18 @@ struct path {
     float u, u_slope, u_bend, v, v_slope;
 };
 
-// middle: of the span [photosites from the pivot]. x, y: place on the sensor of that side or centre of a photosite in the middle.
-INLINE struct path path_of(const struct view view, const float middle, const float x, const float y, const struct projection p) {
+// middle: of the span [photosites from the pivot]. column: first photosite of the span on the sensor. row: of the sensor.
+INLINE struct path path_of(const struct view view, const float middle, const int column, const int row, const struct projection p) {
     const float turn = view.shrink * middle, part = 1.0f - turn * (1.0f - turn * (1.0f - turn)); // 1 / (1 + turn)
     const float bend = view.shrink * part, reach = REACH;
     const float dx = (view.x + middle * (view.x_slope - view.shrink * middle)) * part;
     const float x_slope = (view.x_slope - 2.0f * view.shrink * middle) * part - bend * dx;
     const float dy = (view.y + middle * view.y_slope) * part, y_slope = view.y_slope * part - bend * dy;
-    const float u = p.offset_x + p.scale * (x + dx) - (TAPS ? 0.0f : 0.5f), v = p.offset_y + p.scale * (y + dy) - (TAPS ? 0.0f : 0.5f);
+    const float into = TAPS ? INSET : 0.5f, centre = TAPS ? 0.0f : 0.5f;
+    struct place across, down;
+    displaced_place(p.start_x, p.step, column + (int)REACH, p.scale, into + (REACH - (float)(int)REACH), dx, &across);
+    displaced_place(p.start_y, p.step, row, p.scale, into, dy, &down);
+    const float u = across.past - centre, v = down.past - centre;
     struct path path = {0, 0, 0u, u, p.scale * (1.0f + x_slope), -p.scale * bend * (1.0f + x_slope), v, 0.0f};
     path.v_slope = y_slope * (1.0f - x_slope * (1.0f - x_slope));
     const float side = p.scale * SIDE, extent = BENDS ? 0.5f * side : 0.0f; // TAPS 0: a photosite sees so far on either side
@@ -40,6 +44,7 @@ INLINE struct path path_of(const struct view view, const float middle, const flo
     path.rows = (uint)(whole(v + tilt + (TAPS ? side : 1.0f + extent)) - path.row) + 1u;
     path.u = u - (float)path.column;
     path.v = (v - (float)path.row) - path.v_slope * (path.u + (TAPS ? 0.5f * side - 0.5f : 0.0f));
+    path.column += across.pixel, path.row += down.pixel;
     return path;
 }
 

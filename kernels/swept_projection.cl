@@ -25,10 +25,9 @@ struct sweep {
     uint mosaic_row;                // of the plane in `mosaic`
     uint colour, lamps, plane_rows; // of the first plane (STEP 2: not read); value of near_lamps that is computed; to the next plane
     uint set_columns;               // photosites of a row in each of STEP sets of columns, rounded up to whole spans
-    uint instants;                  // of each line
-    uint scene_width, scene_height; // of the scene's grid [px]
+    uint instants, scene_width, scene_height; // of each line; of the scene's grid [px]
     float scale;                    // scene pixels per photosite
-    float offset_x, offset_y;       // scene position of the sensor's upper left corner [px]
+    float offset_x, offset_y, rests[3]; // scene position of the sensor's upper left corner [px]; what float32 leaves of the three
     float pivot_x, pivot_y;         // place on the sensor from which displacements are counted [photosites]
 };
 
@@ -66,13 +65,13 @@ kernel void swept_rows(global const float *restrict planes, global const struct 
     if (LAMPS && near_lamps[row * get_global_size(0) + get_global_id(0)] != sweep.lamps) return;
     const int first = sweep.first_column + (int)(STEP * get_global_id(0) * SPAN + get_global_id(1) % STEP);
     const size_t pixels = (size_t)sweep.scene_width * sweep.scene_height;
-    const struct projection projection = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
-    const float x = (float)(sweep.origin_x + first) + REACH, y = (float)(sweep.origin_y + (int)row);
+    struct projection projection = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
+    take_rests(&projection, sweep.rests);
+    const int x = sweep.origin_x + first, y = sweep.origin_y + (int)row;
     float value[SPAN], cover[SPAN] = {0.0f}, sum[COLOURS * SPAN] = {0.0f};
     for (uint k = 0; k < sweep.instants; k++) {
         const struct view view = views[row * sweep.instants + k];
-        const float into = TAPS ? INSET : 0.5f;
-        const struct path path = path_of(view, x + 0.5f - sweep.pivot_x, x + into, y + into, projection);
+        const struct path path = path_of(view, (float)x + (REACH + 0.5f) - sweep.pivot_x, x, y, projection);
         const uint is_read = !AT_REST || k == 0; // a layer at rest is read once
         if (COVERED == 1 && is_read) read_span(planes + CHANNELS * pixels, path, projection, cover);
         for (uint n = 0; n < COLOURS; n++) {
@@ -90,6 +89,7 @@ kernel void swept_places(global const float *restrict planes, global const float
     const int first = sweep.first_column + (int)(STEP * get_global_id(0) * SPAN + get_global_id(1) % STEP);
     const size_t pixels = (size_t)sweep.scene_width * sweep.scene_height;
     struct projection projection = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
+    take_rests(&projection, sweep.rests);
     const uint channel = colour_of((uint)first, row, sweep);
     float value[SPAN], cover[SPAN], sum[SPAN];
     for (uint i = 0; i < SPAN; i++) sum[i] = 0.0f;

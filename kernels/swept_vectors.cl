@@ -21,10 +21,9 @@
 
 struct sweep {
     int origin_x, origin_y;         // photosite of the sensor at [0, 0] of the frame
-    uint instants;                  // of each line
-    uint scene_width, scene_height; // of the scene's grid [px]
+    uint instants, scene_width, scene_height; // of each line; of the scene's grid [px]
     float scale;                    // scene pixels per photosite
-    float offset_x, offset_y;       // scene position of the sensor's upper left corner [px]
+    float offset_x, offset_y, rests[3]; // scene position of the sensor's upper left corner [px]; what float32 leaves of the three
 };
 
 INLINE float size_of(const float value) { return value < 0.0f ? -value : value; }
@@ -91,6 +90,7 @@ kernel void swept_vectors(global const float *restrict planes, global const floa
     const uint channel = cfa_plane((uint)column, row);
     global const float *plane = planes + channel * ((size_t)sweep.scene_width * sweep.scene_height);
     struct projection still = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
+    take_rests(&still, sweep.rests);
     const float x = (float)(sweep.origin_x + (int)column), y = (float)(sweep.origin_y + (int)row);
     float sum = 0.0f, lost = 0.0f;
     for (uint k = 0; k < sweep.instants; k++) {
@@ -101,7 +101,7 @@ kernel void swept_vectors(global const float *restrict planes, global const floa
         float from_x = u, from_y = v;
         trace_back(vectors, starts, pose[1], still, &from_x, &from_y);
         struct projection moved = still;
-        moved.offset_x += from_x - u, moved.offset_y += from_y - v;
+        moved.start_x += in_fixed_point(from_x - u, 0.0f), moved.start_y += in_fixed_point(from_y - v, 0.0f);
         squares(plane, (int)x, 0, (int)y, INSET, SIDE, 1, channel, moved, &value);
         const float term = pose[0] * value - lost, total = sum + term; // lost: what rounding added (Kahan), of thousands of instants
         lost = (total - sum) - term, sum = total;

@@ -1,5 +1,14 @@
 """Every case of the search, the sensor's first."""
 
-from . import lens_cases, motion_cases, sensor_cases
+from . import function_cases, lens_cases, light_cases, motion_cases, neighbor_cases, place_cases, psf_cases, sensor_cases
 
-CASES = (*sensor_cases.CASES, *lens_cases.CASES, *motion_cases.CASES)
+CASES = (
+    *light_cases.CASES,
+    *neighbor_cases.CASES,
+    *sensor_cases.CASES,
+    *function_cases.CASES,
+    *place_cases.CASES,
+    *lens_cases.CASES,
+    *psf_cases.CASES,
+    *motion_cases.CASES,
+)

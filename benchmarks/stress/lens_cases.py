@@ -1,86 +1,37 @@
-"""Cases of the kernels behind a lens at rest: projection, lens blur, rays and point spread functions."""
+"""Cases of the kernels behind a lens at rest: blur and rays."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
-from helpers.aberrated_walls import SPHERICAL, depth_map, thin_lens
-from helpers.area_truth import photosite_means
-from helpers.camera_builders import green_camera
-from helpers.fine_frame import fine_shot, frame_radiance
-from helpers.green_frames import EXPOSURE
+from helpers.area_truth import means_behind_a_near_surface
 from helpers.lens_frame import blurred_case
 from helpers.lens_truths import COLUMNS as TRUTH_COLUMNS
 from helpers.lens_truths import Case, penumbra, point, stripes, uniform_layers
-from helpers.psf_frames import shot_of
-from helpers.scene_builders import band_scene
 from helpers.textured_planes import one_picture
-from scipy.ndimage import map_coordinates, maximum_filter
-from scipy.signal import fftconvolve
+from scipy.ndimage import map_coordinates
 
 from simulator.device import Device, declared_struct, kernel_source
 from simulator.optics.defocus.defocus import PATCH_COLUMNS, PATCH_ROWS, Defocus
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
-from simulator.optics.geometry.projection import Projection, project
-from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.geometry.projection import Projection
 from simulator.optics.passes.patch_windows import WINDOW_COLUMNS, WINDOW_ROWS, PatchWindows
 from simulator.optics.passes.radius_statistics import measure_patches
 from simulator.optics.ray_reference.deep_rays import DeepBlur, DeepPicture
 from simulator.optics.ray_reference.height_field_rays import sample_height_field
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
-from simulator.pipeline.execution import expose
-from simulator.pipeline.planner import measure, plan
-from simulator.pipeline.shot import Shot
 from simulator.scene.deep_pixels import DeepPixels
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
+from .inputs import number, picture
+from .place_cases import ELECTRONS, KEPT, SCENE_SHAPE, area_outcome
 from .search import Outcome, StressCase
-from .sensor_cases import number, picture
 from .space import Choice, Domain, Inputs, Picture, Real, Whole
 
 TOLERANCE = 0.1  # of the shots [sigma]
-SCENE_SHAPE = {1.0: (30, 40), 2.0: (60, 80), 2.7: (81, 108), 4.0: (120, 160)}  # pixels of 30 x 40 photosites
 MARGIN = 8  # photosites that see past the scene
 FINE_RADII = (0.0, 0.1, 0.25, 0.5, 1.0)  # steps of `scene_gather.RADIUS_STEP_PX`
-
-
-def area_outcome(inputs: Inputs, scale: float, radius_px: float, margin: int, shape: tuple[int, int] = (30, 40)) -> Outcome:
-    """Electrons of photosites whose scene has `scale` pixels per photosite, behind blur circles of this radius."""
-    height, width = (round(scale * side) for side in shape)
-    pixels = picture(inputs)[:height, :width].astype(np.float64)
-    electrons = number(inputs, "electrons")
-    found, planned = frame_radiance(fine_shot(pixels, shape, radius_px, electrons))
-    truth = photosite_means(pixels.astype(np.float32).astype(np.float64), shape, radius_px, chords=512)
-    inner = (slice(margin, -margin), slice(margin, -margin)) if margin else (slice(None), slice(None))
-    return Outcome(electrons * found[inner].astype(np.float64), electrons * truth[inner])
-
-
-def run_projection(device: Device, inputs: Inputs) -> Outcome:
-    frame = area_outcome(inputs, number(inputs, "scale"), 0.0, 0)
-    return replace(frame, scale=maximum_filter(frame.exact, 3))
-
-
-def run_projection_places(device: Device, inputs: Inputs) -> Outcome:
-    """Photosites far to the right on a large sensor: a place in the scene is one number of float32."""
-    scale, first = float(np.float32(number(inputs, "scale"))), int(number(inputs, "column"))
-    count = math.ceil((first + 36) * scale) + 66
-    line = np.zeros(count, np.float32)
-    light = picture(inputs)[0]
-    begin = int(first * scale)
-    line[begin : begin + len(light)] = light
-    projection = Projection(scale, 0.0, 0.0, count, 4, max(1, math.ceil(scale - 1e-6)), False)
-    planes = device.upload(np.broadcast_to(line, (1, 4, count)))
-    mosaic = project(device, projection, Cfa.uniform(0), Window(first, 0, 32, 3), planes)
-    x = scale * (first + np.arange(33.0))
-    if projection.is_fine:
-        exact = (
-            np.diff(np.interp(x, np.arange(count + 1.0), np.concatenate([[0.0], np.cumsum(line.astype(np.float64))]))) / scale
-        )
-    else:
-        exact = np.interp(x[:-1] + 0.5 * scale - 0.5, np.arange(count), line.astype(np.float64))
-    size = np.full((3, 32), float(light.max()) * (first + 36) * scale)
-    return Outcome(device.download(mosaic, (3, 32), np.float32), np.broadcast_to(exact, (3, 32)), size)
 
 
 def run_scene_gather(device: Device, inputs: Inputs) -> Outcome:
@@ -93,11 +44,20 @@ def run_defocus(device: Device, inputs: Inputs) -> Outcome:
     return area_outcome(inputs, 2.0, radius_px, margin, (40, 48))
 
 
+def of_squares(case: Case) -> Case:
+    """Return a near surface before a sharp one with the picture of its even squares, which hold no slanted edge as such."""
+    means = means_behind_a_near_surface(
+        case.colour[0], case.coverage[0], case.colour[1], float(case.radius_px[0, 0, 0]), case.oversampling
+    )
+    inner = slice(case.margin, -case.margin)
+    return replace(case, truth=means[inner, inner])
+
+
 def closed_form(inputs: Inputs) -> Case:
     """Return a scene of two surfaces whose picture is known."""
     near, far = number(inputs, "near_px"), number(inputs, "far_px")
     if inputs["kind"] == "penumbra":
-        return penumbra(near, number(inputs, "slope"), 2)
+        return of_squares(penumbra(near, number(inputs, "slope"), 2))
     if inputs["kind"] == "stripes":
         return stripes(near, near + abs(far) + 0.5, number(inputs, "period_px"), 2)
     return uniform_layers(near, near + abs(far) + 0.5, 2)
@@ -221,62 +181,6 @@ def run_lens_deep(device: Device, inputs: Inputs) -> Outcome:
     return Outcome(found, np.full(count, fog + (1.0 - alpha) * wall))
 
 
-PSF_SIDE, PSF_MARGIN, PSF_WALLS = 96, 64, 160
-
-
-def run_psf(device: Device, inputs: Inputs) -> Outcome:
-    """A frame through diffraction and a low-pass filter, against SciPy's convolution with the planned kernel."""
-    planes = picture(inputs).astype(np.float64)
-    low_pass = number(inputs, "low_pass_um")
-    camera = green_camera(PSF_SIDE, PSF_SIDE, **({"low_pass_um": low_pass} if low_pass else {}))
-    through = ThinLens(50.0, number(inputs, "f_number"), cos4=False, diffraction=True)
-    shot = Shot(band_scene(planes, math.inf, interpolation="nearest"), through, EXPOSURE, camera)
-    unit = plan(shot).optics
-    per_plane = float(unit.accuracy.electrons_per_radiance * unit.weights.sum())
-    exposure = replace(EXPOSURE, time_s=EXPOSURE.time_s * number(inputs, "electrons") / per_plane)
-    planned = measure(plan(replace(shot, exposure=exposure)), device)
-    found = device.download(expose(planned, device), (PSF_SIDE, PSF_SIDE), np.float32) / planned.optics.weights.sum()
-    psf, truth = planned.optics.psf, planes
-    if psf is not None:
-        kernel = psf.kernel(0, 0, False, 0, 0).sum(axis=0)
-        truth = fftconvolve(np.pad(planes, PSF_MARGIN, mode="edge"), kernel, mode="same")
-        truth = np.maximum(truth[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN], 0.0)
-    electrons = number(inputs, "electrons")
-    return Outcome(electrons * found.astype(np.float64), electrons * truth)
-
-
-BESIDE_STEP_PX = 24  # photosites beside the step between two walls, whose light mixes
-
-
-def run_psf_slabs(device: Device, inputs: Inputs) -> Outcome:
-    """Two walls side by side through an aberrated lens, each against SciPy's convolution with the kernel of its radius.
-
-    No light is a highlight, whose kernels have no negative values (`FieldPsf.highlight_limits`).
-    """
-    planes = 0.3 + 0.7 * np.minimum(picture(inputs).astype(np.float64), 1.0)
-    radii_px = number(inputs, "left_px"), number(inputs, "right_px")
-    through = thin_lens(number(inputs, "f_number"), SPHERICAL)
-    shot = shot_of(planes, through, depth_map(through, *radii_px))
-    planned = measure(plan(shot), device)
-    light = device.download(expose(planned, device), planes.shape, np.float32).astype(np.float64)
-    psf, middle = planned.optics.psf, PSF_WALLS // 2
-    walls = slice(0, middle - BESIDE_STEP_PX), slice(middle + BESIDE_STEP_PX, None)
-    found, truth = [], []
-    for radius_px, columns in zip(radii_px, walls, strict=True):
-        if psf is None or not psf.is_gathered_by_distance:
-            break  # of walls alike, which other kernels compute
-        kernel = replace(psf, radii_px=(radius_px,), core=None).kernel(0, 0, False, 0, 0)[0]
-        spread = fftconvolve(np.pad(planes, PSF_MARGIN, mode="edge"), kernel, mode="same")
-        truth.append(np.maximum(spread[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN][:, columns], 0.0))
-        found.append(light[:, columns])
-    if not found:
-        return Outcome(np.zeros(1), np.zeros(1))
-    each_e = planned.optics.accuracy.electrons_per_radiance
-    exact = each_e * float(planned.optics.weights.sum()) * np.concatenate(truth, axis=1)
-    return Outcome(each_e * np.concatenate(found, axis=1), exact)
-
-
-ELECTRONS = Real(5.0, 5e4, log=True, switches=(1000.0,))
 SURFACES: dict[str, Domain] = {
     "kind": Choice(("penumbra", "stripes", "layers")),
     "near_px": Real(-14.0, -1.5, switches=(-2.0, -4.0, -8.0)),  # samples of half a photosite hold no smaller penumbra
@@ -285,29 +189,8 @@ SURFACES: dict[str, Domain] = {
     "period_px": Real(9.0, 24.0),
     "electrons": Real(5.0, 2e4, log=True),
 }
-KEPT = "the tolerance of the shot is 0.1 sigma, which 99.9 % of the photosites keep; this is the worst of all"
 
 CASES = (
-    StressCase(
-        "projection",
-        ("projection",),
-        {"light": Picture(SCENE_SHAPE[4.0], 1e-9, 1e5), "scale": Choice((2.0, 2.7, 4.0)), "electrons": ELECTRONS},
-        run_projection,
-        "a place of up to 160 scene pixels is rounded to 2^-17, and so is the scale: 256 ulps of the brightest neighbour",
-        most_ulps=256.0,
-    ),
-    StressCase(
-        "projection_places",
-        ("projection",),
-        {
-            "light": Picture((1, 64), 1e-3, 2e4),
-            "scale": Real(0.3, 3.0, switches=(0.5, 1.0, 2.0)),
-            "column": Choice((0, 1000, 6000, 23000)),
-        },
-        run_projection_places,
-        "a place in the scene is a rounded product: 1 ulp of the place, times the contrast, at either end",
-        most_ulps=3.0,
-    ),
     StressCase(
         "scene_gather",
         ("scene_gather",),
@@ -395,32 +278,6 @@ CASES = (
         },
         run_lens_deep,
         "the share that each pixel on the way lets through is a power, whose product over the way loses 1e-5",
-        most_sigma=0.5,
-    ),
-    StressCase(
-        "psf",
-        ("psf_gather", "psf_light", "psf_tail", "psf_extremes"),
-        {
-            "light": Picture((PSF_SIDE, PSF_SIDE), 1e-9, 1e3),
-            "f_number": Real(2.0, 45.0, log=True, switches=(4.0, 8.0, 16.0, 22.0)),
-            "low_pass_um": Choice((0.0, 2.5, 4.0)),
-            "electrons": Real(5.0, 2e4, log=True),
-        },
-        run_psf,
-        KEPT,
-        most_sigma=0.5,
-    ),
-    StressCase(
-        "psf_slabs",
-        ("psf_slabs", "psf_own_slabs", "psf_slab_bits"),
-        {
-            "light": Picture((PSF_WALLS, PSF_WALLS), 1e-3, 1.0),
-            "f_number": Choice((5.6, 8.0, 11.0)),
-            "left_px": Real(-2.5, 2.5, switches=(0.0,)),
-            "right_px": Real(-2.5, 2.5, switches=(0.0,)),
-        },
-        run_psf_slabs,
-        KEPT,
         most_sigma=0.5,
     ),
 )

@@ -21,8 +21,8 @@ from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import Plan
 from simulator.pipeline.shot import Shot
 
+from .inputs import number, picture
 from .search import Outcome, StressCase
-from .sensor_cases import number, picture
 from .space import Choice, Domain, Inputs, Picture, Real
 
 ROWS, COLUMNS, TIME_S, PITCH_UM = 20, 36, 0.01, 40.0

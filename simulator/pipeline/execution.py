@@ -270,14 +270,6 @@ def _read_areas(planned: Plan, device: Device) -> list[tuple[Projection, Window]
     return read_areas(optics, planned.tiles)
 
 
-def noise_free_frame(device: Device, sensor: SensorPlan, light: Buffer) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean electrons [e-] and noise-free codes [DN] of the frame's pixels, (height, width) float32 each.
-
-    light: mosaic of electron radiance, as `expose` returns it.
-    """
-    return read_mean_electrons(device, sensor, light), _read_noise_free(device, sensor, [light])
-
-
 def compute_truth_maps(
     planned: Plan,
     lens: Lens,

@@ -36,6 +36,20 @@ def photosite_means(
     return means
 
 
+def means_behind_a_near_surface(
+    near: np.ndarray, coverage: np.ndarray, back: np.ndarray, radius_px: float, samples: int
+) -> np.ndarray:
+    """Mean of each photosite that sees a sharp surface past one out of focus, (rows, columns) float64: F + B (1 - A).
+
+    near, coverage, back: (height, width) even squares, `samples` per photosite and axis: radiance times coverage and coverage
+    of the near surface, radiance of the sharp one, which is even within a square, so that means over squares multiply. The
+    near surface is 0 beyond its squares. radius_px: blur radius of the near surface [photosites].
+    """
+    light, covered = (photosite_means(plane, plane.shape, samples * abs(radius_px), chords=64) for plane in (near, coverage))
+    rows, columns = (side // samples for side in back.shape)
+    return (light + back * (1.0 - covered)).reshape(rows, samples, columns, samples).mean(axis=(1, 3))
+
+
 def _overlaps(count: int, pixels: int, scale: float, side: float, shift: float, half_chord: float) -> np.ndarray:
     """Share of each photosite's side on each pixel, (photosites, pixels), mean over shifts by up to half_chord [pixels]."""
     middle = scale * (np.arange(count) + 0.5)[:, None] + shift - np.arange(pixels)

@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
-from simulator.pipeline.execution import noise_free_frame
 from simulator.pipeline.planner import plan
 from simulator.pipeline.simulate import simulate
 from simulator.sensor.camera.camera import Window
+from simulator.sensor.readout import read_mean_electrons, read_noise_free
 from simulator.sensor.stages.registry import STAGES
 from simulator.sensor.stages.stage import Moments
 
@@ -120,7 +120,8 @@ def worst_ulps(case: Case, lens: Optics, device) -> tuple[float, float]:
     thin = ThinLens(lens.focal_mm, lens.f_number)
     planned = plan(dataclasses.replace(shot, camera=camera, lens=thin))
     radiance = (1e5 * case.picture()).astype(np.float32)  # a weight of 1 in a scene of 100 cd/m^2, about
-    electrons, code = noise_free_frame(device, planned.sensor, device.upload(radiance))
+    light = device.upload(radiance)
+    electrons, code = read_mean_electrons(device, planned.sensor, light), read_noise_free(device, planned.sensor, light)
     y, x = np.mgrid[lens.y : lens.y + HEIGHT, lens.x : lens.x + WIDTH] + 0.5 - 3000.0
     cos2 = 1.0 / (1.0 + (x**2 + y**2) * (5e-3 / lens.focal_mm) ** 2)
     solid_angle = np.pi / (4.0 * lens.f_number**2 + 1.0)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from stress.bits import compare_bits, drawn
 from stress.cases import CASES
+from stress.inputs import SHAPE
 from stress.search import Outcome, StressCase, search
-from stress.sensor_cases import SHAPE
 from stress.space import Choice, Picture, Real, Whole, around, paint
 
 from simulator.device import KERNELS

@@ -11,6 +11,7 @@ import numpy as np
 
 from simulator.optics.defocus.clipped_kernel import image_grid, shape_weights
 from simulator.optics.defocus.photosite_area import FINEST, WHOLE, PhotositeArea
+from simulator.optics.defocus.square_kernel import disk_square_weights
 from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 
@@ -71,13 +72,16 @@ def photosite_weights(pupil: Pupil, radius_px: float, samples_per_axis: int, are
     """Weights of the samples that a photosite sees through the aperture: (n, n) float64, sum 1.
 
     radius_px: signed blur radius [photosites]. samples_per_axis: samples per photosite and axis. The weights are the
-    aperture's image on the grid of samples, averaged over the photosite's own samples, or exact where samples are even squares
-    (`PhotositeArea`). n is odd where samples_per_axis is; where n is even, the photosite's centre lies between the middle ones.
+    aperture's image on the grid of samples, averaged over the photosite's own samples; where samples are even squares, exact
+    for a round pupil (`disk_square_weights`) and by parts for others (`PhotositeArea`). n is odd where samples_per_axis is;
+    where n is even, the photosite's centre lies between the middle ones.
     """
 
     def gather(radius_px: float, samples: int) -> np.ndarray:
         return area.mean(aperture_weights(pupil, samples * radius_px), samples)
 
+    if area.has_squares(samples_per_axis) and radius_px != 0.0 and pupil.opening == (Disk(0.0, 0.0, 1.0),):
+        return disk_square_weights(radius_px, samples_per_axis, area.open_side)
     return area.weights(gather, radius_px, samples_per_axis)
 
 

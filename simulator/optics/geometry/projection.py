@@ -113,11 +113,15 @@ class Projection:
             **cfa_macros,
         }
 
+    def rests(self) -> np.ndarray:
+        """Return what float32 leaves of scale, offset_x and offset_y, (3,) float32."""
+        exact = np.array([self.scale, self.offset_x, self.offset_y])
+        return (exact - exact.astype(np.float32)).astype(np.float32)
+
     def upload_pose(self, device: Device) -> Buffer:
         """Return the argument `pose` of kernels that project: (13,) float32, with what float32 leaves of scale and offsets."""
-        exact = np.array([self.scale, self.offset_x, self.offset_y])
         pose = np.zeros(10) if self.pose is None else np.array(self.pose)
-        return device.upload(np.concatenate([pose, exact - exact.astype(np.float32)]).astype(np.float32))
+        return device.upload(np.concatenate([pose, self.rests()]).astype(np.float32))
 
     def is_separable(self, over: int) -> bool:
         """Whether samples, `over` per photosite and axis, are read bilinearly and at least two to a scene pixel and axis."""

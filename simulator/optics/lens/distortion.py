@@ -107,6 +107,7 @@ class Warp:
         numbers |= {"UNIT_PX": self.unit_px, "CENTRE_X": self.centre_x_px, "CENTRE_Y": self.centre_y_px}
         magnification = (self.magnification * 3)[:3] if len(self.magnification) == 1 else self.magnification
         numbers |= {f"SHRINK_{index}": 1.0 / (value * self.unit_px) for index, value in enumerate(magnification)}
+        numbers |= {f"LATERAL_{index}": 1.0 / value - 1.0 for index, value in enumerate(magnification)}
         macros: dict[str, object] = {f"DISTORTION_{key}": f"({value:.9e}f)" for key, value in numbers.items()}
         return macros | {"DISTORTION_STEPS": self.steps}
 

@@ -240,4 +240,4 @@ def _offset(projection: Projection) -> np.ndarray:
 
 def _geometry(projection: Projection) -> dict[str, Any]:
     names = "scene_width", "scene_height", "scale", "offset_x", "offset_y"
-    return {name: getattr(projection, name) for name in names}
+    return {name: getattr(projection, name) for name in names} | {"rests": projection.rests()}

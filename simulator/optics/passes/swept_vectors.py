@@ -45,6 +45,7 @@ def swept_vectors(optics: OpticsPlan, plan: MotionPlan, vectors: PixelVectors, d
             "scale": projection.scale,
             "offset_x": projection.offset_x,
             "offset_y": projection.offset_y,
+            "rests": projection.rests(),
         },
     )
     device.finish()  # the tables are freed on return

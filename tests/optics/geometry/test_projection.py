@@ -14,7 +14,7 @@ from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import Projection, project, project_planes
-from simulator.optics.lens.distortion import Distortion
+from simulator.optics.lens.distortion import Distortion, plan_warp
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
@@ -258,3 +258,33 @@ def test_places_in_a_coarse_scene_far_from_the_corner_are_as_exact_as_near_it(sc
         if not is_bilinear:
             truth = np.interp(0.5 * (edges[1:] + edges[:-1]), bends, values)
         assert np.abs(found - truth).max() < 10.0
+
+
+BARREL = Distortion(k1=-0.02, unit="half_diagonal")
+TURNED = (6000.0, 4000.0, 5.3, 1e-3, -2e-3, 3.3, 2e-3, 1e-3, 1e-8, 2e-8)  # pose: pivot, then displacement
+
+
+@pytest.mark.parametrize(("scale", "is_bilinear"), [(1.0, False), (0.6, True)])
+@pytest.mark.parametrize(("distortion", "pose", "most_px"), [(BARREL, None, 3e-5), (None, TURNED, 8e-6)], ids=["lens", "pose"])
+def test_displaced_places_far_from_the_corner_are_as_exact_as_near_it(distortion, pose, most_px, scale, is_bilinear):
+    """Light that grows by 1 a pixel shows the place: one number of float32 missed it by 5e-4 pixels at column 11,000.
+
+    2e-7 of the displacement is left, of 90 photosites by the lens and of 17 by the pose.
+    """
+    column, row, width, height, device = 11000, 7000, 12000, 8000, open_device()
+    x, y = column + np.arange(64) + 0.5, np.full(64, row + 0.5)
+    warp = None if distortion is None else plan_warp(distortion, 9000.0, width, height, 1)
+    if warp is not None:
+        x, y = dataclasses.replace(warp, steps=12).undistorted(x, y)
+    if pose is not None:
+        a, b = x - pose[0], y - pose[1]
+        slope = pose[8] * a + pose[9] * b
+        x = x + (pose[2] + pose[3] * a + pose[4] * b - a * slope) / (1.0 + slope)
+    first = math.floor(scale * x.min()) - 40
+    ramp = np.arange(200, dtype=np.float32)
+    planes = device.upload(np.broadcast_to(ramp, (1, 4, 200)))
+    offset_px = 0.3 - first
+    projection = Projection(scale, offset_px, 0.0, 200, 4, 1, False, warp, pose=pose, is_bilinear=is_bilinear)
+    mosaic = project(device, projection, Cfa.uniform(0), Window(column, row, 64, 1), planes)
+    found = device.download(mosaic, (64,), np.float32)
+    assert np.abs(found - (offset_px + scale * x - 0.5)).max() < most_px

@@ -1,0 +1,107 @@
+"""Cases of the kernels of point spread functions."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from helpers.aberrated_walls import SPHERICAL, depth_map, thin_lens
+from helpers.camera_builders import green_camera
+from helpers.green_frames import EXPOSURE
+from helpers.psf_frames import shot_of
+from helpers.scene_builders import band_scene
+from scipy.signal import fftconvolve
+
+from simulator.device import Device
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.execution import expose
+from simulator.pipeline.planner import measure, plan
+from simulator.pipeline.shot import Shot
+
+from .inputs import number, picture
+from .place_cases import KEPT
+from .search import Outcome, StressCase
+from .space import Choice, Inputs, Picture, Real
+
+PSF_SIDE, PSF_MARGIN, PSF_WALLS = 96, 64, 160
+
+
+def run_psf(device: Device, inputs: Inputs) -> Outcome:
+    """A frame through diffraction and a low-pass filter, against SciPy's convolution with the planned kernel."""
+    planes = picture(inputs).astype(np.float64)
+    low_pass = number(inputs, "low_pass_um")
+    camera = green_camera(PSF_SIDE, PSF_SIDE, **({"low_pass_um": low_pass} if low_pass else {}))
+    through = ThinLens(50.0, number(inputs, "f_number"), cos4=False, diffraction=True)
+    shot = Shot(band_scene(planes, math.inf, interpolation="nearest"), through, EXPOSURE, camera)
+    unit = plan(shot).optics
+    per_plane = float(unit.accuracy.electrons_per_radiance * unit.weights.sum())
+    exposure = replace(EXPOSURE, time_s=EXPOSURE.time_s * number(inputs, "electrons") / per_plane)
+    planned = measure(plan(replace(shot, exposure=exposure)), device)
+    found = device.download(expose(planned, device), (PSF_SIDE, PSF_SIDE), np.float32) / planned.optics.weights.sum()
+    psf, truth = planned.optics.psf, planes
+    if psf is not None:
+        kernel = psf.kernel(0, 0, False, 0, 0).sum(axis=0)
+        truth = fftconvolve(np.pad(planes, PSF_MARGIN, mode="edge"), kernel, mode="same")
+        truth = np.maximum(truth[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN], 0.0)
+    electrons = number(inputs, "electrons")
+    return Outcome(electrons * found.astype(np.float64), electrons * truth)
+
+
+BESIDE_STEP_PX = 24  # photosites beside the step between two walls, whose light mixes
+
+
+def run_psf_slabs(device: Device, inputs: Inputs) -> Outcome:
+    """Two walls side by side through an aberrated lens, each against SciPy's convolution with the kernel of its radius.
+
+    No light is a highlight, whose kernels have no negative values (`FieldPsf.highlight_limits`).
+    """
+    planes = 0.3 + 0.7 * np.minimum(picture(inputs).astype(np.float64), 1.0)
+    radii_px = number(inputs, "left_px"), number(inputs, "right_px")
+    through = thin_lens(number(inputs, "f_number"), SPHERICAL)
+    shot = shot_of(planes, through, depth_map(through, *radii_px))
+    planned = measure(plan(shot), device)
+    light = device.download(expose(planned, device), planes.shape, np.float32).astype(np.float64)
+    psf, middle = planned.optics.psf, PSF_WALLS // 2
+    walls = slice(0, middle - BESIDE_STEP_PX), slice(middle + BESIDE_STEP_PX, None)
+    found, truth = [], []
+    for radius_px, columns in zip(radii_px, walls, strict=True):
+        if psf is None or not psf.is_gathered_by_distance:
+            break  # of walls alike, which other kernels compute
+        kernel = replace(psf, radii_px=(radius_px,), core=None).kernel(0, 0, False, 0, 0)[0]
+        spread = fftconvolve(np.pad(planes, PSF_MARGIN, mode="edge"), kernel, mode="same")
+        truth.append(np.maximum(spread[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN][:, columns], 0.0))
+        found.append(light[:, columns])
+    if not found:
+        return Outcome(np.zeros(1), np.zeros(1))
+    each_e = planned.optics.accuracy.electrons_per_radiance
+    exact = each_e * float(planned.optics.weights.sum()) * np.concatenate(truth, axis=1)
+    return Outcome(each_e * np.concatenate(found, axis=1), exact)
+
+
+CASES = (
+    StressCase(
+        "psf",
+        ("psf_gather", "psf_light", "psf_tail", "psf_extremes"),
+        {
+            "light": Picture((PSF_SIDE, PSF_SIDE), 1e-9, 1e3),
+            "f_number": Real(2.0, 45.0, log=True, switches=(4.0, 8.0, 16.0, 22.0)),
+            "low_pass_um": Choice((0.0, 2.5, 4.0)),
+            "electrons": Real(5.0, 2e4, log=True),
+        },
+        run_psf,
+        KEPT,
+        most_sigma=0.5,
+    ),
+    StressCase(
+        "psf_slabs",
+        ("psf_slabs", "psf_own_slabs", "psf_slab_bits"),
+        {
+            "light": Picture((PSF_WALLS, PSF_WALLS), 1e-3, 1.0),
+            "f_number": Choice((5.6, 8.0, 11.0)),
+            "left_px": Real(-2.5, 2.5, switches=(0.0,)),
+            "right_px": Real(-2.5, 2.5, switches=(0.0,)),
+        },
+        run_psf_slabs,
+        KEPT,
+        most_sigma=0.5,
+    ),
+)
