@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from simulator.optics.defocus.predicted_error import error_terms, ignored_error
+from simulator.optics.defocus.predicted_error import error_terms, ignored_error, terms_by_distance
 from simulator.optics.error_term import ErrorTerm, Limit
 from simulator.optics.geometry.motion_errors import motion_errors
 from simulator.optics.optics_plan import OpticsPlan
@@ -83,6 +83,8 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         terms += ignored_error(accuracy, optics.ignored_px)
     elif optics.psf is None or not optics.psf.by_distance:
         terms += error_terms(blur, contrast)
+    else:
+        terms += terms_by_distance(blur, contrast, has_coverage=optics.has_coverage)
     smallest_px = None if optics.defocus is None else min(least for least, _ in optics.defocus.of_scene().ranges_px)
     terms += psf_errors(optics.psf, optics.psf_skipped, accuracy, smallest_px, contrast.curvature)
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]

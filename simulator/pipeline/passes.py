@@ -109,7 +109,7 @@ def passes_of(
     computed on its own.
     """
     budget = error_budget(optics)
-    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), _psf(optics, budget))
+    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), _psf(optics, budget, tiles))
     motion = _motion(optics, still, budget)
     is_first = optics.motion is not None and optics.motion.method == "swept_first"
     if is_first:
@@ -318,19 +318,37 @@ def _instants_ms(optics: OpticsPlan, motion: MotionPlan, still: tuple[Pass, ...]
     return instants_cost_ms(motion, AGAIN * sum(kept.values()) + blur_ms, launches_ms)
 
 
-def _psf(optics: OpticsPlan, budget: ErrorBudget) -> Pass:
-    psf, pixels, error = optics.psf, _pixels(optics), _error(budget, PSF)
+def _psf(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") -> Pass:
+    psf = optics.psf
     if psf is None:
         ideal = "the lens is ideal and photosites are sensitive all over"
         if optics.projection.open_side < 1.0:
             ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
         why = ideal if optics.psf_skipped is None else optics.psf_skipped.reason
-        return Pass("point spread function", False, why, error_sigma=error)
+        return Pass("point spread function", False, why, error_sigma=_error(budget, PSF))
     places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"
+    includes_blur = psf.by_distance and optics.defocus is not None
+    error = _error(budget, PSF, BLUR) if includes_blur else _error(budget, PSF)
+    core = psf.core
+    one = _transformed_psf(optics, psf, places, error) if core is None else _gathered_psf(optics, psf, core, places, error)
+    return _with_covariance(one, tiles) if includes_blur and tiles is not None else one
+
+
+def _with_covariance(one: Pass, tiles: "TilePlan") -> Pass:
+    """Return the pass of kernels by distance with the blocks that add the covariance of layers."""
+    from simulator.optics.defocus.predicted_cost import cost_ms
+    from simulator.optics.passes.blur_work import work_of
+
+    share = float(tiles.chosen.blocks.sampled().mean())
+    method = f"{one.method}, covariance of layers from points of the aperture in {100 * share:.3g} %"
+    return replace(one, method=method, cost_ms=one.cost_ms + cost_ms(work_of(tiles)))
+
+
+def _transformed_psf(optics: OpticsPlan, psf: FieldPsf, places: str, error: float | None) -> Pass:
+    """Pass of a PSF that the host transforms. error: predicted."""
+    pixels = _pixels(optics)
     slabs = f", {len(psf.radii_px)} slabs of blur radius" if len(psf.radii_px) > 1 else ""
     method = f"{places}, {2 * psf.reach_px + 1} photosites wide{slabs}"
-    if psf.core is not None:
-        return _gathered_psf(optics, psf, psf.core, places, error)
     bytes_each = 4 + 8 * optics.channels * (not psf.by_distance) + 4 * (optics.defocus is None or psf.by_distance)
     if optics.defocus is not None and psf.by_distance:
         bytes_each += 4 * optics.defocus.maps

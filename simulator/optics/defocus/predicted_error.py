@@ -25,7 +25,7 @@ from simulator.optics.defocus.accuracy import (
     twice_blurred_share,
     wide_error,
 )
-from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, sample_count
+from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, correction_count, sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
 from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
 from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms
@@ -34,6 +34,8 @@ from simulator.optics.error_term import ErrorTerm, Limit
 
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 RAYS = "give tolerance: 0 for rays"
+LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
+MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
 FINEST = 1e-6  # tolerance at which samples per photosite are as many as they can be [standard deviations of the noise]
 SOFTER = 0.3  # share of the error of small circles that is left where light bends between pixels, instead of even squares
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
@@ -110,6 +112,35 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         is_extended = len(defocus.radii_px) > len(radii)
         hidden = hidden_error(contrast.behind, is_extended)
         add("background behind edges, which the scene does not show", hidden, LAYERS, "input")
+    return terms
+
+
+def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_coverage: bool = True) -> list[ErrorTerm]:
+    """Predict what kernels by distance leave of surfaces that hide each other, beside the errors of the kernels.
+
+    The means of layers are composited. What they lack is the covariance of layers over the aperture, which is added from points
+    (`Method.CORRECTED`). A surface with steps in depth hides parts of itself by their means alone.
+    has_coverage: whether any layer lets others be seen; else only the first one counts.
+    """
+    accuracy, own, terms = defocus.accuracy, defocus.of_scene(), list[ErrorTerm]()
+
+    def add(cause: str, share: float, fix: str, limit: Limit = "method", *, falls: bool = False) -> None:
+        terms.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(share), fix, limit, falls))
+
+    if has_coverage and own.has_covariance:
+        radius_px = np.array([own.largest_px])
+        finest = int(own.samples_per_axis(radius_px, radius_px)[0])
+        every = int(sample_count(radius_px, defocus)[0])
+        points = int(correction_count(np.array(every), finest))  # no error of means beside them hides that of fewer points
+        left = contrast.mixed * points_error(points, finest)
+        add(f"{points} points of the aperture", left, TIGHTER, falls=every < MOST_OF_ALL)
+        softer = 1.0 if accuracy.detail else SOFTER
+        add("layers with circles as small as the samples", softer * contrast.mixed * _small_circles(own), LAYERED)
+    if contrast.has_steps and not defocus.guessed:
+        range_ = contrast.beside / WORST.beside  # of the light beside the steps
+        add("means of slabs of radius that hide each other", range_ * MOST_COVARIANCE, LAYERED)
+    if contrast.behind > 0.0:
+        add("background behind edges, which the scene does not show", hidden_error(contrast.behind, False), LAYERS, "input")
     return terms
 
 
