@@ -24,7 +24,8 @@ from simulator.optics.psf import psf_cost
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.kernel_split import Core
 from simulator.optics.psf.psf_errors import PSF
-from simulator.pipeline.error_budget import ErrorBudget, error_budget
+from simulator.optics.veiling_glare import GLARE
+from simulator.pipeline.error_budget import ILLUMINATION, ErrorBudget, error_budget
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.sensor_plan import SensorPlan
@@ -122,7 +123,7 @@ def passes_of(
     blur = (motion, defocus, psf) if is_first else (defocus, psf, motion)
     image = (
         *(_by_color(one, optics) if optics.joins_colors else one for one in blur),
-        _skippable("veiling glare", optics.veiling_glare is not None, optics, "even light added", "the lens scatters no light"),
+        _veiling_glare(optics, budget),
         _optical_crosstalk(optics, sensor),
         _optical_black(optics, sensor),
     )
@@ -133,6 +134,7 @@ def passes_of(
         maps.append(_truth_rgb(optics, (*sampling, *image, lines, noise_free)))
     again = (_later_exposures(optics, later, (*sampling, *image, lines)),) if later else ()
     read = _readings(optics, sensor) if isinstance(sensor, HdrSensorPlan) else _sensor(optics, sensor)
+    read = replace(read, error_sigma=_error(budget, ILLUMINATION))
     frame = (*again, read, noise_free, *maps, _strips(optics, strips))
     return (*sampling, _radius_statistics(optics, defocus), *image, lines, *frame)
 
@@ -189,7 +191,7 @@ def _error(budget: ErrorBudget, *effects: str) -> float | None:
 def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) -> Pass:
     defocus, pixels = optics.defocus, _pixels(optics)
     if defocus is None:
-        told = describe_ignored(optics.accuracy, optics.ignored_px)
+        told = describe_ignored(optics.accuracy, optics.ignored_px, optics.contrast, is_fine=optics.projection.is_fine)
         return Pass("defocus", False, told, error_sigma=_error(budget, BLUR))
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")
@@ -390,6 +392,11 @@ def _gather_bytes(optics: OpticsPlan, psf: FieldPsf, core: Core) -> int:
         planes += layers * (optics.channels + optics.has_coverage + 1)
     cells = optics.channels * band.layout.set_columns * (band.rows // 2) if core.has_tail else 0
     return 4 * (planes * math.prod(band.layout.shape(1)) + 2 * cells)
+
+
+def _veiling_glare(optics: OpticsPlan, budget: ErrorBudget) -> Pass:
+    is_there, lacking = optics.veiling_glare is not None, "the lens scatters no light"
+    return replace(_skippable(GLARE, is_there, optics, "even light added", lacking), error_sigma=_error(budget, GLARE))
 
 
 def _optical_crosstalk(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
