@@ -2,9 +2,11 @@
 
     python benchmarks/audit --shots 200 --seed 1 [--jobs 1] [--out build/benchmarks] [--fresh]
     python benchmarks/audit --seed 1 --write 17 --out FOLDER
+    python benchmarks/audit --laws
 
 A run that was stopped goes on where it was: each shot is a line of audit_SEED.jsonl. `--write` writes one shot as a shot file
-with its arrays. It stands apart from the other benchmarks because `make benchmark` runs those without arguments.
+with its arrays. `--laws` measures laws of small blur circles against float64, without shots. The audit stands apart from the
+other benchmarks because `make benchmark` runs those without arguments.
 Exit status: 0 the promise is kept, 1 it is not.
 """
 
@@ -19,6 +21,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from audit.blur_laws import measure_laws
 from audit.chart import draw_chart
 from audit.drawn_shots import draw_shot
 from audit.measured_shot import METHODS, NoTruthError, Record, measure_shot
@@ -89,8 +92,11 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("build/benchmarks"))
     parser.add_argument("--fresh", action="store_true", help="forget the shots that were taken before")
     parser.add_argument("--write", type=int, metavar="N", help="write shot N as a shot file into --out and end")
+    parser.add_argument("--laws", action="store_true", help="measure laws of small blur circles and end")
     options = parser.parse_args()
     console = Console()
+    if options.laws:
+        return 0 if measure_laws(console.print) else 1
     if options.write is not None:
         console.print(str(draw_shot(options.seed, options.write).write(options.out)))
         return 0

@@ -9,7 +9,7 @@ import numpy as np
 from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
 from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
 from simulator.optics.defocus.photosite_area import PhotositeArea
-from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast
+from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast, sharp_contrast
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
@@ -75,7 +75,12 @@ def with_defocus(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorP
     pitch_um = camera.pixel_pitch_um
     defocus = plan_blur(planned, loaded, lens, camera)
     if defocus is None:
-        return replace(planned, ignored_px=largest_radius_px(lens, pitch_um, loaded))
+        ignored_px = largest_radius_px(lens, pitch_um, loaded)
+        if ignored_px == 0.0:
+            return planned
+        left_out = plan_blur(planned, loaded, lens, camera, keeps_sharp=True)
+        per_share = electrons_per_radiance(lens, sensor) / accuracy.electrons
+        return replace(planned, ignored_px=ignored_px, contrast=sharp_contrast(loaded, planned.weights, per_share, left_out))
     per_dioptre, share = blur_per_dioptre(lens, pitch_um, scale), None
     if not loaded.behind and isinstance(loaded.depth_m, np.ndarray):
         share = disoccluded_share(loaded.depth_m, per_dioptre, lens.focus_distance_m)

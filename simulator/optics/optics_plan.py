@@ -39,6 +39,8 @@ class OpticsPlan:
     motion: how the image moves while the shutter is open; None: it does not. flash_motion: while a flash shines.
     has_flash: whether a flash lights the bands of the scene's second half.
     joint: motion that the points of the aperture carry, of the method "joint"; None: they carry none.
+    illumination_error: of the table of clipped pupils, as a share of the brightest light. sampling_error: of the samples of
+        light that kernels by distance are applied to.
     tolerance: of all approximations together [standard deviations of the noise]; 0: the reference path. `accuracy` has that for
         which each of them is planned.
     motion_skipped: why motion is left out, with its predicted error; None: it is not.
@@ -64,6 +66,8 @@ class OpticsPlan:
     has_flash: bool = False
     motion_skipped: Skipped | None = None
     joint: JointMotion | None = None
+    illumination_error: float = 0.0
+    sampling_error: float = 0.0
     tolerance: float = 0.0
 
     @property

@@ -9,18 +9,22 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.optics.blur_planning import (
+    electrons_per_radiance,
     gathers_squares,
     plan_accuracy,
     with_defocus,
 )
-from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.accuracy import Accuracy, scene_detail, square_error
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import plan_projection
 from simulator.optics.lens.bare_sensor import integrate_hemisphere
 from simulator.optics.lens.lens import Lens
+from simulator.optics.lens.relative_illumination import illumination_error
 from simulator.optics.motion_planning import with_motion
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
 from simulator.optics.psf.psf_planning import contrast_sigma, plan_visible_psf
+from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.veiling_glare import plan_veiling_glare
 from simulator.scene.compositing import flatten_layers
 from simulator.scene.content_keys import freeze, is_ours
@@ -127,6 +131,7 @@ def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance
         sensor_px=(camera.width_px, camera.height_px),
         accuracy=Accuracy(tolerance),
         veiling_glare=glare,
+        illumination_error=illumination_error(lens, camera.pixel_pitch_um, camera.width_px, camera.height_px),
         tolerance=tolerance,
     )
     floor = noise_floor(sensor)
@@ -177,7 +182,22 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
     defocus = planned.defocus
     if defocus is not None and psf is not None and psf.corrected_px:
         defocus = replace(defocus, corrected_px=max(abs(radius) for radius in psf.corrected_px))
-    return replace(planned, psf=psf, psf_skipped=skipped, defocus=defocus)
+    per_radiance = electrons_per_radiance(lens, sensor)
+    sampled = 0.0 if psf is None else _sampling_error(planned, psf, per_radiance)
+    return replace(planned, psf=psf, psf_skipped=skipped, defocus=defocus, sampling_error=sampled)
+
+
+def _sampling_error(planned: OpticsPlan, psf: FieldPsf, per_radiance: float) -> float:
+    """Error of the samples of a fine scene that kernels by distance are applied to, as a share of the brightest light.
+
+    Kernels end within samples that mix pixels of the scene, as photosites and circles of confusion do.
+    """
+    projection = planned.projection
+    if not psf.by_distance or not projection.is_fine or projection.whole_pixels((psf.over,)):
+        return 0.0
+    detail = scene_detail(planned.scene, planned.weights, per_radiance, planned.accuracy)
+    width_px = airy_radius_px(psf.lens_psf) if isinstance(psf.lens_psf, WavefrontPsf) else 0.0
+    return float(square_error(np.array(width_px), psf.over, projection.scale, detail))
 
 
 def _check_light(scene: Scene, weights: np.ndarray, lens: Lens, sensor: SensorPlan) -> None:

@@ -4,12 +4,15 @@ A fraction g of the light is scattered evenly: E = (1 - g) E_image + g * mean of
 by itself. A small black patch in a uniform field then has g times the irradiance of the field: the veiling glare index.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 
 from simulator.device import Buffer, Device
+from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.error_term import ErrorTerm
 from simulator.optics.geometry.projection import Projection
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera import Camera
@@ -17,6 +20,7 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.kernel.kernel_program import sensor_defines
 from simulator.sensor.stages.irradiance import Irradiance
 
+GLARE = "veiling glare"  # effect of the terms
 LEAST_OPEN = 1e-4  # relative illumination below which the veil fades with the image
 STRIPS = 64  # least number along a side of the sensor, so that relative illumination is constant within each
 
@@ -27,11 +31,13 @@ class VeilingGlare:
 
     share: g. irradiance: (channels,) float64 of the veil, g * mean of the image's electron irradiance [e- s^-1 um^-2].
     by_band: (bands, channels) float64, the parts of it that come from each band of the scene.
+    least_radiance: the veil of the darkest channel, as electron radiance [e- s^-1 um^-2 sr^-1].
     """
 
     share: float
     irradiance: np.ndarray
     by_band: np.ndarray | None = None
+    least_radiance: float = 0.0
 
     def lit_by(self, bands: slice) -> Self:
         """Return the scattered light of these bands of the scene alone."""
@@ -47,7 +53,7 @@ def plan_veiling_glare(
     """Scattered light of a scene of one surface; None without.
 
     weights: (bands, channels) [e- s^-1 um^-2 sr^-1]. The mean is that of the scene's own pixels over the whole sensor, in
-    float64, so that it does not depend on the window; blur and distortion hardly change it and are neglected.
+    float64, so that it does not depend on the window; blur, motion and distortion change it by what `glare_errors` states.
     """
     if share == 0:
         return None
@@ -60,7 +66,29 @@ def plan_veiling_glare(
         seen = np.bincount(column, wide * open_, width)  # of this row's pixels
         mean += share_of_sensor * (seen @ scene.planes[pixel])
     scattered_sr = share * irradiance.effective_solid_angle_sr
-    return VeilingGlare(share, scattered_sr * (mean @ weights), scattered_sr * (mean[:, np.newaxis] * weights))
+    by_band = scattered_sr * (mean[:, np.newaxis] * weights)
+    return VeilingGlare(share, scattered_sr * (mean @ weights), by_band, share * float((mean @ weights).min()))
+
+
+def glare_errors(
+    glare: VeilingGlare | None, accuracy: Accuracy, sensor_px: tuple[int, int], moved_px: float, stretch: float
+) -> list[ErrorTerm]:
+    """Return the error of the veil by what is neglected in the mean of the light.
+
+    moved_px: way over which blur or motion moves light. stretch: largest local magnification of a distortion. Light that moves
+    by a way, either way alike, crosses a border by a quarter of it on average. Light that is magnified weighs more: the mean is
+    off by up to half of the range of the light times half of the range of the magnified area.
+    """
+    if glare is None:
+        return []
+    width, height = sensor_px
+    crossed = min(0.25 * moved_px * 2.0 * (width + height) / (width * height), 1.0)
+    weighed = min(0.25 * abs(stretch**2 - 1.0), 1.0)
+    noise_e = math.sqrt(max(glare.least_radiance * accuracy.electrons_per_radiance + accuracy.read_noise_e**2, 1.0))
+    sigma = glare.share * (crossed + weighed) * accuracy.electrons / noise_e
+    return [
+        ErrorTerm(GLARE, "the mean light of the scene without blur, motion and distortion", sigma, "lower lens.veiling_glare")
+    ]
 
 
 def _strips(photosites: int, pixels: int, offset: float, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -2,14 +2,16 @@
 
 from dataclasses import dataclass
 
-from simulator.optics.defocus.predicted_error import error_terms, ignored_error
+from simulator.optics.defocus.predicted_error import error_terms, ignored_error, terms_by_distance
 from simulator.optics.error_term import ErrorTerm, Limit
 from simulator.optics.geometry.motion_errors import motion_errors
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.psf_errors import psf_errors
+from simulator.optics.veiling_glare import glare_errors
 
 ROUNDING = 1.001  # of a prediction that was chosen to be the tolerance
 REFERENCE_SIGMA = 0.05  # what 99.9 % of the photosites keep on the reference path: 3.3 standard errors of its rays
+ILLUMINATION = "relative illumination"  # effect of its term
 SMALLEST_SIGMA = 1e-4  # prediction below which a term is not worth a line
 
 
@@ -80,12 +82,22 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     terms: list[ErrorTerm] = []
     blur = optics.moving_blur
     if blur is None:
-        terms += ignored_error(accuracy, optics.ignored_px)
+        terms += ignored_error(accuracy, optics.ignored_px, contrast, is_fine=optics.projection.is_fine)
     elif optics.psf is None or not optics.psf.by_distance:
         terms += error_terms(blur, contrast)
+    else:
+        terms += terms_by_distance(blur, contrast, has_coverage=optics.has_coverage)
     smallest_px = None if optics.defocus is None else min(least for least, _ in optics.defocus.of_scene().ranges_px)
-    terms += psf_errors(optics.psf, optics.psf_skipped, accuracy, smallest_px, contrast.curvature)
+    terms += psf_errors(optics.psf, optics.psf_skipped, accuracy, smallest_px, contrast.curvature, optics.sampling_error)
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))
     terms += max(moving, key=lambda found: sum(term.sigma for term in found))
+    paths_px = [motion.length.longest_px for motion in (optics.motion, optics.flash_motion) if motion is not None]
+    blur_px = optics.ignored_px if optics.defocus is None else optics.defocus.largest_px
+    terms += glare_errors(
+        optics.veiling_glare, accuracy, optics.sensor_px, sum([blur_px, *paths_px]), optics.projection.stretch
+    )
+    if optics.illumination_error:
+        share = accuracy.in_sigma(optics.illumination_error)
+        terms.append(ErrorTerm(ILLUMINATION, "a table of the pupil that rims clip", share, "give a round aperture"))
     return ErrorBudget(optics.tolerance, tuple(term for term in terms if term.sigma > SMALLEST_SIGMA))

@@ -24,7 +24,8 @@ from simulator.optics.psf import psf_cost
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.kernel_split import Core
 from simulator.optics.psf.psf_errors import PSF
-from simulator.pipeline.error_budget import ErrorBudget, error_budget
+from simulator.optics.veiling_glare import GLARE
+from simulator.pipeline.error_budget import ILLUMINATION, ErrorBudget, error_budget
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.sensor_plan import SensorPlan
@@ -109,7 +110,7 @@ def passes_of(
     computed on its own.
     """
     budget = error_budget(optics)
-    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), _psf(optics, budget))
+    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), _psf(optics, budget, tiles))
     motion = _motion(optics, still, budget)
     is_first = optics.motion is not None and optics.motion.method == "swept_first"
     if is_first:
@@ -122,7 +123,7 @@ def passes_of(
     blur = (motion, defocus, psf) if is_first else (defocus, psf, motion)
     image = (
         *(_by_color(one, optics) if optics.joins_colors else one for one in blur),
-        _skippable("veiling glare", optics.veiling_glare is not None, optics, "even light added", "the lens scatters no light"),
+        _veiling_glare(optics, budget),
         _optical_crosstalk(optics, sensor),
         _optical_black(optics, sensor),
     )
@@ -133,6 +134,7 @@ def passes_of(
         maps.append(_truth_rgb(optics, (*sampling, *image, lines, noise_free)))
     again = (_later_exposures(optics, later, (*sampling, *image, lines)),) if later else ()
     read = _readings(optics, sensor) if isinstance(sensor, HdrSensorPlan) else _sensor(optics, sensor)
+    read = replace(read, error_sigma=_error(budget, ILLUMINATION))
     frame = (*again, read, noise_free, *maps, _strips(optics, strips))
     return (*sampling, _radius_statistics(optics, defocus), *image, lines, *frame)
 
@@ -189,7 +191,7 @@ def _error(budget: ErrorBudget, *effects: str) -> float | None:
 def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) -> Pass:
     defocus, pixels = optics.defocus, _pixels(optics)
     if defocus is None:
-        told = describe_ignored(optics.accuracy, optics.ignored_px)
+        told = describe_ignored(optics.accuracy, optics.ignored_px, optics.contrast, is_fine=optics.projection.is_fine)
         return Pass("defocus", False, told, error_sigma=_error(budget, BLUR))
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")
@@ -318,19 +320,37 @@ def _instants_ms(optics: OpticsPlan, motion: MotionPlan, still: tuple[Pass, ...]
     return instants_cost_ms(motion, AGAIN * sum(kept.values()) + blur_ms, launches_ms)
 
 
-def _psf(optics: OpticsPlan, budget: ErrorBudget) -> Pass:
-    psf, pixels, error = optics.psf, _pixels(optics), _error(budget, PSF)
+def _psf(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") -> Pass:
+    psf = optics.psf
     if psf is None:
         ideal = "the lens is ideal and photosites are sensitive all over"
         if optics.projection.open_side < 1.0:
             ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
         why = ideal if optics.psf_skipped is None else optics.psf_skipped.reason
-        return Pass("point spread function", False, why, error_sigma=error)
+        return Pass("point spread function", False, why, error_sigma=_error(budget, PSF))
     places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"
+    includes_blur = psf.by_distance and optics.defocus is not None
+    error = _error(budget, PSF, BLUR) if includes_blur else _error(budget, PSF)
+    core = psf.core
+    one = _transformed_psf(optics, psf, places, error) if core is None else _gathered_psf(optics, psf, core, places, error)
+    return _with_covariance(one, tiles) if includes_blur and tiles is not None else one
+
+
+def _with_covariance(one: Pass, tiles: "TilePlan") -> Pass:
+    """Return the pass of kernels by distance with the blocks that add the covariance of layers."""
+    from simulator.optics.defocus.predicted_cost import cost_ms
+    from simulator.optics.passes.blur_work import work_of
+
+    share = float(tiles.chosen.blocks.sampled().mean())
+    method = f"{one.method}, covariance of layers from points of the aperture in {100 * share:.3g} %"
+    return replace(one, method=method, cost_ms=one.cost_ms + cost_ms(work_of(tiles)))
+
+
+def _transformed_psf(optics: OpticsPlan, psf: FieldPsf, places: str, error: float | None) -> Pass:
+    """Pass of a PSF that the host transforms. error: predicted."""
+    pixels = _pixels(optics)
     slabs = f", {len(psf.radii_px)} slabs of blur radius" if len(psf.radii_px) > 1 else ""
     method = f"{places}, {2 * psf.reach_px + 1} photosites wide{slabs}"
-    if psf.core is not None:
-        return _gathered_psf(optics, psf, psf.core, places, error)
     bytes_each = 4 + 8 * optics.channels * (not psf.by_distance) + 4 * (optics.defocus is None or psf.by_distance)
     if optics.defocus is not None and psf.by_distance:
         bytes_each += 4 * optics.defocus.maps
@@ -372,6 +392,11 @@ def _gather_bytes(optics: OpticsPlan, psf: FieldPsf, core: Core) -> int:
         planes += layers * (optics.channels + optics.has_coverage + 1)
     cells = optics.channels * band.layout.set_columns * (band.rows // 2) if core.has_tail else 0
     return 4 * (planes * math.prod(band.layout.shape(1)) + 2 * cells)
+
+
+def _veiling_glare(optics: OpticsPlan, budget: ErrorBudget) -> Pass:
+    is_there, lacking = optics.veiling_glare is not None, "the lens scatters no light"
+    return replace(_skippable(GLARE, is_there, optics, "even light added", lacking), error_sigma=_error(budget, GLARE))
 
 
 def _optical_crosstalk(optics: OpticsPlan, sensor: SensorPlan) -> Pass:

@@ -178,3 +178,19 @@ def test_a_share_of_all_light_or_none_is_refused(share):
         replace(LENS, veiling_glare=share)
     with pytest.raises(PhotositeError, match="lens.pinhole.veiling_glare = .*: give the share"):
         Pinhole(0.3, 50.0, veiling_glare=share)
+
+
+def test_what_blur_does_to_the_mean_is_stated():
+    """A bright border that blur moves off the frame: in the noise of the dark middle, against the mean of the blurred frame."""
+    planes = np.full((40, 60), 0.01)
+    planes[:, :2] = 1.0
+    shot = Shot(band_scene(planes, 4.0), replace(LENS, veiling_glare=0.05), Exposure(0.02), small_camera(60, 40))
+    with_glare, without = (simulate(replace(shot, lens=lens)).mean_electrons.astype(float) for lens in (shot.lens, LENS))
+    planned = plan(shot)
+    (term,) = (one for one in planned.error_budget.terms if one.effect == "veiling glare")
+    veil_e = float(np.median(with_glare - 0.95 * without))
+    off_e = abs(veil_e - 0.05 * float(without.mean()))
+    noise_e = math.sqrt(max(float(with_glare.min()) + planned.optics.accuracy.read_noise_e**2, 1.0))
+    assert 0.0 < off_e / noise_e <= term.sigma
+    sharp = plan(replace(shot, scene=band_scene(planes, 2.0))).error_budget
+    assert not [one for one in sharp.terms if one.effect == "veiling glare"]

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
-from helpers.lens_frame import LENS
+from helpers.lens_frame import LENS, depth_of
 from helpers.scene_builders import band_scene
 
 from simulator.exposure.camera_motion import SteadyMotion
@@ -60,3 +60,41 @@ def test_each_effect_has_its_terms():
     slow = dataclasses.replace(shot, motion=Motion(camera=SteadyMotion(pan_deg_per_s=1e-2)))
     (left_out,) = (term for term in plan(slow).error_budget.terms if term.effect == "motion blur")
     assert "nothing moves far" in left_out.cause and 0.0 < left_out.sigma < 0.1
+
+
+def terms_of(
+    planes: np.ndarray, radius_px: float, side: int = 48, tolerance: float = 0.1, **lens: object
+) -> dict[str, ErrorTerm]:
+    """Terms of a picture at a distance of this blur radius, by effect."""
+    scene = band_scene(planes, depth_of(radius_px))
+    shot = Shot(scene, dataclasses.replace(LENS, **lens), Exposure(0.001), small_camera(side, side), tolerance=tolerance)
+    return {term.effect: term for term in plan(shot).error_budget.terms}
+
+
+def test_blur_that_is_left_out_counts_by_the_light_and_by_its_own_noise():
+    """A gradient has less of it than noise, and a faint texture beside bright light more than as a share of that."""
+    noise = np.random.default_rng(1).random((48, 48))
+    gradient = np.linspace(0.5, 1.0, 48)[None].repeat(48, 0)
+    faint = np.where(np.arange(48) < 24, 0.02 * noise, 1.0)
+    smooth, rough, dark = (terms_of(planes, 0.1).get("lens blur") for planes in (gradient, noise, faint))
+    assert smooth is None or smooth.sigma < 0.01 * rough.sigma
+    assert dark.sigma > 0.02 * rough.sigma
+
+
+def test_a_lamp_in_a_fine_scene_has_a_term_where_its_blur_is_left_out():
+    lamp = np.full((96, 96), 0.5)
+    assert "lens blur" not in terms_of(lamp, 0.02)
+    lamp[40, 40] = 1e5
+    assert terms_of(lamp, 0.02)["lens blur"].sigma > 1.0
+
+
+def test_samples_that_mix_pixels_behind_a_filter_have_a_term():
+    """2.75 pixels per photosite in 3 samples; where they divide the pixels there is none."""
+    camera = dataclasses.replace(small_camera(48, 48), low_pass_um=4.0)
+
+    def found(pixels: int) -> float:
+        scene = band_scene(np.random.default_rng(1).random((pixels, pixels)), 2.0)
+        terms = plan(Shot(scene, LENS, Exposure(0.001), camera)).error_budget.terms
+        return sum(term.sigma for term in terms if "mix pixels" in term.cause)
+
+    assert found(132) > 0.1 and found(96) == found(144) == 0.0

@@ -110,6 +110,14 @@ def clipped_weights(
     return weights
 
 
+def clipped_work(pupil: Pupil, radius_px: float, samples_per_axis: int, area: PhotositeArea) -> dict[str, float]:
+    """Work of one image of `clipped_weights`: slices that are cut, products that are added up, and weights that are made."""
+    size, slices, parts = _clipped_grid(pupil, abs(radius_px), samples_per_axis, area)
+    samples = samples_per_axis * parts
+    whole, open_ = size + samples - 1, np.count_nonzero(area.shares(samples))
+    return {"slices": float(size * slices), "products": float(open_ * size * (size + whole)), "weights": float(whole**2)}
+
+
 def _clipped_grid(pupil: Pupil, radius_px: float, samples_per_axis: int, area: PhotositeArea) -> tuple[int, int, int]:
     """Weights per axis and slices of a clipped image of this radius [photosites], and the parts of each sample."""
     parts = area.parts(_not_sharp(radius_px), samples_per_axis)

@@ -191,6 +191,11 @@ class Defocus:
         return [replace(window, x=window.x + right, y=window.y + down) for right, down in sorted(places)]
 
     @property
+    def has_covariance(self) -> bool:
+        """Whether several layers are out of focus, so that the mean of their product is not the product of their means."""
+        return sum(most > self.accuracy.sharp_px for _, most in self.ranges_px) > 1
+
+    @property
     def maps(self) -> int:
         """Number of layers whose radius varies over the scene."""
         return sum(np.ndim(radius) > 0 for radius in self.radii_px)

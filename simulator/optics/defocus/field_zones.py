@@ -83,6 +83,10 @@ class Zones:
         numbers = [*nodes[whole], *nodes[cut[1]]]
         return taps + [make_taps(image, samples_per_axis) for image in cut_images], numbers, entries
 
+    def cut_counts(self, chosen: TileChoice, images: list[Image], places: np.ndarray) -> np.ndarray:
+        """Corners at which a rim clips each image, so that `images` makes taps of it: (images,). Arguments as of `images`."""
+        return np.asarray((self._needed(chosen, len(images), places) & self._clips[:, None]).sum(axis=0))
+
     def _needed(self, chosen: TileChoice, images: int, places: np.ndarray) -> np.ndarray:
         """Which images the tiles around each corner use: (corners, images) bool."""
         needed = np.zeros((len(self._clips), images), bool)

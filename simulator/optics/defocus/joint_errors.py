@@ -62,8 +62,7 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
     if accuracy.peak >= LAMP_PEAK:
         found.append(JointTerm("dots of lamps", _lamp_error(defocus, points), TIGHTER))
     if contrast.behind > 0.0:
-        is_extended = len(defocus.radii_px) > len(defocus.of_scene().radii_px)
-        share = hidden_error(contrast.behind, is_extended)
+        share = hidden_error(contrast.behind)
         found.append(JointTerm("background behind edges, which the scene does not show", share, LAYERS, "input"))
     return found
 

@@ -46,12 +46,18 @@ class PhotositeArea:
         return np.diff(borders) / self.open_side
 
     def mean(self, weights: np.ndarray, samples_per_axis: int) -> np.ndarray:
-        """Mean of weights (..., n, n) over the photosite's own samples: (..., m, m) with m = n + samples_per_axis - 1."""
-        shares, size = self.shares(samples_per_axis), weights.shape[-1]
+        """Mean of weights (..., n, n) over the photosite's own samples: (..., m, m) with m = n + samples_per_axis - 1.
+
+        Shares of both axes multiply, so that rows are averaged first and columns after them.
+        """
+        size = weights.shape[-1]
+        rows = np.zeros((*weights.shape[:-1], size + samples_per_axis - 1))
         spread = np.zeros((*weights.shape[:-2], size + samples_per_axis - 1, size + samples_per_axis - 1))
-        for down, share_down in enumerate(shares.tolist()):
-            for right, share in enumerate(shares.tolist()):
-                spread[..., down : down + size, right : right + size] += share_down * share * weights
+        open_ = [(place, share) for place, share in enumerate(self.shares(samples_per_axis).tolist()) if share > 0.0]
+        for right, share in open_:
+            rows[..., right : right + size] += share * weights
+        for down, share in open_:
+            spread[..., down : down + size, :] += share * rows
         return spread
 
     def _finer(self, parts: float) -> float:

@@ -21,6 +21,10 @@ COST_NS = {
     "corrections": 0.31,  # for each photosite, aperture sample and slab
     "points": 0.08,  # for each photosite and aperture sample that it may take
     "blocks": 55.0,  # for each photosite of blocks that sample the aperture
+    "clipped images": 1.1e4,  # for each image of the aperture that rims clip, which the host makes for each frame
+    "clipped slices": 17.0,  # for each slice of such an image
+    "clipped products": 0.17,  # for each of its weights and part of a photosite that adds it
+    "clipped weights": 12.0,  # for each of its weights on the parts of photosites
 }
 
 POINT_LAUNCHES, CORRECTION_LAUNCHES = 5.0, 6.0  # further launches of frames whose blocks sample the aperture

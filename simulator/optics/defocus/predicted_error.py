@@ -1,6 +1,7 @@
 """Predicts the error of the planned lens blur from its measured laws, before the frame is computed.
 
-The prediction is the sum of named terms, one for each cause. It shall not lie below what 99 % of the photosites have.
+The prediction is the sum of named terms, one for each cause. It shall not lie below what 99.9 % of the photosites have. Laws
+that bound 99 % of them, by which methods are chosen, are stated with the factor between the two that was measured.
 """
 
 from dataclasses import replace
@@ -25,7 +26,7 @@ from simulator.optics.defocus.accuracy import (
     twice_blurred_share,
     wide_error,
 )
-from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, sample_count
+from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, correction_count, sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
 from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
 from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms
@@ -34,8 +35,13 @@ from simulator.optics.error_term import ErrorTerm, Limit
 
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 RAYS = "give tolerance: 0 for rays"
+LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
+MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
 FINEST = 1e-6  # tolerance at which samples per photosite are as many as they can be [standard deviations of the noise]
 SOFTER = 0.3  # share of the error of small circles that is left where light bends between pixels, instead of even squares
+# From what laws bound to p99.9. Squares and crossing: random squares in greys (`python benchmarks/audit --laws`).
+# Occlusion: docs/lens_accuracy.md, `motorcycle_wide_open`, p99 0.41 and p99.9 0.87.
+OF_SQUARES, OF_CROSSING, OF_OCCLUSION = 1.7, 1.3, 2.1
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
 
@@ -54,14 +60,14 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     radii, ranges = own.radii_px, own.ranges_px
     ignored = [min(most, own.copied_px) for least, most in ranges if least <= own.copied_px]
     blurred = [max(least, own.copied_px) for least, most in ranges if most > own.copied_px]
-    detail = min(contrast.curvature / WAVE_CURVATURE, 1.0)
+    detail = contrast.curvature / WAVE_CURVATURE
     terms: list[ErrorTerm] = []
 
     def add(cause: str, share: float, fix: str, limit: Limit = "method", *, falls: bool = False) -> None:
         terms.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(share), fix, limit, falls))
 
     if max(ignored, default=0.0) > 0.0:
-        left_out = max(detail * copy_error(max(ignored)), crossing_error(max(ignored), accuracy.detail))
+        left_out = max(detail * copy_error(max(ignored)), OF_CROSSING * crossing_error(max(ignored), accuracy.detail))
         add(f"no blur up to a radius of {max(ignored):.2g}", left_out, TIGHTER, falls=True)
     if not blurred:
         return terms
@@ -74,12 +80,18 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         smooth = contrast.curvature * twice_blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)
         grid = min(smooth, grid_error(min(blurred), finest, defocus.scale))
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
+            alone = len(defocus.radii_px) == 1 and not is_sloped  # else the sum of several terms is above p99.9 of their sum
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
-            grid = squares if len(defocus.radii_px) == 1 and not is_sloped else max(squares, grid)
+            grid = squares_left(accuracy, float(smallest[0]), finest, defocus.scale) if alone else max(squares, grid)
         most = int(replace(own, accuracy=replace(accuracy, tolerance=FINEST)).samples_per_axis(smallest, smallest)[0])
         add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE, falls=finest < most)
     if is_sloped:
-        add(f"slopes in steps of {accuracy.slope_step:.2g}", slope_error(accuracy.slope_step), TIGHTER, falls=True)
+        add(
+            f"slopes in steps of {accuracy.slope_step:.2g}",
+            contrast.around * slope_error(accuracy.slope_step),
+            TIGHTER,
+            falls=True,
+        )
     if contrast.lamp > 0.0:
         spots = max(spot_error(contrast.lamp), rim_error(contrast.lamp, accuracy))
         add("edges of the spots of lamps", spots, FINER_SCENE)
@@ -89,8 +101,13 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         range_ = contrast.beside / WORST.beside  # of the light beside the steps
         fix = LAYERS if defocus.guessed else TIGHTER  # more points are not taken where what they see is assumed
         more = not defocus.guessed and points < MOST_OF_ALL
-        add(f"{points} points of the aperture beside steps in depth", range_ * occlusion_error(points), fix, falls=more)
-        slabs = range_ * slab_error(defocus.classes_per_unit)
+        add(
+            f"{points} points of the aperture beside steps in depth",
+            range_ * OF_OCCLUSION * occlusion_error(points),
+            fix,
+            falls=more,
+        )
+        slabs = range_ * OF_OCCLUSION * slab_error(defocus.classes_per_unit)
         add(f"{defocus.classes_per_unit:.2g} slabs of radius", slabs, fix, falls=accuracy.coarser > 1.0)
         if own.largest_px >= defocus.wide_px:
             add("wider photosites", range_ * wide_error(defocus.wide_px), TIGHTER, falls=not defocus.guessed)
@@ -107,9 +124,47 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         if contrast.has_steps:
             add("one pupil for a block beside steps in depth", middle_error(own.eyes.movement(BLOCK_COLUMNS)), RAYS)
     if contrast.behind > 0.0:
-        is_extended = len(defocus.radii_px) > len(radii)
-        hidden = hidden_error(contrast.behind, is_extended)
-        add("background behind edges, which the scene does not show", hidden, LAYERS, "input")
+        add("background behind edges, which the scene does not show", hidden_error(contrast.behind), LAYERS, "input")
+    return terms
+
+
+def squares_left(accuracy: Accuracy, radius_px: float, samples_per_axis: int, scale: float) -> float:
+    """Error of samples of a fine scene that 99.9 % of the photosites keep below, as a share of the brightest light.
+
+    Of circles that lie inside a sample it is at least that of no blur.
+    """
+    own = OF_SQUARES * float(accuracy.sampling_error(np.array(radius_px), samples_per_axis, scale))
+    if own == 0.0 or radius_px * samples_per_axis > 0.5:
+        return own
+    return max(own, OF_CROSSING * crossing_error(radius_px, accuracy.detail))
+
+
+def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_coverage: bool = True) -> list[ErrorTerm]:
+    """Predict what kernels by distance leave of surfaces that hide each other, beside the errors of the kernels.
+
+    The means of layers are composited. What they lack is the covariance of layers over the aperture, which is added from points
+    (`Method.CORRECTED`). A surface with steps in depth hides parts of itself by their means alone.
+    has_coverage: whether any layer lets others be seen; else only the first one counts.
+    """
+    accuracy, own, terms = defocus.accuracy, defocus.of_scene(), list[ErrorTerm]()
+
+    def add(cause: str, share: float, fix: str, limit: Limit = "method", *, falls: bool = False) -> None:
+        terms.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(share), fix, limit, falls))
+
+    if has_coverage and own.has_covariance:
+        radius_px = np.array([own.largest_px])
+        finest = int(own.samples_per_axis(radius_px, radius_px)[0])
+        every = int(sample_count(radius_px, defocus)[0])
+        points = int(correction_count(np.array(every), finest))  # no error of means beside them hides that of fewer points
+        left = contrast.mixed * points_error(points, finest)
+        add(f"{points} points of the aperture", left, TIGHTER, falls=every < MOST_OF_ALL)
+        softer = 1.0 if accuracy.detail else SOFTER
+        add("layers with circles as small as the samples", softer * contrast.mixed * _small_circles(own), LAYERED)
+    if contrast.has_steps and not defocus.guessed:
+        range_ = contrast.beside / WORST.beside  # of the light beside the steps
+        add("means of slabs of radius that hide each other", range_ * MOST_COVARIANCE, LAYERED)
+    if contrast.behind > 0.0:
+        add("background behind edges, which the scene does not show", hidden_error(contrast.behind), LAYERS, "input")
     return terms
 
 
@@ -128,12 +183,21 @@ def _small_circles(defocus: Defocus) -> float:
     return max(found)
 
 
-def ignored_error(accuracy: Accuracy, radius_px: float) -> list[ErrorTerm]:
-    """Predict the error of leaving out all blur, whose largest radius is this [photosites]."""
+def ignored_error(
+    accuracy: Accuracy, radius_px: float, contrast: SceneContrast = WORST, *, is_fine: bool = False
+) -> list[ErrorTerm]:
+    """Predict the error of leaving out all blur, whose largest radius is this [photosites].
+
+    contrast: of the scene. is_fine: whether its pixels are finer than the photosites, so that lamps have edges inside them.
+    """
     if radius_px == 0.0:
         return []
-    error = accuracy.in_sigma(accuracy.ignoring_error(radius_px))
-    return [ErrorTerm(BLUR, f"no blur up to a radius of {radius_px:.2g}", error, TIGHTER, falls=True)]
+    lamp = crossing_error(radius_px, accuracy.lamp_contrast) if is_fine else 0.0
+    left_out = max(
+        contrast.curvature / WAVE_CURVATURE * copy_error(radius_px), crossing_error(radius_px, accuracy.detail), lamp
+    )
+    cause = f"no blur up to a radius of {radius_px:.2g}"
+    return [ErrorTerm(BLUR, cause, accuracy.in_sigma(left_out), TIGHTER, falls=True)]
 
 
 def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
@@ -141,12 +205,15 @@ def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
     return sum(term.sigma for term in error_terms(defocus, contrast))
 
 
-def describe_ignored(accuracy: Accuracy, radius_px: float) -> str:
-    """Describe why no blur is computed where the largest blur circle has this radius [photosites], with the predicted error."""
+def describe_ignored(accuracy: Accuracy, radius_px: float, contrast: SceneContrast = WORST, *, is_fine: bool = False) -> str:
+    """Describe why no blur is computed where the largest blur circle has this radius [photosites], with the predicted error.
+
+    The arguments are those of `ignored_error`.
+    """
     told = f"no blur circle has a radius above {accuracy.sharp_px:.2g} photosites"
-    if radius_px == 0.0:
+    error = sum(term.sigma for term in ignored_error(accuracy, radius_px, contrast, is_fine=is_fine))
+    if error == 0.0:
         return told
-    error = accuracy.in_sigma(accuracy.ignoring_error(radius_px))
     return f"{told}; without that of radius {radius_px:.2g} the light is off by up to {error:.2g} sigma"
 
 

@@ -28,7 +28,9 @@ class SceneContrast:
     beside: deviation of the light beside depth edges from its mean around them, that of lamps left out; 0.5 where it varies by
         its whole range. behind: the same, where the scene does not hold what is hidden; 0: it does.
     has_steps: whether a surface has steps in depth, so that it occludes parts of itself.
-    mixed: range of the light within a blur circle of several layers, that of lamps left out; 0: there is one layer.
+    mixed: range of the light of several layers within half of a blur circle, of what is behind the first where that is less,
+        lamps left out; 0: there is one layer, or even light behind it: the first one's own light is a mean, whatever is behind.
+    around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out; 0: none varies.
     """
 
     curvature: float = 1.0
@@ -38,6 +40,7 @@ class SceneContrast:
     has_steps: bool = False
     texture: float = 1.0
     mixed: float = 1.0
+    around: float = 1.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -52,8 +55,8 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     lamp = max(_brightest_spot(layer, to_share, radius, defocus.scale, defocus.accuracy.sharp_px) for layer, radius in layers)
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
-    mixed = _mixed_range(scene, to_share, defocus) if scene.behind else 0.0
-    return SceneContrast(curvature, lamp, beside, beside if defocus.guessed else 0.0, has_steps, texture, mixed)
+    mixed, around = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else (0.0, 0.0)
+    return SceneContrast(curvature, lamp, beside, beside if defocus.guessed else 0.0, has_steps, texture, mixed, around)
 
 
 def _seen(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:
@@ -112,31 +115,62 @@ def _has_steps(radius_px: float | np.ndarray, scale: float) -> bool:
     return any(bool((np.abs(np.diff(radius_px, axis=axis)) > least).any()) for axis in (0, 1))
 
 
-def _mixed_range(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:
-    """Quantile MOST of the range of a composite's light within half of the largest blur circle, by the noise of its mean.
+def sharp_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
+    """Measure the contrast on which the error of leaving out a blur depends; the arguments are those of `scene_contrast`."""
+    layers = zip(scene.layers, defocus.radii_px, strict=False)
+    every = [_curvatures(layer, per_share * weights, defocus)[0] for layer, _ in layers]
+    return SceneContrast(curvature=max(every))
+
+
+def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float]:
+    """Return `SceneContrast.mixed` and `around`: quantiles MOST of ranges of the light, by the noise of its mean.
 
     The mean is that within the smallest circle. Layers are composited at rest; their light behind others ranges as what is
-    seen of them. At the rim of a circle errors end, so that half of it counts.
+    seen of them. At the rim of a circle errors of layers end, so that half of it counts.
     """
     from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter1d
 
     step = math.ceil(math.sqrt(scene.planes[..., 0].size / MOST_MIXED))
-    shape = *scene.planes[::step, ::step, 0].shape, to_share.shape[1]
-    light, through = np.zeros(shape, np.float32), np.ones((*shape[:2], 1), np.float32)
-    for layer in scene.layers:
-        light = light + through * np.minimum(layer.planes[::step, ::step] @ to_share, LAMP)
-        if layer.coverage is None:
-            break
-        through = through * (1.0 - layer.coverage[::step, ::step, None])
-    least_px = min(least for least, _ in defocus.ranges_px)
-    narrow, wide = (
-        min(2 * math.ceil(radius_px * defocus.scale / step) + 1, _WIDEST_PX)
-        for radius_px in (least_px, 0.5 * defocus.largest_px)
-    )
-    range_ = maximum_filter(light, (wide, wide, 1)) - minimum_filter(light, (wide, wide, 1))
-    narrow = max(narrow, round(defocus.scale / step))
+    layers = [
+        (
+            np.minimum(layer.planes[::step, ::step] @ to_share, LAMP),
+            None if layer.coverage is None else layer.coverage[::step, ::step],
+        )
+        for layer in scene.layers
+    ]
+    light = _composite(layers)
+
+    def width_of(radius_px: float) -> int:
+        return min(2 * math.ceil(radius_px * defocus.scale / step) + 1, _WIDEST_PX)
+
+    narrow = max(width_of(min(least for least, _ in defocus.ranges_px)), round(defocus.scale / step))
     mean = uniform_filter1d(uniform_filter1d(light, narrow, axis=0), narrow, axis=1)
-    return float(np.quantile(_seen(range_, mean, defocus.accuracy), MOST))
+
+    def range_of(light: np.ndarray, radius_px: float) -> np.ndarray:
+        wide = width_of(radius_px)
+        return np.asarray(maximum_filter(light, (wide, wide, 1)) - minimum_filter(light, (wide, wide, 1)))
+
+    def most_seen(range_: np.ndarray) -> float:
+        return float(np.quantile(_seen(range_, mean, defocus.accuracy), MOST))
+
+    mixed = around = 0.0
+    if scene.behind:
+        half_px = 0.5 * defocus.largest_px
+        mixed = most_seen(np.minimum(range_of(light, half_px), range_of(_composite(layers[1:]), half_px)))
+    if defocus.maps:
+        around = most_seen(range_of(light, defocus.largest_px))
+    return mixed, around
+
+
+def _composite(layers: list[tuple[np.ndarray, np.ndarray | None]]) -> np.ndarray:
+    """Light of layers over one another. layers: light (rows, columns, channels) times coverage, and coverage; None: it is 1."""
+    light, through = np.zeros_like(layers[0][0], np.float32), np.ones((*layers[0][0].shape[:2], 1), np.float32)
+    for own, coverage in layers:
+        light = light + through * own
+        if coverage is None:
+            break
+        through = through * (1.0 - coverage[..., None])
+    return light
 
 
 def _beside_edges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> float:

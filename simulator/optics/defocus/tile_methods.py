@@ -69,6 +69,10 @@ class TileChoice:
         """Return the choice in which these tiles (a mask) are not computed."""
         return replace(self, computed=self.computed & ~tiles)
 
+    def tiles_of_blocks(self, blocks: np.ndarray) -> np.ndarray:
+        """Mask of the tiles that hold any of these blocks (a mask)."""
+        return _any_block(blocks)
+
     def tiles_with(self, *methods: Method) -> np.ndarray:
         """Mask of the computed tiles that have one of these methods."""
         return self.computed & np.isin(self.methods, methods)

@@ -4,7 +4,7 @@ import numpy as np
 
 from simulator.errors import require
 from simulator.optics.lens.lens import Lens
-from simulator.optics.pupil.vignetting import NODES, relative_pupil_areas
+from simulator.optics.pupil.vignetting import NODES, pupil_area_error, relative_pupil_areas
 from simulator.sensor.stages.irradiance import Irradiance
 
 
@@ -27,6 +27,13 @@ def plan_irradiance(lens: Lens, pixel_pitch_um: float, width_px: int, height_px:
         centre_y_px=0.5 * height_px,
         vignetting=vignetting,
         nodes_per_px=(len(vignetting) - 1) / corner_px if vignetting else 0.0,
+    )
+
+
+def illumination_error(lens: Lens, pixel_pitch_um: float, width_px: int, height_px: int) -> float:
+    """Error of the table of clipped pupils of `plan_irradiance`, as a share of the light on the axis; 0: no rim clips."""
+    return pupil_area_error(
+        lens.pupil, 1e-3 * pixel_pitch_um / lens.image_distance_mm * 0.5 * float(np.hypot(width_px, height_px))
     )
 
 

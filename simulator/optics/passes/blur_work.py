@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from simulator.optics.defocus.aperture_kernel import clipped_work
 from simulator.optics.defocus.aperture_rectangles import rectangle_count
 from simulator.optics.defocus.defocus import TILE_COLUMNS, TILE_ROWS
 from simulator.optics.defocus.predicted_cost import Work, add, tile_work
@@ -13,7 +14,7 @@ from simulator.optics.passes.tile_plan import TilePlan
 
 def work_of(tiles: TilePlan) -> Work:
     """Return the work of all tiles, and of those on wider photosites, which are blurred in each colour."""
-    own = tile_work(tiles.chosen, tiles.defocus) | _band_work(tiles) | _gather_work(tiles)
+    own = tile_work(tiles.chosen, tiles.defocus) | _band_work(tiles) | _gather_work(tiles) | _clipped_work(tiles)
     return own if tiles.wide is None else add(own, work_of(tiles.wide), tiles.optics.channels)
 
 
@@ -40,3 +41,20 @@ def _gather_work(tiles: TilePlan) -> Work:
     radius_px = chosen.largest_px[gathered]
     taps = np.ceil((1.0 + 2.0 * tiles.defocus.pupil.corner_radius * radius_px) * projection.scale) + 1.0
     return {"gathers": float(TILE_ROWS * TILE_COLUMNS * (taps**2 * rectangle_count(radius_px)).sum())}
+
+
+def _clipped_work(tiles: TilePlan) -> Work:
+    """Return the work of the images of the aperture that rims clip, at each corner of the zones around the tiles."""
+    found: Work = {}
+    if tiles.zones is None:
+        return found
+    area, pupil = tiles.defocus.area, tiles.zones.eyes.pupil
+    for over in tiles.chosen.sample_grids():
+        chosen = tiles.chosen.part(slice(0, len(tiles.chosen.computed)), over)
+        images, places = chosen.table()
+        counts = tiles.zones.cut_counts(chosen, images, places)
+        for radius_px in {abs(image.radius_px) for image, count in zip(images, counts, strict=True) if count}:
+            same = np.array([abs(image.radius_px) == radius_px for image in images])
+            each = {f"clipped {name}": work for name, work in clipped_work(pupil, radius_px, over, area).items()}
+            found = add(found, {"clipped images": 1.0, **each}, float(counts[same].sum()))
+    return found

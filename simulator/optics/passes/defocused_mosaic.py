@@ -47,6 +47,14 @@ def defocused_mosaics(
     return lights
 
 
+def add_covariance(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer], light: Buffer) -> None:
+    """Add to a mosaic of layers that were gathered by distance the covariance of the layers over the aperture, in place.
+
+    tiles: a plan of `only_covariance`. planes: as of `defocused_mosaic`.
+    """
+    _blur_bands(tiles, [cfa], device, planes, [light], lambda share: None)
+
+
 def _blur_bands(
     tiles: TilePlan,
     cfas: Sequence[Cfa],

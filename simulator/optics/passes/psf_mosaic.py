@@ -14,7 +14,7 @@ from simulator.device import Buffer, Device
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.defocused_mosaic import defocused_mosaics
+from simulator.optics.passes.defocused_mosaic import add_covariance, defocused_mosaics
 from simulator.optics.passes.psf_gather import gather_psf
 from simulator.optics.passes.psf_slabs import gather_slabs
 from simulator.optics.passes.reference_mosaic import reference_mosaic
@@ -54,9 +54,22 @@ def psf_mosaic(
 ) -> Buffer:
     """Device buffer (height, width) float32: the mosaic of electron radiance behind the lens.
 
-    blur: methods of the geometric blur that comes first; None: of the reference, by rays, or no blur.
+    blur: methods of the geometric blur that comes first; None: of the reference, by rays, or no blur. Of kernels by distance:
+    blocks to which the covariance of layers is added; None: there are none.
     planes: a device buffer for each layer, as for `defocused_mosaics`.
     """
+    if not _psf_of(optics).by_distance:
+        return _spread_mosaic(optics, blur, device, planes, progress)
+    light = _spread_mosaic(optics, None, device, planes, progress)
+    if blur is not None:
+        add_covariance(blur, optics.cfa, device, list(planes), light)
+    return light
+
+
+def _spread_mosaic(
+    optics: OpticsPlan, blur: TilePlan | None, device: Device, planes: Sequence[Buffer], progress: Callable[[float], None]
+) -> Buffer:
+    """`psf_mosaic` of which layers are composited by their means. blur: of the geometric blur that comes first, or None."""
     frame, psf = optics.window, _psf_of(optics)
     if psf.is_gathered_by_distance:
         return gather_slabs(optics, device, planes, progress)

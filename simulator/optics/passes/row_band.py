@@ -132,7 +132,7 @@ class RowBand:
             self._compute_means(chosen.without(~corrected), rows)
         self._sample_aperture(chosen.blocks, slabs, rows)
         for found in (lamps, highlights):
-            if found is not None:
+            if found is not None and not self.tiles.only_covariance:
                 lights = [(self._filter(mosaic), mosaic.light) for mosaic in self.mosaics]
                 found.spread(slabs.buffer, lights, self._row_band(rows))
 

@@ -27,6 +27,7 @@ class TilePlan:
     area: geometry of tiles and bands. maps: blur radii on the device. chosen: method of each tile and block.
     zones: zones of the field, where rims clip the pupil; None: the pupil is the same everywhere.
     wide: the same on photosites twice as wide, for the blocks with the method WIDE; None: there are none.
+    only_covariance: whether kernels by distance gather the light, so that blocks add the covariance of its layers alone.
     """
 
     optics: OpticsPlan
@@ -35,6 +36,7 @@ class TilePlan:
     chosen: TileChoice
     zones: Zones | None
     wide: Self | None = None
+    only_covariance: bool = False
 
     @property
     def defocus(self) -> Defocus:
@@ -82,11 +84,32 @@ class TilePlan:
 
 def plan_tiles(optics: OpticsPlan, device: Device) -> TilePlan | None:
     """Measure the blur radii of a frame on a device and choose each tile's method; None where methods do not differ by tile."""
-    psf = optics.psf
     defocus = optics.defocus
-    if defocus is None or optics.accuracy.tolerance == 0.0 or (psf is not None and psf.by_distance):
+    if defocus is None:
+        return None
+    if optics.psf is not None and optics.psf.by_distance:
+        return _plan_covariance(optics, defocus, device) if optics.has_coverage and defocus.has_covariance else None
+    if optics.accuracy.tolerance == 0.0:
         return None
     return _plan_tiles(replace(optics, window=optics.blur_window()), defocus, device)
+
+
+def _plan_covariance(optics: OpticsPlan, defocus: Defocus, device: Device) -> TilePlan | None:
+    """Plan the blocks of light gathered by distance to which the covariance of layers is added; None: there are none.
+
+    Kernels by distance composite the means of layers. Blocks that see several layers out of focus lack their covariance over
+    the aperture, which is that of the rays of geometry (kernels/occlusion.cl, CORRECTION 1).
+    """
+    planned = _plan_tiles(optics, defocus, device)
+    blocks = planned.chosen.blocks
+    corrected = blocks.computed & (blocks.methods == Method.CORRECTED)
+    if not corrected.any():
+        return None
+    tiles = planned.chosen.tiles_of_blocks(corrected)
+    blocks = replace(blocks, methods=np.where(corrected, blocks.methods, Method.COPY))
+    methods = np.full_like(planned.chosen.methods, Method.OCCLUSION)  # whose tiles have no means
+    chosen = replace(planned.chosen, computed=tiles, methods=methods, blocks=blocks)
+    return replace(planned, chosen=chosen, wide=None, only_covariance=True)
 
 
 def _plan_tiles(optics: OpticsPlan, defocus: Defocus, device: Device, needed: np.ndarray | None = None) -> TilePlan:

@@ -7,16 +7,23 @@ from simulator.optics.psf.pixel_aperture import Sampling
 
 PSF = "point spread function"  # effect of the terms
 TIGHTER = "give a smaller tolerance"
+DIVIDED = "give a scene of 1, 2 or 4 pixels per photosite that begin at its border"
 BLURRED = "it is gone without camera.low_pass and camera.fill_factor, or where nothing is in focus"
 
 
 def psf_errors(
-    psf: FieldPsf | None, skipped: Skipped | None, accuracy: Accuracy, smallest_px: float | None = None, contrast: float = 1.0
+    psf: FieldPsf | None,
+    skipped: Skipped | None,
+    accuracy: Accuracy,
+    smallest_px: float | None = None,
+    contrast: float = 1.0,
+    sampling_error: float = 0.0,
 ) -> list[ErrorTerm]:
     """Return the errors of a kernel, of the light that it is applied to, or of leaving it out.
 
     skipped: why there is none; None: there is one. smallest_px: radius of the smallest blur circle, of a geometric blur that
     comes first; None: none does. contrast: second difference of the light between photosites, as a share of the brightest.
+    sampling_error: of the light that kernels by distance are applied to, the same.
     """
     if skipped is not None:
         return [ErrorTerm(PSF, "none, since its effect is small", skipped.sigma, TIGHTER, falls=True)]
@@ -30,6 +37,9 @@ def psf_errors(
         found.append(
             ErrorTerm(PSF, "light of whole photosites behind a blur, which a low-pass or open area divides", error, BLURRED)
         )
+    if sampling_error > 0.0:
+        cause = f"{psf.over} x {psf.over} samples of light per photosite, which mix pixels of the scene"
+        found.append(ErrorTerm(PSF, cause, accuracy.in_sigma(sampling_error), DIVIDED))
     return found
 
 

@@ -5,14 +5,23 @@ import math
 
 import numpy as np
 import pytest
-from helpers.aberrated_walls import SPHERICAL, depth_map, thin_lens
-from helpers.green_frames import PITCH_UM
+from helpers.aberrated_walls import SPHERICAL, depth_at, depth_map, thin_lens
+from helpers.camera_builders import green_camera
+from helpers.green_frames import EXPOSURE, PITCH_UM
 from helpers.psf_frames import MARGIN, SIDE, contrasts, error, shot_of
+from helpers.scene_builders import band_scene
 
+from simulator.device import Device
+from simulator.exposure.settings import Exposure
 from simulator.optics.lens.wavefront import Aberrations
+from simulator.optics.passes.camera_planes import camera_planes
+from simulator.optics.passes.psf_mosaic import psf_mosaic
+from simulator.optics.passes.tile_plan import TilePlan
 from simulator.optics.psf.field_psf import FieldPsf
-from simulator.pipeline.planner import plan
+from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
+from simulator.scene.scene import Layer
 from simulator.sensor.camera.camera import Window
 
 
@@ -71,3 +80,37 @@ def test_surfaces_occlude_each_other_as_by_transforms():
     found, truth = (simulate(dataclasses.replace(shot, tolerance=one)).mean_electrons.astype(float) for one in (0.1, 0.0))
     z = np.abs(found - truth) / np.sqrt(truth)
     assert np.quantile(z, 0.9) < 0.1 and np.quantile(z, 0.99) < 0.35
+
+
+def two_layers(tolerance: float) -> Shot:
+    """Squares with a texture before squares with a texture, on either side of the focus."""
+    through, side = thin_lens(5.6, SPHERICAL), 64
+    planes = 0.1 + 0.9 * contrasts()[:side, SIDE - side :]
+    cover = np.kron(np.random.default_rng(5).random((8, 8)) > 0.5, np.ones((8, 8))).astype(np.float32)
+    wall = Layer(np.ascontiguousarray(planes[::-1, :, None], np.float32), float(depth_at(through, 4.0)))
+    near = float(depth_at(through, -4.0))
+    scene = band_scene(planes * cover, near, coverage=cover, behind=(wall,), interpolation="nearest")
+    return Shot(scene, through, Exposure(0.2 * EXPOSURE.time_s), green_camera(side, side), tolerance=tolerance)
+
+
+def test_layers_out_of_focus_have_their_covariance(device):
+    """By the device against tolerance 0: within what the plan states; a window has the same bits."""
+    shot = two_layers(0.3)
+    planned, exact = (measure(plan(one), device) for one in (shot, dataclasses.replace(shot, tolerance=0.0)))
+    assert planned.optics.psf.is_gathered_by_distance and planned.tiles.only_covariance
+    found, truth = (electrons_of(one, one.tiles, device) for one in (planned, exact))
+    means = electrons_of(planned, None, device)
+    noise = np.sqrt(truth + planned.optics.accuracy.read_noise_e**2)
+    left, lacking = (float(np.quantile(np.abs(one - truth) / noise, 0.999)) for one in (found, means))
+    assert left < planned.error_budget.predicted_sigma <= 0.3 and lacking > 3.0 * left
+    window = Window(9, 13, 40, 30)
+    cropped = measure(plan(dataclasses.replace(shot, camera=dataclasses.replace(shot.camera, window=window))), device)
+    np.testing.assert_array_equal(electrons_of(cropped, cropped.tiles, device), found[13:43, 9:49])
+
+
+def electrons_of(planned: Plan, tiles: TilePlan | None, device: Device) -> np.ndarray:
+    """Mean electrons of a frame. tiles: blocks that add the covariance; None: none do."""
+    optics = planned.optics
+    planes = [camera_planes(device, layer, optics.weights, optics.has_coverage) for layer in optics.scene.layers]
+    light, shape = psf_mosaic(optics, tiles, device, planes, lambda share: None), (optics.window.height, optics.window.width)
+    return optics.accuracy.electrons_per_radiance * device.download(light, shape, np.float32)
