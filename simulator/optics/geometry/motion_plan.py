@@ -33,6 +33,7 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
 
 SAME_PLACE_PX = 1e-6  # distance of places on the sensor that are the same [photosites]
+SAME_SHIFT_PX = 1e-3  # difference of shifts of an image that are the same [photosites]
 
 MOST_NODES = 16384  # instants that the lines of a rolling shutter share
 MOST_TILT = 0.01  # rows per column of the picture up to which rows are blended before columns
@@ -194,6 +195,14 @@ class MotionPlan:
             bend = reach * float(shape[2, 0] + shape[2, 1])
             tilt, stretch = max(tilt, float(shape[1, 0]) + bend), max(stretch, float(shape[0, 0]) + 2.0 * bend)
         return tilt, stretch
+
+    @cached_property
+    def is_shift(self) -> bool:
+        """Whether all places of the nearest surface's image move by the same way, to SAME_SHIFT_PX over the sensor."""
+        own = self.path.motion
+        reach = 0.5 * math.hypot(own.geometry.width_px, own.geometry.height_px)
+        turn = np.abs(own.homographies(self.path.poses, 0) - np.eye(3)).max(axis=0)
+        return reach * float(turn[:2, :2].max() + reach * turn[2, :2].max()) < SAME_SHIFT_PX
 
     @property
     def turns_slowly(self) -> bool:

@@ -89,10 +89,10 @@ def test_a_picture_out_of_focus_that_moves_is_within_the_tolerance_of_float64():
 @pytest.mark.parametrize("lens", [BLURRED, replace(SHARP, transmittance=0.01)], ids=["defocus", "sharp"])
 def test_a_lamp_draws_its_path_evenly_by_its_own_instants(lens):
     """One pixel of 500 times the light around: a streak without dots, and no more instants elsewhere than without it."""
-    picture = squares()
-    without = plan_moving(shot_of(lens, across((16.3, 5.6)), picture)).optics.motion
+    picture, turning = squares(), replace(across((16.3, 5.6)), camera=SteadyMotion(roll_deg_per_s=10.0))
+    without = plan_moving(shot_of(lens, turning, picture)).optics.motion
     picture[32, 30] = 500.0
-    planned = plan_moving(shot_of(lens, across((16.3, 5.6)), picture), rolling(HEIGHT, TIME_S, 1e-7))
+    planned = plan_moving(shot_of(lens, turning, picture), rolling(HEIGHT, TIME_S, 1e-7))
     motion = planned.optics.motion
     assert motion.lamp_count > 3 * motion.count and motion.count <= 1.1 * without.count
     found = moving_light(planned)
