@@ -43,6 +43,7 @@ class OpticsPlan:
     joint: motion that the points of the aperture carry, of the method "joint"; None: they carry none.
     tolerance: of all approximations together [standard deviations of the noise]; 0: the reference path. `accuracy` has that for
         which each of them is planned.
+    moved_radii: of the maps of blur radii, where they lie on another grid than the light; None: they lie on the scene's.
     motion_skipped: why motion is left out, with its predicted error; None: it is not.
     """
 
@@ -67,6 +68,12 @@ class OpticsPlan:
     motion_skipped: Skipped | None = None
     joint: JointMotion | None = None
     tolerance: float = 0.0
+    moved_radii: Projection | None = None
+
+    @property
+    def radius_projection(self) -> Projection:
+        """Resampling of the maps of blur radii: that of the scene, unless light was swept on a grid of its own."""
+        return self.moved_radii or self.projection
 
     @property
     def covering_layers(self) -> int:
@@ -162,6 +169,7 @@ class OpticsPlan:
         return replace(
             self,
             projection=self.projection.on_wider_photosites(),
+            moved_radii=None if self.moved_radii is None else self.moved_radii.on_wider_photosites(),
             window=Window(x, y, right - x, bottom - y),
             sensor_px=((width + 1) // 2, (height + 1) // 2),
             defocus=self.defocus.on_wider_photosites(),

@@ -395,11 +395,11 @@ class RowBand:
         if self.samples_per_axis == 1:
             self._copy_radius(rows)
             return
-        written = self._sample_rows(rows)
+        written, moved = self._sample_rows(rows), self.tiles.optics.radius_projection
         for layer, number in enumerate(map_numbers(self.defocus.radii_px)):
             if number >= 0:
                 scene_radius, origin = self.maps.scene_radius[number], self._origin(layer, rows)
-                project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin, written)
+                project_radius(self.device, moved, scene_radius, self.radius, number, self.layout, origin, written)
 
     def _copy_radius(self, rows: BandRows) -> None:
         """Copy the band's rows of the radius maps; no blur circle of the frame reaches rows outside the area."""
