@@ -16,8 +16,8 @@
 //         the slab's range goes from the first to the second, at phase 1 from the second to the third; and the slab's class.
 // windows: (layers, patch_rows, patch_columns) struct patch_window of the band (patch_windows.cl): slabs that no sample lies in are
 //         left out, and where all samples lie in a slab no radius is read.
-// points: (points, 5) float32, sets of point_count, MOTION 1: of LAYERS x point_count: u in x and y [pupil radii], x and y in the
-// photosite from its centre, phase. A block takes the first points of its set until its photosites agree (agreement.h).
+// points: (points, POINT) float32, sets of point_count, MOTION 1: of LAYERS x point_count: u in x and y [pupil radii], x and y in the
+// photosite from its centre, phase; GROWS 1: and what is added to the first four from one pair of rows of a block to the next. A block takes the first points of its set until its photosites agree (agreement.h).
 #include "conventions.h"
 #include "agreement.h"
 #include "cfa.h"
@@ -26,6 +26,7 @@
 #include "plain_math.h"
 #include "row_band.h"
 #include "slab_light.h"
+#define POINT (GROWS ? 9 : 5)
 
 // Dimension 0: spans of a block; 1: pairs of rows of a block, ROWS of them; 2: blocks. A work-item computes SETS sets of photosites, each
 // of one colour: even or odd row, even or odd column.
@@ -54,7 +55,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
         for (uint k = block[2], end = k + block[3]; k < end; k++) {
             global const float *slab = slabs + 6 * k;
             const int layer = (int)slab[0], is_mapped = slab[1] >= 0.0f;
-            global const float *point = points + 5 * ((size_t)block[4] + n + MOTION * layer * sampling.point_count);
+            global const float *point = points + POINT * ((size_t)block[4] + n + MOTION * layer * sampling.point_count);
             const float low = slab[2] + (slab[3] - slab[2]) * point[4], high = slab[3] + (slab[4] - slab[3]) * point[4];
             const float middle = 0.5f * (low + high), s = !MOTION && middle > -0.5f && middle < 0.5f ? 0.0f : middle; // the blur circle lies inside the photosite
             const float u = OVER * (s * point[0] + point[2] + 0.5f) - 0.5f, v = OVER * (s * point[1] + point[3] + 0.5f) - 0.5f;
@@ -67,7 +68,9 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             if (!OPAQUE && layer != current)
                 for (uint i = 0; i < ALL; i++) begin_layer(fresh, before + i, missed + i, covered + i);
             current = layer;
-            const float f = u - (float)dx, g = v - (float)dy;
+            const float past = GROWS ? (float)(int)(get_global_id(1) * ROWS) - 0.5f * (float)(int)(get_global_size(1) * ROWS - 1) : 0.0f;
+            const float right = GROWS ? OVER * (s * point[5] + point[7]) : 0.0f, below = GROWS ? OVER * (s * point[6] + point[8]) : 0.0f;
+            const float f = u - (float)dx + past * right, g = v - (float)dy + past * below;
             const int mapped = !(window->least >= least && window->greatest < most);
             uint unmet[SPAN];
             for (uint i = 0; i < SPAN; i++) unmet[i] = 0u;
@@ -77,7 +80,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
                 held + COLUMN_SETS * CHANNELS * plane, radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + start,
                 {dy * set_columns, (dy + 1) * set_columns, (dy + OVER) * set_columns, (dy + OVER + 1) * set_columns},
                 {column_start(dx, plane), column_start(dx + 1, plane), column_start(dx + OVER, plane), column_start(dx + OVER + 1, plane)}, next,
-                (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most, middle, OVER * point[0], OVER * point[1]};
+                (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most, middle, OVER * point[0], OVER * point[1], f, g, right, below};
             const size_t own = CORRECTION * layer * ALL;
             const struct ray_state ray = {before, missed, covered, all, all_seen, sum + own, seen + own, unmet, sharp};
             add_case(mapped, partial, fresh, at, ray);

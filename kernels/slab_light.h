@@ -51,10 +51,11 @@ INLINE float add_ray(const int partial, const int fresh, const uint m, const str
 
 // Add the slab's light. mapped: whether any sample may lie outside the slab, else all rays meet it. partial: whether any coverage is
 // below 1.
-INLINE void add_slab(const int mapped, const int partial, const int fresh, const struct slab_samples at, const struct ray_state ray) {
-    const struct weights all = {at.wa, at.wb, at.wc, at.wd};
+INLINE void add_slab(const int mapped, const int partial, const int fresh, const struct slab_samples first, const struct ray_state ray) {
     __attribute__((opencl_unroll_hint(ROWS))) // else compilers keep 25 addresses on the stack and step all of them
-    for (uint j = 0; j < ROWS; j++)
+    for (uint j = 0; j < ROWS; j++) {
+        const struct slab_samples at = GROWS ? on_row(first, j) : first;
+        const struct weights all = {at.wa, at.wb, at.wc, at.wd};
         LANES
         for (uint i = 0; i < SPAN; i++) {
             const long e = j * at.next + i;
@@ -66,6 +67,7 @@ INLINE void add_slab(const int mapped, const int partial, const int fresh, const
             const float even = left0 > left1 ? left0 : left1, odd = left2 > left3 ? left2 : left3, most = even > odd ? even : odd;
             if (mapped) ray.unmet[i] |= most > 1e-3f ? 1u : 0u;
         }
+    }
 }
 
 // `add_slab` compiled for each case, so that no more is read than it needs.

@@ -15,7 +15,16 @@ struct slab_samples {
     float wa, wb, wc, wd;     // bilinear weights
     float least, most;        // radii of the slab [photosites]
     float middle, lean_x, lean_y; // MOTION 1: radius at which the slab is read; way of the ray per radius across and down [samples per photosite]
+    float across, down, right, below; // GROWS 1: place between the samples, 0 to 1, and what is added to it from row to row [samples]
 };
+
+// The same for row j, whose rays come a little later. Beyond the samples light is continued as a straight line.
+INLINE struct slab_samples on_row(const struct slab_samples at, const uint j) {
+    struct slab_samples found = at;
+    const float f = at.across + (float)(int)j * at.right, g = at.down + (float)(int)j * at.below;
+    found.wa = (1.0f - f) * (1.0f - g), found.wb = f * (1.0f - g), found.wc = (1.0f - f) * g, found.wd = f * g;
+    return found;
+}
 
 struct weights { float a, b, c, d; };
 

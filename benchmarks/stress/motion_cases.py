@@ -15,6 +15,7 @@ from scipy.ndimage import map_coordinates
 from simulator.device import Device
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
+from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.exposure.vector_maps import VectorMap
 from simulator.optics.lens.thin_lens import ThinLens
@@ -90,6 +91,24 @@ def run_weighted_light(device: Device, inputs: Inputs) -> Outcome:
     return swept(inputs, True)
 
 
+def run_swept_shift(device: Device, inputs: Inputs) -> Outcome:
+    """A picture that moves without a turn, its rows read out one after the other."""
+    light = picture(inputs).astype(np.float64)
+    right, down, row_s = (number(inputs, name) for name in ("right_px", "down_px", "row_s"))
+    motion = Motion(layers={0: LayerMotion((Speed(right / TIME_S, "px/s"), Speed(down / TIME_S, "px/s")))})
+    planned = plan_moving(shot_of(light, number(inputs, "electrons"), motion), rolling(ROWS, TIME_S, row_s))
+    y, x = np.mgrid[:ROWS, :COLUMNS].astype(np.float64)
+    truth, began = np.zeros((ROWS, COLUMNS)), row_s / TIME_S * np.arange(ROWS)[:, None]
+    for part in (np.arange(INSTANTS) + 0.5) / INSTANTS:
+        come = began + part
+        truth += map_coordinates(light, (y - down * come, x - right * come), order=1, mode="nearest") / INSTANTS
+    moved, accuracy = (
+        outcome(planned, truth),
+        planned.optics.accuracy,
+    )  # what is skipped counts in the noise of the brightest light
+    return replace(moved, sigma=np.maximum(np.sqrt(moved.exact), accuracy.sigma * accuracy.electrons))
+
+
 def run_swept_vectors(device: Device, inputs: Inputs) -> Outcome:
     """A picture whose pixels all move alike: the picture, moved."""
     light = picture(inputs).astype(np.float64)
@@ -114,10 +133,18 @@ MOVING: dict[str, Domain] = {
     "row_s": Choice((0.0, 1e-5, 1e-4)),
     "electrons": Real(5.0, 2e4, log=True),
 }
+SHIFTING: dict[str, Domain] = {
+    "light": Picture((ROWS, COLUMNS), 1e-6, 10.0),
+    "right_px": Real(-6.0, 6.0, switches=WAYS),
+    "down_px": Real(-6.0, 6.0, switches=WAYS),
+    "row_s": Choice((0.0, 1e-5, 1e-4)),
+    "electrons": Real(5.0, 2e4, log=True),
+}
 WHY = "the tolerance of the shot is 0.1 sigma at the planned contrast"
 
 CASES = (
     StressCase("swept_projection", ("swept_projection",), MOVING, run_swept_projection, WHY, most_sigma=0.5),
+    StressCase("swept_shift", ("swept_shift",), SHIFTING, run_swept_shift, WHY, most_sigma=0.5),
     StressCase("weighted_light", ("weighted_light",), MOVING, run_weighted_light, WHY, most_sigma=0.5),
     StressCase(
         "swept_vectors",

@@ -9,7 +9,7 @@ from simulator.errors import PhotositeError
 from simulator.optics.blur_planning import blur_per_dioptre, contrast_of, electrons_per_radiance, plan_blur
 from simulator.optics.defocus.accuracy import BRIGHT, brightest_electrons, scene_detail
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.joint_errors import joint_error
+from simulator.optics.defocus.joint_errors import EDGE_STEP_PX, joint_error
 from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
 from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.fixed_blur import DISK_SPREAD, FixedBlur
@@ -88,16 +88,20 @@ def _fixed_blur(planned: OpticsPlan, contrast: float) -> FixedBlur | str | None:
     if len(planned.scene.layers) > 1:
         return "surfaces behind one another are blurred each by its own radius"
     radius = defocus.radii_px[0]
+    scale, slope = planned.projection.scale, 0.0
     if isinstance(radius, np.ndarray):
-        return "the blur radius differs from place to place"
+        steps = [float(np.abs(np.diff(radius, axis=axis)).max(initial=0.0)) for axis in (0, 1)]
+        slope = scale * math.hypot(*steps)
+        if planned.projection.is_fine or max(steps) > EDGE_STEP_PX:
+            return "the blur radius differs from place to place"
     if psf is not None and psf.by_distance:
         return FixedBlur(psf.over, contrast, _spread_px(psf, planned.channels))
     grid = replace(accuracy, whole_pixels=0)  # what moves does not stay on the borders of pixels
-    size, scale = np.array(abs(radius)), planned.projection.scale
+    (least_px, largest_px), size = defocus.ranges_px[0], np.array(defocus.ranges_px[0][0])
     over = int(grid.samples_per_axis(size, size, scale))
     sampling = float(grid.sampling_error(size, over, scale)) if grid.detail else 0.0
-    spread_px = DISK_SPREAD * abs(radius) + (0.0 if psf is None else _spread_px(psf, planned.channels))
-    return FixedBlur(over, contrast, spread_px, sampling)
+    spread_px = DISK_SPREAD * largest_px + (0.0 if psf is None else _spread_px(psf, planned.channels))
+    return FixedBlur(over, contrast, spread_px, sampling, slope, least_px)
 
 
 def _spread_px(psf: FieldPsf, channels: int) -> float:

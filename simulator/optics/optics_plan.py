@@ -18,6 +18,8 @@ from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
+LONGEST_SHIFT_PX = 2048.0  # longest path whose weights are found in the rectangle around it [photosites]
+
 if TYPE_CHECKING:
     from simulator.optics.ray_reference.deep_rays import DeepBlur
 
@@ -43,6 +45,7 @@ class OpticsPlan:
         light that kernels by distance are applied to.
     tolerance: of all approximations together [standard deviations of the noise]; 0: the reference path. `accuracy` has that for
         which each of them is planned.
+    moved_radii: of the maps of blur radii, where they lie on another grid than the light; None: they lie on the scene's.
     motion_skipped: why motion is left out, with its predicted error; None: it is not.
     """
 
@@ -69,6 +72,12 @@ class OpticsPlan:
     illumination_error: float = 0.0
     sampling_error: float = 0.0
     tolerance: float = 0.0
+    moved_radii: Projection | None = None
+
+    @property
+    def radius_projection(self) -> Projection:
+        """Resampling of the maps of blur radii: that of the scene, unless light was swept on a grid of its own."""
+        return self.moved_radii or self.projection
 
     @property
     def covering_layers(self) -> int:
@@ -84,10 +93,31 @@ class OpticsPlan:
             return False
         return projection.warp is None and motion.turns_slowly and motion.path.lines.axis != "columns"
 
+    def sweeps_shift(self, over: int = 1) -> bool:
+        """Whether a swept image is one convolution with the weights of its path, which is several times faster again.
+
+        That is the image of a picture with a pixel for each of `over` samples per photosite and axis, which moves without a
+        turn, while lines are rows.
+        """
+        projection, motion = self.projection, self.motion
+        if motion is None or motion.vectors is not None or self.covering_layers > 1 or motion.path.lines.axis == "columns":
+            return False
+        is_even = projection.scale == over and not projection.nearest and projection.warp is None
+        if not is_even or motion.length.longest_px > LONGEST_SHIFT_PX or not motion.is_shift:
+            return False
+        return motion.is_common or not motion.lamp_count or motion.path.straight_shift() is not None
+
     @property
     def sweeps_lamps_apart(self) -> bool:
         """Whether places that lamps pass have more instants than others: where spans of one picture are swept."""
-        return self.motion is not None and self.motion.lamp_count > 0 and self.sweeps_rows and self.covering_layers == 1
+        if self.motion is None or self.motion.lamp_count == 0 or self.sweeps_shift(self.light_samples):
+            return False
+        return self.sweeps_rows and self.covering_layers == 1
+
+    @property
+    def light_samples(self) -> int:
+        """Samples per photosite and axis of light that is swept."""
+        return 1 if self.motion is None or self.motion.blur is None else self.motion.blur.samples_per_axis
 
     @property
     def channels(self) -> int:
@@ -143,6 +173,7 @@ class OpticsPlan:
         return replace(
             self,
             projection=self.projection.on_wider_photosites(),
+            moved_radii=None if self.moved_radii is None else self.moved_radii.on_wider_photosites(),
             window=Window(x, y, right - x, bottom - y),
             sensor_px=((width + 1) // 2, (height + 1) // 2),
             defocus=self.defocus.on_wider_photosites(),

@@ -14,7 +14,14 @@ import numpy as np
 from simulator.exposure.exposed_light import ExposedLight
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_ignored
-from simulator.optics.geometry.motion_cost import AGAIN, OCCLUDING_AGAIN, instants_cost_ms, moving_cost_ms, sweep_cost_ms
+from simulator.optics.geometry.motion_cost import (
+    AGAIN,
+    OCCLUDING_AGAIN,
+    SHIFT_MARGIN_PX,
+    instants_cost_ms,
+    moving_cost_ms,
+    sweep_cost_ms,
+)
 from simulator.optics.geometry.motion_errors import MOTION
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.optics_plan import OpticsPlan
@@ -278,6 +285,12 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         cost = sweep_cost_ms("sweep by vector", pixels * motion.count)
         method = f"swept by the velocity of each pixel: {motion.count} instants on each line{before}"
         return Pass(name, True, method, pixels, 4 * pixels + 12 * optics.scene.planes[..., 0].size, error, cost)
+    if optics.sweeps_shift(optics.light_samples):
+        cost = sweep_cost_ms("shift", pixels * (motion.length.longest_px + SHIFT_MARGIN_PX))
+        straight = motion.path.straight_shift() is not None
+        weights = "exact weights" if straight else f"weights of {motion.count} instants on each line"
+        method = f"swept along its path by its {weights}{before}"
+        return Pass(name, True, method, pixels, 4 * pixels, error, cost)
     key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
     if optics.sweeps_rows:
         key, reads = "sweep", max(projection.taps(1.0), 2) / 2

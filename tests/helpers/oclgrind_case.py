@@ -95,6 +95,12 @@ def run(case: str) -> None:
         if "layers" in case:
             far = replace(scene.load().behind[0], depth_m=2.1)
             scene = replace(scene.load(), depth_m=1.9, behind=(far,))
+    if "shifting" in case:  # a pixel for each photosite, without a turn, each line at its own time
+        scene, exposure = (
+            band_scene(rng.random((40, 90, camera.channels)), 2.0),
+            replace(exposure, shutter=RollingShutter(0.001)),
+        )
+        motion = Motion(layers={0: LayerMotion((Speed(4000.0, "px/s"), Speed(-1500.0, "px/s")))})
     take_with_truth(Shot(scene, lens, exposure, camera, motion=motion, tolerance=2.0 if motion else 0.1))
     print("done", devices()[0].name)
 
@@ -136,9 +142,14 @@ def take_joint() -> None:
     lens = ThinLens(50.0, 4.0, 2.0, vignetting=Vignetting(RoundStop(430.0, 10.2)))
     apart = Motion(layers={0: LayerMotion((Speed(5e3, "px/s"), Speed(-3e3, "px/s")))})
     aside = Motion(camera=SteadyMotion(right_m_per_s=2.0, roll_deg_per_s=300.0))
-    for depth_m, rest, motion in ((1.8, behind, apart), (rng.uniform(1.8, 2.3, (20, 30)), {}, aside)):
+    at_once, by_rows = (
+        Exposure(0.001),
+        Exposure(0.001, shutter=RollingShutter(2e-4)),
+    )  # whose points grow over the rows of a block
+    layers, tilted = (1.8, behind, apart), (rng.uniform(1.8, 2.3, (20, 30)), {}, aside)
+    for (depth_m, rest, motion), exposure in ((layers, at_once), (tilted, at_once), (layers, by_rows)):
         scene = band_scene(rng.random((20, 30, camera.channels)), depth_m, **rest)
-        planned = plan(Shot(scene, lens, Exposure(0.001), camera, tolerance=10.0, motion=motion))
+        planned = plan(Shot(scene, lens, exposure, camera, tolerance=10.0, motion=motion))
         assert planned.optics.motion is not None and planned.optics.motion.method == "joint"
         expose(planned, open_device())
     print("done", devices()[0].name)

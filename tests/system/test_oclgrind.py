@@ -32,6 +32,8 @@ CASES = [
     "sharp RGGB window lines",
     "sharp RGGB window moving",
     "sharp MONO moving rolling",
+    "sharp RGGB window shifting",
+    "sharp MONO shifting",
     "layers MONO moving",
     "one depth MONO moving",
     "one depth RGGB window moving",

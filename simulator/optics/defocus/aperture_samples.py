@@ -147,6 +147,22 @@ def move_samples(samples: np.ndarray, shares: np.ndarray, motion: JointMotion, m
     return moved
 
 
+def grow_samples(samples: np.ndarray, shares: np.ndarray, motion: JointMotion, middles_px: np.ndarray, rows: int) -> np.ndarray:
+    """Aperture samples of cells of so many rows, and their growth from one pair of rows to the next: (cells, layers, count, 9).
+
+    The arguments are those of `move_samples`. Growth is that of x, y in the pupil and x, y in the photosite.
+    """
+    first, last = motion.rows_inside(middles_px[:, 1], rows)
+    above, below = (motion.at(np.column_stack([middles_px[:, 0], y]), shares) for y in (first, last))
+    apart = np.maximum(last - first, 1e-9)
+    share = ((middles_px[:, 1] - first) / apart).astype(np.float32)[:, None, None, None]
+    moved = np.empty((*above.shape[:3], 9), np.float32)
+    np.add(samples[:, None, :, :4], above + share * (below - above), out=moved[..., :4])
+    moved[..., 4] = samples[:, None, :, 4]
+    np.multiply(below - above, (2.0 / apart).astype(np.float32)[:, None, None, None], out=moved[..., 5:])
+    return moved
+
+
 def _place_width(samples_per_axis: int, open_side: float) -> float:
     """Width over which points of a photosite spread [photosites]."""
     return float(np.sqrt(max(open_side**2 - 1.0 / samples_per_axis**2, 0.0)))

@@ -24,6 +24,7 @@ from simulator.optics.lens.lens import Lens
 CELL_PX = 0.03  # largest difference of an image's path within a cell that shares its points [photosites]
 WIDEST_CELL_PX = 2048  # cells are no wider and no higher
 LEAST_CELL_ROWS = 2  # of a rolling shutter: rows of the colours of a filter's block
+MOST_BEYOND_PX = 0.2  # farthest beyond its samples that a ray of a growing cell is read [photosites]
 PROBED = 257  # instants at which paths are measured
 STRAIGHT_PX = 0.002  # largest distance of a path from the straight pieces by which points follow it [photosites]
 LEAST_NODES, MOST_NODES = 8, 4096  # of those pieces
@@ -184,26 +185,50 @@ class JointMotion:
         columns = _largest(across, error_px, block_columns, block_columns)
         return columns, _largest(down + self.skew_px, error_px, block_rows, min(block_rows, LEAST_CELL_ROWS))
 
+    def growing_rows(self, block_rows: int) -> int:
+        """Rows of a block whose points grow from one pair of rows to the next; 0: cells need none, or rows differ too much.
+
+        Rays of all rows read the samples around that of the middle row, and light as a straight line beyond them.
+        """
+        down = self._tilt[1] + self.skew_px
+        if self.cell_size(1, block_rows)[1] >= block_rows:
+            return 0
+        rows = block_rows
+        while rows > LEAST_CELL_ROWS and (0.5 * rows - 1.0) * down > MOST_BEYOND_PX:
+            rows //= 2
+        return rows if rows > LEAST_CELL_ROWS else 0
+
     def cell_error_px(self, block_columns: int, block_rows: int) -> float:
         """Largest error of a path at the rim of a cell [photosites]."""
         (columns, rows), (across, down) = self.cell_size(block_columns, block_rows), self._tilt
         return 0.5 * (across * columns + (down + self.skew_px) * (rows - 1))
 
     def cells(
-        self, x_px: np.ndarray, y_px: np.ndarray, block: tuple[int, int], error_px: float = CELL_PX
+        self, x_px: np.ndarray, y_px: np.ndarray, block: tuple[int, int], error_px: float = CELL_PX, rows: int = 0
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return which cell each photosite lies in, (2, n) int, and the cells' middles, (n, 2) [photosites].
 
         x_px, y_px: (n,) int from the sensor's corner. block, error_px: of `cell_size`. Cells end at the edge of the sensor.
+        rows: of `growing_rows`; 0: those of `cell_size`.
         """
-        size, edge = (
-            np.array(self.cell_size(*block, error_px)),
-            np.array([self.image.geometry.width_px, self.image.geometry.height_px]),
-        )
+        columns, high = self.cell_size(*block, error_px)
+        size = np.array([columns, rows or high])
+        edge = np.array([self.image.geometry.width_px, self.image.geometry.height_px])
         number = np.stack([x_px, y_px], axis=-1) // size
         first, last = number * size, (number + 1) * size
         held = np.where(first < edge / self.wider, np.minimum(last, edge / self.wider), last)
+        if rows:  # points are those of the middle of all rows
+            held[:, 1] = last[:, 1]
         return number.T, 0.5 * (first + held)
+
+    def rows_inside(self, y_px: np.ndarray, rows: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the first and the last place in cells of so many rows that the sensor has, (cells,) each [photosites].
+
+        y_px: (cells,) of the cells' middles from the sensor's corner.
+        """
+        edge, half = self.image.geometry.height_px / self.wider, 0.5 / self.wider
+        first, last = (np.clip(y_px + side, half, edge - half) for side in (-0.5 * rows, 0.5 * rows))
+        return first, last
 
     def at(self, middles_px: np.ndarray, shares: np.ndarray) -> np.ndarray:
         """Return shifts of cells less `rest_px`, when these shares of the light have come: (cells, layers, shares, 4) float32.

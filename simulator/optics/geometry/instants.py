@@ -24,6 +24,8 @@ LEAST_CELLS, MOST_CELLS = 512, 131072  # of the time in which any line is open, 
 CELLS_PER_LINE = 256  # of the time for which a line is open
 CELLS_PER_S = 200.0  # enough for the tremor of a hand, up to 20 Hz
 MOST_INSTANTS = 4096
+STRAIGHT_PX = 1e-4  # largest distance of a way from a straight one at an even speed [photosites]
+MIDDLE = 4  # number of the sensor's middle among `ImageGeometry.corners`
 
 Light = Callable[[np.ndarray], np.ndarray]
 
@@ -98,6 +100,31 @@ class TimedPath:
         )
         found.lines = _span_of(found.openings)
         return found
+
+    def of_shift(self) -> Self:
+        """Return the same path whose poses are the displacement of the first surface in the sensor's middle [photosites].
+
+        Where the image moves without a turn that is the way of all of its places, and means over an interval are exact.
+        """
+        found = copy(self)
+        found.poses = self.displacement_px[:, MIDDLE]
+        return found
+
+    def straight_shift(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return both ends, (lines, 2) [photosites], of the way that `of_shift` goes while each line is open; None: it bends.
+
+        It is straight where speed and light are even and the shutter opens and closes at once.
+        """
+        lines, ways = self.openings[0], self.displacement_px[:, MIDDLE]
+        has_ramps = bool((lines.open_s > lines.opens_s).any() or (lines.closed_s > lines.closes_s).any())
+        if len(self.openings) > 1 or has_ramps or not bool(np.all(self.light == self.light[0])):
+            return None
+        come = (self.times_s - self.times_s[0])[:, None]
+        speed = (ways[-1] - ways[0]) / max(float(come[-1, 0]), 1e-300)
+        if np.abs(ways[0] + speed * come - ways).max() > STRAIGHT_PX:
+            return None
+        began, ended = (times[:, None] - self.times_s[0] for times in (lines.opens_s, lines.closed_s))
+        return ways[0] + speed * began, ways[0] + speed * ended
 
     @property
     def farthest_px(self) -> float:

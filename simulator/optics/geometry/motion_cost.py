@@ -9,12 +9,14 @@ COST_NS = {
     "sweep launches": 1.5e6,  # of a frame that one kernel sweeps: paths and launches
     "sweep": 1.6,  # for each photosite, instant and layer
     "even sweep": 0.8,  # the same, of a scene with one pixel per photosite
+    "shift": 0.15,  # for each photosite, and photosite of a path and SHIFT_MARGIN_PX, of such a scene that moves without a turn
     "sweep by vector": 100.0,  # for each photosite and instant, where each pixel moves by itself
     "sweep by place": 6.0,  # for each photosite, instant, layer and scene pixel that it averages
     "moving launches": 8.0e6,  # of a frame whose points of the aperture carry instants: tables of points, launches
     "moving points": 550.0,  # for each photosite and surface
     "instant": 3.0e6,  # of each instant at which the optics run
 }
+SHIFT_MARGIN_PX = 5.0  # by which a path counts as longer
 AGAIN = 3.0  # times what the image at rest takes, since places of a picture that is turned are found one by one
 OCCLUDING_AGAIN = 35.0  # the same of a blur of surfaces that hide each other, whose blocks are not measured before
 

@@ -19,4 +19,6 @@ def motion_errors(motion: MotionPlan | None, skipped: Skipped | None, sigma: flo
     if motion is None or motion.method == "joint":  # whose error is that of the blur
         return []
     cause = f"{motion.count} instants on a path of {motion.length.longest_px:.3g} photosites"
+    if motion.blur is not None and motion.blur.slope:
+        cause += f", blur radii of its middle, which change by {motion.blur.slope:.2g} from photosite to photosite"
     return [ErrorTerm(MOTION, cause, motion.error / sigma, SHORTER, falls=motion.count < MOST_INSTANTS)]

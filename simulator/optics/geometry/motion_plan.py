@@ -33,6 +33,7 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
 
 SAME_PLACE_PX = 1e-6  # distance of places on the sensor that are the same [photosites]
+SAME_SHIFT_PX = 1e-3  # difference of shifts of an image that are the same [photosites]
 
 MOST_NODES = 16384  # instants that the lines of a rolling shutter share
 MOST_TILT = 0.01  # rows per column of the picture up to which rows are blended before columns
@@ -160,6 +161,11 @@ class MotionPlan:
         first, size = (window.x, window.width) if columns else (window.y, window.height)
         return self.instants(range(first, first + size), count)
 
+    def middle_homography(self) -> np.ndarray:
+        """Return the homography (3, 3) of the mean pose of the exposure, of lines that are open at the same times."""
+        instants = self.path.of_lines(np.zeros(1, np.intp)).instants(1)
+        return self.path.motion.homographies(instants.pose_numbers[0, 0], 0)
+
     def with_lamps_everywhere(self) -> Self:
         """Return the plan in which every place has the instants of lamps."""
         return replace(self, count=max(self.count, self.lamp_count), lamp_count=0)
@@ -194,6 +200,14 @@ class MotionPlan:
             bend = reach * float(shape[2, 0] + shape[2, 1])
             tilt, stretch = max(tilt, float(shape[1, 0]) + bend), max(stretch, float(shape[0, 0]) + 2.0 * bend)
         return tilt, stretch
+
+    @cached_property
+    def is_shift(self) -> bool:
+        """Whether all places of the nearest surface's image move by the same way, to SAME_SHIFT_PX over the sensor."""
+        own = self.path.motion
+        reach = 0.5 * math.hypot(own.geometry.width_px, own.geometry.height_px)
+        turn = np.abs(own.homographies(self.path.poses, 0) - np.eye(3)).max(axis=0)
+        return reach * float(turn[:2, :2].max() + reach * turn[2, :2].max()) < SAME_SHIFT_PX
 
     @property
     def turns_slowly(self) -> bool:
@@ -250,7 +264,10 @@ def plan_motion(
     everywhere = max(count, lamp_count)
     if vectors is not None:
         count, lamp_count = everywhere, 0
-    alike, deep = vectors is None and _moves_alike(path), _shifted_by_depth(path)
+    alike, (deep, parallax_px) = vectors is None and _moves_alike(path), _shifted_by_depth(path)
+    parallax = need.largest * parallax_px / max(length.longest_px, 1.0)
+    if deep is not None and parallax <= need.allowed:  # all of the surface moves as its nearest place
+        deep, error = None, error + parallax
     if blur is None and deep is None:
         return MotionPlan("swept", path, length, count, error, alike, vectors, lamp_count=lamp_count)
     reason = blur if isinstance(blur, str) else ""
@@ -305,16 +322,21 @@ def _surface(motion: Motion, number: int, layer: Layer, size: tuple[int, int]) -
     return Surface(float(np.min(layer.depth_m)), float(np.max(layer.depth_m)), path)
 
 
-def _shifted_by_depth(path: TimedPath) -> int | None:
-    """Return the first surface whose image is shifted by distances that differ from pixel to pixel; None: none is."""
+def _shifted_by_depth(path: TimedPath) -> tuple[int | None, float]:
+    """Return the first surface whose image is shifted by distances that differ from pixel to pixel; None: none is.
+
+    And by how much its nearest and farthest places are shifted apart at most, of all such surfaces [photosites].
+    """
     motion, corners = path.motion, path.motion.geometry.corners()
+    first, apart_px = None, 0.0
     for number, surface in enumerate(motion.surfaces):
         if surface.nearest_m == surface.farthest_m:
             continue
         shift = motion.parallax(path.poses, number, corners)[1]
-        if np.abs(shift).max() * (1.0 / surface.nearest_m - 1.0 / surface.farthest_m) > SAME_PLACE_PX:
-            return number
-    return None
+        own_px = float(np.linalg.norm(shift, axis=-1).max()) * (1.0 / surface.nearest_m - 1.0 / surface.farthest_m)
+        if own_px > SAME_PLACE_PX:
+            first, apart_px = number if first is None else first, max(apart_px, own_px)
+    return first, apart_px
 
 
 def _moves_alike(path: TimedPath) -> bool:

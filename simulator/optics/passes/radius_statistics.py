@@ -29,7 +29,7 @@ def project_radius_maps(optics: OpticsPlan, defocus: Defocus, device: Device, ar
     scene_radius = [device.share(np.ascontiguousarray(px)) for px in defocus.radii_px if isinstance(px, np.ndarray)]
     mapped = [place for place, px in enumerate(defocus.radii_px) if isinstance(px, np.ndarray)]
     for number, (own, place) in enumerate(zip(scene_radius, mapped, strict=True)):
-        project_radius(device, optics.projection, own, radius, number, area.layout, _origin(defocus, area, place))
+        project_radius(device, optics.radius_projection, own, radius, number, area.layout, _origin(defocus, area, place))
     return RadiusMaps(radius, scene_radius)
 
 

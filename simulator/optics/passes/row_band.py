@@ -11,6 +11,7 @@ from simulator.optics.defocus.aperture_samples import (
     CORRECTION_AGREES,
     correction_count,
     fewest_samples,
+    grow_samples,
     most_samples,
     move_samples,
     sample_count,
@@ -315,17 +316,21 @@ class RowBand:
         motion = self.defocus.motion
         assert motion is not None  # else nothing moves
         number, clipped, frame = kind[0], kind[2], self.area.frame
-        height = min(motion.cell_size(BLOCK_COLUMNS, BLOCK_ROWS)[1], BLOCK_ROWS)
+        growing = motion.growing_rows(BLOCK_ROWS)
+        height = growing or min(motion.cell_size(BLOCK_COLUMNS, BLOCK_ROWS)[1], BLOCK_ROWS)
         parts = BLOCK_ROWS // height
         blocks = np.repeat(places.astype(int), parts, axis=0)
         blocks[:, 1] += height * np.tile(np.arange(parts), len(places))
         x, y = 2 * blocks[:, 0] + row_band["frame_x"] + frame.x, blocks[:, 1] + row_band["frame_y"] + frame.y
-        cells, middles = motion.cells(x, y, (BLOCK_COLUMNS, BLOCK_ROWS))
+        cells, middles = motion.cells(x, y, (BLOCK_COLUMNS, BLOCK_ROWS), rows=growing)
         keys = np.stack([*cells, clipped * np.arange(len(x))])  # where rims clip the pupil a block has points of its own
         _, first, index = np.unique(keys, axis=1, return_index=True, return_inverse=True)
         corners, shares = (np.repeat(part, parts, axis=0)[first] for part in around)
         samples, instants = self.tables.moving_points(number, (corners, shares) if clipped else None)
-        points = move_samples(samples, instants, motion, middles[first])
+        if growing:
+            points = grow_samples(samples, instants, motion, middles[first], growing)
+        else:
+            points = move_samples(samples, instants, motion, middles[first])
         blocks = np.column_stack([blocks, len(self.planes) * number * index.reshape(-1)])
         self._launch_occlusion((number, 0), blocks, height, points, slabs, row_band)
 
@@ -353,6 +358,7 @@ class RowBand:
             "ROWS": rows,
             "WORKERS": size[0] * size[1],
             "MOTION": int(self.defocus.motion is not None),
+            "GROWS": int(points.shape[-1] > 5),
             **PATCH_MACROS,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
@@ -389,11 +395,11 @@ class RowBand:
         if self.samples_per_axis == 1:
             self._copy_radius(rows)
             return
-        written = self._sample_rows(rows)
+        written, moved = self._sample_rows(rows), self.tiles.optics.radius_projection
         for layer, number in enumerate(map_numbers(self.defocus.radii_px)):
             if number >= 0:
                 scene_radius, origin = self.maps.scene_radius[number], self._origin(layer, rows)
-                project_radius(self.device, self.projection, scene_radius, self.radius, number, self.layout, origin, written)
+                project_radius(self.device, moved, scene_radius, self.radius, number, self.layout, origin, written)
 
     def _copy_radius(self, rows: BandRows) -> None:
         """Copy the band's rows of the radius maps; no blur circle of the frame reaches rows outside the area."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.geometry.motion_plan import MotionPlan
+from simulator.optics.geometry.motion_plan import MotionPlan, posed
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.read_areas import read_areas
@@ -73,4 +73,7 @@ def _on_samples(optics: OpticsPlan, window: Window, over: int) -> OpticsPlan:
         open_side=optics.projection.open_side,
         edge_px=optics.projection.edge_px,
     )
-    return replace(_at_rest(optics), projection=projection)
+    moved = None
+    if optics.defocus is not None and optics.defocus.maps and optics.motion is not None:
+        moved = posed(optics.projection, optics.motion, optics.motion.middle_homography())
+    return replace(_at_rest(optics), projection=projection, moved_radii=moved)

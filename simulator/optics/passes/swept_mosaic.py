@@ -11,6 +11,7 @@ from simulator.optics.geometry.instants import Instants
 from simulator.optics.geometry.motion_plan import pose_numbers, row_views
 from simulator.optics.geometry.projection import ANY_CFA, Projection
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.passes.swept_shift import shift_mosaic, shift_planes
 from simulator.scene.content_keys import freeze
 from simulator.sensor.camera.camera_sections import Window
 
@@ -26,6 +27,8 @@ def swept_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Bu
     planes: for each layer a device buffer (channels, scene height, scene width) float32 [e- s^-1 um^-2 sr^-1]; with the layer's
     coverage as one plane more where any layer of the scene has one.
     """
+    if optics.motion is not None and optics.sweeps_shift():
+        return shift_mosaic(optics, optics.motion, device, planes[0])
     window = optics.window
     mosaic = device.empty((window.height, window.width), np.float32)
     colors = optics.cfa.colors
@@ -42,6 +45,8 @@ def swept_planes(optics: OpticsPlan, device: Device, planes: list[Buffer], windo
     Each is the mean over the exposure of what a sample of a photosite sees, `over` samples per photosite and axis, each over
     all of its own area. planes: as of `swept_mosaic`. window: photosites, which may lie beyond the sensor.
     """
+    if optics.motion is not None and optics.sweeps_shift(over):
+        return shift_planes(optics, optics.motion, device, planes[0], window, over)
     channels, rows = optics.channels, over * window.height
     found = device.empty((channels, rows, over * window.width), np.float32)
     sweep = _Sweep(optics, device, planes, window, over, 1, 0.0)

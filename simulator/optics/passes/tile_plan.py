@@ -130,7 +130,7 @@ def _plan_tiles(optics: OpticsPlan, defocus: Defocus, device: Device, needed: np
         return choose_methods(defocus, layer_statistics, computed, area.margin_patches)
 
     # The plan of the optics is kept with the scene, and with it what was measured on any device: they give the same bits.
-    key = optics.projection, optics.sensor_px, optics.window, computed.tobytes()
+    key = optics.projection, optics.moved_radii, optics.sensor_px, optics.window, computed.tobytes()
     chosen, zones, wide = defocus.remember(key, choose), None, None
     if defocus.eyes is not None:
         zones = Zones(defocus.eyes, area.tile_x, area.tile_y, area.grid)

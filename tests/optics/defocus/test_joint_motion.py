@@ -19,6 +19,7 @@ from simulator.exposure.line_times import LineTimes
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.aperture_samples import grow_samples, move_samples
 from simulator.optics.defocus.defocus import Method
 from simulator.optics.defocus.predicted_error import LAYERS, predicted_error
 from simulator.optics.passes.tile_plan import plan_tiles
@@ -116,7 +117,7 @@ def random_surface(number: int) -> tuple[Case, np.ndarray, float, float]:
     return surface_case(light, plane(middle_px, slope * toward[0])), way * toward[1], middle_px, start_s
 
 
-@pytest.mark.parametrize("number", [0, 1, 2, 3, *(pytest.param(n, marks=pytest.mark.slow) for n in range(4, 36))])
+@pytest.mark.parametrize("number", [0, 1, 2, 3, 40, *(pytest.param(n, marks=pytest.mark.slow) for n in range(4, 36))])
 def test_the_predicted_error_of_tilted_surfaces_is_not_below_what_is_found(number):
     case, way, pivot_px, start_s = random_surface(number)
     found = surface_error(case, way, pivot_px, start_s, 1 << 11, steps=1).p99_9
@@ -143,6 +144,35 @@ def test_each_row_of_a_rolling_shutter_has_its_own_instants():
         began = (MARGIN + row) / 48.0
         truth = dense_picture(case, lambda share, began=began: (began + share) * way, 1 << 12)[row]
         assert np.abs(z_scores(found[row], truth, 2000.0)).max() < 0.25  # 0.06 photosites from the middle of two rows
+
+
+def test_points_grow_over_the_rows_of_a_block():
+    """A layer that moves 12 photosites while a row is open, and 1/16 from row to row; the sensor ends within a block."""
+    radii_px, way_px, line_s = (-5.0, 0.0), (12.0, 0.0), 1.0 / 192.0
+    case = bars_before_a_wall(*radii_px, rows=101)
+    rows = case.colour.shape[1]
+    planned = moving_plan(case, None, (way_px, None), rolling(rows, line_s, 1.0))
+    motion, way = planned.optics.defocus.motion, ways_px(radii_px, SteadyMotion(), way_px)
+    assert motion.cell_size(32, 8)[1] == 2 and motion.growing_rows(8) == 8
+    found = moving_picture(case, planned)
+    for row in (5, rows - 2 * MARGIN - 1):
+        began = (MARGIN + row) * line_s
+        truth = dense_picture(case, lambda share, began=began: (began + share) * way, 1 << 11)[row]
+        assert np.abs(z_scores(found[row], truth, 2000.0)).max() < 0.15  # 0.03 photosites from the middle of two rows
+
+
+def test_points_grow_to_those_of_the_next_rows():
+    """The points of each pair of rows are those of a cell of two rows, also where the sensor ends within a block."""
+    case = bars_before_a_wall(-4.0, 3.0, rows=101)
+    motion = moving_plan(case, SteadyMotion(roll_deg_per_s=2.0), lines=rolling(101, 0.005, 1.0)).optics.defocus.motion
+    samples, shares = np.random.default_rng(1).random((1, 64, 5)).astype(np.float32), np.linspace(0.01, 0.99, 64)
+    grown = grow_samples(samples, shares, motion, np.array([[16.0, 20.0], [16.0, 100.0]]), 8)
+    for number, middle in enumerate((20.0, 100.0)):
+        for pair in range(4 if number == 0 else 2):
+            y = middle + 2.0 * pair - 3.0
+            exact = move_samples(samples, shares, motion, np.array([[16.0, y]]))[0]
+            place = grown[number, ..., :4] + (pair - 1.5) * grown[number, ..., 5:]
+            assert np.abs(place - exact[..., :4]).max() < 0.003  # photosites: straight pieces of paths are 0.002 beside them
 
 
 def test_points_follow_a_path_that_bends():

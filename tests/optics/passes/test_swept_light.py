@@ -89,10 +89,10 @@ def test_a_picture_out_of_focus_that_moves_is_within_the_tolerance_of_float64():
 @pytest.mark.parametrize("lens", [BLURRED, replace(SHARP, transmittance=0.01)], ids=["defocus", "sharp"])
 def test_a_lamp_draws_its_path_evenly_by_its_own_instants(lens):
     """One pixel of 500 times the light around: a streak without dots, and no more instants elsewhere than without it."""
-    picture = squares()
-    without = plan_moving(shot_of(lens, across((16.3, 5.6)), picture)).optics.motion
+    picture, turning = squares(), replace(across((16.3, 5.6)), camera=SteadyMotion(roll_deg_per_s=10.0))
+    without = plan_moving(shot_of(lens, turning, picture)).optics.motion
     picture[32, 30] = 500.0
-    planned = plan_moving(shot_of(lens, across((16.3, 5.6)), picture), rolling(HEIGHT, TIME_S, 1e-7))
+    planned = plan_moving(shot_of(lens, turning, picture), rolling(HEIGHT, TIME_S, 1e-7))
     motion = planned.optics.motion
     assert motion.lamp_count > 3 * motion.count and motion.count <= 1.1 * without.count
     found = moving_light(planned)
@@ -187,5 +187,45 @@ def test_the_plan_says_what_is_swept_first_and_why_not():
     assert names.index("motion") < names.index("defocus")
     assert "before the blur, which is the same at each instant" in passes[names.index("motion")].method
     depth_m = np.linspace(3.0, 6.0, WIDTH * HEIGHT).reshape(HEIGHT, WIDTH).astype(np.float32)
-    tilted = {one.name: one for one in plan(shot_of(BLURRED, across(WAY_PX), depth_m=depth_m)).passes}
-    assert "since the blur radius differs from place to place" in tilted["motion"].method
+    steep = {one.name: one for one in plan(shot_of(BLURRED, across(WAY_PX), depth_m=depth_m)).passes}
+    assert "since swept first it would be wrong by" in steep["motion"].method
+    depth_m[:, 40:] = 2.05
+    stepped = {one.name: one for one in plan(shot_of(BLURRED, across(WAY_PX), depth_m=depth_m)).passes}
+    assert "since the blur radius differs from place to place" in stepped["motion"].method
+
+
+def tilted(dioptres: float, lens: ThinLens = BLURRED, aside_m_per_s: float = 0.0) -> Plan:
+    """A camera pans over a picture that comes from 0.3 dioptres, blur radii of 4.3 photosites, to these from left to right."""
+    across_it = np.linspace(0.3, dioptres, WIDTH)[None, :] - 2e-5 * np.arange(HEIGHT)[:, None]
+    pan = SteadyMotion(pan_deg_per_s=60.0, tilt_deg_per_s=20.0, right_m_per_s=aside_m_per_s)
+    return plan_moving(shot_of(lens, Motion(camera=pan), depth_m=(1.0 / across_it).astype(np.float32)))
+
+
+@pytest.mark.parametrize("lens", [BLURRED, replace(BLURRED, diffraction=True)], ids=["defocus", "diffraction"])
+def test_a_tilted_picture_that_a_camera_pans_over_is_swept_once(lens):
+    """Blur radii go along with the picture; those of the middle of the path are nearly the same."""
+    planned = tilted(0.29, lens)
+    motion = planned.optics.motion
+    assert motion.method == "swept_first" and motion.blur.slope > 0.002
+    z = z_scores(planned, moving_light(planned), moving_light(as_instants(planned, 2 * motion.count)))
+    assert np.quantile(np.abs(z), 0.999) < planned.optics.accuracy.in_sigma(motion.error)
+    crop = replace(planned, optics=replace(planned.optics, window=Window(17, 5, 40, 31)))
+    assert np.array_equal(moving_light(crop), moving_light(planned)[5:36, 17:57])
+
+
+def test_radii_of_the_middle_of_a_path_are_wrong_by_less_than_their_law():
+    """Six times the tilt that is swept at this tolerance: instants are taken, and the law holds where they are not."""
+    planned, slight = tilted(0.2), tilted(0.29)
+    motion, law = planned.optics.motion, slight.optics.motion.blur
+    assert motion.method == "instants" and "swept first it would be wrong by" in motion.reason
+    per_dioptre = np.ptp(planned.optics.defocus.radii_px[0]) / np.ptp(1.0 / planned.optics.scene.depth_m)
+    steep = replace(law, slope=float(per_dioptre * np.hypot(0.1 / (WIDTH - 1), 2e-5)))
+    swept = replace(planned.optics, motion=replace(motion, method="swept_first", blur=steep))
+    error = moving_light(replace(planned, optics=swept)) - moving_light(as_instants(planned, 2 * motion.count))
+    assert 0.3 < np.quantile(np.abs(error), 0.999) / steep.tilt_error(motion.length.longest_px) < 1.0
+
+
+def test_parallax_below_the_tolerance_is_one_path():
+    still, slight, large = (tilted(0.29, aside_m_per_s=speed).optics.motion for speed in (0.0, 0.002, 2.0))
+    assert (still.method, slight.method, large.method) == ("swept_first", "swept_first", "joint")
+    assert still.error < slight.error
