@@ -1,5 +1,6 @@
 """`photosite new`: a commented file to start from, valid as it is."""
 
+import re
 from pathlib import Path
 
 from simulator.atomic_files import atomic_write
@@ -28,6 +29,9 @@ def write_new_file(kind: str, name: str | None) -> tuple[Path, str]:
     if path.exists():
         raise PhotositeError("is there already and is left as it is; give another NAME", file=path)
     text = (TEMPLATES / f"{kind}.yaml").read_text(encoding="utf-8")
+    if kind == "study" and name is not None:  # the study's name is that of the folder of its results
+        stem = re.sub(r"[^A-Za-z0-9_.+-]", "_", path.stem)
+        text = text.replace("study: my_study", f'study: "{stem}"', 1)  # in quotes, since 2026 would be a number
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return path, NEXT[kind].format(path=path)

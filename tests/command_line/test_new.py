@@ -50,7 +50,8 @@ def test_the_file_is_written_under_its_name_and_the_command_told(kind, tmp_path,
     assert run(capsys, "new", kind) == (0, f"{kind}.yaml\n", f"use it: {NEXT[kind].format(path=f'{kind}.yaml')}\n")
     assert run(capsys, "new", kind, "sub/mine")[:2] == (0, "sub/mine.yaml\n")
     assert run(capsys, "new", kind, "a.b")[:2] == (0, "a.b.yaml\n")
-    assert Path("sub/mine.yaml").read_text(encoding="utf-8") == text_of(kind)
+    named = text_of(kind).replace("study: my_study", 'study: "mine"') if kind == "study" else text_of(kind)
+    assert Path("sub/mine.yaml").read_text(encoding="utf-8") == named
 
 
 def test_a_file_that_is_there_is_left_as_it_is(tmp_path, capsys):
@@ -123,6 +124,13 @@ def test_the_study_is_taken_as_it_is(tmp_path, monkeypatch, capsys):
     rows = load("results").rows
     assert len(rows) == 6 and {row["state"] for row in rows} == {"done"}
     assert all(row["clipped.white"] == 0 and 10 < row["grey.snr"] < 60 for row in rows)  # shot noise of 500 and 2000 electrons
+
+
+@pytest.mark.parametrize(("name", "known_as"), [("iso_study", "iso_study"), ("of lenses.yaml", "of_lenses"), ("2026", "2026")])
+def test_a_study_has_the_name_of_its_file(name, known_as, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    _, out, _ = run(capsys, "new", "study", name)
+    assert load_study(out.strip()).name == known_as
 
 
 def test_the_study_s_examples_are_valid(tmp_path):
