@@ -180,7 +180,9 @@ def linked_from(page: Path) -> set[Path]:
 
 def test_every_page_stands_once_in_the_contents_of_the_book():
     docs = ROOT / "docs"
-    pages = {page.relative_to(docs).with_suffix("").as_posix(): page for end in ("md", "ipynb") for page in docs.rglob(f"*.{end}")}
+    pages = {
+        page.relative_to(docs).with_suffix("").as_posix(): page for end in ("md", "ipynb") for page in docs.rglob(f"*.{end}")
+    }
     listed = sorted(name for page in pages.values() if page.suffix == ".md" for name in toctree_of(page))
     assert listed == sorted(name for name in pages if name != "index")
     reached, ahead = set(), ["index"]
