@@ -6,12 +6,11 @@ by itself. A small black patch in a uniform field then has g times the irradianc
 
 import math
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Protocol, Self
 
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.error_term import ErrorTerm
 from simulator.optics.geometry.projection import Projection
 from simulator.scene.scene import Scene
@@ -23,6 +22,25 @@ from simulator.sensor.stages.irradiance import Irradiance
 GLARE = "veiling glare"  # effect of the terms
 LEAST_OPEN = 1e-4  # relative illumination below which the veil fades with the image
 STRIPS = 64  # least number along a side of the sensor, so that relative illumination is constant within each
+
+
+class Noise(Protocol):
+    """Light and noise of a shot, `simulator.optics.defocus.accuracy.Accuracy`."""
+
+    @property
+    def electrons(self) -> float:
+        """Of the brightest light [e-]."""
+        ...
+
+    @property
+    def read_noise_e(self) -> float:
+        """Of a photosite [e-]."""
+        ...
+
+    @property
+    def electrons_per_radiance(self) -> float:
+        """Of a photosite [e- per e- s^-1 um^-2 sr^-1]."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -71,7 +89,7 @@ def plan_veiling_glare(
 
 
 def glare_errors(
-    glare: VeilingGlare | None, accuracy: Accuracy, sensor_px: tuple[int, int], moved_px: float, stretch: float
+    glare: VeilingGlare | None, noise: Noise, sensor_px: tuple[int, int], moved_px: float, stretch: float
 ) -> list[ErrorTerm]:
     """Return the error of the veil by what is neglected in the mean of the light.
 
@@ -84,8 +102,8 @@ def glare_errors(
     width, height = sensor_px
     crossed = min(0.25 * moved_px * 2.0 * (width + height) / (width * height), 1.0)
     weighed = min(0.25 * abs(stretch**2 - 1.0), 1.0)
-    noise_e = math.sqrt(max(glare.least_radiance * accuracy.electrons_per_radiance + accuracy.read_noise_e**2, 1.0))
-    sigma = glare.share * (crossed + weighed) * accuracy.electrons / noise_e
+    noise_e = math.sqrt(max(glare.least_radiance * noise.electrons_per_radiance + noise.read_noise_e**2, 1.0))
+    sigma = glare.share * (crossed + weighed) * noise.electrons / noise_e
     return [
         ErrorTerm(GLARE, "the mean light of the scene without blur, motion and distortion", sigma, "lower lens.veiling_glare")
     ]
