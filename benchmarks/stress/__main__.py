@@ -32,8 +32,8 @@ def told(inputs: Inputs) -> dict[str, float | int | str]:
     return found
 
 
-def record_of(found: Found, device: Device) -> dict[str, object]:
-    """Return what is kept of a search."""
+def record_of(found: Found, device: Device, seconds: float) -> dict[str, object]:
+    """Return what is kept of a search. seconds: that it had, of processor time."""
     case = found.case
     return {
         "kernels": list(case.kernels),
@@ -42,6 +42,7 @@ def record_of(found: Found, device: Device) -> dict[str, object]:
         "tried": found.tried,
         "refused": found.refused,
         "seed": found.seed,
+        "seconds": seconds,
         "device": device.info.label,
         "worst": told(found.at.get(case.climbs, {})),
     }
@@ -89,7 +90,7 @@ def main() -> int:
             continue
         found = run(case, device, options.seed, options.seconds)
         good = good and found.within_bounds()
-        records[case.name] = record_of(found, device)
+        records[case.name] = record_of(found, device, options.seconds)
         keep_inputs(found, options.out / "stress")
         kept = {one.name: records[one.name] | bounds_of(one) for one in CASES if one.name in records}
         file.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
