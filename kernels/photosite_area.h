@@ -70,8 +70,26 @@ INLINE struct area area_of(const int column, const int row, const float inset, c
 }
 
 #if TAPS
+// The same area with a width and a height above 0. Where the image is turned by more than 45 degrees another of its sides is uppermost.
+INLINE struct area upright(const struct area turned) {
+    struct area area = turned;
+#if POSE
+    const float across = turned.wide < 0.0f ? -turned.wide : turned.wide, tilt = turned.tilt_right < 0.0f ? -turned.tilt_right : turned.tilt_right;
+    if (turned.wide > 0.0f && turned.tall > 0.0f && tilt <= across) return area;
+    if (tilt > across) {
+        area.wide = turned.tilt_right, area.tilt_right = turned.wide;
+        area.tall = turned.tilt_down, area.tilt_down = turned.tall;
+    }
+    if (area.wide < 0.0f) area.wide = -area.wide, area.tilt_down = -area.tilt_down;
+    if (area.tall < 0.0f) area.tall = -area.tall, area.tilt_right = -area.tilt_right;
+    area.left = turned.left + 0.5f * (turned.wide - area.wide), area.top = turned.top + 0.5f * (turned.tall - area.tall);
+#endif
+    return area;
+}
+
 // Mean of a plane over an area of the scene.
-INLINE float area_mean(global const float *plane, const struct area area, const struct projection p) {
+INLINE float area_mean(global const float *plane, const struct area seen, const struct projection p) {
+    const struct area area = upright(seen);
     const float wide = area.wide * (1.0f / SPLIT), tall = area.tall * (1.0f / SPLIT);
     float sum = 0.0f;
     for (uint part = 0; part < SPLIT * SPLIT; part++) {

@@ -16,6 +16,7 @@ from simulator.exposure.settings import Exposure
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
+from simulator.pipeline.simulate import simulate
 from simulator.scene.scene import Layer
 from simulator.sensor.camera.camera import Window
 
@@ -131,6 +132,22 @@ def test_a_layer_spins_about_its_centre():
     inside = (np.hypot(x, y) > 7.0) & (np.hypot(x, y) < 13.0)
     assert light[inside & (angle > 10.0) & (angle < 80.0)].min() > 0.05
     assert light[(angle < -20.0) | (angle > 110.0)].max() == 0.0
+
+
+@pytest.mark.parametrize("turn_deg", [90.0, 180.0, 270.0, 40.0, 50.0, 130.0, 220.0, 310.0])
+def test_a_fine_scene_that_has_turned_round_is_still_seen(turn_deg):
+    """Two pixels per photosite, at one instant: quarters show the picture turned, and rings are the same at any angle."""
+    side, speed_deg_per_s = 40, 9000.0
+    radius = np.hypot(*(np.mgrid[: 2 * side, : 2 * side] + 0.5 - side))
+    rough = np.random.default_rng(1).random((2 * side, 2 * side))
+    picture = rough if turn_deg % 90.0 == 0.0 else 0.5 + 0.4 * np.cos(radius / 6.0)
+    camera, scene = small_camera(side, side, pixel_pitch_um=PITCH_UM), band_scene(picture, math.inf)
+    motion = Motion(layers={0: LayerMotion(None, speed_deg_per_s)})
+    still = simulate(shot_of(scene, None, camera=camera, motion=Motion(), exposure=Exposure(1e-7))).mean_electrons
+    exposure = Exposure(1e-7, start_s=turn_deg / speed_deg_per_s)
+    found = simulate(shot_of(scene, None, camera=camera, motion=motion, exposure=exposure)).mean_electrons
+    inside = np.hypot(*(np.mgrid[:side, :side] + 0.5 - 0.5 * side)) < 0.4 * side
+    np.testing.assert_allclose(found[inside], np.rot90(still, int(turn_deg // 90))[inside], atol=5e-3 * still.max())
 
 
 @pytest.mark.parametrize("scale", [1.0, 0.6, 2.0])
