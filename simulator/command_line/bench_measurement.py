@@ -103,7 +103,7 @@ def measure_emva(
         texts = {"iso": str(group.iso), "light": found.light, "high_pass": "yes" if has_high_pass else "no"}
         about = {} if light is None else {"pixel_size": light.pitch_um}
         sheets = write_measured_sheets(found, out, texts, about)
-        tell(f"report in {out / 'emva.json'} and {out / 'emva.png'}, data sheets in {', '.join(map(str, sheets))}")
+        show_files(out / "emva.json", out / "emva.png", *sheets)
 
 
 def _known_light(irradiance: str | None, wavelength: str | None, pixel_pitch: str | None) -> "KnownLight | None":

@@ -5,7 +5,7 @@ from pathlib import Path
 from rich.markup import escape
 from rich.table import Table
 
-from simulator.command_line.screen import console, tell
+from simulator.command_line.screen import console, show_files
 from simulator.config import length_um, load_camera
 from simulator.errors import require
 from simulator.measurement.curves.stated_sheet import stated_sheet
@@ -32,4 +32,4 @@ def show_sheet(camera: str, settings: list[str], iso: int | None, wavelength: st
     console().print(table)
     if out is not None:
         write_xml_sheet(sheet, out)
-        tell(f"data sheet in {out}")
+        show_files(out)

@@ -67,8 +67,7 @@ def run_emva_validation(camera: str, settings: list[str], iso: int | None, out: 
         sides = {"width": float(body.width_px), "height": float(body.height_px)}
         about = {**sides, "pixel_size": body.pixel_pitch_um, "bit_depth": float(body.bit_depth)}
         sheets = write_measured_sheets(report.found, out, texts, about)
-        tell(f"frames in {folder}, report in {out / 'emva.html'} and {out / 'emva.json'}")
-        tell(f"data sheets in {', '.join(map(str, sheets))}")
+        show_files(folder, out / "emva.html", out / "emva.json", out / "emva.png", *sheets)
     _report_verdict(report.checks)
 
 
