@@ -93,7 +93,7 @@ def main() -> None:
     records = json.loads(KEPT.read_text(encoding="utf-8"))
     text = TEXT.format(
         count=len(records),
-        seconds=" to ".join(f"{value:g}" for value in sorted({record["seconds"] for record in records.values()})),
+        seconds=", ".join(f"{value:g}" for value in sorted({record["seconds"] for record in records.values()})),
         tried=sum(record["tried"] for record in records.values()),
         device=next(iter(records.values()))["device"],
         rows="\n".join(row(name, record) for name, record in records.items()),
