@@ -25,7 +25,7 @@ INLINE void sum_slab(global const float *from, global const float *cover, global
                      const size_t parity, const size_t pair_step, const size_t below, const size_t halves, const float share,
                      const float limit, float *sum, float *seen) {
     for (int j = 0; j < TAPS; j++) {
-        float lit[2 * WIDE], held[2 * WIDE], above[2 * WIDE];
+        float lit[2 * WIDE], held[2 * WIDE], above[2 * WIDE], all = 0.0f;
         for (uint set = 0; set < 2; set++) {
             const long start = (long)(set * set_step) + (j - TAPS / 2) * (long)columns + FIRST;
             for (uint k = 0; k < WIDE; k++) {
@@ -35,6 +35,8 @@ INLINE void sum_slab(global const float *from, global const float *cover, global
                 held[set * WIDE + k] = COVERAGE ? own * cover[start + k] : own;
             }
         }
+        for (uint k = 0; k < 2 * WIDE; k++) all += held[k];
+        if (all == 0.0f) continue; // no photosite of the row is of this slab
         for (uint c = 0; c < term.columns; c++) {
             float weight[TAPS], excess[TAPS];
             mix_taps(of_slab + c * pair_step + j * TAPS, below, halves, share, weight, excess);
