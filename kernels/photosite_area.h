@@ -23,16 +23,6 @@ struct area {
     float tilt_right, tilt_down;    // how far the lower side lies right of the upper, and the right side below the left [px]
 };
 
-// Projection of a kernel's arguments. pose: POSE_NUMBERS of the pose, then what float32 leaves of scale, offset_x, offset_y.
-INLINE struct projection projection_of(const uint scene_width, const uint scene_height, const float scale, const float offset_x,
-                                       const float offset_y, global const float *pose) {
-    const float rests[3] = {pose[POSE_NUMBERS], pose[POSE_NUMBERS + 1], pose[POSE_NUMBERS + 2]};
-    struct projection found = {scene_width, scene_height, scale, offset_x, offset_y};
-    take_rests(&found, rests);
-    take_pose(&found, pose);
-    return found;
-}
-
 #if DISTORTION || POSE
 // Where a channel sees the scene at a place right of and below the corner of a sample [photosites]. column, row: of the sample on the
 // sensor. x, y: become the place.

@@ -6,8 +6,7 @@
 // share_s falls from 1 at the slab's radius to 0 at its neighbours'. A kernel is mixed from those of the nodes around the photosite.
 //
 // planes, radius, tail, light: as in kernels/psf_own_slabs.cl. tiles, terms, kernels, limits, halves, pairs: kernels/psf_slabs.h.
-// OPAQUE: whether layers cover all; 0: light is not divided by what is seen. HISTORY: most slabs of which none occludes another.
-// NODE_SPAN: most columns of nodes of a slab in a tile.
+// OPAQUE 0: light is not divided by what is seen. HISTORY: most slabs of which none occludes another. NODE_SPAN: most node columns of a slab.
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
@@ -25,16 +24,17 @@ INLINE void sum_slab(global const float *from, global const float *cover, global
                      const size_t parity, const size_t pair_step, const size_t below, const size_t halves, const float share,
                      const float limit, float *sum, float *seen) {
     for (int j = 0; j < TAPS; j++) {
-        float lit[2 * WIDE], held[2 * WIDE], above[2 * WIDE];
+        float lit[2 * WIDE], held[2 * WIDE], above[2 * WIDE], all = 0.0f;
         for (uint set = 0; set < 2; set++) {
             const long start = (long)(set * set_step) + (j - TAPS / 2) * (long)columns + FIRST;
             for (uint k = 0; k < WIDE; k++) {
                 const float own = slab_share(term, far[start + k]), value = from[start + k], dim = BRIGHT && value > limit ? limit : value;
                 lit[set * WIDE + k] = own * dim;
                 above[set * WIDE + k] = BRIGHT ? own * (value - dim) : 0.0f;
-                held[set * WIDE + k] = COVERAGE ? own * cover[start + k] : own;
+                all += held[set * WIDE + k] = COVERAGE ? own * cover[start + k] : own;
             }
         }
+        if (all == 0.0f) continue; // no photosite of the row is of this slab
         for (uint c = 0; c < term.columns; c++) {
             float weight[TAPS], excess[TAPS];
             mix_taps(of_slab + c * pair_step + j * TAPS, below, halves, share, weight, excess);

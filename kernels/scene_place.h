@@ -43,6 +43,16 @@ INLINE void take_rests(struct projection *p, const float *rests) {
     p->left = in_parts(p->offset_x, rests[1]);
 }
 
+// Projection of a kernel's arguments. pose: POSE_NUMBERS of the pose, then what float32 leaves of scale, offset_x, offset_y.
+INLINE struct projection projection_of(const uint scene_width, const uint scene_height, const float scale, const float offset_x,
+                                       const float offset_y, global const float *pose) {
+    const float rests[3] = {pose[POSE_NUMBERS], pose[POSE_NUMBERS + 1], pose[POSE_NUMBERS + 2]};
+    struct projection found = {scene_width, scene_height, scale, offset_x, offset_y};
+    take_rests(&found, rests);
+    take_pose(&found, pose);
+    return found;
+}
+
 // How far from a place on the sensor the place lies that a channel sees without distortion and at rest [photosites].
 INLINE void displacement_of(const float x, const float y, const uint channel, const struct projection p, float *right, float *down) {
     *right = *down = 0.0f;

@@ -29,12 +29,14 @@ def contrasts() -> np.ndarray:
     return 0.02 + 0.98 * squares * texture
 
 
-def shot_of(planes: np.ndarray, through: ThinLens, depth_m: float | np.ndarray, **settings: Any) -> Shot:
+def shot_of(
+    planes: np.ndarray, through: ThinLens, depth_m: float | np.ndarray, interpolation: str = "nearest", **settings: Any
+) -> Shot:
     camera = green_camera(SIDE, SIDE, **settings)
-    sharp = Shot(band_scene(planes, math.inf, interpolation="nearest"), lens(through.f_number), EXPOSURE, camera)
+    sharp = Shot(band_scene(planes, math.inf, interpolation=interpolation), lens(through.f_number), EXPOSURE, camera)
     brightest_e = float(np.quantile(simulate(sharp).mean_electrons, 0.999))
     exposure = dataclasses.replace(EXPOSURE, time_s=EXPOSURE.time_s * BRIGHTEST_E / brightest_e)
-    return Shot(band_scene(planes, depth_m, interpolation="nearest"), through, exposure, camera)
+    return Shot(band_scene(planes, depth_m, interpolation=interpolation), through, exposure, camera)
 
 
 def error(shot: Shot, planes: np.ndarray, kernel: np.ndarray, shown: tuple[slice, slice] = (slice(None), slice(None))) -> float:

@@ -1,16 +1,30 @@
 """Tables of kernels/defocus.cl on the device: of the unclipped pupil, and of the clipped pupil in zones of the field."""
 
+from collections.abc import Callable, Hashable
 from functools import cache
+from typing import TypeVar, cast
 
 import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.optics.defocus.aperture_kernel import Taps
-from simulator.optics.defocus.aperture_mean_tables import aperture_taps, blur_table
+from simulator.optics.defocus.aperture_mean_tables import BlurTable, aperture_taps, blur_table
 from simulator.optics.defocus.aperture_samples import aperture_samples, moving_samples
 from simulator.optics.defocus.defocus import TILE_COLUMNS, Method
 from simulator.optics.defocus.field_zones import Zones
 from simulator.optics.passes.tile_plan import TilePlan
+
+MOST_KEPT_BYTES = 1 << 27  # of a table that is kept for the next frame
+T = TypeVar("T")
+
+
+def _last_known(tiles: TilePlan, samples_per_axis: int) -> dict[Hashable, object]:
+    """Tables that are kept with the blur; those of one window at a time, so that strips of a frame do not add up."""
+    empty: dict[Hashable, dict[Hashable, object]] = {}
+    windows = tiles.defocus.remember(("tables", samples_per_axis), lambda: empty)
+    if tiles.key not in windows:
+        windows.clear()
+    return windows.setdefault(tiles.key, {})
 
 
 class DeviceTables:
@@ -26,6 +40,7 @@ class DeviceTables:
         self.samples_per_axis = samples_per_axis
         self._chosen = tiles.chosen.part(slice(0, len(tiles.chosen.computed)), samples_per_axis)
         self._unread = device.zeros((1,), np.int32)
+        self._known = _last_known(tiles, samples_per_axis)
         self.of_tiles, self._images, self._taps = cache(self._of_tiles), cache(self._chosen.table), cache(self._find_taps)
         self.whole = tiles.highlight_limit is not None or any(map(self.reads_sums, self._kinds()))
         self.layout = tiles.area.band_layout(samples_per_axis, whole=self.whole)
@@ -43,7 +58,16 @@ class DeviceTables:
 
     def reads_sums(self, clipped: bool) -> bool:
         """Whether any mean reads running sums; clipped: as of `of_tiles`."""
-        return not all(image.direct for image in self._taps(clipped)[0])
+        return self._kept(("sums", clipped), lambda: not all(image.direct for image in self._taps(clipped)[0]))
+
+    def _kept(self, name: Hashable, make: Callable[[], T], size: Callable[[T], int] = lambda made: 0) -> T:
+        """Return `make()`, kept with the blur for the next frame of the same window. size: of what is made [bytes]."""
+        if name in self._known:
+            return cast(T, self._known[name])
+        made = make()
+        if size(made) <= MOST_KEPT_BYTES:
+            self._known[name] = made
+        return made
 
     def _find_taps(self, clipped: bool) -> tuple[list[Taps], list[int], np.ndarray | None]:
         """Taps of all images of the aperture, the number of each image's node, and with zones the images' places by corner."""
@@ -59,8 +83,16 @@ class DeviceTables:
 
         clipped: whether the table is that of tiles in zones, where rims clip the pupil.
         """
-        taps, numbers, entries = self._taps(clipped)
-        table = blur_table(taps, numbers, self.samples_per_axis, self.layout.rows, self.layout.set_columns)
+        rows, columns = self.layout.rows, self.layout.set_columns
+
+        def make() -> tuple[BlurTable, np.ndarray | None]:
+            taps, numbers, entries = self._taps(clipped)
+            return blur_table(taps, numbers, self.samples_per_axis, rows, columns), entries
+
+        def size(made: tuple[BlurTable, np.ndarray | None]) -> int:
+            return made[0].nodes.nbytes + made[0].taps.nbytes + (0 if made[1] is None else made[1].nbytes)
+
+        table, entries = self._kept(("table", clipped, rows, columns), make, size)
         buffers = {name: self._device.upload(array) for name, array in vars(table).items()}
         buffers["entries"] = self._unread if entries is None else self._device.upload(entries)
         return buffers, self._images()[1]

@@ -122,13 +122,23 @@ def join_within(band: PsfBand, values: np.ndarray, join: np.ufunc, reach_px: int
         TILE_ROWS // EXTREME_ROWS,
         HALF_TILE // parts,
     )
-    columns = across * np.arange(parts, parts * (band.tile_columns + 1))
-    rows = down * np.array(sorted({row for row, _ in band.tiles}))
-    values = np.pad(values, ((0, 1), (0, 1)), mode="edge")  # an interval ends before the last value
-    ends = np.stack([columns - beside, columns + across + beside], axis=1).ravel()
-    found = join.reduceat(values, ends, axis=1)[:, ::2]
-    ends = np.stack([rows - beyond, rows + down + beyond], axis=1).ravel()
-    return np.asarray(join.reduceat(found, ends, axis=0)[::2]).reshape(-1, parts)
+    rows = down * np.array(sorted({row for row, _ in band.tiles})) - beyond
+    values = values[:, HALF_TILE - beside :]
+    found = values[rows]
+    for row in range(1, down + 2 * beyond):
+        join(found, values[rows + row], out=found)
+    found = _join_beside(found, join, across + 2 * beside)
+    return np.ascontiguousarray(found[:, : across * parts * band.tile_columns : across]).reshape(-1, parts)
+
+
+def _join_beside(values: np.ndarray, join: np.ufunc, count: int) -> np.ndarray:
+    """Join each value with the next count - 1 of its row, by intervals that double: (rows, columns - count + 1)."""
+    length = 1
+    while length < count:
+        step = min(length, count - length)
+        values = join(values[:, :-step], values[:, step:])
+        length += step
+    return values
 
 
 def join_extremes(band: PsfBand, extremes: np.ndarray, reach_px: int, parts: int = 1) -> np.ndarray:

@@ -1,5 +1,6 @@
 """The measured part of a plan: the blur method of each tile of a frame, by the radius statistics around it."""
 
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -26,6 +27,7 @@ class TilePlan:
     optics: its window is larger than the frame's where a point spread function follows, which needs a margin.
     area: geometry of tiles and bands. maps: blur radii on the device. chosen: method of each tile and block.
     zones: zones of the field, where rims clip the pupil; None: the pupil is the same everywhere.
+    key: what all of it depends on besides the blur.
     wide: the same on photosites twice as wide, for the blocks with the method WIDE; None: there are none.
     only_covariance: whether kernels by distance gather the light, so that blocks add the covariance of its layers alone.
     """
@@ -35,6 +37,7 @@ class TilePlan:
     maps: RadiusMaps
     chosen: TileChoice
     zones: Zones | None
+    key: Hashable
     wide: Self | None = None
     only_covariance: bool = False
 
@@ -141,4 +144,4 @@ def _plan_tiles(optics: OpticsPlan, defocus: Defocus, device: Device, needed: np
         wider = optics.on_wider_photosites()
         assert wider.defocus is not None  # it is that of `optics`
         wide = _plan_tiles(wider, wider.defocus, device, np.concatenate([np.stack(corner, axis=-1) for corner in around]))
-    return TilePlan(optics, area, maps, chosen, zones, wide)
+    return TilePlan(optics, area, maps, chosen, zones, key, wide)

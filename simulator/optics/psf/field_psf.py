@@ -55,8 +55,8 @@ class FieldPsf:
     core: how the device gathers light with the kernels; None: they are convolved by transforms on the host.
     corrected_px: signed blur radii at which the geometric blur and the kernel in focus are corrected to wave optics, ascending.
     computed_px: signed blur radii between which the kernels of the slabs are interpolated where the device gathers by distance.
-    seen: error that those kernels may have. even_squares: whether light samples are even squares of the scene; else they are
-        means of light that is smooth between them.
+    seen: how an error of gathered kernels shows in the scene. even_squares: whether light samples are even squares of the
+        scene; else they are means of light that is smooth between them.
     """
 
     lens_psf: WavefrontPsf | PsfTable | None
@@ -95,9 +95,9 @@ class FieldPsf:
         )
         return lens, repr(self.pupil), self.sampling, *places
 
-    def with_core(self, core: Core) -> Self:
-        """Return the same PSF, gathered with this core, and with the kernels that are already computed."""
-        found = replace(self, core=core)
+    def with_core(self, core: Core, seen: Visibility) -> Self:
+        """Return the same PSF with this core, as exact as a scene shows, and with the kernels that are already computed."""
+        found = replace(self, core=core, seen=seen)
         for cache in ("_kernels", "_tables", "_slab_psfs"):
             found.__dict__[cache] = getattr(self, cache)
         return found
@@ -159,9 +159,16 @@ class FieldPsf:
         return here - before <= 1.01 * max(_step_px(before), _step_px(here))
 
     def has_ringing(self, slab: int, channel: int) -> bool:
-        """Whether the negative values of a kernel exceed RINGING of its light, where highlights have a limit."""
+        """Whether the negative values of a kernel exceed RINGING of its light, where highlights have a limit.
+
+        In smooth light those count that a scene pixel shows.
+        """
+        if not self.highlight_limits:
+            return False
         kernel = self.kernel(slab, channel, False, self.nodes[0] // 2, self.nodes[1] // 2)
-        return bool(self.highlight_limits) and -float(np.minimum(kernel, 0.0).sum()) > RINGING * float(kernel.sum())
+        if self.seen is not None and self.seen.is_smooth:
+            kernel = self.seen.spread(kernel.sum(axis=0))
+        return -float(np.minimum(kernel, 0.0).sum()) > RINGING * float(kernel.sum())
 
     def kernel(self, slab: int, channel: int, positive: bool, row: int, column: int) -> np.ndarray:
         """Kernel at a node, (over^2, size, size) float64, phases as of `Sampling.phases`.

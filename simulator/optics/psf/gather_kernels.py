@@ -10,6 +10,7 @@ import numpy as np
 from simulator.optics.defocus.aperture_kernel import aperture_weights
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px, farthest_correction_px
 from simulator.optics.psf.kernel_split import CELLS, Core, SplitKernel, fits_tail, gather_table, split_kernel, tail_reach
+from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.pupil.pupil import Pupil
 
@@ -18,7 +19,7 @@ ARMS_PX = (8, 12, 16, 20, 24, 32)
 PASS_COST = 16.0  # of a launch that adds arms, in taps of a core
 TAIL_COST = 8.0  # of a tap on cells of one photosite, in taps of a core: three colours, and margins
 MOST_TAPS = 96  # samples across a core; more are cheaper by transforms
-
+CORE_SHARE = 0.16  # of the allowed error, for core and tail: beside an edge the dark side has less noise than the bright one
 
 MIRRORED = 1e-6  # share of the largest weight by which halves of a kernel may differ that count as mirror images
 
@@ -99,18 +100,17 @@ def fits_gather(psf: FieldPsf) -> bool:
     return any(fits_tail(psf.reach_px, cell_px) for cell_px in CELLS)
 
 
-def choose_core(psf: FieldPsf, channels: int, allowed: float, peak: float) -> Core | None:
+def choose_core(psf: FieldPsf, channels: int, seen: Visibility) -> Core | None:
     """Cheapest core, arms and tail whose error is allowed, by the kernels in the middle of the sensor and in its corner.
 
-    None where no core of up to MOST_TAPS samples is. peak: light of the brightest scene pixel on one photosite, in units of the
-    brightest light.
+    None where no core of up to MOST_TAPS samples is.
     """
-    return _chosen(_Keyed(psf.key, psf), channels, allowed, peak)
+    return _chosen(_Keyed(psf.key, psf), channels, seen)
 
 
 @lru_cache(maxsize=32)
-def _chosen(of: "_Keyed", channels: int, allowed: float, peak: float) -> Core | None:
-    psf, found = of.psf, None
+def _chosen(of: "_Keyed", channels: int, seen: Visibility) -> Core | None:
+    psf, found, allowed = of.psf, None, seen.allowed_dark if seen.is_smooth else CORE_SHARE * seen.allowed
     places = {(psf.nodes[0] // 2, psf.nodes[1] // 2), (0, 0)}
     tables = [gather_table(psf.kernel(0, channel, False, *place)) for place in places for channel in range(channels)]
     least = math.inf
@@ -119,8 +119,7 @@ def _chosen(of: "_Keyed", channels: int, allowed: float, peak: float) -> Core | 
         """Predicted error; inf where one of the tables has more than is allowed."""
         most = 0.0
         for table in tables:
-            split = split_kernel(table, psf.over, core_px, arm_px, cell_px)
-            most = max(most, split.error, peak * split.largest)
+            most = max(most, split_kernel(table, psf.over, core_px, arm_px, cell_px, seen.error).error)
             if most > allowed:
                 return math.inf
         return most
@@ -208,7 +207,7 @@ def _made(of: _Keyed, channels: int) -> list[GatherKernels]:
 
 def gather_kernels_of(psf: FieldPsf, channels: int) -> list[GatherKernels]:
     """Kernels of a planned PSF; those of the last few are kept."""
-    return _made(_Keyed((*psf.key, psf.core), psf), channels)
+    return _made(_Keyed((*psf.key, psf.core, psf.seen), psf), channels)
 
 
 def corrections_of(psf: FieldPsf, channels: int) -> list[GatherKernels]:
@@ -217,7 +216,7 @@ def corrections_of(psf: FieldPsf, channels: int) -> list[GatherKernels]:
     Kernels have the sum 0: those of wave optics at a blur radius, less the image of the aperture convolved with the kernel in
     focus. They are gathered from the sharp light. Those of the last few PSFs are kept.
     """
-    return _corrections(_Keyed((*psf.key, psf.corrected_px), psf), channels)
+    return _corrections(_Keyed((*psf.key, psf.corrected_px, psf.seen), psf), channels)
 
 
 @lru_cache(maxsize=8)

@@ -7,6 +7,7 @@ left differs from photosite to photosite of a cell, and is the error.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -43,14 +44,13 @@ class SplitKernel:
 
     core: (taps, taps) float64, weights of samples. arms: (2, 2 arm_px + 1) weights of the photosite's row and of its column
     beyond the core, 0 within; None: there are none. tail: (cells, cells) float64, weights of cells; None: there is none.
-    error: of `visible_error`. largest: greatest difference from the kernel at any photosite.
+    error: what they leave shows.
     """
 
     core: np.ndarray
     arms: np.ndarray | None
     tail: np.ndarray | None
     error: float
-    largest: float
 
 
 def gather_table(phases: np.ndarray) -> np.ndarray:
@@ -73,15 +73,23 @@ def visible_error(rest: np.ndarray) -> float:
     return max(bars, _NOISE * math.sqrt(float((rest * rest).sum())))
 
 
-def split_kernel(table: np.ndarray, over: int, core_px: int, arm_px: int = 0, cell_px: int = 0) -> SplitKernel:
+def split_kernel(
+    table: np.ndarray,
+    over: int,
+    core_px: int,
+    arm_px: int = 0,
+    cell_px: int = 0,
+    error_of: Callable[[np.ndarray], float] = visible_error,
+) -> SplitKernel:
     """Split a gather table into a core of core_px photosites to either side, arms of arm_px, and a tail of all it reaches.
 
     table: (over * size, over * size) of `gather_table`, size odd. arm_px: with one sample per photosite; up to core_px: none.
     cell_px: photosites across the tail's cells; 0: no tail, and the light beyond goes to the photosite itself.
+    error_of: what a difference of kernels (size, size) shows, as a share of the brightest light.
     """
     half = len(table) // over // 2
     if core_px >= half:
-        return SplitKernel(table, None, None, 0.0, 0.0)
+        return SplitKernel(table, None, None, 0.0)
     photosites = table.reshape(2 * half + 1, over, 2 * half + 1, over)
     if cell_px:
         tail, spread = fit_tail(photosites.sum(axis=(1, 3)), core_px, cell_px)
@@ -106,9 +114,8 @@ def split_kernel(table: np.ndarray, over: int, core_px: int, arm_px: int = 0, ce
     core[core_px, :, core_px] += (left - core.sum()) / over**2
     taken[near, near] += core.sum(axis=(1, 3))
     rests = whole - taken - spread
-    error, largest = max(map(visible_error, rests)), float(np.abs(rests).max())
     taps = over * (2 * core_px + 1)
-    return SplitKernel(core.reshape(taps, taps), arms, tail, error, largest)
+    return SplitKernel(core.reshape(taps, taps), arms, tail, max(map(error_of, rests)))
 
 
 def fit_tail(kernel: np.ndarray, core_px: int, cell_px: int) -> tuple[np.ndarray, np.ndarray]:

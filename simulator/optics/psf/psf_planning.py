@@ -42,7 +42,6 @@ MOST_AIRY = 64.0  # blur radius [radii of the Airy disk] up to which kernels of 
 HIGHLIGHT = 4.0  # limit of highlights over the mean of the darker nine tenths of a scene
 SKIPPED_SHARE = 0.5  # of the tolerance: change below which a PSF is left out
 LARGE_CONTRAST = 1e3  # of a scene [standard deviations of the noise], above which no PSF is left out
-GATHER_SHARE = 0.16  # of the allowed error, for core and tail: beside an edge the dark side has less noise than the bright one
 CORRECTIONS_PX = ((0.125, 2.0), (0.25, 4.0), (0.5, math.inf))  # blur radius between corrections, and up to which radius
 WAVELENGTHS = {1: 7, 3: 3, 4: 3}  # per channel, by the number of channels
 
@@ -103,14 +102,15 @@ def plan_visible_psf(
 
 def _with_gather(psf: FieldPsf, channels: int, scene: Scene, accuracy: Accuracy, scale: float) -> FieldPsf:
     """Return a PSF of one kernel for all light with the core by which the device gathers it, where sums are cheaper."""
+    detail = max(scale, 1.0) if scene.interpolation == "nearest" else scale  # even squares have edges, however wide they are
     if accuracy.tolerance and psf.by_distance and len(psf.radii_px) > 1:
-        return plan_slabs(psf, Visibility(accuracy.allowed, scale, accuracy.peak))
+        return plan_slabs(psf, Visibility(accuracy.allowed, detail, accuracy.peak))
     one_surface = len(scene.layers) == 1 and scene.coverage is None
     if not accuracy.tolerance or len(psf.radii_px) > 1 or not (one_surface or not psf.by_distance) or not fits_gather(psf):
         return psf
-    peak = accuracy.peak / max(scale, 1.0) ** 2
-    core = choose_core(psf, channels, GATHER_SHARE * accuracy.allowed, peak)
-    return psf if core is None else psf.with_core(core)
+    seen = Visibility(accuracy.allowed, detail, accuracy.peak / max(scale, 1.0) ** 2)
+    core = choose_core(psf, channels, seen)
+    return psf if core is None else psf.with_core(core, seen)
 
 
 def plan_psf(

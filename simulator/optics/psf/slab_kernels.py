@@ -88,8 +88,8 @@ def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
     # A tail on finer cells costs more, and lets cores be smaller.
     cell_px = min(fitting, key=lambda cell_px: _make_tail(psf, seen, 0, cell_px).core_px + 8 // cell_px)
     computed_px = psf.radii_px
-    psf = replace(psf, radii_px=tuple(radii_px), computed_px=computed_px, nodes=nodes, seen=seen)
-    return psf.with_core(Core(reach_px, reach_px, cell_px, 2.0 * seen.allowed_dark + 2.0 * STEP_SHARE * seen.allowed))
+    psf = replace(psf, radii_px=tuple(radii_px), computed_px=computed_px, nodes=nodes)
+    return psf.with_core(Core(reach_px, reach_px, cell_px, 2.0 * seen.allowed_dark + 2.0 * STEP_SHARE * seen.allowed), seen)
 
 
 def margin_of(seen: Visibility) -> float:
@@ -182,7 +182,7 @@ def _made(of: _Keyed, channels: int) -> SlabKernels:
                     for across, flip_x in {columns - 1 - column: -1, column: 1}.items():
                         reach[number, down, across] = reach_px
                         cores[number, down, across] = core[:, ::flip_y, ::flip_x]
-    rings = bool(psf.highlight_limits) and any(_rings(core) for core in cores.values())
+    rings = bool(psf.highlight_limits) and any(_rings(core, psf.seen) for core in cores.values())
     tail = tail.astype(np.float32)[None, None]
     return SlabKernels(psf.radii_px, reach, cores, tail, psf.core.cell_px, light.astype(np.float32), rings)
 
@@ -276,6 +276,7 @@ def _between(psf: FieldPsf) -> np.ndarray:
     return found
 
 
-def _rings(core: np.ndarray) -> bool:
-    """Whether the negative values of a core exceed RINGING of its light, in any channel."""
-    return bool((-np.minimum(core, 0.0).sum(axis=(1, 2)) > RINGING * core.sum(axis=(1, 2))).any())
+def _rings(core: np.ndarray, seen: Visibility) -> bool:
+    """Whether the negative values of a core exceed RINGING of its light in any channel; in smooth light those that show."""
+    shown = np.stack([seen.spread(one) for one in core]) if seen.is_smooth else core
+    return bool((-np.minimum(shown, 0.0).sum(axis=(1, 2)) > RINGING * core.sum(axis=(1, 2))).any())

@@ -24,18 +24,26 @@ class Visibility:
     peak: float = 1.0
 
     @property
+    def is_smooth(self) -> bool:
+        """Whether the scene's pixels are so much wider than photosites that its light does not show ringing."""
+        return self.scale < COARSE
+
+    @property
     def allowed_dark(self) -> float:
         """Error that is allowed beside an edge, whose dark side has less noise; coarse scenes have slopes in their place."""
-        return self.allowed * (DARK_SHARE if self.scale >= COARSE else COARSE_SHARE)
+        return self.allowed * (COARSE_SHARE if self.is_smooth else DARK_SHARE)
+
+    def spread(self, rest: np.ndarray) -> np.ndarray:
+        """What a difference of kernels (size, size) makes of a single scene pixel, divided by the pixel's light; wider."""
+        tent = _tents(len(rest), 1.0 / min(self.scale, 1.0))
+        return np.asarray(tent @ rest @ tent.T)
 
     def error(self, rest: np.ndarray) -> float:
         """Error that a difference of kernels (size, size) makes, as a share of the brightest light; see `visible_error`.
 
         A scene pixel wider than a photosite is a tent, which is what the projection interpolates, with light of its own.
         """
-        width = 1.0 / min(self.scale, 1.0)
-        tent = _tents(len(rest), width)
-        seen = tent @ rest @ tent.T
+        seen, width = self.spread(rest), 1.0 / min(self.scale, 1.0)
         bars = max(_largest_bar(seen), _largest_bar(seen.T))
         return max(
             bars, TEXTURE * width * math.sqrt(float((seen * seen).sum())), self.peak * width**2 * float(np.abs(seen).max())

@@ -15,6 +15,7 @@ from simulator.optics.defocus.clipped_kernel import shape_weights
 from simulator.optics.defocus.field_pupil import MOST_MOVED, middle_error, plan_cats_eyes, zone_error
 from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.pupil.convex_area import Disk, intersection_area
 from simulator.optics.pupil.pupil import Aperture, Pupil, PupilStop
 from simulator.optics.pupil.vignetting import RoundStop, Vignetting
@@ -265,6 +266,24 @@ def test_a_flat_field_keeps_its_fall_off_and_a_crop_its_bits(aperture):
         window = Window(x, y, width, height)
         crop = simulate(dataclasses.replace(shot, camera=coarse_camera(cfa="GRBG", window=window))).mean_electrons
         assert np.array_equal(crop, whole[y : y + height, x : x + width])
+
+
+def test_the_tables_of_a_window_are_kept_for_its_next_frame(device):
+    """A second frame asks no zones for the pupils at their corners; those of another window take their place."""
+    rng = np.random.default_rng(8)
+    depth = np.linspace(0.33, 0.8, 100)[None, :].repeat(70, axis=0).astype(np.float32)
+    shot = Shot(
+        band_scene(rng.random((70, 100)), depth), dataclasses.replace(CLOSE, f_number=2.0), Exposure(1e-6), coarse_camera()
+    )
+    tiles = measure(plan(shot), device).tiles
+    kept = dataclasses.replace(tiles, zones=None)
+    first, second = (DeviceTables(one, device, 1).of_tiles(True)[0] for one in (tiles, kept))
+    for name, buffer in first.items():
+        same = (device.download(one, (buffer.size,), np.uint8) for one in (buffer, second[name]))
+        np.testing.assert_array_equal(*same)
+    DeviceTables(dataclasses.replace(tiles, key="another window"), device, 1)
+    with pytest.raises(AssertionError):
+        DeviceTables(kept, device, 1).of_tiles(True)
 
 
 def test_where_no_rim_reaches_the_bits_are_those_without_rims():
