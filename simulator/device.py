@@ -6,6 +6,7 @@ Arguments and fields of structs are bound by name, so that a missing or misspelt
 
 import functools
 import logging
+import mmap
 import os
 import re
 import warnings
@@ -207,44 +208,41 @@ CPU_SPAN = 64  # photosites per work-item in kernels whose innermost loop runs o
 GPU_ROW_PX = 256  # work-items; a group size that every GPU supports
 CONSTANT_BYTES = 2**16  # constant memory that every OpenCL device has (OpenCL 1.2, table 4.3)
 SHORTEST_ROW_PX = 32  # work-items; shorter groups waste lanes of a GPU, and on a CPU take longer to start than to run
-LARGE_BYTES = (
-    2**22
-)  # of buffers that get huge pages, where a device works on the host's memory; NumPy asks for them from here on
-PAGE_BYTES = 4096  # alignment that lets drivers work on the host's memory itself
+LARGE_BYTES = 2**22  # of buffers that get huge pages on a device that works on the host's memory
+HAS_HUGE_PAGES = hasattr(mmap, "MADV_HUGEPAGE")  # Linux has
 
 
 class HugePages:
     """Memory for large buffers of one queue, whose commands run in order: huge pages, which cost a tenth of the page faults.
 
     A driver takes fresh memory for each buffer, and Linux clears it page by page: of 300 MB that is three times what a kernel
-    needs to fill them. NumPy asks for huge pages (madvise) for its large arrays, so these lend their memory. A command may
-    still use an array when the last reference to it is gone. So its memory is kept until the queue has come past what had
-    been enqueued by then.
+    needs to fill them. A command may still use memory when the last reference to it is gone. So it is kept until the queue has
+    come past what had been enqueued by then.
     mark: returns a function that tells whether the queue has come past what is enqueued now.
     """
 
     def __init__(self, mark: Callable[[], Callable[[], bool]]) -> None:
         self._mark = mark
-        self._retired: deque[tuple[Callable[[], bool], np.ndarray]] = deque()  # in the order of the queue
+        self._retired: deque[tuple[Callable[[], bool], mmap.mmap]] = deque()  # in the order of the queue
 
     def take(self, size: int) -> np.ndarray:
-        """Return an uninitialised array (size,) uint8 at the start of a page. Raises MemoryError when it does not fit."""
+        """Return an array of zeros (size,) uint8 at the start of a page. Raises OSError when it does not fit."""
         self._release()
-        whole = np.empty(size + PAGE_BYTES, np.uint8)
-        first = -whole.ctypes.data % PAGE_BYTES
-        pages = whole[first : first + size]
-        weakref.finalize(pages, self._retire, whole).atexit = False
-        return pages
+        pages = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+        pages.madvise(mmap.MADV_HUGEPAGE)
+        array = np.frombuffer(pages, np.uint8)
+        weakref.finalize(array, self._retire, pages).atexit = False
+        return array
 
-    def _retire(self, whole: np.ndarray) -> None:
-        self._retired.append((self._mark(), whole))
+    def _retire(self, pages: mmap.mmap) -> None:
+        self._retired.append((self._mark(), pages))
 
     def _release(self) -> None:
-        """Forget the memory that no command uses."""
+        """Give back the memory that no command uses."""
         while self._retired:
-            is_past, whole = self._retired.popleft()
+            is_past, pages = self._retired.popleft()
             if not is_past():
-                self._retired.appendleft((is_past, whole))
+                self._retired.appendleft((is_past, pages))
                 return
 
 
@@ -318,10 +316,10 @@ class Device:
     def _buffer(self, flags: int, size: int = 0, hostbuf: np.ndarray | None = None) -> cl.Buffer:
         """Return a buffer of `size` bytes, or over `hostbuf`. Raises PhotositeError when it does not fit."""
         try:
-            if self.shares_memory and size >= LARGE_BYTES:  # not of a buffer over an array, whose `size` is 0
+            if HAS_HUGE_PAGES and self.shares_memory and size >= LARGE_BYTES:  # 0 for one over an array
                 flags, size, hostbuf = flags | cl.mem_flags.USE_HOST_PTR, 0, self._pages.take(size)
             return cl.Buffer(self._context, flags, size, hostbuf)
-        except (cl.Error, MemoryError) as error:
+        except (cl.Error, MemoryError, OSError) as error:
             needed = size or (0 if hostbuf is None else hostbuf.nbytes)
             raise PhotositeError(
                 f"out of memory on {self.info.label}: no room for {needed / 2**20:.0f} MiB "

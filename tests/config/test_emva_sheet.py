@@ -55,7 +55,7 @@ def save(folder, text):
 
 
 def without_arrays(camera):
-    return {key: value for key, value in vars(camera).items() if key != "response"}
+    return {key: value for key, value in vars(camera).items() if key not in ("response", "sources")}
 
 
 def test_a_sheet_states_the_camera_of_the_same_numbers(tmp_path):

@@ -1,12 +1,13 @@
 """The memory of large buffers lives as long as a command uses it, and no longer."""
 
-import tracemalloc
+import resource
+from pathlib import Path
 from threading import Thread
 
 import numpy as np
 import pytest
 
-from simulator.device import LARGE_BYTES
+from simulator.device import HAS_HUGE_PAGES, LARGE_BYTES, HugePages
 
 SIDE = 2048  # float32 pixels: four times LARGE_BYTES
 WEIGHTS = np.full((1, 1), 2.0, np.float32)
@@ -44,17 +45,22 @@ def test_threads_that_share_a_device_keep_apart(device):
     assert found == {0: True, 1: True, 2: True}
 
 
-def test_memory_that_no_command_uses_is_given_back_with_the_next_buffer(device):
-    if not device.shares_memory:
-        pytest.skip("the device has memory of its own")
-    tracemalloc.start()
-    try:
-        kept = [device.empty((LARGE_BYTES,), np.uint8) for _ in range(8)]
-        assert tracemalloc.get_traced_memory()[0] > 8 * LARGE_BYTES
-        del kept
-        device.finish()
-        last = device.empty((LARGE_BYTES,), np.uint8)
-        assert last.size == LARGE_BYTES
-        assert tracemalloc.get_traced_memory()[0] < 2 * LARGE_BYTES
-    finally:
-        tracemalloc.stop()
+def resident_bytes() -> int:
+    """Memory of this process that is in use."""
+    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * resource.getpagesize()
+
+
+@pytest.mark.skipif(not HAS_HUGE_PAGES, reason="the system has no huge pages to ask for")
+def test_memory_is_given_back_when_the_queue_has_come_past_it():
+    passed = [False]
+    pages, size = HugePages(lambda: lambda: passed[0]), 64 * LARGE_BYTES
+    before = resident_bytes()
+    array = pages.take(size)
+    array[:] = 1
+    assert resident_bytes() > before + 0.9 * size
+    del array
+    pages.take(1)
+    assert resident_bytes() > before + 0.9 * size  # a command may use it
+    passed[0] = True
+    pages.take(1)
+    assert resident_bytes() < before + 0.1 * size
