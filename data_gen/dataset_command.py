@@ -12,7 +12,7 @@ from data_gen.report.estimate import estimate
 from data_gen.run import run
 from data_gen.sources.decoded_pictures import DecodedPictures
 from data_gen.storage.manifest import verify
-from simulator.command_line.amounts import format_bytes, format_duration
+from simulator.command_line.amounts import format_bytes, format_count, format_duration
 from simulator.command_line.screen import console, show_progress, tell
 
 SHOWN_PROBLEMS = 20
@@ -32,7 +32,7 @@ def make(
     with show_progress("samples") as progress:
         outcome = run(config, out, device=device, workers=workers, scheduler=scheduler, progress=progress, decoded=decoded)
     _show_problems(outcome.problems)
-    tell(f"{outcome.made} shards made, {outcome.kept} were there")
+    tell(f"{format_count(outcome.made, 'shard')} made, {outcome.kept} already there")
     print(outcome.manifest)
 
 
@@ -60,7 +60,7 @@ def show_plan(path: Path, settings: list[str], out: Path, device: str | None, wo
         "shards": f"{found.shards} of {stored.samples_per_shard} samples, {stored.format}, {stored.channels}",
         "pictures": ", ".join(f"{name}: {count}" for name, count in found.pictures.items()) or "none",
         "disk": f"{format_bytes(needed)} of {format_bytes(free)} free, {format_bytes(found.bytes_per_sample)} per sample",
-        "time": f"{format_duration(seconds)} on {workers} worker(s): {milliseconds} ms per sample, "
+        "time": f"{format_duration(seconds)} on {format_count(workers, 'worker')}: {milliseconds} ms per sample, "
         f"{processor} ms of processor time",
         "exposure ratio": f"{found.ratios[0]:g} to {found.ratios[1]:g}",
     }

@@ -16,3 +16,8 @@ def format_duration(seconds: float) -> str:
         if seconds >= 2 * length:
             return f"{seconds / length:.1f} {unit}"
     return f"{seconds:.1f} s"
+
+
+def format_count(count: int, thing: str) -> str:
+    """Write a number of things, such as `1 worker` and `2 workers`."""
+    return f"{count} {thing}" if count == 1 else f"{count} {thing}s"

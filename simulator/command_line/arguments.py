@@ -20,6 +20,11 @@ def complete_camera(incomplete: str) -> list[str]:
     return complete_name("cameras", incomplete)
 
 
+def complete_subject(incomplete: str) -> list[str]:
+    """Return the cameras and the shots of the library, and files and folders that begin so."""
+    return list(dict.fromkeys([*complete_camera(incomplete), *complete_shot(incomplete)]))
+
+
 def complete_study(incomplete: str) -> list[str]:
     """Return the studies of the library, and study files that begin so."""
     from simulator.command_line.completion import complete_name

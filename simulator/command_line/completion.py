@@ -13,9 +13,10 @@ _CONFIGS = next((folder for folder in (_HOUSE / "configs", _HOUSE.parent / "conf
 def complete_name(kind: str, begun: str) -> list[str]:
     """Return the names in configs/<kind> and the paths of YAML files and folders that begin with a text.
 
-    kind: cameras, shots, studies, datasets or responses.
+    kind: cameras, shots, studies, datasets or responses. A file in a folder there has that folder in its name.
     """
-    names = sorted(path.stem for path in (_CONFIGS / kind).glob("*.yaml"))
+    library = _CONFIGS / kind
+    names = sorted(path.relative_to(library).with_suffix("").as_posix() for path in library.rglob("*.yaml"))
     return [name for name in names if name.startswith(begun)] + sorted(_paths(begun))
 
 

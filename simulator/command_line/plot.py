@@ -57,10 +57,10 @@ def _is_camera(name: str) -> bool:
     """Whether a name or file is that of a camera. Raises PhotositeError with the nearest names for neither."""
     if Path(name).suffix.lower() in SUFFIXES:  # of a data sheet
         return True
+    if not Path(name).is_file() and (CONFIGS / "cameras" / f"{name}.yaml").is_file():  # also of a folder of the library
+        return True
     is_file = bool(Path(name).suffix) or "/" in name or Path(name).is_file()
     if not is_file:
-        if (CONFIGS / "cameras" / f"{name}.yaml").is_file():
-            return True
         try:
             named_file("shots", name)
         except PhotositeError as error:

@@ -8,8 +8,9 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from simulator.command_line.amounts import format_bytes, format_duration
+from simulator.command_line.amounts import format_bytes, format_count, format_duration
 from simulator.command_line.screen import console, show_progress, tell
+from simulator.config.study_command import shot_name
 from simulator.config.study_file import Study
 from simulator.errors import PhotositeError
 from simulator.studies.study_estimate import estimate_study
@@ -74,11 +75,11 @@ def show_study(path: Path, settings: list[str], out: Path | None, device: str | 
     about = "" if found.planned == len(study) else f", from the plans of {found.planned}"
     processes = min(workers, os.cpu_count() or 1)
     rows = {
-        "study": f"{study.name}, of {study.shot_path}",
+        "study": f"{study.name}, of {shot_name(study.shot_path)}",
         "points": f"{len(study)} = {_describe_axes(study)}",
         "states": ", ".join(f"{count} {state}" for state, count in sorted(found.states.items())) + about,
-        "to take": f"{found.to_take} points, {found.lights} images of the light",
-        "time": f"{format_duration(found.seconds / processes)} on {workers} worker(s), kernels built{about}",
+        "to take": f"{format_count(found.to_take, 'point')}, {format_count(found.lights, 'image')} of the light",
+        "time": f"{format_duration(found.seconds / processes)} on {format_count(workers, 'worker')}, kernels built{about}",
         "disk": f"{format_bytes(found.bytes)} of {format_bytes(free)} free in {folder}",
         "measured": ", ".join(f"{label}: {next(iter(one))}" for label, one in study.measured.items()) or "nothing",
         "kept": ", ".join(study.keep) or "no frames",

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from simulator.command_line.app import app
-from simulator.command_line.arguments import DeviceName, Settings, complete_study
+from simulator.command_line.arguments import DeviceName, Settings, complete_study, complete_subject
 
 
 @app.command(epilog="Example: photosite study iso_and_aperture --out iso_and_aperture --dry-run")
@@ -90,7 +90,14 @@ PlotIsos = Annotated[list[int] | None, typer.Option("--iso", help="ISO of the cu
 
 @app.command(epilog="Example: photosite plot sony_a7s2 --only snr --only noise --out plots.svg --csv plots.csv")
 def plot(
-    subject: Annotated[str, typer.Argument(metavar="CAMERA|SHOT", help="Name in configs/cameras or configs/shots, or a file.")],
+    subject: Annotated[
+        str,
+        typer.Argument(
+            metavar="CAMERA|SHOT",
+            help="Name in configs/cameras or configs/shots, or a file.",
+            autocompletion=complete_subject,
+        ),
+    ],
     settings: Settings = None,
     only: PlotNames = None,
     iso: PlotIsos = None,
@@ -111,7 +118,11 @@ def plot(
 def compare(
     subjects: Annotated[
         list[str],
-        typer.Argument(metavar="A B ...", help="Cameras or shots; folders of studies; or raw files, also with cameras."),
+        typer.Argument(
+            metavar="A B ...",
+            help="Cameras or shots; folders of studies; or raw files, also with cameras.",
+            autocompletion=complete_subject,
+        ),
     ],
     settings: Settings = None,
     only: Annotated[

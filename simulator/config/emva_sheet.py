@@ -23,6 +23,7 @@ from simulator.errors import PhotositeError, reading, require
 SUFFIXES = (".csv", ".xml")
 ISO = 100  # the sheet is of one gain setting, which gets this ISO where the sheet tells none
 COLUMNS = ("quantity", "value", "unit", "wavelength")
+MOST_EFFICIENCY = 1.02  # of a sheet: noise of the measurement lifts an efficiency near 1 above it
 FLAT_NM = (400.0, 700.0)  # a single quantum efficiency is taken over this range
 ROUNDING_DN2 = 1.0 / 12.0  # variance of the ADC's rounding, part of the noise in a raw frame (EMVA 1288, equation 8)
 COLOURS = ("red", "green", "blue")
@@ -211,6 +212,10 @@ def _response(efficiencies: dict[str, dict[float, float]], path: Path) -> tuple[
         grid = np.arange(sampled[0], sampled[-1] + 0.5 * step, step)
     table = np.stack([np.interp(grid, sorted(curve), [curve[nm] for nm in sorted(curve)]) for curve in curves], axis=1)
     peak = float(table.max())
-    require(0 < peak <= 1, "quantum efficiency", peak, "give shares above 0 and up to 1, or up to 100 %", file=path)
+    rule = "give shares above 0 and up to 1, or up to 100 %"
+    require(0 < peak <= MOST_EFFICIENCY, "quantum efficiency", peak, rule, file=path)
+    if peak > 1.0:
+        note += f"; its quantum efficiency of {100.0 * peak:.2f} % is taken as 100 %, the most there is"
+        table, peak = np.minimum(table, 1.0), 1.0
     wavelengths = {"start": f"{float(grid[0])!r} nm", "step": f"{float(grid[1] - grid[0])!r} nm"}
     return {"wavelengths": wavelengths, "peak_quantum_efficiency": peak, "relative": (table / peak).tolist()}, note

@@ -29,6 +29,8 @@ WANTED = {
     "none_required": "give a section of `key: value` lines, or leave it out",
     "model_attributes_type": "give a section of `key: value` lines",
 }
+SECTION_KINDS = ("dict_type", "model_type", "model_attributes_type")
+MOST_LISTED_KEYS = 12  # of a section, in a message that says what it holds
 
 
 def convert_validation_error(error: ValidationError, document: Document, model: type[Section]) -> PhotositeError:
@@ -38,8 +40,22 @@ def convert_validation_error(error: ValidationError, document: Document, model: 
     finding = min(findings, key=lambda found: found["type"] != "extra_forbidden")
     keys = strip_branch_names(finding["loc"])
     problem = _describe_finding(finding, keys, model)
-    more = f" ({len(findings) - 1} more after this one)" if len(findings) > 1 else ""
+    others = _missing_beside(finding, findings)
+    if others:
+        verb = "is" if len(others) == 1 else "are"
+        problem = problem.replace(rule=f"{problem.rule}; so {verb} {', '.join(others)}")
+    left = len(findings) - 1 - len(others)
+    more = f" ({left} more after this one)" if left else ""
     return document.locate_error(problem.replace(rule=problem.rule + more), keys)
+
+
+def _missing_beside(finding: ErrorDetails, findings: list[ErrorDetails]) -> list[str]:
+    """Return the other keys that are missing in the section in which the finding misses one."""
+    if finding["type"] != "missing":
+        return []
+    section = finding["loc"][:-1]
+    beside = [found for found in findings if found["type"] == "missing" and found["loc"][:-1] == section]
+    return [str(found["loc"][-1]) for found in beside if found is not finding]
 
 
 def strip_branch_names(location: Keys) -> Keys:
@@ -69,7 +85,9 @@ def _describe_finding(finding: ErrorDetails, keys: Keys, model: type[Section]) -
         return PhotositeError(suggest_nearest(str(finding["input"]), choices), key=key, value=value)
     if kind == "value_error" and "ctx" in finding:
         return PhotositeError(f"{finding['ctx']['error']}", key=key, value=value)
-    return PhotositeError(WANTED.get(kind, finding["msg"]), key=key, value=value)
+    known = list_known_keys(model, location) if kind in SECTION_KINDS else []
+    listed = f"; its keys: {', '.join(known)}" if 0 < len(known) <= MOST_LISTED_KEYS else ""
+    return PhotositeError(WANTED.get(kind, finding["msg"]) + listed, key=key, value=value)
 
 
 def suggest_nearest(word: str, choices: list[str]) -> str:

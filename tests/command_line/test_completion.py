@@ -23,7 +23,7 @@ def completed(words: str, folder) -> list[str]:
 
 
 def names(kind: str) -> set[str]:
-    return {path.stem for path in (CONFIGS / kind).glob("*.yaml")}
+    return {str(path.relative_to(CONFIGS / kind).with_suffix("")) for path in (CONFIGS / kind).rglob("*.yaml")}
 
 
 @pytest.mark.parametrize(
@@ -33,6 +33,9 @@ def names(kind: str) -> set[str]:
         ("photosite explain motorcycle_s", {"motorcycle_stopped_down"}),
         ("photosite validate noise sony_a7s", {"sony_a7s2"}),
         ("photosite lens --camera imx3", {"imx385"}),
+        ("photosite validate noise illustrative/x", {"illustrative/x_trans"}),
+        ("photosite plot color_", {"color_checker"}),
+        ("photosite compare color_checker illu", {"illustrative/dual_gain", "illustrative/x_trans"}),
         ("photosite dataset led", {"led_prior"}),
         ("photosite study iso_", {"iso_and_aperture"}),
         ("photosite new ", {"shot", "camera", "study", "dataset"}),

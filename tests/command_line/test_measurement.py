@@ -60,6 +60,7 @@ def test_a_table_and_a_plot_are_made_of_the_area_that_is_given(edge_file, tmp_pa
         (("--area", "0,0,900,900"), r"area = [0, 0, 900, 900]: [top, left, height, width] must lie inside"),
         (("--area", "0,0,60,20"), "edge.dng: area 0,0,60,20, B: "),
         (("--pixel-pitch", "4"), "--pixel-pitch 4: "),
+        (("--plot", "edge.gif"), "--plot edge.gif: end the name with .svg, .png, .pdf"),
     ],
 )
 def test_a_wrong_area_is_one_message(edge_file, capsys, arguments, message):

@@ -27,6 +27,12 @@ def test_a_camera_is_drawn_with_its_numbers(capsys, tmp_path):
     assert "ISO 100" in figure.read_text()
 
 
+def test_a_camera_in_a_folder_of_the_library_is_named_as_in_a_shot(capsys, tmp_path):
+    figure = tmp_path / "p.svg"
+    code, out, _ = run(capsys, "illustrative/x_trans", "--only", "noise", "--out", str(figure))
+    assert code == 0 and out.strip() == str(figure) and "X-Trans" in figure.read_text()
+
+
 def test_a_shot_has_its_own_iso_and_its_lens(capsys, tmp_path):
     table = tmp_path / "p.csv"
     options = ("--set", "exposure.iso=800", "--out", str(tmp_path / "p.png"), "--csv", str(table))

@@ -50,3 +50,15 @@ def test_parquet_without_pyarrow_is_refused_before_the_work(tmp_path, capsys, mo
 def test_the_shipped_study_can_be_planned(capsys, tmp_path):
     code, told, _ = run(capsys, "iso_and_aperture", "--out", str(tmp_path / "out"), "--help")
     assert code == 0 and "--dry-run" in told
+
+
+def test_a_plan_names_a_library_shot_as_the_study_does_and_counts_in_plain_words(capsys, tmp_path):
+    path = tmp_path / "one.yaml"
+    window = "set: {camera.window: {x: 0, y: 0, width: 32, height: 32}}"
+    path.write_text(
+        f"study: one\nshot: flat_field\n{window}\nvary:\n  - exposure.iso: [100]\nmeasure: {{grey: {{patch: {{}}}}}}\n"
+    )
+    code, told, _ = run(capsys, str(path), "--out", str(tmp_path / "out"), "--dry-run")
+    lines = [" ".join(line.split()) for line in told.splitlines()]
+    assert code == 0 and "study one, of flat_field" in lines and "to take 1 point, 1 image of the light" in lines
+    assert any(" on 1 worker, kernels built" in line for line in lines)

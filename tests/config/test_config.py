@@ -106,6 +106,8 @@ def test_every_number_arrives_in_the_unit_of_its_field(folder):
         ("1/125 s", "0 s", 9, "the shutter must open"),
         ("1/125 s", "12:30", 9, "exposure.time = 12:30"),
         ("iso: 100", "shutter: rolling", 10, "exposure.shutter = rolling: give a section of `key: value` lines"),
+        ("camera: tiny", "camera: {base: sony_a7s2, window: [64, 48]}", 11, "lines; its keys: x, y, width, height"),
+        ("camera: tiny", "camera: {base: sony_a7s2, window: {width: 4, height: 4}}", 11, "camera.window.x is missing; so is y"),
         ("iso: 100", "shutter: {readout_time: -1 s}", 10, "exposure.shutter.readout_time = -1 s: give a time of 0 s or more"),
         ("iso: 100", "shutter: {readout_time: 3}", 10, "exposure.shutter.readout_time = 3: has no unit"),
         ("iso: 100", "shutter: {travel: top_to_bottom}", 10, "exposure.shutter.travel_time is missing"),

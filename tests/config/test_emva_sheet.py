@@ -104,6 +104,12 @@ def test_quantum_efficiencies_by_wavelength_and_colour_are_curves(tmp_path):
     np.testing.assert_allclose(camera.response.quantum_efficiency, [[0.02, 0.1, 0.35], [0.4, 0.2, 0.03]], rtol=1e-12)
 
 
+def test_an_efficiency_that_noise_has_measured_above_100_percent_is_100_percent_and_said(tmp_path):
+    camera = load_camera(save(tmp_path, SHEET.replace("62.5,%", "100.03,%")))
+    assert camera.response.quantum_efficiency.max() == 1.0
+    assert "its quantum efficiency of 100.03 % is taken as 100 %" in str(camera.sources)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
@@ -116,6 +122,7 @@ def test_quantum_efficiencies_by_wavelength_and_colour_are_curves(tmp_path):
         ("quantity,value", "name,number", "columns = name, number, unit, wavelength: give the columns quantity"),
         ("Dark signal,16,DN", "DSNU,1,e-", "sheet.csv:17: DSNU = 1: is stated twice"),
         ("62.5,%", "162.5,%", "quantum efficiency = 1.625: give shares"),
+        ("62.5,%", "102.1,%", "quantum efficiency = 1.021: give shares"),
         ("525 nm", "green", "sheet.csv:9: .*has a wavelength of green; give a number in nm"),
     ],
 )

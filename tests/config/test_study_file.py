@@ -149,6 +149,8 @@ def test_every_point_has_its_own_noise_unless_asked(tmp_path):
     assert {point.shot().seeds.frame for point in load(tmp_path, vary, "same_noise: true\n")} == {40}
     own = load(tmp_path, vary + "\n  - seeds.frame: [5, 6]")
     assert [point.shot().seeds.frame for point in own] == [5, 6] * 3
+    named = load(tmp_path, vary + "\n  - frame: {variants: {a: {}, b: {}}}")
+    assert len({point.shot().seeds.frame for point in named}) == len(named) == 6
 
 
 def test_names_are_file_names_and_differ(tmp_path):

@@ -310,7 +310,7 @@ def _check_coverage(scene: Scene, lens: Lens, camera: Camera) -> None:
         raise PhotositeError(
             "the camera sees "
             f"{lens.field_of_view_deg(camera.sensor_mm[0]):.1f} deg x {lens.field_of_view_deg(camera.sensor_mm[1]):.1f} deg, "
-            f"past the edge of the scene; use a lens of at least {lens.focal_length_mm * short:.1f} mm "
+            f"past the edge of the scene; use a lens of at least {lens.focal_length_mm * short:.1f} mm, "
             "leave field_of_view out, or say what is outside, such as scene.outside: black",
             key="scene.field_of_view",
             value=f"{scene.field_of_view_deg:g} deg",

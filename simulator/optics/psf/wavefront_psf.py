@@ -117,6 +117,8 @@ def kernel_size_px(
                     reach_um = max(reach_um, 2.0 * f_number * float(np.abs(slope).max()))
     longest_um = 1e-3 * float(np.max(wavelengths_nm))
     size = odd(2.0 * (reach_um + airy_margin * longest_um * f_number) / pitch_um + 1.0)
-    rule = f"kernels of more than {LARGEST_KERNEL_PX} photosites: stop down, or lessen the aberrations or the defocus"
+    # Coefficients of no stated f-number are those of any pupil, and their rays land farther off the larger N is.
+    smaller = "state at_f_number" if aberrations.at_f_number is None else "stop down"
+    rule = f"a kernel has at most {LARGEST_KERNEL_PX}: {smaller}, or lessen the aberrations or the defocus"
     require(size <= LARGEST_KERNEL_PX, "lens.aberrations", f"{size} photosites wide", rule)
     return size

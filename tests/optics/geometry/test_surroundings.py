@@ -111,7 +111,10 @@ def test_without_a_lens_it_is_dark_beyond_the_edges_as_ever():
 
 
 def test_a_narrow_scene_that_says_nothing_is_refused_with_the_fix():
-    with pytest.raises(PhotositeError, match=r"past the edge of the scene.*say what is outside, such as scene.outside: black"):
+    with pytest.raises(
+        PhotositeError,
+        match=r"past the edge of the scene.* mm, leave field_of_view out, or say what is outside, such as scene.outside: black",
+    ):
         light(picture(30, 20, "refuse"))
 
 

@@ -1,6 +1,7 @@
 """Tables of kernels: from a wavefront and from files, turned to the field, sampled by photosites, refused when wrong."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -115,8 +116,18 @@ def test_kernels_are_as_large_as_rays_and_diffraction_want():
     assert blurred == 27  # 20 + 1 + 2 x 6 x 0.55 x 2.8 / 4 = 25.6
     lateral = Aberrations(chromatic=(ChromaticShift(550.0, 0.0, 12.0),))
     assert kernel_size_px(lateral, 2.8, 4.0, GREEN) == kernel_size_px(Aberrations(), 2.8, 4.0, GREEN) + 6
-    with pytest.raises(PhotositeError, match="lens.aberrations = .* photosites wide: .*lessen"):
+    with pytest.raises(PhotositeError, match="lens.aberrations = .* photosites wide: a kernel has at most 511"):
         kernel_size_px(Aberrations(spherical_um=200.0), 2.8, 4.0, GREEN)
+
+
+def test_stopping_down_is_advised_where_it_helps_which_is_where_the_wavefront_is_that_of_one_f_number():
+    """Coefficients without at_f_number are those of any pupil: rays land at 2 N dW/dr, farther the smaller the pupil."""
+    for stated, shrinks in ((None, False), (2.8, True)):
+        coefficients = Aberrations(spherical_um=20.0, at_f_number=stated)
+        assert (kernel_size_px(coefficients, 5.6, 4.0, GREEN) < kernel_size_px(coefficients, 2.8, 4.0, GREEN)) == shrinks
+        with pytest.raises(PhotositeError) as told:
+            kernel_size_px(replace(coefficients, spherical_um=200.0), 2.8, 4.0, GREEN)
+        assert ("stop down" in str(told.value)) == shrinks and ("state at_f_number" in str(told.value)) != shrinks
 
 
 def test_files_of_numpy_arrays_are_tables(tmp_path):
