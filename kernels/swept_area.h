@@ -17,7 +17,7 @@ INLINE float share_of(const float low, const float side) {
 // Blend the rows of the scene under a span into one, (BUFFER), from the column of `path` on.
 INLINE void blend_rows(global const float *plane, const struct path path, const struct projection p, float *blended) {
     const uint inside = path.column >= 0 && path.column + BUFFER <= (int)p.scene_width;
-    if (!TAPS && !BENDS && inside && path.rows == 2u) {
+    if (!(TAPS || BENDS) && inside && path.rows == 2u) {
         global const float *upper = plane + (size_t)clamped(path.row, p.scene_height) * p.scene_width + path.column;
         global const float *lower = plane + (size_t)clamped(path.row + 1, p.scene_height) * p.scene_width + path.column;
         for (uint j = 0; j < BUFFER; j++)

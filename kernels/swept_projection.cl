@@ -73,7 +73,7 @@ kernel void swept_rows(global const float *restrict planes, global const struct 
         const struct view view = views[row * sweep.instants + k];
         const struct path path = path_of(view, (float)x + (REACH + 0.5f) - sweep.pivot_x, x, y, projection);
         const uint is_read = !AT_REST || k == 0; // a layer at rest is read once
-        if (COVERED == 1 && is_read) read_span(planes + CHANNELS * pixels, path, projection, cover);
+        if (COVERED == 1) { if (is_read) read_span(planes + CHANNELS * pixels, path, projection, cover); }
         for (uint n = 0; n < COLOURS; n++) {
             if (is_read) read_span(planes + (colour_of((uint)first, row, sweep) + n) * pixels, path, projection, value);
             add_span(value, cover, view.weight, open + open_row(k, sweep), sum + n * SPAN);

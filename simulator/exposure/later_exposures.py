@@ -17,11 +17,9 @@ def later_exposures(exposure: Exposure, camera: Camera) -> list[Exposure]:
     spec = camera.hdr_readout
     if spec is None or len(spec.exposure_shares) == 1:
         return []
-    shutter, rule = (
-        exposure.shutter,
-        "an hdr_readout of several exposures opens one by one; leave it out, or give gains instead",
-    )
-    require(shutter is None or isinstance(shutter, RollingShutter), "exposure.shutter", type(shutter).__name__, rule)
+    rule = "an hdr_readout of several exposures opens one by one; leave it out, or give gains instead"
+    is_rolling = exposure.shutter is None or isinstance(exposure.shutter, RollingShutter)
+    require(is_rolling, "exposure.shutter", "given", f"only a rolling shutter opens several times, but {rule}")
     require(exposure.flash is None, "exposure.flash", "given", f"fires in one exposure only, but {rule}")
     begin_s, found = exposure.start_s, []
     for before, share in zip(spec.exposure_shares, spec.exposure_shares[1:], strict=False):

@@ -1,5 +1,6 @@
 """What moves while the shutter is open."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -89,11 +90,20 @@ class Motion:
         """
         return None if self.vectors is None else self.vectors.load(size, self.frame_time_s)
 
-    def check_layers(self, count: int) -> None:
-        """Raise PhotositeError for motion of layers that a scene of so many layers lacks, and for vectors of several layers."""
-        for number in self.layers:
+    def check_layers(self, nearest_m: Sequence[float]) -> None:
+        """Raise PhotositeError for motion that the layers of a scene cannot have.
+
+        These are motion of layers that the scene lacks or in metres of infinitely far ones, and vectors of several layers.
+        nearest_m: distance of the nearest place of each layer [m].
+        """
+        count = len(nearest_m)
+        for number, layer in self.layers.items():
             rule = f"the scene has {count} layers, numbered from 0, the nearest; name one of them"
             require(number < count, f"motion.layers.{number}", number, rule)
+            rule = "is in metres, but the layer is infinitely far; give its depth, such as 3 m, or a velocity in px/s"
+            value = None if layer.velocity is None else layer.velocity[0].unit
+            far = math.isinf(nearest_m[number])
+            require(not (far and layer.is_in_metres), f"motion.layers.{number}.velocity", value, rule)
         if self.vectors is not None:
             rule = f"vectors are of one picture, but the scene has {count} layers; give motion.layers instead"
             require(count == 1, "motion.vectors", self.vectors.image, rule)

@@ -101,6 +101,11 @@ class LayerMotion:
         """Whether a speed is stated per frame."""
         return any(speed.is_per_frame for speed in self.velocity or ())
 
+    @property
+    def is_in_metres(self) -> bool:
+        """Whether the velocity is in metres and not zero."""
+        return any(speed.is_in_metres and speed.value for speed in self.velocity or ())
+
     def moves(
         self, times_s: np.ndarray, size: tuple[int, int], frame_time_s: float | None = None, key: str = "motion.layers"
     ) -> LayerMoves:

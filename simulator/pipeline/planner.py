@@ -3,6 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
+import numpy as np
+
 from simulator.device import Device
 from simulator.displayed import Displayed
 from simulator.errors import require
@@ -176,7 +178,7 @@ def _plan_light(
     """Return the plan of the optics, and the key of its light where a cache holds it."""
     scene = load_seen(shot)
     if shot.motion is not None:
-        shot.motion.check_layers(len(scene.layers))
+        shot.motion.check_layers([float(np.min(layer.depth_m)) for layer in scene.layers])
         shot.motion.check_exposure(shot.exposure.start_s, exposed.openings, "flow" in shot.truth)
     timing = None if shot.motion is None else Timing(shot.motion, exposed.components)
     tangent = 0.0 if exposed.flash is None else tangent_per_pixel(scene, shot.lens, shot.camera)

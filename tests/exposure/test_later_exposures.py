@@ -92,7 +92,7 @@ def test_truth_knows_the_light_of_each_exposure():
     ("settings", "message"),
     [
         ({"flash": Flash(0.001, guide_number_m=2.0)}, "exposure.flash = given: fires in one exposure only"),
-        ({"shutter": GlobalShutter(1e-4, 0.01)}, "exposure.shutter = GlobalShutter: an hdr_readout of several exposures"),
+        ({"shutter": GlobalShutter(1e-4, 0.01)}, "exposure.shutter = given: only a rolling shutter opens several times"),
     ],
 )
 def test_what_cannot_open_several_times_is_refused(settings, message):

@@ -46,12 +46,21 @@ def test_settings_that_do_not_fit_together_are_refused(settings, message):
 
 def test_motion_of_layers_that_the_scene_lacks_is_refused():
     motion = Motion(layers={0: LayerMotion(), 2: LayerMotion()})
-    motion.check_layers(3)
+    motion.check_layers([1.0, 2.0, 3.0])
     with pytest.raises(PhotositeError, match="motion.layers.2 = 2: the scene has 2 layers, numbered from 0"):
-        motion.check_layers(2)
+        motion.check_layers([1.0, 2.0])
     with pytest.raises(PhotositeError, match="motion.vectors = flow.exr: vectors are of one picture, but the scene has 2"):
-        Motion(vectors=VECTORS, frame_time_s=1.0).check_layers(2)
-    Motion(vectors=VECTORS, frame_time_s=1.0).check_layers(1)
+        Motion(vectors=VECTORS, frame_time_s=1.0).check_layers([1.0, 2.0])
+    Motion(vectors=VECTORS, frame_time_s=1.0).check_layers([1.0])
+
+
+def test_a_velocity_in_metres_needs_a_distance():
+    metres = Motion(layers={0: LayerMotion((Speed(0.3, "m/s"), Speed(0.0, "m/s")))})
+    metres.check_layers([3.0])
+    with pytest.raises(PhotositeError, match="motion.layers.0.velocity = m/s: is in metres, but the layer is infinite"):
+        metres.check_layers([np.inf])
+    for unit, value in (("px/s", 1.0), ("m/s", 0.0)):
+        Motion(layers={0: LayerMotion((Speed(value, unit), Speed(0.0, unit)))}).check_layers([np.inf])
 
 
 def test_a_path_that_ends_before_the_exposure_does_is_refused(tmp_path):

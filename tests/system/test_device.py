@@ -96,6 +96,16 @@ def test_the_command_takes_a_sweep_and_names_its_device_once(tmp_path, system):
     assert sorted(os.listdir(tmp_path / "out")) == ["manifest.csv"] + [f"s_000{one}.{end}" for one in (0, 1) for end in ends]
 
 
+def test_compilers_find_no_fault_with_kernels_of_motion(tmp_path):
+    shot = SWEEP.split("sweep")[0].replace("flat_field", "color_checker")
+    (tmp_path / "s.yaml").write_text(shot + "motion: {camera: {roll: 90 deg/s}}\n")
+    command = [sys.executable, "-c", "from data_gen.command_line import main\nmain()", "simulate", tmp_path / "s.yaml"]
+    environment = os.environ | {"PYTHONPATH": f"{ROOT}", "POCL_CACHE_DIR": f"{tmp_path}", "PYOPENCL_NO_CACHE": "1"}
+    done = subprocess.run([*command, "--out", tmp_path / "out"], capture_output=True, text=True, env=environment, timeout=120)
+    words = [line for line in done.stderr.splitlines() if not line.startswith("device: ")]
+    assert done.returncode == 0 and not words, done.stderr
+
+
 def test_all_modules_can_be_imported_without_posix():
     found = [path for house in ("simulator", "data_gen") for path in (ROOT / house).rglob("*.py")]
     files = [path.relative_to(ROOT).with_suffix("") for path in found]

@@ -16,7 +16,7 @@ WORST: SceneContrast = SceneContrast()  # detail that varies between zero and th
 TURNING, LEAST_LEAN = 0.22, 0.65  # growth of the error with slope times shift, and from which on
 ASIDE = 0.3  # error of one point that is read aside, 99.9 % of photosites, per way between slabs and second difference
 TIGHTER = "give a smaller tolerance, or tolerance: 0 for rays"
-SHORTER = "give a shorter exposure.time, or tolerance: 0 for rays"
+LESS_TURN = "focus or stop the lens down until all is sharp, turn the picture less, or tolerance: 0 for rays"
 LESS_SHIFT = "move the camera less, give a smaller aperture, or tolerance: 0 for rays"
 LAYERS = "give the scene as layers, which hold what lies behind edges"
 
@@ -49,7 +49,7 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
     sampled = detail * moving_points_error(points, defocus.largest_px, path_px)
     found = [JointTerm(f"{points} points of aperture and time", sampled, TIGHTER, falls=points < 3 * MOST // 2)]
     cell_px = motion.cell_error_px(BLOCK_COLUMNS, BLOCK_ROWS)
-    found.append(JointTerm("turns of the picture within cells", cell_px / (path_px + 2.0), SHORTER))
+    found.append(JointTerm("turns of the picture within cells", cell_px / (path_px + 2.0), LESS_TURN))
     if maps:
         lean = defocus.scale * max(map(_typical_slope, maps)) * (1.0 + motion.largest_aperture)
         jitter = contrast.texture * float(_slab_jitter(defocus, points).max())

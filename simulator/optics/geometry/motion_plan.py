@@ -235,9 +235,9 @@ def plan_motion(
     Raises PhotositeError for motion that the scene or the paths do not allow, and for depth that no method holds.
     """
     layers = scene.layers
-    moving.check_layers(len(layers))
     size = scene.planes.shape[0], scene.planes.shape[1]
     surfaces = tuple(_surface(moving, number, layer, size) for number, layer in enumerate(layers))
+    moving.check_layers([surface.nearest_m for surface in surfaces])
     geometry = plan_geometry(lens, camera, projection)
     vectors = pixel_vectors(scene, moving, geometry.scale * geometry.image_distance_px)
     drifts_px = None if vectors is None else vectors.polygon / geometry.scale

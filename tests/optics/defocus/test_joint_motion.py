@@ -295,6 +295,15 @@ def test_layers_that_move_apart_are_planned_as_joint_samples():
     assert plan(turned).optics.motion.method == "swept_first"
 
 
+def test_turns_since_the_clock_was_zero_are_told_with_a_fix_that_helps():
+    """A shorter exposure would not: how far a layer has turned, and so its ways within a cell, stays."""
+    shot = case_shot(bars_before_a_wall(-4.0, 3.0))
+    turned = dataclasses.replace(shot.exposure, time_s=1e-6, start_s=1.0)
+    planned = plan(dataclasses.replace(shot, exposure=turned, motion=Motion(layers={0: LayerMotion(spin_deg_per_s=90.0)})))
+    (told,) = [term for term in planned.error_budget.terms if "turns of the picture" in term.cause]
+    assert told.sigma > 1.0 and told.fix.startswith("focus or stop the lens down until all is sharp")
+
+
 def test_a_stopped_down_picture_with_depth_shows_its_parallax():
     """Blur circles that are left out at rest: the picture still moves by its distances."""
     rows, columns = 96, 128
