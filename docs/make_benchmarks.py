@@ -29,8 +29,9 @@ is no use.
 
 ![Million photosites per second of Photosite and its peers](images/benchmarks/sensor.png)
 
-Made by `python docs/make_benchmarks.py` from what `make bench` measured; the figures of a section are those of one run, at the commit
-and load that it names, in `docs/images/benchmarks/*.json`. Run it on your machine: ratios differ with processor and load.
+Made by `python docs/make_benchmarks.py` from what `make bench` measured; the figures of a section are those of one run, at the
+commit and load that it names, in `docs/images/benchmarks/*.json`. Run it on your machine: ratios differ with processor
+and load.
 
 - Contestants take turns in one process, so that other programs disturb all of them alike. The time is the best of the run;
   processor time is the median over all cores and hardly depends on other programs. On free cores the ratio of times to a peer
