@@ -1,4 +1,5 @@
 """Writes docs/benchmarks.md from the figures that `make bench` left in build/benchmarks, and keeps those beside it.
+The pages in docs/stages get the price of their stage.
 
 python docs/make_benchmarks.py [FOLDER]
 
@@ -7,6 +8,7 @@ named.
 """
 
 import json
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -27,8 +29,9 @@ is no use.
 
 ![Million photosites per second of Photosite and its peers](images/benchmarks/sensor.png)
 
-Made by `python docs/make_benchmarks.py` from what `make bench` measured; the figures are those of one run, in
-`docs/images/benchmarks/*.json`. Run it on your machine: ratios differ with processor and load.
+Made by `python docs/make_benchmarks.py` from what `make bench` measured; the figures of a section are those of one run, at the
+commit and load that it names, in `docs/images/benchmarks/*.json`. Run it on your machine: ratios differ with processor
+and load.
 
 - Contestants take turns in one process, so that other programs disturb all of them alike. The time is the best of the run;
   processor time is the median over all cores and hardly depends on other programs. On free cores the ratio of times to a peer
@@ -91,10 +94,22 @@ def write_page(folder: Path, figures: Path, page: Path) -> list[str]:
     return missing
 
 
+def write_stage_costs(figures: Path, folder: Path) -> None:
+    """State in the pages of a folder, one for each stage, how many times the kernel's processor time is with the stage."""
+    record = record_of(figures / "stages.json")
+    for row in record["rows"] if record else []:
+        page = folder / f"{row['name']}.md"
+        if page.exists():
+            text = page.read_text(encoding="utf-8")
+            stated = re.sub(r"[\d.]+(?= times the kernel of shot noise)", f"{row['cpu_ratio']:.2f}", text)
+            page.write_text(stated, encoding="utf-8")
+
+
 def main() -> None:
-    """Write the page."""
+    """Write the pages."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else DOCS.parent / "build" / "benchmarks"
     missing = write_page(folder, FIGURES, PAGE)
+    write_stage_costs(FIGURES, DOCS / "stages")
     print(f"wrote {PAGE}")
     if missing:
         print(f"left out, since they were not measured: {', '.join(missing)}")

@@ -268,6 +268,16 @@ def test_a_record_of_another_shape_is_left_out_of_the_page(tmp_path, monkeypatch
     assert "raw" in page.write_page(tmp_path, tmp_path, tmp_path / "page.md")
 
 
+def test_pages_of_stages_state_the_measured_price(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    writer = importlib.import_module("make_benchmarks")
+    pages = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "docs" / "stages").glob("*.md")}
+    for name, text in pages.items():
+        (tmp_path / name).write_text(text.replace(" times the kernel of", "1 times the kernel of"), encoding="utf-8")
+    writer.write_stage_costs(ROOT / "docs" / "images" / "benchmarks", tmp_path)
+    assert {name: (tmp_path / name).read_text(encoding="utf-8") for name in pages} == pages
+
+
 def test_each_skip_is_off_and_on_and_both_are_legal(device):
     """Both lights keep the tolerance against rays; what is skipped is not done."""
     skips = Skips(device, 0.02)
