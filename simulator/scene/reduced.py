@@ -22,10 +22,7 @@ def reduce_scene(scene: Scene, width: int) -> Scene:
     if columns <= width:
         return scene
     shape = max(1, round(height * width / columns)), width
-    first, *behind = (_reduce_layer(layer, shape) for layer in scene.layers)
-    reduced = replace(
-        scene, planes=first.planes, depth_m=first.depth_m, coverage=first.coverage, behind=tuple(behind), deep=None
-    )
+    reduced = replace(scene.with_layers(_reduce_layer(layer, shape) for layer in scene.layers), deep=None)
     for array in reduced.arrays():
         array.setflags(write=False)
     return reduced
@@ -42,15 +39,8 @@ def crop_scene(scene: Scene, width: int, height: int) -> Scene:
         return scene
     middle = slice(down, rows - down), slice(across, columns - across)
     tangent = math.tan(math.radians(0.5 * scene.field_of_view_deg)) * (columns - 2 * across) / columns
-    first, *behind = (_crop_layer(layer, middle) for layer in scene.layers)
-    cropped = replace(
-        scene,
-        planes=first.planes,
-        depth_m=first.depth_m,
-        coverage=first.coverage,
-        behind=tuple(behind),
-        field_of_view_deg=math.degrees(2.0 * math.atan(tangent)),
-    )
+    middle_alone = scene.with_layers(_crop_layer(layer, middle) for layer in scene.layers)
+    cropped = replace(middle_alone, field_of_view_deg=math.degrees(2.0 * math.atan(tangent)))
     for array in cropped.arrays():
         array.setflags(write=False)
     return cropped

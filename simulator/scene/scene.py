@@ -5,9 +5,9 @@ A spectral cube has one plane per wavelength, an RGB picture three, a grey one, 
 No pixel is expanded to a full spectrum: the camera's response is applied to `spectra` once. All layers share the spectra.
 """
 
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field
-from typing import Literal, TypeGuard, TypeVar
+from collections.abc import Callable, Hashable, Iterable
+from dataclasses import dataclass, field, replace
+from typing import Literal, Self, TypeGuard, TypeVar
 
 import numpy as np
 
@@ -85,6 +85,11 @@ class Scene:
     def layers(self) -> tuple[Layer, ...]:
         """All layers, nearest first."""
         return (Layer(self.planes, self.depth_m, self.coverage), *self.behind)
+
+    def with_layers(self, layers: Iterable[Layer]) -> Self:
+        """Return the scene with other layers, nearest first, of any size."""
+        first, *behind = layers
+        return replace(self, planes=first.planes, depth_m=first.depth_m, coverage=first.coverage, behind=tuple(behind))
 
     def arrays(self) -> list[np.ndarray]:
         """Arrays of all layers, planes, depths and coverages, and those of a deep picture's samples."""

@@ -54,13 +54,8 @@ def _enlarge(scene: Scene, down: int, across: int) -> Scene:
     width = scene.planes.shape[1]
     tangent = math.tan(math.radians(0.5 * scene.field_of_view_deg)) * (width + 2 * across) / width
     kind = scene.outside
-    first, *behind = (_enlarge_layer(layer, kind, down, across) for layer in scene.layers)
     enlarged = replace(
-        scene,
-        planes=first.planes,
-        depth_m=first.depth_m,
-        coverage=first.coverage,
-        behind=tuple(behind),
+        scene.with_layers(_enlarge_layer(layer, kind, down, across) for layer in scene.layers),
         field_of_view_deg=math.degrees(2.0 * math.atan(tangent)),
         notes=(*scene.notes, f"the camera sees past the edge of the scene: outside it is {_TOLD[kind]}"),
     )
