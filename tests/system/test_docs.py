@@ -14,7 +14,8 @@ from photosite import load_shot
 
 ROOT = Path(__file__).parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
-FOLDERS = [path.name for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith(".")]
+MADE = {line.strip("/") for line in (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()}  # such as gallery/
+FOLDERS = [path.name for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith(".") and path.name not in MADE]
 HOUSES = ("simulator", "data_gen", "photosite")
 FENCED = re.compile(r"^ *```.*?^ *```$", re.MULTILINE | re.DOTALL)  # a block of code
 MADE_UP = {"stray_light", "NAME"}  # by CONTRIBUTING, which shows how to add them
