@@ -27,7 +27,8 @@ from simulator.optics.geometry.motion_cost import COST_NS as MOTION_NS
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.psf.psf_cost import COST_NS as PSF_NS
 from simulator.pipeline.execution import expose
-from simulator.pipeline.passes import COST_NS, LAUNCH_MS, Pass
+from simulator.pipeline.passes import COST_NS, LAUNCH_MS
+from simulator.pipeline.planned_pass import Pass
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch

@@ -4,9 +4,8 @@ Predicted times are those of the reference machine: two cores of a server's CPU 
 They rank plans and name the slowest passes; `photosite explain --measure` shows the times of the device at hand beside them.
 """
 
-import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,14 +24,11 @@ from simulator.optics.geometry.motion_cost import (
 from simulator.optics.geometry.motion_errors import MOTION
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.psf_bands import split_into_bands
 from simulator.optics.passes.tile_grid import TileGrid, band_sizes
-from simulator.optics.psf import psf_cost
-from simulator.optics.psf.field_psf import FieldPsf
-from simulator.optics.psf.kernel_split import Core
-from simulator.optics.psf.psf_errors import PSF
 from simulator.optics.veiling_glare import GLARE
 from simulator.pipeline.error_budget import ILLUMINATION, ErrorBudget, error_budget
+from simulator.pipeline.planned_pass import Pass, error_of, pixels_of
+from simulator.pipeline.psf_passes import psf_pass
 from simulator.sensor.camera.readout_window import ReadoutGeometry
 from simulator.sensor.hdr_plan import HdrSensorPlan
 from simulator.sensor.sensor_plan import SensorPlan
@@ -80,27 +76,6 @@ TRUTH_BYTES = {
 }  # per photosite, with the float64 arrays of their computation
 
 
-@dataclass(frozen=True)
-class Pass:
-    """One pass of the executor.
-
-    kept: whether it runs; a pass that is skipped has no size, memory or cost. method: how it runs, or why it is skipped.
-    size: photosites, or the unit that `method` names. memory_bytes: on device and host together, held until the frame is done.
-    scratch_bytes: the same, of buffers that are freed when the pass is done.
-    error_sigma: what its methods leave, or what leaving it out does, by the error budget [standard deviations of the noise];
-    None: exact except for rounding. cost_ms: predicted time.
-    """
-
-    name: str
-    kept: bool
-    method: str
-    size: int = 0
-    memory_bytes: int = 0
-    error_sigma: float | None = None
-    cost_ms: float = 0.0
-    scratch_bytes: int = 0
-
-
 def passes_of(
     optics: OpticsPlan,
     sensor: SensorPlan,
@@ -117,7 +92,7 @@ def passes_of(
     computed on its own.
     """
     budget = error_budget(optics)
-    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), _psf(optics, budget, tiles))
+    projection, defocus, psf = still = (_projection(optics), _defocus(optics, tiles, budget), psf_pass(optics, budget, tiles))
     motion = _motion(optics, still, budget)
     is_first = optics.motion is not None and optics.motion.method == "swept_first"
     if is_first:
@@ -141,13 +116,9 @@ def passes_of(
         maps.append(_truth_rgb(optics, (*sampling, *image, lines, noise_free)))
     again = (_later_exposures(optics, later, (*sampling, *image, lines)),) if later else ()
     read = _readings(optics, sensor) if isinstance(sensor, HdrSensorPlan) else _sensor(optics, sensor)
-    read = replace(read, error_sigma=_error(budget, ILLUMINATION))
+    read = replace(read, error_sigma=error_of(budget, ILLUMINATION))
     frame = (*again, read, noise_free, *maps, _strips(optics, strips))
     return (*sampling, _radius_statistics(optics, defocus), *image, lines, *frame)
-
-
-def _pixels(optics: OpticsPlan) -> int:
-    return optics.window.width * optics.window.height
 
 
 def _ms(count: float, nanoseconds: float, name: str = "") -> float:
@@ -167,7 +138,7 @@ def _scene_planes(optics: OpticsPlan) -> Pass:
 def _projection(optics: OpticsPlan) -> Pass:
     if optics.defocus is not None or optics.psf is not None:
         return Pass("projection", False, "part of the blur, which needs the scene around each photosite")
-    projection, pixels = optics.projection, _pixels(optics)
+    projection, pixels = optics.projection, pixels_of(optics)
     if projection.taps(projection.open_side):
         reads = projection.taps(projection.open_side) ** 2
         method, cost = "exact mean over each photosite's area", _ms(pixels * reads, COST_NS["projection pixel"])
@@ -183,23 +154,18 @@ def _radius_statistics(optics: OpticsPlan, defocus: Pass) -> Pass:
     name = "radius statistics"
     if optics.defocus is None or not defocus.kept or optics.accuracy.tolerance == 0.0:
         return Pass(name, False, "no method is chosen by tile")
-    maps, pixels = optics.defocus.maps, _pixels(optics)
+    maps, pixels = optics.defocus.maps, pixels_of(optics)
     cost = _ms(maps * pixels, COST_NS[name], name)
     return Pass(
         name, True, f"blur radii of {maps} of {len(optics.scene.layers)} surfaces, patch by patch", pixels, cost_ms=cost
     )
 
 
-def _error(budget: ErrorBudget, *effects: str) -> float | None:
-    """Predicted error of a pass by its effects; None where there is none."""
-    return budget.sigma_of(*effects) or None
-
-
 def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) -> Pass:
-    defocus, pixels = optics.defocus, _pixels(optics)
+    defocus, pixels = optics.defocus, pixels_of(optics)
     if defocus is None:
         told = describe_ignored(optics.accuracy, optics.ignored_px, optics.contrast, is_fine=optics.projection.is_fine)
-        return Pass("defocus", False, told, error_sigma=_error(budget, BLUR))
+        return Pass("defocus", False, told, error_sigma=error_of(budget, BLUR))
     if optics.psf is not None and optics.psf.by_distance:
         return Pass("defocus", False, "part of the point spread function")
     if optics.accuracy.tolerance == 0.0:
@@ -224,7 +190,7 @@ def _defocus(optics: OpticsPlan, tiles: "TilePlan | None", budget: ErrorBudget) 
         work = work_of(tiles)
         methods = ", ".join(f"{one.name.lower()} {100 * share:.3g} %" for one, share in tiles.shares().items() if share > 0)
     memory, scratch = _blur_bytes(replace(optics, window=optics.blur_window()), defocus, tiles)
-    error = _error(budget, BLUR, MOVING)
+    error = error_of(budget, BLUR, MOVING)
     return Pass("defocus", True, methods, pixels, BLUR_PROGRAM_BYTES + memory, error, cost_ms(work), scratch)
 
 
@@ -234,7 +200,7 @@ def _blur_bytes(optics: OpticsPlan, defocus: Defocus, tiles: "TilePlan | None") 
     Bands have as many samples as the tiles with the smallest blur circles need. Where tiles are not measured these are the
     smallest of the scene.
     """
-    area, pixels, layers = TileGrid(optics.window, defocus.reach_px), _pixels(optics), len(defocus.radii_px)
+    area, pixels, layers = TileGrid(optics.window, defocus.reach_px), pixels_of(optics), len(defocus.radii_px)
     if tiles is None:
         least = np.array([min(least for least, _ in defocus.ranges_px)])
         over = int(defocus.samples_per_axis(least, least)[0])
@@ -250,18 +216,18 @@ def _blur_bytes(optics: OpticsPlan, defocus: Defocus, tiles: "TilePlan | None") 
     wider = optics.on_wider_photosites()
     assert wider.defocus is not None  # it is that of `optics`
     held, wider_scratch = _blur_bytes(wider, wider.defocus, None if tiles is None else tiles.wide)
-    wider_light = 4 * _pixels(wider)
+    wider_light = 4 * pixels_of(wider)
     return light + maps + held - wider_light, max(scratch, wider_light + wider_scratch)
 
 
 def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) -> Pass:
     """Pass of the image's motion. still: passes of the image at rest, which run at each instant where no kernel sweeps."""
-    motion, pixels, name = optics.motion, _pixels(optics), "motion"
+    motion, pixels, name = optics.motion, pixels_of(optics), "motion"
     if motion is None:
         skipped = optics.motion_skipped
         why = "nothing moves" if skipped is None else skipped.reason
-        return Pass(name, False, why, error_sigma=_error(budget, MOTION))
-    error = _error(budget, MOTION)
+        return Pass(name, False, why, error_sigma=error_of(budget, MOTION))
+    error = error_of(budget, MOTION)
     if motion.method in ("instants", "joint"):  # their passes run in this one
         error = sum((one.error_sigma for one in still if one.kept and one.error_sigma), error or 0.0) or None
     if motion.method == "instants":
@@ -309,7 +275,7 @@ def _by_color(one: Pass, optics: OpticsPlan) -> Pass:
     """Return a pass of blur or motion that runs once for each colour of a large filter pattern."""
     if not one.kept:
         return one
-    count, pixels = len(optics.cfa.colors), _pixels(optics)
+    count, pixels = len(optics.cfa.colors), pixels_of(optics)
     method = f"{one.method}, once for each of {count} colours of a filter of {'{} x {}'.format(*optics.cfa.period)}"
     return replace(one, method=method, cost_ms=count * one.cost_ms, scratch_bytes=one.scratch_bytes + 4 * pixels)
 
@@ -333,83 +299,9 @@ def _instants_ms(optics: OpticsPlan, motion: MotionPlan, still: tuple[Pass, ...]
     return instants_cost_ms(motion, AGAIN * sum(kept.values()) + blur_ms, launches_ms)
 
 
-def _psf(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") -> Pass:
-    psf = optics.psf
-    if psf is None:
-        ideal = "the lens is ideal and photosites are sensitive all over"
-        if optics.projection.open_side < 1.0:
-            ideal = "the lens is ideal, and the scene is averaged over the sensitive square of each photosite"
-        why = ideal if optics.psf_skipped is None else optics.psf_skipped.reason
-        return Pass("point spread function", False, why, error_sigma=_error(budget, PSF))
-    places = "one kernel" if psf.nodes == (1, 1) else f"kernels at {psf.nodes[0]} x {psf.nodes[1]} places"
-    includes_blur = psf.by_distance and optics.defocus is not None
-    error = _error(budget, PSF, BLUR) if includes_blur else _error(budget, PSF)
-    core = psf.core
-    one = _transformed_psf(optics, psf, places, error) if core is None else _gathered_psf(optics, psf, core, places, error)
-    return _with_covariance(one, tiles) if includes_blur and tiles is not None else one
-
-
-def _with_covariance(one: Pass, tiles: "TilePlan") -> Pass:
-    """Return the pass of kernels by distance with the blocks that add the covariance of layers."""
-    from simulator.optics.defocus.predicted_cost import cost_ms
-    from simulator.optics.passes.blur_work import work_of
-
-    share = float(tiles.chosen.blocks.sampled().mean())
-    method = f"{one.method}, covariance of layers from points of the aperture in {100 * share:.3g} %"
-    return replace(one, method=method, cost_ms=one.cost_ms + cost_ms(work_of(tiles)))
-
-
-def _transformed_psf(optics: OpticsPlan, psf: FieldPsf, places: str, error: float | None) -> Pass:
-    """Pass of a PSF that the host transforms. error: predicted."""
-    pixels = _pixels(optics)
-    slabs = f", {len(psf.radii_px)} slabs of blur radius" if len(psf.radii_px) > 1 else ""
-    method = f"{places}, {2 * psf.reach_px + 1} photosites wide{slabs}"
-    bytes_each = 4 + 8 * optics.channels * (not psf.by_distance) + 4 * (optics.defocus is None or psf.by_distance)
-    if optics.defocus is not None and psf.by_distance:
-        bytes_each += 4 * optics.defocus.maps
-    cost = psf_cost.cost_ms(psf_cost.psf_work(psf, optics.window.width, optics.window.height, optics.channels))
-    return Pass("point spread function", True, method, pixels, bytes_each * pixels, error, cost)
-
-
-def _gathered_psf(optics: OpticsPlan, psf: FieldPsf, core: Core, places: str, error: float | None) -> Pass:
-    """Pass of a PSF that the device gathers. error: predicted."""
-    pixels, across = _pixels(optics), 2 * core.reach_px + 1
-    method = f"{places}, gathered from {across} x {across} photosites"
-    if core.arm_px > core.reach_px:
-        method += f", from its row and column up to {core.arm_px} away"
-    if core.has_tail:
-        method += f", and from cells of {core.cell_px} x {core.cell_px} up to {psf.reach_px} photosites away"
-    if psf.corrected_px:
-        method += f", blur corrected to wave optics at {len(psf.corrected_px)} radii"
-    if psf.is_gathered_by_distance:
-        method += f", {len(psf.radii_px)} slabs of blur radius"
-    bytes_each = 4 + 4 * optics.channels * (not psf.by_distance)
-    return Pass(
-        "point spread function",
-        True,
-        method,
-        pixels,
-        bytes_each * pixels,
-        error,
-        psf_cost.cost_ms(psf_cost.psf_work(psf, optics.window.width, optics.window.height, optics.channels)),
-        _gather_bytes(optics, psf, core),
-    )
-
-
-def _gather_bytes(optics: OpticsPlan, psf: FieldPsf, core: Core) -> int:
-    """Memory of a band of light that is gathered: its samples, cells of the tail, and the layers that a correction reads."""
-    band = split_into_bands(optics.window, psf.gather_reach_px, psf.over)[0]
-    planes = optics.channels
-    if psf.corrected_px or psf.is_gathered_by_distance:
-        layers = len(optics.scene.layers) if optics.has_coverage else 1
-        planes += layers * (optics.channels + optics.has_coverage + 1)
-    cells = optics.channels * band.layout.set_columns * (band.rows // 2) if core.has_tail else 0
-    return 4 * (planes * math.prod(band.layout.shape(1)) + 2 * cells)
-
-
 def _veiling_glare(optics: OpticsPlan, budget: ErrorBudget) -> Pass:
     is_there, lacking = optics.veiling_glare is not None, "the lens scatters no light"
-    return replace(_skippable(GLARE, is_there, optics, "even light added", lacking), error_sigma=_error(budget, GLARE))
+    return replace(_skippable(GLARE, is_there, optics, "even light added", lacking), error_sigma=error_of(budget, GLARE))
 
 
 def _optical_crosstalk(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
@@ -426,14 +318,14 @@ def _line_exposure(optics: OpticsPlan, exposed: ExposedLight, image: tuple[Pass,
     """Shares that lines collect. image: passes of the light, which run again for a flash whose shares differ."""
     if exposed.is_split or optics.moves_by_component:
         method, again = "image of the flash added, each line with its shares of both", sum(one.cost_ms for one in image)
-        pixels = _pixels(optics)
+        pixels = pixels_of(optics)
         cost_ms = again + 2 * _ms(pixels, COST_NS["line exposure"])
         return Pass("line exposure", True, method, pixels, 4 * pixels, cost_ms=cost_ms)
     return _skippable("line exposure", exposed.varies, optics, f"each of the {exposed.axis} by its share", exposed.even_text())
 
 
 def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
-    layout, pixels = sensor.readout, _pixels(optics)
+    layout, pixels = sensor.readout, pixels_of(optics)
     parts = "in two parts, charge is shared in between" if layout.shares_charge else "in one pass"
     binned = "" if layout.binning is None else f", {layout.binning.factor} x {layout.binning.factor} binned"
     if layout.blooming is not None:
@@ -457,7 +349,7 @@ def _sensor(optics: OpticsPlan, sensor: SensorPlan) -> Pass:
 
 def _readings(optics: OpticsPlan, sensor: HdrSensorPlan) -> Pass:
     """All readings and their combination, in place of the sensor's one pass."""
-    pixels, readings, exposures = _pixels(optics), len(sensor.readings), len(sensor.exposures)
+    pixels, readings, exposures = pixels_of(optics), len(sensor.readings), len(sensor.exposures)
     diodes = max(sensor.spec.diode_of) + 1
     of_diodes = f" by {diodes} photodiodes" if diodes > 1 else ""
     method = (
@@ -470,13 +362,13 @@ def _readings(optics: OpticsPlan, sensor: HdrSensorPlan) -> Pass:
 
 def _later_exposures(optics: OpticsPlan, later: int, image: tuple[Pass, ...]) -> Pass:
     """Light of the exposures after the first. image: passes of the light, which run again for each of them."""
-    pixels, repeated = _pixels(optics), later * sum(one.cost_ms for one in image)
+    pixels, repeated = pixels_of(optics), later * sum(one.cost_ms for one in image)
     method = f"light once more for each of {later}, which see other lamps or places"
     return Pass("later exposures", True, method, pixels, 4 * later * pixels, cost_ms=repeated)
 
 
 def _truth(optics: OpticsPlan) -> Pass:
-    pixels = _pixels(optics)
+    pixels = pixels_of(optics)
     return Pass(
         "truth",
         True,
@@ -488,13 +380,13 @@ def _truth(optics: OpticsPlan) -> Pass:
 
 
 def _truth_map(name: str, optics: OpticsPlan) -> Pass:
-    pixels = _pixels(optics)
+    pixels = pixels_of(optics)
     return Pass(f"truth: {name}", True, "on the host", pixels, TRUTH_BYTES[name] * pixels, cost_ms=_ms(pixels, COST_NS[name]))
 
 
 def _truth_rgb(optics: OpticsPlan, repeated: tuple[Pass, ...]) -> Pass:
     """Noise-free frame in each colour. repeated: passes of the light and of the noise-free frame, run once for each colour."""
-    pixels = _pixels(optics)
+    pixels = pixels_of(optics)
     # The frames of the colours, then their stack, or a frame and its difference from black; and the mosaic.
     memory = (max(8 * optics.channels, 12) + 4) * pixels
     cost_ms = optics.channels * sum(one.cost_ms for one in repeated)
@@ -505,7 +397,7 @@ def _strips(optics: OpticsPlan, strips: Sequence[ReadoutGeometry]) -> Pass:
     """Putting the frame together from its strips. Its arrays lie in files until the raw file and its twin are written."""
     if len(strips) <= 1:
         return Pass("strips", False, "the frame is computed in one piece")
-    rows, pixels = max(strip.output.height for strip in strips), _pixels(optics)
+    rows, pixels = max(strip.output.height for strip in strips), pixels_of(optics)
     method = f"{len(strips)} of up to {rows} rows, one after the other; memory is that of one strip"
     return Pass("strips", True, method, pixels, cost_ms=_ms(pixels, COST_NS["strips"]))
 
@@ -516,5 +408,5 @@ def _skippable(
     """Pass over all photosites. reason: why it is skipped. bytes_each: per photosite. cost: key of COST_NS, if not `name`."""
     if not kept:
         return Pass(name, False, reason)
-    pixels = _pixels(optics)
+    pixels = pixels_of(optics)
     return Pass(name, True, method, pixels, bytes_each * pixels, cost_ms=_ms(pixels, COST_NS[cost or name]))

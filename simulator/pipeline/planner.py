@@ -20,8 +20,9 @@ from simulator.pipeline.allotment import allot
 from simulator.pipeline.error_budget import ErrorBudget, error_budget
 from simulator.pipeline.light_cache import LightCache, LightKey, light_key
 from simulator.pipeline.metered_shot import Metered, meter_shot
-from simulator.pipeline.passes import Pass, passes_of
+from simulator.pipeline.passes import passes_of
 from simulator.pipeline.plan_steps import steps_of
+from simulator.pipeline.planned_pass import Pass
 from simulator.pipeline.scene_loading import load_seen
 from simulator.pipeline.shot import Shot, TruthPart
 from simulator.pipeline.step import Step

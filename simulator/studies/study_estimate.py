@@ -12,7 +12,7 @@ from simulator.errors import PhotositeError
 from simulator.pipeline.device_rates import DeviceRates, rates_of
 from simulator.pipeline.light_cache import LightCache
 from simulator.pipeline.light_reuse import ONCE
-from simulator.pipeline.passes import Pass
+from simulator.pipeline.planned_pass import Pass
 from simulator.pipeline.planner import Plan, plan
 from simulator.pipeline.time_budget import plan_in_time
 from simulator.progress import Progress, Steps, silent

@@ -20,7 +20,8 @@ from simulator.optics.lens.pinhole import Pinhole
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.pipeline.execution import execute, expose
-from simulator.pipeline.passes import BLUR_PROGRAM_BYTES, Pass
+from simulator.pipeline.passes import BLUR_PROGRAM_BYTES
+from simulator.pipeline.planned_pass import Pass
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch

@@ -14,7 +14,7 @@ from simulator.device import open_device
 from simulator.errors import PhotositeError
 from simulator.exposure.settings import Exposure
 from simulator.pipeline.device_rates import DeviceRates, cache_path, rates_key, rates_of, read_rates, rounded
-from simulator.pipeline.passes import Pass
+from simulator.pipeline.planned_pass import Pass
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate

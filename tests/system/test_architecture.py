@@ -86,6 +86,8 @@ ORDER = {
         "time_steps",
         "step",
         "passes",
+        "psf_passes",
+        "planned_pass",
         "error_budget",
         "stopwatch",
         "input_files",
