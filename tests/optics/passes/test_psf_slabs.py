@@ -103,6 +103,8 @@ def test_layers_out_of_focus_have_their_covariance(device):
     noise = np.sqrt(truth + planned.optics.accuracy.read_noise_e**2)
     left, lacking = (float(np.quantile(np.abs(one - truth) / noise, 0.999)) for one in (found, means))
     assert left < planned.error_budget.predicted_sigma <= 0.3 and lacking > 3.0 * left
+    told, without = (next(step for step in one.passes if step.name == "point spread function") for one in (planned, plan(shot)))
+    assert "covariance of layers" in told.method and told.cost_ms > without.cost_ms
     window = Window(9, 13, 40, 30)
     cropped = measure(plan(dataclasses.replace(shot, camera=dataclasses.replace(shot.camera, window=window))), device)
     np.testing.assert_array_equal(electrons_of(cropped, cropped.tiles, device), found[13:43, 9:49])
