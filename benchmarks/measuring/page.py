@@ -2,7 +2,7 @@
 
 import re
 
-from simulator.device import KERNELS, expanded
+from simulator.device.kernel_source import KERNELS, expanded
 
 BODY_BLOCK = "block_of(x, y, STREAM_BODY, body_seed, 1u);"
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special, stats
 
-from simulator.device import Buffer, Device, expanded
+from simulator.device import Buffer, Device
+from simulator.device.kernel_source import expanded
 from simulator.sensor.stages.poisson_variants import (
     MACROS,
     POISSON_BRIGHT_E,

@@ -3,7 +3,8 @@
 import numpy as np
 from measuring.contest import Contestant
 
-from simulator.device import Device, expanded
+from simulator.device import Device
+from simulator.device.kernel_source import expanded
 
 SOURCE = """#include "philox.h"
 kernel void probe(global const float *restrict light, global ushort *restrict raw, const uint width) {

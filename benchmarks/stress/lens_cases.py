@@ -11,7 +11,8 @@ from helpers.lens_truths import Case, penumbra, point, stripes, uniform_layers
 from helpers.textured_planes import one_picture
 from scipy.ndimage import map_coordinates
 
-from simulator.device import Device, declared_struct, kernel_source
+from simulator.device import Device
+from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.defocus import PATCH_COLUMNS, PATCH_ROWS, Defocus
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import Projection

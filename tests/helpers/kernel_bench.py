@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from simulator.device import Device, expanded
+from simulator.device import Device
+from simulator.device.kernel_source import expanded
 from simulator.sensor.kernel.kernel_launch import FrameSetting, KernelPart, launch_sensor
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.adc import Adc

@@ -135,7 +135,7 @@ def test_the_metadata_say_what_is_true(wheel):
 
 
 def test_an_installed_photosite_uses_its_own_kernels_and_configs(installed, tmp_path):
-    code = "from simulator.device import KERNELS; from simulator.color.color_tables import CONFIGS; "
+    code = "from simulator.device.kernel_source import KERNELS; from simulator.color.color_tables import CONFIGS; "
     code += "print(KERNELS, CONFIGS, sep='\\n')"
     found = run(sys.executable, "-c", code, cwd=tmp_path, PYTHONPATH=str(installed)).splitlines()
     assert [Path(line) for line in found] == [installed / "simulator" / "kernels", installed / "simulator" / "configs"]

@@ -8,7 +8,7 @@ from stress.inputs import SHAPE
 from stress.search import Outcome, StressCase, search
 from stress.space import Choice, Picture, Real, Whole, around, paint
 
-from simulator.device import KERNELS
+from simulator.device.kernel_source import KERNELS
 
 DIRECT = [case for case in CASES if case.most_ulps is not None and case.name not in ("sensor_noise", "projection")]
 

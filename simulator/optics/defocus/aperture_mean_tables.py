@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from simulator.device import declared_struct, kernel_source
+from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.aperture_kernel import CHUNK, Taps, make_taps, photosite_weights
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.defocus.tilted_kernel import tilted_weights

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from simulator.device import Buffer, Device, declared_struct, kernel_source
+from simulator.device import Buffer, Device
+from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.defocus import (
     BLOCK_COLUMNS,
     BLOCK_ROWS,

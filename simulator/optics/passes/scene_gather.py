@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from simulator.device import Buffer, Device, declared_struct, kernel_source
+from simulator.device import Buffer, Device
+from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.aperture_rectangles import aperture_rectangles, rectangle_count
 from simulator.optics.defocus.defocus import TILE_COLUMNS, TILE_ROWS
 from simulator.optics.passes.tile_plan import TilePlan

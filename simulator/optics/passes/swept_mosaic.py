@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from simulator.device import Buffer, Device, declared_struct, kernel_source
+from simulator.device import Buffer, Device
+from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.accuracy import LAMP_PEAK
 from simulator.optics.geometry.instants import Instants
 from simulator.optics.geometry.motion_plan import pose_numbers, row_views

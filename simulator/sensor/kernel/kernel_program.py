@@ -8,7 +8,7 @@ from functools import cache, reduce
 
 import numpy as np
 
-from simulator.device import kernel_source
+from simulator.device.kernel_source import kernel_source
 from simulator.sensor.stages.poisson_variants import MACROS
 from simulator.sensor.stages.registry import FUSED
 from simulator.sensor.stages.stage import Limits, Moments, SignalStep, Stage

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from simulator.device import declared_struct, kernel_source, open_device
+from simulator.device import open_device
+from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.defocus import CLASS_UNIT_PX, Defocus
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.passes.patch_windows import WINDOW_COLUMNS, WINDOW_ROWS, PatchWindows

@@ -5,7 +5,7 @@ import pytest
 from helpers.randomness import accept
 from scipy import stats
 
-from simulator.device import expanded
+from simulator.device.kernel_source import expanded
 
 NONE = dict.fromkeys(("DARK_CURRENT", "HOT_PIXELS", "COLUMN_OFFSET", "ROW_NOISE"), 0) | {
     f"{stem}_STREAM": "9u" for stem in ("DARK_CURRENT", "HOT_PIXELS", "COLUMN_OFFSET", "ROW_NOISE")

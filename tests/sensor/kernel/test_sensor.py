@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from helpers.camera_builders import every_stage
 
-from simulator.device import devices, kernel_source, open_device
+from simulator.device import devices, open_device
+from simulator.device.kernel_source import kernel_source
 from simulator.sensor.kernel.kernel_program import stage_order
 from simulator.sensor.kernel.tiles import column_edges
 from simulator.sensor.stages.color_bias import ColorBias

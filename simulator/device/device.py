@@ -1,20 +1,15 @@
-"""The OpenCL device: the only module that imports pyopencl.
+"""OpenCL devices, and the one that work is given to: the only module that imports pyopencl.
 
-Kernels are the files kernels/*.cl. `#include "x.h"` is expanded here, because PoCL refuses an -I path that contains a space.
 Arguments and fields of structs are bound by name, so that a missing or misspelt one raises an error.
 """
 
 import functools
 import logging
-import mmap
 import os
 import re
 import warnings
-import weakref
-from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from threading import Lock
 from typing import Any
 
@@ -22,36 +17,14 @@ import numpy as np
 import pyopencl as cl
 from numpy.typing import DTypeLike
 
+from simulator.device.huge_pages import HAS_HUGE_PAGES, LARGE_BYTES, HugePages
+from simulator.device.kernel_source import SCALARS, declared_arguments, kernel_source, packed_struct
 from simulator.errors import PhotositeError
 from simulator.progress import counted_as
 
 Buffer = cl.Buffer  # memory on a device; docstrings and the comments of kernels state shape and element type of its content
 
-_HERE = Path(__file__).resolve().parent
-KERNELS = next(folder for folder in (_HERE / "kernels", _HERE.parent / "kernels") if folder.is_dir())
-_INCLUDE = re.compile(r'^#include "([^"]+)"$', re.MULTILINE)
-_SCALARS = {"float": np.float32, "uint": np.uint32, "int": np.int32, "ulong": np.uint64}
-_FIELDS = ("float", "uint", "int")  # types of struct fields: all of 4 bytes, so that no compiler adds padding
 INSTALL_HINT = "install one: `pip install pyopencl[pocl]`, or Debian's `apt install pocl-opencl-icd`"
-
-
-def expanded(text: str, seen: set[str] | None = None) -> str:
-    """Return OpenCL C text with each #include replaced by the header of kernels/, once each. seen: headers already included."""
-    seen = set() if seen is None else seen
-
-    def header(match: re.Match) -> str:
-        if match[1] in seen:
-            return ""
-        seen.add(match[1])
-        return expanded((KERNELS / match[1]).read_text(encoding="utf-8"), seen)
-
-    return _INCLUDE.sub(header, text)
-
-
-@functools.cache
-def kernel_source(file: str) -> str:
-    """Return the text of kernels/<file> with its headers included."""
-    return expanded((KERNELS / file).read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True)
@@ -159,48 +132,7 @@ class Kernel:
         kind = self.arguments[name]
         if isinstance(kind, np.dtype):
             return packed_struct(kind, value, f"{name} of {self.name}")
-        return _SCALARS[kind](value) if kind in _SCALARS else value
-
-
-def declared_arguments(source: str, name: str) -> dict[str, str | np.dtype]:
-    """Return the types of a kernel's arguments by name, read from its source: drivers lose them in cached builds."""
-    found = re.search(rf"kernel void {name}\(([^)]*)\)", re.sub(r"//.*", "", source))
-    if not found:
-        raise ValueError(f"kernel {name} is not declared")
-    parts = [re.findall(r"\w+|\*", argument) for argument in found[1].split(",")]
-    return {
-        part[-1]: "*" if "*" in part else declared_struct(source, part[-2]) if "struct" in part else part[-2] for part in parts
-    }
-
-
-def declared_struct(source: str, name: str) -> np.dtype:
-    """Return the dtype of `struct name`, read from OpenCL C source; fields are float, uint and int, or arrays of them.
-
-    Raises ValueError for other types, for which a compiler might add padding, and for an undeclared struct.
-    """
-    found = re.search(rf"\bstruct {name} \{{([^}}]*)\}};", re.sub(r"//.*", "", source))
-    if not found:
-        raise ValueError(f"struct {name} is not declared")
-    fields: list[tuple] = []
-    for line in filter(None, map(str.strip, found[1].split(";"))):
-        kind, _, names = line.partition(" ")
-        declared = [re.fullmatch(r"(\w+)(?:\[(\d+)\])?", name.strip()) for name in names.split(",")]
-        if kind not in _FIELDS or not all(declared):
-            raise ValueError(f"struct {name}: '{line}' is not a field of {', '.join(_FIELDS)}")
-        fields += [(field[1], _SCALARS[kind], int(field[2]) if field[2] else ()) for field in declared if field]
-    return np.dtype(fields)
-
-
-def packed_struct(dtype: np.dtype, value: Mapping[str, Any] | np.void, what: str) -> np.void:
-    """Convert a mapping from field to value, or a structured scalar with the same fields, to a structured scalar of this dtype.
-
-    what: description of the struct in the TypeError that is raised for a missing or superfluous field.
-    """
-    declared = dtype.names or ()
-    names = value.keys() if isinstance(value, Mapping) else getattr(getattr(value, "dtype", None), "names", None)
-    if names is None or set(names) != set(declared):
-        raise TypeError(f"{what} has the fields {sorted(declared)}, not {sorted(names) if names else value!r}")
-    return np.void(tuple(value[name] for name in declared), dtype)
+        return SCALARS[kind](value) if kind in SCALARS else value
 
 
 CPU_ROW_PX = 1024  # work-items; starting a work-group on a CPU costs more time than computing 500 photosites
@@ -208,42 +140,6 @@ CPU_SPAN = 64  # photosites per work-item in kernels whose innermost loop runs o
 GPU_ROW_PX = 256  # work-items; a group size that every GPU supports
 CONSTANT_BYTES = 2**16  # constant memory that every OpenCL device has (OpenCL 1.2, table 4.3)
 SHORTEST_ROW_PX = 32  # work-items; shorter groups waste lanes of a GPU, and on a CPU take longer to start than to run
-LARGE_BYTES = 2**22  # of buffers that get huge pages on a device that works on the host's memory
-HAS_HUGE_PAGES = hasattr(mmap, "MADV_HUGEPAGE")  # Linux has
-
-
-class HugePages:
-    """Memory for large buffers of one queue, whose commands run in order: huge pages, which cost a tenth of the page faults.
-
-    A driver takes fresh memory for each buffer, and Linux clears it page by page: of 300 MB that is three times what a kernel
-    needs to fill them. A command may still use memory when the last reference to it is gone. So it is kept until the queue has
-    come past what had been enqueued by then.
-    mark: returns a function that tells whether the queue has come past what is enqueued now.
-    """
-
-    def __init__(self, mark: Callable[[], Callable[[], bool]]) -> None:
-        self._mark = mark
-        self._retired: deque[tuple[Callable[[], bool], mmap.mmap]] = deque()  # in the order of the queue
-
-    def take(self, size: int) -> np.ndarray:
-        """Return an array of zeros (size,) uint8 at the start of a page. Raises OSError when it does not fit."""
-        self._release()
-        pages = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
-        pages.madvise(mmap.MADV_HUGEPAGE)
-        array = np.frombuffer(pages, np.uint8)
-        weakref.finalize(array, self._retire, pages).atexit = False
-        return array
-
-    def _retire(self, pages: mmap.mmap) -> None:
-        self._retired.append((self._mark(), pages))
-
-    def _release(self) -> None:
-        """Give back the memory that no command uses."""
-        while self._retired:
-            is_past, pages = self._retired.popleft()
-            if not is_past():
-                self._retired.appendleft((is_past, pages))
-                return
 
 
 class Device:

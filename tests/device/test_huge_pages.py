@@ -7,7 +7,7 @@ from threading import Thread
 import numpy as np
 import pytest
 
-from simulator.device import HAS_HUGE_PAGES, LARGE_BYTES, HugePages
+from simulator.device.huge_pages import HAS_HUGE_PAGES, LARGE_BYTES, HugePages
 
 SIDE = 2048  # float32 pixels: four times LARGE_BYTES
 WEIGHTS = np.full((1, 1), 2.0, np.float32)

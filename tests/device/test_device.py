@@ -1,4 +1,4 @@
-"""The device layer: choice of device, includes, binding by name, and its messages."""
+"""The device layer: choice of device, binding by name, builds, and its messages."""
 
 import os
 import subprocess
@@ -10,7 +10,7 @@ import numpy as np
 import pyopencl as cl
 import pytest
 
-from simulator.device import declared_arguments, declared_struct, default_order, devices, expanded, kernel_source, open_device
+from simulator.device import default_order, devices, open_device
 from simulator.errors import PhotositeError
 from simulator.optics.geometry.projection import ANY_CFA, Projection
 
@@ -123,13 +123,6 @@ def test_an_unknown_device_lists_those_there_are():
     assert "abacus" in str(failure.value) and devices()[0].label in str(failure.value)
 
 
-def test_headers_are_put_in_once():
-    text = kernel_source("sensor.cl")
-    assert "#include" not in text
-    assert text.count("#define PHILOX_H") == 1
-    assert expanded('#include "cfa.h"\n#include "cfa.h"\n').count("#define CFA_H") == 1
-
-
 def test_arguments_are_bound_by_name_and_a_misspelt_one_is_an_error(device):
     kernel = device.kernel("camera_planes", {"BANDS": 1, "CHANNELS": 1})
     buffer = device.upload(np.ones(4, np.float32))
@@ -157,60 +150,3 @@ def test_a_broken_kernel_is_one_message(device):
 def test_too_large_a_buffer_says_what_did_not_fit(device):
     with pytest.raises(PhotositeError, match="out of memory.*MiB.*camera.window"):
         device.empty((2**50,), np.float32)
-
-
-def test_arguments_are_read_from_the_text_of_the_kernel():
-    source = """// kernel void other(float a)
-    kernel void probe(global const float *restrict image, constant float *numbers, // [e-]
-                      const uint width, const float side) { }"""
-    assert declared_arguments(source, "probe") == {"image": "*", "numbers": "*", "width": "uint", "side": "float"}
-
-
-STRUCT = """
-struct place { uint rows, columns; // of "samples"; not of photosites
-               int first; float scale, offset[2]; };
-kernel void probe(global float *result, const struct place place) {
-    result[0] = (float)place.rows; result[1] = (float)place.columns; result[2] = (float)place.first;
-    result[3] = place.scale; result[4] = place.offset[0]; result[5] = place.offset[1];
-}"""
-PLACE = {"offset": (0.25, -8.0), "first": -3, "scale": 1.5, "columns": 2**32 - 1024, "rows": 7}
-
-
-def test_a_struct_has_the_fields_of_its_declaration():
-    one, two = ("first", np.int32), ("offset", np.float32, (2,))
-    expected = np.dtype([("rows", np.uint32), ("columns", np.uint32), one, ("scale", np.float32), two])
-    assert declared_struct(STRUCT, "place") == expected and expected.itemsize == 24
-    assert declared_arguments(STRUCT, "probe") == {"result": "*", "place": expected}
-
-
-def test_fields_of_a_struct_are_bound_by_name(device):
-    kernel, values = device.build(STRUCT, "probe", {}), [7, 2**32 - 1024, -3, 1.5, 0.25, -8.0]
-    scalar = np.zeros((), declared_struct(STRUCT, "place"))
-    for name, value in PLACE.items():
-        scalar[name] = value
-    for given in (PLACE, scalar[()]):
-        result = device.zeros((6,), np.float32)
-        device.run(kernel, (1,), None, result=result, place=given)
-        assert device.download(result, (6,), np.float32).tolist() == values
-
-
-@pytest.mark.parametrize(
-    "given", [{k: v for k, v in PLACE.items() if k != "first"}, PLACE | {"middle": 1}, 3, np.float32(2.0)], ids=str
-)
-def test_a_missing_or_superfluous_field_is_an_error(device, given):
-    kernel, result = device.build(STRUCT, "probe", {}), device.zeros((6,), np.float32)
-    with pytest.raises(
-        TypeError, match=r"place of probe has the fields \['columns', 'first', 'offset', 'rows', 'scale'\], not"
-    ):
-        device.run(kernel, (1,), None, result=result, place=given)
-
-
-@pytest.mark.parametrize("field", ["ulong size;", "uchar kind;", "float *place;", "uint4 four;", "struct other inner;"])
-def test_fields_that_may_be_padded_are_refused(field):
-    with pytest.raises(ValueError, match="struct place"):
-        declared_struct(f"struct place {{ float scale; {field} }};", "place")
-
-
-def test_a_struct_that_is_not_declared_is_an_error():
-    with pytest.raises(ValueError, match="struct other is not declared"):
-        declared_struct(STRUCT, "other")

@@ -1,0 +1,5 @@
+"""The OpenCL device: drivers, buffers, launches, and the texts of kernels."""
+
+from simulator.device.device import Buffer, Device, DeviceInfo, Kernel, default_order, devices, has_devices, open_device
+
+__all__ = ["Buffer", "Device", "DeviceInfo", "Kernel", "default_order", "devices", "has_devices", "open_device"]
