@@ -16,8 +16,10 @@ struct layers {
     int origin_x, origin_y;         // photosite of the sensor at [0, 0] of the frame
     uint width;                     // of the frame [photosites]
     int first_column;               // of the first span in the frame; spans begin at multiples of STEP SPAN photosites of the sensor
+    uint first_row;                 // of the launch in the frame
     uint mosaic_row, colour;        // of the plane in `mosaic`; of the layers' planes (STEP 2: not read)
-    uint instants, lines, over;     // of each line; of the table; rows of each line where there are several
+    uint instants, lines;           // of each line; of the table
+    uint rows, above;               // of each line where there are several; those of the first above the launch
     uint scene_width, scene_height; // of the scene's grid [px]
 };
 

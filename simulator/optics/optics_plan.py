@@ -115,6 +115,21 @@ class OpticsPlan:
         return self._sweeps_pixels(motion, over) and motion.shifts_surfaces
 
     @property
+    def samples_shifted_layers(self) -> bool:
+        """Whether a lens blurs layers that move apart without a turn each by one radius, as one launch composites them.
+
+        Through a point of the aperture, at its instant, all photosites of a line then see a layer displaced alike.
+        """
+        motion, blur = self.motion, self.defocus
+        if motion is None or blur is None or motion.method != "joint" or self.psf is not None:
+            return False
+        if not 1 < self.covering_layers <= MOST_SHIFTED_LAYERS or blur.maps or blur.eyes is not None:
+            return False
+        radius = np.array(blur.largest_px)
+        over = int(blur.accuracy.samples_per_axis(np.array(blur.least_px), radius, self.projection.scale))
+        return over == 1 and self._sweeps_pixels(motion, 1) and motion.shifts_surfaces
+
+    @property
     def moving_layers(self) -> int:
         """Covering layers up to the last that moves."""
         assert self.motion is not None  # something moves

@@ -115,6 +115,13 @@ class TimedPath:
         """Displacement of a surface in the sensor's middle at each of `times_s`, (times, 2) [photosites]."""
         return self.displacement_px[:, VIEWS * surface + MIDDLE]
 
+    def shift_at(self, times_s: np.ndarray, surface: int) -> np.ndarray:
+        """Return the displacement x, y of a surface in the sensor's middle at times from the release, (..., 2) [photosites]."""
+        ways = self._ways(surface)
+        if not ways.any():
+            return np.zeros((*times_s.shape, 2))
+        return np.stack([np.interp(times_s, self.times_s, way) for way in ways.T], axis=-1)
+
     def straight_shift(self, surface: int = 0) -> tuple[np.ndarray, np.ndarray] | None:
         """Return both ends, (lines, 2) [photosites], of the way that `of_shift` goes while each line is open; None: it bends.
 

@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 from helpers.camera_builders import small_camera
 from helpers.moving_frame import moving_light, plan_moving, rolling
-from helpers.scene_builders import band_scene
+from helpers.scene_builders import FixedScene, band_scene
 from scipy.ndimage import map_coordinates
+from scipy.stats import qmc
 
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.line_times import LineTimes
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.aperture_samples import disk_of_square, moving_samples, sample_count
 from simulator.optics.geometry.motion_cost import sweep_cost_ms
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
@@ -135,3 +137,54 @@ def test_layers_behind_the_last_that_moves_are_predicted_to_be_read_once():
         cost_ms = next(one.cost_ms for one in plan(shot_of(ways_px)).passes if one.name == "motion")
         costs.append(cost_ms - sweep_cost_ms("shifting layers", 0))
     assert costs[1] == pytest.approx(1.5 * costs[0])
+
+
+BLURRED = ThinLens(50.0, 1.4, 2.0, cos4=False, transmittance=4.7e-4)  # the brightest light gives some 2000 e-
+
+
+def blurred_shot(cfa="MONO") -> Shot:
+    """Two layers before and behind the plane in focus, each with a way of its own."""
+    shot = shot_of(WAYS["apart"], cfa)
+    near = shot.scene.load()
+    (far,) = near.behind
+    scene = FixedScene(replace(near, depth_m=1.6, behind=(replace(far, depth_m=2.6),)))
+    return replace(shot, scene=scene, lens=BLURRED, tolerance=1.0)
+
+
+def dense_blur(radii_px, points: np.ndarray, opens_s: np.ndarray) -> np.ndarray:
+    """Mean of the layers over points x, y of the aperture [pupil radii] and shares of the time, (points, 3), float64."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH].astype(float)
+    total = np.zeros(x.shape)
+    for right, below, share in points:
+        come, at = opens_s[:, None] / TIME_S + share, []
+        for radius_px, (across, down) in zip(radii_px, WAYS["apart"], strict=True):
+            at.append((y + radius_px * below - come * down, x + radius_px * right - come * across))
+        near, cover = (
+            map_coordinates(plane, at[0], order=1, mode="nearest") for plane in (LIGHT[0] * COVERAGE[0], COVERAGE[0])
+        )
+        total += near + (1.0 - cover) * map_coordinates(LIGHT[4], at[1], order=1, mode="nearest")
+    return total / len(points)
+
+
+@pytest.mark.parametrize("row_s", [0.0, 3e-4], ids=["global", "rolling"])
+def test_layers_out_of_focus_are_composited_at_points_of_aperture_and_time(row_s):
+    """The same sums in float64, and many more points, which are at random."""
+    planned, opens = plan_moving(blurred_shot(), rolling(HEIGHT, TIME_S, row_s)), row_s * np.arange(HEIGHT)
+    optics = planned.optics
+    blur = optics.moving_blur
+    assert optics.motion.method == "joint" and optics.samples_shifted_layers and min(map(abs, blur.radii_px)) > 1.0
+    found = moving_light(planned)
+    points = moving_samples(blur.pupil, int(sample_count(np.array([blur.largest_px]), blur)[0]), 1)
+    assert np.abs(found - dense_blur(blur.radii_px, points[:, [0, 1, 5]].astype(np.float64), opens)).max() < 3e-6
+    sobol = qmc.Sobol(3, seed=77).random(1 << 11)
+    y, x = disk_of_square(sobol[:, 0], sobol[:, 1])
+    truth = dense_blur(blur.radii_px, np.stack([x, y, sobol[:, 2]], axis=-1), opens)
+    assert np.quantile(np.abs(found - truth), 0.999) < optics.motion.error
+
+
+@pytest.mark.parametrize("row_s", [0.0, 3e-4], ids=["global", "rolling"])
+def test_a_crop_of_layers_out_of_focus_has_the_bits_of_the_frame(row_s):
+    planned = plan_moving(blurred_shot("RGGB"), rolling(HEIGHT, TIME_S, row_s))
+    part = replace(planned, optics=replace(planned.optics, window=Window(17, 5, 90, 12)))
+    assert part.optics.samples_shifted_layers
+    assert np.array_equal(moving_light(part), moving_light(planned)[5:17, 17:107])
