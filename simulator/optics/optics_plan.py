@@ -19,6 +19,7 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
 LONGEST_SHIFT_PX = 2048.0  # longest path whose weights are found in the rectangle around it [photosites]
+MOST_SHIFTED_LAYERS = 4  # that one launch composites
 
 if TYPE_CHECKING:
     from simulator.optics.ray_reference.deep_rays import DeepBlur
@@ -99,13 +100,47 @@ class OpticsPlan:
         That is the image of a picture with a pixel for each of `over` samples per photosite and axis, which moves without a
         turn, while lines are rows.
         """
-        projection, motion = self.projection, self.motion
-        if motion is None or motion.vectors is not None or self.covering_layers > 1 or motion.path.lines.axis == "columns":
+        motion = self.motion
+        if motion is None or self.covering_layers > 1 or not self._sweeps_pixels(motion, over):
             return False
-        is_even = projection.scale == over and not projection.nearest and projection.warp is None
-        if not is_even or motion.length.longest_px > LONGEST_SHIFT_PX or not motion.is_shift:
+        if motion.length.longest_px > LONGEST_SHIFT_PX or not motion.is_shift:
             return False
         return motion.is_common or not motion.lamp_count or motion.path.straight_shift() is not None
+
+    def sweeps_shifted_layers(self, over: int = 1) -> bool:
+        """Whether layers of such a scene move apart without a turn, few enough to be composited by one launch."""
+        motion = self.motion
+        if motion is None or not 1 < self.covering_layers <= MOST_SHIFTED_LAYERS:
+            return False
+        return self._sweeps_pixels(motion, over) and motion.shifts_surfaces
+
+    @property
+    def samples_shifted_layers(self) -> bool:
+        """Whether a lens blurs layers that move apart without a turn each by one radius, as one launch composites them.
+
+        Through a point of the aperture, at its instant, all photosites of a line then see a layer displaced alike.
+        """
+        motion, blur = self.motion, self.defocus
+        if motion is None or blur is None or motion.method != "joint" or self.psf is not None:
+            return False
+        if not 1 < self.covering_layers <= MOST_SHIFTED_LAYERS or blur.maps or blur.eyes is not None:
+            return False
+        radius = np.array(blur.largest_px)
+        over = int(blur.accuracy.samples_per_axis(np.array(blur.least_px), radius, self.projection.scale))
+        return over == 1 and self._sweeps_pixels(motion, 1) and motion.shifts_surfaces
+
+    @property
+    def moving_layers(self) -> int:
+        """Covering layers up to the last that moves."""
+        assert self.motion is not None  # something moves
+        own = self.motion.path.motion
+        return max(layer + 1 for layer in range(self.covering_layers) if not own.is_at_rest(layer))
+
+    def _sweeps_pixels(self, motion: MotionPlan, over: int) -> bool:
+        """Whether what is swept has a pixel for each of `over` samples per photosite and axis, read between four of them."""
+        projection = self.projection
+        is_even = projection.scale == over and not projection.nearest and projection.warp is None
+        return is_even and motion.vectors is None and motion.path.lines.axis != "columns"
 
     @property
     def sweeps_lamps_apart(self) -> bool:

@@ -239,6 +239,11 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         return Pass(name, True, f"sum of the image at {count} instants{why}: {told}", pixels, memory, error, cost)
     if motion.method == "joint":
         cost = moving_cost_ms(pixels, len(motion.path.motion.surfaces))
+        if optics.samples_shifted_layers and (blur := optics.moving_blur) is not None:
+            from simulator.optics.defocus.aperture_samples import sample_count  # not needed for a sharp frame
+
+            points = int(sample_count(np.array([blur.largest_px]), blur)[0])
+            cost = sweep_cost_ms("shifting layers", pixels * points * (2 * optics.covering_layers - 1))
         method = "with the blur: each point of the aperture carries an instant"
         return Pass(name, True, method, pixels, 8 * pixels, error, cost)
     projection, layers, before = optics.projection, optics.covering_layers, ""
@@ -263,6 +268,8 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:
             key = "even sweep"
     planes, method = 2 * layers - 1, f"{motion.count} instants on each line"
+    if optics.sweeps_shifted_layers(optics.light_samples):
+        key, planes, reads = "shifting layers", 2 * optics.moving_layers - (optics.moving_layers == layers), 1
     if layers > 1:
         method += f", {layers} layers"
     if motion.lamp_count:

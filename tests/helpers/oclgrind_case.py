@@ -96,11 +96,14 @@ def run(case: str) -> None:
             far = replace(scene.load().behind[0], depth_m=2.1)
             scene = replace(scene.load(), depth_m=1.9, behind=(far,))
     if "shifting" in case:  # a pixel for each photosite, without a turn, each line at its own time
-        scene, exposure = (
-            band_scene(rng.random((40, 90, camera.channels)), 2.0),
-            replace(exposure, shutter=RollingShutter(0.001)),
-        )
-        motion = Motion(layers={0: LayerMotion((Speed(4000.0, "px/s"), Speed(-1500.0, "px/s")))})
+        near, far, behind = rng.random((40, 90, camera.channels)), rng.random((40, 90, camera.channels)), {}
+        moves = {0: LayerMotion((Speed(4000.0, "px/s"), Speed(-1500.0, "px/s")))}
+        if "apart" in case:  # two layers, each with a way of its own
+            behind = {"coverage": np.round(rng.random((40, 90))).astype(np.float32)}
+            behind["behind"] = (Layer(far.astype(np.float32), 2.001),)
+            moves[1] = LayerMotion((Speed(-3000.0, "px/s"), Speed(2500.0, "px/s")))
+        scene, exposure = band_scene(near, 2.0, **behind), replace(exposure, shutter=RollingShutter(0.001))
+        motion = Motion(layers=moves)
     take_with_truth(Shot(scene, lens, exposure, camera, motion=motion, tolerance=2.0 if motion else 0.1))
     print("done", devices()[0].name)
 

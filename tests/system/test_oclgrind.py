@@ -34,6 +34,8 @@ CASES = [
     "sharp MONO moving rolling",
     "sharp RGGB window shifting",
     "sharp MONO shifting",
+    "sharp RGGB window shifting apart",
+    "sharp MONO shifting apart",
     "layers MONO moving",
     "one depth MONO moving",
     "one depth RGGB window moving",

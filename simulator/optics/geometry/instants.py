@@ -10,7 +10,7 @@ the path.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Literal, Self
@@ -26,6 +26,7 @@ CELLS_PER_S = 200.0  # enough for the tremor of a hand, up to 20 Hz
 MOST_INSTANTS = 4096
 STRAIGHT_PX = 1e-4  # largest distance of a way from a straight one at an even speed [photosites]
 MIDDLE = 4  # number of the sensor's middle among `ImageGeometry.corners`
+VIEWS = 18  # of `ImageMotion.displacements` of a surface: corners at its nearest and at its farthest distance
 
 Light = Callable[[np.ndarray], np.ndarray]
 
@@ -101,21 +102,32 @@ class TimedPath:
         found.lines = _span_of(found.openings)
         return found
 
-    def of_shift(self) -> Self:
-        """Return the same path whose poses are the displacement of the first surface in the sensor's middle [photosites].
+    def of_shift(self, surfaces: Sequence[int] = (0,)) -> Self:
+        """Return the same path whose poses are the displacements x, y of surfaces in the sensor's middle [photosites].
 
-        Where the image moves without a turn that is the way of all of its places, and means over an interval are exact.
+        Where an image moves without a turn that is the way of all of its places, and means over an interval are exact.
         """
         found = copy(self)
-        found.poses = self.displacement_px[:, MIDDLE]
+        found.poses = np.concatenate([self._ways(surface) for surface in surfaces], axis=-1)
         return found
 
-    def straight_shift(self) -> tuple[np.ndarray, np.ndarray] | None:
+    def _ways(self, surface: int) -> np.ndarray:
+        """Displacement of a surface in the sensor's middle at each of `times_s`, (times, 2) [photosites]."""
+        return self.displacement_px[:, VIEWS * surface + MIDDLE]
+
+    def shift_at(self, times_s: np.ndarray, surface: int) -> np.ndarray:
+        """Return the displacement x, y of a surface in the sensor's middle at times from the release, (..., 2) [photosites]."""
+        ways = self._ways(surface)
+        if not ways.any():
+            return np.zeros((*times_s.shape, 2))
+        return np.stack([np.interp(times_s, self.times_s, way) for way in ways.T], axis=-1)
+
+    def straight_shift(self, surface: int = 0) -> tuple[np.ndarray, np.ndarray] | None:
         """Return both ends, (lines, 2) [photosites], of the way that `of_shift` goes while each line is open; None: it bends.
 
         It is straight where speed and light are even and the shutter opens and closes at once.
         """
-        lines, ways = self.openings[0], self.displacement_px[:, MIDDLE]
+        lines, ways = self.openings[0], self._ways(surface)
         has_ramps = bool((lines.open_s > lines.opens_s).any() or (lines.closed_s > lines.closes_s).any())
         if len(self.openings) > 1 or has_ramps or not bool(np.all(self.light == self.light[0])):
             return None

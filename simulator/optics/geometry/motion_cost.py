@@ -9,6 +9,7 @@ COST_NS = {
     "sweep launches": 1.5e6,  # of a frame that one kernel sweeps: paths and launches
     "sweep": 1.6,  # for each photosite, instant and layer
     "even sweep": 0.8,  # the same, of a scene with one pixel per photosite
+    "shifting layers": 0.08,  # for each photosite, instant and plane of layers that move without a turn over such a scene
     "shift": 0.15,  # for each photosite, and photosite of a path and SHIFT_MARGIN_PX, of such a scene that moves without a turn
     "sweep by vector": 100.0,  # for each photosite and instant, where each pixel moves by itself
     "sweep by place": 6.0,  # for each photosite, instant, layer and scene pixel that it averages

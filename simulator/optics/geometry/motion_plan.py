@@ -204,9 +204,17 @@ class MotionPlan:
     @cached_property
     def is_shift(self) -> bool:
         """Whether all places of the nearest surface's image move by the same way, to SAME_SHIFT_PX over the sensor."""
+        return self._shifts(0)
+
+    @cached_property
+    def shifts_surfaces(self) -> bool:
+        """Whether that holds for each surface, which may move by a way of its own."""
+        return all(map(self._shifts, range(len(self.path.motion.surfaces))))
+
+    def _shifts(self, surface: int) -> bool:
         own = self.path.motion
         reach = 0.5 * math.hypot(own.geometry.width_px, own.geometry.height_px)
-        turn = np.abs(own.homographies(self.path.poses, 0) - np.eye(3)).max(axis=0)
+        turn = np.abs(own.homographies(self.path.poses, surface) - np.eye(3)).max(axis=0)
         return reach * float(turn[:2, :2].max() + reach * turn[2, :2].max()) < SAME_SHIFT_PX
 
     @property

@@ -1,0 +1,44 @@
+// Image of layers that move as a whole and apart while the shutter is open, without a turn: for each photosite the mean over instants of what
+// it sees through nearer layers. Each layer is read bilinearly, at an instant at the same place between pixels by all photosites of a line.
+// Behind a lens that blurs each layer by one radius an instant goes with a point of the aperture. The scene has one pixel for each photosite,
+// or for each sample of one. Layers behind the last of those that differ from instant to instant are read once.
+// STEP 2: a mosaic behind a colour filter, even and odd columns apart. STEP 1: a plane of one colour.
+//
+// layer_0, layer_1, layer_2, layer_3: (channels, scene height, scene width) float32 of each of LAYERS layers, the nearest first, electron
+//         radiance times coverage [e- s^-1 um^-2 sr^-1]; and coverage, 0 to 1, but of the last. The first MOVING of them differ from instant to instant. Those from
+//         LAYERS on are not read. Beyond a layer its edge pixels continue.
+// spots:  (lines, instants, LAYERS) struct spot; one line, or one for each `rows` rows. Of a layer at rest the first instant counts.
+// weights: (lines, instants) float32, share of each instant in the line's light.
+// mosaic: (rows, width) float32 from mosaic_row on, each photosite's own colour.
+#include "conventions.h"
+#include "cfa.h"
+#include "layer_spans.h"
+
+// Dimension 0: spans of a row's set of columns; 1: rows, each as STEP sets of columns.
+kernel void swept_layers(global const float *restrict layer_0, global const float *restrict layer_1, global const float *restrict layer_2,
+                         global const float *restrict layer_3, global const struct spot *restrict spots,
+                         global const float *restrict weights, global float *restrict mosaic, const struct layers layers) {
+    global const float *const planes[4] = {layer_0, layer_1, layer_2, layer_3};
+    const size_t own_row = get_global_id(1) / STEP, row = layers.first_row + own_row;
+    const size_t line = (layers.lines > 1 ? (own_row + layers.above) / layers.rows : 0) * layers.instants;
+    const int begin = layers.first_column + (int)(STEP * get_global_id(0) * SPAN + get_global_id(1) % STEP);
+    const uint colour = STEP == 1 ? layers.colour : cfa_plane((uint)begin, (uint)row);
+    const int x = layers.origin_x + begin, y = layers.origin_y + (int)row;
+    float sum[SPAN], passed[SPAN];
+    for (uint i = 0; i < SPAN; i++) sum[i] = passed[i] = 0.0f;
+    for (uint k = 0; k < layers.instants; k++) {
+        global const struct spot *own = spots + (line + k) * LAYERS;
+        const float weight = weights[line + k];
+        if (is_inside(own, 0, MOVING, x, layers)) add_layers(planes, own, 0, MOVING, colour, x, y, 0, weight, 0, sum, MOVING < LAYERS ? passed : 0, layers);
+        else add_layers(planes, own, 0, MOVING, colour, x, y, 1, weight, 0, sum, MOVING < LAYERS ? passed : 0, layers);
+    }
+#if MOVING < LAYERS
+    global const struct spot *own = spots + line * LAYERS;
+    if (is_inside(own, MOVING, LAYERS, x, layers)) add_layers(planes, own, MOVING, LAYERS, colour, x, y, 0, 0.0f, passed, sum, 0, layers);
+    else add_layers(planes, own, MOVING, LAYERS, colour, x, y, 1, 0.0f, passed, sum, 0, layers);
+#endif
+    for (uint i = 0; i < SPAN; i++) {
+        const uint column = (uint)(begin + (int)(STEP * i)); // wraps to a large number left of the frame
+        if (column < layers.width) mosaic[(layers.mosaic_row + row) * layers.width + column] = sum[i];
+    }
+}

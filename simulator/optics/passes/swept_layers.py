@@ -1,0 +1,200 @@
+"""Executes layers that shift apart, each as a whole: composited at each instant, or at points of aperture and time."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from simulator.device import Buffer, Device, Kernel, declared_struct, kernel_source
+from simulator.optics.defocus.aperture_samples import moving_samples, sample_count
+from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Defocus
+from simulator.optics.defocus.joint_motion import CELL_PX
+from simulator.optics.geometry.motion_plan import MotionPlan
+from simulator.optics.geometry.projection import ANY_CFA
+from simulator.optics.optics_plan import MOST_SHIFTED_LAYERS, OpticsPlan
+from simulator.sensor.camera.camera_sections import Window
+
+SPAN = 64  # photosites of a row and colour of a work-item
+FILE = "swept_layers.cl"
+BAND_READS = 2**30  # of a launch: photosites, times instants and layers
+BAND_SPOTS = 2**20  # of the table of a launch
+LEAST_BAND_ROWS = 16
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where the lines of some rows of photosites see each layer.
+
+    ways: (lines or 1, instants, layers, 2) float64 x, y [photosites]. weights: (lines or 1, instants). rows: photosites of each
+    line. above: rows of the first line above the first row.
+    """
+
+    ways: np.ndarray
+    weights: np.ndarray
+    rows: int = 1
+    above: int = 0
+
+
+Find = Callable[[Window], _Places]  # places for the rows of a window
+Progress = Callable[[float], None]
+
+
+def layers_mosaic(optics: OpticsPlan, motion: MotionPlan, device: Device, planes: list[Buffer]) -> Buffer:
+    """Device buffer (height, width) float32: `swept_mosaic` of layers for which `OpticsPlan.sweeps_shifted_layers` holds."""
+    swept, layers = motion.with_lamps_everywhere(), optics.covering_layers
+    sweep = _Sweep(optics, device, planes, swept.count, lambda rows: _instants(swept, rows, layers), optics.moving_layers)
+    return sweep.mosaic()
+
+
+def layers_planes(
+    optics: OpticsPlan, motion: MotionPlan, device: Device, planes: list[Buffer], window: Window, over: int
+) -> Buffer:
+    """Device buffer (channels, over * height, over * width) float32: `swept_planes` of such layers."""
+    swept, layers, there = motion.with_lamps_everywhere(), optics.covering_layers, replace(optics, window=window)
+    sweep = _Sweep(there, device, planes, swept.count, lambda rows: _instants(swept, rows, layers), optics.moving_layers, over)
+    return sweep.planes()
+
+
+def points_mosaic(
+    optics: OpticsPlan, blur: Defocus, motion: MotionPlan, device: Device, planes: list[Buffer], progress: Progress
+) -> Buffer:
+    """Device buffer (height, width) float32: the mosaic of layers for which `OpticsPlan.samples_shifted_layers` holds.
+
+    blur: of the lens, with the motion.
+    """
+    layers, count = optics.covering_layers, int(sample_count(np.array([blur.largest_px]), blur)[0])
+    sweep = _Sweep(optics, device, planes, count, lambda rows: _points(blur, motion, rows, layers, count), layers)
+    return sweep.mosaic(progress)
+
+
+class _Sweep:
+    """Layers that are swept over the photosites of a window, or over samples of them, in bands of rows.
+
+    count: instants. moving: first layers that differ from instant to instant. over: samples per photosite and axis.
+    """
+
+    def __init__(
+        self,
+        optics: OpticsPlan,
+        device: Device,
+        planes: list[Buffer],
+        count: int,
+        find: Find,
+        moving: int,
+        over: int = 1,
+    ) -> None:
+        self.optics, self.device, self.find, self.moving, self.over = optics, device, find, moving, over
+        self.layers = layers = optics.covering_layers
+        self.surfaces = {f"layer_{n}": planes[min(n, layers - 1)] for n in range(MOST_SHIFTED_LAYERS)}
+        reads, spots = over**2 * optics.window.width * count * layers, count * layers
+        self.band_rows = max(min(BAND_READS // reads, BAND_SPOTS // spots), LEAST_BAND_ROWS)
+
+    def mosaic(self, progress: Progress = lambda share: None) -> Buffer:
+        """Each photosite's own colour, (rows, columns)."""
+        window, colors = self.optics.window, self.optics.cfa.colors
+        found = self.device.empty((window.height, window.width), np.float32)
+        self._run(found, 2 if len(colors) > 1 else 1, colors[:1], progress)
+        return found
+
+    def planes(self) -> Buffer:
+        """All colours of all samples, (channels, rows, columns)."""
+        window, over, channels = self.optics.window, self.over, self.optics.channels
+        found = self.device.empty((channels, over * window.height, over * window.width), np.float32)
+        self._run(found, 1, range(channels), lambda share: None)
+        return found
+
+    def _run(self, found: Buffer, step: int, colours: Sequence[int], progress: Progress) -> None:
+        """Write one plane for each of some colours. step: columns from a photosite of a span to the next; 2: a filter."""
+        window, defines = self.optics.window, {"SPAN": SPAN, "STEP": step, "BENDS": 0}
+        defines |= {"LAYERS": self.layers, "MOVING": self.moving, "CHANNELS": self.optics.channels}
+        filter_ = self.optics.cfa_macros() if step == 2 else ANY_CFA
+        kernel = self.device.kernel("swept_layers", {**filter_, **defines}, file=FILE)
+        for first in range(0, window.height, self.band_rows):
+            rows = min(self.band_rows, window.height - first)
+            self._run_band(kernel, found, step, colours, first, rows)
+            progress((first + rows) / window.height)
+
+    def _run_band(self, kernel: Kernel, found: Buffer, step: int, colours: Sequence[int], first: int, rows: int) -> None:
+        """Write some rows of photosites from `first` on."""
+        window, over, wide = self.optics.window, self.over, step * SPAN
+        places = self.find(Window(window.x, window.y + first, window.width, rows))
+        x, width, high = over * window.x, over * window.width, over * window.height
+        aligned = x // wide * wide
+        spans = -(-(x + width - aligned) // wide)
+        spots, weights = self.device.upload(self._spots(places.ways)), self.device.upload(places.weights.astype(np.float32))
+        for number, colour in enumerate(colours):
+            self.device.run(
+                kernel,
+                (spans, step * over * rows),
+                (spans, 1),
+                **self.surfaces,
+                spots=spots,
+                weights=weights,
+                mosaic=found,
+                layers={
+                    "origin_x": x,
+                    "origin_y": over * window.y,
+                    "width": width,
+                    "first_column": aligned - x,
+                    "first_row": over * first,
+                    "mosaic_row": number * high,
+                    "colour": colour,
+                    "instants": places.weights.shape[1],
+                    "lines": len(places.ways),
+                    "rows": over * places.rows,
+                    "above": over * places.above,
+                    "scene_width": self.optics.projection.scene_width,
+                    "scene_height": self.optics.projection.scene_height,
+                },
+            )
+        self.device.finish()  # the tables are freed on return
+
+    def _spots(self, ways: np.ndarray) -> np.ndarray:
+        """Places of layers, (lines or 1, instants, layers) of `struct spot`, from the pixel with the photosite's own number."""
+        places = self.over * ways + np.array([self.optics.projection.offset_x, self.optics.projection.offset_y])
+        pixels = np.floor(places)
+        places -= pixels
+        found = np.empty(places.shape[:-1], declared_struct(kernel_source(FILE), "spot"))
+        found["column"], found["row"] = pixels[..., 0], pixels[..., 1]
+        found["right"], found["below"] = places[..., 0], places[..., 1]
+        return found
+
+
+def _lines(plan: MotionPlan, window: Window) -> np.ndarray:
+    """Numbers of the lines of a window's rows, of which one is enough where all are open at the same times."""
+    lines = plan.path.lines
+    if lines.axis != "rows" or plan.is_common:
+        return np.zeros(1, np.intp)
+    return np.clip(np.arange(window.y, window.y + window.height), 0, len(lines.peak) - 1)
+
+
+def _instants(plan: MotionPlan, window: Window, layers: int) -> _Places:
+    """Places of layers at the instants of each row."""
+    path = plan.path.of_lines(_lines(plan, window))
+    straight = [ends for layer in range(layers) if (ends := path.straight_shift(layer)) is not None]
+    if len(straight) < layers:
+        instants = path.of_shift(range(layers)).instants(plan.count)
+        return _Places(instants.pose_numbers.reshape(*instants.weights.shape, layers, 2), instants.weights)
+    begin, end = (np.stack(ends, axis=1)[:, None] for ends in zip(*straight, strict=True))
+    shares = (np.arange(plan.count) + 0.5) / plan.count
+    return _Places(begin + shares[:, None, None] * (end - begin), np.full((len(begin), plan.count), 1.0 / plan.count))
+
+
+def _points(blur: Defocus, plan: MotionPlan, window: Window, layers: int, count: int) -> _Places:
+    """Places that points of the aperture see, each at its instant. Rows of a cell of `JointMotion` share their instants."""
+    motion = blur.motion
+    assert motion is not None  # else no point carries an instant
+    samples = moving_samples(blur.pupil, count, 1, blur.area.open_side).astype(np.float64)
+    samples = samples[np.argsort(samples[:, 1])]  # by the rows that they see, which stay in the cache
+    rows, cells = 1, np.zeros(1, np.intp)
+    if not plan.is_common:
+        rows = motion.cell_size(BLOCK_COLUMNS, BLOCK_ROWS)[1]
+        rows = rows if 0.5 * motion.skew_px * (rows - 1) <= CELL_PX else 1
+        cells = np.arange(window.y // rows, (window.y + window.height - 1) // rows + 1)
+    middles = np.clip(rows * cells[:, None] + np.array([0, rows - 1]), 0, len(plan.path.lines.peak) - 1).mean(axis=1)
+    times_s = motion.quantiles(middles, samples[:, 5])
+    ways = np.empty((len(cells), count, layers, 2))
+    for layer in range(layers):
+        surface = min(layer, len(plan.path.motion.surfaces) - 1)  # background that is continued moves as the last one
+        ways[:, :, layer] = plan.path.shift_at(times_s, surface) + blur.radii_px[layer] * samples[:, :2]
+    return _Places(ways, np.full((len(cells), count), 1.0 / count), rows, window.y % rows if len(cells) > 1 else 0)

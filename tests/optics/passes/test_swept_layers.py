@@ -1,0 +1,190 @@
+"""Layers that move apart without a turn: composited at each instant, against the same sums and dense means in float64."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+from helpers.moving_frame import moving_light, plan_moving, rolling
+from helpers.scene_builders import FixedScene, band_scene
+from scipy.ndimage import map_coordinates
+from scipy.stats import qmc
+
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.line_times import LineTimes
+from simulator.exposure.motion import Motion
+from simulator.exposure.object_motion import LayerMotion, Speed
+from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.aperture_samples import disk_of_square, moving_samples, sample_count
+from simulator.optics.geometry.motion_cost import sweep_cost_ms
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.scene.scene import Layer
+from simulator.sensor.camera.camera import Window
+
+LENS, TIME_S = ThinLens(50.0, 8.0, cos4=False), 0.01
+WIDTH, HEIGHT = 150, 24  # two spans of a row
+RNG = np.random.default_rng(8)
+LIGHT = RNG.random((5, HEIGHT, WIDTH))
+COVERAGE = np.round(np.kron(RNG.random((5, HEIGHT // 6, WIDTH // 6)), np.ones((6, 6))) * 1.4, 1).clip(0.0, 1.0)
+COVERAGE[:, :, ::2] *= 0.9  # and hard edges between
+WAYS = {"front": ((9.3, 3.1), None), "apart": ((9.3, 3.1), (-4.2, 6.7)), "between": (None, (0.3, -6.2), None, (7.0, 0.0), None)}
+
+
+def shot_of(ways_px, cfa="MONO", coverage=COVERAGE, **settings) -> Shot:
+    """Layers, the last one opaque, that move by ways to the right and down in the exposure [px]; None: at rest."""
+    bands = np.ones(1) if cfa == "MONO" else np.array([1.0, 0.7, 0.4])
+    planes = [(LIGHT[n] * coverage[n])[..., None] * bands for n in range(len(ways_px) - 1)] + [LIGHT[4][..., None] * bands]
+    depths = 2000.0 + 400.0 * np.arange(len(ways_px))
+    behind = [
+        Layer(plane.astype(np.float32), depth, None if plane is planes[-1] else own.astype(np.float32))
+        for plane, depth, own in zip(planes[1:], depths[1:], coverage[1:], strict=False)
+    ]
+    scene = band_scene(planes[0], depths[0], coverage=coverage[0].astype(np.float32), behind=tuple(behind))
+    moves = {n: LayerMotion(tuple(Speed(way / TIME_S, "px/s") for way in own)) for n, own in enumerate(ways_px) if own}
+    camera = small_camera(WIDTH, HEIGHT, cfa=cfa, pixel_pitch_um=40.0)
+    return Shot(scene, LENS, Exposure(TIME_S), camera, motion=Motion(layers=moves), tolerance=0.05, **settings)
+
+
+def dense(ways_px, opens_s: np.ndarray, instants: int, weights: np.ndarray | None = None) -> np.ndarray:
+    """Mean over so many instants of layers that are read bilinearly and composited front to back, float64."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH].astype(float)
+    total, weights = np.zeros(x.shape), np.ones(instants) if weights is None else weights
+
+    def read(plane: np.ndarray, way_px: tuple[float, float] | None, share: float) -> np.ndarray:
+        come = opens_s[:, None] / TIME_S + share
+        across, down = way_px or (0.0, 0.0)
+        return map_coordinates(plane, (y - come * down, x - come * across), order=1, mode="nearest")
+
+    for share, weight in zip((np.arange(instants) + 0.5) / instants, weights / weights.sum(), strict=True):
+        through = np.full(x.shape, weight)
+        for n, way in enumerate(ways_px):
+            is_last = n + 1 == len(ways_px)
+            total += through * read(LIGHT[4] if is_last else LIGHT[n] * COVERAGE[n], way, share)
+            if not is_last:
+                through *= 1.0 - read(COVERAGE[n], way, share)
+    return total
+
+
+@pytest.mark.parametrize("row_s", [0.0, 3e-4], ids=["global", "rolling"])
+@pytest.mark.parametrize("ways_px", [WAYS["front"], WAYS["apart"], WAYS["between"][:3]], ids=["front", "apart", "between"])
+def test_layers_are_composited_at_each_instant(ways_px, row_s):
+    planned = plan_moving(shot_of(ways_px), rolling(HEIGHT, TIME_S, row_s))
+    assert planned.optics.motion.method == "swept" and planned.optics.sweeps_shifted_layers()
+    found, opens, count = moving_light(planned), row_s * np.arange(HEIGHT), planned.optics.motion.count
+    assert np.abs(found - dense(ways_px, opens, count)).max() < 3e-6
+    assert np.quantile(np.abs(found - dense(ways_px, opens, 4 * count)), 0.999) < planned.optics.motion.error
+
+
+def test_a_shutter_that_opens_slowly_weighs_instants():
+    opens, ways_px = 1e-4 * np.arange(HEIGHT), WAYS["apart"]
+    ramps = opens + 0.6 * TIME_S, opens + 0.6 * TIME_S, opens + TIME_S
+    planned = plan_moving(shot_of(ways_px), LineTimes("rows", opens, *ramps, np.ones(HEIGHT)))
+    assert planned.optics.sweeps_shifted_layers() and planned.optics.motion.path.straight_shift(1) is None
+    shares = (np.arange(256) + 0.5) / 256
+    truth = dense(ways_px, opens, 256, np.where(shares < 0.6, shares / 0.6, (1.0 - shares) / 0.4))
+    assert np.quantile(np.abs(moving_light(planned) - truth), 0.999) < planned.optics.motion.error
+
+
+@pytest.mark.parametrize("row_s", [0.0, 3e-4], ids=["global", "rolling"])
+def test_colours_are_those_of_single_planes_and_a_crop_has_the_bits_of_the_frame(row_s):
+    planned = plan_moving(shot_of(WAYS["apart"], "RGGB"), rolling(HEIGHT, TIME_S, row_s))
+    found = moving_light(planned)
+    for row, column, plane in ((0, 0, 0), (0, 1, 1), (1, 0, 1), (1, 1, 2)):
+        alone = moving_light(replace(planned, optics=planned.optics.in_one_color(plane)))
+        assert np.array_equal(found[row::2, column::2], alone[row::2, column::2])
+    part = replace(planned, optics=replace(planned.optics, window=Window(17, 5, 90, 12)))
+    assert planned.optics.sweeps_shifted_layers() and np.array_equal(moving_light(part), found[5:17, 17:107])
+
+
+def test_more_layers_than_one_launch_composites_are_swept_one_by_one():
+    planned = plan_moving(shot_of(WAYS["between"]))
+    assert planned.optics.covering_layers == 5 and not planned.optics.sweeps_shifted_layers()
+    truth = dense(WAYS["between"], np.zeros(HEIGHT), planned.optics.motion.count)
+    assert np.abs(moving_light(planned) - truth).max() < 3e-5
+
+
+def test_a_camera_that_moves_before_layers_shifts_each_by_its_distance_and_one_that_turns_does_not():
+    shot = shot_of((None, None))
+    aside = plan_moving(replace(shot, motion=Motion(camera=SteadyMotion(right_m_per_s=800.0))))
+    assert aside.optics.sweeps_shifted_layers()
+    own = aside.optics.motion.path
+    ways = [tuple(np.diff(own.straight_shift(n), axis=0)[0, 0]) for n in range(2)]
+    assert ways[0][0] == pytest.approx(1.2 * ways[1][0], rel=1e-6)  # at 2000 m and at 2400 m
+    truth = dense([(-x, -y) for x, y in ways], np.zeros(HEIGHT), aside.optics.motion.count)
+    assert abs(ways[0][0]) > 3.0 and np.abs(moving_light(aside) - truth).max() < 3e-6
+    turned = plan_moving(replace(shot, motion=Motion(camera=SteadyMotion(pan_deg_per_s=40.0))))
+    assert turned.optics.motion.method == "swept" and not turned.optics.sweeps_shifted_layers()
+
+
+def test_layers_before_diffraction_are_swept_in_all_colours():
+    """Swept once and blurred once is the sum of the images at the instants of the sweep."""
+    shot = replace(shot_of(WAYS["apart"], "RGGB"), lens=replace(LENS, f_number=64.0, diffraction=True), tolerance=0.1)
+    planned = plan_moving(shot)
+    motion = planned.optics.motion
+    assert motion.method == "swept_first" and planned.optics.sweeps_shifted_layers(motion.blur.samples_per_axis)
+    found = moving_light(planned)
+    many = replace(motion, count=4 * motion.count)
+    truth = moving_light(replace(planned, optics=replace(planned.optics, motion=many)))
+    assert np.quantile(np.abs(found - truth), 0.999) < motion.error
+
+
+def test_layers_behind_the_last_that_moves_are_predicted_to_be_read_once():
+    """Of two layers three planes are read at each instant, or two if the far one is at rest."""
+    costs = []
+    for ways_px in (((7.0, 7.0), None), ((7.0, 7.0), (-7.0, 7.0))):
+        cost_ms = next(one.cost_ms for one in plan(shot_of(ways_px)).passes if one.name == "motion")
+        costs.append(cost_ms - sweep_cost_ms("shifting layers", 0))
+    assert costs[1] == pytest.approx(1.5 * costs[0])
+
+
+BLURRED = ThinLens(50.0, 1.4, 2.0, cos4=False, transmittance=4.7e-4)  # the brightest light gives some 2000 e-
+
+
+def blurred_shot(cfa="MONO") -> Shot:
+    """Two layers before and behind the plane in focus, each with a way of its own."""
+    shot = shot_of(WAYS["apart"], cfa)
+    near = shot.scene.load()
+    (far,) = near.behind
+    scene = FixedScene(replace(near, depth_m=1.6, behind=(replace(far, depth_m=2.6),)))
+    return replace(shot, scene=scene, lens=BLURRED, tolerance=1.0)
+
+
+def dense_blur(radii_px, points: np.ndarray, opens_s: np.ndarray) -> np.ndarray:
+    """Mean of the layers over points x, y of the aperture [pupil radii] and shares of the time, (points, 3), float64."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH].astype(float)
+    total = np.zeros(x.shape)
+    for right, below, share in points:
+        come, at = opens_s[:, None] / TIME_S + share, []
+        for radius_px, (across, down) in zip(radii_px, WAYS["apart"], strict=True):
+            at.append((y + radius_px * below - come * down, x + radius_px * right - come * across))
+        near, cover = (
+            map_coordinates(plane, at[0], order=1, mode="nearest") for plane in (LIGHT[0] * COVERAGE[0], COVERAGE[0])
+        )
+        total += near + (1.0 - cover) * map_coordinates(LIGHT[4], at[1], order=1, mode="nearest")
+    return total / len(points)
+
+
+@pytest.mark.parametrize("row_s", [0.0, 3e-4], ids=["global", "rolling"])
+def test_layers_out_of_focus_are_composited_at_points_of_aperture_and_time(row_s):
+    """The same sums in float64, and many more points, which are at random."""
+    planned, opens = plan_moving(blurred_shot(), rolling(HEIGHT, TIME_S, row_s)), row_s * np.arange(HEIGHT)
+    optics = planned.optics
+    blur = optics.moving_blur
+    assert optics.motion.method == "joint" and optics.samples_shifted_layers and min(map(abs, blur.radii_px)) > 1.0
+    found = moving_light(planned)
+    points = moving_samples(blur.pupil, int(sample_count(np.array([blur.largest_px]), blur)[0]), 1)
+    assert np.abs(found - dense_blur(blur.radii_px, points[:, [0, 1, 5]].astype(np.float64), opens)).max() < 3e-6
+    sobol = qmc.Sobol(3, seed=77).random(1 << 11)
+    y, x = disk_of_square(sobol[:, 0], sobol[:, 1])
+    truth = dense_blur(blur.radii_px, np.stack([x, y, sobol[:, 2]], axis=-1), opens)
+    assert np.quantile(np.abs(found - truth), 0.999) < optics.motion.error
+
+
+@pytest.mark.parametrize("row_s", [0.0, 3e-4], ids=["global", "rolling"])
+def test_a_crop_of_layers_out_of_focus_has_the_bits_of_the_frame(row_s):
+    planned = plan_moving(blurred_shot("RGGB"), rolling(HEIGHT, TIME_S, row_s))
+    part = replace(planned, optics=replace(planned.optics, window=Window(17, 5, 90, 12)))
+    assert part.optics.samples_shifted_layers
+    assert np.array_equal(moving_light(part), moving_light(planned)[5:17, 17:107])
