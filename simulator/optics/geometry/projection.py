@@ -20,6 +20,8 @@ from simulator.sensor.camera.cfa import Cfa
 ANY_CFA = Cfa.uniform(0).macros(0, 0)  # of kernels that compute all channels
 TILTED_PARTS = 4  # upright parts per axis of a photosite whose sides distortion tilts
 SEPARABLE = 0.5  # most scene pixels per sample and axis for which a plane is read across first, then down
+UPRIGHT_PX = 1024  # columns that a work-item of kernels/upright_projection.cl has on a CPU, of the scene or of the sensor
+UPRIGHT_ROWS = 16  # rows of photosites of it
 SPAN = 16  # samples of a work-item on a CPU
 EDGE_PX = 1.0  # difference in blur radius above which neighbouring scene pixels belong to two surfaces
 
@@ -196,10 +198,22 @@ def project(device: Device, projection: Projection, cfa: Cfa, window: Window, pl
     """
     mosaic = device.empty((window.height, window.width), np.float32)
     defines = projection.defines(cfa.macros(window.x, window.y), inset=0.5 * (1.0 - projection.open_side))
-    kernel = device.kernel("projection_mosaic", {**defines, "SPAN": 1}, file="projection.cl")
-    arguments = projection.arguments(window.x, window.y)
-    pose = projection.upload_pose(device)
-    device.run(kernel, (window.width, window.height), None, planes=planes, mosaic=mosaic, pose=pose, **arguments)
+    arguments = {
+        "planes": planes,
+        "mosaic": mosaic,
+        "pose": projection.upload_pose(device),
+        **projection.arguments(window.x, window.y),
+    }
+    if projection.warp is not None or projection.pose is not None:
+        kernel = device.kernel("projection_mosaic", {**defines, "SPAN": 1}, file="projection.cl")
+        device.run(kernel, (window.width, window.height), None, **arguments)
+        return mosaic
+    pitch = max(1, math.ceil(projection.scale - 1e-6))
+    span = 1 if device.span == 1 else max(UPRIGHT_PX // pitch, 16)
+    parts = {"SPAN": span, "ROWS": UPRIGHT_ROWS, "PITCH": pitch, "COLORS": 1 + max(cfa.colors)}
+    kernel = device.kernel("upright_projection", {**defines, **parts})
+    size = -(-window.width // span), -(-window.height // UPRIGHT_ROWS)
+    device.run(kernel, size, (1, 1) if span > 1 else None, width=window.width, rows=window.height, **arguments)
     return mosaic
 
 

@@ -42,5 +42,6 @@ def _cell_means(dn: np.ndarray, period: tuple[int, int]) -> np.ndarray:
         block.reshape(-1, step_y // period[0], period[0], columns * step_x).sum(axis=1, dtype=np.uint32)
         for block in in_blocks(kept, step_y)
     ]
-    cells = np.concatenate(sums).reshape(rows, period[0], columns, step_x // period[1], period[1]).sum(axis=3)
+    cells = np.concatenate(sums).reshape(rows, period[0], columns, step_x // period[1], period[1])
+    cells = np.einsum("ipjkq->ipjq", cells)  # a sixth of the time of `sum` where so few numbers lie side by side
     return cells / (step_y // period[0] * (step_x // period[1]))
