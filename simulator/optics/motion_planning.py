@@ -21,6 +21,7 @@ from simulator.scene.occluded_background import extend_background
 from simulator.scene.scene import Scene
 from simulator.sensor.sensor_plan import SensorPlan
 
+UPRIGHT_PX = 0.15  # spread by which skewed spots are wrong, since photosites and samples of light stay upright [photosites]
 TYPICAL = 0.68  # quantile of differences that stands for their standard deviation
 
 
@@ -84,7 +85,7 @@ def _fixed_blur(planned: OpticsPlan, contrast: float) -> FixedBlur | str | None:
         return "the point spread function depends on the distance"
     if defocus is None:
         assert psf is not None  # one of both blurs
-        return FixedBlur(psf.over, contrast, _spread_px(psf, planned.channels))
+        return _behind_psf(psf, contrast, planned.channels)
     if len(planned.scene.layers) > 1:
         return "surfaces behind one another are blurred each by its own radius"
     radius = defocus.radii_px[0]
@@ -95,13 +96,26 @@ def _fixed_blur(planned: OpticsPlan, contrast: float) -> FixedBlur | str | None:
         if planned.projection.is_fine or max(steps) > EDGE_STEP_PX:
             return "the blur radius differs from place to place"
     if psf is not None and psf.by_distance:
-        return FixedBlur(psf.over, contrast, _spread_px(psf, planned.channels))
+        return _behind_psf(psf, contrast, planned.channels)
     grid = replace(accuracy, whole_pixels=0)  # what moves does not stay on the borders of pixels
     (least_px, largest_px), size = defocus.ranges_px[0], np.array(defocus.ranges_px[0][0])
     over = int(grid.samples_per_axis(size, size, scale))
     sampling = float(grid.sampling_error(size, over, scale)) if grid.detail else 0.0
     spread_px = DISK_SPREAD * largest_px + (0.0 if psf is None else _spread_px(psf, planned.channels))
-    return FixedBlur(over, contrast, spread_px, sampling, slope, least_px)
+    own_px = UPRIGHT_PX if over > 1 else 0.0  # one sample is the photosite, which sees all of its light at one time
+    if psf is not None:
+        own_px = _upright_px(psf)
+    return FixedBlur(over, contrast, spread_px, sampling, slope, least_px, own_px, defocus.eyes is None)
+
+
+def _behind_psf(psf: FieldPsf, contrast: float, channels: int) -> FixedBlur:
+    """Return the blur of kernels of one blur radius. contrast: as of `FixedBlur`."""
+    return FixedBlur(psf.over, contrast, _spread_px(psf, channels), own_spread_px=_upright_px(psf), can_skew=True)
+
+
+def _upright_px(psf: FieldPsf) -> float:
+    """Return the spread of what is not skewed with the spot [photosites]: `UPRIGHT_PX`, and a low-pass filter."""
+    return UPRIGHT_PX + 0.5 * psf.sampling.low_pass_um / psf.pitch_um
 
 
 def _spread_px(psf: FieldPsf, channels: int) -> float:

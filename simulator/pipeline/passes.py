@@ -252,6 +252,8 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
     if motion.blur is not None:  # all colours of all samples
         pixels *= optics.channels * motion.blur.samples_per_axis**2
         before = ", in all colours before the blur, which is the same at each instant"
+        if motion.blur.followed is not None:
+            before += "; its spots are skewed by the motion from row to row"
     if motion.vectors is not None:
         cost = sweep_cost_ms("sweep by vector", pixels * motion.count)
         method = f"swept by the velocity of each pixel: {motion.count} instants on each line{before}"

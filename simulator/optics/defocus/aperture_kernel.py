@@ -12,7 +12,6 @@ import numpy as np
 from simulator.optics.defocus.clipped_kernel import image_grid, shape_weights
 from simulator.optics.defocus.photosite_area import FINEST, WHOLE, PhotositeArea
 from simulator.optics.defocus.square_kernel import disk_square_weights
-from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 
 SLICES = 64  # rows per photosite into which the image of an aperture with blades is cut
@@ -52,7 +51,7 @@ def aperture_weights(pupil: Pupil, radius_px: float) -> np.ndarray:
     A photosite at x sees the point x + radius u through the point u of the pupil (`Pupil`). The image of a pupil with blades is
     cut into SLICES rows per photosite; the length of each row within each photosite is exact.
     """
-    if pupil.opening == (Disk(0.0, 0.0, 1.0),):
+    if pupil.is_round:
         return disk_weights(radius_px)
     if abs(radius_px) * pupil.corner_radius <= 0.5:
         return np.ones((1, 1))
@@ -80,7 +79,7 @@ def photosite_weights(pupil: Pupil, radius_px: float, samples_per_axis: int, are
     def gather(radius_px: float, samples: int) -> np.ndarray:
         return area.mean(aperture_weights(pupil, samples * radius_px), samples)
 
-    if area.has_squares(samples_per_axis) and radius_px != 0.0 and pupil.opening == (Disk(0.0, 0.0, 1.0),):
+    if area.has_squares(samples_per_axis) and radius_px != 0.0 and pupil.is_round:
         return disk_square_weights(radius_px, samples_per_axis, area.open_side)
     return area.weights(gather, radius_px, samples_per_axis)
 

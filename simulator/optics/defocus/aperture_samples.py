@@ -10,7 +10,6 @@ from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_motion import Cells, JointMotion
 from simulator.optics.defocus.lattice_points import lattice_points
 from simulator.optics.defocus.sobol_points import sobol_points
-from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.pupil.pupil_points import points_of
 
@@ -92,7 +91,7 @@ def aperture_samples(pupil: Pupil, count: int, samples_per_axis: int, open_side:
     square of this side [photosites]. count: a power of two.
     """
     square = sobol_points(count)
-    if pupil.opening == (Disk(0.0, 0.0, 1.0),):
+    if pupil.is_round:
         y, x = disk_of_square(square[:, 0], square[:, 1])
     else:
         x, y = pupil.points(count).T
@@ -126,7 +125,7 @@ def moving_samples(pupil: Pupil, count: int, samples_per_axis: int, open_side: f
     They are points of a lattice in six dimensions, so that the instants are evenly spread and mix well with the aperture.
     """
     square = lattice_points(count, 6)
-    if pupil.opening == (Disk(0.0, 0.0, 1.0),):
+    if pupil.is_round:
         y, x = disk_of_square(square[:, 0], square[:, 1])
     else:
         x, y = pupil.map_unit_square(square[:, 0], square[:, 1])

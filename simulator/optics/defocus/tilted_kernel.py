@@ -11,7 +11,6 @@ from functools import lru_cache
 import numpy as np
 
 from simulator.optics.defocus.photosite_area import TILTED_IN_PARTS, WHOLE, PhotositeArea
-from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 
 OUTLINE_POINTS = 1024  # vertices of the pupil's outline: a polygon within 1e-5 of its radius
@@ -32,7 +31,7 @@ def tilted_weights(
     different rows, and each keeps its sum and its centroid.
     A round pupil has no direction: images of mirrored slopes, and of radii of either sign, are mirror images of one another.
     """
-    if pupil.opening != (Disk(0.0, 0.0, 1.0),):
+    if not pupil.is_round:
         return _weights(pupil, radius_px, slope, samples_per_axis, area)
     make = _upright_weights if abs(radius_px) * samples_per_axis <= KEPT_PX else _weights
     weights = make(pupil, abs(radius_px), (abs(slope[0]), abs(slope[1])), samples_per_axis, area)

@@ -18,6 +18,7 @@ from typing import Literal, Self
 import numpy as np
 
 from simulator.exposure.line_times import LineTimes
+from simulator.optics.geometry.fixed_blur import Skew
 from simulator.optics.geometry.image_motion import ImageMotion
 
 LEAST_CELLS, MOST_CELLS = 512, 131072  # of the time in which any line is open, in which a path is straight
@@ -89,10 +90,25 @@ class TimedPath:
         self.displacement_px = motion.displacements(self.poses)
         steps = np.linalg.norm(np.diff(self.displacement_px, axis=0), axis=-1)
         self.steps_px = steps.max(axis=1, initial=0.0)
+        self.goes_on = False  # beyond the sensor's border
+        self.late_s = np.zeros(1)  # of lines beyond it, after those at the border
+
+    def going_on(self) -> Self:
+        """Return the same path, which goes on evenly beyond the sensor's border, as lines would that lie there."""
+        found = copy(self)
+        found.goes_on = True
+        return found
 
     def of_lines(self, lines: np.ndarray) -> Self:
-        """Return the same path under the shutter of some lines (lines,) of the sensor, with the same pieces."""
-        found = copy(self)
+        """Return the same path under the shutter of some lines (lines,) of the sensor, with the same pieces.
+
+        Lines beyond its border are those at the border, or go on (`going_on`).
+        """
+        found, last = copy(self), len(self.lines.peak) - 1
+        asked, lines = lines, np.clip(lines, 0, last)
+        if self.goes_on and last > 0:
+            step_s = float(self.lines.opens_s[-1] - self.lines.opens_s[0]) / last
+            found.late_s = step_s * (asked - lines)
         found.openings = tuple(
             LineTimes(
                 own.axis, own.opens_s[lines], own.open_s[lines], own.closes_s[lines], own.closed_s[lines], own.peak[lines]
@@ -136,7 +152,7 @@ class TimedPath:
         if np.abs(ways[0] + speed * come - ways).max() > STRAIGHT_PX:
             return None
         began, ended = (times[:, None] - self.times_s[0] for times in (lines.opens_s, lines.closed_s))
-        return ways[0] + speed * began, ways[0] + speed * ended
+        return ways[0] + speed * (began + self.late_s[:, None]), ways[0] + speed * (ended + self.late_s[:, None])
 
     @property
     def farthest_px(self) -> float:
@@ -144,13 +160,17 @@ class TimedPath:
         return float(np.linalg.norm(self.displacement_px, axis=-1).max(initial=0.0))
 
     @property
-    def skew_px(self) -> float:
-        """Largest way of an image from one line of the sensor to the next [photosites]; 0 where all are open at once."""
+    def skew(self) -> Skew:
+        """Way of the places seen from one line of the sensor to the next; 0 where all are open at once."""
         lines = self.lines
         if lines.is_common or len(lines.opens_s) < 2:
-            return 0.0
-        speed = float(self.steps_px.max(initial=0.0)) / float(self.times_s[1] - self.times_s[0])
-        return speed * max(float(np.abs(np.diff(one)).max()) for one in (lines.opens_s, lines.closed_s))
+            return Skew()
+        steps_s = [np.diff(one) for one in (lines.opens_s, lines.closed_s)]
+        speeds = np.diff(self.displacement_px, axis=0).reshape(-1, 2) / float(self.times_s[1] - self.times_s[0])
+        ways = np.concatenate([speeds * step_s for step_s in (np.min(steps_s), np.max(steps_s))])
+        middle = 0.5 * (ways.min(axis=0) + ways.max(axis=0))
+        apart, largest = (float(np.linalg.norm(one, axis=-1).max()) for one in (ways - middle, ways))
+        return Skew(float(middle[0]), float(middle[1]), apart, largest, lines.axis == "rows")
 
     def _cumulated(self, steps: np.ndarray, times_s: np.ndarray) -> np.ndarray:
         """Sum of steps, one for each cell, up to some times."""
@@ -229,7 +249,9 @@ class TimedPath:
             for column, values in enumerate(columns.T):
                 means[..., column][dark] = np.interp(middles[dark], self.times_s, values)
         weights = np.where(total > 0.0, light / np.where(total > 0.0, total, 1.0), 1.0 / count)
-        return Instants(lines.axis, weights, self.start_s + means[..., 0], means[..., 1:])
+        speeds = (self.poses[-1] - self.poses[0]) / max(float(self.times_s[-1] - self.times_s[0]), 1e-300)
+        poses = means[..., 1:] + speeds * self.late_s[:, None, None]
+        return Instants(lines.axis, weights, self.start_s + means[..., 0] + self.late_s[:, None], poses)
 
     def _equal_light(self, share: np.ndarray) -> np.ndarray:
         """Return the borders of intervals of equal light on each line, (lines, borders) [s]."""

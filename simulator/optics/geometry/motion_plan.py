@@ -145,15 +145,14 @@ class MotionPlan:
         return self.path.even_nodes(min(max(count, 1), MOST_NODES))
 
     def instants(self, lines: range, count: int | None = None) -> Instants:
-        """Return the instants of some lines of the sensor; beyond its border, those of the line at the border.
+        """Return the instants of some lines of the sensor, also beyond its border (`TimedPath.of_lines`).
 
         count: of each line; None: as planned.
         """
         own, count = self.path.lines, count or self.count
         if own.axis == "all":
             return self.path.instants(count)
-        place = np.clip(np.array(lines), 0, len(own.peak) - 1)
-        return self.path.of_lines(place).instants(count)
+        return self.path.of_lines(np.array(lines)).instants(count)
 
     def window_instants(self, window: Window, count: int | None = None) -> Instants:
         """Return the instants of the lines of a window of the sensor; count: as of `instants`."""
@@ -280,7 +279,10 @@ def plan_motion(
         return MotionPlan("swept", path, length, count, error, alike, vectors, lamp_count=lamp_count)
     reason = blur if isinstance(blur, str) else ""
     if isinstance(blur, FixedBlur):
-        fixed = blur.error(path.skew_px, length.longest_px)
+        skew = path.skew
+        if blur.error(skew, length.longest_px) > need.allowed:
+            blur = blur.following(skew)
+        fixed = blur.error(skew, length.longest_px)
         reason = f"swept first it would be wrong by {fixed / need.allowed:.2g} times the tolerance"
         can_sweep = deep is None and (vectors is None or blur.samples_per_axis == 1)
         if can_sweep and fixed <= need.allowed:

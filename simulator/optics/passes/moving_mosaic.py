@@ -81,7 +81,6 @@ def _weighted_poses(plan: MotionPlan, window: Window) -> tuple[np.ndarray, np.nd
         return path.motion.homographies(instants.pose_numbers[0], 0), weights
     nodes_s = plan.shared_nodes()
     first, size = (window.x, window.width) if path.lines.axis == "columns" else (window.y, window.height)
-    lines_of_window = np.clip(np.arange(first, first + size), 0, len(path.lines.peak) - 1)
-    weights = path.of_lines(lines_of_window).node_weights(nodes_s)
+    weights = path.of_lines(np.arange(first, first + size)).node_weights(nodes_s)
     numbers = path.motion.pose_numbers(path.start_s + nodes_s)
     return path.motion.homographies(numbers, 0), weights

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from simulator.device import Buffer, Device
-from simulator.optics.geometry.motion_plan import MotionPlan, posed
+from simulator.optics.geometry.motion_plan import posed
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.read_areas import read_areas
 from simulator.optics.passes.swept_mosaic import swept_planes
 from simulator.optics.passes.swept_vectors import swept_vectors
 from simulator.optics.passes.tile_plan import TilePlan, plan_tiles
+from simulator.optics.pupil.pupil import UPRIGHT
 from simulator.sensor.camera.camera_sections import Window
 
 
@@ -24,8 +25,10 @@ def sweep_light(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> tup
     assert optics.motion is not None  # without it nothing is swept
     assert optics.motion.blur is not None
     window, over = light_window(optics, device), optics.motion.blur.samples_per_axis
-    still = _on_samples(optics, window, over)
-    return still, plan_tiles(still, device), [_sweep(optics, optics.motion, device, planes, window, over)]
+    still, moving = _on_samples(optics, window, over), optics
+    if optics.motion.blur.followed is not None:
+        moving = replace(optics, motion=replace(optics.motion, path=optics.motion.path.going_on()))
+    return still, plan_tiles(still, device), [_sweep(moving, device, planes, window, over)]
 
 
 def light_window(optics: OpticsPlan, device: Device) -> Window:
@@ -37,8 +40,10 @@ def light_window(optics: OpticsPlan, device: Device) -> Window:
     return Window(x, y, right - x, bottom - y)
 
 
-def _sweep(optics: OpticsPlan, motion: MotionPlan, device: Device, planes: list[Buffer], window: Window, over: int) -> Buffer:
+def _sweep(optics: OpticsPlan, device: Device, planes: list[Buffer], window: Window, over: int) -> Buffer:
     """Device buffer (channels, rows, columns) float32: the swept light of a window's samples in all colours."""
+    motion = optics.motion
+    assert motion is not None  # as of sweep_light
     if motion.vectors is None:
         return swept_planes(optics, device, planes, window, over)
     there, shape = replace(optics, window=window), (window.height, window.width)
@@ -50,14 +55,19 @@ def _sweep(optics: OpticsPlan, motion: MotionPlan, device: Device, planes: list[
 
 
 def _at_rest(optics: OpticsPlan) -> OpticsPlan:
-    """Return the plan of one opaque picture at rest, with the samples that what moves needs."""
+    """Return the plan of one opaque picture at rest, with the samples and the spots that what moves needs."""
+    assert optics.motion is not None and optics.motion.blur is not None  # else nothing is swept before a blur
+    skew, psf = optics.motion.blur.spot_skew, optics.psf
     accuracy, defocus = replace(optics.accuracy, whole_pixels=0), optics.defocus
     if defocus is not None:
-        defocus = replace(defocus, accuracy=accuracy, area=replace(defocus.area, whole_pixels=0))
+        area, pupil = replace(defocus.area, whole_pixels=0), replace(defocus.pupil, skew=skew)
+        defocus = replace(defocus, accuracy=accuracy, area=area, pupil=pupil)
+    if psf is not None and skew != UPRIGHT:
+        psf = replace(psf, skew=skew)
     scene = optics.scene
     if optics.has_coverage or len(scene.layers) > 1:
         scene = replace(scene, coverage=None, behind=(), deep=None)
-    return replace(optics, scene=scene, accuracy=accuracy, defocus=defocus, motion=None, flash_motion=None)
+    return replace(optics, scene=scene, accuracy=accuracy, defocus=defocus, psf=psf, motion=None, flash_motion=None)
 
 
 def _on_samples(optics: OpticsPlan, window: Window, over: int) -> OpticsPlan:

@@ -53,7 +53,7 @@ def _sweep(
     x, y, width, rows, wide = over * window.x, over * window.y, over * window.width, over * window.height, step * SPAN
     aligned = x // wide * wide
     spans = -(-(x + width - aligned) // wide)
-    places, weights = _paths(optics, motion, window, over)
+    places, weights, products = _paths(optics, motion, window, over)
     kernel = device.kernel(
         "swept_shift", {**(optics.cfa_macros() if step == 2 else ANY_CFA), "SPAN": SPAN, "STEP": step, "BENDS": 0}, file=FILE
     )
@@ -61,7 +61,7 @@ def _sweep(
     together = lines if lines == 1 else max(MOST_CELLS // _cells(places), 1)
     for first in range(0, lines, together):
         part = slice(first, first + together)
-        taps = path_taps(places[part], weights[part])
+        taps = path_taps(places[part], weights[part], products[part])
         count = rows if lines == 1 else over * len(taps)
         held = device.upload(taps)
         for number, colour in enumerate(colours):
@@ -90,38 +90,44 @@ def _sweep(
     device.finish()  # the tables are freed on return
 
 
-def _paths(optics: OpticsPlan, motion: MotionPlan, window: Window, over: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return places on the scene's grid on the way of each line, (lines or 1, places, 2) x, y, and their weights.
+def _paths(optics: OpticsPlan, motion: MotionPlan, window: Window, over: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return places on the scene's grid on the way of each line, (lines or 1, places, 2) x, y; weights and products of each.
 
-    Places are counted from the pixel that has the number of the photosite, or sample, that sees them.
+    They are those of `path_taps`. Places are counted from the pixel that has the number of the photosite, or sample, that sees
+    them.
     """
     offset, path = np.array([optics.projection.offset_x, optics.projection.offset_y]), motion.path
     lines = np.zeros(1, np.intp)
     if path.lines.axis == "rows" and not motion.is_common:
-        lines = np.clip(np.arange(window.y, window.y + window.height), 0, len(path.lines.peak) - 1)
+        lines = np.arange(window.y, window.y + window.height)
     own = path.of_lines(lines)
     if (way := own.straight_shift()) is not None:
         return straight_places(over * way[0] + offset, over * way[1] + offset)
     instants = own.of_shift().instants(max(motion.count, motion.lamp_count))
-    return over * instants.pose_numbers + offset, instants.weights
+    return over * instants.pose_numbers + offset, instants.weights, np.zeros_like(instants.weights)
 
 
-def straight_places(begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return places on straight ways on a grid of pixels whose bilinear readings have the exact mean over the way, and weights.
+def straight_places(begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return places on straight ways on a grid of pixels whose bilinear readings have the exact mean over the way.
 
-    begin, end: (lines, 2) x, y [px]. Places are (lines, places, 2), weights (lines, places). Between the lines through the
-    middles of pixels a reading is a quadratic function of the way, whose mean two places give (Gauss).
+    begin, end: (lines, 2) x, y [px]. Returns places (lines, places, 2), weights (lines, places), and the mean product of the
+    distances in x and in y from each place over its piece of the way (lines, places). Pieces end at the lines through the
+    middles of pixels: between them a reading is a quadratic function of the way, so that its mean follows from these three.
     """
-    way, borders = end - begin, [np.zeros((len(begin), 1)), np.ones((len(begin), 1))]
-    for axis in (0, 1):
+    way = end - begin
+    counts = [int(np.ceil(np.abs(way[:, axis]).max())) + 1 for axis in (0, 1)]
+    borders, column = np.zeros((len(begin), 2 + sum(counts))), 2
+    borders[:, 1] = 1.0
+    for axis, count in enumerate(counts):
         own, first = way[:, axis, None], np.floor(np.minimum(begin, end)[:, axis, None]) + 1.0
-        crossed = first + np.arange(int(np.ceil(np.abs(own).max())) + 1)
-        shares = np.divide(crossed - begin[:, axis, None], own, out=np.zeros(crossed.shape), where=np.abs(own) > 1e-9)
-        borders.append(np.clip(shares, 0.0, 1.0))
-    shares = np.sort(np.concatenate(borders, axis=1), axis=1)
-    middle, half = 0.5 * (shares[:, 1:] + shares[:, :-1]), 0.5 * np.diff(shares, axis=1)
-    nodes = np.concatenate([middle - half / np.sqrt(3.0), middle + half / np.sqrt(3.0)], axis=1)
-    return begin[:, None] + nodes[..., None] * way[:, None], np.concatenate([half, half], axis=1)
+        moves = np.abs(own) > 1e-9
+        per_px = np.where(moves, 1.0 / np.where(moves, own, 1.0), 0.0)
+        borders[:, column : column + count] = per_px * (np.arange(count) + (first - begin[:, axis, None]))
+        column += count
+    np.clip(borders, 0.0, 1.0, out=borders)
+    borders.sort(axis=1)
+    weights, middle = np.diff(borders, axis=1), 0.5 * (borders[:, 1:] + borders[:, :-1])
+    return begin[:, None] + middle[..., None] * way[:, None], weights, way.prod(axis=1)[:, None] * weights**2 / 12.0
 
 
 def _cells(places: np.ndarray) -> int:
@@ -130,36 +136,39 @@ def _cells(places: np.ndarray) -> int:
     return int((wide + 5.0) * (high + 4.0))
 
 
-def path_taps(places: np.ndarray, weights: np.ndarray) -> np.ndarray:
+def path_taps(places: np.ndarray, weights: np.ndarray, products: np.ndarray | float = 0.0) -> np.ndarray:
     """Return the pixels that paths read bilinearly and their weights: (lines, taps) of `struct tap`, padded by weights of 0.
 
-    places: (lines, instants, 2) float64 x, y on a grid of pixels. weights: (lines, instants) float64.
+    places: (lines, instants, 2) float64 x, y on a grid of pixels. weights: (lines, instants) float64. products: of the
+    distances in x and y from a place, mean of what it stands for; 0 for a single reading.
     """
-    x, y = np.moveaxis(places, -1, 0).copy()
+    x, y = places[..., 0], places[..., 1]
     first, top = np.floor(x), np.floor(y)
     x, y = x - first, y - top
     base_x, base_y = first.min(axis=1, keepdims=True), top.min(axis=1, keepdims=True)
     first, top = first - base_x, top - base_y
-    columns, rows = 2 * (int(first.max()) // 2 + 1) + 2, int(top.max()) + 2
+    columns, rows = int(first.max()) + 3, int(top.max()) + 2  # the last column stays empty
     lines = len(places)
     cell = ((np.arange(lines)[:, None] * rows + top) * columns + first).astype(np.intp).ravel()
     below, right = weights * y, weights * x
-    corner = below * x
-    grid = np.zeros(lines * rows * columns)
-    for step, share in (
-        (columns + 1, corner),
-        (columns, below - corner),
-        (1, right - corner),
-        (0, weights - below - right + corner),
-    ):
-        grid[step:] += np.bincount(cell, share.ravel(), len(grid))[: len(grid) - step]
-    pairs = grid.reshape(lines, rows, columns // 2, 2)
-    line, row, column = np.nonzero((pairs[..., 0] != 0.0) | (pairs[..., 1] != 0.0))
+    corner = weights * (x * y + products)
+    shares = np.concatenate([weights - below - right + corner, right - corner, below - corner, corner], axis=None)
+    four = np.concatenate([cell, cell + 1, cell + columns, cell + columns + 1])
+    grid = np.bincount(four, shares, lines * rows * columns)
+    is_read = (grid != 0.0).reshape(-1, columns)
+    odd = is_read.argmax(axis=1) & 1  # pairs begin at the first pixel of a row
+    is_right = (np.arange(columns) & 1).astype(bool) ^ odd.astype(bool)[:, None]
+    is_left = ~is_right & is_read
+    is_left[:, :-1] |= ~is_right[:, :-1] & is_read[:, 1:]
+    left = np.flatnonzero(is_left)
+    line, place = np.divmod(left, rows * columns)
+    row, column = np.divmod(place, columns)
+    struct = declared_struct(kernel_source(FILE), "tap")
+    found = np.zeros(len(left), struct)
+    found["row"], found["column"] = base_y[line, 0] + row, base_x[line, 0] + column
+    found["left"], found["right"] = grid[left], grid[left + 1]
     held = np.bincount(line, minlength=lines)
-    place = np.arange(len(line)) - (np.cumsum(held) - held)[line]
-    taps = np.zeros((lines, max(int(held.max()), 1)), declared_struct(kernel_source(FILE), "tap"))
-    taps["column"], taps["row"] = base_x, base_y
-    taps["column"][line, place] += 2 * column
-    taps["row"][line, place] += row
-    taps["left"][line, place], taps["right"][line, place] = pairs[line, row, column].T
+    taps = np.zeros((lines, max(int(held.max()), 1)), struct)
+    taps["row"], taps["column"] = base_y, base_x
+    taps[np.arange(taps.shape[1]) < held[:, None]] = found
     return taps

@@ -19,10 +19,10 @@ from simulator.optics.psf.defocused_psf import DefocusedPsf
 from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.kernel_split import Core, tail_reach
 from simulator.optics.psf.pixel_aperture import Sampling
-from simulator.optics.psf.psf_table import PsfTable, interpolation_weights, rotate_kernel
+from simulator.optics.psf.psf_table import PsfTable, interpolation_weights, rotate_kernel, skew_kernel
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, kernel_size_px
-from simulator.optics.pupil.pupil import Pupil
+from simulator.optics.pupil.pupil import UPRIGHT, Pupil
 
 FIELDS = (0.0, 0.25, 0.5, 0.75, 1.0)  # field radii of tables [half diagonals]
 # Margin around the geometric rays [lambda N], and the largest kernel [photosites] that it is used for: the first that fits is
@@ -57,6 +57,7 @@ class FieldPsf:
     computed_px: signed blur radii between which the kernels of the slabs are interpolated where the device gathers by distance.
     seen: how an error of gathered kernels shows in the scene. even_squares: whether light samples are even squares of the
         scene; else they are means of light that is smooth between them.
+    skew: of the lens's spots, as of `Pupil.skew`.
     """
 
     lens_psf: WavefrontPsf | PsfTable | None
@@ -74,6 +75,7 @@ class FieldPsf:
     computed_px: tuple[float, ...] = ()
     seen: Visibility | None = None
     even_squares: bool = False
+    skew: tuple[float, float] = UPRIGHT
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -92,6 +94,7 @@ class FieldPsf:
             self.computed_px,
             bool(self.highlight_limits),
             self.even_squares,
+            self.skew,
         )
         return lens, repr(self.pupil), self.sampling, *places
 
@@ -189,7 +192,7 @@ class FieldPsf:
 
     def _own_node(self, row: int, column: int) -> tuple[int, int]:
         """Node whose kernel mirrors that of this node: the one in the first quarter, if kernels turn with the field."""
-        if not isinstance(self.lens_psf, WavefrontPsf) or has_fixed_orientation(self.lens_psf):
+        if not isinstance(self.lens_psf, WavefrontPsf) or has_fixed_orientation(self.lens_psf) or self.skew != UPRIGHT:
             return row, column
         return min(row, self.nodes[0] - 1 - row), min(column, self.nodes[1] - 1 - column)
 
@@ -203,6 +206,8 @@ class FieldPsf:
 
     def _make_kernel(self, slab: int, channel: int, node: tuple[int, int]) -> np.ndarray:
         cells, per_photosite = self._cells(slab, channel, self.field_xy(*node))
+        if self.skew != UPRIGHT:
+            cells = skew_kernel(cells, self.skew)
         band_limited = isinstance(self.lens_psf, WavefrontPsf) or per_photosite > 1
         return self.sampling.phases(cells, per_photosite, self.pitch_um, self.over, band_limited)
 

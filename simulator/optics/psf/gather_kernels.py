@@ -1,7 +1,7 @@
 """Kernels of a point spread function as the device gathers with them, for all nodes, channels and blur radii."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Self
 
@@ -248,7 +248,7 @@ def correction_core(psf: FieldPsf, radius_px: float, channel: int) -> np.ndarray
     if not isinstance(psf.lens_psf, WavefrontPsf) or abs(radius_px) > farthest_correction_px(psf.lens_psf) + 1e-6:
         return np.zeros((2, 2 * size + 1, 2 * size + 1))
     wave, focus = psf.at_radius(radius_px), psf.at_radius(radius_px, in_focus=True)
-    disk = aperture_weights(psf.pupil, radius_px)
+    disk = aperture_weights(replace(psf.pupil, skew=psf.skew), radius_px)
     found = []
     for positive in (False, True):
         exact, blurred = (one.kernel(0, channel, positive, 0, 0)[0][::-1, ::-1] for one in (wave, focus))

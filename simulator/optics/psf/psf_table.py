@@ -124,10 +124,23 @@ def rotate_kernel(cells: np.ndarray, angle_rad: float) -> np.ndarray:
     rest = angle_rad - quarters * 0.5 * math.pi
     if abs(rest) < 1e-9:
         return cells.astype(np.float64)
-    from scipy.ndimage import map_coordinates
-
     axis = np.arange(len(cells)) - len(cells) // 2
     x = math.cos(rest) * axis[None, :] + math.sin(rest) * axis[:, None]
     y = math.cos(rest) * axis[:, None] - math.sin(rest) * axis[None, :]
-    found = np.maximum(map_coordinates(cells.astype(np.float64), (y + len(cells) // 2, x + len(cells) // 2), order=3), 0.0)
+    return _resampled(cells, x, y)
+
+
+def skew_kernel(cells: np.ndarray, skew: tuple[float, float]) -> np.ndarray:
+    """Return a kernel whose light at (x, y) from its middle is taken to (x + skew[0] y, y + skew[1] y); same sum, float64."""
+    axis = np.arange(len(cells)) - len(cells) // 2
+    y = axis[:, None] / (1.0 + skew[1]) + 0.0 * axis[None, :]
+    return _resampled(cells, axis[None, :] - skew[0] * y, y)
+
+
+def _resampled(cells: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return a kernel with the light of places (x, y) from its middle, by a cubic spline, and with the same sum."""
+    from scipy.ndimage import map_coordinates
+
+    middle = len(cells) // 2
+    found = np.maximum(map_coordinates(cells.astype(np.float64), (y + middle, x + middle), order=3), 0.0)
     return found * (cells.sum(dtype=np.float64) / found.sum())

@@ -5,6 +5,8 @@ through u meets the plane of signed blur radius s at x + s u (`ThinLens.blur_rad
 plane in focus has the shape of the pupil, that of a farther point the shape rotated by 180 degrees.
 
 A pupil with blades has the area of the round one, so that the f-number still determines the exposure.
+
+Light that was swept under a rolling shutter, each row at its own time, shows the image of the pupil skewed: `Pupil.skew`.
 """
 
 import math
@@ -21,6 +23,7 @@ from simulator.units import Degrees
 _ROWS = 4096  # rows across the pupil that its inverse distribution is tabulated on
 _STRAIGHT = 1e-4  # blade curvature below which sides are straight to 1e-4; larger circles lose digits in differences
 _ON_AXIS = (0.0, 0.0)
+UPRIGHT = (0.0, 0.0)  # skew of a pupil as it is
 
 Field = tuple[float, float] | np.ndarray  # (x, y), see Pupil
 _PLASTIC = 1.32471795724474602596  # root of x^3 = x + 1
@@ -46,6 +49,8 @@ class Pupil:
     blade_curvature: 0: straight sides; 1: sides are arcs of the circle through the corners, so the pupil is round.
         Between: arcs of this fraction of the circle's curvature.
     stops: round stops that clip the aperture.
+    skew: of the pupil's image (`spans`, and what is made of them): its point (x, y) is at (x + skew[0] y, y + skew[1] y), with
+        skew[1] above -1.
 
     A field is (x, y): the photosite's position relative to the optical axis over the image distance, that is the tangents of
     the field angle, x right and y down in the picture. Raises PhotositeError for numbers out of range.
@@ -55,6 +60,7 @@ class Pupil:
     rotation_deg: float = 0.0
     blade_curvature: float = 0.0
     stops: tuple[PupilStop, ...] = ()
+    skew: tuple[float, float] = UPRIGHT
 
     def __post_init__(self) -> None:
         blades, key = self.blades, "lens.aperture"
@@ -67,11 +73,21 @@ class Pupil:
         """The aperture without stops, of area pi, as an intersection of disks and half planes."""
         if self.blades is None or self.blade_curvature == 1.0:
             return (Disk(0.0, 0.0, 1.0),)
-        return self._sides(self.blades, self.corner_radius)
+        return self._sides(self.blades, self._upright_corner)
+
+    @cached_property
+    def is_round(self) -> bool:
+        """Whether the aperture without stops is a disk."""
+        return self.opening == (Disk(0.0, 0.0, 1.0),) and self.skew == UPRIGHT
 
     @cached_property
     def corner_radius(self) -> float:
-        """Distance of the aperture's corners from its centre, in radii of the round one."""
+        """Distance of the aperture's corners from its centre, in radii of the round one; not less where it is skewed."""
+        across, down = self.skew
+        return self._upright_corner * float(np.linalg.norm([[1.0, across], [0.0, 1.0 + down]], 2))
+
+    @cached_property
+    def _upright_corner(self) -> float:
         if self.blades is None or self.blade_curvature == 1.0:
             return 1.0
         return math.sqrt(math.pi / intersection_area(self._sides(self.blades, 1.0)))
@@ -154,7 +170,8 @@ class Pupil:
             low, high = rows[max(is_open[0] - 1, 0)], rows[min(is_open[-1] + 1, _ROWS - 1)]
         shut = right <= left
         left, right = (np.interp(rows, rows[~shut], end[~shut]) for end in (left, right))
-        return rows, left, np.where(shut, left, right)
+        across, down = self.skew
+        return (1.0 + down) * rows, left + across * rows, np.where(shut, left, right) + across * rows
 
 
 def generate_r2_points(count: int) -> np.ndarray:

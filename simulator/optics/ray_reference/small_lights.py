@@ -14,7 +14,6 @@ import numpy as np
 from simulator.optics.defocus.aperture_kernel import aperture_weights, disk_shares
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.defocus.highlights import radius_slopes
-from simulator.optics.pupil.convex_area import Disk
 from simulator.optics.pupil.pupil import Pupil
 from simulator.sensor.camera.camera import Window
 
@@ -77,7 +76,7 @@ def cell_shares(pupil: Pupil, radius_px: float, oversampling: int) -> tuple[np.n
     if oversampling == 1:
         weights = aperture_weights(pupil, radius_px)
         return weights, -(len(weights) // 2)
-    if pupil.opening == (Disk(0.0, 0.0, 1.0),):
+    if pupil.is_round:
         return _round_shares(abs(radius_px), oversampling)
     reach = abs(radius_px) * pupil.corner_radius * oversampling
     fine = next((count for count in SUBDIVISIONS if count * reach <= MOST_FINE), 1)

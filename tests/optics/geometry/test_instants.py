@@ -31,6 +31,33 @@ def edge_error(instants, path_px: np.ndarray, light: np.ndarray) -> float:
     return float(np.abs(found - np.clip(places - path_px, -0.5, 0.5) @ (light / light.sum())).max())
 
 
+def row_by_row(rows: int, row_s: float, time_s: float) -> LineTimes:
+    opens = row_s * np.arange(rows) + max(-row_s, 0.0) * (rows - 1)
+    return LineTimes("rows", opens, opens, opens + time_s, opens + time_s, np.ones(rows))
+
+
+@pytest.mark.parametrize("row_s", [1e-3, -1e-3], ids=["down", "up"])
+def test_the_skew_of_an_even_path_is_its_way_from_row_to_row(row_s):
+    path = TimedPath(moved(SteadyMotion(right_m_per_s=0.05, up_m_per_s=-0.02)), row_by_row(48, row_s, 0.02), 0.0)
+    skew = path.skew
+    assert (skew.x_px, skew.y_px) == pytest.approx((50.0 * row_s, 20.0 * row_s)) and skew.apart_px < 1e-9 and skew.of_rows
+    assert skew.largest_px == pytest.approx(skew.middle_px)
+    swinging = TimedPath(moved(Swing()), row_by_row(48, row_s, 0.4), 0.0).skew
+    assert swinging.apart_px > 0.9 * swinging.largest_px > 10.0 * swinging.middle_px
+    assert TimedPath(moved(Swing()), open_at_once(0.4), 0.0).skew.largest_px == 0.0
+
+
+def test_lines_beyond_the_sensor_are_those_at_its_border_or_go_on():
+    path = TimedPath(moved(SteadyMotion(right_m_per_s=0.05)), row_by_row(48, 1e-3, 0.02), 0.0)
+    lines = np.array([-3, 0, 47, 50])
+    at_border, on = (one.of_lines(lines).instants(4) for one in (path, path.going_on()))
+    assert np.array_equal(at_border.times_s[[0, 3]], at_border.times_s[[1, 2]])
+    assert np.allclose(on.times_s - at_border.times_s, np.array([[-3e-3], [0.0], [0.0], [3e-3]]))
+    assert np.allclose(on.pose_numbers[..., 3], 0.05 * on.times_s) and np.array_equal(on.weights, at_border.weights)
+    begin, end = path.going_on().of_lines(lines).straight_shift()
+    assert np.allclose(begin[:, 0], 50.0 * np.array([-3e-3, 0.0, 47e-3, 50e-3])) and np.allclose(end - begin, [1.0, 0.0])
+
+
 @pytest.mark.parametrize("count", [20, 60, 200])
 @pytest.mark.parametrize("camera", [SteadyMotion(right_m_per_s=0.05), Swing()], ids=["even", "swinging"])
 def test_the_law_of_instants_bounds_the_error_of_an_edge(camera, count):

@@ -10,7 +10,7 @@ from simulator.errors import PhotositeError
 from simulator.optics.lens.wavefront import Aberrations, ChromaticShift
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_file import read_psf
-from simulator.optics.psf.psf_table import PsfTable, rotate_kernel
+from simulator.optics.psf.psf_table import PsfTable, rotate_kernel, skew_kernel
 from simulator.optics.psf.wavefront_psf import WavefrontPsf, channel_wavelengths, kernel_size_px
 
 GREEN = ((550.0,),)
@@ -172,6 +172,16 @@ def wrong(change) -> np.ndarray:
 def test_kernels_that_are_no_psf_are_refused(kernel, message):
     with pytest.raises(PhotositeError, match=message):
         table(kernel)
+
+
+def test_a_skewed_kernel_takes_light_aside_by_its_row():
+    skew, matrix = (0.25, -0.1), np.array([[1.0, 0.25], [0.0, 0.9]])
+    y, x = np.mgrid[-30:31, -30:31]
+    back = np.einsum("ij,jyx->iyx", np.linalg.inv(matrix), np.stack([x, y]))
+    expected = np.exp(-0.5 * ((back[0] / 5.0) ** 2 + (back[1] / 3.0) ** 2))
+    found = skew_kernel(gaussian(61, 5.0, 3.0), skew)
+    assert found.sum() == pytest.approx(gaussian(61, 5.0, 3.0).sum())
+    assert np.abs(found / found.sum() - expected / expected.sum()).max() < 1e-3 * found.max() / found.sum()
 
 
 def test_files_that_hold_no_psf_are_refused(tmp_path):

@@ -1,12 +1,14 @@
 """The pupil's shape: areas by hand and by counting, points spread evenly, stops that clip."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
 from simulator.errors import PhotositeError
+from simulator.optics.defocus.aperture_kernel import aperture_weights
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.pupil.pupil import Pupil, PupilStop
 from simulator.optics.pupil.pupil_points import points_of
@@ -134,6 +136,21 @@ def test_a_closed_pupil_has_no_area_and_no_points():
 def test_impossible_pupils_are_refused(arguments, message):
     with pytest.raises(PhotositeError, match=message):
         Pupil(*arguments)
+
+
+@pytest.mark.parametrize("pupil", [Pupil(), Pupil(6, 10.0), Pupil(7, 25.0, 0.5)])
+def test_the_image_of_a_skewed_pupil_is_that_of_an_upright_one_skewed(pupil):
+    skewed, matrix = replace(pupil, skew=(0.3, -0.2)), np.array([[1.0, 0.3], [0.0, 0.8]])
+    assert not skewed.is_round
+    assert np.allclose(skewed.outline(), pupil.outline() @ matrix.T, atol=1e-12)
+    assert skewed.corner_radius >= np.linalg.norm(skewed.outline(), axis=1).max() - 1e-9
+    weights, upright = (aperture_weights(one, 9.0) for one in (skewed, pupil))
+    reach = (len(weights) - 1) // 2
+    y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
+    own = np.mgrid[: len(upright), : len(upright)] - len(upright) // 2
+    moments = [[(upright * a * b).sum() for a in own[::-1]] for b in own[::-1]]
+    found = [[(weights * a * b).sum() for a in (x, y)] for b in (x, y)]
+    assert np.allclose(found, matrix @ moments @ matrix.T, atol=0.15)  # photosites add 1/12, and 1/12 skewed
 
 
 @pytest.mark.parametrize("depth_m", [0.7, 2.0, 5.0, 1e4])
