@@ -61,9 +61,8 @@ def _overlaps(count: int, pixels: int, scale: float, side: float, shift: float, 
 
 def _ramp(place: np.ndarray, half: float) -> np.ndarray:
     """Mean of max(place + t, 0) over t from -half to half."""
-    if half == 0.0:
-        return np.maximum(place, 0.0)
-    return (np.maximum(place + half, 0.0) ** 2 - np.maximum(place - half, 0.0) ** 2) / (4.0 * half)
+    partly = np.maximum(place + half, 0.0) ** 2 / (4.0 * half) if half > 1e-30 else 0.0
+    return np.where(np.abs(place) < half, partly, np.maximum(place, 0.0))
 
 
 def fine_scene(kind: str, scale: float, shape: tuple[int, int], seed: int = 0) -> np.ndarray:

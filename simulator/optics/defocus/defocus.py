@@ -14,7 +14,7 @@ from typing import Self, TypeVar
 import numpy as np
 
 from simulator.errors import require
-from simulator.optics.defocus.accuracy import MEASURED, SAMPLES_PER_AXIS, WIDE_PX, Accuracy, lamp_px
+from simulator.optics.defocus.accuracy import MEASURED, WIDE_PX, Accuracy, lamp_px
 from simulator.optics.defocus.aperture_rectangles import rectangle_count
 from simulator.optics.defocus.field_pupil import MOST_MOVED, CatsEyes, plan_cats_eyes
 from simulator.optics.defocus.joint_motion import JointMotion
@@ -123,7 +123,7 @@ class Defocus:
             return np.zeros(largest_px.shape, bool)
         reached = self.scale * (self.area.open_side + 2.0 * self.pupil.corner_radius * largest_px) + 2.0
         is_few = rectangle_count(largest_px) * reached**2 <= MOST_GATHERED
-        return is_few & (self.accuracy.sampling_error(least_px, SAMPLES_PER_AXIS[-1], self.scale) > self.accuracy.allowed)
+        return is_few & ~self.accuracy.samples_suffice(least_px, self.scale)
 
     @property
     def nodes_per_px(self) -> int:
