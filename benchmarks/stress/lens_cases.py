@@ -44,6 +44,12 @@ def run_defocus(device: Device, inputs: Inputs) -> Outcome:
     return area_outcome(inputs, 2.0, radius_px, margin, (40, 48))
 
 
+def run_mixed_squares(device: Device, inputs: Inputs) -> Outcome:
+    """Pixels that no samples divide, gathered one by one or mixed in samples."""
+    radius_px = number(inputs, "radius_px")
+    return area_outcome(inputs, 2.5, radius_px, math.ceil(radius_px) + 3, (40, 48))
+
+
 def of_squares(case: Case) -> Case:
     """Return a near surface before a sharp one with the picture of its even squares, which hold no slanted edge as such."""
     means = means_behind_a_near_surface(
@@ -222,6 +228,18 @@ CASES = (
             "electrons": Real(5.0, 2e4, log=True),
         },
         run_defocus,
+        PROMISED,
+        keeps=True,
+    ),
+    StressCase(
+        "mixed_squares",
+        ("defocus_mean", "scene_gather"),
+        {
+            "light": Picture((100, 120), 1e-9, 1e3),
+            "radius_px": Real(0.05, 12.0, switches=(*FINE_RADII[1:], 1.5, 2.0, 4.0)),
+            "electrons": Real(5.0, 2e4, log=True),
+        },
+        run_mixed_squares,
         PROMISED,
         keeps=True,
     ),

@@ -42,7 +42,7 @@ def light_rays(row: int, column: int, radius_px: float) -> tuple[np.ndarray, ...
 
 
 def lost_outcome(lost: LightsLost, hidden: np.ndarray, certain: np.ndarray) -> Outcome:
-    """Means of what rays lose, each photosite's. Rays of which float32 may decide either way lose all of their light or none."""
+    """Means of what rays lose. Rays of which float32 may decide either way lose all of their light or none."""
     pairs = np.stack([np.arange(len(hidden)), np.zeros(len(hidden), int)], axis=-1)
     found = lost(RAYS, pairs).astype(np.float64)
     least, most = (np.where(certain, hidden, either).mean(axis=1) for either in (0.0, 1.0))

@@ -29,7 +29,7 @@ RIM_SHARE = 0.15  # of a lamp's spot that may fall beside it
 AGREED = 0.58  # difference of a block's means over half and all of its points at which they suffice [allowed errors]
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
 LAMP_PEAK = 4.0  # radiance of the brightest pixel, in units of the brightest light, from which on it is a lamp
-CROSSING_MISSED = 0.005  # share of the light across a border by which sums over eight rectangles of the aperture are off
+RIM_MOVED, RIM_SEEN = 3e-3, 5e-2  # of a lamp that eight rectangles gather: its light, and the root of it in its own noise
 SAMPLES_PER_AXIS = (1, 2, 4)  # samples per photosite and axis that kernels know
 _SAMPLES = 400  # places per axis at which the scene's radiance is sampled
 
@@ -182,7 +182,7 @@ class Accuracy:
 
     def gathering_error(self) -> float:
         """Error of gathering the scene's pixels through an aperture of rectangles, as a share of the brightest light."""
-        return 4e-4 * self.detail
+        return 5e-4 * self.detail
 
     def in_sigma(self, share: float) -> float:
         """Convert an error from a share of the brightest light to standard deviations."""
@@ -268,16 +268,18 @@ def lamp_crossing_error(radius_px: float, scale: float, accuracy: Accuracy) -> f
     return accuracy.sigma * max(sigmas)
 
 
-def gathered_lamp_error(radius_px: float, scale: float, accuracy: Accuracy) -> float:
-    """Error of gathering the light of a lamp of one pixel by rectangles of the aperture, as a share of the brightest light.
+def gathered_lamp_error(radius_px: np.ndarray, rectangles: np.ndarray, scale: float, accuracy: Accuracy) -> np.ndarray:
+    """Error of gathering a lamp of one pixel by so many rectangles of the aperture, as a share of the brightest light.
 
-    Of what crosses a border of photosites they miss CROSSING_MISSED. The arguments are those of `lamp_crossing_error`.
+    At the rim of its spot, where it ends in the dark, in the noise of what is there. It bounds lamps at any place of a
+    photosite, 1.25 and 2.5 pixels to a photosite, radii of 0.1 to 1.5 photosites and 8 to 64 rectangles.
     """
     if accuracy.peak < LAMP_PEAK:
-        return 0.0
-    crossing_e = _crossing_e(radius_px, scale, accuracy)
-    noise_e = math.sqrt(crossing_e + max(accuracy.read_noise_e**2, 1.0))
-    return accuracy.sigma * CROSSING_MISSED * crossing_e / noise_e
+        return np.zeros(np.shape(radius_px))
+    own_e = accuracy.peak * accuracy.electrons / scale**2
+    left = (0.8 * scale * radius_px) ** 1.3 * (8.0 / rectangles) ** 2
+    noise_e = max(accuracy.read_noise_e, 1.0)
+    return accuracy.sigma * np.minimum(RIM_MOVED * left * own_e / noise_e, RIM_SEEN * left * math.sqrt(own_e))
 
 
 def lamp_sharp_px(scale: float, accuracy: Accuracy) -> float:

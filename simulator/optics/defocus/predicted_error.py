@@ -79,8 +79,9 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     # Squares that samples divide, or that are gathered one by one, have exact weights, lamps as well.
     holds_lamps = is_gathered or (accuracy.detail > 0.0 and not accuracy.sampling_error(smallest, finest, defocus.scale).any())
     if is_gathered:
-        lamps = gathered_lamp_error(own.largest_px, defocus.scale, accuracy)
-        add("means over the scene's pixels", max(accuracy.gathering_error(), lamps), TIGHTER)
+        widest = np.array(own.largest_px)
+        lamps = gathered_lamp_error(widest, own.gathered_rectangles(widest), defocus.scale, accuracy)
+        add("means over the scene's pixels", max(accuracy.gathering_error(), float(lamps)), TIGHTER)
     else:
         # A parabola in both directions, against its values at the points.
         smooth = contrast.curvature * twice_blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)

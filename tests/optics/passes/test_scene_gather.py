@@ -13,7 +13,7 @@ from helpers.lens_frame import LENS
 from scipy.special import j1
 
 from simulator.device import open_device
-from simulator.optics.defocus.accuracy import CROSSING_MISSED
+from simulator.optics.defocus.accuracy import Accuracy, gathered_lamp_error
 from simulator.optics.defocus.aperture_rectangles import aperture_rectangles, rectangle_count
 from simulator.optics.defocus.predicted_error import predicted_error
 from simulator.optics.pupil.pupil import Aperture, Pupil
@@ -148,15 +148,40 @@ def test_rectangles_have_the_moments_of_the_aperture():
     assert rectangle_count(np.array([0.1, 0.5, 0.6, 1.5])).tolist() == [8, 8, 16, 24]
 
 
-@pytest.mark.parametrize("blades", [None, 5, 7])
-def test_rectangles_let_as_much_light_cross_a_border_as_the_aperture(blades):
-    """Light that crosses a straight border is half of the mean distance from it."""
-    pupil = Pupil(blades)
-    x, y, half_width, half_height, share = aperture_rectangles(pupil, 8).T
-    for middle, half, points in ((x, half_width, pupil.points(1 << 14)[:, 0]), (y, half_height, pupil.points(1 << 14)[:, 1])):
-        size = np.maximum(np.abs(middle), half)
-        distance = np.where(np.abs(middle) < half, 0.5 * (middle**2 / size + size), size)
-        assert share @ distance == pytest.approx(np.abs(points).mean(), rel=CROSSING_MISSED)
+def overlap(begin, side, half):
+    """Share of a pixel from 0 to `side` on a photosite that begins there, mean over shifts by up to half."""
+
+    def ramp(place):
+        partly = np.maximum(place + half, 0.0) ** 2 / (4.0 * half) if half > 0.0 else 0.0
+        return np.where(np.abs(place) < half, partly, np.maximum(place, 0.0))
+
+    return (ramp(begin + 1.0) - ramp(begin + 1.0 - side) - ramp(begin) + ramp(begin - side)) / side
+
+
+@pytest.mark.parametrize("side", [0.4, 0.8])
+def test_rectangles_end_the_spot_of_a_lamp_within_their_law(side):
+    """A pixel at any place, its share on a photosite by rectangles and by chords of the disk, from faint lamps to 10^8 e-."""
+    for radius in (0.1, 0.3, 0.5, 1.0, 1.5):
+        x, y = np.meshgrid(*[np.linspace(-1.05 - radius, 0.5, 40)] * 2)
+        angles = np.pi * ((np.arange(1000) + 0.5) / 1000 - 0.5)
+        weights = np.cos(angles) ** 2 / np.sum(np.cos(angles) ** 2)
+        exact = sum(
+            weight * overlap(x, side, radius * np.cos(angle)) * overlap(y + radius * np.sin(angle), side, 0.0)
+            for angle, weight in zip(angles, weights, strict=True)
+        )
+        for count in int(rectangle_count(np.array(radius))) * np.array([1, 2, 4]):
+            parts = aperture_rectangles(Pupil(), count)
+            found = sum(
+                s * overlap(x + radius * u, side, radius * w) * overlap(y + radius * v, side, radius * h)
+                for u, v, w, h, s in parts
+            )
+            for own_e in (10.0, 1e3, 1e5, 1e8):
+                z = own_e * np.abs(found - exact) / np.sqrt(own_e * exact + 1.0)
+                lamp = Accuracy(electrons=1000.0, read_noise_e=1.0, peak=own_e / side**2 / 1000.0)
+                law = gathered_lamp_error(
+                    np.array(radius), count, 1.0 / side, replace(lamp, peak=max(lamp.peak, 4.0))
+                )
+                assert z.max() <= lamp.in_sigma(float(law)), (radius, count, own_e)
 
 
 def test_a_crop_has_the_bits_of_the_frame():
