@@ -46,7 +46,7 @@ INLINE float ramp(const float place, const float range) {
 // Share of each of TAPS pixels in the mean over the interval of width `wide` that begins at `low`, moved by all of -range
 // to range [px from the start of the first pixel].
 INLINE void overlaps(const float low, const float wide, const float range, float *shares) {
-    const float moved = larger(range, 0.004f);
+    const float moved = larger(range, 1.0e-6f);
     float before = ramp(low + wide, moved) - ramp(low, moved);
     for (uint i = 0; i < TAPS; i++) {
         const float number = (float)(i + 1), after = ramp(low + wide - number, moved) - ramp(low - number, moved);

@@ -39,6 +39,7 @@ def record_of(found: Found, device: Device, seconds: float) -> dict[str, object]
         "kernels": list(case.kernels),
         "ulps": found.worst["ulps"] if case.most_ulps is not None else None,
         "sigma": found.worst["sigma"],
+        "promises": found.worst["promises"] if case.keeps else None,
         "tried": found.tried,
         "refused": found.refused,
         "seed": found.seed,
@@ -65,7 +66,8 @@ def run(case: StressCase, device: Device, number: int, seconds: float) -> Found:
     found = search(case, device, number, EXAMPLES, STEPS, seconds)
     ulps = f"{found.worst['ulps']:10.3g} ulps" if case.most_ulps is not None else " " * 15
     word = "" if found.within_bounds() else f"  ABOVE ITS BOUND: {told(found.at[case.climbs])}"
-    print(f"{case.name:24}{ulps} {found.worst['sigma']:10.3g} sigma {found.tried:7} inputs{word}", flush=True)
+    kept = f"{found.worst['promises']:10.3g} promises" if case.keeps else " " * 19
+    print(f"{case.name:24}{ulps} {found.worst['sigma']:10.3g} sigma {kept} {found.tried:7} inputs{word}", flush=True)
     return found
 
 

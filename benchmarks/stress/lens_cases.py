@@ -4,8 +4,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from helpers.area_truth import means_behind_a_near_surface
-from helpers.lens_frame import blurred_case
+from helpers.area_truth import means_behind_a_near_surface, means_of_upright_layers
+from helpers.lens_frame import case_plan, executed_case
 from helpers.lens_truths import COLUMNS as TRUTH_COLUMNS
 from helpers.lens_truths import Case, penumbra, point, stripes, uniform_layers
 from helpers.textured_planes import one_picture
@@ -26,8 +26,8 @@ from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
 from .inputs import number, picture
-from .place_cases import ELECTRONS, KEPT, SCENE_SHAPE, area_outcome
-from .search import Outcome, StressCase
+from .place_cases import ELECTRONS, PROMISED, SCENE_SHAPE, area_outcome
+from .search import Outcome, StressCase, promised_sigma
 from .space import Choice, Domain, Inputs, Picture, Real, Whole
 
 TOLERANCE = 0.1  # of the shots [sigma]
@@ -45,6 +45,12 @@ def run_defocus(device: Device, inputs: Inputs) -> Outcome:
     return area_outcome(inputs, 2.0, radius_px, margin, (40, 48))
 
 
+def run_mixed_squares(device: Device, inputs: Inputs) -> Outcome:
+    """Pixels that no samples divide, gathered one by one or mixed in samples."""
+    radius_px = number(inputs, "radius_px")
+    return area_outcome(inputs, 2.5, radius_px, math.ceil(radius_px) + 3, (40, 48))
+
+
 def of_squares(case: Case) -> Case:
     """Return a near surface before a sharp one with the picture of its even squares, which hold no slanted edge as such."""
     means = means_behind_a_near_surface(
@@ -54,20 +60,29 @@ def of_squares(case: Case) -> Case:
     return replace(case, truth=means[inner, inner])
 
 
+def of_upright_squares(case: Case) -> Case:
+    """Return two surfaces that vary from left to right alone with the picture of their even squares, which hold no wave."""
+    row = case.oversampling * case.margin
+    lines = case.colour[:, row], case.coverage[0, row], case.radius_px[:, row, 0]
+    means = means_of_upright_layers(*lines, case.oversampling)[case.margin : -case.margin]
+    return replace(case, truth=np.broadcast_to(means, case.truth.shape))
+
+
 def closed_form(inputs: Inputs) -> Case:
     """Return a scene of two surfaces whose picture is known."""
     near, far = number(inputs, "near_px"), number(inputs, "far_px")
     if inputs["kind"] == "penumbra":
         return of_squares(penumbra(near, number(inputs, "slope"), 2))
     if inputs["kind"] == "stripes":
-        return stripes(near, near + abs(far) + 0.5, number(inputs, "period_px"), 2)
+        return of_upright_squares(stripes(near, near + abs(far) + 0.5, number(inputs, "period_px"), 2))
     return uniform_layers(near, near + abs(far) + 0.5, 2)
 
 
 def outcome_of(case: Case, electrons: float, hidden: str = "none", columns: slice = slice(None)) -> Outcome:
     """Electrons of a case's photosites."""
-    found = blurred_case(case, electrons, TOLERANCE, hidden)  # type: ignore[arg-type]
-    return Outcome(electrons * found[:, columns].astype(np.float64), electrons * case.truth[:, columns])
+    planned = case_plan(case, electrons, TOLERANCE, hidden)  # type: ignore[arg-type]
+    found, promised = executed_case(case, planned)[:, columns].astype(np.float64), promised_sigma(planned)
+    return Outcome(electrons * found, electrons * case.truth[:, columns], promised_sigma=promised)
 
 
 def run_occlusion(device: Device, inputs: Inputs) -> Outcome:
@@ -202,37 +217,49 @@ CASES = (
             "electrons": Real(5.0, 2e4, log=True),
         },
         run_scene_gather,
-        KEPT,
-        most_sigma=0.5,
+        PROMISED,
+        keeps=True,
     ),
     StressCase(
         "defocus",
-        ("defocus",),
+        ("defocus_sums", "defocus_mean"),
         {
             "light": Picture((80, 96), 1e-9, 1e3),
             "radius_px": Real(0.05, 12.0, switches=(*FINE_RADII[1:], 2.0, 4.0, 8.0)),
             "electrons": Real(5.0, 2e4, log=True),
         },
         run_defocus,
-        KEPT,
-        most_sigma=0.5,
+        PROMISED,
+        keeps=True,
     ),
-    StressCase("occlusion", ("occlusion",), SURFACES, run_occlusion, KEPT, most_sigma=0.5),
+    StressCase(
+        "mixed_squares",
+        ("defocus_mean", "scene_gather"),
+        {
+            "light": Picture((100, 120), 1e-9, 1e3),
+            "radius_px": Real(0.05, 12.0, switches=(*FINE_RADII[1:], 1.5, 2.0, 4.0)),
+            "electrons": Real(5.0, 2e4, log=True),
+        },
+        run_mixed_squares,
+        PROMISED,
+        keeps=True,
+    ),
+    StressCase("occlusion", ("occlusion",), SURFACES, run_occlusion, PROMISED, keeps=True),
     StressCase(
         "highlights",
-        ("highlights",),
+        ("highlights_take", "highlights_spread"),
         {"radius_px": Real(0.5, 10.0, switches=(1.0, 2.0)), "light": Real(1.0, 1e8, log=True), "electrons": ELECTRONS},
         run_highlights,
-        KEPT,
-        most_sigma=0.5,
+        PROMISED,
+        keeps=True,
     ),
     StressCase(
         "wide_blur",
         ("wide_blur",),
         {"near_px": Real(28.0, 80.0, switches=(32.0, 64.0)), "far_share": Real(0.3, 0.9), "electrons": ELECTRONS},
         run_wide_blur,
-        KEPT + ", where circles of 28 photosites end near circles of 8",
-        most_sigma=3.0,
+        PROMISED,
+        keeps=True,
     ),
     StressCase(
         "radius_statistics",
@@ -244,7 +271,7 @@ CASES = (
     ),
     StressCase(
         "patch_windows",
-        ("patch_windows",),
+        ("patch_content", "patch_windows"),
         {"radius": Picture((43, 128), 1e-9, 200.0), "coverage": Picture((43, 128), 1e-9, 1.0), "over": Choice((1, 2, 4))},
         run_patch_windows,
         "numbers are compared",

@@ -104,7 +104,7 @@ def run_veiling_glare(device: Device, inputs: Inputs) -> Outcome:
 CASES = (
     StressCase(
         "line_exposure",
-        ("line_exposure",),
+        ("line_exposure", "add_line_exposure"),
         {
             "light": Picture(SHAPE, most=1e37),
             "flash": Picture(SHAPE, most=1e37),

@@ -143,7 +143,7 @@ SHIFTING: dict[str, Domain] = {
 WHY = "the tolerance of the shot is 0.1 sigma at the planned contrast"
 
 CASES = (
-    StressCase("swept_projection", ("swept_projection",), MOVING, run_swept_projection, WHY, most_sigma=0.5),
+    StressCase("swept_projection", ("swept_rows", "swept_places"), MOVING, run_swept_projection, WHY, most_sigma=0.5),
     StressCase("swept_shift", ("swept_shift",), SHIFTING, run_swept_shift, WHY, most_sigma=0.5),
     StressCase("weighted_light", ("weighted_light",), MOVING, run_weighted_light, WHY, most_sigma=0.5),
     StressCase(

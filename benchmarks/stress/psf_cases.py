@@ -80,7 +80,7 @@ def run_psf_slabs(device: Device, inputs: Inputs) -> Outcome:
 CASES = (
     StressCase(
         "psf",
-        ("psf_gather", "psf_light", "psf_tail", "psf_extremes"),
+        ("psf_gather", "psf_cells", "psf_tail", "psf_extremes"),
         {
             "light": Picture((PSF_SIDE, PSF_SIDE), 1e-9, 1e3),
             "f_number": Real(2.0, 45.0, log=True, switches=(4.0, 8.0, 16.0, 22.0)),

@@ -9,11 +9,14 @@ from hypothesis import HealthCheck, Phase, given, seed, settings, target
 
 from simulator.device import Device
 from simulator.errors import PhotositeError
+from simulator.pipeline.planner import Plan
 
 from .space import Domain, Inputs, inputs_strategy, mutated
 
 LARGEST_E = 1e7  # electrons of the largest wells: beyond it a photosite has no sigma
+UNITS = ("ulps", "sigma", "promises")  # of errors; the last one in what a shot's plan promises
 READ_NOISE_E = 1.0  # of a good camera
+KEPT = 0.999  # share of the photosites for which a shot's error budget holds
 CLIMBERS = 6  # worst inputs that the hill climb starts from
 
 
@@ -24,12 +27,18 @@ class Outcome:
     found: of the kernel. exact: same shape, float64. scale: size of the terms that were added, whose last place is the
         unit of errors where they cancel.
     sigma: noise of each photosite in the unit of `found`; None: that of `exact` electrons.
+    promised_sigma: error that the plan promises not to exceed (`promised_sigma`); None: there is no plan.
     """
 
     found: np.ndarray
     exact: np.ndarray
     scale: np.ndarray | float = 0.0
     sigma: np.ndarray | float | None = None
+    promised_sigma: float | None = None
+
+    def share_of_promise(self) -> float:
+        """Return the error of KEPT of the photosites in units of what is promised; 0 where nothing is."""
+        return float(np.quantile(self.errors()[1], KEPT)) / self.promised_sigma if self.promised_sigma else 0.0
 
     def errors(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the errors in ulps of float32 and in sigma; infinite where a number is lost, 0 where float32 holds none."""
@@ -47,12 +56,22 @@ class Outcome:
         return ulps, sigmas
 
 
+def promised_sigma(planned: Plan) -> float:
+    """Return the error that a shot promises: its tolerance, or what its budget states where that is more [sigma].
+
+    Of KEPT of the photosites, each in its own noise.
+    """
+    budget = planned.error_budget
+    return max(budget.tolerance, budget.predicted_sigma + budget.sigma("input"))
+
+
 @dataclass(frozen=True)
 class StressCase:
     """A kernel, what its inputs may be, and how it is run beside float64.
 
-    name: of the case. kernels: stems of the files of kernels/ that it runs. space: what is varied. run: the kernel, as
-    users run it. most_ulps, most_sigma: bounds that hold; None: there is none. why: where the bounds come from.
+    name: of the case. kernels: functions of kernels/*.cl that it runs. space: what is varied. run: the kernel, as users run it.
+    most_ulps, most_sigma: bounds that hold; None: there is none. keeps: whether shots have plans, whose promise is the bound.
+    why: where the bounds come from.
     """
 
     name: str
@@ -62,11 +81,17 @@ class StressCase:
     why: str
     most_ulps: float | None = None
     most_sigma: float | None = None
+    keeps: bool = False
 
     @property
     def climbs(self) -> str:
         """The unit in which the hill climb looks for the worst."""
-        return "ulps" if self.most_ulps is not None else "sigma"
+        return "ulps" if self.most_ulps is not None else "promises" if self.keeps else "sigma"
+
+    @property
+    def bounds(self) -> dict[str, float | None]:
+        """Largest error by unit."""
+        return {"ulps": self.most_ulps, "sigma": self.most_sigma, "promises": 1.0 if self.keeps else None}
 
     def measure(self, device: Device, inputs: Inputs) -> dict[str, float] | None:
         """Return the worst error of these inputs by unit; None where they are refused with a message."""
@@ -75,7 +100,8 @@ class StressCase:
         except PhotositeError:
             return None
         ulps, sigma = outcome.errors()
-        return {"ulps": float(ulps.max(initial=0.0)), "sigma": float(sigma.max(initial=0.0))}
+        worst = {"ulps": float(ulps.max(initial=0.0)), "sigma": float(sigma.max(initial=0.0))}
+        return worst | {"promises": outcome.share_of_promise()}
 
 
 @dataclass
@@ -84,7 +110,7 @@ class Found:
 
     case: StressCase
     seed: int
-    worst: dict[str, float] = field(default_factory=lambda: {"ulps": -1.0, "sigma": -1.0})
+    worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(UNITS, -1.0))
     at: dict[str, Inputs] = field(default_factory=dict)
     best: list[tuple[float, Inputs]] = field(default_factory=list)
     tried: int = 0
@@ -107,8 +133,7 @@ class Found:
 
     def within_bounds(self) -> bool:
         """Whether no error exceeds its bound."""
-        bounds = {"ulps": self.case.most_ulps, "sigma": self.case.most_sigma}
-        return all(bound is None or self.worst[unit] <= bound for unit, bound in bounds.items())
+        return all(bound is None or self.worst[unit] <= bound for unit, bound in self.case.bounds.items())
 
 
 def search(case: StressCase, device: Device, number: int, examples: int, steps: int, seconds: float = np.inf) -> Found:

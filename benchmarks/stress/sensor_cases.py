@@ -189,7 +189,7 @@ CASES = (
     ),
     StressCase(
         "truth_electrons",
-        ("truth",),
+        ("mean_electrons",),
         {"light": LIGHT, **LENS_SPACE, **STAGE_SPACE},
         run_truth_electrons,
         "of cos^4 and solid angle 24.8 roundings (test_stability.py), of the vignetting 16",
@@ -197,7 +197,7 @@ CASES = (
     ),
     StressCase(
         "truth_code",
-        ("truth",),
+        ("code_of_light",),
         {"light": LIGHT, **STAGE_SPACE},
         run_truth_code,
         "a chain of ten rounded products and sums, relative to the sum of their sizes",
@@ -221,7 +221,7 @@ CASES = (
     ),
     StressCase(
         "hdr_readout",
-        ("hdr_readout",),
+        ("combine_noise_free", "mean_charge", "code_of_charge"),
         {"light": Picture(SHAPE, 1e-6, 1e9), "readout": Choice(("gains", "exposures"))},
         run_hdr_readout,
         "three rounded products and four sums, times the factor of the last reading",

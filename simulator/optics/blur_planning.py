@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy, brightest_electrons, scene_detail
+from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy, brightest_electrons, lamp_sharp_px, scene_detail
 from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
 from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast, sharp_contrast
@@ -50,7 +50,12 @@ def plan_accuracy(optics: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: Noi
         return accuracy
     detail = scene_detail(optics.scene, optics.weights, per_radiance, accuracy)
     detail /= sensor.camera.fill_factor  # a smaller square averages fewer pixels
-    return replace(accuracy, detail=detail, whole_pixels=optics.projection.whole_pixels(SAMPLES_PER_AXIS))
+    return replace(
+        accuracy,
+        detail=detail,
+        whole_pixels=optics.projection.whole_pixels(SAMPLES_PER_AXIS),
+        lamp_sharp_px=lamp_sharp_px(optics.projection.scale, accuracy),
+    )
 
 
 def gathers_squares(projection: Projection, lens: Lens, camera: Camera) -> bool:

@@ -82,7 +82,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     terms: list[ErrorTerm] = []
     blur = optics.moving_blur
     if blur is None:
-        terms += ignored_error(accuracy, optics.ignored_px, contrast, is_fine=optics.projection.is_fine)
+        terms += ignored_error(accuracy, optics.ignored_px, contrast, scale=optics.projection.scale)
     elif optics.psf is None or not optics.psf.by_distance:
         terms += error_terms(blur, contrast)
     else:

@@ -142,8 +142,8 @@ def _defocus_step(optics: OpticsPlan, lens: Lens) -> Step:
     if not lens.forms_image:
         return Step("defocus", False, "without a lens there is no image: every photosite gathers the whole scene")
     if defocus is None:
-        is_fine = optics.projection.is_fine
-        return Step("defocus", False, describe_ignored(optics.accuracy, optics.ignored_px, optics.contrast, is_fine=is_fine))
+        scale = optics.projection.scale
+        return Step("defocus", False, describe_ignored(optics.accuracy, optics.ignored_px, optics.contrast, scale=scale))
     defocus = defocus.of_scene()
     surfaces = "one surface" if len(defocus.radii_px) == 1 else f"{len(defocus.radii_px)} surfaces"
     near, far = defocus.least_px, defocus.greatest_px

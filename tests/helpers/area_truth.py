@@ -50,6 +50,29 @@ def means_behind_a_near_surface(
     return (light + back * (1.0 - covered)).reshape(rows, samples, columns, samples).mean(axis=(1, 3))
 
 
+def means_of_upright_layers(colour: np.ndarray, coverage: np.ndarray, radius_px: np.ndarray, samples: int) -> np.ndarray:
+    """Mean of each photosite that sees two surfaces out of focus, which vary along rows alone: (columns,) float64.
+
+    The mean over the disk of F(x + s u) + B(x + t u) (1 - A(x + s u)), at chords of the disk and 32 points of each photosite.
+    colour: (2, width) even squares, `samples` per photosite: radiance times coverage, nearest first. coverage: (width,), of the
+    first. radius_px: (2,) signed blur radii s and t [photosites]. Beyond its squares a surface continues.
+    """
+    angles = math.pi * ((np.arange(8 * CHORDS) + 0.5) / (8 * CHORDS) - 0.5)
+    shares = np.cos(angles) ** 2 / np.sum(np.cos(angles) ** 2)
+    columns = coverage.size // samples
+    places = (np.arange(32 * columns) + 0.5) / 32
+
+    def pixel(moved_px: float) -> np.ndarray:
+        return np.clip(np.floor(samples * (places + moved_px)).astype(int), 0, coverage.size - 1)
+
+    near, through, back = colour[0].astype(np.float64), 1.0 - coverage, colour[1].astype(np.float64)
+    light = np.zeros(places.size)
+    for u, share in zip(np.sin(angles).tolist(), shares.tolist(), strict=True):
+        first = pixel(float(radius_px[0]) * u)
+        light += share * (near[first] + through[first] * back[pixel(float(radius_px[1]) * u)])
+    return light.reshape(columns, 32).mean(axis=1)
+
+
 def _overlaps(count: int, pixels: int, scale: float, side: float, shift: float, half_chord: float) -> np.ndarray:
     """Share of each photosite's side on each pixel, (photosites, pixels), mean over shifts by up to half_chord [pixels]."""
     middle = scale * (np.arange(count) + 0.5)[:, None] + shift - np.arange(pixels)
@@ -61,9 +84,8 @@ def _overlaps(count: int, pixels: int, scale: float, side: float, shift: float, 
 
 def _ramp(place: np.ndarray, half: float) -> np.ndarray:
     """Mean of max(place + t, 0) over t from -half to half."""
-    if half == 0.0:
-        return np.maximum(place, 0.0)
-    return (np.maximum(place + half, 0.0) ** 2 - np.maximum(place - half, 0.0) ** 2) / (4.0 * half)
+    partly = np.maximum(place + half, 0.0) ** 2 / (4.0 * half) if half > 1e-30 else 0.0
+    return np.where(np.abs(place) < half, partly, np.maximum(place, 0.0))
 
 
 def fine_scene(kind: str, scale: float, shape: tuple[int, int], seed: int = 0) -> np.ndarray:

@@ -81,11 +81,14 @@ def test_blur_that_is_left_out_counts_by_the_light_and_by_its_own_noise():
     assert dark.sigma > 0.02 * rough.sigma
 
 
-def test_a_lamp_in_a_fine_scene_has_a_term_where_its_blur_is_left_out():
+def test_a_circle_that_lamps_show_is_left_out_only_where_the_scene_does_not_tell_their_place():
+    """In a scene as fine as the photosites it is a limit of the input."""
     lamp = np.full((96, 96), 0.5)
     assert "lens blur" not in terms_of(lamp, 0.02)
     lamp[40, 40] = 1e5
-    assert terms_of(lamp, 0.02)["lens blur"].sigma > 1.0
+    assert "lens blur" not in terms_of(lamp, 0.02)  # its spot is exact
+    unknown = terms_of(lamp, 0.02, 96)["lens blur"]
+    assert unknown.sigma > 1.0 and unknown.limit == "input" and "pixels" in unknown.fix
 
 
 def test_samples_that_mix_pixels_behind_a_filter_have_a_term():

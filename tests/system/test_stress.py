@@ -1,5 +1,7 @@
 """The search of `make stress`: no kernel is missing, it finds what is planted, and every error stays within its bound."""
 
+import re
+
 import numpy as np
 import pytest
 from stress.bits import compare_bits, drawn
@@ -8,6 +10,7 @@ from stress.inputs import SHAPE
 from stress.search import Outcome, StressCase, search
 from stress.space import Choice, Picture, Real, Whole, around, paint
 
+from simulator.device import Device
 from simulator.device.kernel_source import KERNELS
 
 DIRECT = [case for case in CASES if case.most_ulps is not None and case.name not in ("sensor_noise", "projection")]
@@ -17,16 +20,32 @@ def ids(case: StressCase) -> str:
     return case.name
 
 
-def test_every_kernel_is_searched():
-    assert {kernel for case in CASES for kernel in case.kernels} == {path.stem for path in KERNELS.glob("*.cl")}
-    assert len({case.name for case in CASES}) == len(CASES)
+@pytest.fixture
+def launched(monkeypatch) -> set[str]:
+    """Names of the kernel functions that a device has been asked for."""
+    names, kernel = set(), Device.kernel
+
+    def listening(device, name, *arguments, **settings):
+        names.add(name)
+        return kernel(device, name, *arguments, **settings)
+
+    monkeypatch.setattr(Device, "kernel", listening)
+    return names
+
+
+def test_every_kernel_function_is_searched():
+    sources = [path.read_text(encoding="utf-8") for path in KERNELS.glob("*.cl")]
+    functions = {name for source in sources for name in re.findall(r"^kernel void (\w+)\(", source, re.MULTILINE)}
+    assert {kernel for case in CASES for kernel in case.kernels} == functions
+    assert len(functions) > 50 and len({case.name for case in CASES}) == len(CASES)
 
 
 @pytest.mark.parametrize("case", DIRECT, ids=ids)
-def test_a_kernel_stays_within_its_bound(device, case):
+def test_a_kernel_stays_within_its_bound(device, launched, case):
     found = search(case, device, 1, examples=8, steps=24)
     assert found.within_bounds(), (found.worst, found.at)
     assert found.tried > found.refused
+    assert launched >= set(case.kernels)
 
 
 def test_a_veil_far_from_the_axis_is_as_exact_as_the_fall_off(device):
@@ -40,11 +59,12 @@ def test_a_veil_far_from_the_axis_is_as_exact_as_the_fall_off(device):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=ids)
-def test_a_kernel_stays_within_its_bound_wherever_a_search_of_new_numbers_leads(device, case):
+def test_a_kernel_stays_within_its_bound_wherever_a_search_of_new_numbers_leads(device, launched, case):
     number = int(np.random.SeedSequence().generate_state(1)[0])
     print("seed", number)
     found = search(case, device, number, examples=200, steps=2000, seconds=5.0)
     assert found.within_bounds(), (found.worst, found.at)
+    assert launched >= set(case.kernels)
 
 
 def planted(inputs_of_fault) -> StressCase:
@@ -82,6 +102,18 @@ def test_what_is_lost_is_infinitely_wrong_and_what_float32_cannot_hold_is_not():
     exact = np.array([1.0, 1.0, 1e39, 0.0])
     ulps, sigma = Outcome(np.array([np.nan, np.inf, np.inf, 1e-45]), exact).errors()
     assert np.isinf(ulps[:2]).all() and np.isinf(sigma[:2]).all() and ulps[2] == 0.0 and 0.5 < ulps[3] < 1.0
+
+
+def test_what_a_plan_promises_counts_for_all_but_a_thousandth_of_the_photosites():
+    exact = np.full(2000, 99.0)
+    found = exact + 10.0 * np.array([*[0.4] * 1999, 50.0])  # of a noise of 10 electrons
+    case = StressCase(
+        "kept", (), {}, lambda device, inputs: Outcome(found, exact, promised_sigma=inputs["told"]), "", keeps=True
+    )
+    kept, broken = (case.measure(None, {"told": told})["promises"] for told in (0.5, 0.25))
+    assert (kept, broken) == (pytest.approx(0.8), pytest.approx(1.6)) and case.climbs == "promises"
+    assert Outcome(found, exact).share_of_promise() == 0.0
+    assert case.bounds == {"ulps": None, "sigma": None, "promises": 1.0}
 
 
 def test_an_ulp_is_that_of_the_terms_where_they_cancel():

@@ -29,6 +29,7 @@ RIM_SHARE = 0.15  # of a lamp's spot that may fall beside it
 AGREED = 0.58  # difference of a block's means over half and all of its points at which they suffice [allowed errors]
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
 LAMP_PEAK = 4.0  # radiance of the brightest pixel, in units of the brightest light, from which on it is a lamp
+RIM_MOVED, RIM_SEEN = 3e-3, 5e-2  # of a lamp that eight rectangles gather: its light, and the root of it in its own noise
 SAMPLES_PER_AXIS = (1, 2, 4)  # samples per photosite and axis that kernels know
 _SAMPLES = 400  # places per axis at which the scene's radiance is sampled
 
@@ -46,6 +47,7 @@ class Accuracy:
     detail: difference between neighbouring pixels of a scene finer than the photosites, of `scene_detail`; 0: a coarser scene.
     whole_pixels: least samples per photosite and axis that divide each pixel of a fine scene into whole samples; 0: none do.
     brightest: radiance of the brightest light [unit of the mosaic]; 0: unknown.
+    lamp_sharp_px: largest blur radius that may be ignored around lamps of a fine scene (`lamp_sharp_px`) [photosites].
     """
 
     tolerance: float = 0.1
@@ -58,6 +60,7 @@ class Accuracy:
     detail: float = 0.0
     whole_pixels: int = 0
     brightest: float = 0.0
+    lamp_sharp_px: float = math.inf
 
     @property
     def sigma(self) -> float:
@@ -90,9 +93,9 @@ class Accuracy:
         """Largest blur radius that may be ignored [photosites].
 
         The loss of contrast of a sinusoid grows with the square of the radius, the light that crosses the borders of
-        photosites in a fine scene with the radius.
+        photosites in a fine scene with the radius. Lamps are too small for `detail`.
         """
-        smooth_px = min(SHARP_PX * math.sqrt(self.looser), 0.4)
+        smooth_px = min(SHARP_PX * math.sqrt(self.looser), 0.4, self.lamp_sharp_px)
         return min(smooth_px, self.allowed / crossing_error(1.0, self.detail)) if self.detail else smooth_px
 
     @property
@@ -166,9 +169,20 @@ class Accuracy:
         smooth = grid_error(radius_px, samples_per_axis, scale)
         return np.maximum(smooth, square_error(radius_px, samples_per_axis, scale, self.detail))
 
+    def samples_suffice(self, least_px: np.ndarray, scale: float) -> np.ndarray:
+        """Whether the most samples per photosite and axis are exact enough for blur circles from this radius on [photosites].
+
+        Lamps are too few for `detail`. Samples hold them where they divide pixels.
+        """
+        finest = SAMPLES_PER_AXIS[-1]
+        suffice = self.sampling_error(least_px, finest, scale) <= self.allowed
+        if self.whole_pixels or self.peak < LAMP_PEAK:
+            return suffice
+        return suffice & (lamp_error(self.peak, least_px, scale) <= self.allowed * finest)
+
     def gathering_error(self) -> float:
         """Error of gathering the scene's pixels through an aperture of rectangles, as a share of the brightest light."""
-        return 4e-4 * self.detail
+        return 5e-4 * self.detail
 
     def in_sigma(self, share: float) -> float:
         """Convert an error from a share of the brightest light to standard deviations."""
@@ -235,6 +249,55 @@ def crossing_error(radius_px: float, detail: float) -> float:
     photosites of a scene of random pixels, stay below half of a radius.
     """
     return 0.5 * radius_px * detail
+
+
+def lamp_crossing_error(radius_px: float, scale: float, accuracy: Accuracy) -> float:
+    """Error of ignoring a small blur circle around a lamp of one scene pixel in the dark, as a share of the brightest light.
+
+    It is that of even squares, in the noise of what crosses or of what is left. 0: no pixel is a lamp (LAMP_PEAK).
+
+    scale: scene pixels per photosite.
+    """
+    if accuracy.peak < LAMP_PEAK:
+        return 0.0
+    noise_e2 = max(accuracy.read_noise_e**2, 1.0)
+    own_e = min(scale, 1.0 / scale) ** 2 * accuracy.peak * accuracy.electrons  # of the lamp, in its photosite
+    crossing_e = min(_crossing_e(radius_px, scale, accuracy), 0.5 * own_e)
+    lost_e = min(_borders(scale) * crossing_e, 0.5 * own_e)
+    sigmas = crossing_e / math.sqrt(crossing_e + noise_e2), lost_e / math.sqrt(own_e - lost_e + noise_e2)
+    return accuracy.sigma * max(sigmas)
+
+
+def gathered_lamp_error(radius_px: np.ndarray, rectangles: np.ndarray, scale: float, accuracy: Accuracy) -> np.ndarray:
+    """Error of gathering a lamp of one pixel by so many rectangles of the aperture, as a share of the brightest light.
+
+    At the rim of its spot, where it ends in the dark, in the noise of what is there. It bounds lamps at any place of a
+    photosite, 1.25 and 2.5 pixels to a photosite, radii of 0.1 to 1.5 photosites and 8 to 64 rectangles.
+    """
+    if accuracy.peak < LAMP_PEAK:
+        return np.zeros(np.shape(radius_px))
+    own_e = accuracy.peak * accuracy.electrons / scale**2
+    left = (0.8 * scale * radius_px) ** 1.3 * (8.0 / rectangles) ** 2
+    noise_e = max(accuracy.read_noise_e, 1.0)
+    return accuracy.sigma * np.minimum(RIM_MOVED * left * own_e / noise_e, RIM_SEEN * left * math.sqrt(own_e))
+
+
+def lamp_sharp_px(scale: float, accuracy: Accuracy) -> float:
+    """Largest blur radius for which `lamp_crossing_error` stays within what is allowed [photosites]; inf: there is no lamp."""
+    if accuracy.peak < LAMP_PEAK:
+        return math.inf
+    noise_e = max(accuracy.read_noise_e, 1.0)
+    return accuracy.tolerance * noise_e / (_borders(scale) * _crossing_e(1.0, scale, accuracy))
+
+
+def _crossing_e(radius_px: float, scale: float, accuracy: Accuracy) -> float:
+    """Electrons of a lamp of one scene pixel that cross one border of a photosite: 2 / (3 pi) radii of the pixel's side."""
+    return 2.0 / (3.0 * math.pi) * radius_px * min(scale, 1.0 / scale) * accuracy.peak * accuracy.electrons
+
+
+def _borders(scale: float) -> int:
+    """Borders of a photosite that a scene pixel may touch."""
+    return 4 if scale <= 1.0 else 2
 
 
 def square_error(radius_px: np.ndarray, samples_per_axis: int, scale: float, detail: float) -> np.ndarray:

@@ -14,7 +14,7 @@ from typing import Self, TypeVar
 import numpy as np
 
 from simulator.errors import require
-from simulator.optics.defocus.accuracy import MEASURED, SAMPLES_PER_AXIS, WIDE_PX, Accuracy, lamp_px
+from simulator.optics.defocus.accuracy import MEASURED, WIDE_PX, Accuracy, gathered_lamp_error, lamp_px
 from simulator.optics.defocus.aperture_rectangles import rectangle_count
 from simulator.optics.defocus.field_pupil import MOST_MOVED, CatsEyes, plan_cats_eyes
 from simulator.optics.defocus.joint_motion import JointMotion
@@ -36,6 +36,7 @@ STEEPEST_PX = 0.2  # largest change of the radius between photosites of one cont
 NODES_PER_PX = 2  # tabulated radii per photosite of radius; the mean is interpolated between them by a cubic
 FINE_NODES_PER_PX = 8  # the same near the focus for scenes finer than the photosites, and where wave optics corrects the blur
 MOST_GATHERED = 4000.0  # most scene pixels, once for each rectangle of the aperture, that a photosite gathers one by one
+MOST_FINER = 4  # times as many rectangles where lamps are gathered; a power of two
 CLASSES = 64  # classes of radii, one bit each of a 64-bit mask
 _USUAL = Accuracy()
 ZONE_SHARE = 0.75  # of the allowed error, for zones that share a pupil
@@ -123,7 +124,18 @@ class Defocus:
             return np.zeros(largest_px.shape, bool)
         reached = self.scale * (self.area.open_side + 2.0 * self.pupil.corner_radius * largest_px) + 2.0
         is_few = rectangle_count(largest_px) * reached**2 <= MOST_GATHERED
-        return is_few & (self.accuracy.sampling_error(least_px, SAMPLES_PER_AXIS[-1], self.scale) > self.accuracy.allowed)
+        return is_few & ~self.accuracy.samples_suffice(least_px, self.scale)
+
+    def gathered_rectangles(self, radius_px: np.ndarray) -> np.ndarray:
+        """Rectangles of the aperture by which tiles with blur circles up to these radii are gathered from the scene's pixels.
+
+        As many more as lamps need, up to MOST_FINER times.
+        """
+        count = rectangle_count(radius_px)
+        for _ in range(MOST_FINER.bit_length() - 1):
+            missed = gathered_lamp_error(radius_px, count, self.scale, self.accuracy) > self.accuracy.allowed
+            count = np.where(missed, 2 * count, count)
+        return count
 
     @property
     def nodes_per_px(self) -> int:

@@ -14,8 +14,10 @@ from simulator.optics.defocus.accuracy import (
     Accuracy,
     copy_error,
     crossing_error,
+    gathered_lamp_error,
     grid_error,
     hidden_error,
+    lamp_crossing_error,
     occlusion_error,
     points_error,
     rim_error,
@@ -73,8 +75,13 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         return terms
     smallest, is_sloped = np.array([min(blurred)]), any(np.ndim(radius) > 0 for radius in radii)
     finest = int(own.samples_per_axis(smallest, smallest)[0])
-    if len(defocus.radii_px) == 1 and own.gathers_scene(smallest, smallest).any():
-        add("means over the scene's pixels", accuracy.gathering_error(), TIGHTER)
+    is_gathered = len(defocus.radii_px) == 1 and bool(own.gathers_scene(smallest, smallest).any())
+    # Squares that samples divide, or that are gathered one by one, have exact weights, lamps as well.
+    holds_lamps = is_gathered or (accuracy.detail > 0.0 and not accuracy.sampling_error(smallest, finest, defocus.scale).any())
+    if is_gathered:
+        widest = np.array(own.largest_px)
+        lamps = gathered_lamp_error(widest, own.gathered_rectangles(widest), defocus.scale, accuracy)
+        add("means over the scene's pixels", max(accuracy.gathering_error(), float(lamps)), TIGHTER)
     else:
         # A parabola in both directions, against its values at the points.
         smooth = contrast.curvature * twice_blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)
@@ -92,7 +99,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
             TIGHTER,
             falls=True,
         )
-    if contrast.lamp > 0.0:
+    if contrast.lamp > 0.0 and (is_sloped or len(defocus.radii_px) > 1 or not holds_lamps):
         spots = max(spot_error(contrast.lamp), rim_error(contrast.lamp, accuracy))
         add("edges of the spots of lamps", spots, FINER_SCENE)
     wide_or_not = np.array([own.largest_px, min(own.largest_px, 0.999 * WIDE_PX)])
@@ -184,20 +191,26 @@ def _small_circles(defocus: Defocus) -> float:
 
 
 def ignored_error(
-    accuracy: Accuracy, radius_px: float, contrast: SceneContrast = WORST, *, is_fine: bool = False
+    accuracy: Accuracy, radius_px: float, contrast: SceneContrast = WORST, *, scale: float = 1.0
 ) -> list[ErrorTerm]:
     """Predict the error of leaving out all blur, whose largest radius is this [photosites].
 
-    contrast: of the scene. is_fine: whether its pixels are finer than the photosites, so that lamps have edges inside them.
+    contrast: of the scene. scale: its pixels per photosite. With one it does not show where in its pixel a lamp is; of fewer,
+        light is bilinear between their centres, whose second difference counts.
     """
     if radius_px == 0.0:
         return []
-    lamp = crossing_error(radius_px, accuracy.lamp_contrast) if is_fine else 0.0
+    lamp, is_fine = lamp_crossing_error(radius_px, scale, accuracy), scale > 1.0
     left_out = max(
-        contrast.curvature / WAVE_CURVATURE * copy_error(radius_px), crossing_error(radius_px, accuracy.detail), lamp
+        contrast.curvature / WAVE_CURVATURE * copy_error(radius_px),
+        crossing_error(radius_px, accuracy.detail),
+        lamp if is_fine else 0.0,
     )
     cause = f"no blur up to a radius of {radius_px:.2g}"
-    return [ErrorTerm(BLUR, cause, accuracy.in_sigma(left_out), TIGHTER, falls=True)]
+    found = [ErrorTerm(BLUR, cause, accuracy.in_sigma(left_out), TIGHTER, falls=True)]
+    if lamp > 0.0 and abs(scale - 1.0) < 1e-3:
+        found.append(ErrorTerm(BLUR, "lamps smaller than photosites", accuracy.in_sigma(lamp), FINER_SCENE, "input"))
+    return found
 
 
 def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
@@ -205,13 +218,13 @@ def predicted_error(defocus: Defocus, contrast: SceneContrast = WORST) -> float:
     return sum(term.sigma for term in error_terms(defocus, contrast))
 
 
-def describe_ignored(accuracy: Accuracy, radius_px: float, contrast: SceneContrast = WORST, *, is_fine: bool = False) -> str:
+def describe_ignored(accuracy: Accuracy, radius_px: float, contrast: SceneContrast = WORST, *, scale: float = 1.0) -> str:
     """Describe why no blur is computed where the largest blur circle has this radius [photosites], with the predicted error.
 
     The arguments are those of `ignored_error`.
     """
     told = f"no blur circle has a radius above {accuracy.sharp_px:.2g} photosites"
-    error = sum(term.sigma for term in ignored_error(accuracy, radius_px, contrast, is_fine=is_fine))
+    error = ignored_error(accuracy, radius_px, contrast, scale=scale)[0].sigma if radius_px > 0.0 else 0.0
     if error == 0.0:
         return told
     return f"{told}; without that of radius {radius_px:.2g} the light is off by up to {error:.2g} sigma"

@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from simulator.optics.defocus.aperture_kernel import clipped_work
-from simulator.optics.defocus.aperture_rectangles import rectangle_count
 from simulator.optics.defocus.defocus import TILE_COLUMNS, TILE_ROWS
 from simulator.optics.defocus.predicted_cost import Work, add, tile_work
 from simulator.optics.passes.tile_grid import BAND_ROWS
@@ -40,7 +39,7 @@ def _gather_work(tiles: TilePlan) -> Work:
         return {}
     radius_px = chosen.largest_px[gathered]
     taps = np.ceil((1.0 + 2.0 * tiles.defocus.pupil.corner_radius * radius_px) * projection.scale) + 1.0
-    return {"gathers": float(TILE_ROWS * TILE_COLUMNS * (taps**2 * rectangle_count(radius_px)).sum())}
+    return {"gathers": float(TILE_ROWS * TILE_COLUMNS * (taps**2 * tiles.defocus.gathered_rectangles(radius_px)).sum())}
 
 
 def _clipped_work(tiles: TilePlan) -> Work:

@@ -6,7 +6,7 @@ import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.device.kernel_source import declared_struct, kernel_source
-from simulator.optics.defocus.aperture_rectangles import aperture_rectangles, rectangle_count
+from simulator.optics.defocus.aperture_rectangles import aperture_rectangles
 from simulator.optics.defocus.defocus import TILE_COLUMNS, TILE_ROWS
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.optics.pupil.pupil import Pupil
@@ -30,7 +30,7 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
         steps = np.ceil(chosen.largest_px / RADIUS_STEP_PX)
         for step in np.unique(steps[here]).tolist():
             selected = here & (steps == step)
-            rectangles = _rectangles(pupil, int(rectangle_count(np.array(step * RADIUS_STEP_PX))))
+            rectangles = _rectangles(pupil, int(tiles.defocus.gathered_rectangles(np.array(step * RADIUS_STEP_PX))))
             side = 1.0 - 2.0 * inset + 2.0 * pupil.corner_radius * step * RADIUS_STEP_PX
             graded = isinstance(own, np.ndarray)
             defines = {

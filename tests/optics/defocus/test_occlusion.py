@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.area_truth import means_behind_a_near_surface
+from helpers.area_truth import means_behind_a_near_surface, means_of_upright_layers
 from helpers.lens_error import statistics, z_scores
 from helpers.lens_frame import LENS, blurred_case, case_plan, executed_case
 from helpers.lens_truths import Case, penumbra, slanted_plane, stripes, uniform_layers
@@ -162,3 +162,14 @@ def test_a_slanted_edge_of_squares_is_as_exact_as_an_upright_one():
     inner = slice(case.margin, -case.margin)
     truth = means_behind_a_near_surface(case.colour[0], case.coverage[0], case.colour[1], -1.5, 2)[inner, inner]
     assert np.abs(z_scores(blurred_case(case, 19476.0), truth, 19476.0)).max() < 0.05
+
+
+def test_stripes_of_squares_are_told_by_the_budget():
+    """Circles of 8.6 and 1.1 photosites: a search found 0.8 sigma, by which the squares of the scene differ from a wave."""
+    case = stripes(-8.64762, -1.11018, 9.0, 2)
+    row, inner = case.oversampling * case.margin, slice(case.margin, -case.margin)
+    truth = means_of_upright_layers(case.colour[:, row], case.coverage[0, row], case.radius_px[:, row, 0], 2)[inner]
+    planned = case_plan(case, 20000.0)
+    z = np.abs(z_scores(executed_case(case, planned), np.broadcast_to(truth, case.truth.shape), 20000.0))
+    assert z.max() < 0.2 < np.abs(z_scores(case.truth, np.broadcast_to(truth, case.truth.shape), 20000.0)).max()
+    assert z.max() < planned.error_budget.predicted_sigma < 2.0

@@ -13,6 +13,7 @@ from helpers.lens_frame import LENS
 from scipy.special import j1
 
 from simulator.device import open_device
+from simulator.optics.defocus.accuracy import Accuracy, gathered_lamp_error
 from simulator.optics.defocus.aperture_rectangles import aperture_rectangles, rectangle_count
 from simulator.optics.defocus.predicted_error import predicted_error
 from simulator.optics.pupil.pupil import Aperture, Pupil
@@ -66,6 +67,38 @@ def test_lamps_of_one_pixel_keep_the_noise(scale):
     assert max(missed.values()) <= 0.1, missed
 
 
+@pytest.mark.parametrize("scale", [2.0, 2.7])
+def test_a_single_lamp_in_the_dark_is_blurred_however_small_its_circle(scale):
+    """A search found 1,100 sigma where it was copied: 10^7 e- in one pixel, among too few for a quantile of the light."""
+    pixels = np.full([round(scale * side) for side in SHAPE], 0.5)
+    pixels[round(20 * scale), round(25 * scale)] = 1e4
+    for radius in (1e-5, 0.01, 0.05, 0.3):
+        found, planned = frame_radiance(fine_shot(pixels, SHAPE, radius, 1000.0))
+        z = z_scores(found, photosite_means(pixels, SHAPE, radius), 1000.0)[MARGIN:-MARGIN, MARGIN:-MARGIN]
+        told = planned.error_budget.predicted_sigma
+        assert np.abs(z).max() <= max(told, 0.1) and told < 4.0, radius
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.15, 0.3])
+def test_a_lamp_of_one_pixel_per_photosite_is_told_to_be_unknown_inside_it(radius):
+    """Copied, it is right for a point in its middle; for an even square it is off by what the budget tells of the input."""
+    pixels = np.full(SHAPE, 0.5)
+    pixels[20, 25] = 1e4
+    found, planned = frame_radiance(fine_shot(pixels, SHAPE, radius, 1000.0))
+    assert planned.optics.defocus is None
+    z = z_scores(found, photosite_means(pixels, SHAPE, radius), 1000.0)[MARGIN:-MARGIN, MARGIN:-MARGIN]
+    told = planned.error_budget.sigma("input")
+    assert 0.5 * told < np.abs(z).max() <= told
+    assert any("lamps smaller than photosites" in warning for warning in planned.warnings())
+
+
+def test_the_truth_of_the_smallest_circle_is_that_of_none():
+    pixels = fine_scene("lamps", 2.7, SHAPE)
+    sharp = photosite_means(pixels, SHAPE)
+    for radius in (1e-45, 1e-20, 1e-9):
+        assert np.abs(photosite_means(pixels, SHAPE, radius) - sharp).max() < 1e-6
+
+
 @pytest.mark.parametrize("scale", [2.0, 2.7, 4.0])
 def test_the_open_area_of_a_photosite_is_integrated(scale):
     """A fill factor of 0.6: less light is no matter here, but finer detail; no point spread function is needed."""
@@ -113,6 +146,42 @@ def test_rectangles_have_the_moments_of_the_aperture():
         variances = share @ (x**2 + half_width**2 / 3.0), share @ (y**2 + half_height**2 / 3.0)
         assert variances == pytest.approx(tuple((points**2).mean(axis=0)), rel=5e-3)
     assert rectangle_count(np.array([0.1, 0.5, 0.6, 1.5])).tolist() == [8, 8, 16, 24]
+
+
+def overlap(begin, side, half):
+    """Share of a pixel from 0 to `side` on a photosite that begins there, mean over shifts by up to half."""
+
+    def ramp(place):
+        partly = np.maximum(place + half, 0.0) ** 2 / (4.0 * half) if half > 0.0 else 0.0
+        return np.where(np.abs(place) < half, partly, np.maximum(place, 0.0))
+
+    return (ramp(begin + 1.0) - ramp(begin + 1.0 - side) - ramp(begin) + ramp(begin - side)) / side
+
+
+@pytest.mark.parametrize("side", [0.4, 0.8])
+def test_rectangles_end_the_spot_of_a_lamp_within_their_law(side):
+    """A pixel at any place, its share on a photosite by rectangles and by chords of the disk, from faint lamps to 10^8 e-."""
+    for radius in (0.1, 0.3, 0.5, 1.0, 1.5):
+        x, y = np.meshgrid(*[np.linspace(-1.05 - radius, 0.5, 40)] * 2)
+        angles = np.pi * ((np.arange(1000) + 0.5) / 1000 - 0.5)
+        weights = np.cos(angles) ** 2 / np.sum(np.cos(angles) ** 2)
+        exact = sum(
+            weight * overlap(x, side, radius * np.cos(angle)) * overlap(y + radius * np.sin(angle), side, 0.0)
+            for angle, weight in zip(angles, weights, strict=True)
+        )
+        for count in int(rectangle_count(np.array(radius))) * np.array([1, 2, 4]):
+            parts = aperture_rectangles(Pupil(), count)
+            found = sum(
+                s * overlap(x + radius * u, side, radius * w) * overlap(y + radius * v, side, radius * h)
+                for u, v, w, h, s in parts
+            )
+            for own_e in (10.0, 1e3, 1e5, 1e8):
+                z = own_e * np.abs(found - exact) / np.sqrt(own_e * exact + 1.0)
+                lamp = Accuracy(electrons=1000.0, read_noise_e=1.0, peak=own_e / side**2 / 1000.0)
+                law = gathered_lamp_error(
+                    np.array(radius), count, 1.0 / side, replace(lamp, peak=max(lamp.peak, 4.0))
+                )
+                assert z.max() <= lamp.in_sigma(float(law)), (radius, count, own_e)
 
 
 def test_a_crop_has_the_bits_of_the_frame():
