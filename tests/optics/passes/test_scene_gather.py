@@ -178,9 +178,7 @@ def test_rectangles_end_the_spot_of_a_lamp_within_their_law(side):
             for own_e in (10.0, 1e3, 1e5, 1e8):
                 z = own_e * np.abs(found - exact) / np.sqrt(own_e * exact + 1.0)
                 lamp = Accuracy(electrons=1000.0, read_noise_e=1.0, peak=own_e / side**2 / 1000.0)
-                law = gathered_lamp_error(
-                    np.array(radius), count, 1.0 / side, replace(lamp, peak=max(lamp.peak, 4.0))
-                )
+                law = gathered_lamp_error(np.array(radius), count, 1.0 / side, replace(lamp, peak=max(lamp.peak, 4.0)))
                 assert z.max() <= lamp.in_sigma(float(law)), (radius, count, own_e)
 
 
