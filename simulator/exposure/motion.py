@@ -94,16 +94,18 @@ class Motion:
         """Raise PhotositeError for motion that the layers of a scene cannot have.
 
         These are motion of layers that the scene lacks or in metres of infinitely far ones, and vectors of several layers.
+        Tables are read as by `read_path`.
         nearest_m: distance of the nearest place of each layer [m].
         """
         count = len(nearest_m)
         for number, layer in self.layers.items():
             rule = f"the scene has {count} layers, numbered from 0, the nearest; name one of them"
             require(number < count, f"motion.layers.{number}", number, rule)
-            rule = "is in metres, but the layer is infinitely far; give its depth, such as 3 m, or a velocity in px/s"
-            value = None if layer.velocity is None else layer.velocity[0].unit
-            far = math.isinf(nearest_m[number])
-            require(not (far and layer.is_in_metres), f"motion.layers.{number}.velocity", value, rule)
+            if math.isinf(nearest_m[number]) and (moved := layer.moved_in_metres(f"motion.layers.{number}")) is not None:
+                key, value = moved
+                pixels = "columns x_px, y_px" if key.endswith(".path") else "a velocity in px/s"
+                rule = f"is in metres, but the layer is infinitely far; give its depth, such as 3 m, or {pixels}"
+                raise PhotositeError(rule, key=key, value=value)
         if self.vectors is not None:
             rule = f"vectors are of one picture, but the scene has {count} layers; give motion.layers instead"
             require(count == 1, "motion.vectors", self.vectors.image, rule)

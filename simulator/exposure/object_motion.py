@@ -13,6 +13,7 @@ from simulator.units import DegreesPerSecond
 
 SpeedUnit = Literal["px/s", "m/s", "px/frame", "m/frame"]
 COLUMNS = "x_px", "y_px", "x_m", "y_m", "rotation_deg"
+IN_METRES = slice(2, 4)  # of the columns
 
 
 @dataclass(frozen=True)
@@ -101,10 +102,17 @@ class LayerMotion:
         """Whether a speed is stated per frame."""
         return any(speed.is_per_frame for speed in self.velocity or ())
 
-    @property
-    def is_in_metres(self) -> bool:
-        """Whether the velocity is in metres and not zero."""
-        return any(speed.is_in_metres and speed.value for speed in self.velocity or ())
+    def moved_in_metres(self, key: str) -> tuple[str, object] | None:
+        """Return the key and the value of what moves the layer by metres; None: nothing does.
+
+        key: of the layer. Raises PhotositeError for a table as `read_path` does.
+        """
+        for speed in self.velocity or ():
+            if speed.is_in_metres and speed.value:
+                return f"{key}.velocity", speed.unit
+        if self.path is not None and read_path(self.path, COLUMNS, f"{key}.path").values[:, IN_METRES].any():
+            return f"{key}.path", self.path
+        return None
 
     def moves(
         self, times_s: np.ndarray, size: tuple[int, int], frame_time_s: float | None = None, key: str = "motion.layers"
@@ -139,4 +147,4 @@ class LayerMotion:
         table = read_path(self.path, COLUMNS, key)
         check_inside(times_s, (float(table.times_s[0]), float(table.times_s[-1])), key, self.path)
         values = table.at(times_s)
-        return values[:, :2], values[:, 2:4], np.radians(values[:, 4])
+        return values[:, :2], values[:, IN_METRES], np.radians(values[:, 4])

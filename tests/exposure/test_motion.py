@@ -63,6 +63,23 @@ def test_a_velocity_in_metres_needs_a_distance():
         Motion(layers={0: LayerMotion((Speed(value, unit), Speed(0.0, unit)))}).check_layers([np.inf])
 
 
+def test_a_path_in_metres_needs_a_distance(tmp_path):
+    for column, refused in (("x_m", True), ("y_m", True), ("y_px", False), ("rotation_deg", False)):
+        (tmp_path / f"{column}.csv").write_text(f"time_s,{column}\n0,0\n1,0.5\n")
+        motion = Motion(layers={0: LayerMotion(path=tmp_path / f"{column}.csv")})
+        motion.check_layers([3.0])
+        if refused:
+            rule = (
+                f"motion.layers.0.path = .*{column}.csv: is in metres, but the layer is infinitely far; .* columns x_px, y_px"
+            )
+            with pytest.raises(PhotositeError, match=rule):
+                motion.check_layers([np.inf])
+        else:
+            motion.check_layers([np.inf])
+    (tmp_path / "still.csv").write_text("time_s,x_m,y_m\n0,0,0\n1,0,0\n")
+    Motion(layers={0: LayerMotion(path=tmp_path / "still.csv")}).check_layers([np.inf])
+
+
 def test_a_path_that_ends_before_the_exposure_does_is_refused(tmp_path):
     (tmp_path / "way.csv").write_text("time_s,x_px\n0,0\n1,10\n")
     motion = Motion(MeasuredClip("the_closeup"), {0: LayerMotion(path=tmp_path / "way.csv")})

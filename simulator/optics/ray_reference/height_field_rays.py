@@ -104,8 +104,18 @@ class HeightField:
     def sample(self, points: np.ndarray, places: np.ndarray, middle_px: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
         """Mean light of some photosites, (n,) float32. points: of `ray_samples` or `move_rays`. middle_px: of `move_rays`."""
         scene = self.colour, self.radius_px, self.margin_px
-        rays = points, self.frame, self.oversampling, self.cfa, self.eyes, places, self.finer, middle_px
-        light = sample_height_field(self.device, *scene, *rays)
+        light = sample_height_field(
+            self.device,
+            *scene,
+            points,
+            self.frame,
+            self.oversampling,
+            self.cfa,
+            self.eyes,
+            places,
+            self.finer,
+            middle_px,
+        )
         return self.device.download(light, places.shape, np.float32)
 
     def lights_lost(self, lights: np.ndarray, pupil: Pupil) -> LightsLost | None:
