@@ -29,6 +29,7 @@ kernel void lens_height_field(global const float *restrict colour, global const 
     global const float *plane = colour + (size_t)channel * grid.rows * grid.columns;
     global const float *point = points + (size_t)pattern * rays.samples * POINT;
     const float off_axis_x = (float)sensor_x - rays.centre_x, off_axis_y = (float)sensor_y - rays.centre_y; // [photosites]
+    const float right = (float)sensor_x + 0.5f - rays.cell_x, down = (float)sensor_y + 0.5f - rays.cell_y; // from the cell's middle
     uint taken = 0;
     float sum = 0.0f, lost = 0.0f; // Kahan's compensated sum
     for (uint i = 0; i < rays.samples; i++, point += POINT) {
@@ -37,7 +38,7 @@ kernel void lens_height_field(global const float *restrict colour, global const 
         if (!passes(stops, point[3], point[2], field_y, field_x)) continue;
 #endif
         taken++;
-        const struct ray_path path = ray_path(point, 0);
+        const struct ray_path path = ray_path(point, 0, right, down);
         const size_t end = seen(radius, row, column, path.y, path.x, path.step_y, path.step_x, first, last, grid);
         const float added = plane[end] - lost, next = sum + added;
         lost = (next - sum) - added;

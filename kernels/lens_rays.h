@@ -16,6 +16,7 @@ struct rays {
     int origin_x, origin_y;    // photosite of the sensor at [0, 0] of the frame
     float centre_x, centre_y;  // middle of the sensor [photosites from its upper left corner]
     float tangent_per_px;      // tangent of the field angle per photosite from the middle
+    float cell_x, cell_y;      // middle of the cell in which images move [photosites from the sensor's upper left corner]
 };
 
 // Index i, limited to 0 ... count - 1: beyond the grid its edge continues.
@@ -35,19 +36,25 @@ INLINE float bilinear(global const float *plane, const int row, const int column
 }
 
 // The way of a ray through a layer: where it starts [samples from the photosite's corner], and how it goes on [samples per photosite of
-// radius]. point: of a kernel that defines POINT, the numbers of a ray; above 4, four for each layer follow, where images move.
+// radius]. point: of a kernel that defines POINT, the numbers of a ray; above 4, sixteen for each layer follow, where images move: shifts of the
+// pupil and of the place in the middle of a cell, x and y each, and their growth per photosite to the right, down, and both.
+// right, down: from the middle of the cell to that of the photosite.
 #ifdef POINT
 struct ray_path {
     float y, x, step_y, step_x;
 };
 
-INLINE struct ray_path ray_path(global const float *point, const uint layer) {
-    global const float *moved = point + (POINT > 4 ? 4 + 4 * layer : 0);
+INLINE float shift_at(global const float *moved, const float right, const float down) {
+    return moved[0] + right * moved[4] + down * (moved[8] + right * moved[12]);
+}
+
+INLINE struct ray_path ray_path(global const float *point, const uint layer, const float right, const float down) {
+    global const float *moved = point + (POINT > 4 ? 4 + 16 * layer : 0);
     struct ray_path path;
-    path.y = (POINT > 4 ? point[1] + moved[3] : point[1]) * OVERSAMPLING;
-    path.x = (POINT > 4 ? point[0] + moved[2] : point[0]) * OVERSAMPLING;
-    path.step_y = (POINT > 4 ? point[3] + moved[1] : point[3]) * OVERSAMPLING;
-    path.step_x = (POINT > 4 ? point[2] + moved[0] : point[2]) * OVERSAMPLING;
+    path.y = (POINT > 4 ? point[1] + shift_at(moved + 3, right, down) : point[1]) * OVERSAMPLING;
+    path.x = (POINT > 4 ? point[0] + shift_at(moved + 2, right, down) : point[0]) * OVERSAMPLING;
+    path.step_y = (POINT > 4 ? point[3] + shift_at(moved + 1, right, down) : point[3]) * OVERSAMPLING;
+    path.step_x = (POINT > 4 ? point[2] + shift_at(moved, right, down) : point[2]) * OVERSAMPLING;
     return path;
 }
 #endif

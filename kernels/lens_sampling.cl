@@ -10,7 +10,7 @@
 // coverage: (layers, grid) float32, 0 to 1.
 // radius:   (layers, grid) float32, signed blur radius s [photosites], > 0 behind the plane in focus.
 // points:   (patterns, samples, POINT) float32: x, y from the photosite's upper left corner [photosites]; x, y on the pupil [pupil radii];
-//           POINT above 4, where images move: for each layer, shifts of the pupil and of the place at the ray's instant, x, y each.
+//           POINT above 4, where images move: for each layer, shifts at the ray's instant (lens_rays.h).
 // stops:    (STOPS, 2) float32, rims that hide parts of the pupil (lens_rays.h); the mean is that of the rays that pass.
 // light:    (planes, photosites) float32, unit of colour: MOSAIC 1: one plane with each photosite's own colour; 0: all channels.
 // iterations: fixed-point steps; 0 where every layer has one radius. OVERSAMPLING: samples per photosite and axis.
@@ -43,6 +43,7 @@ kernel void lens_sampling(global const float *restrict colour, global const floa
     const uint pattern = place_bits((uint)sensor_x, (uint)sensor_y) % rays.patterns;
     global const float *point = points + (size_t)pattern * rays.samples * POINT;
     const float off_axis_x = (float)sensor_x - rays.centre_x, off_axis_y = (float)sensor_y - rays.centre_y; // [photosites]
+    const float right = (float)sensor_x + 0.5f - rays.cell_x, down = (float)sensor_y + 0.5f - rays.cell_y; // from the cell's middle
     uint taken = 0;
     float sum = 0.0f, lost = 0.0f; // Kahan's compensated sum: a flat field stays flat with any number of samples
     for (uint i = 0; i < rays.samples; i++, point += POINT) {
@@ -53,7 +54,7 @@ kernel void lens_sampling(global const float *restrict colour, global const floa
         taken++;
         float seen = 0.0f, through = 1.0f;
         for (uint layer = 0; layer < layers && through > 0.0f; layer++) {
-            const struct ray_path path = ray_path(point, layer);
+            const struct ray_path path = ray_path(point, layer, right, down);
             const float y = path.y, x = path.x, step_y = path.step_y, step_x = path.step_x;
             global const float *map = radius + layer * area;
             float s = bilinear(map, row, column, y, x, grid);

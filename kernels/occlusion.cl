@@ -11,29 +11,31 @@
 //         coverage, then coverage (0 to 1); interleaved columns, a band with its margins (row_band.h).
 // radius: (maps, COLUMN_SETS, sample_rows, set_columns) float32, signed blur radius [photosites], > 0 behind the plane in focus.
 // light:  (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
-// blocks: (blocks, 5) uint32: column within its set and row of the first photosite in the band, first slab, slabs, first point.
+// blocks: (blocks, BLOCK) uint32: column within its set and row of the first photosite in the band, first slab, slabs, first point; TURNS 1: and
+//         columns and rows of that photosite's middle from the middle of its cell, as the bits of a float32.
 // slabs:  (slabs, 6) float32, layer by layer, nearest first: layer, map (-1: constant radius), three radii [photosites]: at phase 0
 //         the slab's range goes from the first to the second, at phase 1 from the second to the third; and the slab's class.
 // windows: (layers, patch_rows, patch_columns) struct patch_window of the band (patch_windows.cl): slabs that no sample lies in are
 //         left out, and where all samples lie in a slab no radius is read.
 // points: (points, POINT) float32, sets of point_count, MOTION 1: of LAYERS x point_count: u in x and y [pupil radii], x and y in the
-// photosite from its centre, phase; GROWS 1: and what is added to the first four from one pair of rows of a block to the next. A block takes the first points of its set until its photosites agree (agreement.h).
+// photosite from its centre, phase; GROWS 1: and what is added to the first four from one pair of rows of a block to the next; TURNS 1: per photosite to
+// the right, down, and both, from the middle of a cell on. A block takes the first points of its set until its photosites agree (agreement.h).
 #include "conventions.h"
 #include "agreement.h"
+#include "block_view.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
 #include "patch_windows.h"
 #include "plain_math.h"
 #include "row_band.h"
 #include "slab_light.h"
-#define POINT (GROWS ? 9 : 5)
 
 // Dimension 0: spans of a block; 1: pairs of rows of a block, ROWS of them; 2: blocks. A work-item computes SETS sets of photosites, each
 // of one colour: even or odd row, even or odd column.
 kernel void occlusion(global const float *restrict planes, global const float *restrict radius, global float *restrict light,
                       global const uint *restrict blocks, global const float *restrict slabs, global const float *restrict points,
                       global const struct patch_window *restrict windows, const struct sampling sampling, const struct row_band band) {
-    global const uint *block = blocks + 5 * get_global_id(2);
+    global const uint *block = blocks + BLOCK * get_global_id(2);
     const size_t column = block[0] + get_global_id(0) * SPAN, next = 2 * OVER * band.set_columns; // to the next row of the colour
     const long set_columns = band.set_columns, plane = (long)band.sample_rows * set_columns, patch_columns = set_columns / HALF_PATCH;
     // Sums over points, of each layer and, last, of all. sum: colour less coverage times `sharp`, for smaller rounding errors; seen: coverage.
@@ -58,20 +60,20 @@ kernel void occlusion(global const float *restrict planes, global const float *r
             global const float *point = points + POINT * ((size_t)block[4] + n + MOTION * layer * sampling.point_count);
             const float low = slab[2] + (slab[3] - slab[2]) * point[4], high = slab[3] + (slab[4] - slab[3]) * point[4];
             const float middle = 0.5f * (low + high), s = !MOTION && middle > -0.5f && middle < 0.5f ? 0.0f : middle; // the blur circle lies inside the photosite
-            const float u = OVER * (s * point[0] + point[2] + 0.5f) - 0.5f, v = OVER * (s * point[1] + point[3] + 0.5f) - 0.5f;
-            const int dx = whole(u), dy = whole(v);
-            const uint down = (OVER * block[1] + (uint)dy) / (OVER * PATCH_ROWS), across = (COLUMN_SETS * block[0] + (uint)dx) / (COLUMN_SETS * HALF_PATCH);
+            const struct block_view view = view_block(point, block, s, start, band);
+            const int dx = view.dx, dy = view.dy;
+            const uint down = (OVER * block[1] + (uint)view.top) / (OVER * PATCH_ROWS), across = (COLUMN_SETS * block[0] + (uint)view.left) / (COLUMN_SETS * HALF_PATCH);
             global const struct patch_window *window = windows + ((size_t)layer * sampling.patch_rows + down) * patch_columns + across;
             const float least = is_mapped ? low - 0.25f * (high - low) : -1e30f, most = is_mapped ? high : 1e30f; // overlaps the slab in front, so that slopes show no gaps
-            if (!is_met(window, (int)slab[5], MOTION && is_mapped ? beside_slab(point[0], point[1]) : 0.0f, high - low, least, most)) continue;
-            const int fresh = current < 0, partial = COVERAGE && window->filled < 1.0f;
+            if (view.held && !is_met(window, (int)slab[5], MOTION && is_mapped ? beside_slab(view.u_x, view.u_y) : 0.0f, high - low, least, most)) continue;
+            const int fresh = current < 0, partial = COVERAGE && !(view.held && window->filled >= 1.0f);
             if (!OPAQUE && layer != current)
                 for (uint i = 0; i < ALL; i++) begin_layer(fresh, before + i, missed + i, covered + i);
             current = layer;
             const float past = GROWS ? (float)(int)(get_global_id(1) * ROWS) - 0.5f * (float)(int)(get_global_size(1) * ROWS - 1) : 0.0f;
             const float right = GROWS ? OVER * (s * point[5] + point[7]) : 0.0f, below = GROWS ? OVER * (s * point[6] + point[8]) : 0.0f;
-            const float f = u - (float)dx + past * right, g = v - (float)dy + past * below;
-            const int mapped = !(window->least >= least && window->greatest < most);
+            const float f = view.x - (float)dx + past * right, g = view.y - (float)dy + past * below;
+            const int mapped = is_mapped && !(view.held && window->least >= least && window->greatest < most);
             uint unmet[SPAN];
             for (uint i = 0; i < SPAN; i++) unmet[i] = 0u;
             global const float *held = planes + layer * COLUMN_SETS * (CHANNELS + COVERAGE) * plane + start;
@@ -80,7 +82,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
                 held + COLUMN_SETS * CHANNELS * plane, radius + (is_mapped ? COLUMN_SETS * (long)slab[1] * plane : 0) + start,
                 {dy * set_columns, (dy + 1) * set_columns, (dy + OVER) * set_columns, (dy + OVER + 1) * set_columns},
                 {column_start(dx, plane), column_start(dx + 1, plane), column_start(dx + OVER, plane), column_start(dx + OVER + 1, plane)}, next,
-                (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most, middle, OVER * point[0], OVER * point[1], f, g, right, below};
+                (1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g, least, most, middle, OVER * view.u_x, OVER * view.u_y, f, g, right, below, view, set_columns, band.sample_rows};
             const size_t own = CORRECTION * layer * ALL;
             const struct ray_state ray = {before, missed, covered, all, all_seen, sum + own, seen + own, unmet, sharp};
             add_case(mapped, partial, fresh, at, ray);

@@ -1,6 +1,7 @@
 // Which samples of a slab count for the photosites of a work-item that look through one point of the aperture (slab_light.h).
 #ifndef SLAB_SAMPLES_H
 #define SLAB_SAMPLES_H
+#include "block_view.h"
 #include "conventions.h"
 #define SETS 4             // of photosites: even or odd row, even or odd column
 #define SIZE (ROWS * SPAN) // photosites of a set: ROWS rows, two apart, of SPAN columns of a column set
@@ -16,6 +17,16 @@ struct slab_samples {
     float least, most;        // radii of the slab [photosites]
     float middle, lean_x, lean_y; // MOTION 1: radius at which the slab is read; way of the ray per radius across and down [samples per photosite]
     float across, down, right, below; // GROWS 1: place between the samples, 0 to 1, and what is added to it from row to row [samples]
+    struct block_view view; // TURNS 1: where the block looks
+    int set_columns, rows_of_band; // TURNS 1: of samples
+};
+
+struct weights { float a, b, c, d; };
+
+// The four samples of a photosite: elements from the first photosite's, and bilinear weights.
+struct spot {
+    long a, b, c, d;
+    struct weights all;
 };
 
 // The same for row j, whose rays come a little later. Beyond the samples light is continued as a straight line.
@@ -26,7 +37,33 @@ INLINE struct slab_samples on_row(const struct slab_samples at, const uint j) {
     return found;
 }
 
-struct weights { float a, b, c, d; };
+INLINE struct weights bilinear_weights(const float f, const float g) {
+    const struct weights found = {(1.0f - f) * (1.0f - g), f * (1.0f - g), (1.0f - f) * g, f * g};
+    return found;
+}
+
+// The samples of the photosite of column i and row j of a set, in an odd or even row (down 1 or 0) and column (across). wide, of TURNS 1: whether
+// photosites look so far apart that each reads samples of its own; else those of the block, beyond which light is continued as a straight line.
+INLINE struct spot spot_of(const int wide, const struct slab_samples at, const uint i, const uint j, const uint down, const uint across) {
+    const long element = j * at.next + i, above = at.rows[2 * down] + element, below = at.rows[2 * down + 1] + element;
+    const long left = at.columns[2 * across], right = at.columns[2 * across + 1];
+    struct spot found = {above + left, above + right, below + left, below + right, {at.wa, at.wb, at.wc, at.wd}};
+#if TURNS
+    const int x = 2 * (int)i + (int)across, y = 2 * (int)j + (int)down;
+    const struct turned_place t = at.view.at;
+    const float u = t.x + (float)x * t.x_right + (float)y * (t.x_down + (float)x * t.x_both);
+    const float v = t.y + (float)x * t.y_right + (float)y * (t.y_down + (float)x * t.y_both);
+    const int dx = wide ? whole(u) : at.view.dx, dy = wide ? whole(v) : at.view.dy;
+    found.all = bilinear_weights(u - (float)dx, v - (float)dy);
+    if (wide) {
+        const int column = limited(at.view.column + OVER * x + dx, 0, COLUMN_SETS * at.set_columns - 2), plane = at.rows_of_band * at.set_columns;
+        const int first = limited(at.view.row + OVER * y + dy, 0, at.rows_of_band - 2) * at.set_columns - at.view.start;
+        const int a = first + column_set(column) * plane + column_in_set(column), b = first + column_set(column + 1) * plane + column_in_set(column + 1);
+        found.a = a, found.b = b, found.c = a + at.set_columns, found.d = b + at.set_columns;
+    }
+#endif
+    return found;
+}
 
 // Weight of a sample in a slab: 0 outside its range of radii.
 INLINE float inside(const float radius, const struct slab_samples at, const float weight) {
@@ -45,23 +82,22 @@ INLINE float beside_slab(const float x, const float y) {
 // Weights of the samples of a photosite whose ray reads the radii a to d. Along the ray the radius of a continuous surface changes by `lean`
 // per radius, so that a ray that reads R at the radius m of the slab's middle meets the surface at m + (R - m) / (1 - lean): all four samples
 // count, or none. Where two surfaces are read, and where a surface leans so much that it turns its back, each sample counts by its own radius.
-INLINE struct weights meet(const float a, const float b, const float c, const float d, const struct slab_samples at) {
+INLINE struct weights meet(const float a, const float b, const float c, const float d, const struct weights all, const struct slab_samples at) {
     const float x0 = b - a, x1 = d - c, y0 = c - a, y1 = d - b, stretch = 1.0f - 0.5f * ((x0 + x1) * at.lean_x + (y0 + y1) * at.lean_y);
     const float x = x0 * x0 > x1 * x1 ? x0 * x0 : x1 * x1, y = y0 * y0 > y1 * y1 ? y0 * y0 : y1 * y1, most = CONTINUOUS_PX / OVER;
     const int one = (x > y ? x : y) < most * most && stretch > 0.0f;
-    const float read = at.wa * a + at.wb * b + at.wc * c + at.wd * d - at.middle;
-    const float all = read < stretch * (at.least - at.middle) || read >= stretch * (at.most - at.middle) ? 0.0f : 1.0f;
-    const struct weights found = {one ? all * at.wa : inside(a, at, at.wa), one ? all * at.wb : inside(b, at, at.wb),
-                                  one ? all * at.wc : inside(c, at, at.wc), one ? all * at.wd : inside(d, at, at.wd)};
+    const float read = all.a * a + all.b * b + all.c * c + all.d * d - at.middle;
+    const float met = read < stretch * (at.least - at.middle) || read >= stretch * (at.most - at.middle) ? 0.0f : 1.0f;
+    const struct weights found = {one ? met * all.a : inside(a, at, all.a), one ? met * all.b : inside(b, at, all.b),
+                                  one ? met * all.c : inside(c, at, all.c), one ? met * all.d : inside(d, at, all.d)};
     return found;
 }
 
-// Weights of the samples of a photosite in an odd or even row (down 1 or 0) and column (across), at an element from the first one.
-INLINE struct weights weigh(const struct slab_samples at, const long element, const uint down, const uint across) {
-    global const float *a = at.radius + at.rows[2 * down] + element, *c = at.radius + at.rows[2 * down + 1] + element;
-    const long left = at.columns[2 * across], right = at.columns[2 * across + 1];
-    if (MOTION) return meet(a[left], a[right], c[left], c[right], at);
-    const struct weights found = {inside(a[left], at, at.wa), inside(a[right], at, at.wb), inside(c[left], at, at.wc), inside(c[right], at, at.wd)};
+// Weights of a photosite's samples in the slab.
+INLINE struct weights weigh(const struct slab_samples at, const struct spot spot) {
+    const float a = at.radius[spot.a], b = at.radius[spot.b], c = at.radius[spot.c], d = at.radius[spot.d];
+    if (MOTION) return meet(a, b, c, d, spot.all, at);
+    const struct weights found = {inside(a, at, spot.all.a), inside(b, at, spot.all.b), inside(c, at, spot.all.c), inside(d, at, spot.all.d)};
     return found;
 }
 

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Callable
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 from scipy.stats import qmc
 
 from helpers.lens_frame import LENS, case_plan, depth_of
@@ -23,14 +24,14 @@ from simulator.sensor.camera.camera_sections import Window
 def moving_plan(
     case: Case,
     camera: SteadyMotion | None = None,
-    ways_px: tuple[tuple[float, float] | None, ...] = (),
+    ways_px: tuple[tuple[float, float] | LayerMotion | None, ...] = (),
     lines: LineTimes | None = None,
     start_s: float = 0.0,
     tolerance: float = 0.1,
 ) -> Plan:
     """Plan of a case whose camera and layers move while lines are open (one second at once, if left out).
 
-    ways_px: of each layer in a second, to the right and down; None: it rests.
+    ways_px: of each layer in a second, to the right and down, or its motion; None: it rests.
     """
     planned = case_plan(case, tolerance=tolerance)
     defocus, sensor = planned.optics.defocus, planned.sensor
@@ -46,16 +47,46 @@ def moving_plan(
     )
 
 
-def _path(way_px: tuple[float, float] | None) -> LayerPath | None:
+def _path(way_px: tuple[float, float] | LayerMotion | None) -> LayerPath | None:
     if way_px is None:
         return None
-    motion = LayerMotion((Speed(way_px[0], "px/s"), Speed(way_px[1], "px/s")))
+    motion = way_px if isinstance(way_px, LayerMotion) else LayerMotion((Speed(way_px[0], "px/s"), Speed(way_px[1], "px/s")))
     return lambda times_s: motion.moves(times_s, (1, 1))
 
 
 def image_distance_px(pixel_pitch_um: float = 5.0) -> float:
     """Lens to sensor [photosites]."""
     return 1e3 * LENS.image_distance_mm / pixel_pitch_um
+
+
+def dense_turned_picture(
+    case: Case, angles_rad: Callable[[np.ndarray], np.ndarray], line_s: float = 0.0, samples: int = 1 << 12
+) -> np.ndarray:
+    """Picture of flat layers that turn about the middle of the scene, of the shape of the case's truth, as `dense_picture`.
+
+    angles_rad: (layers, times), counter-clockwise, at times [s]. Rows are open for a second, each by line_s after that above.
+    """
+    points = qmc.Sobol(3, seed=78).random(samples)
+    radius, angle = np.sqrt(points[:, 0]), 2.0 * np.pi * points[:, 1]
+    (rows, columns), margin = case.colour.shape[1:], case.margin
+    y, x = np.mgrid[margin : rows - margin, margin : columns - margin] + 0.5
+    middle_x, middle_y, blur_px = 0.5 * columns, 0.5 * rows, case.radius_px[:, 0, 0]
+    total = np.zeros(x.shape)
+    for u_x, u_y, share in zip(radius * np.cos(angle), radius * np.sin(angle), points[:, 2], strict=True):
+        turned = angles_rad(line_s * (y[:, 0] - 0.5) + share)[..., None]
+        cosine, sine = np.cos(turned), np.sin(turned)
+        light, through = np.zeros(x.shape), np.ones(x.shape)
+        for layer, blur in enumerate(blur_px):
+            right, down = x - middle_x + blur * u_x, y - middle_y + blur * u_y
+            at = [
+                middle_y + sine[layer] * right + cosine[layer] * down - 0.5,
+                middle_x + cosine[layer] * right - sine[layer] * down - 0.5,
+            ]
+            read = [map_coordinates(plane[layer], at, order=1, mode="nearest") for plane in (case.colour, case.coverage)]
+            light += through * read[0]
+            through = through * (1.0 - read[1])
+        total += light
+    return total / samples
 
 
 def dense_picture(case: Case, shifts_px: Callable[[float], np.ndarray], samples: int = 1 << 14) -> np.ndarray:

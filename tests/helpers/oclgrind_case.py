@@ -19,7 +19,7 @@ from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
 from simulator.exposure.vector_maps import VectorMap
-from simulator.optics.defocus.defocus import Method
+from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Method
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.thin_lens import ThinLens
@@ -150,11 +150,20 @@ def take_joint() -> None:
         Exposure(0.001, shutter=RollingShutter(2e-4)),
     )  # whose points grow over the rows of a block
     layers, tilted = (1.8, behind, apart), (rng.uniform(1.8, 2.3, (20, 30)), {}, aside)
-    for (depth_m, rest, motion), exposure in ((layers, at_once), (tilted, at_once), (layers, by_rows)):
+    turning = 1.8, behind, Motion(layers={0: LayerMotion(spin_deg_per_s=9e4)})
+    found = set()
+    for (depth_m, rest, motion), exposure in (
+        (layers, at_once),
+        (tilted, at_once),
+        (layers, by_rows),
+        (turning, by_rows),
+    ):
         scene = band_scene(rng.random((20, 30, camera.channels)), depth_m, **rest)
         planned = plan(Shot(scene, lens, exposure, camera, tolerance=10.0, motion=motion))
-        assert planned.optics.motion is not None and planned.optics.motion.method == "joint"
+        assert planned.optics.joint is not None
+        found.add(planned.optics.joint.cells(BLOCK_COLUMNS, BLOCK_ROWS).points)
         expose(planned, open_device())
+    assert found == {"even", "rows", "places"}
     print("done", devices()[0].name)
 
 
@@ -242,9 +251,9 @@ def follow_rays() -> None:
         for cells in (True, False):
             sample_lens(device, surfaces, points, frame, cfa, cells, eyes if cells else None)
         sample_height_field(device, colour[0], rough, 2, points, frame, 2, cfa, eyes if cfa else None)
-    moved = np.concatenate([points, rng.normal(0.0, 3.0, (*points.shape[:2], 8)).astype(np.float32)], axis=-1)
+    moved = np.concatenate([points, rng.normal(0.0, 3.0, (*points.shape[:2], 32)).astype(np.float32)], axis=-1)
     sample_lens(device, surfaces, moved, frame, eyes=eyes)
-    sample_height_field(device, colour[0], rough, 2, moved[..., :8], frame, 2, finer=3)
+    sample_height_field(device, colour[0], rough, 2, moved[..., :20], frame, 2, finer=3)
     lights = np.array([[9, 11, 1, 8.0, 0.0, 0.1], [0, 0, 1, -3.0, 0.0, 0.0]], np.float32)
     settings = device, 2, frame, 2, ((0, 1), (1, 2)), eyes
     for rays in (LayeredRays(surfaces, *settings), HeightField(colour[0], rough.astype(np.float32), *settings)):

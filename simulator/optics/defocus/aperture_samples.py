@@ -7,7 +7,7 @@ import numpy as np
 
 from simulator.optics.defocus.accuracy import FEWEST, MOST, MOST_WIDE, WIDE_PX
 from simulator.optics.defocus.defocus import Defocus
-from simulator.optics.defocus.joint_motion import JointMotion
+from simulator.optics.defocus.joint_motion import Cells, JointMotion
 from simulator.optics.defocus.lattice_points import lattice_points
 from simulator.optics.defocus.sobol_points import sobol_points
 from simulator.optics.pupil.convex_area import Disk
@@ -134,12 +134,20 @@ def moving_samples(pupil: Pupil, count: int, samples_per_axis: int, open_side: f
     return np.stack([x, y, *place.T, square[:, 3], square[:, 2]], axis=-1).astype(np.float32)
 
 
-def move_samples(samples: np.ndarray, shares: np.ndarray, motion: JointMotion, middles_px: np.ndarray) -> np.ndarray:
-    """Aperture samples of cells whose images move, (cells, layers, count, 5) float32.
+def move_samples(
+    samples: np.ndarray, shares: np.ndarray, motion: JointMotion, middles_px: np.ndarray, cells: Cells
+) -> np.ndarray:
+    """Aperture samples of cells whose images move, (cells, layers, count, 5, 9 or 17) float32, as in kernels/occlusion.cl.
 
     samples: (cells or 1, count, 5) of an aperture at rest. shares: (count,) of the light that has come at the sample's instant.
-    middles_px: (cells, 2) as in `JointMotion.at`.
+    middles_px: (cells, 2), x and y, from the sensor's corner [photosites]. cells: how points differ within them. After the five
+    numbers of a sample follows how the first four grow: from one pair of rows to the next; or per photosite to the right, down,
+    and both.
     """
+    if cells.points == "places":
+        return _turn_samples(samples, shares, motion, middles_px, cells)
+    if cells.points == "rows":
+        return _grow_samples(samples, shares, motion, middles_px, cells.rows)
     shifts = motion.at(middles_px, shares)
     moved = np.empty((*shifts.shape[:3], 5), np.float32)
     np.add(samples[:, None, :, :4], shifts, out=moved[..., :4])
@@ -147,11 +155,10 @@ def move_samples(samples: np.ndarray, shares: np.ndarray, motion: JointMotion, m
     return moved
 
 
-def grow_samples(samples: np.ndarray, shares: np.ndarray, motion: JointMotion, middles_px: np.ndarray, rows: int) -> np.ndarray:
-    """Aperture samples of cells of so many rows, and their growth from one pair of rows to the next: (cells, layers, count, 9).
-
-    The arguments are those of `move_samples`. Growth is that of x, y in the pupil and x, y in the photosite.
-    """
+def _grow_samples(
+    samples: np.ndarray, shares: np.ndarray, motion: JointMotion, middles_px: np.ndarray, rows: int
+) -> np.ndarray:
+    """Samples of cells of so many rows, and their growth from one pair of rows to the next: (cells, layers, count, 9)."""
     first, last = motion.rows_inside(middles_px[:, 1], rows)
     above, below = (motion.at(np.column_stack([middles_px[:, 0], y]), shares) for y in (first, last))
     apart = np.maximum(last - first, 1e-9)
@@ -161,6 +168,50 @@ def grow_samples(samples: np.ndarray, shares: np.ndarray, motion: JointMotion, m
     moved[..., 4] = samples[:, None, :, 4]
     np.multiply(below - above, (2.0 / apart).astype(np.float32)[:, None, None, None], out=moved[..., 5:])
     return moved
+
+
+def _turn_samples(
+    samples: np.ndarray, shares: np.ndarray, motion: JointMotion, middles_px: np.ndarray, cells: Cells
+) -> np.ndarray:
+    """Samples of cells over which they are bilinear, with growth to the right, down and both: (cells, layers, count, 17)."""
+    found = bilinear_shifts(motion, middles_px, cells, shares)
+    moved = np.empty((*found.shape[1:4], 17), np.float32)
+    turns = motion.turns_at(middles_px[:, 1], shares)
+    for first in (0, 2):  # the point of the aperture, and the place in the photosite
+        turned = np.einsum(
+            "clnij,cnj->clni", turns, np.broadcast_to(samples, (len(turns), *samples.shape[1:]))[..., first : first + 2]
+        )
+        moved[..., first : first + 2] = turned + found[0, ..., first : first + 2]
+    moved[..., 4] = samples[:, None, :, 4]
+    for number in (1, 2, 3):
+        moved[..., 1 + 4 * number : 5 + 4 * number] = found[number]
+    return moved
+
+
+def bilinear_shifts(motion: JointMotion, middles_px: np.ndarray, cells: Cells, shares: np.ndarray) -> np.ndarray:
+    """Shifts of `JointMotion.at` in the middles of cells, and their growth: (4, cells, layers, shares, 4) float32.
+
+    Growth is that per photosite to the right, down, and both. Shifts are those of the photosites in the corners of a cell.
+    """
+    first, last = motion.rows_inside(middles_px[:, 1], cells.rows - 1.0)
+    across_px = max(cells.columns - 1.0, 1.0)
+    left, right = (middles_px[:, 0] + side * across_px for side in (-0.5, 0.5))
+    above, above_right, below, below_right = (
+        motion.at(np.column_stack([x, y]), shares) for y in (first, last) for x in (left, right)
+    )
+    down_px = np.maximum(last - first, 1.0)
+    to_middle, per_row = (part.astype(np.float32)[:, None, None, None] for part in (middles_px[:, 1] - first, 1.0 / down_px))
+    down, down_right = per_row * (below - above), per_row * (below_right - above_right)
+    on_left, on_right = above + to_middle * down, above_right + to_middle * down_right
+    per_column = np.float32(1.0 / across_px)
+    return np.stack(
+        [
+            0.5 * (on_left + on_right),
+            per_column * (on_right - on_left),
+            0.5 * (down + down_right),
+            per_column * (down_right - down),
+        ]
+    )
 
 
 def _place_width(samples_per_axis: int, open_side: float) -> float:

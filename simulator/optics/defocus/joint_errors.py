@@ -48,7 +48,7 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
     path_px = float(motion.path_px(np.array(defocus.largest_px)))
     sampled = detail * moving_points_error(points, defocus.largest_px, path_px)
     found = [JointTerm(f"{points} points of aperture and time", sampled, TIGHTER, falls=points < 3 * MOST // 2)]
-    cell_px = motion.cell_error_px(BLOCK_COLUMNS, BLOCK_ROWS)
+    cell_px = motion.cells(BLOCK_COLUMNS, BLOCK_ROWS).error_px
     found.append(JointTerm("turns of the picture within cells", cell_px / (path_px + 2.0), LESS_TURN))
     if maps:
         lean = defocus.scale * max(map(_typical_slope, maps)) * (1.0 + motion.largest_aperture)

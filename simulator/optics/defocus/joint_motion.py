@@ -5,14 +5,16 @@ does. So through the point u, at the instant t, a photosite at x sees the place 
     x + R (u + aperture(t)) + place(t),
 exactly where the surface is flat: `aperture` [pupil radii] and `place` [photosites] are those of its inverse distance. Light is
 the mean over pairs of a point and an instant that mix well, which holds occlusion, blur and motion together; neither may be
-computed before the other. Places and instants are those of the middle of a cell of photosites, which share their points.
+computed before the other. Photosites share points in cells (`Cells`). Where the picture turns or stretches, shifts are bilinear
+over a cell, from those of its corners, and u turns with the surface. The motion of a layer is affine at each instant, so that
+this is exact but for what a rolling shutter bends.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 
@@ -21,9 +23,10 @@ from simulator.optics.geometry.image_motion import ImageMotion
 from simulator.optics.geometry.instants import TimedPath
 from simulator.optics.lens.lens import Lens
 
-CELL_PX = 0.03  # largest difference of an image's path within a cell that shares its points [photosites]
+CELL_PX = 0.03  # largest difference of an image's path within a cell whose points are the same [photosites]
+BEND_PX = 0.01  # largest distance of a path from bilinear ones within a cell whose points turn, along either axis [photosites]
 WIDEST_CELL_PX = 2048  # cells are no wider and no higher
-LEAST_CELL_ROWS = 2  # of a rolling shutter: rows of the colours of a filter's block
+LEAST_CELL_ROWS, MOST_CELL_ROWS = 2, 8  # of a rolling shutter: rows of the colours of a filter's block; of points that grow
 MOST_BEYOND_PX = 0.2  # farthest beyond its samples that a ray of a growing cell is read [photosites]
 PROBED = 257  # instants at which paths are measured
 STRAIGHT_PX = 0.002  # largest distance of a path from the straight pieces by which points follow it [photosites]
@@ -37,6 +40,20 @@ class BlurLaw:
 
     at_infinity_px: float
     growth_px: float
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cells of photosites that share points of aperture and time, from the sensor's corner on.
+
+    columns, rows: of a cell. points: how they differ within a cell: not at all; from row to row; or from place to place, as a
+    bilinear function. error_px: largest error of a path in a cell [photosites].
+    """
+
+    columns: int
+    rows: int
+    points: Literal["even", "rows", "places"]
+    error_px: float
 
 
 @dataclass(frozen=True)
@@ -167,89 +184,137 @@ class JointMotion:
 
     @cached_property
     def skew_px(self) -> float:
-        """Largest way of an image from one line of the sensor to the next [photosites]; 0 where all are open at once."""
+        """Largest way of an image from one row of photosites to the next [photosites]; 0 where all are open at once."""
+        return self._speed_px_per_s * self._row_s if self._row_s else 0.0
+
+    @cached_property
+    def _speed_px_per_s(self) -> float:
+        """Largest speed of an image [photosites/s]."""
+        times, _ = self._probes
+        return float(_length(np.diff(self._ends, axis=2)).max(initial=0.0)) / float(times[1] - times[0])
+
+    @cached_property
+    def _is_evenly_lit(self) -> bool:
+        """Whether each line has one opening and its light is even over time."""
+        return len(self.path.openings) == 1 and bool(np.all(self.path.light == self.path.light[0]))
+
+    @cached_property
+    def _bend(self) -> tuple[float, float]:
+        """Largest second difference of a way, across, and down with the time of each row [photosites per photosite^2]."""
+        times, _ = self._probes
+        grid = self._ends.reshape(*self._ends.shape[:3], 3, 3, 2)  # rows from top to bottom
+        half = 0.5 * self.image.geometry.width_px / self.wider, 0.5 * self.image.geometry.height_px / self.wider
+        across = float(np.abs(np.diff(grid, 2, axis=4)).max(initial=0.0)) / half[0] ** 2
+        down = float(np.abs(np.diff(grid, 2, axis=3)).max(initial=0.0)) / half[1] ** 2
+        if not self._row_s:
+            return across, down
+        row_s, step_s = self._row_s, float(times[1] - times[0])
+        late_s = max(
+            float(np.abs(np.diff(one, 2)).max(initial=0.0)) for one in (self.path.lines.opens_s, self.path.lines.closed_s)
+        )
+        turn = float(np.abs(np.diff(np.diff(grid, axis=3), axis=2)).max(initial=0.0)) / (half[1] * step_s)
+        bend = float(np.abs(np.diff(grid, 2, axis=2)).max(initial=0.0)) / step_s**2
+        return across, down + 2.0 * row_s * turn + row_s**2 * bend + self._speed_px_per_s * self.wider**2 * late_s
+
+    @cached_property
+    def _row_s(self) -> float:
+        """Longest time from a row to the next, of photosites of the blur [s]; 0 where all are open at once."""
         lines = self.path.lines
         if lines.is_common or len(lines.opens_s) < 2:
             return 0.0
-        times, _ = self._probes
-        speed = _length(np.diff(self._ends, axis=2)).max(initial=0.0) / (times[1] - times[0])
-        apart = max(float(np.abs(np.diff(one)).max()) for one in (lines.opens_s, lines.closed_s))
-        return float(speed) * apart * self.wider
+        return self.wider * max(float(np.abs(np.diff(one)).max()) for one in (lines.opens_s, lines.closed_s))
 
-    def cell_size(self, block_columns: int, block_rows: int, error_px: float = CELL_PX) -> tuple[int, int]:
-        """Columns and rows of the cells that share points: blocks times a power of two, or fewer rows of a rolling shutter.
+    def cells(self, block_columns: int, block_rows: int) -> Cells:
+        """Return the cells in which photosites share points; they hold whole blocks, or some rows of one.
 
-        error_px: largest error of a path at the rim of a cell, where blocks are small enough [photosites].
+        Points are the same where paths differ little across a block. They grow over the rows of a block where these differ
+        more, as under a rolling shutter. They are bilinear over the cell where rows differ by more still, or where columns do,
+        as where the picture turns.
         """
-        across, down = self._tilt
-        columns = _largest(across, error_px, block_columns, block_columns)
-        return columns, _largest(down + self.skew_px, error_px, block_rows, min(block_rows, LEAST_CELL_ROWS))
+        (across, down), least = self._tilt, min(block_rows, LEAST_CELL_ROWS)
+        down += self.skew_px
+        columns = _largest(lambda side: 0.5 * across * (side - (side <= block_columns)) <= CELL_PX, block_columns)
+        rows = _largest(lambda side: 0.5 * down * (side - (side <= block_rows)) <= CELL_PX, least)
+        grown = _largest(lambda side: (0.5 * side - 1.0) * down <= MOST_BEYOND_PX, least, block_rows)
+        error_px = 0.5 * (across * columns + down * (rows - 1))
+        if 0.5 * across * (block_columns - 1) > CELL_PX or (rows < block_rows and grown <= least):
+            return self.turned_cells(block_columns, least)
+        return Cells(columns, rows, "even", error_px) if rows >= block_rows else Cells(columns, grown, "rows", error_px)
 
-    def growing_rows(self, block_rows: int) -> int:
-        """Rows of a block whose points grow from one pair of rows to the next; 0: cells need none, or rows differ too much.
+    def turned_cells(self, least_columns: int, least_rows: int, bend_px: float = BEND_PX) -> Cells:
+        """Return the largest cells over which points are bilinear, of at least so many columns and rows.
 
-        Rays of all rows read the samples around that of the middle row, and light as a straight line beyond them.
+        bend_px: largest distance of a path from bilinear ones along either axis, where cells are larger [photosites].
         """
-        down = self._tilt[1] + self.skew_px
-        if self.cell_size(1, block_rows)[1] >= block_rows:
-            return 0
-        rows = block_rows
-        while rows > LEAST_CELL_ROWS and (0.5 * rows - 1.0) * down > MOST_BEYOND_PX:
-            rows //= 2
-        return rows if rows > LEAST_CELL_ROWS else 0
+        across, down = self._bend
+        most_rows = WIDEST_CELL_PX if not self._row_s else MOST_CELL_ROWS if self._is_evenly_lit else least_rows
+        columns = _largest(lambda side: _beside_chord(across, side) <= bend_px, least_columns)
+        rows = _largest(lambda side: _beside_chord(down, side) <= bend_px, least_rows, most_rows)
+        return Cells(columns, rows, "places", _beside_chord(across, columns) + _beside_chord(down, rows))
 
-    def cell_error_px(self, block_columns: int, block_rows: int) -> float:
-        """Largest error of a path at the rim of a cell [photosites]."""
-        (columns, rows), (across, down) = self.cell_size(block_columns, block_rows), self._tilt
-        return 0.5 * (across * columns + (down + self.skew_px) * (rows - 1))
-
-    def cells(
-        self, x_px: np.ndarray, y_px: np.ndarray, block: tuple[int, int], error_px: float = CELL_PX, rows: int = 0
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def cells_of(self, x_px: np.ndarray, y_px: np.ndarray, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
         """Return which cell each photosite lies in, (2, n) int, and the cells' middles, (n, 2) [photosites].
 
-        x_px, y_px: (n,) int from the sensor's corner. block, error_px: of `cell_size`. Cells end at the edge of the sensor.
-        rows: of `growing_rows`; 0: those of `cell_size`.
+        x_px, y_px: (n,) int from the sensor's corner. Cells end at the edge of the sensor; those whose points
+        differ within them have the middle of all of their places.
         """
-        columns, high = self.cell_size(*block, error_px)
-        size = np.array([columns, rows or high])
+        size = np.array([cells.columns, cells.rows])
         edge = np.array([self.image.geometry.width_px, self.image.geometry.height_px])
         number = np.stack([x_px, y_px], axis=-1) // size
         first, last = number * size, (number + 1) * size
         held = np.where(first < edge / self.wider, np.minimum(last, edge / self.wider), last)
-        if rows:  # points are those of the middle of all rows
+        if cells.points != "even":
             held[:, 1] = last[:, 1]
+        if cells.points == "places":
+            held[:, 0] = last[:, 0]
         return number.T, 0.5 * (first + held)
 
-    def rows_inside(self, y_px: np.ndarray, rows: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the first and the last place in cells of so many rows that the sensor has, (cells,) each [photosites].
+    def rows_inside(self, y_px: np.ndarray, apart_px: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return two places so far apart, evenly above and below others; of those on the sensor no place beyond it.
 
         y_px: (cells,) of the cells' middles from the sensor's corner.
         """
         edge, half = self.image.geometry.height_px / self.wider, 0.5 / self.wider
-        first, last = (np.clip(y_px + side, half, edge - half) for side in (-0.5 * rows, 0.5 * rows))
-        return first, last
+        first, last = y_px - 0.5 * apart_px, y_px + 0.5 * apart_px
+        inside = (first < edge - half) & (last > half)
+        return np.where(inside, np.maximum(first, half), first), np.where(inside, np.minimum(last, edge - half), last)
 
-    def at(self, middles_px: np.ndarray, shares: np.ndarray) -> np.ndarray:
-        """Return shifts of cells less `rest_px`, when these shares of the light have come: (cells, layers, shares, 4) float32.
+    def at(self, places_px: np.ndarray, shares: np.ndarray) -> np.ndarray:
+        """Return shifts at places less `rest_px`, when these shares of the light have come.
 
-        middles_px: (cells, 2), x and y, of the cells from the sensor's corner [photosites]. shares: (n,), 0 to 1.
+        (places, layers, shares, 4) float32.
+        places_px: (places, 2), x and y from the sensor's corner [photosites]. shares: (n,), 0 to 1.
         """
-        lines, line_of = np.unique(self._lines(middles_px[:, 1]), return_inverse=True)
-        node_shares = np.linspace(0.0, 1.0, self._nodes + 1)
-        times = self.quantiles(lines, node_shares)
-        nodes = np.empty((len(middles_px), self.layers, len(node_shares), 4), np.float32)
-        for line, own_times in enumerate(times):
-            columns = [np.interp(own_times, self.path.times_s, column) for column in self.path.poses.T]
-            numbers = np.stack(columns, axis=-1) if columns else np.zeros((len(node_shares), 0))
+        poses, line_of = self._node_poses(places_px[:, 1])
+        nodes = np.empty((len(places_px), self.layers, poses.shape[1], 4), np.float32)
+        for line, numbers in enumerate(poses):
             own = np.flatnonzero(line_of == line)
-            shifts = self.shifts(numbers, middles_px[own])
+            shifts = self.shifts(numbers, places_px[own])
             shifts[..., 2:] -= self.rest_px[:, None, None]
             nodes[own] = np.moveaxis(shifts, 2, 0)
+        return self._follow(nodes, shares)
+
+    def turns_at(self, y_px: np.ndarray, shares: np.ndarray) -> np.ndarray:
+        """Return `ImageMotion.turns` of each layer in some rows, as of `at`: (rows, layers, shares, 2, 2) float32."""
+        poses, line_of = self._node_poses(y_px)
+        surfaces = [min(layer, len(self.image.surfaces) - 1) for layer in range(self.layers)]
+        nodes = np.stack([self.image.turns(poses, surface) for surface in surfaces], axis=1).astype(np.float32)
+        return self._follow(nodes, shares)[line_of]
+
+    def _node_poses(self, y_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return poses at the nodes of the lines of some rows, (lines, nodes, numbers), and the line of each row."""
+        lines, line_of = np.unique(self._lines(y_px), return_inverse=True)
+        times = self.quantiles(lines, np.linspace(0.0, 1.0, self._nodes + 1))
+        columns = [np.interp(times, self.path.times_s, column) for column in self.path.poses.T]
+        return np.stack(columns, axis=-1) if columns else np.zeros((*times.shape, 0)), line_of.reshape(-1)
+
+    def _follow(self, nodes: np.ndarray, shares: np.ndarray) -> np.ndarray:
+        """Return values at some shares of the light, linear between those at nodes (n, layers, nodes, ...)."""
         place = np.clip(shares, 0.0, 1.0) * self._nodes
         node = np.minimum(place.astype(np.intp), self._nodes - 1)
         found = nodes[:, :, node]
-        found += (place - node).astype(np.float32)[:, None] * (nodes[:, :, node + 1] - found)
+        late = (place - node).astype(np.float32).reshape(-1, *(1,) * (nodes.ndim - 3))
+        found += late * (nodes[:, :, node + 1] - found)
         return found
 
     @cached_property
@@ -257,7 +322,7 @@ class JointMotion:
         """Parts of equal light of a line in which the image of every surface is taken to move evenly along a straight line."""
         path = self.path
         lines, cell_s = path.lines, float(path.times_s[1] - path.times_s[0])
-        if len(path.openings) > 1 or not bool(np.all(path.light == path.light[0])):
+        if not self._is_evenly_lit:
             return FLICKER_STRATA
         bend_px = float(_length(np.diff(path.displacement_px, 2, axis=0)).max(initial=0.0)) / self.wider
         cells = math.sqrt(8.0 * STRAIGHT_PX / max(bend_px, 1e-12))  # over which a path lies this near to its chord
@@ -279,8 +344,8 @@ class JointMotion:
         """
         path, own = self.path, [lines_at(one, lines) for one in self.path.openings]
         first = own[0]
-        is_box = len(own) == 1 and bool(np.all(first.open_s == first.opens_s) and np.all(first.closed_s == first.closes_s))
-        if is_box and bool(np.all(path.light == path.light[0])):
+        is_box = bool(np.all(first.open_s == first.opens_s) and np.all(first.closed_s == first.closes_s))
+        if is_box and self._is_evenly_lit:
             return first.opens_s[:, None] + (first.closed_s - first.opens_s)[:, None] * shares
         middles = np.empty((len(lines), FLICKER_STRATA))
         for line in range(len(lines)):
@@ -316,12 +381,17 @@ def lines_at(lines: LineTimes, places: np.ndarray) -> LineTimes:
     return LineTimes(lines.axis, *(np.interp(places, number, part) for part in parts))
 
 
-def _largest(tilt: float, error_px: float, block: int, least: int) -> int:
-    """Largest side, of `least` times a power of two, across which a path changes by less than the error to either side."""
-    side = WIDEST_CELL_PX
-    while side > least and 0.5 * tilt * (side - (side <= block)) > error_px:
+def _largest(fits: Callable[[int], bool], least: int, most: int = WIDEST_CELL_PX) -> int:
+    """Return the largest side that fits, `most` halved as often as needed, or `least`."""
+    side = most
+    while side > least and not fits(side):
         side //= 2
     return side
+
+
+def _beside_chord(bend: float, side: int) -> float:
+    """Return how far a path of this second difference lies from its chord at the middles of so many photosites, at most."""
+    return bend * max(side * (side - 2), 0) / 8.0
 
 
 def plan_joint_motion(

@@ -178,6 +178,17 @@ class ImageMotion:
             infinity = infinity @ turn + back[..., None, :, 2]
         return infinity, shift
 
+    def turns(self, numbers: np.ndarray, surface: int) -> np.ndarray:
+        """Return what takes steps on the sensor to steps on a surface at rest, (..., 2, 2) float64: its own turn, and the roll.
+
+        What a camera that goes nearer or turns aside changes in steps is left out: blur radii are those at rest, too.
+        numbers: (..., numbers) of `pose_numbers`.
+        """
+        rotation, _ = self._camera(numbers)
+        turn = rotation[..., :2, :2] * np.array([[1.0, -1.0], [-1.0, 1.0]])  # y of the image points down
+        layer = self._layer(numbers, surface)
+        return turn if layer is None else layer[0][..., :2] @ turn
+
     def displacements(self, numbers: np.ndarray) -> np.ndarray:
         """Return how far the image lies from that at rest, (..., views, 2) [photosites].
 

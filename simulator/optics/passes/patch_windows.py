@@ -1,5 +1,6 @@
 """Lists which radii and coverages the samples of a row band have, patch by patch, for the points of kernels/occlusion.cl."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,7 +18,7 @@ from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 
 # A window holds a block, and the samples to the right of it and below, wherever it begins in a patch.
 WINDOW_ROWS, WINDOW_COLUMNS = BLOCK_ROWS // PATCH_ROWS + 1, BLOCK_COLUMNS // PATCH_COLUMNS + 1  # patches
-PATCH_MACROS = {"PATCH_ROWS": PATCH_ROWS, "HALF_PATCH": PATCH_COLUMNS // 2}
+TURNED_PX = math.ceil(math.hypot(BLOCK_COLUMNS, BLOCK_ROWS)) + 4  # side of what a block sees that turns
 
 
 class PatchWindows:
@@ -25,13 +26,16 @@ class PatchWindows:
 
     windows: device buffer (layers, patch rows, patch columns) of `struct patch_window` of kernels/patch_windows.h.
     rows, columns: of patches that were measured last. layout: of the band's samples.
+    macros: of the sizes of patches and windows, for kernels/patch_windows.h.
     defines: macros of kernels/interleaved_columns.h, CHANNELS and COVERAGE.
     """
 
     def __init__(self, device: Device, layout: InterleavedColumns, defocus: Defocus, defines: dict[str, object]) -> None:
         self._device, self._layout, self._defocus = device, layout, defocus
-        sizes = {"WINDOW_ROWS": WINDOW_ROWS, "WINDOW_COLUMNS": WINDOW_COLUMNS, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
-        self._defines = {**defines, **PATCH_MACROS, **sizes}
+        rows, columns = _window_size(defocus)
+        patch = {"PATCH_ROWS": PATCH_ROWS, "HALF_PATCH": PATCH_COLUMNS // 2}
+        self.macros: dict[str, object] = {**patch, "WINDOW_ROWS": rows, "WINDOW_COLUMNS": columns}
+        self._defines = {**defines, **self.macros, "CLASS_UNIT": f"{CLASS_UNIT_PX}f"}
         self.rows, self.columns = self._patch_rows(layout.rows), 2 * layout.set_columns // PATCH_COLUMNS
         size = (len(defocus.radii_px), self.rows, self.columns)
         window = declared_struct(kernel_source("patch_windows.h"), "patch_window")
@@ -57,6 +61,14 @@ class PatchWindows:
         kernel = self._device.kernel("patch_windows", self._defines, file="patch_windows.cl")
         size = (self.columns, self.rows, len(self._defocus.radii_px))
         self._device.run(kernel, size, None, patches=self._patches, windows=self.windows)
+
+
+def _window_size(defocus: Defocus) -> tuple[int, int]:
+    """Return the rows and columns of patches of a window."""
+    motion = defocus.motion
+    if motion is None or motion.cells(BLOCK_COLUMNS, BLOCK_ROWS).points != "places":
+        return WINDOW_ROWS, WINDOW_COLUMNS
+    return -(-TURNED_PX // PATCH_ROWS) + 1, -(-TURNED_PX // PATCH_COLUMNS) + 1
 
 
 def map_numbers(radii_px: Sequence[float | np.ndarray]) -> list[int]:

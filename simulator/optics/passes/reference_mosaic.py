@@ -190,15 +190,16 @@ class BandRays:
         return light + self._unhidden[places] - self._spots.lost_light(points, places, rays.doubling == 0)
 
     def _sample_moving(self, rays: RaySet, places: np.ndarray, motion: JointMotion) -> np.ndarray:
-        """`sample` where images move: cell by cell, each with the shifts of its middle."""
+        """`sample` where images move: cell by cell, over which shifts are bilinear."""
         points = _points(rays.rays, rays.seed, self._pupil, self._start, timed=True)
         y, x = np.divmod(places, self._window.width)
-        cells, middles = motion.cells(self._window.x + x, self._window.y + y, LEAST_CELL, RAY_CELL_PX)
-        _, first, index = np.unique(cells, axis=1, return_index=True, return_inverse=True)
+        cells = motion.turned_cells(*LEAST_CELL, RAY_CELL_PX)
+        cell, middles = motion.cells_of(self._window.x + x, self._window.y + y, cells)
+        _, first, index = np.unique(cell, axis=1, return_index=True, return_inverse=True)
         light = np.empty(len(places))
-        for cell, one in enumerate(first):
-            own = np.flatnonzero(index.reshape(-1) == cell)
-            light[own] = self._rays.sample(move_rays(points, motion, middles[one]), places[own])
+        for number, one in enumerate(first):
+            own, middle = np.flatnonzero(index.reshape(-1) == number), (float(middles[one, 0]), float(middles[one, 1]))
+            light[own] = self._rays.sample(move_rays(points, motion, middle, cells), places[own], middle)
         return light
 
 

@@ -11,7 +11,6 @@ from simulator.optics.defocus.aperture_samples import (
     CORRECTION_AGREES,
     correction_count,
     fewest_samples,
-    grow_samples,
     most_samples,
     move_samples,
     sample_count,
@@ -29,7 +28,7 @@ from simulator.optics.defocus.tile_methods import ROWS_IN_TILE, TileChoice, each
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.passes.highlight_pass import HighlightPass
-from simulator.optics.passes.patch_windows import PATCH_MACROS, PatchWindows, map_numbers
+from simulator.optics.passes.patch_windows import PatchWindows, map_numbers
 from simulator.optics.passes.tile_grid import BAND_ROWS, HALF_TILE, MARGIN_COLUMNS, BandRows
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
@@ -311,27 +310,27 @@ class RowBand:
     ) -> None:
         """Run kernels/occlusion.cl on blocks whose images move. Blocks in one cell of `JointMotion` share their points.
 
-        The arguments are those of `_run_occlusion`. Blocks are cut where the cells of a rolling shutter have fewer rows.
+        The arguments are those of `_run_occlusion`. Blocks are cut where cells have fewer rows.
         """
         motion = self.defocus.motion
         assert motion is not None  # else nothing moves
         number, clipped, frame = kind[0], kind[2], self.area.frame
-        growing = motion.growing_rows(BLOCK_ROWS)
-        height = growing or min(motion.cell_size(BLOCK_COLUMNS, BLOCK_ROWS)[1], BLOCK_ROWS)
+        cells = motion.cells(BLOCK_COLUMNS, BLOCK_ROWS)
+        height = min(cells.rows, BLOCK_ROWS)
         parts = BLOCK_ROWS // height
         blocks = np.repeat(places.astype(int), parts, axis=0)
         blocks[:, 1] += height * np.tile(np.arange(parts), len(places))
         x, y = 2 * blocks[:, 0] + row_band["frame_x"] + frame.x, blocks[:, 1] + row_band["frame_y"] + frame.y
-        cells, middles = motion.cells(x, y, (BLOCK_COLUMNS, BLOCK_ROWS), rows=growing)
-        keys = np.stack([*cells, clipped * np.arange(len(x))])  # where rims clip the pupil a block has points of its own
+        cell, middles = motion.cells_of(x, y, cells)
+        keys = np.stack([*cell, clipped * np.arange(len(x))])  # where rims clip the pupil a block has points of its own
         _, first, index = np.unique(keys, axis=1, return_index=True, return_inverse=True)
         corners, shares = (np.repeat(part, parts, axis=0)[first] for part in around)
         samples, instants = self.tables.moving_points(number, (corners, shares) if clipped else None)
-        if growing:
-            points = grow_samples(samples, instants, motion, middles[first], growing)
-        else:
-            points = move_samples(samples, instants, motion, middles[first])
-        blocks = np.column_stack([blocks, len(self.planes) * number * index.reshape(-1)])
+        points = move_samples(samples, instants, motion, middles[first], cells)
+        blocks = np.column_stack([blocks, len(self.planes) * number * index.reshape(-1)]).astype(np.uint32)
+        if cells.points == "places":
+            from_middle = np.column_stack([x, y]) + 0.5 - middles
+            blocks = np.column_stack([blocks, from_middle.astype(np.float32).view(np.uint32)])
         self._launch_occlusion((number, 0), blocks, height, points, slabs, row_band)
 
     def _launch_occlusion(
@@ -345,7 +344,7 @@ class RowBand:
     ) -> None:
         """Launch kernels/occlusion.cl. kind: number of aperture samples, and whether they compute a correction.
 
-        blocks, points: as there. block_rows: of a block; fewer where a rolling shutter cuts it.
+        blocks, points: as there. block_rows: of a block; fewer where cells have fewer rows.
         """
         number, correction = kind
         span, rows = self.block_size
@@ -358,8 +357,9 @@ class RowBand:
             "ROWS": rows,
             "WORKERS": size[0] * size[1],
             "MOTION": int(self.defocus.motion is not None),
-            "GROWS": int(points.shape[-1] > 5),
-            **PATCH_MACROS,
+            "GROWS": int(points.shape[-1] == 9),
+            "TURNS": int(points.shape[-1] == 17),
+            **self.windows.macros,
         }
         variant["OPAQUE"] = int(not correction and not any(self.partial[:-1]))
         stricter = CORRECTION_AGREES**2 if correction else 1.0

@@ -39,12 +39,13 @@ def sample_height_field(
     eyes: CatsEyes | None = None,
     places: np.ndarray | None = None,
     finer: int = 1,
+    middle_px: tuple[float, float] = (0.0, 0.0),
 ) -> Buffer:
     """Device buffer float32, the light of a frame, (1, height, width), in each photosite's own colour, or (channels, ...).
 
     colour: (channels, rows, columns) radiance, means over samples. radius_px: (rows, columns) signed blur radius [photosites].
     rows, columns: (frame + 2 margin_px) * oversampling. points: of `ray_samples` or `move_rays`. cfa, eyes, places: as in
-    `sample_lens`. finer: as of `ray_defines`.
+    `sample_lens`. finer: as of `ray_defines`. middle_px: of `move_rays`.
     Neighbours whose radii differ by more than 1.5 times their distance are an edge. Raises PhotositeError for NaN and infinity.
     """
     light_in, radius = np.asarray(colour, dtype=np.float32), np.asarray(radius_px, dtype=np.float32)
@@ -75,7 +76,7 @@ def sample_height_field(
         light=light,
         grid={"rows": light_in.shape[1], "columns": light_in.shape[2], "margin": margin_px},
         **_steps(radius, oversampling * finer),
-        **ray_arguments(device, points, frame, eyes),
+        **ray_arguments(device, points, frame, eyes, middle_px),
     )
     return light
 
@@ -100,12 +101,11 @@ class HeightField:
     eyes: CatsEyes | None
     finer: int = 1
 
-    def sample(self, points: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """Mean light of some photosites, (n,) float32. points: of `ray_samples`."""
+    def sample(self, points: np.ndarray, places: np.ndarray, middle_px: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+        """Mean light of some photosites, (n,) float32. points: of `ray_samples` or `move_rays`. middle_px: of `move_rays`."""
         scene = self.colour, self.radius_px, self.margin_px
-        light = sample_height_field(
-            self.device, *scene, points, self.frame, self.oversampling, self.cfa, self.eyes, places, self.finer
-        )
+        rays = points, self.frame, self.oversampling, self.cfa, self.eyes, places, self.finer, middle_px
+        light = sample_height_field(self.device, *scene, *rays)
         return self.device.download(light, places.shape, np.float32)
 
     def lights_lost(self, lights: np.ndarray, pupil: Pupil) -> LightsLost | None:

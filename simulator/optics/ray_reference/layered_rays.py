@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 
 from simulator.device import Buffer, Device
 from simulator.errors import require
-from simulator.optics.defocus.aperture_samples import disk_of_square
+from simulator.optics.defocus.aperture_samples import bilinear_shifts, disk_of_square
 from simulator.optics.defocus.field_pupil import CatsEyes
-from simulator.optics.defocus.joint_motion import JointMotion
+from simulator.optics.defocus.joint_motion import Cells, JointMotion
 from simulator.optics.pupil.pupil import Pupil
 from simulator.optics.ray_reference.small_lights import pupil_spans
 from simulator.sensor.camera.camera import Window
@@ -151,15 +151,20 @@ def ray_samples(
     return np.stack([square[..., 1], square[..., 0], x, y, *time], axis=-1).astype(np.float32)
 
 
-def move_rays(points: np.ndarray, motion: JointMotion, middle_px: np.ndarray) -> np.ndarray:
-    """Rays of a cell whose images move, (patterns, samples, 4 + 4 layers) float32, with the shifts of each layer.
+def move_rays(points: np.ndarray, motion: JointMotion, middle_px: tuple[float, float], cells: Cells) -> np.ndarray:
+    """Rays of a cell whose images move, (patterns, samples, 4 + 16 layers) float32, with the shifts of each layer.
 
-    points: of `ray_samples`, timed. middle_px: (2,), x and y, of the cell from the sensor's corner [photosites].
+    points: of `ray_samples`, timed. middle_px: x and y of the cell from the sensor's corner [photosites]. cells: its size.
     """
-    shifts = motion.at(middle_px[None], (np.arange(INSTANTS) + 0.5) / INSTANTS)[0]
+    middle, shares = np.array([middle_px]), (np.arange(INSTANTS) + 0.5) / INSTANTS
+    shifts = np.moveaxis(bilinear_shifts(motion, middle, cells, shares)[:, 0], 0, 2)  # (layers, instants, 4, 4)
+    turns = motion.turns_at(middle[:, 1], shares)[0] - np.eye(2, dtype=np.float32)
     instants = np.minimum((points[..., 4] * INSTANTS).astype(np.intp), INSTANTS - 1)
-    moved = np.moveaxis(shifts, 0, 1).reshape(INSTANTS, -1)[instants]
-    return np.concatenate([points[..., :4], moved], axis=-1)
+    moved = np.moveaxis(shifts, 0, 1)[instants]  # (patterns, samples, layers, 4, 4)
+    own = np.moveaxis(turns, 0, 1)[instants]
+    moved[..., 0, :2] += np.einsum("...lij,...j->...li", own, points[..., 2:4])
+    moved[..., 0, 2:] += np.einsum("...lij,...j->...li", own, points[..., :2] - np.float32(0.5))
+    return np.concatenate([points[..., :4], moved.reshape(*points.shape[:2], -1)], axis=-1)
 
 
 def sample_lens(
@@ -171,11 +176,12 @@ def sample_lens(
     cells: bool = True,
     eyes: CatsEyes | None = None,
     places: np.ndarray | None = None,
+    middle_px: tuple[float, float] = (0.0, 0.0),
 ) -> Buffer:
     """Device buffer float32, the light of a frame, (1, height, width), in each photosite's own colour, or (channels, ...).
 
     places: photosites to compute, row * width + column, (n,); the buffer is then (1, n). None: all.
-    points: of `ray_samples` or `move_rays`.
+    points: of `ray_samples` or `move_rays`. middle_px: of `move_rays`.
     cfa: planes ((p00, p01), (p10, p11)) of the frame's upper left corner; None: all channels.
     cells: colour and coverage are means over their samples; False: values at their centres, interpolated bilinearly.
     eyes: stops that clip the pupil by field; each ray is tested, and a photosite that no ray reaches is dark.
@@ -198,7 +204,7 @@ def sample_lens(
         channels=surfaces.channels,
         iterations=surfaces.iterations,
         grid={"rows": surfaces.rows, "columns": surfaces.columns, "margin": surfaces.margin_px},
-        **ray_arguments(device, points, frame, eyes),
+        **ray_arguments(device, points, frame, eyes, middle_px),
     )
     return light
 
@@ -218,9 +224,10 @@ class LayeredRays:
     cfa: CfaBlock
     eyes: CatsEyes | None
 
-    def sample(self, points: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """Mean light of some photosites, (n,) float32. points: of `ray_samples`."""
-        light = sample_lens(self.device, self.surfaces, points, self.frame, self.cfa, eyes=self.eyes, places=places)
+    def sample(self, points: np.ndarray, places: np.ndarray, middle_px: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+        """Mean light of some photosites, (n,) float32. points: of `ray_samples` or `move_rays`. middle_px: of `move_rays`."""
+        scene = self.device, self.surfaces, points, self.frame, self.cfa
+        light = sample_lens(*scene, eyes=self.eyes, places=places, middle_px=middle_px)
         return self.device.download(light, places.shape, np.float32)
 
     def lights_lost(self, lights: np.ndarray, pupil: Pupil) -> LightsLost | None:
@@ -298,8 +305,17 @@ def ray_defines(
     return places | sampling | {"MOSAIC": int(cfa is not None), "STOPS": len(_stops(eyes))}
 
 
-def ray_arguments(device: Device, points: np.ndarray, frame: Window, eyes: CatsEyes | None) -> dict[str, object]:
-    """Arguments of a kernel that traces rays: buffers of rays and stops, and `struct rays` of kernels/lens_rays.h."""
+def ray_arguments(
+    device: Device,
+    points: np.ndarray,
+    frame: Window,
+    eyes: CatsEyes | None,
+    middle_px: tuple[float, float] = (0.0, 0.0),
+) -> dict[str, object]:
+    """Arguments of a kernel that traces rays: buffers of rays and stops, and `struct rays` of kernels/lens_rays.h.
+
+    middle_px: of `move_rays`.
+    """
     tangent, width, height = (eyes.tangent_per_px, eyes.width_px, eyes.height_px) if eyes else (0.0, 0, 0)
     rays = {
         "patterns": points.shape[0],
@@ -310,6 +326,8 @@ def ray_arguments(device: Device, points: np.ndarray, frame: Window, eyes: CatsE
         "centre_x": 0.5 * width,
         "centre_y": 0.5 * height,
         "tangent_per_px": tangent,
+        "cell_x": middle_px[0],
+        "cell_y": middle_px[1],
     }
     stops = device.upload(np.array(_stops(eyes) or [(0.0, 0.0)], dtype=np.float32))
     return {"points": device.upload(np.asarray(points, dtype=np.float32)), "stops": stops, "rays": rays}
