@@ -65,14 +65,13 @@ INLINE void read_blended(const float *blended, const struct path path, const str
 // Read the photosites of a span: value (SPAN).
 INLINE void read_span(global const float *plane, const struct path path, const struct projection p, float *value) {
 #if EVEN
-    if (path.column > 0 && path.column + BUFFER <= (int)p.scene_width) {
-        read_even(plane, path, p, value);
-        return;
-    }
-#endif
+    if (path.column > 0 && path.column + BUFFER <= (int)p.scene_width) read_even(plane, path, p, 0, value);
+    else read_even(plane, path, p, 1, value);
+#else
     float blended[BUFFER];
     blend_rows(plane, path, p, blended);
     read_blended(blended, path, p, value);
+#endif
 }
 
 #endif

@@ -224,11 +224,6 @@ class JointMotion:
             return 0.0
         return self.wider * max(float(np.abs(np.diff(one)).max()) for one in (lines.opens_s, lines.closed_s))
 
-    @property
-    def rows_alike(self) -> int:
-        """Largest number of rows of a picture that only shifts, a power of two, whose points may be the same."""
-        return _largest(lambda side: 0.5 * self.skew_px * (side - 1) <= CELL_PX, 1)
-
     def cells(self, block_columns: int, block_rows: int) -> Cells:
         """Return the cells in which photosites share points; they hold whole blocks, or some rows of one.
 

@@ -131,11 +131,17 @@ class TimedPath:
         """Displacement of a surface in the sensor's middle at each of `times_s`, (times, 2) [photosites]."""
         return self.displacement_px[:, VIEWS * surface + MIDDLE]
 
+    def _even_speed(self, ways: np.ndarray) -> np.ndarray | None:
+        """Return the speed x, y of ways at each of `times_s`, (times, 2), that are straight and even; None: they are not."""
+        come = (self.times_s - self.times_s[0])[:, None]
+        speed = (ways[-1] - ways[0]) / max(float(come[-1, 0]), 1e-300)
+        return speed if np.abs(ways[0] + speed * come - ways).max() <= STRAIGHT_PX else None
+
     def shift_at(self, times_s: np.ndarray, surface: int) -> np.ndarray:
         """Return the displacement x, y of a surface in the sensor's middle at times from the release, (..., 2) [photosites]."""
         ways = self._ways(surface)
-        if not ways.any():
-            return np.zeros((*times_s.shape, 2))
+        if (speed := self._even_speed(ways)) is not None:
+            return ways[0] + speed * (times_s - self.times_s[0])[..., None]
         return np.stack([np.interp(times_s, self.times_s, way) for way in ways.T], axis=-1)
 
     def straight_shift(self, surface: int = 0) -> tuple[np.ndarray, np.ndarray] | None:
@@ -147,9 +153,7 @@ class TimedPath:
         has_ramps = bool((lines.open_s > lines.opens_s).any() or (lines.closed_s > lines.closes_s).any())
         if len(self.openings) > 1 or has_ramps or not bool(np.all(self.light == self.light[0])):
             return None
-        come = (self.times_s - self.times_s[0])[:, None]
-        speed = (ways[-1] - ways[0]) / max(float(come[-1, 0]), 1e-300)
-        if np.abs(ways[0] + speed * come - ways).max() > STRAIGHT_PX:
+        if (speed := self._even_speed(ways)) is None:
             return None
         began, ended = (times[:, None] - self.times_s[0] for times in (lines.opens_s, lines.closed_s))
         return ways[0] + speed * (began + self.late_s[:, None]), ways[0] + speed * (ended + self.late_s[:, None])

@@ -9,6 +9,7 @@ from simulator.device import Buffer, Device, Kernel
 from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.aperture_samples import moving_samples, sample_count
 from simulator.optics.defocus.defocus import Defocus
+from simulator.optics.defocus.joint_motion import CELL_PX
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import ANY_CFA
 from simulator.optics.optics_plan import MOST_SHIFTED_LAYERS, OpticsPlan
@@ -19,6 +20,7 @@ FILE = "swept_layers.cl"
 BAND_READS = 2**30  # of a launch: photosites, times instants and layers
 BAND_SPOTS = 2**20  # of the table of a launch
 LEAST_BAND_ROWS = 16
+LINE_ROWS = (1, 2, 4, 8, 16)  # rows that may share points
 
 
 @dataclass(frozen=True)
@@ -181,14 +183,14 @@ def _instants(plan: MotionPlan, window: Window, layers: int) -> _Places:
 
 
 def _points(blur: Defocus, plan: MotionPlan, window: Window, layers: int, count: int) -> _Places:
-    """Places that points of the aperture see, each at its instant. `JointMotion.rows_alike` rows share their instants."""
+    """Places that points of the aperture see, each at its instant. Rows that see them alike share them, to CELL_PX."""
     motion = blur.motion
     assert motion is not None  # else no point carries an instant
     samples = moving_samples(blur.pupil, count, 1, blur.area.open_side).astype(np.float64)
     samples = samples[np.argsort(samples[:, 1])]  # by the rows that they see, which stay in the cache
     rows, cells = 1, np.zeros(1, np.intp)
     if not plan.is_common:
-        rows = motion.rows_alike
+        rows = max(size for size in LINE_ROWS if 0.5 * motion.skew_px * (size - 1) <= CELL_PX)
         cells = np.arange(window.y // rows, (window.y + window.height - 1) // rows + 1)
     middles = np.clip(rows * cells[:, None] + np.array([0, rows - 1]), 0, len(plan.path.lines.peak) - 1).mean(axis=1)
     times_s = motion.quantiles(middles, samples[:, 5])
