@@ -59,7 +59,8 @@ def build(value: Any, keys: Keys, document: Document) -> Any:
     except PhotositeError as error:
         named = _named_keys(error)
         if named is None:
-            raise document.locate_error(error, keys) from None
+            inside = tuple((error.key or "").split("."))  # where it is about a key that has no value, or none that counts
+            raise document.locate_error(error, inside if inside[: len(keys)] == keys else keys) from None
         where = named if named[: len(keys)] == keys else (*keys, named[-1])
         raise document.locate_error(error.replace(key=join_keys(where)), where) from None
 

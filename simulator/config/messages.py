@@ -1,6 +1,7 @@
 """Convert pydantic's errors into one PhotositeError: file, line, dotted key, value, and what to write instead."""
 
 import difflib
+import re
 from typing import Any, get_args
 
 from pydantic import ValidationError
@@ -68,7 +69,8 @@ def _describe_finding(finding: ErrorDetails, keys: Keys, model: type[Section]) -
     key, kind, location = join_keys(keys), finding["type"], finding["loc"]
     if kind == "extra_forbidden":
         known = list_known_keys(model, location[:-1])
-        return PhotositeError(f"unknown key; {suggest_nearest(str(keys[-1]), known)}", key=key)
+        rule = _describe_mixed_kinds(model, location) or f"unknown key; {suggest_nearest(str(keys[-1]), known)}"
+        return PhotositeError(rule, key=key)
     if kind == "missing":
         return PhotositeError(f"is missing{_describe_field(find_field(model, location))}", key=key, joint=" ")
     if keys and finding["input"] is None:
@@ -88,6 +90,29 @@ def _describe_finding(finding: ErrorDetails, keys: Keys, model: type[Section]) -
     known = list_known_keys(model, location) if kind in SECTION_KINDS else []
     listed = f"; its keys: {', '.join(known)}" if 0 < len(known) <= MOST_LISTED_KEYS else ""
     return PhotositeError(WANTED.get(kind, finding["msg"]) + listed, key=key, value=value)
+
+
+def _describe_mixed_kinds(model: type[Section], location: Keys) -> str | None:
+    """Return what to write instead of keys of several kinds, where the keys of a section tell its kind; None elsewhere.
+
+    location: of a key that the kind lacks which the other keys tell.
+    """
+    branch, key = location[-2:] if len(location) > 1 else ("", "")
+    field = find_field(model, location[:-2])
+    if field is None or not (isinstance(branch, str) and branch.startswith("<")):
+        return None
+    kinds = {inner: list_known_keys(inner, ()) for inner in find_sections(field.annotation)}
+    chosen = next((inner for inner in kinds if f"<{inner.__name__}>" == branch), None)
+    owners = [_name_kind(inner) for inner, keys in kinds.items() if key in keys]
+    if chosen is None or not owners:
+        return None
+    listed = "; ".join(f"{_name_kind(inner)}: {', '.join(sorted(keys))}" for inner, keys in kinds.items())
+    return f"is of another kind ({' or '.join(owners)}) than the keys beside it ({_name_kind(chosen)}); keep one kind: {listed}"
+
+
+def _name_kind(section: type[Section]) -> str:
+    """Return the name of a section in words: `rolling shutter` of RollingShutter."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", section.__name__).lower()
 
 
 def suggest_nearest(word: str, choices: list[str]) -> str:

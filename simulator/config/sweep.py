@@ -17,6 +17,7 @@ from simulator.config.shot_file import apply_overrides, build_shot, load_documen
 from simulator.config.sweep_section import SweepSection, expand_values
 from simulator.errors import PhotositeError
 from simulator.pipeline.input_files import named_files
+from simulator.pipeline.motion_span import motion_span
 from simulator.pipeline.shot import Shot
 
 # Beginnings of the keys that leave the light on the sensor as it is, so that points that differ in them alone share it.
@@ -220,19 +221,33 @@ class Sweep:
         Raises PhotositeError with the line of the first value that is wrong.
         """
         if not self.values:
-            self._check_point(self[0])
+            self._check_series(0)
         strides = self._strides()
         for key, values in self.values.items():
             for row in self._rows_to_check(key, len(values)):
-                self._check_point(self[row * (self.frames if self._zip else strides[key])])
+                self._check_series(row * (self.frames if self._zip else strides[key]))
 
-    def _check_point(self, point: SweepPoint) -> None:
-        """Build the shot of a point. Raises PhotositeError, also for a file that is not there."""
+    def _check_series(self, index: int) -> None:
+        """Build the shots of the first and the last frame from a point on, and check that paths hold for both."""
+        point, last = self[index], self[index + self.frames - 1]
+        shot = self._check_point(point)
+        if shot.motion is None:
+            return
+        try:
+            spans = [span for one in (shot, last.shot()) if (span := motion_span(one)) is not None]
+            shot.motion.check_span(min(first_s for first_s, _ in spans), max(last_s for _, last_s in spans))
+        except PhotositeError as error:
+            series = f" (for the {self.frames} frames of sweep.series)" if self.frames > 1 else ""
+            raise last.locate_error(error.replace(rule=f"{error.rule}{series}")) from None
+
+    def _check_point(self, point: SweepPoint) -> Shot:
+        """Return the shot of a point. Raises PhotositeError, also for a file that is not there."""
         shot = point.shot()
         sections = (shot.scene, "scene"), (shot.lens, "lens"), (shot.motion, "motion")
         for keys, path in (named for section, key in sections for named in named_files(section, (key,))):
             if not path.is_file():
                 raise point.document.problem(keys, f"no such file (for {point.name}); check the path", path)
+        return shot
 
     def _rows_to_check(self, key: str, length: int) -> Iterable[int]:
         if key in self.listed or length <= MAX_CHECKED:

@@ -1,5 +1,6 @@
 """Paths of the camera that were recorded: a user's table, and the clips of hand-held cameras in `configs/camera_paths`."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -27,6 +28,8 @@ Clip = Literal[
     "the_zeek_2d",
     "walk_to_the_store",
 ]
+
+LONGEST_CLIP = "the_closeup (18 s)"
 
 
 @dataclass(frozen=True)
@@ -137,7 +140,12 @@ class MeasuredClip:
         return self._scaled(table, table.at(start_s + np.asarray(times_s, np.float64), 1))
 
     def _check(self, times_s: np.ndarray) -> None:
-        check_inside(times_s, self.span_s, "motion.camera.clip", self.clip, "give a greater length, or a longer clip")
+        (first, last), needed_s = self.span_s, float(np.max(times_s, initial=0.0))
+        length = f"length: {math.ceil(1e3 * needed_s - 1e-6) / 1e3:g} s"
+        fix = f"write {length}"
+        if needed_s > last - first:
+            fix = f"the whole clip is {last - first:.4g} s long: give another, such as {LONGEST_CLIP}, with {length}"
+        check_inside(times_s, (first, last), "motion.camera.clip", self.clip, fix)
 
     def _scaled(self, table: PathTable, values: np.ndarray) -> Poses:
         """Return values of the table as poses of the stated speed."""

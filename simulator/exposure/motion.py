@@ -116,16 +116,17 @@ class Motion:
         for number in self.layers:
             self.layer_moves(number, np.array([first_s, last_s]), (1, 1))
 
-    def check_exposure(self, release_s: float, openings: Sequence[LineTimes], has_flow: bool) -> None:
-        """Raise PhotositeError unless all paths hold while any line is open and, with flow, in the middle of the next frame.
+    def needed_span(self, release_s: float, openings: Sequence[LineTimes], has_flow: bool) -> tuple[float, float]:
+        """Return the first and last time of the clock at which a frame needs the paths [s].
 
-        release_s: of the shutter, on the clock [s].
+        That is while any line is open and, with flow, in the middle of the next frame. release_s: of the shutter, on the clock
+        [s].
         """
         first_s = min(float(one.opens_s.min()) for one in openings)
         last_s = max(float(one.closed_s.max()) for one in openings)
         if has_flow and self.flow_after_s is not None:
             last_s = max(last_s, self.flow_after_s + float(mid_exposure_s(openings).max()))
-        self.check_span(release_s + first_s, release_s + last_s)
+        return release_s + first_s, release_s + last_s
 
 
 _STILL: CameraPath = SteadyMotion()

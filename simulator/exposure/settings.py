@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from datetime import datetime
 
-from simulator.errors import require
+from simulator.errors import PhotositeError, require
 from simulator.exposure.dials import AutoIso, Dials, Mode
 from simulator.exposure.flash import Flash
 from simulator.exposure.flicker import MainsFlicker, PwmLamp
@@ -56,8 +56,11 @@ class Exposure:
     def __post_init__(self) -> None:
         stated = f"{self.time_s:g} s"
         if self.mode in _BY_HAND:
-            rule = "the shutter must open and close; write for example `time: 1/125 s`, or `mode: aperture_priority`"
-            require(0 < self.time_s < math.inf, "exposure.time", stated, rule)
+            rule = "write for example `time: 1/125 s`, or `mode: aperture_priority`, in which the camera chooses it"
+            if self.time_s == 0:
+                needs = f"the shutter must open and close, so that mode {self.mode} needs a time"
+                raise PhotositeError(f"{needs}; {rule}", key="exposure.time")
+            require(0 < self.time_s < math.inf, "exposure.time", stated, f"the shutter must open and close; {rule}")
         else:
             rule = f"mode {self.mode} chooses the time; leave it out, or write mode: shutter_priority"
             require(self.time_s == 0, "exposure.time", stated, rule)

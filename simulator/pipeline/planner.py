@@ -180,7 +180,7 @@ def _plan_light(
     scene = load_seen(shot)
     if shot.motion is not None:
         shot.motion.check_layers([float(np.min(layer.depth_m)) for layer in scene.layers])
-        shot.motion.check_exposure(shot.exposure.start_s, exposed.openings, "flow" in shot.truth)
+        shot.motion.check_span(*shot.motion.needed_span(shot.exposure.start_s, exposed.openings, "flow" in shot.truth))
     timing = None if shot.motion is None else Timing(shot.motion, exposed.components)
     tangent = 0.0 if exposed.flash is None else tangent_per_pixel(scene, shot.lens, shot.camera)
 

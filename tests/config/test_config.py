@@ -113,6 +113,14 @@ def test_every_number_arrives_in_the_unit_of_its_field(folder):
         ("iso: 100", "shutter: {travel: top_to_bottom}", 10, "exposure.shutter.travel_time is missing"),
         ("iso: 100", "flicker: {frequency: 100 Hz}", 10, "exposure.flicker.modulation is missing"),
         ("iso: 100", "flash: {guide_number: 10 m}", 10, "exposure.flash.length = 0 s: a pulse takes time"),
+        ("  time: 1/125 s\n", "", 8, "exposure.time: the shutter must open and close, so that mode manual needs a time; write"),
+        (
+            "iso: 100",
+            "iso: 100\n  shutter: {travel_time: 3 ms, readout_time: 9 ms}",
+            11,
+            "exposure.shutter.readout_time: is of another kind (rolling shutter or global shutter) than the keys beside it "
+            "(curtain shutter); keep one kind: curtain shutter: acceleration, distance, travel, travel_time; rolling shutter: ",
+        ),
         ("iso: 100", "iso: 1e2", 10, "exposure.iso = 100.0: give a whole number"),
         (
             "iso: 100",

@@ -100,6 +100,16 @@ def test_a_value_of_a_layer_is_set_by_its_path(tmp_path):
         ("vectors: {image: a.exr, unit: px}", "motion.vectors.unit = px: .*px/frame"),
         ("camera: {pan: 10}", "motion.camera.pan = 10: has no unit; write a speed of rotation"),
         ("camera: {pan: 10 m/s}", "motion.camera.pan = 10 m/s: is a speed; a speed of rotation such as 10 deg/s is wanted"),
+        (
+            "camera: {clip: investigation, lowest: 2 Hz}",
+            r"motion.camera.lowest: is of another kind \(hand tremor\) than the keys beside it \(measured clip\); keep one "
+            "kind: steady motion: back, .*; hand tremor: highest, location_rms, lowest",
+        ),
+        (
+            "camera: {pan: 2 deg/s, rms: 3 deg/s}",
+            r"motion.camera.rms: is of another kind \(measured clip or hand tremor\) .*\(steady motion\)",
+        ),
+        ("camera: {pan: 2 deg/s, tlt: 3 deg/s}", "motion.camera.tlt: unknown key; did you mean `tilt`"),
         ("camera: {clip: hand}", "motion.camera.clip = hand: .*the_closeup"),
         ("camera: {clip: the_closeup, rms: -1 deg/s}", "motion.camera.rms = -1.0 deg/s: give 0 or more"),
     ],

@@ -364,3 +364,14 @@ def test_the_flow_of_a_frame_of_a_series_leads_to_the_middle_of_the_next(tmp_pat
     assert second.motion.flow_time_s == pytest.approx(middles_s[2] - middles_s[1], rel=1e-12)
     stated = load(tmp_path, {"series": {"frames": 2}}, text.replace("{pan: 1 deg/s}", "{pan: 1 deg/s}, flow_time: 1 s"))
     assert [point.shot().motion.flow_time_s for point in stated] == [1.0, 1.0]
+
+
+@pytest.mark.parametrize("path", ["clip: handycam_run, seed: 1", "path: turn.csv"])
+def test_a_path_that_is_shorter_than_a_series_is_refused_before_its_first_frame(tmp_path, path):
+    (tmp_path / "turn.csv").write_text("time_s,rotation_euler_y\n0,0\n1,0.01\n2,0.02\n")
+    text = SHOT + f"motion: {{camera: {{{path}}}}}\n"
+    told = r"to 2[.\d]* s of the shot's clock, .* 0 s to 3.508 s; .*for the 6 frames of sweep.series"
+    with pytest.raises(PhotositeError, match=told) as found:
+        load(tmp_path, {"series": {"frames": 6, "interval": "700 ms"}}, text)
+    assert found.value.key.startswith("motion.camera.") and found.value.line is not None
+    assert len(load(tmp_path, {"series": {"frames": 4, "interval": "500 ms"}}, text)) == 4

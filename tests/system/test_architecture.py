@@ -93,6 +93,7 @@ ORDER = {
         "input_files",
         "scene_loading",
         "time_fit",
+        "motion_span",
         "shot",
     ),
     "simulator/raw": (
