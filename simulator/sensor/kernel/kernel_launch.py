@@ -123,7 +123,7 @@ def launch_sensor(
             wanted = (means == variant) & (inside & (pairs == mask))[:, np.newaxis]
             macros = {**group.defines, "POISSON_VARIANT": variant, "ROWS": mask, "PART": int(part)}
             macros |= {"AT_ONCE": vector, "WORK_ITEMS": work_items}
-            for (tile_width, tile_height), corners in tiles.group_by_shape(columns, rows, wanted).items():
+            for (tile_width, tile_height), corners in tiles.join_pairs(columns, rows, wanted).items():
                 device.run(
                     device.kernel("sensor", macros),
                     (min(work_items, tile_width), -(-tile_height // 2), len(corners)),
