@@ -19,6 +19,7 @@
 #define SMALLER_MEANS 3  // all below 2
 #define SMALLEST_MEANS 4 // all below 0.5
 #define BRIGHT_MEANS 5   // all at least POISSON_BRIGHT
+#define NEEDS_NORMAL(means) ((means) <= ALL_MEANS || (means) == BRIGHT_MEANS)
 
 // r: 1 / sqrt(mean). w: N(0, 1). The fit holds for s from -1.3 up; below, the count is 0 with s = -1.3, too.
 INLINE float poisson_expansion(const float mean, const float r, const float w, const int means) {

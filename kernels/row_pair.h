@@ -17,22 +17,19 @@ INLINE void expose_row_pair(global const float *input, global result_type *outpu
                             const uint x, const uint y, const uint frame_seed, const uint body_seed, constant float *parameters,
                             const uint hot) {
     const struct words frame = block_of(x, y, STREAM_FRAME, frame_seed, 0u);
-    const struct words body = block_of(x, y, STREAM_BODY, body_seed, 1u);
-    float first_normals[NORMALS], second_normals[NORMALS];
+    float last = 0.0f, first_normals[NORMALS], second_normals[NORMALS];
     uint first_bits[BITS], second_bits[BITS];
-    draw_bits_of_pair(x, y, frame_seed, body_seed, first_bits, second_bits);
+    draw_bits(x, y, frame, frame_seed, body_seed, first_bits, second_bits);
     first_bits[HOT_HERE] = second_bits[HOT_HERE] = hot;
-    uint zero = draw_normals_of_pair(x, y, frame, frame_seed, body_seed, hot, first_normals, second_normals);
+    draw_normals(x, y, frame, frame_seed, body_seed, hot, first_normals, second_normals);
 #if ROWS & FIRST_ROW
-    draw_normals_of_row(frame.b ^ zero, angle_of_first(frame), body.b, angle_of_first(body), first_normals);
     const float first = photosite(input[index], x, y & ~1u, first_normals, first_bits, frame_seed, body_seed, parameters);
     output[index] = (result_type)first;
+    last = first;
     index = index + width;
-    zero = zero_after(first);
 #endif
 #if ROWS & SECOND_ROW
-    draw_normals_of_row(frame.c ^ zero, angle_of_second(frame), body.c, angle_of_second(body), second_normals);
-    const float second = as_float(as_uint(input[index]) ^ zero);
+    const float second = as_float(as_uint(input[index]) ^ zero_after(last));
     output[index] = (result_type)photosite(second, x, y | 1u, second_normals, second_bits, frame_seed, body_seed, parameters);
 #endif
 }

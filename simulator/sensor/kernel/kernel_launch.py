@@ -17,6 +17,7 @@ from simulator.sensor.stages.registry import FUSED
 from simulator.sensor.stages.stage import Means, Stage
 
 LARGEST_PLACE_PX = 2**24  # x and y lie below it: float32 represents integers exactly up to there
+TILE_PX = 512  # most columns of a tile on a CPU: means differ more in a wider one, and more tiles need the code for all means
 VECTOR_PX = 32  # columns that a CPU computes at once: several registers, so that few instructions wait for the one before
 REQUIRED = tuple(stem for stem in stage_order() if FUSED[stem].is_required)
 
@@ -106,7 +107,7 @@ def launch_sensor(
     """
     height, width = shape
     vector, work_items = (VECTOR_PX, 1) if device.span > 1 else (1, device.row_px)
-    columns = tiles.column_edges(width, device.row_px, vector)
+    columns = tiles.column_edges(width, min(device.row_px, TILE_PX), vector)
     rows, pairs = tiles.stack_edges([setting.y for setting in settings], height, tile_height)
     frame_of_row = rows[:-1] // height
     means = np.full((len(pairs), len(columns) - 1), PoissonVariant.LARGE)
@@ -122,7 +123,7 @@ def launch_sensor(
             wanted = (means == variant) & (inside & (pairs == mask))[:, np.newaxis]
             macros = {**group.defines, "POISSON_VARIANT": variant, "ROWS": mask, "PART": int(part)}
             macros |= {"AT_ONCE": vector, "WORK_ITEMS": work_items}
-            for (tile_width, tile_height), corners in tiles.group_by_shape(columns, rows, wanted).items():
+            for (tile_width, tile_height), corners in tiles.join_pairs(columns, rows, wanted).items():
                 device.run(
                     device.kernel("sensor", macros),
                     (min(work_items, tile_width), -(-tile_height // 2), len(corners)),

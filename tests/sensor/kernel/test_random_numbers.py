@@ -6,28 +6,46 @@ from helpers.randomness import accept
 from scipy import stats
 
 from simulator.device.kernel_source import expanded
+from simulator.sensor.stages.poisson_variants import MACROS, PoissonVariant
 
-NONE = dict.fromkeys(("DARK_CURRENT", "HOT_PIXELS", "COLUMN_OFFSET", "ROW_NOISE"), 0) | {
-    f"{stem}_STREAM": "9u" for stem in ("DARK_CURRENT", "HOT_PIXELS", "COLUMN_OFFSET", "ROW_NOISE")
+ABSENT = ("DARK_CURRENT", "HOT_PIXELS", "COLUMN_OFFSET", "ROW_NOISE")
+PRESENT = ("PHOTON_SHOT_NOISE", "READ_NOISE_BEFORE_GAIN", "READ_NOISE_AFTER_GAIN", "PRNU", "DSNU")
+BUILD = {
+    **dict.fromkeys(ABSENT, 0),
+    **{f"{stem}_STREAM": "9u" for stem in ABSENT},
+    **dict.fromkeys(PRESENT, 1),
+    **MACROS,
+    "POISSON_VARIANT": int(PoissonVariant.ALL),
 }
 # What of the words each normal number may count as its own: radius words, and angles of which 21 bits matter.
 OWN_BITS = {
     "block.a": 21,
     "block.b": 22,
     "block.c": 22,
-    "shared_angle(block)": 21,
-    "angle_of_first(block)": 21,
-    "angle_of_second(block)": 21,
+    "angle_of_a(block)": 21,
+    "angle_of_b(block)": 21,
+    "angle_of_c(block)": 21,
 }
+COUNTS = """#include "random_numbers.h"
+kernel void probe(global float *numbers, const uint count, const uint y, const uint seed) {
+    const uint x = get_global_id(0);
+    const struct words frame = block_of(x, y, STREAM_FRAME, seed, 0u);
+    float normals[2][NORMALS];
+    uint bits[2][BITS];
+    draw_normals(x, y, frame, seed, seed, 0u, normals[0], normals[1]);
+    draw_bits(x, y, frame, seed, seed, bits[0], bits[1]);
+    for (uint row = 0; row < 2; row++) {
+        numbers[row * count + x] = fine_uniform(bits[row][SHOT_COUNT]);
+        numbers[(2 + row) * count + x] = normals[row][BEFORE];
+        numbers[(4 + row) * count + x] = normals[row][AFTER];
+    }
+}"""
 NAMES = ("shot", "before gain", "after gain", "response", "offset")
 PROBE = """#include "random_numbers.h"
 kernel void probe(global float *numbers, const uint count, const uint y, const uint seed) {
     const uint x = get_global_id(0);
-    const struct words frame = block_of(x, y, STREAM_FRAME, seed, 0u), body = block_of(x, y, STREAM_BODY, seed, 1u);
     float first[NORMALS], second[NORMALS];
-    draw_normals_of_pair(x, y, frame, seed, seed, 0u, first, second);
-    draw_normals_of_row(frame.b, angle_of_first(frame), body.b, angle_of_first(body), first);
-    draw_normals_of_row(frame.c, angle_of_second(frame), body.c, angle_of_second(body), second);
+    draw_normals(x, y, block_of(x, y, STREAM_FRAME, seed, 0u), seed, seed, 0u, first, second);
     for (int i = SHOT; i <= OFFSET; i++) {
         numbers[(size_t)i * count + x] = first[i];
         numbers[(size_t)(i + 5) * count + x] = second[i];
@@ -57,7 +75,7 @@ def test_the_bits_that_matter_of_all_numbers_of_a_block_are_independent(bench):
         function = (
             f"INLINE uint part(uint a, uint b, uint c, uint d) {{ const struct words block = {{a, b, c, d}}; return {word}; }}"
         )
-        found = bench.header("random_numbers.h", "part(a, b, c, d)", arrays, NONE, np.uint32, function)
+        found = bench.header("random_numbers.h", "part(a, b, c, d)", arrays, BUILD, np.uint32, function)
         for place in range(31, 31 - bits, -1):
             sums.append(sum(1 << int(bit) for bit in np.flatnonzero((found >> place) & 1)))
     assert _rank(sums) == len(sums) == 128
@@ -68,7 +86,7 @@ class _Draws:
 
     def __init__(self, device, count):
         self.device, self.count = device, count
-        self.kernel = device.build(expanded(PROBE), "probe", NONE)
+        self.kernel = device.build(expanded(PROBE), "probe", BUILD)
         self.numbers = device.empty((10, count), np.float32)
 
     def row(self, y, seed):
@@ -124,6 +142,22 @@ def _check(device, width, rows, seed):
 
 def test_numbers_of_a_pair_of_rows_are_independent_and_normal(device):
     _check(device, 2**16, 64, seed=3)
+
+
+def test_counts_of_few_electrons_know_nothing_of_the_read_noise(device):
+    """Both come from one block: uniform numbers of both rows against normal numbers, themselves and squared, and each other."""
+    count = 2**20
+    numbers = device.empty((6, count), np.float32)
+    device.run(device.build(expanded(COUNTS), "probe", BUILD), (count,), None, numbers=numbers, count=count, y=6, seed=5)
+    drawn = device.download(numbers, (6, count), np.float32).astype(float)
+    shares, normals = np.sqrt(12.0) * (drawn[:2] - 0.5), drawn[2:]
+    checks = {("uniform", row): stats.kstest(drawn[row], "uniform").pvalue for row in (0, 1)}
+    checks["rows"] = 2 * stats.norm.sf(abs((shares[0] * shares[1]).sum()) / np.sqrt(count))
+    for what, others in (("normal", normals), ("square", np.sqrt(0.5) * (normals**2 - 1.0))):
+        for power, own in (("share", shares), ("square of share", np.sqrt(1.25) * (shares**2 - 1.0))):
+            scores = abs(own @ others.T) / np.sqrt(count)
+            checks |= {(what, power, i, j): 2 * stats.norm.sf(scores[i, j]) for i in (0, 1) for j in range(4)}
+    accept(checks)
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from helpers.camera_builders import every_stage
 from simulator.device import devices, open_device
 from simulator.device.kernel_source import kernel_source
 from simulator.sensor.kernel.kernel_program import stage_order
-from simulator.sensor.kernel.tiles import column_edges
+from simulator.sensor.kernel.tiles import column_edges, join_pairs
 from simulator.sensor.stages.color_bias import ColorBias
 from simulator.sensor.stages.conversion_gain import ConversionGain
 from simulator.sensor.stages.read_noise_after_gain import ReadNoiseAfterGain
@@ -116,3 +116,15 @@ def test_kernels_keep_to_plain_operators():
         "fabs",
     }
     assert not calls & builtin and not any(call.startswith("native_") for call in calls)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 6])
+def test_joined_tiles_cover_each_wanted_tile_once(count):
+    rng = np.random.default_rng(count)
+    columns, rows = np.append(0, rng.integers(1, 5, count).cumsum()), np.array([0, 2, 6, 8, 14])
+    wanted = rng.random((4, count)) < 0.6
+    covered = np.zeros((14, columns[-1]), int)
+    for (width, height), corners in join_pairs(columns, rows, wanted).items():
+        for x, y in corners.astype(int):
+            covered[y : y + height, x : x + width] += 1
+    assert np.array_equal(covered, wanted.astype(int).repeat(np.diff(rows), axis=0).repeat(np.diff(columns), axis=1))
