@@ -250,7 +250,8 @@ CASES = (
         ("highlights_take", "highlights_spread"),
         {"radius_px": Real(0.5, 10.0, switches=(1.0, 2.0)), "light": Real(1.0, 1e8, log=True), "electrons": ELECTRONS},
         run_highlights,
-        PROMISED,
+        PROMISED + "; half a sigma is chosen: the budget does not tell that the disk of such a lamp is exact",
+        most_sigma=0.5,
         keeps=True,
     ),
     StressCase(

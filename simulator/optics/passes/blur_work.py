@@ -7,6 +7,7 @@ import numpy as np
 from simulator.optics.defocus.aperture_kernel import clipped_work
 from simulator.optics.defocus.defocus import TILE_COLUMNS, TILE_ROWS
 from simulator.optics.defocus.predicted_cost import Work, add, tile_work
+from simulator.optics.passes.scene_gather import rectangles_of_tiles
 from simulator.optics.passes.tile_grid import BAND_ROWS
 from simulator.optics.passes.tile_plan import TilePlan
 
@@ -39,7 +40,7 @@ def _gather_work(tiles: TilePlan) -> Work:
         return {}
     radius_px = chosen.largest_px[gathered]
     taps = np.ceil((1.0 + 2.0 * tiles.defocus.pupil.corner_radius * radius_px) * projection.scale) + 1.0
-    return {"gathers": float(TILE_ROWS * TILE_COLUMNS * (taps**2 * tiles.defocus.gathered_rectangles(radius_px)).sum())}
+    return {"gathers": float(TILE_ROWS * TILE_COLUMNS * (taps**2 * rectangles_of_tiles(tiles)[gathered]).sum())}
 
 
 def _clipped_work(tiles: TilePlan) -> Work:

@@ -1,17 +1,23 @@
 """The lens blur of small circles in a scene finer than the photosites: tiles that are gathered from the scene's pixels."""
 
+import itertools
 import math
 
 import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.device.kernel_source import declared_struct, kernel_source
-from simulator.optics.defocus.aperture_rectangles import aperture_rectangles
+from simulator.optics.defocus.accuracy import LAMP_PEAK
+from simulator.optics.defocus.aperture_rectangles import aperture_rectangles, rectangle_count
 from simulator.optics.defocus.defocus import TILE_COLUMNS, TILE_ROWS
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.optics.pupil.pupil import Pupil
+from simulator.scene.content_keys import freeze
+from simulator.scene.scene import Scene
 from simulator.sensor.camera.cfa import Cfa
 
+LAMP_ROWS = 256  # of the scene in which lamps are searched at once
+MOST_PX = 3.0  # larger blur circles reach more pixels than are gathered (`MOST_GATHERED`) [photosites]
 RADIUS_STEP_PX = 0.25  # tiles whose blur circles lie between multiples of it share a launch
 
 
@@ -25,12 +31,12 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
     if not gathered.any():
         return
     pupil, inset = tiles.defocus.pupil, 0.5 * (1.0 - projection.open_side)
+    steps, counts = np.ceil(chosen.largest_px / RADIUS_STEP_PX), rectangles_of_tiles(tiles)
     for layer, own in enumerate(tiles.defocus.radii_px):
         here = gathered & chosen.visible[layer]
-        steps = np.ceil(chosen.largest_px / RADIUS_STEP_PX)
-        for step in np.unique(steps[here]).tolist():
-            selected = here & (steps == step)
-            rectangles = _rectangles(pupil, int(tiles.defocus.gathered_rectangles(np.array(step * RADIUS_STEP_PX))))
+        for step, count in sorted(set(zip(steps[here].tolist(), counts[here].tolist(), strict=True))):
+            selected = here & (steps == step) & (counts == count)
+            rectangles = _rectangles(pupil, count)
             side = 1.0 - 2.0 * inset + 2.0 * pupil.corner_radius * step * RADIUS_STEP_PX
             graded = isinstance(own, np.ndarray)
             defines = {
@@ -56,6 +62,44 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
                 pose=projection.upload_pose(device),
                 **arguments,
             )
+
+
+def rectangles_of_tiles(tiles: TilePlan) -> np.ndarray:
+    """Rectangles of the aperture by which each tile is gathered, (tile rows, tile columns): more where a lamp reaches it."""
+    radius_px = np.ceil(tiles.chosen.largest_px / RADIUS_STEP_PX) * RADIUS_STEP_PX
+    most = tiles.defocus.gathered_rectangles(radius_px)
+    return np.where(_reached_by_lamps(tiles), most, rectangle_count(radius_px))
+
+
+def _reached_by_lamps(tiles: TilePlan) -> np.ndarray:
+    """Whether light of a lamp may reach each tile. Behind a lens that distorts, or where a camera turns, it may reach all."""
+    projection, accuracy, area = tiles.optics.projection, tiles.optics.accuracy, tiles.area
+    if accuracy.peak < LAMP_PEAK or projection.warp is not None or projection.pose is not None:
+        return np.full(area.grid, accuracy.peak >= LAMP_PEAK)
+    reached, scene, weights = np.zeros(area.grid, bool), tiles.optics.scene, tiles.optics.weights
+    limit = LAMP_PEAK * accuracy.brightest
+    rows, columns = scene.remember(("lamps", freeze(weights), limit), lambda: _lamps(scene, weights, limit))
+    reach_px = tiles.defocus.pupil.corner_radius * MOST_PX + 1.0
+    down, right = (
+        (rows + 0.5 - projection.offset_y) / projection.scale,
+        (columns + 0.5 - projection.offset_x) / projection.scale,
+    )
+    for y, x in itertools.product((down - reach_px, down + reach_px), (right - reach_px, right + reach_px)):
+        row, column = (np.floor((y - area.tile_y) / TILE_ROWS), np.floor((x - area.tile_x) / TILE_COLUMNS))
+        inside = (row >= 0) & (row < area.grid[0]) & (column >= 0) & (column < area.grid[1])
+        reached[row[inside].astype(int), column[inside].astype(int)] = True
+    return reached
+
+
+def _lamps(scene: Scene, weights: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
+    """Row and column of the pixels that are brighter than a limit of electron radiance in any channel, in any layer."""
+    found = [np.empty((0, 2), int)]
+    for layer in scene.layers:
+        for first in range(0, len(layer.planes), LAMP_ROWS):
+            light = layer.planes[first : first + LAMP_ROWS] @ weights
+            found.append(np.argwhere((light > limit).any(axis=2)) + (first, 0))
+    rows, columns = np.concatenate(found).T
+    return rows, columns
 
 
 def _rectangles(pupil: Pupil, count: int) -> np.ndarray:

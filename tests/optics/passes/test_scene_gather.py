@@ -16,6 +16,7 @@ from simulator.device import open_device
 from simulator.optics.defocus.accuracy import Accuracy, gathered_lamp_error
 from simulator.optics.defocus.aperture_rectangles import aperture_rectangles, rectangle_count
 from simulator.optics.defocus.predicted_error import predicted_error
+from simulator.optics.passes.scene_gather import rectangles_of_tiles
 from simulator.optics.pupil.pupil import Aperture, Pupil
 from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
@@ -188,6 +189,21 @@ def test_a_crop_has_the_bits_of_the_frame():
     crop, planned = frame_radiance(replace(shot, camera=replace(shot.camera, window=Window(7, 9, 30, 25))))
     assert planned.tiles.chosen.samples_per_axis.max() == 0
     assert np.array_equal(crop, whole[9:34, 7:37])
+
+
+def test_tiles_that_a_lamp_reaches_take_more_rectangles_and_no_others():
+    """Tiles of 16 rows: a lamp beside a border between two of them reaches both. A crop has the bits of the frame."""
+    for row, expected in ((24.5, [8, 32, 8]), (16.5, [32, 32, 8])):
+        pixels = np.full([round(2.7 * side) for side in SHAPE], 0.5)
+        pixels[round(2.7 * row), 60] = 1e4
+        shot = fine_shot(pixels, SHAPE, 0.4, 1000.0)
+        whole, planned = frame_radiance(shot)
+        assert rectangles_of_tiles(planned.tiles).ravel().tolist() == expected
+        crop, _ = frame_radiance(replace(shot, camera=replace(shot.camera, window=Window(7, 20, 30, 15))))
+        assert np.array_equal(crop, whole[20:35, 7:37])
+    assert (
+        rectangles_of_tiles(measure(plan(fine_shot(0.0 * pixels + 0.5, SHAPE, 0.4, 1000.0)), open_device()).tiles) == 8
+    ).all()
 
 
 def test_a_circle_that_is_left_out_is_told_with_its_error():
