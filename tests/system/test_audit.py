@@ -10,8 +10,9 @@ from audit.chart import draw_chart
 from audit.drawn_scenes import LIGHTS, SURFACES, draw_light, draw_surfaces
 from audit.drawn_shots import distances, draw_shot
 from audit.float64_truth import exact_means, is_simple, sum_rays
-from audit.measured_shot import NoTruthError, Record, measure_shot, noise_electrons, true_electrons, z_scores
+from audit.measured_shot import Record, measure_shot
 from audit.records import append, read_records
+from audit.shot_truth import NoTruthError, noise_electrons, true_electrons, wanted_error, z_scores
 from audit.summary import is_looser, median_factor, ranked_share, summarise, verdicts
 
 from simulator import load_shot
@@ -158,7 +159,7 @@ def test_the_reference_path_has_the_closed_form_at_any_scale(tmp_path, device):
         planned = plan(shot)
         summed = exact_means(shot, planned) or sum_rays(shot, planned)
         own = np.quantile(summed.error / noise_electrons(summed.electrons, planned), 0.99)
-        found, sigma = true_electrons(dataclasses.replace(shot, tolerance=0.1), device)
+        found, sigma = true_electrons(dataclasses.replace(shot, tolerance=0.1), device, wanted_error(0.1))
         z = np.abs(z_scores(found, summed.electrons, planned))
         assert np.quantile(z, 0.99) < 3.3 * np.hypot(sigma, own)
 
