@@ -18,7 +18,7 @@ from simulator.pipeline.stopwatch import Stopwatch
 
 TIGHTER = 1 / 3  # tolerance of the second shot, in that of the first
 JUDGED = 0.2  # largest standard error of a truth that judges a shot, in the error that is allowed
-TRUTH_S = 12.0  # processor time for the rays of a truth [s]
+TRUTH_S = 5.0  # processor time for the rays of a truth [s]
 CHECKED = 4  # one in so many shots that float64 knows has the reference path held against it
 CORES = 2  # over which predicted times divide the processor time
 METHODS = ("reference", "joint", "instants", "swept", "points", "mean", "copy", "psf", "sharp")

@@ -23,8 +23,9 @@ TRUTH_SHARE = 0.15  # largest standard error of the truth, in the tolerance
 LEAST_TRUTH_ERROR, MOST_TRUTH_ERROR = 0.006, 0.03  # [standard deviations of the noise]
 STATED_SHARE = 0.01  # the same, in the error that the plan states where it cannot keep the tolerance
 MOST_RAYS = 16384  # of a photosite and replication
-FEWEST_OF_IMAGE, MORE_RAYS = 128, 4  # rays of an image of several at first, and factor to the next number of rays
-MOST_IMAGES = 16  # images of a moving frame whose errors count as independent
+FEWEST_OF_IMAGE, MORE_RAYS = 16, 4  # rays of an image of several at first, and factor to the next number of rays
+MOST_INDEPENDENT = 16  # images of a moving frame whose errors count as independent
+MOST_IMAGES = 96  # instants at which rays are followed: each image costs launches and uploads, whatever its rays
 SUMMED_POINTS = 1024, 8192  # rays of each set of a float64 sum, as many as are needed
 
 
@@ -84,21 +85,22 @@ def wanted_error(tolerance: float) -> float:
 def true_electrons(shot: Shot, device: Device, wanted: float, seconds: float = math.inf) -> tuple[np.ndarray, float]:
     """Mean electrons by the reference path, and the largest standard error of its photosites [standard deviations].
 
-    wanted: standard error at which rays suffice. The shot is taken with more and more rays, each time anew, until it has that
-    error or MOST_RAYS, or until the next number is expected to need more processor time than `seconds` in all.
+    wanted: error at which rays suffice. The shot is taken with more and more rays, each time anew, until it has that error or
+    MOST_RAYS, or until the next number is expected to need more processor time than `seconds` in all. The error that fewer
+    instants leave counts as well.
     """
     reference = replace(shot, tolerance=0.0)
-    planned = plan(reference)
-    images = _independent_images(planned)
-    rays, most = (max(count // images, FEWEST_OF_IMAGE) for count in (FEWEST_RAYS, MOST_RAYS))
+    planned, of_instants = _with_fewer_instants(plan(reference), 0.5 * wanted)
+    count, images = _images(planned), _independent_images(planned)
+    rays, most = (max(number // count, FEWEST_OF_IMAGE) for number in (FEWEST_RAYS, MOST_RAYS))
     spent_s = 0.0
     while True:
         started_s = time.process_time()
         found, left, worst = _follow_rays(planned, reference, device, wanted * math.sqrt(images), rays)
         cost_s = time.process_time() - started_s
         if planned.optics.defocus is None:
-            return found, 0.0
-        sigma, spent_s = max(wanted, worst / math.sqrt(images)), spent_s + cost_s
+            return found, of_instants
+        sigma, spent_s = max(wanted, of_instants + worst / math.sqrt(images)), spent_s + cost_s
         more = min(MORE_RAYS * rays, most)
         expected_s = cost_s * (1.0 + left * (more / rays - 1.0))
         if sigma <= wanted or more == rays or spent_s + expected_s > seconds:
@@ -106,9 +108,7 @@ def true_electrons(shot: Shot, device: Device, wanted: float, seconds: float = m
         rays = more
 
 
-def _follow_rays(
-    planned: Plan, reference: Shot, device: Device, allowed: float, rays: int
-) -> tuple[np.ndarray, float, float]:
+def _follow_rays(planned: Plan, reference: Shot, device: Device, allowed: float, rays: int) -> tuple[np.ndarray, float, float]:
     """Return mean electrons with so many rays, the share of photosites beyond an allowed error, and the largest error.
 
     Of an image; where no more than a thousandth of the photosites is beyond, the error is 0.
@@ -130,15 +130,38 @@ def run(planned: Plan, shot: Shot, device: Device, timed: Stopwatch | None = Non
     return execute(planned, shot, device, silent, timed or Stopwatch()).mean_electrons.astype(np.float64)
 
 
-def _independent_images(planned: Plan) -> int:
-    """Images of which a moving frame is the mean, whose errors differ; 1 where rays carry instants or nothing moves.
-
-    The rays of all images are the same, so that errors differ only where the image has moved by half a photosite.
-    """
+def _images(planned: Plan) -> int:
+    """Instants at which rays are followed; 1 where rays carry instants or nothing moves."""
     motion = planned.optics.motion
     if motion is None or motion.method != "instants":
         return 1
-    return max(min(motion.count, round(2.0 * motion.length.longest_px), MOST_IMAGES), 1)
+    return max(motion.count if motion.is_common else len(motion.shared_nodes()), 1)
+
+
+def _with_fewer_instants(planned: Plan, allowed: float) -> tuple[Plan, float]:
+    """Return a plan with as few instants as an error [standard deviations] needs, at most MOST_IMAGES, and their error.
+
+    The error of instants falls at most as the square of their number. As many as are planned: their error is that of the plan,
+    which the reference path counts as none.
+    """
+    motion, count = planned.optics.motion, _images(planned)
+    if motion is None or count == 1:
+        return planned, 0.0
+    own = planned.optics.accuracy.in_sigma(motion.error)
+    needed = count * min(math.sqrt(own / max(allowed, 1e-9)), 1.0)
+    kept = min(max(needed, FEWEST_OF_IMAGE), MOST_IMAGES)
+    if kept >= count:
+        return planned, 0.0
+    fewer = replace(motion, count=max(int(motion.count * kept / count), 1))
+    return replace(planned, optics=replace(planned.optics, motion=fewer)), own * (motion.count / fewer.count) ** 2
+
+
+def _independent_images(planned: Plan) -> int:
+    """Images whose errors differ: the rays of all are the same, so that the image has to move by half a photosite."""
+    motion, count = planned.optics.motion, _images(planned)
+    if motion is None or count == 1:
+        return 1
+    return max(min(count, round(2.0 * motion.length.longest_px), MOST_INDEPENDENT), 1)
 
 
 def _left_error(message: object) -> tuple[float, float]:
