@@ -64,7 +64,7 @@ def show(records: list[Record], failed: dict[int, str], console: Console) -> boo
     for heading in ("method", "shots", "kept", "median error", "median error / prediction"):
         table.add_column(heading, justify="left" if heading == "method" else "right")
     for method in METHODS:
-        own = [one for one in records if one.method == method]
+        own = [one for one in records if one.method == method and one.is_judged]
         if own:
             kept, errors = sum(one.excess <= 1.0 for one in own), sorted(one.p99_9 for one in own)
             table.add_row(method, str(len(own)), str(kept), f"{errors[len(own) // 2]:.2g}", f"{tightness(own):.2g}")
@@ -74,6 +74,17 @@ def show(records: list[Record], failed: dict[int, str], console: Console) -> boo
         console.print(
             f"{one.seed}:{one.number} {one.method}, tolerance {one.tolerance:g}, predicted {one.predicted:.2g}: "
             f"{one.p99_9:.2g} sigma; {', '.join(one.kinds)}"
+        )
+    for one in found.random_broken:
+        console.print(
+            f"{one.seed}:{one.number} random plan: {one.random_p99_9:.2g} sigma, predicted {one.random_predicted:.2g}"
+        )
+    for one in found.looser:
+        console.print(f"{one.seed}:{one.number} {one.p99_9:.2g} sigma, at a tighter tolerance {one.tighter_p99_9:.2g}")
+    for one in found.unjudged:
+        console.print(
+            f"{one.seed}:{one.number} {one.method}: not judged, standard error of the truth {one.truth_sigma:.2g} sigma, "
+            f"allowed {one.allowed:.2g}; {', '.join(one.kinds)}"
         )
     for number, message in failed.items():
         console.print(f"failed {number}: {message}")

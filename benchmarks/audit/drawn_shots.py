@@ -32,7 +32,7 @@ PHASES = "RGGB", "BGGR", "GRBG", "GBRG"
 TOLERANCES = 0.03, 0.1, 0.3, 1.0
 WEIGHED = "one", *(one for one in SURFACES if one != "photograph"), "layers"
 SCALES = 0.5, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.7, 3.0, 4.0, 4.0, 8.0  # scene pixels per photosite
-WIDTHS = 33, 48  # of a frame [photosites]; few, since a device compiles kernels for each
+WIDTHS = 32, 33  # of a frame [photosites]; few, since a device compiles kernels for each
 LEAST_E, MOST_E = 5.0, 50_000.0  # of the bright parts of the scene
 NEAREST_M = 0.12
 REFUSED = 60  # drawings that the simulator may refuse before one that it takes
