@@ -58,7 +58,7 @@ def take_all(seed: int, numbers: list[int], jobs: int, truth_s: float, path: Pat
                 progress.advance(task)
 
 
-def show(records: list[Record], failed: dict[int, str], console: Console) -> bool:
+def show(records: list[Record], failed: dict[int, str], refused: dict[int, str], console: Console) -> bool:
     """Print tables by method and of broken promises, and verdicts; returns whether all are reached."""
     table = Table(title="errors by method, in sigma of each photosite's noise", title_justify="left")
     for heading in ("method", "shots", "kept", "median error", "median error / prediction"):
@@ -69,7 +69,7 @@ def show(records: list[Record], failed: dict[int, str], console: Console) -> boo
             kept, errors = sum(one.excess <= 1.0 for one in own), sorted(one.p99_9 for one in own)
             table.add_row(method, str(len(own)), str(kept), f"{errors[len(own) // 2]:.2g}", f"{tightness(own):.2g}")
     console.print(table)
-    found = summarise(records)
+    found = summarise(records, len(refused))
     for one in found.broken:
         console.print(
             f"{one.seed}:{one.number} {one.method}, tolerance {one.tolerance:g}, predicted {one.predicted:.2g}: "
@@ -86,6 +86,8 @@ def show(records: list[Record], failed: dict[int, str], console: Console) -> boo
             f"{one.seed}:{one.number} {one.method}: not judged, standard error of the truth {one.truth_sigma:.2g} sigma, "
             f"allowed {one.allowed:.2g}; {', '.join(one.kinds)}"
         )
+    for number, message in refused.items():
+        console.print(f"not taken {number}: {message}")
     for number, message in failed.items():
         console.print(f"failed {number}: {message}")
     judged = verdicts(found)
@@ -122,9 +124,9 @@ def main() -> int:
     missing = [number for number in range(options.shots) if number not in done]
     take_all(options.seed, missing, options.jobs, options.truth_seconds, path, console)
     records, failed, refused = read_records(path)
-    console.print(f"{len(records)} shots; {len(refused)} more have no truth, since the reference path refuses them")
-    good = show(records, failed, console)
-    figures = verdicts(summarise(records))
+    console.print(f"{len(records)} shots; {len(refused)} more are not taken")
+    good = show(records, failed, refused, console)
+    figures = verdicts(summarise(records, len(refused)))
     (options.out / "audit.json").write_text(json.dumps({"seed": options.seed, "verdicts": figures}, indent=1) + "\n", "utf-8")
     try:
         console.print(f"chart: {draw_chart(records, options.out / 'audit.png')}")

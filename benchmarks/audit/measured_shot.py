@@ -10,7 +10,7 @@ import numpy as np
 
 from audit.drawn_plans import draw_plan
 from audit.drawn_shots import DrawnShot
-from audit.shot_truth import find_truth, run, z_scores
+from audit.shot_truth import NoTruthError, find_truth, run, z_scores
 from simulator import load_shot
 from simulator.device import Device
 from simulator.pipeline.planner import Plan, measure, plan
@@ -19,7 +19,8 @@ from simulator.pipeline.stopwatch import Stopwatch
 TIGHTER = 1 / 3  # tolerance of the second shot, in that of the first
 JUDGED = 0.2  # largest standard error of a truth that judges a shot, in the error that is allowed
 TRUTH_S = 5.0  # processor time for the rays of a truth [s]
-COSTLY_MS = 2000.0  # predicted time from which a shot is timed the first time, and has no random plan
+COSTLY_MS = 1500.0  # predicted time from which a shot is timed the first time, and has no random plan
+MOST_MS = 4000.0  # predicted time from which it is not taken
 CHECKED = 4  # one in so many shots that float64 knows has the reference path held against it
 CORES = 2  # over which predicted times divide the processor time
 METHODS = ("reference", "joint", "instants", "swept", "points", "mean", "copy", "psf", "sharp")
@@ -122,11 +123,13 @@ class ProcessorClock(Stopwatch):
 
 
 def measure_shot(drawn: DrawnShot, folder: Path, device: Device, truth_s: float = TRUTH_S) -> Record:
-    """Take a drawn shot at its tolerance, at a tighter one, by a random plan, and its truth. Raises NoTruthError.
+    """Take a drawn shot at its tolerance, at a tighter one, by a random plan, and its truth.
 
-    truth_s: processor time for the rays of the truth [s].
+    truth_s: processor time for the rays of the truth [s]. Raises NoTruthError of a shot that has none or takes too long.
     """
     shot = load_shot(drawn.write(folder))
+    if plan(shot).cost_ms() > MOST_MS:
+        raise NoTruthError(f"predicted to take {1e-3 * plan(shot).cost_ms():.2g} s")
     planned = measure(plan(shot), device)
     predicted, clamped = predicted_error(planned)
     stated = predicted if clamped else shot.tolerance

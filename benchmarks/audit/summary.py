@@ -18,9 +18,9 @@ ZERO = 1e-6  # error below which a prediction says nothing: rounding of single p
 class Summary:
     """What an audit found.
 
-    shots: judged records. unjudged: records whose truth is not exact enough (`Record.is_judged`). broken: judged ones whose error
-    exceeds what is allowed. coverage: share of the others. random: judged records with a random plan. random_broken: those whose
-    random plan exceeds what is allowed.
+    shots: judged records. unjudged: records whose truth is not exact enough (`Record.is_judged`). refused: shots without record.
+    broken: judged ones whose error exceeds what is allowed. coverage: share of the others. random: judged records with a random
+    plan. random_broken: those whose random plan exceeds what is allowed.
     tightness: median of error over predicted error, where anything is predicted. ranked: share of pairs of shots whose
     predicted times are in the order of the measured ones. factor: median factor between measured and predicted time, 1 or more.
     looser: records whose error is larger at the tighter tolerance.
@@ -28,6 +28,7 @@ class Summary:
 
     shots: int
     unjudged: tuple[Record, ...]
+    refused: int
     broken: tuple[Record, ...]
     coverage: float
     random: int
@@ -38,14 +39,18 @@ class Summary:
     looser: tuple[Record, ...]
 
 
-def summarise(records: Sequence[Record]) -> Summary:
-    """Return the statistics of records of which at least one is judged. Costs are those of all records."""
+def summarise(records: Sequence[Record], refused: int = 0) -> Summary:
+    """Return the statistics of records of which at least one is judged, and of shots without record.
+
+    Costs are those of all records.
+    """
     judged = [one for one in records if one.is_judged]
     broken = tuple(sorted((one for one in judged if one.excess > 1.0), key=lambda one: -one.excess))
     random = [one for one in judged if one.random_p99_9 is not None]
     return Summary(
         len(judged),
         tuple(one for one in records if not one.is_judged),
+        refused,
         broken,
         1.0 - len(broken) / len(judged),
         len(random),
@@ -90,7 +95,8 @@ def verdicts(found: Summary) -> list[dict]:
 
     coverage, least = f"{100 * found.coverage:.1f} %", f"{100 * ASKED_COVERAGE:g} %"
     tight, ranked, worse = f"{found.tightness:.2g}", f"{100 * found.ranked:.0f} %", len(found.looser)
-    unjudged = len(found.unjudged) / (found.shots + len(found.unjudged))
+    missing = len(found.unjudged) + found.refused
+    unjudged = missing / (found.shots + missing)
     random = 1.0 - len(found.random_broken) / max(found.random, 1)
     return [
         judge("shots that keep the promise", coverage, least, found.coverage >= ASKED_COVERAGE),
