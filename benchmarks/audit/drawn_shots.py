@@ -28,7 +28,7 @@ CAMERAS = {  # each with an ISO that it has
     "sony_a7_iii": 100,
     "sony_a7s2": 100,
 }
-PHASES = "RGGB", "BGGR", "GRBG", "GBRG"
+PHASES = "RGGB", "GBRG"  # few, as of widths
 TOLERANCES = 0.03, 0.1, 0.3, 1.0
 WEIGHED = "one", *(one for one in SURFACES if one != "photograph"), "layers"
 SCALES = 0.5, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.7, 3.0, 4.0, 4.0, 8.0  # scene pixels per photosite

@@ -33,8 +33,8 @@ class Record:
     truth: "rays" of the reference path, or "float64". reference_p99_9: of the rays against float64; None: not compared.
     p99_9, worst: of abs(z). tighter_p99_9: at a third of the tolerance. truth_sigma: largest standard error of the truth's
     photosites. predicted: by the plan. clamped: whether the plan says that it may not keep the tolerance. random_p99_9,
-    random_predicted: of a random legal plan (`draw_plan`); None: the shot has none. cost_ms: predicted.
-    cpu_ms: processor time of the passes, with kernels that are compiled, over two as predicted times are. wall_ms: of all of that run.
+    random_predicted: of a random legal plan (`draw_plan`); None: the shot has none. cost_ms: predicted. cpu_ms: processor time of
+    the passes, with kernels that are compiled, over two as predicted times are. wall_ms: of all of that run.
     """
 
     seed: int

@@ -18,9 +18,9 @@ ZERO = 1e-6  # error below which a prediction says nothing: rounding of single p
 class Summary:
     """What an audit found.
 
-    shots: judged records. unjudged: records whose truth is not exact enough (`Record.is_judged`). refused: shots without record.
-    broken: judged ones whose error exceeds what is allowed. coverage: share of the others. random: judged records with a random
-    plan. random_broken: those whose random plan exceeds what is allowed.
+    shots: judged records. unjudged: records whose truth is not exact enough (`Record.is_judged`). refused: shots that have no
+    record. broken: judged ones whose error exceeds what is allowed. coverage: share of the others. random: judged records with
+    a random plan. random_broken: those whose random plan exceeds what is allowed.
     tightness: median of error over predicted error, where anything is predicted. ranked: share of pairs of shots whose
     predicted times are in the order of the measured ones. factor: median factor between measured and predicted time, 1 or more.
     looser: records whose error is larger at the tighter tolerance.
