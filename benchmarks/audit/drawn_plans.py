@@ -8,7 +8,7 @@ from simulator.device import Device
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.pipeline.planner import Plan, measure
 
-STRICTEST = 0.1  # smallest tolerance of a decision, in that of the shot
+STRICTEST = 0.02  # smallest tolerance of a decision, in that of the shot
 
 
 @dataclass(frozen=True)
