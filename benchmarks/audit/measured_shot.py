@@ -33,8 +33,9 @@ class Record:
     truth: "rays" of the reference path, or "float64". reference_p99_9: of the rays against float64; None: not compared.
     p99_9, worst: of abs(z). tighter_p99_9: at a third of the tolerance. truth_sigma: largest standard error of the truth's
     photosites. predicted: by the plan. clamped: whether the plan says that it may not keep the tolerance. random_p99_9,
-    random_predicted: of a random legal plan (`draw_plan`); None: it is the plan itself. cost_ms: predicted. cpu_ms: processor
-    time of the passes, with kernels that are compiled, over two as predicted times are. wall_ms: of all of that run.
+    random_predicted: of a random legal plan (`draw_plan`); None: it is the plan itself. input_sigma: predicted, of what the
+    scene does not hold. cost_ms: predicted. cpu_ms: processor time of the passes, with kernels that are compiled, over two as
+    predicted times are. wall_ms: of all of that run.
     """
 
     seed: int
@@ -58,6 +59,7 @@ class Record:
     photosites: int
     random_p99_9: float | None = None
     random_predicted: float | None = None
+    input_sigma: float = 0.0
 
     def as_json(self) -> dict:
         """Plain data."""
@@ -169,4 +171,5 @@ def measure_shot(drawn: DrawnShot, folder: Path, device: Device, truth_s: float 
         int(true.electrons.size),
         None if free is None else float(np.quantile(free_z, 0.999)),
         None if free is None else float(predicted_error(free)[0]),
+        float(planned.error_budget.sigma("input")),
     )

@@ -153,6 +153,9 @@ def test_figures_of_made_up_records():
     assert [one["reached"] for one in verdicts(found)] == [False, True, True, True, False, False, True]
     assert is_looser(record(tighter_p99_9=0.051)) and not is_looser(record(tighter_p99_9=0.05))
     assert not is_looser(record(tighter_p99_9=0.06, truth_sigma=0.01))
+    assert is_looser(record(tighter_p99_9=0.06, input_sigma=0.05)) and not is_looser(
+        record(tighter_p99_9=0.06, input_sigma=0.06)
+    )
 
 
 def test_pairs_are_ranked_and_factors_are_medians():
