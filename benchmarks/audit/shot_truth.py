@@ -26,6 +26,7 @@ MOST_RAYS = 16384  # of a photosite and replication
 FEWEST_OF_IMAGE, MORE_RAYS = 16, 4  # rays of an image of several at first, and factor to the next number of rays
 MOST_INDEPENDENT = 16  # images of a moving frame whose errors count as independent
 MOST_IMAGES = 96  # instants at which rays are followed: each image costs launches and uploads, whatever its rays
+OF_BOUND = 3.3  # error that 99.9 % of the photosites keep, in standard errors
 SUMMED_POINTS = 1024, 8192  # rays of each set of a float64 sum, as many as are needed
 
 
@@ -87,10 +88,12 @@ def true_electrons(shot: Shot, device: Device, wanted: float, seconds: float = m
 
     wanted: error at which rays suffice. The shot is taken with more and more rays, each time anew, until it has that error or
     MOST_RAYS, or until the next number is expected to need more processor time than `seconds` in all. The error that fewer
-    instants leave counts as well.
+    instants leave counts as well, and what the plan of the reference path states.
     """
     reference = replace(shot, tolerance=0.0)
-    planned, of_instants = _with_fewer_instants(plan(reference), 0.5 * wanted)
+    whole = plan(reference)
+    planned, of_instants = _with_fewer_instants(whole, 0.5 * wanted)
+    stated = whole.error_budget.predicted_sigma / OF_BOUND + of_instants
     count, images = _images(planned), _independent_images(planned)
     rays, most = (max(number // count, FEWEST_OF_IMAGE) for number in (FEWEST_RAYS, MOST_RAYS))
     spent_s = 0.0
@@ -99,11 +102,11 @@ def true_electrons(shot: Shot, device: Device, wanted: float, seconds: float = m
         found, left, worst = _follow_rays(planned, reference, device, wanted * math.sqrt(images), rays)
         cost_s = time.process_time() - started_s
         if planned.optics.defocus is None:
-            return found, of_instants
-        sigma, spent_s = max(wanted, of_instants + worst / math.sqrt(images)), spent_s + cost_s
+            return found, stated
+        sigma, spent_s = stated + max(wanted, worst / math.sqrt(images)), spent_s + cost_s
         more = min(MORE_RAYS * rays, most)
         expected_s = cost_s * (1.0 + left * (more / rays - 1.0))
-        if sigma <= wanted or more == rays or spent_s + expected_s > seconds:
+        if sigma <= wanted + stated or more == rays or spent_s + expected_s > seconds:
             return found, sigma
         rays = more
 
@@ -141,8 +144,7 @@ def _images(planned: Plan) -> int:
 def _with_fewer_instants(planned: Plan, allowed: float) -> tuple[Plan, float]:
     """Return a plan with as few instants as an error [standard deviations] needs, at most MOST_IMAGES, and their error.
 
-    The error of instants falls at most as the square of their number. As many as are planned: their error is that of the plan,
-    which the reference path counts as none.
+    The error of instants falls at most as the square of their number. 0 of as many as are planned, which the plan states.
     """
     motion, count = planned.optics.motion, _images(planned)
     if motion is None or count == 1:

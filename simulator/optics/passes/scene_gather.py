@@ -30,10 +30,13 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
         for step in np.unique(steps[here]).tolist():
             selected = here & (steps == step)
             rectangles = _rectangles(pupil, int(rectangle_count(np.array(step * RADIUS_STEP_PX))))
-            side = 1.0 - 2.0 * inset + 2.0 * pupil.corner_radius * step * RADIUS_STEP_PX
-            graded = isinstance(own, np.ndarray)
+            graded, macros = (
+                isinstance(own, np.ndarray),
+                projection.defines(cfa.macros(area.frame.x, area.frame.y), inset=inset),
+            )
+            side = (1.0 - 2.0 * inset) / projection.parts_per_axis(1) + 2.0 * pupil.corner_radius * step * RADIUS_STEP_PX
             defines = {
-                **projection.defines(cfa.macros(area.frame.x, area.frame.y), inset=inset),
+                **macros,
                 "TAPS": math.ceil(side * projection.scale * projection.stretch) + 1 + graded,
                 "REACH": f"{pupil.corner_radius:.9e}f",
                 "RECTANGLES": len(rectangles),
