@@ -1,6 +1,7 @@
 // Lens blur of small circles in a scene finer than the photosites: the exact mean over a photosite's area and the image of the
 // aperture, from the scene's pixels, each of them an even square (photosite_area.h). The aperture is a sum of rectangles:
-//   light(x) = sum over rectangles k of share_k * mean of the scene over the photosite's square moved by all of s(x) * rectangle k
+//   light(x) = sum over rectangles k of share_k * mean of the scene over the photosite's square moved by all of s(x) * rectangle k,
+// where a lens distorts of SPLIT x SPLIT upright parts of its parallelogram,
 // in which the mean over a rectangle is separable and has a closed form. A surface that tilts moves the middle of its image by
 // s grad(s) / 4 (simulator/optics/defocus/tilted_kernel.py, to the first order of the slope).
 //
@@ -10,7 +11,7 @@
 // light:      (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1].
 // tiles:      (tiles) struct gathered_tile. rectangles: (RECTANGLES) struct rectangle.
 // pose:       as in projection.cl.
-// TAPS:       most scene pixels on either axis that a photosite and its blur circle touch. INSET as in projection.cl.
+// TAPS:       most scene pixels on either axis that a part of a photosite and its blur circle touch. INSET, SPLIT as in projection.cl.
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
@@ -76,24 +77,30 @@ kernel void scene_gather(global const float *restrict planes, global const float
     const uint channel = cfa_plane((uint)column, (uint)row);
     global const float *plane_of_channel = planes + (size_t)channel * scene_width * scene_height;
     const float size = 1.0f - 2.0f * INSET;
-    const struct area area = area_of(frame.origin_x + column, frame.origin_y + row, INSET, size, channel, projection);
+    const struct area area = upright(area_of(frame.origin_x + column, frame.origin_y + row, INSET, size, channel, projection));
     const float across = area.wide / size * blur, down = area.tall / size * blur; // radius of the aperture's image [px]
     const float image_x = REACH * (across < 0.0f ? -across : across), image_y = REACH * (down < 0.0f ? -down : down);
     const float middle_x = area.left + 0.25f * across * tilt_x, middle_y = area.top + 0.25f * down * tilt_y;
-    const int first_x = whole(middle_x - image_x), first_y = whole(middle_y - image_y);
+    const float part_wide = area.wide * (1.0f / SPLIT), part_tall = area.tall * (1.0f / SPLIT);
     float sum = 0.0f, wide[TAPS], tall[TAPS];
-    for (uint k = 0; k < RECTANGLES; k++) {
-        const struct rectangle part = rectangles[k];
-        overlaps(middle_x + across * part.x - (float)first_x, area.wide, image_x / REACH * part.reach_x, wide);
-        overlaps(middle_y + down * part.y - (float)first_y, area.tall, image_y / REACH * part.reach_y, tall);
-        float seen = 0.0f;
-        for (uint j = 0; j < TAPS; j++) {
-            global const float *line = plane_of_channel + (size_t)clamped(area.row + first_y + (int)j, scene_height) * scene_width;
-            float mean = 0.0f;
-            for (uint i = 0; i < TAPS; i++) mean += wide[i] * line[clamped(area.column + first_x + (int)i, scene_width)];
-            seen += tall[j] * mean;
+    for (uint part = 0; part < SPLIT * SPLIT; part++) {
+        const float m = (float)(part % SPLIT), n = (float)(part / SPLIT), between = 0.5f * (SPLIT - 1);
+        const float left = middle_x + m * part_wide + (n - between) * (area.tilt_right * (1.0f / SPLIT));
+        const float top = middle_y + n * part_tall + (m - between) * (area.tilt_down * (1.0f / SPLIT));
+        const int first_x = whole(left - image_x), first_y = whole(top - image_y);
+        for (uint k = 0; k < RECTANGLES; k++) {
+            const struct rectangle image = rectangles[k];
+            overlaps(left + across * image.x - (float)first_x, part_wide, image_x / REACH * image.reach_x, wide);
+            overlaps(top + down * image.y - (float)first_y, part_tall, image_y / REACH * image.reach_y, tall);
+            float seen = 0.0f;
+            for (uint j = 0; j < TAPS; j++) {
+                global const float *line = plane_of_channel + (size_t)clamped(area.row + first_y + (int)j, scene_height) * scene_width;
+                float mean = 0.0f;
+                for (uint i = 0; i < TAPS; i++) mean += wide[i] * line[clamped(area.column + first_x + (int)i, scene_width)];
+                seen += tall[j] * mean;
+            }
+            sum += image.share * (1.0f / (SPLIT * SPLIT)) * seen;
         }
-        sum += part.share * seen;
     }
     light[(size_t)row * frame.width + column] = sum;
 }

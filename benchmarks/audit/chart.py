@@ -29,12 +29,13 @@ NAMES = {
 
 
 def draw_chart(records: Sequence[Record], path: Path) -> Path:
-    """Write a PNG: error against predicted error, a marker for each shot; rings are shots that break the promise.
+    """Write a PNG: error against predicted error, a marker for each judged shot; rings are shots that break the promise.
 
     Needs matplotlib. Errors beyond the axes stand at their ends.
     """
     import matplotlib
 
+    records = [one for one in records if one.is_judged]
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
 

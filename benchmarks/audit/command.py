@@ -24,56 +24,70 @@ from rich.table import Table
 from audit.blur_laws import measure_laws
 from audit.chart import draw_chart
 from audit.drawn_shots import draw_shot
-from audit.measured_shot import METHODS, NoTruthError, Record, measure_shot
+from audit.measured_shot import METHODS, TRUTH_S, Record, measure_shot
 from audit.records import append, read_records
+from audit.shot_truth import NoTruthError
 from audit.summary import summarise, tightness, verdicts
 from simulator.device import open_device
 
 
-def take(seed: int, number: int) -> dict:
+def take(seed: int, number: int, truth_s: float = TRUTH_S) -> dict:
     """Draw and measure a shot; returns its line, or that of its failure, or of the reference path's refusal."""
     try:
         with tempfile.TemporaryDirectory(prefix="photosite-") as folder:
-            return measure_shot(draw_shot(seed, number), Path(folder), open_device(None)).as_json()
+            return measure_shot(draw_shot(seed, number), Path(folder), open_device(None), truth_s).as_json()
     except NoTruthError as error:
         return {"seed": seed, "number": number, "refused": str(error)}
     except Exception as error:  # noqa: BLE001  a shot that fails breaks the promise, and the others are taken
         return {"seed": seed, "number": number, "error": f"{type(error).__name__}: {error}"}
 
 
-def take_all(seed: int, numbers: list[int], jobs: int, path: Path, console: Console) -> None:
+def take_all(seed: int, numbers: list[int], jobs: int, truth_s: float, path: Path, console: Console) -> None:
     """Take shots, each a line of a file, in as many processes."""
     with Progress(console=console) as progress:
         task = progress.add_task("shots", total=len(numbers))
         if jobs == 1:
             for number in numbers:
-                append(path, take(seed, number))
+                append(path, take(seed, number, truth_s))
                 progress.advance(task)
             return
         with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-            waiting: list[Future[dict]] = [pool.submit(take, seed, number) for number in numbers]
+            waiting: list[Future[dict]] = [pool.submit(take, seed, number, truth_s) for number in numbers]
             for done in as_completed(waiting):
                 append(path, done.result())
                 progress.advance(task)
 
 
-def show(records: list[Record], failed: dict[int, str], console: Console) -> bool:
+def show(records: list[Record], failed: dict[int, str], refused: dict[int, str], console: Console) -> bool:
     """Print tables by method and of broken promises, and verdicts; returns whether all are reached."""
     table = Table(title="errors by method, in sigma of each photosite's noise", title_justify="left")
     for heading in ("method", "shots", "kept", "median error", "median error / prediction"):
         table.add_column(heading, justify="left" if heading == "method" else "right")
     for method in METHODS:
-        own = [one for one in records if one.method == method]
+        own = [one for one in records if one.method == method and one.is_judged]
         if own:
             kept, errors = sum(one.excess <= 1.0 for one in own), sorted(one.p99_9 for one in own)
             table.add_row(method, str(len(own)), str(kept), f"{errors[len(own) // 2]:.2g}", f"{tightness(own):.2g}")
     console.print(table)
-    found = summarise(records)
+    found = summarise(records, len(refused))
     for one in found.broken:
         console.print(
             f"{one.seed}:{one.number} {one.method}, tolerance {one.tolerance:g}, predicted {one.predicted:.2g}: "
             f"{one.p99_9:.2g} sigma; {', '.join(one.kinds)}"
         )
+    for one in found.random_broken:
+        console.print(
+            f"{one.seed}:{one.number} random plan: {one.random_p99_9:.2g} sigma, predicted {one.random_predicted:.2g}"
+        )
+    for one in found.looser:
+        console.print(f"{one.seed}:{one.number} {one.p99_9:.2g} sigma, at a tighter tolerance {one.tighter_p99_9:.2g}")
+    for one in found.unjudged:
+        console.print(
+            f"{one.seed}:{one.number} {one.method}: not judged, standard error of the truth {one.truth_sigma:.2g} sigma, "
+            f"allowed {one.allowed:.2g}; {', '.join(one.kinds)}"
+        )
+    for number, message in refused.items():
+        console.print(f"not taken {number}: {message}")
     for number, message in failed.items():
         console.print(f"failed {number}: {message}")
     judged = verdicts(found)
@@ -89,6 +103,7 @@ def main() -> int:
     parser.add_argument("--shots", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--truth-seconds", type=float, default=TRUTH_S, help="processor time for the rays of a shot's truth")
     parser.add_argument("--out", type=Path, default=Path("build/benchmarks"))
     parser.add_argument("--fresh", action="store_true", help="forget the shots that were taken before")
     parser.add_argument("--write", type=int, metavar="N", help="write shot N as a shot file into --out and end")
@@ -106,11 +121,12 @@ def main() -> int:
         path.unlink(missing_ok=True)
     records, failed, refused = read_records(path)
     done = {one.number for one in records} | failed.keys() | refused.keys()
-    take_all(options.seed, [number for number in range(options.shots) if number not in done], options.jobs, path, console)
+    missing = [number for number in range(options.shots) if number not in done]
+    take_all(options.seed, missing, options.jobs, options.truth_seconds, path, console)
     records, failed, refused = read_records(path)
-    console.print(f"{len(records)} shots; {len(refused)} more have no truth, since the reference path refuses them")
-    good = show(records, failed, console)
-    figures = verdicts(summarise(records))
+    console.print(f"{len(records)} shots; {len(refused)} more are not taken")
+    good = show(records, failed, refused, console)
+    figures = verdicts(summarise(records, len(refused)))
     (options.out / "audit.json").write_text(json.dumps({"seed": options.seed, "verdicts": figures}, indent=1) + "\n", "utf-8")
     try:
         console.print(f"chart: {draw_chart(records, options.out / 'audit.png')}")

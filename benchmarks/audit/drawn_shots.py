@@ -28,10 +28,11 @@ CAMERAS = {  # each with an ISO that it has
     "sony_a7_iii": 100,
     "sony_a7s2": 100,
 }
-PHASES = "RGGB", "BGGR", "GRBG", "GBRG"
+PHASES = "RGGB", "GBRG"  # few, as of widths
 TOLERANCES = 0.03, 0.1, 0.3, 1.0
 WEIGHED = "one", *(one for one in SURFACES if one != "photograph"), "layers"
 SCALES = 0.5, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.7, 3.0, 4.0, 4.0, 8.0  # scene pixels per photosite
+WIDTHS = 32, 33  # of a frame [photosites]; few, since a device compiles kernels for each
 LEAST_E, MOST_E = 5.0, 50_000.0  # of the bright parts of the scene
 NEAREST_M = 0.12
 REFUSED = 60  # drawings that the simulator may refuse before one that it takes
@@ -84,7 +85,7 @@ def draw_shot(seed: int, number: int) -> DrawnShot:
 
 def _draw(rng: np.random.Generator, seed: int, number: int) -> DrawnShot:
     """Draw everything but the amount of light."""
-    side_px = rng.integers(32, 49, 2).tolist()
+    side_px = [int(rng.choice(WIDTHS)), int(rng.integers(32, 49))]
     camera, pitch_um = _draw_camera(rng, *side_px)
     lens, kinds = _draw_lens(rng, pitch_um, side_px[0])
     scale, light = float(rng.choice(SCALES)), str(rng.choice(LIGHTS))

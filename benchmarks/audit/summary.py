@@ -10,6 +10,7 @@ import numpy as np
 from audit.measured_shot import Record
 
 ASKED_COVERAGE, ASKED_TIGHTNESS, ASKED_RANKED, ASKED_FACTOR = 0.99, 0.1, 0.9, 1.5
+MOST_UNJUDGED = 0.05  # share of shots whose truth may be too unsure to judge them
 ZERO = 1e-6  # error below which a prediction says nothing: rounding of single precision
 
 
@@ -17,32 +18,47 @@ ZERO = 1e-6  # error below which a prediction says nothing: rounding of single p
 class Summary:
     """What an audit found.
 
-    shots: records. broken: those whose error exceeds what is allowed. coverage: share of the others.
+    shots: judged records. unjudged: records whose truth is not exact enough (`Record.is_judged`). refused: shots that have no
+    record. broken: judged ones whose error exceeds what is allowed. coverage: share of the others. random: judged records with
+    a random plan. random_broken: those whose random plan exceeds what is allowed.
     tightness: median of error over predicted error, where anything is predicted. ranked: share of pairs of shots whose
     predicted times are in the order of the measured ones. factor: median factor between measured and predicted time, 1 or more.
     looser: records whose error is larger at the tighter tolerance.
     """
 
     shots: int
+    unjudged: tuple[Record, ...]
+    refused: int
     broken: tuple[Record, ...]
     coverage: float
+    random: int
+    random_broken: tuple[Record, ...]
     tightness: float
     ranked: float
     factor: float
     looser: tuple[Record, ...]
 
 
-def summarise(records: Sequence[Record]) -> Summary:
-    """Return the statistics of at least one record."""
-    broken = tuple(sorted((one for one in records if one.excess > 1.0), key=lambda one: -one.excess))
+def summarise(records: Sequence[Record], refused: int = 0) -> Summary:
+    """Return the statistics of records of which at least one is judged, and of shots without record.
+
+    Costs are those of all records.
+    """
+    judged = [one for one in records if one.is_judged]
+    broken = tuple(sorted((one for one in judged if one.excess > 1.0), key=lambda one: -one.excess))
+    random = [one for one in judged if one.random_p99_9 is not None]
     return Summary(
-        len(records),
+        len(judged),
+        tuple(one for one in records if not one.is_judged),
+        refused,
         broken,
-        1.0 - len(broken) / len(records),
-        tightness(records),
+        1.0 - len(broken) / len(judged),
+        len(random),
+        tuple(one for one in random if one.random_excess > 1.0),
+        tightness(judged),
         ranked_share([one.cost_ms for one in records], [one.cpu_ms for one in records]),
         median_factor([one.cost_ms for one in records], [one.cpu_ms for one in records]),
-        tuple(one for one in records if is_looser(one)),
+        tuple(one for one in judged if is_looser(one)),
     )
 
 
@@ -53,8 +69,11 @@ def tightness(records: Iterable[Record]) -> float:
 
 
 def is_looser(record: Record) -> bool:
-    """Whether the tighter tolerance has the larger error, beyond what the truth may be off by."""
-    return record.tighter_p99_9 > record.p99_9 + 3.3 * record.truth_sigma + ZERO
+    """Whether the tighter tolerance has the larger error, beyond what the truth may be off by.
+
+    What the scene does not hold, the reference path assumes, too: no method is nearer to it than what the plan states of that.
+    """
+    return record.tighter_p99_9 > max(record.p99_9 + 3.3 * record.truth_sigma + ZERO, record.input_sigma)
 
 
 def ranked_share(predicted: Sequence[float], measured: Sequence[float]) -> float:
@@ -79,8 +98,13 @@ def verdicts(found: Summary) -> list[dict]:
 
     coverage, least = f"{100 * found.coverage:.1f} %", f"{100 * ASKED_COVERAGE:g} %"
     tight, ranked, worse = f"{found.tightness:.2g}", f"{100 * found.ranked:.0f} %", len(found.looser)
+    missing = len(found.unjudged) + found.refused
+    unjudged = missing / (found.shots + missing)
+    random = 1.0 - len(found.random_broken) / max(found.random, 1)
     return [
         judge("shots that keep the promise", coverage, least, found.coverage >= ASKED_COVERAGE),
+        judge("random plans that keep it", f"{100 * random:.1f} % of {found.random}", least, random >= ASKED_COVERAGE),
+        judge("shots that are not judged", f"{100 * unjudged:.1f} %", f"{100 * MOST_UNJUDGED:g} %", unjudged <= MOST_UNJUDGED),
         judge("median of error / prediction", tight, f"{ASKED_TIGHTNESS:g}", found.tightness >= ASKED_TIGHTNESS),
         judge("pairs ranked by cost", ranked, f"{100 * ASKED_RANKED:g} %", found.ranked >= ASKED_RANKED),
         judge("median factor of cost", f"{found.factor:.2f}", f"{ASKED_FACTOR:g}", found.factor <= ASKED_FACTOR),

@@ -4,35 +4,51 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.pipeline.error_budget import ErrorBudget, error_budget
+from simulator.pipeline.error_budget import ROUNDING, ErrorBudget, error_budget
 
-TRIES = 3  # tighter plans that are looked at
+TRIES = 5  # tighter plans that are looked at: numbers of samples have a least one, which a first share may leave
 MARGIN = 0.9  # of what is left for the terms that fall, since numbers of samples grow in steps
 TIGHTEST = 0.05  # smallest tolerance of one approximation, in that of the photograph
+BESIDE_FIXED = 0.3  # share of what does not fall below which nothing need fall
 
 
-def allot(tolerance: float, make: Callable[[float], OpticsPlan]) -> OpticsPlan:
+Make = Callable[[float], OpticsPlan]
+Budget = Callable[[OpticsPlan], ErrorBudget]
+
+
+def allot(tolerance: float, make: Make, budget_of: Budget = error_budget) -> OpticsPlan:
     """Return the plan whose approximations together keep a tolerance, where there is one.
 
-    make: plans the optics with each approximation at a tolerance. The first plan has the whole tolerance for each. Where their
-    sum is larger, those that can be finer get a smaller share in proportion. Where no share is small enough, because a term
-    does not fall, the first plan is returned, and its budget says what it leaves.
+    make: plans the optics with each approximation at a tolerance. budget_of: gives what a plan leaves.
+    The first plan has the whole tolerance for each. Where their sum is larger, those that can be finer get a smaller share in
+    proportion. Where no share is small enough, because a term does not fall, those that fall are at most the tolerance, as they
+    are for a tolerance that is met, or a share of what does not fall. Where they cannot, the first plan is returned.
     """
     first = make(tolerance)
-    budget, own = error_budget(first), tolerance
-    for _ in range(TRIES if tolerance else 0):
-        if not budget.is_clamped:
-            break
+    if not tolerance or not budget_of(first).is_clamped:
+        return first
+    kept = _make_finer(first, tolerance, make, budget_of, lambda fixed: tolerance - fixed)
+    if kept is not None:
+        return kept
+    return _make_finer(first, tolerance, make, budget_of, lambda fixed: max(tolerance, BESIDE_FIXED * fixed)) or first
+
+
+def _make_finer(
+    first: OpticsPlan, tolerance: float, make: Make, budget_of: Budget, left: Callable[[float], float]
+) -> OpticsPlan | None:
+    """Return a plan whose falling terms have at most what is `left` of them, by the sum of the others; None: there is none."""
+    planned, own = first, tolerance
+    for tries in range(TRIES + 1):
+        budget = budget_of(planned)
         falling = falling_sigma(budget)
-        left = tolerance - (budget.predicted_sigma - falling)
-        own *= MARGIN * left / falling if falling else 0.0
-        if own < TIGHTEST * tolerance:
-            return first
-        planned = replace(make(own), tolerance=tolerance)
-        budget = error_budget(planned)
-        if not budget.is_clamped:
+        wanted = left(budget.predicted_sigma - falling)
+        if falling <= ROUNDING * wanted:
             return planned
-    return first
+        own *= MARGIN * max(wanted, 0.0) / falling if falling else 0.0
+        if tries == TRIES or own < TIGHTEST * tolerance:
+            break
+        planned = replace(make(own), tolerance=tolerance)
+    return None
 
 
 def falling_sigma(budget: ErrorBudget) -> float:

@@ -2,7 +2,13 @@
 
 from dataclasses import dataclass
 
-from simulator.optics.defocus.predicted_error import error_terms, ignored_error, terms_by_distance
+from simulator.optics.defocus.predicted_error import (
+    RAY_SAMPLES,
+    error_terms,
+    ignored_error,
+    ray_terms,
+    terms_by_distance,
+)
 from simulator.optics.error_term import ErrorTerm, Limit
 from simulator.optics.geometry.motion_errors import motion_errors
 from simulator.optics.optics_plan import OpticsPlan
@@ -83,6 +89,8 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     blur = optics.moving_blur
     if blur is None:
         terms += ignored_error(accuracy, optics.ignored_px, contrast, scale=optics.projection.scale)
+    elif accuracy.tolerance == 0.0 and not optics.projection.whole_pixels(range(2, RAY_SAMPLES + 1)):
+        terms += ray_terms(blur)
     elif optics.psf is None or not optics.psf.by_distance:
         terms += error_terms(blur, contrast)
     else:

@@ -61,6 +61,46 @@ def test_what_does_not_fall_leaves_the_first_plan_and_a_warning(tmp_path):
     assert "layers with circles as small as the samples" in planned.warnings()[0]
 
 
+def of_laws(fixed: float, per_tolerance: float, least: float = 0.0):
+    """Plans of one term that does not fall and one that is at least so many times the tolerance of its approximation."""
+    frame = case_plan(stripes(4.0, 9.0, 10.0, 4), 200.0, 10.0).optics
+
+    def budget_of(optics):
+        own = max(per_tolerance * optics.accuracy.tolerance, least)
+        terms = ErrorTerm("motion blur", "turns", fixed), ErrorTerm("lens blur", "points", own, falls=True)
+        return ErrorBudget(optics.tolerance, terms)
+
+    def make(tolerance):
+        return dataclasses.replace(
+            frame, accuracy=dataclasses.replace(frame.accuracy, tolerance=tolerance), tolerance=tolerance
+        )
+
+    return make, budget_of
+
+
+@pytest.mark.parametrize("tolerance", [3.0, 1.0, 0.8, 1.0 / 3.0, 0.2])
+def test_a_tighter_tolerance_never_takes_a_coarser_plan(tolerance):
+    """Turns of 0.51 sigma beside points that leave six times what they are given: the audit's seed 21, shot 7."""
+    make, budget_of = of_laws(0.51, 6.0)
+    found, tighter = (allot(one, make, budget_of) for one in (tolerance, tolerance / 3.0))
+    assert budget_of(tighter).predicted_sigma <= budget_of(found).predicted_sigma
+    assert budget_of(found).is_clamped == (tolerance < 0.51)
+    assert falling_sigma(budget_of(found)) <= tolerance
+
+
+def test_shares_shrink_until_the_least_number_of_samples_is_left():
+    """A term that is the same for the first four shares (the audit's seed 21, shot 15)."""
+    make, _ = of_laws(0.0, 1.0)
+    asked: list[float] = []
+
+    def budget_of(optics):
+        asked.append(optics.accuracy.tolerance)
+        left = 0.42 if optics.accuracy.tolerance > 0.06 else 0.26
+        return ErrorBudget(optics.tolerance, (ErrorTerm("lens blur", "points", left, falls=True),))
+
+    assert not budget_of(allot(0.3, make, budget_of)).is_clamped and min(asked) > 0.04
+
+
 def test_terms_of_the_input_do_not_count():
     terms = (
         ErrorTerm("lens blur", "points", 0.3, falls=True),

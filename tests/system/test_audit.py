@@ -7,16 +7,18 @@ import numpy as np
 import pytest
 import yaml
 from audit.chart import draw_chart
+from audit.drawn_plans import draw_plan
 from audit.drawn_scenes import LIGHTS, SURFACES, draw_light, draw_surfaces
 from audit.drawn_shots import distances, draw_shot
 from audit.float64_truth import exact_means, is_simple, sum_rays
-from audit.measured_shot import NoTruthError, Record, measure_shot, noise_electrons, true_electrons, z_scores
+from audit.measured_shot import Record, measure_shot
 from audit.records import append, read_records
+from audit.shot_truth import NoTruthError, noise_electrons, true_electrons, wanted_error, z_scores
 from audit.summary import is_looser, median_factor, ranked_share, summarise, verdicts
 
 from simulator import load_shot
 from simulator.optics.lens.thin_lens import ThinLens
-from simulator.pipeline.planner import plan
+from simulator.pipeline.planner import measure, plan
 
 FRESH_SHOTS = 25
 
@@ -93,14 +95,67 @@ def test_a_promise_is_broken_above_tolerance_or_stated_bound():
     assert [one.excess > 1.0 for one in (kept, above, stated, vague, beyond, unsure)] == [False, True, False, True, True, False]
 
 
+def test_a_shot_is_judged_by_the_error_of_its_truth_alone():
+    """Of 0.2 of what is allowed: a large error neither makes a shot judged nor keeps it from it."""
+    for error in (0.01, 10.0):
+        assert record(p99_9=error, truth_sigma=0.02).is_judged and not record(p99_9=error, truth_sigma=0.021).is_judged
+        assert record(p99_9=error, truth_sigma=0.5, predicted=3.0, clamped=True).is_judged
+    found = summarise([record(0), record(1, truth_sigma=0.5), record(2, p99_9=9.0, truth_sigma=0.5)], refused=1)
+    assert (found.shots, found.coverage, [one.number for one in found.unjudged]) == (1, 1.0, [1, 2])
+    told = {one["what"]: (one["figure"], one["reached"]) for one in verdicts(found)}
+    assert told["shots that are not judged"] == ("75.0 %", False)
+
+
+def test_a_random_plan_is_held_to_the_tolerance_or_what_it_states():
+    kept, broken = record(random_p99_9=0.1, random_predicted=0.05), record(random_p99_9=0.11, random_predicted=0.1)
+    stated = record(random_p99_9=0.11, random_predicted=0.2)
+    found = summarise([kept, broken, stated, record()])
+    assert found.random == 3 and found.random_broken == (broken,)
+
+
+def test_random_plans_decide_for_smaller_tolerances(tmp_path, device):
+    planned = measure(plan(simple_shot(tmp_path)), device)
+    defocus = planned.optics.defocus
+    assert defocus is not None
+    stricter = []
+    for seed in range(4):
+        free = draw_plan(planned, np.random.default_rng(seed), device)
+        assert free is not None and free.optics.defocus is not None
+        own, given = free.optics.defocus.accuracy, defocus.accuracy
+        assert own.tolerance == given.tolerance and own.allowed == given.allowed
+        pairs = [
+            (own.sharp_px, given.sharp_px),
+            (own.same_px, given.same_px),
+            (own.slope_step, given.slope_step),
+            (given.points_factor, own.points_factor),
+        ]
+        assert all(mine <= theirs for mine, theirs in pairs)
+        stricter.append(sum(mine < theirs for mine, theirs in pairs))
+    assert 0 < sum(stricter) < 16
+
+
+def test_a_truth_stops_at_its_processor_time(tmp_path, device):
+    """And says how far it came: fewer rays leave a larger error."""
+    shot = dataclasses.replace(simple_shot(tmp_path), tolerance=0.03)
+    wanted = wanted_error(shot.tolerance)
+    few, coarse = true_electrons(shot, device, 0.1 * wanted, seconds=0.0)
+    exact, fine = true_electrons(shot, device, wanted)
+    assert wanted <= fine < coarse
+    z = np.abs(z_scores(few, exact, plan(shot)))
+    assert np.quantile(z, 0.99) < 3.3 * (coarse + fine)
+
+
 def test_figures_of_made_up_records():
     found = summarise([record(number, p99_9=error) for number, error in enumerate((0.02, 0.04, 0.08, 0.4))])
     assert (found.shots, found.coverage) == (4, 0.75) and [one.number for one in found.broken] == [3]
     assert found.tightness == pytest.approx(0.75)  # the middle of 0.25, 0.5, 1 and 5
     assert found.factor == pytest.approx(2.0) and found.ranked == 0.5  # all predicted alike
-    assert [one["reached"] for one in verdicts(found)] == [False, True, False, False, True]
+    assert [one["reached"] for one in verdicts(found)] == [False, True, True, True, False, False, True]
     assert is_looser(record(tighter_p99_9=0.051)) and not is_looser(record(tighter_p99_9=0.05))
     assert not is_looser(record(tighter_p99_9=0.06, truth_sigma=0.01))
+    assert is_looser(record(tighter_p99_9=0.06, input_sigma=0.05)) and not is_looser(
+        record(tighter_p99_9=0.06, input_sigma=0.06)
+    )
 
 
 def test_pairs_are_ranked_and_factors_are_medians():
@@ -158,7 +213,7 @@ def test_the_reference_path_has_the_closed_form_at_any_scale(tmp_path, device):
         planned = plan(shot)
         summed = exact_means(shot, planned) or sum_rays(shot, planned)
         own = np.quantile(summed.error / noise_electrons(summed.electrons, planned), 0.99)
-        found, sigma = true_electrons(dataclasses.replace(shot, tolerance=0.1), device)
+        found, sigma = true_electrons(dataclasses.replace(shot, tolerance=0.1), device, wanted_error(0.1))
         z = np.abs(z_scores(found, summed.electrons, planned))
         assert np.quantile(z, 0.99) < 3.3 * np.hypot(sigma, own)
 

@@ -15,6 +15,7 @@ EDGE_STEP_PX = 0.5  # change of the blur radius between scene pixels from which 
 WORST: SceneContrast = SceneContrast()  # detail that varies between zero and the brightest light, without steps in depth
 TURNING, LEAST_LEAN = 0.22, 0.65  # growth of the error with slope times shift, and from which on
 ASIDE = 0.3  # error of one point that is read aside, 99.9 % of photosites, per way between slabs and second difference
+BESIDE = 0.25  # error at the border of a scene whose light is read between samples, per second difference and square of samples
 TIGHTER = "give a smaller tolerance, or tolerance: 0 for rays"
 LESS_TURN = "focus or stop the lens down until all is sharp, turn the picture less, or tolerance: 0 for rays"
 LESS_SHIFT = "move the camera less, give a smaller aperture, or tolerance: 0 for rays"
@@ -48,6 +49,11 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
     path_px = float(motion.path_px(np.array(defocus.largest_px)))
     sampled = detail * moving_points_error(points, defocus.largest_px, path_px)
     found = [JointTerm(f"{points} points of aperture and time", sampled, TIGHTER, falls=points < 3 * MOST // 2)]
+    if not has_edges:  # whose detail has all of this
+        radius_px = np.array([defocus.largest_px])
+        finest = float(defocus.samples_per_axis(radius_px, radius_px)[0])
+        beside = BESIDE * (contrast.curvature - contrast.texture) / finest**2
+        found.append(JointTerm("samples beside the border of the scene", beside, TIGHTER))
     cell_px = motion.cells(BLOCK_COLUMNS, BLOCK_ROWS).error_px
     found.append(JointTerm("turns of the picture within cells", cell_px / (path_px + 2.0), LESS_TURN))
     if maps:

@@ -25,6 +25,7 @@ from simulator.optics.defocus.accuracy import (
     slope_error,
     small_circles_error,
     spot_error,
+    square_error,
     twice_blurred_share,
     wide_error,
 )
@@ -37,6 +38,8 @@ from simulator.optics.error_term import ErrorTerm, Limit
 
 FINER_SCENE = "give a scene of more pixels, or tolerance: 0 for rays"
 RAYS = "give tolerance: 0 for rays"
+EVEN_SCENE = "give a lens without distortion and a scene of 1, 2, 4 or 8 pixels per photosite, or a tolerance above 0"
+RAY_SAMPLES = 8  # most per photosite and axis that rays meet, of a scene finer than the photosites
 LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
 MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
 FINEST = 1e-6  # tolerance at which samples per photosite are as many as they can be [standard deviations of the noise]
@@ -133,6 +136,16 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     if contrast.behind > 0.0:
         add("background behind edges, which the scene does not show", hidden_error(contrast.behind), LAYERS, "input")
     return terms
+
+
+def ray_terms(defocus: Defocus) -> list[ErrorTerm]:
+    """Predict what rays leave whose RAY_SAMPLES per axis of a photosite mix pixels of a fine scene, or parts of them."""
+    accuracy, smallest_px = defocus.accuracy, min(least for least, _ in defocus.of_scene().ranges_px)
+    if not accuracy.detail:
+        return []
+    left = OF_SQUARES * float(square_error(np.array(smallest_px), RAY_SAMPLES, defocus.scale, accuracy.detail))
+    cause = f"rays that meet means over {RAY_SAMPLES} x {RAY_SAMPLES} parts of a photosite"
+    return [ErrorTerm(BLUR, cause, accuracy.in_sigma(left), EVEN_SCENE)]
 
 
 def squares_left(accuracy: Accuracy, radius_px: float, samples_per_axis: int, scale: float) -> float:

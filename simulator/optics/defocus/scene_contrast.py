@@ -23,7 +23,7 @@ class SceneContrast:
 
     Where the light is weaker, and with it the noise, a difference counts as much more as it is seen more clearly.
 
-    curvature: second difference of the light between photosites. texture: the same, without the borders of layers.
+    curvature: second difference of the light between photosites. texture: the same, without the borders of layers and scene.
     lamp: light of the brightest blur spot of a single scene pixel that is LAMP times as bright as the brightest light.
     beside: deviation of the light beside depth edges from its mean around them, that of lamps left out; 0.5 where it varies by
         its whole range. behind: the same, where the scene does not hold what is hidden; 0: it does.
@@ -68,24 +68,31 @@ def _seen(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.n
 def _curvatures(layer: Layer, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float]:
     """Quantile MOST of the second difference between photosites, in the scene's strips of three photosites' height.
 
-    Of all places, and of those that the layer covers with what lies around them.
+    Of all places, and of those inside the scene that the layer covers with what lies around them. Beyond its border the scene
+    goes on as it ends there, so that a slope has an edge. Of a scene of so many rows that they do not count, the ends are left
+    out.
     """
     side, (rows, columns, _) = max(1, round(defocus.scale)), layer.planes.shape
     if min(rows, columns) < 3 * side:
         return 0.0, 0.0
+    ends = side if rows * (1.0 - MOST) <= 2.0 * side else 0
+    across_px = np.clip(np.arange(-side, columns // side * side + side), 0, columns - 1)
     found, inside = [], []
-    for top in np.unique(np.linspace(0, rows - 3 * side, _STRIPS).astype(int)):
-        part = slice(top, top + 3 * side), slice(columns // side * side)
-        light = layer.planes[*part].reshape(3, side, columns // side, side, -1).mean(axis=(1, 3)) @ to_share
+    for top in np.unique(np.linspace(-ends, rows - 3 * side + ends, _STRIPS).astype(int)):
+        part = np.ix_(np.clip(np.arange(top, top + 3 * side), 0, rows - 1), across_px)
+        shape = 3, side, len(across_px) // side, side
+        light = layer.planes[part].reshape(*shape, -1).mean(axis=(1, 3)) @ to_share
         across, down = np.diff(light, 2, axis=1)[1], np.diff(light, 2, axis=0)[0, 1:-1]
-        found.append(_seen(np.maximum(np.abs(across), np.abs(down)), light[1, 1:-1], defocus.accuracy).max(axis=1))
+        own = _seen(np.maximum(np.abs(across), np.abs(down)), light[1, 1:-1], defocus.accuracy).max(axis=1)
+        found.append(own)
+        if not 0 <= top <= rows - 3 * side:
+            continue
         if layer.coverage is not None:
-            filled = layer.coverage[*part].reshape(3, side, columns // side, side).min(axis=(0, 1, 3)) >= 1.0
-            inside.append(np.where(filled[:-2] & filled[1:-1] & filled[2:], found[-1], 0.0))
-    every, own = (
-        min(defocus.scale, 1.0) * float(np.quantile(np.concatenate(one), MOST)) if one else 0.0 for one in (found, inside)
-    )
-    return every, own if inside else every
+            filled = layer.coverage[part].reshape(shape).min(axis=(0, 1, 3)) >= 1.0
+            own = np.where(filled[:-2] & filled[1:-1] & filled[2:], own, 0.0)
+        inside.append(own[1:-1])
+    every, texture = (min(defocus.scale, 1.0) * float(np.quantile(np.concatenate(one), MOST)) for one in (found, inside))
+    return every, texture
 
 
 def _brightest_spot(layer: Layer, to_share: np.ndarray, radius_px: float | np.ndarray, scale: float, sharp_px: float) -> float:

@@ -96,12 +96,16 @@ class Projection:
         )
         return math.ceil(wide - 1e-4) + (not begins_on_pixels)
 
+    def parts_per_axis(self, over: int) -> int:
+        """Upright parts per axis of the area of one of `over` x `over` samples of a photosite."""
+        return max(1, TILTED_PARTS // over) if self.warp is not None or self.pose is not None else 1
+
     def defines(self, cfa_macros: dict[str, object], over: int = 1, inset: float = 0.0) -> dict[str, object]:
         """Macros of kernels/projection.cl, for planes of `over` x `over` samples per photosite.
 
         cfa_macros: of kernels/cfa.h, for the output's upper left corner. inset: of a mosaic's open area [photosites].
         """
-        split = max(1, TILTED_PARTS // over) if self.warp is not None or self.pose is not None else 1
+        split = self.parts_per_axis(over)
         area = {"TAPS": self.taps((1.0 - 2.0 * inset) / over / split), "SPLIT": split, "INSET": f"{inset:.9e}f"}
         distortion = {"DISTORTION": 0} if self.warp is None else {"DISTORTION": 1, **self.warp.macros()}
         return {

@@ -39,8 +39,10 @@ def _gather_work(tiles: TilePlan) -> Work:
     if not gathered.any():
         return {}
     radius_px = chosen.largest_px[gathered]
-    taps = np.ceil((1.0 + 2.0 * tiles.defocus.pupil.corner_radius * radius_px) * projection.scale) + 1.0
-    return {"gathers": float(TILE_ROWS * TILE_COLUMNS * (taps**2 * rectangles_of_tiles(tiles)[gathered]).sum())}
+    parts = projection.parts_per_axis(1)
+    taps = np.ceil((1.0 / parts + 2.0 * tiles.defocus.pupil.corner_radius * radius_px) * projection.scale) + 1.0
+    gathers = (parts * taps) ** 2 * rectangles_of_tiles(tiles)[gathered]
+    return {"gathers": float(TILE_ROWS * TILE_COLUMNS * gathers.sum())}
 
 
 def _clipped_work(tiles: TilePlan) -> Work:

@@ -13,6 +13,7 @@ from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.highlights import BRIGHT, highlight_threshold
 from simulator.optics.defocus.joint_motion import JointMotion
+from simulator.optics.defocus.predicted_error import RAY_SAMPLES
 from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
@@ -27,7 +28,6 @@ from simulator.sensor.camera.camera import Window
 
 WHOLE = (1.0, 0.0)  # start of rays on photosites that are open all over, without a filter
 BAND_ROWS = 64  # rows that are on the device at once; even, so that each begins with the same colours
-MOST_SAMPLES = 8  # per photosite and axis, of a scene finer than the photosites
 MOST_LIGHTS = 4096  # scene pixels that count as small lights, the brightest; fewer where one lies on many samples
 LEAST_CELL, RAY_CELL_PX = (
     (8, 1),
@@ -207,7 +207,7 @@ class BandRays:
 class Grid:
     """The scene's layers on `over` x `over` samples per photosite, with a margin.
 
-    A scene finer than the photosites has samples that divide its pixels, up to MOST_SAMPLES per photosite and axis; where none
+    A scene finer than the photosites has samples that divide its pixels, up to RAY_SAMPLES per photosite and axis; where none
     do, it has the most. So has a scene of fewer pixels than photosites: a sample is the mean of its bilinear light.
     """
 
@@ -218,8 +218,8 @@ class Grid:
     def __post_init__(self) -> None:
         defocus, projection = _defocus_of(self.optics), self.optics.projection
         self.margin_px = defocus.reach_px + math.ceil(0.5 * projection.low_pass_px)
-        divides = projection.whole_pixels(range(2, MOST_SAMPLES + 1)) or MOST_SAMPLES
-        self.over = divides if projection.is_fine else MOST_SAMPLES if projection.is_bilinear else 1
+        divides = projection.whole_pixels(range(2, RAY_SAMPLES + 1)) or RAY_SAMPLES
+        self.over = divides if projection.is_fine else RAY_SAMPLES if projection.is_bilinear else 1
         self.radii = [self.device.upload(px) if isinstance(px, np.ndarray) else px for px in defocus.radii_px]
 
     def band(self, window: Window) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

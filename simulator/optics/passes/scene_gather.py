@@ -37,7 +37,7 @@ def gather_scene(tiles: TilePlan, cfa: Cfa, device: Device, planes: list[Buffer]
         for step, count in sorted(set(zip(steps[here].tolist(), counts[here].tolist(), strict=True))):
             selected = here & (steps == step) & (counts == count)
             rectangles = _rectangles(pupil, count)
-            side = 1.0 - 2.0 * inset + 2.0 * pupil.corner_radius * step * RADIUS_STEP_PX
+            side = (1.0 - 2.0 * inset) / projection.parts_per_axis(1) + 2.0 * pupil.corner_radius * step * RADIUS_STEP_PX
             graded = isinstance(own, np.ndarray)
             defines = {
                 **projection.defines(cfa.macros(area.frame.x, area.frame.y), inset=inset),

@@ -44,13 +44,14 @@ def follow_until_converged(
 
     A photosite's light is the mean over REPLICATIONS sets of rays that are scrambled independently, its standard error their
     standard deviation / sqrt(REPLICATIONS) (randomised quasi-Monte Carlo, Owen 1998, ACM TOMACS 8, 71). Rays are doubled from
-    `fewest` to `most` per replication. A photosite is judged by itself alone, so that a crop has the bits of the whole frame.
+    `fewest`, or `most` where that is less, to `most` per replication. A photosite is judged by itself alone, so that a crop has
+    the bits of the whole frame.
     sample: mean light of some photosites (n,), by a set of rays. allowed: largest standard error for a light.
     """
     total, light, error = np.zeros((REPLICATIONS, photosites)), np.zeros(photosites), np.zeros(photosites)
     active, rays, doubling = np.arange(photosites), 0, 0
     while len(active) and rays < most:
-        added = rays or fewest
+        added = rays or min(fewest, most)
         for replication in range(REPLICATIONS):
             found = sample(RaySet(replication, doubling, added), active).astype(np.float64)
             total[replication, active] = (rays * total[replication, active] + added * found) / (rays + added)

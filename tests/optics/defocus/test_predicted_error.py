@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from audit.drawn_shots import draw_shot
 from audit.float64_truth import sum_rays
-from audit.measured_shot import noise_electrons, run
-from audit.measured_shot import z_scores as z_scores_of_noise
+from audit.shot_truth import noise_electrons, run
+from audit.shot_truth import z_scores as z_scores_of_noise
 from helpers.camera_builders import small_camera
 from helpers.lens_error import statistics, z_scores
 from helpers.lens_frame import LENS, blurred_case, case_plan, depth_of
@@ -153,6 +153,23 @@ def test_lamps_over_black_are_bounded_by_the_noise_of_the_dark(tmp_path):
     assert budget.is_clamped and 64.0 < budget.predicted_sigma < 640.0
     (warning, *_) = budget.warnings()
     assert "edges of the spots of lamps" in warning
+
+
+def test_a_slope_ends_at_the_border_of_the_scene():
+    """Beyond it the light goes on as it ends, so that the second difference there is the slope; inside there is none."""
+    rows = 64
+    ramp = np.repeat(1.0 + (np.arange(rows) + 0.5)[:, None] / rows, 48, axis=1)
+    scene = band_scene(ramp, np.asarray(depth_of(np.full(ramp.shape, 2.0) + ramp)))
+    contrast = plan(Shot(scene, LENS, Exposure(0.001), small_camera(48, rows))).optics.contrast
+    slope = 0.5 / rows  # of the brightest light
+    assert contrast.texture < 1e-4 < slope < contrast.curvature < 2.0 * slope  # more in the dark, whose noise is less
+
+
+def test_a_slope_that_moves_states_its_border(tmp_path):
+    """A curved surface that a camera passes sideways: the audit found 0.074 sigma in its first row (seed 31, shot 23)."""
+    budget = plan(load_shot(draw_shot(31, 23).write(tmp_path))).error_budget
+    assert budget.is_clamped and 0.074 < budget.predicted_sigma < 0.74
+    assert "samples beside the border of the scene" in budget.warnings()[0]
 
 
 def test_lamps_before_a_wall_count_in_the_noise_of_its_light():

@@ -1,0 +1,198 @@
+"""The true light of a shot: in float64 where that knows it, else by the reference path, within processor time that is given."""
+
+import math
+import re
+import time
+import warnings
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from audit.drawn_shots import saturation_electrons
+from audit.float64_truth import Truth, exact_means, is_simple, sum_rays
+from simulator.device import Device
+from simulator.errors import PhotositeError
+from simulator.optics.ray_reference.convergence import FEWEST_RAYS
+from simulator.pipeline.execution import execute
+from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot
+from simulator.pipeline.stopwatch import Stopwatch
+from simulator.progress import silent
+
+TRUTH_SHARE = 0.15  # largest standard error of the truth, in the tolerance
+LEAST_TRUTH_ERROR, MOST_TRUTH_ERROR = 0.006, 0.03  # [standard deviations of the noise]
+STATED_SHARE = 0.01  # the same, in the error that the plan states where it cannot keep the tolerance
+MOST_RAYS = 16384  # of a photosite and replication
+FEWEST_OF_IMAGE, MORE_RAYS = 16, 4  # rays of an image of several at first, and factor to the next number of rays
+MOST_INDEPENDENT = 16  # images of a moving frame whose errors count as independent
+MOST_IMAGES = 96  # instants at which rays are followed: each image costs launches and uploads, whatever its rays
+OF_BOUND = 3.3  # error that 99.9 % of the photosites keep, in standard errors
+SUMMED_POINTS = 1024, 8192  # rays of each set of a float64 sum, as many as are needed
+
+
+class NoTruthError(Exception):
+    """A shot that neither float64 nor the reference path knows."""
+
+
+@dataclass(frozen=True)
+class ShotTruth:
+    """Mean electrons (height, width), and their largest standard error [standard deviations of each photosite's noise].
+
+    kind: "float64", or "rays" of the reference path. reference_p99_9: of the rays against float64; None: not compared.
+    """
+
+    electrons: np.ndarray
+    sigma: float
+    kind: str
+    reference_p99_9: float | None = None
+
+
+def find_truth(
+    shot: Shot, planned: Plan, stated: float, device: Device, seconds: float = math.inf, *, is_checked: bool = False
+) -> ShotTruth:
+    """Return the truth of a shot. Raises NoTruthError where neither float64 nor the reference path knows it.
+
+    planned: of the shot, which gives the noise. stated: error that its plan states. seconds: processor time for the rays; where
+    it does not suffice, the standard error is the one that was reached. is_checked: whether the reference path is followed
+    where float64 knows the shot.
+    """
+    wanted = max(wanted_error(shot.tolerance), STATED_SHARE * stated)
+    summed, summed_sigma = None, math.inf
+    if is_simple(shot, planned):
+        summed = exact_means(shot, planned)
+        for points in SUMMED_POINTS if summed is None else ():
+            summed = sum_rays(shot, planned, points=points)
+            if _largest_error(summed, planned) <= wanted:
+                break
+        assert summed is not None
+        summed_sigma = _largest_error(summed, planned)
+        if summed_sigma <= max(wanted, TRUTH_SHARE * shot.tolerance) and not is_checked:
+            return ShotTruth(summed.electrons, summed_sigma, "float64")
+    try:
+        truth, truth_sigma = true_electrons(shot, device, wanted, seconds)
+    except PhotositeError as error:
+        raise NoTruthError(error) from error
+    if summed is None or summed_sigma > max(truth_sigma, TRUTH_SHARE * shot.tolerance):
+        return ShotTruth(truth, truth_sigma, "rays")
+    reference = float(np.quantile(np.abs(z_scores(truth, summed.electrons, planned)), 0.999))
+    return ShotTruth(summed.electrons, summed_sigma, "float64", reference)
+
+
+def wanted_error(tolerance: float) -> float:
+    """Standard error of a truth at which it suffices [standard deviations of the noise]."""
+    return min(max(TRUTH_SHARE * tolerance, LEAST_TRUTH_ERROR), MOST_TRUTH_ERROR)
+
+
+def true_electrons(shot: Shot, device: Device, wanted: float, seconds: float = math.inf) -> tuple[np.ndarray, float]:
+    """Mean electrons by the reference path, and the largest standard error of its photosites [standard deviations].
+
+    wanted: error at which rays suffice. The shot is taken with more and more rays, each time anew, until it has that error or
+    MOST_RAYS, or until the next number is expected to need more processor time than `seconds` in all. The error that fewer
+    instants leave counts as well, and what the plan of the reference path states.
+    """
+    reference = replace(shot, tolerance=0.0)
+    whole = plan(reference)
+    planned, of_instants = _with_fewer_instants(whole, 0.5 * wanted)
+    stated = whole.error_budget.predicted_sigma / OF_BOUND + of_instants
+    count, images = _images(planned), _independent_images(planned)
+    rays, most = (max(number // count, FEWEST_OF_IMAGE) for number in (FEWEST_RAYS, MOST_RAYS))
+    spent_s = 0.0
+    while True:
+        started_s = time.process_time()
+        found, left, worst = _follow_rays(planned, reference, device, wanted * math.sqrt(images), rays)
+        cost_s = time.process_time() - started_s
+        if planned.optics.defocus is None:
+            return found, stated
+        sigma, spent_s = stated + max(wanted, worst / math.sqrt(images)), spent_s + cost_s
+        more = min(MORE_RAYS * rays, most)
+        expected_s = cost_s * (1.0 + left * (more / rays - 1.0))
+        if sigma <= wanted + stated or more == rays or spent_s + expected_s > seconds:
+            return found, sigma
+        rays = more
+
+
+def _follow_rays(planned: Plan, reference: Shot, device: Device, allowed: float, rays: int) -> tuple[np.ndarray, float, float]:
+    """Return mean electrons with so many rays, the share of photosites beyond an allowed error, and the largest error.
+
+    Of an image; where no more than a thousandth of the photosites is beyond, the error is 0.
+    """
+    exact = {"ray_error": allowed, "rays": rays}
+    accuracy, defocus = replace(planned.optics.accuracy, **exact), planned.optics.defocus
+    if defocus is not None:
+        defocus = replace(defocus, accuracy=replace(defocus.accuracy, **exact))
+    limited = replace(planned, optics=replace(planned.optics, accuracy=accuracy, defocus=defocus))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = run(measure(limited, device), reference, device)
+    left = [_left_error(one.message) for one in caught]
+    return found, max([0.0, *(share for share, _ in left)]), max([0.0, *(error for _, error in left)])
+
+
+def run(planned: Plan, shot: Shot, device: Device, timed: Stopwatch | None = None) -> np.ndarray:
+    """Mean electrons of a plan's frame (height, width) float64."""
+    return execute(planned, shot, device, silent, timed or Stopwatch()).mean_electrons.astype(np.float64)
+
+
+def _images(planned: Plan) -> int:
+    """Instants at which rays are followed; 1 where rays carry instants or nothing moves."""
+    motion = planned.optics.motion
+    if motion is None or motion.method != "instants":
+        return 1
+    return max(motion.count if motion.is_common else len(motion.shared_nodes()), 1)
+
+
+def _with_fewer_instants(planned: Plan, allowed: float) -> tuple[Plan, float]:
+    """Return a plan with as few instants as an error [standard deviations] needs, at most MOST_IMAGES, and their error.
+
+    The error of instants falls at most as the square of their number. 0 of as many as are planned, which the plan states.
+    """
+    motion, count = planned.optics.motion, _images(planned)
+    if motion is None or count == 1:
+        return planned, 0.0
+    own = planned.optics.accuracy.in_sigma(motion.error)
+    needed = count * min(math.sqrt(own / max(allowed, 1e-9)), 1.0)
+    kept = min(max(needed, FEWEST_OF_IMAGE), MOST_IMAGES)
+    if kept >= count:
+        return planned, 0.0
+    fewer = replace(motion, count=max(int(motion.count * kept / count), 1))
+    return replace(planned, optics=replace(planned.optics, motion=fewer)), own * (motion.count / fewer.count) ** 2
+
+
+def _independent_images(planned: Plan) -> int:
+    """Images whose errors differ: the rays of all are the same, so that the image has to move by half a photosite."""
+    motion, count = planned.optics.motion, _images(planned)
+    if motion is None or count == 1:
+        return 1
+    return max(min(count, round(2.0 * motion.length.longest_px), MOST_INDEPENDENT), 1)
+
+
+def _left_error(message: object) -> tuple[float, float]:
+    """Share of photosites of which a warning of the reference path tells, and their largest standard error.
+
+    Both 0 of another warning, and of one of no more than a thousandth of the photosites.
+    """
+    found = re.match(r"(\d+) of (\d+) photosites have an estimated error .* at most ([\d.e+-]+) sigma", str(message))
+    if found is None or 1000 * int(found[1]) <= int(found[2]):
+        return 0.0, 0.0
+    return int(found[1]) / int(found[2]), float(found[3])
+
+
+def z_scores(found: np.ndarray, truth: np.ndarray, planned: Plan) -> np.ndarray:
+    """Deviations in standard deviations of each photosite's own temporal noise; light above the white level is white.
+
+    The noise is that of photons and read-out at the shot's ISO; below 1 e- it counts as 1 e-.
+    """
+    white_e = saturation_electrons(planned.sensor)
+    return (np.minimum(found, white_e) - np.minimum(truth, white_e)) / noise_electrons(truth, planned)
+
+
+def noise_electrons(electrons: np.ndarray, planned: Plan) -> np.ndarray:
+    """Standard deviation of photosites with these mean electrons [e-], at least 1."""
+    sensor = planned.sensor
+    dark_e2 = sensor.moments(0.0).variance / sensor.gain_dn_per_e() ** 2
+    return np.sqrt(np.maximum(electrons + dark_e2, 1.0))
+
+
+def _largest_error(summed: Truth, planned: Plan) -> float:
+    """Standard error that 99.9 % of the photosites keep [standard deviations of the noise]."""
+    return float(np.quantile(summed.error / noise_electrons(summed.electrons, planned), 0.999))
