@@ -45,6 +45,7 @@ CASES = [
     "slabs",
     "vectors",
     "lamp",
+    "lamps",
     "far spread",
 ]
 
