@@ -30,7 +30,7 @@ def line_weights(
         return shared_length(sampling, pitch_um, away_px, width_px, is_tent=is_tent)[:, None]
     period = 2 * math.ceil(np.abs(away_px).max() + 0.5 * size[0] / size[1] + 1.0)
     cycles, spectrum = _spectrum(sampling, *size, pitch_um, width_px, is_tent, period)
-    return np.ascontiguousarray((np.exp(2j * math.pi * np.outer(away_px, cycles)) @ spectrum).real)
+    return np.ascontiguousarray(np.real(np.exp(2j * math.pi * np.outer(away_px, cycles)) @ spectrum))
 
 
 def shared_length(sampling: Sampling, pitch_um: float, away_px: np.ndarray, width_px: float, *, is_tent: bool) -> np.ndarray:
