@@ -13,6 +13,7 @@ from scipy.signal import fftconvolve
 
 from simulator.device import Device
 from simulator.optics.lens.thin_lens import ThinLens
+from simulator.optics.optics_plan import OpticsPlan
 from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import measure, plan
 from simulator.pipeline.shot import Shot
@@ -37,13 +38,32 @@ def run_psf(device: Device, inputs: Inputs) -> Outcome:
     exposure = replace(EXPOSURE, time_s=EXPOSURE.time_s * number(inputs, "electrons") / per_plane)
     planned = measure(plan(replace(shot, exposure=exposure)), device)
     found = device.download(expose(planned, device), (PSF_SIDE, PSF_SIDE), np.float32) / planned.optics.weights.sum()
-    psf, truth = planned.optics.psf, planes
-    if psf is not None:
-        kernel = psf.kernel(0, 0, False, 0, 0).sum(axis=0)
-        truth = fftconvolve(np.pad(planes, PSF_MARGIN, mode="edge"), kernel, mode="same")
-        truth = np.maximum(truth[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN], 0.0)
+    truth = planes if planned.optics.psf is None else spread_light(planned.optics, planes)
     electrons = number(inputs, "electrons")
     return Outcome(electrons * found.astype(np.float64), electrons * truth)
+
+
+def spread_light(optics: OpticsPlan, planes: np.ndarray) -> np.ndarray:
+    """Light (rows, columns) behind a planned point spread function in focus, of a scene of one plane and pixel per photosite.
+
+    Lamps and what exceeds the limit of highlights are squares of light; the rest is what photosites see.
+    """
+    psf, weight = optics.psf, float(optics.weights.sum())
+    assert psf is not None
+    picture, squares = planes.copy(), np.zeros(planes.shape)
+    if optics.lamps is not None:
+        place = optics.lamps.rows, optics.lamps.columns
+        kept, drawn = optics.lamps.split(planes[..., None], optics.weights)
+        picture[place], squares[place] = kept[:, 0] / weight, drawn[:, 0] / weight
+    if psf.has_ringing(0, 0):
+        limit = psf.highlight_limits[0] / weight
+        picture, squares = np.minimum(picture, limit), squares + np.maximum(picture - limit, 0.0)
+    truth = np.zeros(planes.shape)
+    for light, of_squares in ((picture, False), (squares, True)):
+        kernel = psf.kernel(0, 0, of_squares, 0, 0).sum(axis=0)
+        found = fftconvolve(np.pad(light, PSF_MARGIN, mode="edge"), kernel, mode="same")
+        truth += found[PSF_MARGIN:-PSF_MARGIN, PSF_MARGIN:-PSF_MARGIN]
+    return np.maximum(truth, 0.0)
 
 
 BESIDE_STEP_PX = 24  # photosites beside the step between two walls, whose light mixes
@@ -80,7 +100,7 @@ def run_psf_slabs(device: Device, inputs: Inputs) -> Outcome:
 CASES = (
     StressCase(
         "psf",
-        ("psf_gather", "psf_cells", "psf_tail", "psf_extremes"),
+        ("psf_gather", "psf_cells", "psf_tail", "psf_extremes", "lamps"),
         {
             "light": Picture((PSF_SIDE, PSF_SIDE), 1e-9, 1e3),
             "f_number": Real(2.0, 45.0, log=True, switches=(4.0, 8.0, 16.0, 22.0)),

@@ -13,6 +13,7 @@ from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.psf.field_psf import FieldPsf
+from simulator.optics.psf.lamps import Lamps
 from simulator.optics.veiling_glare import VeilingGlare
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera_sections import Window
@@ -46,6 +47,8 @@ class OpticsPlan:
         light that kernels by distance are applied to.
     tolerance: of all approximations together [standard deviations of the noise]; 0: the reference path. `accuracy` has that for
         which each of them is planned.
+    lamps: pixels of the scene that are drawn by themselves behind the PSF; None: none are. lamp_error: of those that are not,
+        as a share of the brightest light.
     moved_radii: of the maps of blur radii, where they lie on another grid than the light; None: they lie on the scene's.
     motion_skipped: why motion is left out, with its predicted error; None: it is not.
     """
@@ -74,6 +77,8 @@ class OpticsPlan:
     sampling_error: float = 0.0
     tolerance: float = 0.0
     moved_radii: Projection | None = None
+    lamps: Lamps | None = None
+    lamp_error: float = 0.0
 
     @property
     def radius_projection(self) -> Projection:

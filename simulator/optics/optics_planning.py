@@ -3,7 +3,7 @@
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -23,7 +23,9 @@ from simulator.optics.lens.relative_illumination import illumination_error
 from simulator.optics.motion_planning import with_motion
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.field_psf import FieldPsf, airy_radius_px
-from simulator.optics.psf.psf_planning import contrast_sigma, plan_visible_psf
+from simulator.optics.psf.lamps import Lamps
+from simulator.optics.psf.psf_errors import undrawn_error
+from simulator.optics.psf.psf_planning import contrast_sigma, dark_light, plan_visible_psf
 from simulator.optics.psf.wavefront_psf import WavefrontPsf
 from simulator.optics.veiling_glare import plan_veiling_glare
 from simulator.scene.compositing import flatten_layers
@@ -54,25 +56,35 @@ SENSOR_ONLY = frozenset(
 )
 
 
-def plan_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float, timing: Timing | None = None) -> OpticsPlan:
+def plan_optics(
+    loaded: Scene,
+    lens: Lens,
+    sensor: SensorPlan,
+    tolerance: float,
+    timing: Timing | None = None,
+    *,
+    draws_lamps: bool = True,
+) -> OpticsPlan:
     """Plan the image of a scene on a sensor.
 
-    tolerance: as in `Shot`. timing: of what moves; None: nothing does.
+    tolerance: as in `Shot`. timing: of what moves; None: nothing does. draws_lamps: whether lamps may be drawn by themselves
+        behind a point spread function; those of what moves are not.
     Raises PhotositeError for light, blur, motion or geometry that cannot be computed.
     All but the window is that of the whole sensor, and kept with the scene for another window of it.
     """
 
     def make() -> OpticsPlan:
         if timing is not None:  # the plan of the image at rest is kept with the scene, too
-            return with_motion(plan_optics(loaded, lens, sensor, tolerance), loaded, lens, sensor, timing)
-        made = _plan_sensor_optics(loaded, lens, sensor, tolerance)
+            resting = plan_optics(loaded, lens, sensor, tolerance, draws_lamps=False)
+            return with_motion(resting, loaded, lens, sensor, timing)
+        made = _plan_sensor_optics(loaded, lens, sensor, tolerance, draws_lamps)
         if made.scene is not loaded and not any(array.flags.writeable for array in loaded.arrays()):
             for array in made.scene.arrays():
                 array.setflags(write=False)
         return made
 
     key = optics_key(lens, sensor, tolerance, timing)
-    planned = make() if key is None else loaded.remember(key, make)
+    planned = make() if key is None else loaded.remember((key, draws_lamps), make)
     return replace(planned, window=sensor.readout.computed)
 
 
@@ -109,7 +121,7 @@ def _noise_floor_of(asked: _AskedSensor) -> NoiseFloor | None:
     return asked.sensor.noise_floor()
 
 
-def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float) -> OpticsPlan:
+def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance: float, draws_lamps: bool) -> OpticsPlan:
     """Plan the image on the window of a sensor; nothing but the field `window` depends on the window."""
     camera, window = sensor.camera, sensor.readout.computed
     scene = flatten_layers(loaded) if lens.forms_image else integrate_hemisphere(loaded)
@@ -141,7 +153,7 @@ def _plan_sensor_optics(loaded: Scene, lens: Lens, sensor: SensorPlan, tolerance
     if lens.forms_image:
         planned = with_defocus(planned, loaded, lens, sensor)
         planned = _with_rays_through_filter(planned, lens, sensor)
-    return _with_psf(planned, lens, sensor, floor)
+    return _with_psf(planned, lens, sensor, floor, draws_lamps)
 
 
 def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPlan) -> OpticsPlan:
@@ -159,7 +171,7 @@ def _with_rays_through_filter(planned: OpticsPlan, lens: Lens, sensor: SensorPla
     return replace(planned, projection=projection)
 
 
-def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor | None) -> OpticsPlan:
+def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseFloor | None, draws_lamps: bool) -> OpticsPlan:
     """Return the plan with the point spread function, unless its effect is invisible at every ISO."""
     if planned.projection.open_side < 1.0 or planned.projection.low_pass_px > 0.0:
         return planned  # the scene is integrated over the open area of each photosite
@@ -168,26 +180,40 @@ def _with_psf(planned: OpticsPlan, lens: Lens, sensor: SensorPlan, floor: NoiseF
     contrast = contrast_sigma(planned.scene, factor * planned.weights, (floor or NoiseFloor(1.0, 1.0)).moments)
     if contrast > 0.0 and planned.accuracy.tolerance == 0.0:
         contrast = math.inf  # nothing is left out
-    psf, skipped = plan_visible_psf(
+    psf, skipped, lamps = plan_visible_psf(
         lens,
         sensor.camera,
         planned.scene,
         planned.weights,
         planned.defocus,
-        planned.projection.scale,
+        planned.projection,
         contrast,
         planned.accuracy,
-        planned.projection.is_fine or planned.projection.nearest,
+        draws_lamps=draws_lamps,
     )
     defocus = planned.defocus
     if defocus is not None and psf is not None and psf.corrected_px:
         defocus = replace(defocus, corrected_px=max(abs(radius) for radius in psf.corrected_px))
     per_radiance = electrons_per_radiance(lens, sensor)
-    sampled = 0.0 if psf is None else _sampling_error(planned, psf, per_radiance)
-    return replace(planned, psf=psf, psf_skipped=skipped, defocus=defocus, sampling_error=sampled)
+    sampled = 0.0 if psf is None else _sampling_error(planned, psf, lamps, per_radiance)
+    undrawn = 0.0
+    if psf is not None:
+        first = planned.defocus if not psf.by_distance else None
+        smallest_px = None if first is None else min(least for least, _ in first.of_scene().ranges_px)
+        dark = partial(dark_light, planned.scene, planned.weights)
+        undrawn = undrawn_error(psf, lamps, planned.projection, planned.accuracy, dark, smallest_px)
+    return replace(
+        planned,
+        psf=psf,
+        psf_skipped=skipped,
+        lamps=lamps,
+        defocus=defocus,
+        sampling_error=sampled,
+        lamp_error=undrawn,
+    )
 
 
-def _sampling_error(planned: OpticsPlan, psf: FieldPsf, per_radiance: float) -> float:
+def _sampling_error(planned: OpticsPlan, psf: FieldPsf, lamps: Lamps | None, per_radiance: float) -> float:
     """Error of the samples of a fine scene that kernels by distance are applied to, as a share of the brightest light.
 
     Kernels end within samples that mix pixels of the scene, as photosites and circles of confusion do.
@@ -195,7 +221,8 @@ def _sampling_error(planned: OpticsPlan, psf: FieldPsf, per_radiance: float) -> 
     projection = planned.projection
     if not psf.by_distance or not projection.is_fine or projection.whole_pixels((psf.over,)):
         return 0.0
-    detail = scene_detail(planned.scene, planned.weights, per_radiance, planned.accuracy)
+    scene = planned.scene if lamps is None else lamps.without(planned.scene, planned.weights)
+    detail = scene_detail(scene, planned.weights, per_radiance, planned.accuracy)
     width_px = airy_radius_px(psf.lens_psf) if isinstance(psf.lens_psf, WavefrontPsf) else 0.0
     return float(square_error(np.array(width_px), psf.over, projection.scale, detail))
 

@@ -96,7 +96,15 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     else:
         terms += terms_by_distance(blur, contrast, has_coverage=optics.has_coverage)
     smallest_px = None if optics.defocus is None else min(least for least, _ in optics.defocus.of_scene().ranges_px)
-    terms += psf_errors(optics.psf, optics.psf_skipped, accuracy, smallest_px, contrast.curvature, optics.sampling_error)
+    terms += psf_errors(
+        optics.psf,
+        optics.psf_skipped,
+        accuracy,
+        smallest_px,
+        contrast.curvature,
+        optics.sampling_error,
+        optics.lamp_error,
+    )
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))
     terms += max(moving, key=lambda found: sum(term.sigma for term in found))

@@ -32,6 +32,10 @@ def psf_pass(optics: OpticsPlan, budget: ErrorBudget, tiles: "TilePlan | None") 
     error = error_of(budget, PSF, BLUR) if includes_blur else error_of(budget, PSF)
     core = psf.core
     one = _transformed_psf(optics, psf, places, error) if core is None else _gathered_psf(optics, psf, core, places, error)
+    if optics.lamps is not None:
+        method = f"{one.method}, {optics.lamps.count} lamps one by one"
+        work = psf_cost.lamp_work(psf, optics.projection, optics.lamps, optics.channels)
+        one = replace(one, method=method, cost_ms=one.cost_ms + psf_cost.cost_ms(work))
     return _with_covariance(one, tiles) if includes_blur and tiles is not None else one
 
 

@@ -224,6 +224,17 @@ def take_spread() -> None:
     print("done", devices()[0].name)
 
 
+def take_lamps() -> None:
+    """Lamps that leave the picture before diffraction spreads it."""
+    planes, camera = np.full((10, 18, 3), 0.01), small_camera(18, 10, "RGGB")
+    planes[[0, 4, 5], [17, 4, 5]] = 1e4
+    scene, lens = band_scene(planes, np.inf), ThinLens(50.0, 2.8, diffraction=True)
+    planned = measure(plan(Shot(scene, lens, Exposure(0.001), camera, tolerance=1.0)), open_device())
+    assert planned.optics.lamps is not None and planned.optics.lamps.count == 3
+    expose(planned, open_device())
+    print("done", devices()[0].name)
+
+
 def take_slabs() -> None:
     """Aberrations in a scene with depth: a wall that recedes behind a layer with partial coverage."""
     rng, camera = np.random.default_rng(0), small_camera(18, 10, "MONO")
@@ -271,6 +282,6 @@ def follow_rays() -> None:
 
 if __name__ == "__main__":
     others = {"rays": follow_rays, "fine": take_fine, "wide": take_wide, "joint": take_joint}
-    others |= {"spread": take_spread, "slabs": take_slabs, "vectors": take_vectors, "lamp": take_lamp}
+    others |= {"spread": take_spread, "slabs": take_slabs, "vectors": take_vectors, "lamp": take_lamp, "lamps": take_lamps}
     others["far spread"] = take_far_spread
     others[sys.argv[1]]() if sys.argv[1] in others else run(sys.argv[1])

@@ -47,6 +47,7 @@ CASES = [
     "slabs",
     "vectors",
     "lamp",
+    "lamps",
     "far spread",
 ]
 

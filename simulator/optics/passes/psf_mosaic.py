@@ -15,6 +15,7 @@ from simulator.optics.geometry.interleaved_columns import InterleavedColumns
 from simulator.optics.geometry.projection import project_planes, project_radius
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.passes.defocused_mosaic import add_covariance, defocused_mosaics
+from simulator.optics.passes.lamp_pass import add_lamps, take_lamps
 from simulator.optics.passes.psf_gather import gather_psf
 from simulator.optics.passes.psf_slabs import gather_slabs
 from simulator.optics.passes.reference_mosaic import reference_mosaic
@@ -60,6 +61,9 @@ def psf_mosaic(
     """
     if not _psf_of(optics).by_distance:
         return _spread_mosaic(optics, blur, device, planes, progress)
+    if optics.lamps is not None:
+        take_lamps(optics, device, planes[0])
+        return add_lamps(optics, device, _spread_mosaic(optics, None, device, planes, progress))
     light = _spread_mosaic(optics, None, device, planes, progress)
     if blur is not None:
         add_covariance(blur, optics.cfa, device, list(planes), light)

@@ -20,6 +20,7 @@ from simulator.optics.psf.fraunhofer import ROUND, odd
 from simulator.optics.psf.kernel_split import Core, tail_reach
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.psf_table import PsfTable, interpolation_weights, rotate_kernel, skew_kernel
+from simulator.optics.psf.square_light import line_weights
 from simulator.optics.psf.visibility import Visibility
 from simulator.optics.psf.wavefront_psf import LARGEST_KERNEL_PX, WavefrontPsf, kernel_size_px
 from simulator.optics.pupil.pupil import UPRIGHT, Pupil
@@ -101,7 +102,7 @@ class FieldPsf:
     def with_core(self, core: Core, seen: Visibility) -> Self:
         """Return the same PSF with this core, as exact as a scene shows, and with the kernels that are already computed."""
         found = replace(self, core=core, seen=seen)
-        for cache in ("_kernels", "_tables", "_slab_psfs"):
+        for cache in ("_kernels", "_points", "_tables", "_slab_psfs"):
             found.__dict__[cache] = getattr(self, cache)
         return found
 
@@ -176,8 +177,11 @@ class FieldPsf:
     def kernel(self, slab: int, channel: int, positive: bool, row: int, column: int) -> np.ndarray:
         """Kernel at a node, (over^2, size, size) float64, phases as of `Sampling.phases`.
 
-        positive: negative values are clipped and the rest scaled down to the same sum.
+        positive: of light samples that are even squares, which no kernel makes negative; of others, negative values are clipped
+            and the rest scaled down to the same sum.
         """
+        if positive and self.spreads_squares:
+            return self._square_kernel(channel, row, column)
         if positive:
             kernel = self.kernel(slab, channel, False, row, column)
             kept = np.maximum(kernel, 0.0)
@@ -189,6 +193,23 @@ class FieldPsf:
             own = self._own_node(row, column)
             self._kernels[key] = self._make_kernel(slab, channel, own) if own == (row, column) else self._mirrored(key, own)
         return self._kernels[key]
+
+    @property
+    def spreads_squares(self) -> bool:
+        """Whether highlights are even squares of light behind kernels in focus that hold detail finer than photosites."""
+        in_focus = self.by_distance and self.radii_px == (0.0,) and not self._is_squares
+        return in_focus and self.even_squares and not (isinstance(self.lens_psf, PsfTable) and self.lens_psf.cells == 1)
+
+    def _square_kernel(self, channel: int, row: int, column: int) -> np.ndarray:
+        """Kernel at a node from even squares, laid out as of `Sampling.phases`, without negative values."""
+        cells, per_photosite = self.point_cells(channel, row, column)
+        size = None if self.lens_psf is None else (len(cells), per_photosite)
+        reach, width = self.reach_px, 1.0 / self.over
+        away = [np.arange(-reach, reach + 1) + (self.over - 1 - 2 * phase) / (2 * self.over) for phase in range(self.over)]
+        lines = [line_weights(self.sampling, self.pitch_um, one, width, size) for one in away]
+        halves = [line @ cells for line in lines]
+        found = np.maximum(np.array([half @ line.T for half in halves for line in lines]), 0.0)
+        return found * (self.kernel(0, channel, False, row, column).sum() / found.sum())
 
     def _own_node(self, row: int, column: int) -> tuple[int, int]:
         """Node whose kernel mirrors that of this node: the one in the first quarter, if kernels turn with the field."""
@@ -204,10 +225,25 @@ class FieldPsf:
         axes = [axis for axis, changed in enumerate((row != own[0], column != own[1])) if changed]
         return np.flip(by_place, (*axes, *(axis + 2 for axis in axes))).reshape(kernel.shape)
 
-    def _make_kernel(self, slab: int, channel: int, node: tuple[int, int]) -> np.ndarray:
+    def point_cells(self, channel: int, row: int, column: int) -> tuple[np.ndarray, int]:
+        """Light of a point in each cell at a node of the first slab, (size, size) float64, and cells per photosite and axis."""
+        own = self._own_node(row, column)
+        key = channel, *own
+        if key not in self._points:
+            self._points[key] = self._node_cells(0, channel, own)
+        cells, per_photosite = self._points[key]
+        return cells[:: 1 if row == own[0] else -1, :: 1 if column == own[1] else -1], per_photosite
+
+    def _node_cells(self, slab: int, channel: int, node: tuple[int, int]) -> tuple[np.ndarray, int]:
+        """As `point_cells`, of any slab."""
         cells, per_photosite = self._cells(slab, channel, self.field_xy(*node))
-        if self.skew != UPRIGHT:
-            cells = skew_kernel(cells, self.skew)
+        return (cells if self.skew == UPRIGHT else skew_kernel(cells, self.skew)), per_photosite
+
+    def _make_kernel(self, slab: int, channel: int, node: tuple[int, int]) -> np.ndarray:
+        if slab == 0 and self.nodes == (1, 1):
+            cells, per_photosite = self.point_cells(channel, *node)
+        else:
+            cells, per_photosite = self._node_cells(slab, channel, node)
         band_limited = isinstance(self.lens_psf, WavefrontPsf) or per_photosite > 1
         return self.sampling.phases(cells, per_photosite, self.pitch_um, self.over, band_limited)
 
@@ -266,6 +302,10 @@ class FieldPsf:
 
     @cached_property
     def _kernels(self) -> dict[tuple[int, int, int, int], np.ndarray]:
+        return {}
+
+    @cached_property
+    def _points(self) -> dict[tuple[int, int, int], tuple[np.ndarray, int]]:
         return {}
 
     @cached_property

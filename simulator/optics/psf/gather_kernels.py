@@ -1,5 +1,6 @@
 """Kernels of a point spread function as the device gathers with them, for all nodes, channels and blur radii."""
 
+import itertools
 import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -145,27 +146,26 @@ def _chosen(of: "_Keyed", channels: int, seen: Visibility) -> Core | None:
 def make_gather_kernels(psf: FieldPsf, channels: int) -> list[GatherKernels]:
     """Kernels of a planned PSF of one blur radius, to be summed: its arms, if any, then core and tail."""
     assert psf.core is not None  # else it is convolved by transforms
-    core = psf.core
-    found = [
-        split_kernel(
-            _padded(psf.kernel(0, channel, False, row, column), psf.reach_px, psf.over),
-            psf.over,
-            core.reach_px,
-            core.arm_px,
-            core.cell_px,
-        )
-        for row in range(psf.nodes[0])
-        for column in range(psf.nodes[1])
-        for channel in range(channels)
-    ]
+    core, places = psf.core, list(itertools.product(*map(range, (*psf.nodes, channels))))
+    tables = [_padded(psf.kernel(0, channel, False, *node), psf.reach_px, psf.over) for *node, channel in places]
+    found = [split_kernel(table, psf.over, core.reach_px, core.arm_px, core.cell_px) for table in tables]
     grid = (*psf.nodes, channels)
     rings = any(psf.has_ringing(0, channel) for channel in range(channels))
     middle = np.array([one.core for one in found])
     tail = None if found[0].tail is None else np.array([one.tail for one in found], np.float32)
     if tail is not None:
         tail = tail.reshape(*grid, *tail.shape[-2:])
-    parts = [middle.reshape(len(found), -1), *_arms(found)]
-    both = np.split(positive_too(np.concatenate(parts, axis=1)), np.cumsum([part.shape[1] for part in parts])[:-1], axis=-1)
+    parts = _parts(found)
+    weights = np.concatenate(parts, axis=1)
+    if rings and psf.spreads_squares:  # the tail is that of all light, and the core has the rest
+        bright = [_padded(psf.kernel(0, channel, True, *node), psf.reach_px, psf.over) for *node, channel in places]
+        change = [
+            split_kernel(high - table, psf.over, core.reach_px, core.arm_px) for high, table in zip(bright, tables, strict=True)
+        ]
+        joined = np.stack([weights, weights + np.concatenate(_parts(change), axis=1)]).astype(np.float32)
+    else:
+        joined = positive_too(weights)
+    both = np.split(joined, np.cumsum([part.shape[1] for part in parts])[:-1], axis=-1)
     both[0] = both[0].reshape(2, 1, *grid, *middle.shape[1:])
     made = [GatherKernels.of((0.0,), both[0], psf.over, rings, tail, core.cell_px)]
     for arm, shape in zip(both[1:], ((1, -1), (-1, 1)), strict=False):
@@ -173,10 +173,10 @@ def make_gather_kernels(psf: FieldPsf, channels: int) -> list[GatherKernels]:
     return made
 
 
-def _arms(found: list[SplitKernel]) -> list[np.ndarray]:
-    """Arms across and down of each kernel, (kernels, taps); empty where there are none."""
+def _parts(found: list[SplitKernel]) -> list[np.ndarray]:
+    """Cores of each kernel, (kernels, taps), and if there are any its arms across and down."""
     arms = [one.arms for one in found if one.arms is not None]
-    return [] if not arms else list(np.stack(arms, axis=1))
+    return [np.array([one.core.ravel() for one in found]), *(np.stack(arms, axis=1) if arms else ())]
 
 
 def _padded(phases: np.ndarray, reach_px: int, over: int) -> np.ndarray:

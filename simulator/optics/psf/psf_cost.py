@@ -3,9 +3,12 @@
 The nanoseconds are processor time of all cores over two, of the reference machine of `simulator.pipeline.passes`.
 """
 
+import math
 from collections.abc import Mapping
 
+from simulator.optics.geometry.projection import Projection
 from simulator.optics.psf.field_psf import FieldPsf, correction_reach_px
+from simulator.optics.psf.lamps import Lamps, lie_alike
 
 COST_NS = {
     "gathers": 1.2e6,  # of a frame that the device gathers: launches and kernels
@@ -13,8 +16,11 @@ COST_NS = {
     "light": 15.0,  # for each photosite
     "taps": 0.08,  # for each photosite and sample of light that it gathers
     "transforms": 1.2e6,  # of a frame that the host transforms
+    "lamps": 20.0,  # for each photosite of the image of a lamp
     "samples": 22.0,  # for each sample of a frame with its margins, colour and slab of blur radius that is transformed
 }
+
+INTERPOLATED = 6.0  # times the work of a lamp whose image is computed for its own place, in each colour
 
 Work = dict[str, float]  # counts, by key of COST_NS
 
@@ -33,6 +39,13 @@ def psf_work(psf: FieldPsf, width_px: int, height_px: int, channels: int) -> Wor
     pixels = float(width_px * height_px)
     extra = float(bool(psf.corrected_px) or psf.is_gathered_by_distance)
     return {"gathers": 1.0, "corrections": extra, "light": pixels, "taps": pixels * gathered_samples(psf)}
+
+
+def lamp_work(psf: FieldPsf, projection: Projection, lamps: Lamps, channels: int) -> Work:
+    """Return the work of drawing all lamps of a scene."""
+    side = 2.0 * (psf.reach_px + math.ceil(1.0 / projection.scale)) + 1.0
+    times = 1.0 if lie_alike(projection) else INTERPOLATED * channels
+    return {"lamps": lamps.count * times * side**2}
 
 
 def gathered_samples(psf: FieldPsf) -> float:

@@ -1,13 +1,29 @@
 """Predicts the error of the point spread function as it is planned."""
 
+import itertools
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.error_term import ErrorTerm, Skipped
+from simulator.optics.geometry.projection import Projection
 from simulator.optics.psf.field_psf import FieldPsf
+from simulator.optics.psf.kernel_split import Core, gather_table, split_kernel
+from simulator.optics.psf.lamp_spots import LampSpots
+from simulator.optics.psf.lamps import LAMP_TIMES, Lamps
 from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.psf.square_light import shared_length
+from simulator.optics.psf.visibility import Visibility
 
+PLACES = (0.0, 0.25, 0.5, 0.75)  # of lamps in a photosite, along an axis, at which their error is asked
+BESIDE = 1.5  # times the error of one lamp, where several lie beside each other
 PSF = "point spread function"  # effect of the terms
 TIGHTER = "give a smaller tolerance"
 DIVIDED = "give a scene of 1, 2 or 4 pixels per photosite that begin at its border"
+DRAWN = "lamps are drawn by themselves in one picture that is in focus and at rest, without distortion; give fewer of them"
 BLURRED = "it is gone without camera.low_pass and camera.fill_factor, or where nothing is in focus"
 
 
@@ -18,12 +34,13 @@ def psf_errors(
     smallest_px: float | None = None,
     contrast: float = 1.0,
     sampling_error: float = 0.0,
+    lamp_error: float = 0.0,
 ) -> list[ErrorTerm]:
     """Return the errors of a kernel, of the light that it is applied to, or of leaving it out.
 
     skipped: why there is none; None: there is one. smallest_px: radius of the smallest blur circle, of a geometric blur that
     comes first; None: none does. contrast: second difference of the light between photosites, as a share of the brightest.
-    sampling_error: of the light that kernels by distance are applied to, the same.
+    sampling_error: of the light that kernels by distance are applied to, the same. lamp_error: of `undrawn_error`.
     """
     if skipped is not None:
         return [ErrorTerm(PSF, "none, since its effect is small", skipped.sigma, TIGHTER, falls=True)]
@@ -40,6 +57,72 @@ def psf_errors(
     if sampling_error > 0.0:
         cause = f"{psf.over} x {psf.over} samples of light per photosite, which mix pixels of the scene"
         found.append(ErrorTerm(PSF, cause, accuracy.in_sigma(sampling_error), DIVIDED))
+    if lamp_error > 0.0:
+        found.append(
+            ErrorTerm(PSF, "lamps that go through samples of light with the rest", accuracy.in_sigma(lamp_error), DRAWN)
+        )
+    return found
+
+
+def core_error(psf: FieldPsf, core: Core, channels: int, seen: Visibility) -> float:
+    """Error of a core, arms and tail, as `Visibility.own_error` counts it, by the kernels in the middle and a corner."""
+    if core.reach_px >= psf.reach_px:
+        return 0.0
+    found = 0.0
+    for node in {(psf.nodes[0] // 2, psf.nodes[1] // 2), (0, 0)}:
+        for channel in range(channels):
+            table, over = gather_table(psf.kernel(0, channel, False, *node)), psf.over
+            kernel = table.reshape(len(table) // over, over, -1, over).sum(axis=(1, 3))
+            own = partial(seen.own_error, kernel=kernel)
+            found = max(found, split_kernel(table, over, core.reach_px, core.arm_px, core.cell_px, own).error)
+    return found
+
+
+def undrawn_error(
+    psf: FieldPsf,
+    lamps: Lamps | None,
+    projection: Projection,
+    accuracy: Accuracy,
+    dark: Callable[[], float],
+    smallest_px: float | None,
+) -> float:
+    """Error of lamps that are not drawn by themselves, as `core_error`: what samples of their light have for their images.
+
+    dark: returns the electron radiance beside them. smallest_px: radius of the smallest blur circle of a geometric blur that
+    comes first; None: none does. 0 where light samples are the squares of the scene, whose kernels have no negative values.
+    """
+    light = accuracy.peak * accuracy.brightest if lamps is None else lamps.rest
+    is_exact = psf.spreads_squares and projection.whole_pixels((psf.over,)) == psf.over
+    if is_exact or not psf.highlight_limits or light <= LAMP_TIMES * min(psf.highlight_limits):
+        return 0.0
+    spot = max(1.0, math.pi * smallest_px**2) if smallest_px is not None else 1.0
+    lamp_e, dark_e = (accuracy.electrons_per_radiance * one for one in (light / spot, dark()))
+    spots = LampSpots(psf, 1.0 / projection.scale, np.array(PLACES), is_tent=projection.is_bilinear)
+    worst = 0.0
+    for place in itertools.product(PLACES, PLACES):
+        image = spots.image(0, (psf.nodes[0] // 2, psf.nodes[1] // 2), place)
+        noise_e = np.sqrt(np.maximum(dark_e + lamp_e * image + accuracy.read_noise_e**2, 1.0))
+        worst = max(worst, float((lamp_e * np.abs(_sampled_image(psf, spots, place) - image) / noise_e).max()))
+    return BESIDE * worst * accuracy.sigma
+
+
+def _sampled_image(psf: FieldPsf, spots: LampSpots, place: tuple[float, float]) -> np.ndarray:
+    """What samples of light make of a pixel of light 1, as `LampSpots.image`."""
+    over, node, reach = psf.over, (psf.nodes[0] // 2, psf.nodes[1] // 2), psf.reach_px
+    kernels = psf.kernel(0, 0, psf.has_ringing(0, 0), *node)
+    kernels = np.pad(kernels, ((0, 0), *2 * [(spots.reach_px, spots.reach_px)]))
+    middle, found = len(kernels[0]) // 2, np.zeros(2 * [2 * spots.reach_px + 1])
+    samples = np.arange(-over * (spots.reach_px - reach), over * (spots.reach_px - reach + 1))
+    down, across = (
+        shared_length(Sampling(), 1.0, samples + 0.5 - over * one, over * spots.width_px, is_tent=spots.is_tent)
+        for one in place
+    )
+    for (y, in_y), (x, in_x) in itertools.product(zip(samples, down, strict=True), zip(samples, across, strict=True)):
+        if in_y * in_x > 0.0:
+            rows, columns = (
+                slice(middle - spots.reach_px - one // over, middle + spots.reach_px + 1 - one // over) for one in (y, x)
+            )
+            found += in_y * in_x * kernels[over * (y % over) + x % over, rows, columns]
     return found
 
 

@@ -12,6 +12,7 @@ from simulator.errors import require
 from simulator.optics.defocus.accuracy import SHARP_PX, Accuracy
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.error_term import Skipped
+from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.psf.field_psf import (
@@ -24,7 +25,9 @@ from simulator.optics.psf.field_psf import (
 )
 from simulator.optics.psf.fraunhofer import ROUND, Opening
 from simulator.optics.psf.gather_kernels import choose_core, fits_gather
+from simulator.optics.psf.lamps import LIMIT_TIMES, Lamps, find_lamps
 from simulator.optics.psf.pixel_aperture import Sampling
+from simulator.optics.psf.psf_errors import core_error
 from simulator.optics.psf.psf_file import read_psf
 from simulator.optics.psf.psf_table import PsfTable
 from simulator.optics.psf.slab_kernels import plan_slabs
@@ -39,7 +42,7 @@ FIELD_NODES = (7, 9)  # rows and columns of kernels over the sensor, where they 
 MOST_OVER = 4  # light samples per photosite and axis
 MOST_RADII = 16  # distinct blur radii of a depth map up to which each is a slab of its own
 MOST_AIRY = 64.0  # blur radius [radii of the Airy disk] up to which kernels of a wavefront with aberrations include defocus
-HIGHLIGHT = 4.0  # limit of highlights over the mean of the darker nine tenths of a scene
+DARK = 0.1  # share of a scene that is the dark side of its edges
 SKIPPED_SHARE = 0.5  # of the tolerance: change below which a PSF is left out
 LARGE_CONTRAST = 1e3  # of a scene [standard deviations of the noise], above which no PSF is left out
 CORRECTIONS_PX = ((0.125, 2.0), (0.25, 4.0), (0.5, math.inf))  # blur radius between corrections, and up to which radius
@@ -63,11 +66,22 @@ def contrast_sigma(scene: Scene, electrons: np.ndarray, moments: Callable[[float
 
 
 def highlight_thresholds(scene: Scene, weights: np.ndarray) -> tuple[float, ...]:
-    """Electron radiance above which light is a highlight, by channel: HIGHLIGHT times the mean of the darker nine tenths."""
+    """Electron radiance above which light is a highlight, by channel: LIMIT_TIMES times the mean of the darker nine tenths."""
+    light = _sorted_light(scene, weights, 65536)
+    return tuple(float(mean) for mean in LIMIT_TIMES * light[: max(1, int(0.9 * len(light)))].mean(axis=0))
+
+
+def dark_light(scene: Scene, weights: np.ndarray) -> float:
+    """Electron radiance below which the share DARK of a scene lies, in the channel where it is least."""
+    light = _sorted_light(scene, weights, 4096)
+    return float(light[int(DARK * len(light))].min())
+
+
+def _sorted_light(scene: Scene, weights: np.ndarray, most: int) -> np.ndarray:
+    """Electron radiance of about so many pixels of each layer, (pixels, channels), in each channel from the least on."""
     flat = (layer.planes.reshape(-1, layer.planes.shape[-1]) for layer in scene.layers)
-    pixels = np.concatenate([one[:: max(1, len(one) // 65536)] for one in flat])
-    light = np.sort(pixels.astype(np.float64) @ weights, axis=0)
-    return tuple(float(mean) for mean in HIGHLIGHT * light[: max(1, int(0.9 * len(light)))].mean(axis=0))
+    pixels = np.concatenate([one[:: max(1, len(one) // most)] for one in flat])
+    return np.sort(pixels.astype(np.float64) @ weights, axis=0)
 
 
 def plan_visible_psf(
@@ -76,28 +90,56 @@ def plan_visible_psf(
     scene: Scene,
     weights: np.ndarray,
     defocus: Defocus | None,
-    scale: float,
+    projection: Projection,
     contrast: float,
     accuracy: Accuracy,
-    even_squares: bool = False,
-) -> tuple[FieldPsf | None, Skipped | None]:
-    """PSF of a shot, None where it has no visible effect, and why it is left out, None where it is not.
+    *,
+    draws_lamps: bool,
+) -> tuple[FieldPsf | None, Skipped | None, Lamps | None]:
+    """PSF of a shot, None where it has no visible effect, why it is left out, None where it is not, and lamps that are drawn.
 
-    contrast: of `contrast_sigma`. weights: of `OpticsPlan`. even_squares: whether the
-    scene is made of them, as of `FieldPsf`. Raises PhotositeError as `plan_psf`.
+    contrast: of `contrast_sigma`. weights: of `OpticsPlan`. draws_lamps: whether lamps may be.
+    Raises PhotositeError as `plan_psf`.
     """
     if contrast == 0.0:
-        return None, Skipped("the scene is the same everywhere")
+        return None, Skipped("the scene is the same everywhere"), None
+    scale = projection.scale
     psf = plan_psf(lens, camera, scene, defocus, scale, accuracy.tolerance)
     if psf is None:
-        return None, None
-    told = even_squares and scale <= psf.over + 0.5  # else samples are means over several squares
+        return None, None, None
+    # Samples of a finer scene are means over several squares.
+    told = (projection.is_fine or projection.nearest) and scale <= psf.over + 0.5
     psf = replace(psf, highlight_limits=highlight_thresholds(scene, weights), even_squares=told)
     if contrast < LARGE_CONTRAST and (defocus is None or not psf.by_distance):
         change = contrast * bound_change(psf, camera.channels)
         if change < SKIPPED_SHARE * accuracy.tolerance:
-            return None, Skipped(f"changes nothing by more than {change:.2g} sigma", change)
-    return _with_gather(psf, camera.channels, scene, accuracy, scale), None
+            return None, Skipped(f"changes nothing by more than {change:.2g} sigma", change), None
+    lamps = _find_lamps(psf, scene, weights, projection, accuracy) if draws_lamps and defocus is None else None
+    own = accuracy if lamps is None else _of_rest(accuracy, lamps)
+    gathered = _with_gather(psf, camera.channels, scene, own, scale)
+    core = gathered.core
+    if core is not None and core.error and gathered.seen is not None and not gathered.is_gathered_by_distance:
+        dark_e = accuracy.electrons_per_radiance * dark_light(scene, weights)
+        seen = replace(gathered.seen, electrons=own.electrons, dark_e=min(dark_e, own.electrons), read_noise_e=own.read_noise_e)
+        error = core_error(gathered, core, camera.channels, seen) * accuracy.sigma / own.sigma
+        gathered = gathered.with_core(replace(core, error=error), gathered.seen)
+    return gathered, None, lamps
+
+
+def _of_rest(accuracy: Accuracy, lamps: Lamps) -> Accuracy:
+    """Accuracy of a scene without its lamps."""
+    peak_e = accuracy.electrons_per_radiance * max(lamps.rest, LIMIT_TIMES * max(lamps.most))
+    electrons = max(min(accuracy.electrons, peak_e), 1.0)
+    return replace(accuracy, electrons=electrons, peak=max(peak_e / electrons, 1.0), brightest=0.0)
+
+
+def _find_lamps(psf: FieldPsf, scene: Scene, weights: np.ndarray, projection: Projection, accuracy: Accuracy) -> Lamps | None:
+    """Lamps of one picture at rest behind kernels that hold detail finer than photosites; None: none are drawn."""
+    one_surface = len(scene.layers) == 1 and scene.coverage is None
+    is_coarse = isinstance(psf.lens_psf, PsfTable) and psf.lens_psf.cells == 1
+    if not one_surface or is_coarse or projection.warp is not None or projection.pose is not None:
+        return None
+    return find_lamps(scene, weights, projection, psf.highlight_limits, accuracy.peak * accuracy.brightest)
 
 
 def _with_gather(psf: FieldPsf, channels: int, scene: Scene, accuracy: Accuracy, scale: float) -> FieldPsf:

@@ -1,5 +1,6 @@
 """How a difference between point spread functions shows in a scene."""
 
+import itertools
 import math
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,12 +17,16 @@ class Visibility:
     """How a difference of kernels shows in a scene.
 
     allowed: error, as a share of the brightest light. scale: scene pixels per photosite; light is smooth where they are fewer.
-    peak: light of the brightest scene pixel, in units of the brightest light.
+    peak: light of the brightest scene pixel, in units of the brightest light. electrons: of the brightest light [e-]; dark_e:
+        of the darkest. read_noise_e: of a photosite [e-].
     """
 
     allowed: float
     scale: float = 1.0
     peak: float = 1.0
+    electrons: float = 2000.0
+    dark_e: float = 2000.0
+    read_noise_e: float = 2.0
 
     @property
     def is_smooth(self) -> bool:
@@ -48,6 +53,30 @@ class Visibility:
         return max(
             bars, TEXTURE * width * math.sqrt(float((seen * seen).sum())), self.peak * width**2 * float(np.abs(seen).max())
         )
+
+    def own_error(self, rest: np.ndarray, kernel: np.ndarray) -> float:
+        """`error`, or if that is larger what is seen in the noise of the dark: beside a point, and in a gap between bars.
+
+        It counts as much as one that is seen at the brightest light as clearly as it is in the noise at its own place, which
+        has the darkest light and what the kernel (size, size), smaller or larger than rest, brings there.
+        """
+        wide = (len(rest) - len(kernel)) // 2
+        kernel = np.pad(kernel, wide) if wide >= 0 else kernel[-wide:wide, -wide:wide]
+        brought, wrong, width = self.spread(kernel), self.spread(rest), 1.0 / min(self.scale, 1.0)
+        found = [self.error(rest), self._in_the_dark(self.peak * width**2, wrong, brought)]
+        for axis, way in itertools.product((0, 1), (1, -1)):
+            half = len(wrong) // 2
+            line, light = (np.cumsum(one.sum(axis=axis)[::way])[:half] for one in (wrong, brought))
+            found.append(self._in_the_dark(2.0, line, light))  # as much from the other side
+        return max(found)
+
+    def _in_the_dark(self, light: float, wrong: np.ndarray, brought: np.ndarray) -> float:
+        """Largest of errors in the dark that light in units of the brightest makes; arguments are shares of it."""
+        noise_e = np.sqrt(
+            np.maximum(self.dark_e + light * self.electrons * np.maximum(brought, 0.0) + self.read_noise_e**2, 1.0)
+        )
+        at_brightest_e = math.sqrt(self.electrons + self.read_noise_e**2)
+        return float((light * np.abs(wrong) * at_brightest_e / noise_e).max())
 
 
 def _largest_bar(rest: np.ndarray) -> float:

@@ -73,12 +73,12 @@ def airy_shares(side_px: int, f_number: float, fine: int = 45) -> np.ndarray:
     return density.reshape(side_px, fine, side_px, fine).mean(axis=(1, 3)) * PITCH_UM**2
 
 
-@pytest.mark.parametrize(("f_number", "tolerance"), [(8.0, 0.045), (22.0, 0.004)])
+@pytest.mark.parametrize(("f_number", "tolerance"), [(8.0, 0.018), (22.0, 0.0095)])
 def test_a_point_is_an_airy_disk_on_photosites(f_number, tolerance):
-    """At f/8 a light far smaller than a photosite has detail beyond the four points that its light is given on."""
+    """But for the width of the light, and for what falls beyond the kernel, 2 lambda N / (pi^2 reach)."""
     camera = green_camera(121, 121)
     found, whole = (point_frame(camera, lens(f_number, diffraction=wave)) for wave in (True, False))
-    assert found.sum() == pytest.approx(whole.sum(), rel=1e-4)  # errors of the tail below 0 become 0 in the dark
+    assert found.sum() == pytest.approx(whole.sum(), rel=1e-4)
     shares, expected = found[55:66, 55:66] / whole.sum(), airy_shares(11, f_number)
     assert np.abs(shares - expected).max() < tolerance * expected.max()
 

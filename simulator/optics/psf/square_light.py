@@ -1,0 +1,67 @@
+"""Squares and tents of light behind a point spread function, a low-pass filter and the aperture of photosites, along one axis.
+
+Nothing is cut at half a cycle per photosite, so that no light is negative.
+"""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from simulator.optics.psf.pixel_aperture import Sampling
+
+
+def line_weights(
+    sampling: Sampling,
+    pitch_um: float,
+    away_px: np.ndarray,
+    width_px: float,
+    size: tuple[int, int] | None,
+    *,
+    is_tent: bool = False,
+) -> np.ndarray:
+    """Weights of the cells of a kernel in photosites so far from the middle of a pixel of light 1, (photosites, cells) float64.
+
+    The light of a photosite is down @ cells @ across.T. size: cells across, and per photosite, both odd, which are integrals of
+    a function that is band-limited to them; None: an ideal lens of one cell. width_px: of the pixel [photosites]. is_tent:
+    whether its light is bilinear, and twice as wide at its foot.
+    """
+    if size is None:
+        return shared_length(sampling, pitch_um, away_px, width_px, is_tent=is_tent)[:, None]
+    period = 2 * math.ceil(np.abs(away_px).max() + 0.5 * size[0] / size[1] + 1.0)
+    cycles, spectrum = _spectrum(sampling, *size, pitch_um, width_px, is_tent, period)
+    return np.ascontiguousarray(np.real(np.exp(2j * math.pi * np.outer(away_px, cycles)) @ spectrum))
+
+
+def shared_length(sampling: Sampling, pitch_um: float, away_px: np.ndarray, width_px: float, *, is_tent: bool) -> np.ndarray:
+    """Mean light of one axis of photosites so far from the middle of a pixel of light 1, same shape as away_px, exact.
+
+    width_px: of the pixel [photosites]; a tent is twice as wide at its foot.
+    """
+
+    def until(x: np.ndarray) -> np.ndarray:
+        place = x / width_px
+        if not is_tent:
+            return width_px * np.clip(place + 0.5, 0.0, 1.0)
+        place = np.clip(place, -1.0, 1.0)
+        return width_px * (0.5 + place - 0.5 * place * np.abs(place))
+
+    side, apart = math.sqrt(sampling.fill_factor), 0.5 * sampling.low_pass_um / pitch_um
+    spots = (until(away_px + spot + 0.5 * side) - until(away_px + spot - 0.5 * side) for spot in (-apart, apart))
+    return np.asarray(0.5 * sum(spots) / side)
+
+
+@lru_cache(maxsize=8)
+def _spectrum(
+    sampling: Sampling, count: int, per_photosite: int, pitch_um: float, width_px: float, is_tent: bool, period: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies [cycles per photosite], and the spectrum at each of the light of cells, (frequencies, cells).
+
+    The light repeats after `period` photosites, an even number.
+    """
+    cycles = np.arange(-per_photosite * period // 2, per_photosite * period // 2 + 1) / period
+    transfer = sampling.transfer(cycles / pitch_um, pitch_um) * np.sinc(cycles * width_px) ** (1 + is_tent)
+    transfer /= np.sinc(cycles / per_photosite)
+    transfer[[0, -1]] *= 0.5
+    into = np.exp(-2j * math.pi * np.outer(cycles, (np.arange(count) - count // 2) / per_photosite))
+    return cycles, np.ascontiguousarray((width_px / period * transfer)[:, None] * into)
