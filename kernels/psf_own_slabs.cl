@@ -1,12 +1,12 @@
 // Kernels by distance where a photosite sees one surface whose blur radius R hardly changes: it gathers light in its own colour with the
 // kernels of its own radius,
-//   light(x) = tail(x) + sum over slabs s of share_s(R(x)) * sum over taps t of kernel_s(t) * planes(x + t)
-// share_s falls from 1 at the slab's radius to 0 at its neighbours'. A kernel is mixed from those of the nodes around the photosite.
+//   light(x) = tail(x) + sum over slabs s of share_s(p(x)) * sum over taps t of kernel_s(t) * planes(x + t)
+// Shares interpolate kernels over p, the place between the slabs. A kernel is mixed from those of the nodes around the photosite.
 //
 // planes:  (LAYERS, CHANNELS + COVERAGE, 2, rows, set_columns) float32, electron radiance [e- s^-1 um^-2 sr^-1] times coverage, then with
 //          COVERAGE 1 coverage; interleaved columns, one sample per photosite, a band with its margins. Its first photosite has
 //          even coordinates on the sensor, whose filter cfa.h holds.
-// radius:  (LAYERS, 2, rows, set_columns) float32, signed blur radius [photosites], > 0 behind the plane in focus.
+// slab_place: (LAYERS, 2, rows, set_columns) float32, number of a slab and part of the way to the next (kernels/psf_slab_bits.cl).
 // tail:    (CHANNELS, rows / CELL, 2 set_columns / CELL) float32, light of the tail at the cells' centres (kernels/psf_tail.cl).
 // light:   (height, width) float32, the mosaic [e- s^-1 um^-2 sr^-1], written. tiles, terms, kernels, limits, halves, pairs: psf_slabs.h.
 #include "conventions.h"
@@ -17,7 +17,7 @@
 #include "row_band.h"
 
 // Dimension 0: spans of a tile; 1: its rows of photosites, each as even and odd columns; 2: tiles.
-kernel void psf_own_slabs(global const float *restrict planes, global const float *restrict radius, global const float *restrict tail,
+kernel void psf_own_slabs(global const float *restrict planes, global const float *restrict slab_place, global const float *restrict tail,
                           global float *restrict light, global const struct slab_tile *restrict tiles,
                           global const struct slab_term *restrict terms, global const float *restrict kernels,
                           global const float *restrict limits, const uint halves, const uint pairs, const struct row_band band) {
@@ -37,23 +37,43 @@ kernel void psf_own_slabs(global const float *restrict planes, global const floa
         const struct slab_term term = terms[n];
         global const float *of_term = kernels + node * line + (term.pair * CHANNELS + colour) * size;
         global const float *column_weight = limits + 2 * CHANNELS + rows + 2 * column + parity + term.node_column * 2 * columns;
-        global const float *own = radius + row_start(2 * term.layer + parity, row, rows, columns) + column;
+        global const float *own = slab_place + row_start(2 * term.layer + parity, row, rows, columns) + column;
         float sum[SPAN], all = 0.0f;
         for (uint i = 0; i < SPAN; i++) sum[i] = 0.0f;
-        for (uint i = 0; i < SPAN; i++) all += column_weight[2 * i] * slab_share(term, own[i]);
+        for (uint i = 0; i < SPAN; i++) {
+            const float here = column_weight[2 * i] * slab_share(term, own[i]);
+            all += here * here;
+        }
         if (all == 0.0f) continue; // no photosite of the span has this term
         global const float *from = planes + row_start(2 * (term.layer * (CHANNELS + COVERAGE) + colour), row, rows, columns) + column;
-        for (uint j = 0; j < TAPS; j++) {
+        for (int j = 0; j < TAPS; j++) {
             float weight[TAPS], excess[TAPS];
             mix_taps(of_term + j * TAPS, below, halves, share, weight, excess);
+            float high = 0.0f; // light of the row above the limit
+            for (uint set = 0; BRIGHT && set < 2; set++) {
+                const long start = ((long)(set * rows) + j - TAPS / 2) * (long)columns + FIRST;
+                for (uint k = 0; k < WIDE; k++) high += from[start + k] > limit ? from[start + k] - limit : 0.0f;
+            }
+            if (!BRIGHT || high == 0.0f) {
+                for (uint i = 0; i < SPAN; i++) {
+                    float part = 0.0f;
+                    __attribute__((opencl_unroll_hint(TAPS)))
+                    for (uint t = 0; t < TAPS; t++) {
+                        const int sample = (int)(parity + t) - TAPS / 2;
+                        part += weight[t] * from[(column_set(sample) * (long)rows + j - TAPS / 2) * (long)columns + column_in_set(sample) + i];
+                    }
+                    sum[i] += part;
+                }
+                continue;
+            }
             for (uint i = 0; i < SPAN; i++) {
                 float part = 0.0f;
                 __attribute__((opencl_unroll_hint(TAPS)))
                 for (uint t = 0; t < TAPS; t++) {
                     const int sample = (int)(parity + t) - TAPS / 2;
-                    const long at = (column_set(sample) * (long)rows + j - TAPS / 2) * (long)columns + column_in_set(sample) + i;
-                    const float value = from[at], dim = BRIGHT && value > limit ? limit : value;
-                    part += BRIGHT ? weight[t] * dim + excess[t] * (value - dim) : weight[t] * value;
+                    const float value = from[(column_set(sample) * (long)rows + j - TAPS / 2) * (long)columns + column_in_set(sample) + i];
+                    const float dim = value > limit ? limit : value;
+                    part += weight[t] * dim + excess[t] * (value - dim);
                 }
                 sum[i] += part;
             }

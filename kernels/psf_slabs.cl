@@ -1,60 +1,22 @@
 // Kernels by distance where surfaces occlude each other: each photosite gathers light in its own colour, with the kernels of the surface
 // that it comes from; nearer slabs of blur radius occlude farther ones,
 //   light(x) = tail(x) + sum over slabs s of open_s(x) * light_s(x) / sum over s of open_s(x) * seen_s(x)
-// where light_s is the sum over taps t of kernel_s(t) * share_s(R(x + t)) * planes(x + t), and seen_s the same of coverage over the sum of
+// where light_s is the sum over taps t of kernel_s(t) * share_s(p(x + t)) * planes(x + t), and seen_s the same of coverage over the sum of
 // a kernel. open_s is what slabs nearer by a given difference in radius, and nearer layers, let through.
-// share_s falls from 1 at the slab's radius to 0 at its neighbours'. A kernel is mixed from those of the nodes around the photosite.
+// Shares interpolate kernels over p, the place between the slabs. A kernel is mixed from those of the nodes around the photosite.
 //
-// planes, radius, tail, light: as in kernels/psf_own_slabs.cl. tiles, terms, kernels, limits, halves, pairs: kernels/psf_slabs.h.
+// planes, slab_place, tail, light: as in kernels/psf_own_slabs.cl. tiles, terms, kernels, limits, halves, pairs: kernels/psf_slabs.h.
 // OPAQUE 0: light is not divided by what is seen. HISTORY: most slabs of which none occludes another. NODE_SPAN: most node columns of a slab.
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
+#include "psf_slab_sum.h"
 #include "psf_slabs.h"
 #include "psf_tail.h"
 #include "row_band.h"
 
-#define FIRST ((-TAPS / 2 - 1) / 2) // column within its set of the leftmost tap, or the one before it
-#define WIDE (SPAN + TAPS / 2 + 4)   // columns of a set that the taps of a span read
-
-// Sums of light and of coverage over the taps of one slab and of its columns of nodes: (NODE_SPAN, SPAN). from, cover, far: colour, coverage and
-// blur radius at the span's first column of even photosites. set_step: elements to that of odd ones.
-INLINE void sum_slab(global const float *from, global const float *cover, global const float *far,
-                     global const float *of_slab, const struct slab_term term, const size_t set_step, const size_t columns,
-                     const size_t parity, const size_t pair_step, const size_t below, const size_t halves, const float share,
-                     const float limit, float *sum, float *seen) {
-    for (int j = 0; j < TAPS; j++) {
-        float lit[2 * WIDE], held[2 * WIDE], above[2 * WIDE], all = 0.0f;
-        for (uint set = 0; set < 2; set++) {
-            const long start = (long)(set * set_step) + (j - TAPS / 2) * (long)columns + FIRST;
-            for (uint k = 0; k < WIDE; k++) {
-                const float own = slab_share(term, far[start + k]), value = from[start + k], dim = BRIGHT && value > limit ? limit : value;
-                lit[set * WIDE + k] = own * dim;
-                above[set * WIDE + k] = BRIGHT ? own * (value - dim) : 0.0f;
-                all += held[set * WIDE + k] = COVERAGE ? own * cover[start + k] : own;
-            }
-        }
-        if (all == 0.0f) continue; // no photosite of the row is of this slab
-        for (uint c = 0; c < term.columns; c++) {
-            float weight[TAPS], excess[TAPS];
-            mix_taps(of_slab + c * pair_step + j * TAPS, below, halves, share, weight, excess);
-            for (uint i = 0; i < SPAN; i++) {
-                float part = 0.0f, covered = 0.0f;
-                __attribute__((opencl_unroll_hint(TAPS)))
-                for (uint t = 0; t < TAPS; t++) {
-                    const int sample = (int)(parity + t) - TAPS / 2, at = column_set(sample) * WIDE + column_in_set(sample) - FIRST;
-                    part += BRIGHT ? weight[t] * lit[at + i] + excess[t] * above[at + i] : weight[t] * lit[at + i];
-                    covered += weight[t] * held[at + i];
-                }
-                sum[c * SPAN + i] += part;
-                seen[c * SPAN + i] += covered;
-            }
-        }
-    }
-}
-
 // Dimension 0: spans of a tile; 1: its rows of photosites, each as even and odd columns; 2: tiles.
-kernel void psf_slabs(global const float *restrict planes, global const float *restrict radius, global const float *restrict tail,
+kernel void psf_slabs(global const float *restrict planes, global const float *restrict slab_place, global const float *restrict tail,
                       global float *restrict light, global const struct slab_tile *restrict tiles, global const struct slab_term *restrict terms,
                       global const float *restrict kernels, global const float *restrict limits, const uint halves, const uint pairs,
                       const struct row_band band) {
@@ -78,7 +40,7 @@ kernel void psf_slabs(global const float *restrict planes, global const float *r
         global const float *cover = planes + row_start(sets * term.layer + 2 * CHANNELS, row, rows, columns) + column;
         float sum[NODE_SPAN * SPAN], sum_seen[NODE_SPAN * SPAN];
         for (uint i = 0; i < NODE_SPAN * SPAN; i++) sum[i] = sum_seen[i] = 0.0f;
-        sum_slab(from, cover, radius + row_start(2 * term.layer, row, rows, columns) + column,
+        sum_slab(from, cover, slab_place + row_start(2 * term.layer, row, rows, columns) + column,
                  kernels + node * line + (term.pair * CHANNELS + colour) * size, term, rows * columns, columns, parity, CHANNELS * size, below,
                  halves, share, limit, sum, sum_seen);
         for (uint i = 0; i < SPAN; i++) {

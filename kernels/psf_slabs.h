@@ -9,6 +9,9 @@
 #define PSF_SLABS_H
 #include "conventions.h"
 
+#define FIRST ((-TAPS / 2 - 1) / 2) // column within its set of the leftmost tap, or the one before it
+#define WIDE (SPAN + TAPS / 2 + 4)   // columns of a set that the taps of a span read
+
 struct slab_tile {
     uint column, row;       // first photosite in the band: column within its set, row of photosites
     uint first_term, terms; // in `terms`
@@ -19,13 +22,14 @@ struct slab_term {
     uint front;                    // number of the layer's slabs before this one that occlude it
     uint columns;                  // terms of this slab from here on
     uint ends;                     // 1: the last slab of its layer
-    float radius, rise, fall;      // share: 1 at this radius, less by `rise` and by `fall` for each photosite of radius below and above it
+    float number;                  // of the slab
 };
 
-// Share of light of a signed blur radius [photosites] that belongs to a slab.
-INLINE float slab_share(const struct slab_term term, const float radius) {
-    const float away = radius - term.radius, share = 1.0f - (away < 0.0f ? -away * term.rise : away * term.fall);
-    return share > 0.0f ? share : 0.0f;
+// Share of a slab in light at a place between the slabs: cubic interpolation (Lagrange) through the four slabs around it.
+INLINE float slab_share(const struct slab_term term, const float place) {
+    const float beyond = place - term.number, away = beyond < 0.0f ? -beyond : beyond;
+    const float near = 0.5f * (1.0f - away * away) * (2.0f - away), far = (1.0f - away) * (2.0f - away) * (3.0f - away) * (1.0f / 6.0f);
+    return away < 1.0f ? near : away < 2.0f ? far : 0.0f;
 }
 
 // Weights of a row of taps, mixed from the node rows above and below: `weight` for all light, or for light up to the limit, and `excess`

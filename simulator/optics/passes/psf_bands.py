@@ -104,10 +104,10 @@ def node_limits(band: PsfBand, limits: np.ndarray, x_px: np.ndarray, y_px: np.nd
     return np.concatenate([limits, place, across.ravel()]).astype(np.float32), across
 
 
-def tile_nodes(band: PsfBand, across: np.ndarray) -> np.ndarray:
-    """Whether a node column has weight in a tile, (tiles, node columns). across: of `node_limits`."""
-    present = (across.reshape(len(across), -1, TILE_COLUMNS) > 0.0).any(axis=-1)
-    return np.asarray(present)[:, [column for _, column in band.tiles]].T
+def tile_nodes(band: PsfBand, across: np.ndarray, parts: int = 1) -> np.ndarray:
+    """Whether a node column has weight in a part of a tile, (tiles, parts, node columns). across: of `node_limits`."""
+    present = (across.reshape(len(across), -1, parts, TILE_COLUMNS // parts) > 0.0).any(axis=-1)
+    return np.moveaxis(present[:, [column for _, column in band.tiles]], 0, -1)
 
 
 def join_within(band: PsfBand, values: np.ndarray, join: np.ufunc, reach_px: int, parts: int = 1) -> np.ndarray:

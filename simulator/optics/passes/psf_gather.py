@@ -235,7 +235,7 @@ class BandGather:
         """Add the light of the band that was prepared last to the mosaic `light`, in place."""
         numbers, across = node_limits(band, self.limits, self.psf.x_px, self.psf.y_px)
         limits = self.device.upload(numbers)
-        above, present, radii = self._bright_places(), tile_nodes(band, across), self._radius_extremes()
+        above, present, radii = self._bright_places(), tile_nodes(band, across)[:, 0], self._radius_extremes()
         for kernels, core in zip(self.every, self.core, strict=True):
             if kernels.tail is not None:
                 own = TailKernels(self.device.upload(kernels.tail), kernels.tail_taps, kernels.cell_px)
@@ -266,7 +266,7 @@ class BandGather:
     ) -> None:
         """Gather the wanted tiles (tiles,) in so many parts side by side.
 
-        found: of the band, `_bright_places`, `tile_nodes` and `_radius_extremes`.
+        found: of the band, `_bright_places`, `tile_nodes` of whole tiles and `_radius_extremes`.
         """
         above, present, radii = found
         tiles, terms = make_terms(

@@ -19,10 +19,10 @@ from simulator.optics.passes.psf_bands import (
     split_into_bands,
     tile_nodes,
 )
-from simulator.optics.passes.psf_slab_tiles import HISTORY, BandNodes, Surroundings, make_slab_terms
+from simulator.optics.passes.psf_slab_tiles import BandNodes, Surroundings, make_slab_terms
 from simulator.optics.passes.psf_tail import TailKernels, gather_tail
 from simulator.optics.psf.field_psf import FieldPsf
-from simulator.optics.psf.slab_kernels import slab_kernels_of
+from simulator.optics.psf.slab_kernels import FINEST, MOST_SLABS, slab_kernels_of
 
 UNLIMITED = 1e38  # limit of highlights where there are none
 
@@ -40,6 +40,7 @@ def gather_slabs(optics: OpticsPlan, device: Device, planes: Sequence[Buffer], p
     for count, band in enumerate(bands):
         gather.compute(band, light)
         device.finish()
+        gather.in_use.clear()
         progress((count + 1) / len(bands))
     return light
 
@@ -52,6 +53,7 @@ class SlabGather:
         self.projection, self.psf, self.device, self.defocus = optics.projection, psf, device, optics.defocus
         self.channels, self.coverage = optics.channels, int(optics.has_coverage)
         self.kernels = slab_kernels_of(psf, self.channels)
+        self.in_use: dict[int, tuple[Buffer, np.ndarray]] = {}  # kernels by their reach, until the device has finished a band
         self.planes = planes if self.coverage else planes[:1]
         layout, self.planes_each = band.layout, self.channels + self.coverage
         self.light = device.empty(layout.shape(len(self.planes) * self.planes_each), np.float32)
@@ -63,7 +65,6 @@ class SlabGather:
         self.cell_px = self.kernels.cell_px
         cells = (self.channels, band.rows // self.cell_px, 2 * layout.set_columns // self.cell_px)
         self.cells, self.tail = device.zeros(cells, np.float32), device.zeros(cells, np.float32)
-        self.radii_px = np.array(psf.radii_px, np.float32)
         weights = device.upload(self.kernels.tail)
         self.tail_kernels = TailKernels(weights, self.kernels.tail.shape[-1], self.cell_px)
         self.limits = np.array(psf.highlight_limits) if self.kernels.rings else np.full(self.channels, UNLIMITED)
@@ -89,16 +90,16 @@ class SlabGather:
         rows = range(int(own.min()), max(math.ceil(own.max()), int(own.min())) + 1)
         places -= np.float32(rows.start)
         reach_px = self.kernels.reach_px[:, rows.start : rows.stop].max(axis=1)
-        nodes = BandNodes(rows, tile_nodes(band, across), reach_px, self.radii_px)
-        bits, above, limits = self._slab_bits(band), self._bright_places(band), self.device.upload(numbers)
-        wanted = np.ones((len(band.tiles), 1), bool)
-        for parts in (1, STEP_PARTS):
-            around = Surroundings.around(band, bits, nodes, parts)
-            even = around.is_even(nodes) & wanted
-            self._gather(band, around.inside(band, bits, nodes), even, nodes, above, limits, light, has_steps=False)
-            if parts == STEP_PARTS:
-                self._gather(band, around, wanted & ~even, nodes, above, limits, light, has_steps=True)
-            wanted = wanted & ~even
+        present = tile_nodes(band, across, STEP_PARTS)
+        radii_px = self.kernels.radii_px
+        finer = min(FINEST, (MOST_SLABS - 1) // (len(radii_px) - 1))
+        nodes = BandNodes(rows, present, reach_px, radii_px, self.kernels.starts, finer)
+        bits, above, limits = self._light_bits(band, nodes), self._bright_places(band), self.device.upload(numbers)
+        self._place_between_slabs(band)
+        around = Surroundings.around(band, bits, nodes)
+        even = around.is_even(nodes)
+        self._gather(band, around.inside(band, bits, nodes), even, nodes, above, limits, light, has_steps=False)
+        self._gather(band, around, ~even, nodes, above, limits, light, has_steps=True)
 
     def _project(self, band: PsfBand) -> None:
         """Project light and blur radii of all layers onto the band."""
@@ -112,14 +113,20 @@ class SlabGather:
                 radius_px = np.full(size, self.defocus.radii_px[layer], np.float32)
                 self.device.write(self.radius, radius_px, 4 * layer * size)
 
-    def _slab_bits(self, band: PsfBand) -> np.ndarray:
-        """Slabs that have light, by places of `join_within`: (layers, rows, columns) uint64."""
+    def _light_bits(self, band: PsfBand, nodes: BandNodes) -> np.ndarray:
+        """Blur radii that have light, by places of `join_within`: (layers, rows, columns) uint64."""
         shape = (len(self.planes), band.rows // EXTREME_ROWS, band.layout.set_columns)
-        found = self.device.empty(shape, np.uint64)
+        found, radii_px = self.device.empty(shape, np.uint64), nodes.counted_px.astype(np.float32)
         kernel = self.device.kernel("psf_slab_bits", {**self.defines, "EXTREME_ROWS": EXTREME_ROWS}, file="psf_slab_bits.cl")
-        buffers = {"planes": self.light, "radius": self.radius, "radii_px": self.device.upload(self.radii_px), "slabs": found}
-        self.device.run(kernel, (shape[2], shape[1], shape[0]), None, **buffers, radii=len(self.radii_px))
+        buffers = {"planes": self.light, "radius": self.radius, "radii_px": self.device.upload(radii_px), "slabs": found}
+        self.device.run(kernel, (shape[2], shape[1], shape[0]), None, **buffers, radii=len(radii_px))
         return self.device.download(found, shape, np.uint64)
+
+    def _place_between_slabs(self, band: PsfBand) -> None:
+        """Turn the blur radii of all layers into places between slabs, in place."""
+        radii_px, size = self.kernels.radii_px.astype(np.float32), len(self.planes) * math.prod(band.layout.shape(1))
+        kernel = self.device.kernel("psf_slab_places", {**self.defines, "EXTREME_ROWS": EXTREME_ROWS}, file="psf_slab_bits.cl")
+        self.device.run(kernel, (size,), None, radius=self.radius, radii_px=self.device.upload(radii_px), radii=len(radii_px))
 
     def _bright_places(self, band: PsfBand) -> np.ndarray | None:
         """Whether light is above the limit of highlights, by places of `join_within`; None: none is."""
@@ -148,54 +155,57 @@ class SlabGather:
         has_steps: bool,
     ) -> None:
         """Gather the selected parts (tiles, parts), those of one reach at a time."""
-        parts = selected.shape[1]
         for reach_px in np.unique(around.reach_px[selected]).tolist():
             same = selected & (around.reach_px == reach_px)
             bright = np.zeros(same.shape, bool)
             if above is not None:
-                bright = join_within(band, above, np.maximum, reach_px, parts)
+                bright = join_within(band, above, np.maximum, reach_px, STEP_PARTS)
+            kernels = self._upload_kernels(reach_px, nodes.rows)
             for is_bright in (False, True):
                 chosen = same & (bright == is_bright)
                 if chosen.any():
-                    tiles, terms, pairs = make_slab_terms(band, around, chosen, nodes)
-                    kernels = self.kernels.packed(reach_px, nodes.rows, pairs, is_bright)
-                    self._launch(band, tiles, terms, kernels, HALF_TILE // parts, limits, light, has_steps=has_steps)
+                    tiles, terms = make_slab_terms(band, around, chosen, nodes)
+                    self._launch(band, tiles, terms, (kernels, reach_px, nodes), limits, light, is_bright, has_steps)
+
+    def _upload_kernels(self, reach_px: int, rows: range) -> Buffer:
+        """Kernels of this reach for a band, of which each is made once."""
+        if reach_px not in self.in_use:
+            table = self.kernels.table(reach_px, rows)
+            self.in_use[reach_px] = self.device.share(table), table
+        return self.in_use[reach_px][0]
 
     def _launch(
         self,
         band: PsfBand,
         tiles: np.ndarray,
         terms: np.ndarray,
-        kernels: np.ndarray,
-        columns: int,
+        gathered: tuple[Buffer, int, BandNodes],
         limits: Buffer,
         light: Buffer,
-        *,
+        is_bright: bool,
         has_steps: bool,
     ) -> None:
-        device, span = self.device, min(self.device.span, columns)
-        variant = {
-            "TAPS": kernels.shape[-1],
-            "SPAN": span,
-            "BRIGHT": len(kernels) - 1,
-            "CELL": self.cell_px,
-        }
+        """Gather tiles. gathered: kernels, their reach [photosites], and the nodes around the band."""
+        (kernels, reach_px, nodes), columns = gathered, HALF_TILE // STEP_PARTS
+        device, taps, pairs = self.device, 2 * reach_px + 1, nodes.reach_px.size
+        span = min(device.span, columns)
+        variant = {"TAPS": taps, "SPAN": span, "BRIGHT": int(is_bright), "CELL": self.cell_px}
         name = "psf_slabs" if has_steps else "psf_own_slabs"
         if has_steps:
-            variant |= {"HISTORY": HISTORY, "NODE_SPAN": int(terms["columns"].max())}
+            variant |= {"HISTORY": nodes.history, "NODE_SPAN": int(terms["columns"].max())}
         device.run(
             device.kernel(name, {**self.defines, **variant}, file=f"{name}.cl"),
             (columns // span, 2 * TILE_ROWS, len(tiles)),
             (columns // span, 1, 1),
             planes=self.light,
-            radius=self.radius,
+            slab_place=self.radius,
             tail=self.tail,
             light=light,
             tiles=device.upload(tiles),
             terms=device.upload(terms),
-            kernels=device.upload(kernels),
+            kernels=kernels,
             limits=limits,
-            halves=kernels[0].size,
-            pairs=kernels.shape[2],
+            halves=len(nodes.rows) * pairs * self.channels * taps**2,
+            pairs=pairs,
             band=band.fields,
         )

@@ -55,7 +55,6 @@ class FieldPsf:
         since the ringing of band-limited kernels shows around highlights only [e- s^-1 um^-2 sr^-1].
     core: how the device gathers light with the kernels; None: they are convolved by transforms on the host.
     corrected_px: signed blur radii at which the geometric blur and the kernel in focus are corrected to wave optics, ascending.
-    computed_px: signed blur radii between which the kernels of the slabs are interpolated where the device gathers by distance.
     seen: how an error of gathered kernels shows in the scene. even_squares: whether light samples are even squares of the
         scene; else they are means of light that is smooth between them.
     skew: of the lens's spots, as of `Pupil.skew`.
@@ -73,7 +72,6 @@ class FieldPsf:
     highlight_limits: tuple[float, ...] = ()
     core: Core | None = None
     corrected_px: tuple[float, ...] = ()
-    computed_px: tuple[float, ...] = ()
     seen: Visibility | None = None
     even_squares: bool = False
     skew: tuple[float, float] = UPRIGHT
@@ -92,7 +90,6 @@ class FieldPsf:
             self.radii_px,
             self.sensor_px,
             self.nodes,
-            self.computed_px,
             bool(self.highlight_limits),
             self.even_squares,
             self.skew,

@@ -8,11 +8,11 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from simulator.optics.psf.field_psf import RINGING, FieldPsf, has_fixed_orientation
+from simulator.optics.psf.field_psf import RINGING, SLAB_PX, FieldPsf, has_fixed_orientation
 from simulator.optics.psf.fraunhofer import odd
 from simulator.optics.psf.gather_kernels import positive_too
 from simulator.optics.psf.kernel_split import CELLS, Core, fit_tail, fits_tail, gather_table
@@ -27,7 +27,9 @@ TAIL_CORES_PX = (*range(4, 12), 12, 14, 16, 20, 24, 28, 32)  # photosites from w
 MARGINS = ((0.004, 12.0), (0.0, 36.0))  # allowed error from which on kernels are computed with this margin [lambda N]
 MOST_SLABS = 63  # one bit each in kernels/psf_slab_bits.cl
 STEP_SHARE = 0.3  # of the allowed error, for the interpolation between blur radii, and for that between nodes
-FINER = (1, 2, 4, 8)  # slabs in place of one
+FINER = (2, 4)  # slabs in place of one of `slab_radii_px`
+FINEST = 4  # blur radii at which light is counted, in place of one of the slabs
+HELD_BYTES = 1 << 27  # of tables that are kept
 MOST_NODES = 41  # along the sensor's longer side
 HEIGHTS = (0.125, 0.75)  # field radii at which the error of interpolation is measured
 
@@ -36,14 +38,16 @@ HEIGHTS = (0.125, 0.75)  # field radii at which the error of interpolation is me
 class SlabKernels:
     """Weights for kernels/psf_slabs.cl and kernels/psf_tail.cl.
 
-    radii_px: signed blur radii of the slabs, ascending [photosites].
-    reach_px: (radii, node rows, node columns) photosites to either side of each core, one of REACHES_PX.
-    cores: by slab, node row and node column: (channels, taps, taps) float32. rings: whether highlights need other cores.
+    radii_px: signed blur radii of the slabs, ascending [photosites]. starts: number of the first slab of the surface of each.
+    reach_px: (slabs, node rows, node columns) photosites to either side of each core, one of REACHES_PX.
+    cores: by slab, node row and node column: (halves, channels, taps, taps) float32; the second half is for highlights.
+    rings: whether they need one.
     tail: (1, 1, channels, cells, cells) float32. cell_px: photosites across its cells.
     light: (channels,) float32, sum of each core; the rest is the tail's.
     """
 
-    radii_px: tuple[float, ...]
+    radii_px: np.ndarray
+    starts: np.ndarray
     reach_px: np.ndarray
     cores: dict[tuple[int, int, int], np.ndarray]
     tail: np.ndarray
@@ -51,20 +55,34 @@ class SlabKernels:
     light: np.ndarray
     rings: bool
 
-    def packed(self, reach_px: int, rows: range, pairs: np.ndarray, is_bright: bool) -> np.ndarray:
-        """Argument `kernels` of kernels/psf_slabs.cl. rows: of nodes. pairs: (pairs, 2) slab and column of nodes."""
+    def table(self, reach_px: int, rows: range) -> np.ndarray:
+        """Argument `kernels` of kernels/psf_slabs.cl: (halves, rows, slabs, node columns, channels, taps, taps) float32.
+
+        rows: of nodes. Kernels that reach farther are 0. Tables of up to HELD_BYTES are kept.
+        """
+        key = reach_px, rows
+        if key not in self._tables:
+            found = self._table(reach_px, rows)
+            if found.nbytes + sum(table.nbytes for table in self._tables.values()) > HELD_BYTES:
+                return found
+            self._tables[key] = found
+        return self._tables[key]
+
+    def _table(self, reach_px: int, rows: range) -> np.ndarray:
+        count, _, columns = self.reach_px.shape
         taps = 2 * reach_px + 1
-        found = np.zeros((len(rows), len(pairs), len(self.light), taps, taps), np.float32)
+        found = np.zeros((1 + self.rings, len(rows), count, columns, len(self.light), taps, taps), np.float32)
         for place, row in enumerate(rows):
-            for number, (slab, column) in enumerate(pairs.tolist()):
-                core = self.cores[slab, row, column]
+            for number, column in itertools.product(range(count), range(columns)):
+                core = self.cores[number, row, column]
                 spare = (taps - core.shape[-1]) // 2
                 if spare >= 0:
-                    found[place, number, :, spare : taps - spare, spare : taps - spare] = core
-        if not is_bright:
-            return found[None]
-        both = positive_too(found.reshape(*found.shape[:3], taps * taps))
-        return both.reshape(2, *found.shape)
+                    found[:, place, number, column, :, spare : taps - spare, spare : taps - spare] = core
+        return found
+
+    @cached_property
+    def _tables(self) -> dict[tuple[int, range], np.ndarray]:
+        return {}
 
 
 def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
@@ -73,7 +91,8 @@ def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
     fits = psf.by_distance and psf.over == 1 and len(psf.radii_px) > 1
     if not fits or not isinstance(lens, WavefrontPsf) or (psf.nodes != (1, 1) and has_fixed_orientation(lens)):
         return psf
-    ends, lens_numbers = psf.radii_px[:: len(psf.radii_px) - 1], (lens.aberrations, lens.f_number, lens.pitch_um)
+    wide = _widened(list(psf.radii_px))
+    ends, lens_numbers = (wide[0], wide[-1]), (lens.aberrations, lens.f_number, lens.pitch_um)
     own_px = kernel_size_px(
         *lens_numbers, lens.wavelengths_nm, ends, airy_margin=margin_of(seen)
     ) // 2 + psf.sampling.margin_px(lens.pitch_um)
@@ -81,15 +100,15 @@ def plan_slabs(psf: FieldPsf, seen: Visibility) -> FieldPsf:
     fitting = [cell_px for cell_px in CELLS if fits_tail(psf.reach_px, cell_px)]
     if not fitting or not reach_px:
         return psf
-    finer, nodes = _choose_steps(_Keyed(psf.key, psf), seen)
-    radii_px = finer_radii(psf, finer)
+    finer, nodes, between = _choose_steps(_Keyed(psf.key, psf), seen)
+    radii_px = _widened(finer_radii(psf, finer))
     if len(radii_px) > MOST_SLABS:
         return psf
     # A tail on finer cells costs more, and lets cores be smaller.
     cell_px = min(fitting, key=lambda cell_px: _make_tail(psf, seen, 0, cell_px).core_px + 8 // cell_px)
-    computed_px = psf.radii_px
-    psf = replace(psf, radii_px=tuple(radii_px), computed_px=computed_px, nodes=nodes)
-    return psf.with_core(Core(reach_px, reach_px, cell_px, 2.0 * seen.allowed_dark + 2.0 * STEP_SHARE * seen.allowed), seen)
+    psf = replace(psf, radii_px=tuple(radii_px), nodes=nodes)
+    error = 2.0 * seen.allowed_dark + max(between, 2.0 * STEP_SHARE * seen.allowed)
+    return psf.with_core(Core(reach_px, reach_px, cell_px, error), seen)
 
 
 def margin_of(seen: Visibility) -> float:
@@ -98,12 +117,18 @@ def margin_of(seen: Visibility) -> float:
 
 
 def finer_radii(psf: FieldPsf, finer: int) -> list[float]:
-    """Blur radii of a PSF's slabs, and finer - 1 between two that are one surface."""
+    """Blur radii of a PSF, and finer - 1 between two that are one surface."""
     found = [psf.radii_px[0]]
     for slab in range(1, len(psf.radii_px)):
         parts = finer if psf.is_continuous(slab) else 1
         found += np.linspace(psf.radii_px[slab - 1], psf.radii_px[slab], parts + 1)[1:].tolist()
     return found
+
+
+def _widened(radii_px: list[float]) -> list[float]:
+    """Radii with one more at either end, so that cubics find four around each place."""
+    first, last = (min(abs(here - beside), SLAB_PX) for here, beside in (radii_px[:2], radii_px[-2:]))
+    return [radii_px[0] - first, *radii_px, radii_px[-1] + last]
 
 
 @dataclass(frozen=True)
@@ -115,37 +140,43 @@ class _Keyed:
 
 
 @lru_cache(maxsize=8)
-def _choose_steps(of: _Keyed, seen: Visibility) -> tuple[int, tuple[int, int]]:
-    """How many slabs take the place of one, and rows and columns of nodes: neither interpolation errs by more than its share.
+def _choose_steps(of: _Keyed, seen: Visibility) -> tuple[int, tuple[int, int], float]:
+    """How many slabs take the place of one, rows and columns of nodes, and the error of interpolation between both.
 
-    The error of a linear interpolation grows as the square of its step; it is measured at a few radii and places.
+    Neither errs by more than its share, while so many slabs and nodes are allowed. The error of cubics grows as the fourth
+    power of their step, that of a linear interpolation as the square; it is measured at a few radii and places.
     """
-    psf, allowed = of.psf, STEP_SHARE * seen.allowed
+    psf = of.psf
     assert isinstance(psf.lens_psf, WavefrontPsf)  # plan_slabs asks for no other
     lens = replace(psf.lens_psf, wavelengths_nm=psf.lens_psf.wavelengths_nm[:1])
     radii = psf.radii_px
     few = [slab for slab in range(1, len(radii)) if psf.is_continuous(slab)]
     varies = psf.nodes != (1, 1)
     between, beside = 0.0, 0.0
-    for slab in few[:: max(1, len(few) // 3)]:
-        low, high = radii[slab - 1 : slab + 1]
-        three = RotatedKernels(lens, psf.sampling, (low, 0.5 * (low + high), high), varies, margin_of(seen))
+    for slab in few[:: max(1, len(few) // 2)]:
+        step_px, middle_px = (radii[slab] - radii[slab - 1]) / FINER[0], 0.5 * (radii[slab - 1] + radii[slab])
+        around_px = middle_px + step_px * np.array([-1.5, -0.5, 0.5, 1.5])
+        _, weights = lagrange_weights(around_px, middle_px)
+        measured = RotatedKernels(lens, psf.sampling, (*around_px.tolist(), middle_px), varies, margin_of(seen))
         for height in HEIGHTS if varies else (0.0,):
-            kernels = three.kernels((height, 0.0))[:, 0]
-            between = max(between, seen.error(kernels[1] - 0.5 * (kernels[0] + kernels[2])))
+            kernels = measured.kernels((height, 0.0))[:, 0]
+            between = max(between, seen.error(kernels[-1] - np.tensordot(weights, kernels[:-1], axes=1)))
     for radius_px in radii[:: len(radii) - 1] if varies else ():
         one = RotatedKernels(lens, psf.sampling, (radius_px,), varies, margin_of(seen))
         for height in HEIGHTS:
             ahead, here, behind = (one.kernels((height + step, 0.0))[0, 0] for step in (-0.125, 0.0, 0.125))
             beside = max(beside, seen.error(here - 0.5 * (ahead + behind)))
-    finer = next((parts for parts in FINER if between / parts**2 <= allowed), FINER[-1])
+    finer = next((parts for parts in FINER if between * (FINER[0] / parts) ** 4 <= STEP_SHARE * seen.allowed), FINER[-1])
+    between *= (FINER[0] / finer) ** 4
     if not varies:
-        return finer, (1, 1)
-    width, height_px = psf.sensor_px
+        return finer, (1, 1), between
     # `beside` is the error over 0.25 half diagonals; both axes add theirs.
-    step_px = 0.25 * 0.5 * math.hypot(width, height_px) * math.sqrt(allowed / max(2.0 * beside, 1e-9))
+    measured_px = 0.25 * 0.5 * math.hypot(*psf.sensor_px)
+    step_px = measured_px * math.sqrt(STEP_SHARE * seen.allowed / max(2.0 * beside, 1e-9))
     columns, rows = (min(max(odd(side / step_px + 1.0), 3), MOST_NODES) for side in psf.sensor_px)
-    return finer, (rows, columns)
+    steps_px = (side / (count - 1) for side, count in zip(psf.sensor_px, (columns, rows), strict=True))
+    left = sum(beside * (one / measured_px) ** 2 for one in steps_px)
+    return finer, (rows, columns), between + left
 
 
 def slab_kernels_of(psf: FieldPsf, channels: int) -> SlabKernels:
@@ -160,31 +191,35 @@ def _made(of: _Keyed, channels: int) -> SlabKernels:
     tails = [_make_tail(psf, psf.seen, channel, psf.core.cell_px) for channel in range(channels)]
     within, tail, smooth = (np.array([getattr(one, name) for one in tails]) for name in ("within", "cells", "spread"))
     light = 1.0 - tail.sum(axis=(1, 2))
-    source, finer = RotatedKernels(lens, psf.sampling, psf.computed_px, psf.nodes != (1, 1), margin_of(psf.seen)), _between(psf)
+    source = RotatedKernels(lens, psf.sampling, psf.radii_px, psf.nodes != (1, 1), margin_of(psf.seen))
 
     def tables(field_xy: tuple[float, float]) -> np.ndarray:
         """What the cores of a place should be, (slabs, channels, size, size)."""
-        kernels = np.tensordot(finer, source.kernels(field_xy) / within[:, None, None], axes=1)[..., ::-1, ::-1]
+        kernels = (source.kernels(field_xy) / within[:, None, None])[..., ::-1, ::-1]
         spare = (smooth.shape[-1] - kernels.shape[-1]) // 2
         near = slice(spare, spare + kernels.shape[-1])
         return np.asarray(kernels - smooth[:, near, near])
 
     zones = _reaches(psf, tables)
     rows, columns = psf.nodes
+    quarter: dict[tuple[int, int, int], np.ndarray] = {}
+    for row, column in itertools.product(range((rows + 1) // 2), range((columns + 1) // 2)):
+        place = psf.field_xy(row, column)
+        for number, (table, (reach_px, taper_px)) in enumerate(zip(tables(place), zones[_zone(place)].tolist(), strict=True)):
+            quarter[number, row, column] = _cut(table, reach_px, taper_px, light)[None]
+    rings = bool(psf.highlight_limits) and any(_rings(core[0], psf.seen) for core in quarter.values())
+    if rings:
+        quarter = {place: _with_highlights(core[0]) for place, core in quarter.items()}
     reach, cores = np.zeros((len(psf.radii_px), rows, columns), int), {}
-    for row in range((rows + 1) // 2):
-        for column in range((columns + 1) // 2):
-            place = psf.field_xy(row, column)
-            reaches, every = zones[_zone(place)], tables(place)
-            for number, (table, (reach_px, taper_px)) in enumerate(zip(every, reaches.tolist(), strict=True)):
-                core = _cut(table, reach_px, taper_px, light)
-                for down, flip_y in {rows - 1 - row: -1, row: 1}.items():  # light falls alike in mirrored places
-                    for across, flip_x in {columns - 1 - column: -1, column: 1}.items():
-                        reach[number, down, across] = reach_px
-                        cores[number, down, across] = core[:, ::flip_y, ::flip_x]
-    rings = bool(psf.highlight_limits) and any(_rings(core, psf.seen) for core in cores.values())
+    for (number, row, column), core in quarter.items():
+        for down, flip_y in {rows - 1 - row: -1, row: 1}.items():  # light falls alike in mirrored places
+            for across, flip_x in {columns - 1 - column: -1, column: 1}.items():
+                reach[number, down, across] = core.shape[-1] // 2
+                cores[number, down, across] = core[:, :, ::flip_y, ::flip_x]
     tail = tail.astype(np.float32)[None, None]
-    return SlabKernels(psf.radii_px, reach, cores, tail, psf.core.cell_px, light.astype(np.float32), rings)
+    apart = [slab for slab in range(len(psf.radii_px)) if not psf.is_continuous(slab)]
+    starts = np.array(apart)[np.searchsorted(apart, np.arange(len(psf.radii_px)), side="right") - 1]
+    return SlabKernels(np.array(psf.radii_px), starts, reach, cores, tail, psf.core.cell_px, light.astype(np.float32), rings)
 
 
 def _zone(field_xy: tuple[float, float]) -> int:
@@ -235,6 +270,11 @@ def _cut(table: np.ndarray, reach_px: int, taper_px: int, light: np.ndarray) -> 
     return np.asarray(core * (light / core.sum(axis=(1, 2)))[:, None, None], np.float32)
 
 
+def _with_highlights(core: np.ndarray) -> np.ndarray:
+    """Join to a core (channels, taps, taps) that for highlights, without negative values: (2, channels, taps, taps)."""
+    return positive_too(core.reshape(len(core), -1)).reshape(2, *core.shape)
+
+
 @dataclass(frozen=True)
 class _Tail:
     """Tail of the kernel in focus on the axis.
@@ -262,18 +302,6 @@ def _make_tail(psf: FieldPsf, seen: Visibility, channel: int, cell_px: int) -> _
         if is_last or max(seen.error(one - average) for one in spread) <= seen.allowed_dark:
             return _Tail(core_px, cells, average, within)
     raise AssertionError("the last core is taken")
-
-
-def _between(psf: FieldPsf) -> np.ndarray:
-    """Weights of computed kernels in those of the slabs, (slabs, computed): cubics within each run of one surface."""
-    coarse, computed = replace(psf, radii_px=psf.computed_px), np.array(psf.computed_px)
-    runs = np.split(np.arange(len(computed)), [slab for slab in range(1, len(computed)) if not coarse.is_continuous(slab)])
-    found = np.zeros((len(psf.radii_px), len(computed)))
-    for slab, radius_px in enumerate(psf.radii_px):
-        run = next(run for run in reversed(runs) if computed[run[0]] <= radius_px)
-        numbers, weights = lagrange_weights(computed[run], radius_px)
-        found[slab, run[numbers]] = weights
-    return found
 
 
 def _rings(core: np.ndarray, seen: Visibility) -> bool:

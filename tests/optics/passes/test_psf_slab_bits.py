@@ -21,3 +21,16 @@ def test_each_sample_belongs_to_the_slabs_around_its_radius():
     own = np.where(cover[0, 1] > 0.0, bits, np.uint64(0)) | np.where(cover[0, 1] < 1.0, np.uint64(1 << 63), np.uint64(0))
     expected = np.bitwise_or.reduce(own.reshape(2, 2, rows, 6), axis=(0, 2))
     np.testing.assert_array_equal(device.download(found, (1, 2, 6), np.uint64)[0], expected)
+
+
+def test_places_between_slabs_are_those_of_a_linear_interpolation():
+    device, radii_px = open_device(), np.array([-1.0, 0.0, 0.5, 2.0], np.float32)
+    radius = np.concatenate([np.linspace(-3.0, 4.0, 141), radii_px]).astype(np.float32)
+    kernel = device.kernel(
+        "psf_slab_places", {"OVER": 1, "CHANNELS": 1, "COVERAGE": 1, "EXTREME_ROWS": 4}, file="psf_slab_bits.cl"
+    )
+    places = device.upload(radius)
+    device.run(kernel, (len(radius),), None, radius=places, radii_px=device.upload(radii_px), radii=len(radii_px))
+    found = device.download(places, radius.shape, np.float32)
+    np.testing.assert_allclose(found, np.interp(radius, radii_px, np.arange(4.0)), atol=1e-6)
+    assert found[-4:].tolist() == [0.0, 1.0, 2.0, 3.0]  # exactly: light on a slab goes to it alone
