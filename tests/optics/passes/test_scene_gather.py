@@ -262,6 +262,16 @@ def test_distortion_makes_photosites_parallelograms(radius):
     assert unsure < 0.15 and z.max() <= told + unsure, (told, unsure)
 
 
+def test_black_and_white_squares_that_samples_mix_keep_what_is_told():
+    """Sparse lights over black, 2.5 pixels to a photosite: a search found 1.5 times what was told."""
+    pixels = 1.0 * (np.random.default_rng(3).random((100, 125)) < 0.02)
+    for radius in (1.6, 3.0):
+        found, planned = frame_radiance(fine_shot(pixels, SHAPE, radius, 20000.0))
+        z = z_scores(found, photosite_means(pixels, SHAPE, radius), 20000.0, 1.0)[MARGIN:-MARGIN, MARGIN:-MARGIN]
+        told = planned.error_budget.predicted_sigma
+        assert 0.2 * told < np.quantile(np.abs(z), 0.999) < 0.7 * told, radius
+
+
 @pytest.mark.parametrize("name", ["Desk", "StillLife", "Carrots"])
 def test_pictures_of_high_dynamic_range(name):
     """The middle of three pictures at 2.7 pixels per photosite: without blur, and with a radius of a quarter of a photosite."""
