@@ -74,4 +74,19 @@ INLINE void read_span(global const float *plane, const struct path path, const s
 #endif
 }
 
+// Add a span at an instant to `sum` (SPAN), and close what it covers. value, cover: (SPAN) its light and coverage. weight: (SPAN). MEAN 1:
+// what it lets through is added to `passed` (SPAN).
+INLINE void add_span(const float *value, const float *cover, const float *weight, global float *open, float *passed, float *sum) {
+    for (uint i = 0; i < SPAN; i++) {
+        const float through = FIRST ? 1.0f : open[i];
+        sum[i] += weight[i] * through * value[i];
+        if (MEAN) passed[i] += weight[i] * (through * (1.0f - cover[i]));
+        else if (COVERED) open[i] = through * (1.0f - cover[i]);
+    }
+}
+
+INLINE void write_open(const float *passed, global float *open) {
+    for (uint i = 0; i < SPAN; i++) open[i] = passed[i];
+}
+
 #endif

@@ -7,7 +7,7 @@
 // poses:  swept_places: (lines, instants, 11) float32, weight, pivot and pose (scene_place.h), of the frame's rows, or of its columns
 //         where COLUMNS is 1.
 // open:   (instants, rows of the launch, STEP, set_columns) float32, light that nearer layers let through. FIRST 1: not read.
-//         COVERED 0, the last layer: not written.
+//         COVERED 0, the last layer: not written. MEAN 1: the mean over instants is written, for layers at rest behind, at one instant.
 // mosaic: (rows, width) float32 from mosaic_row on, each photosite's own colour, over its open area; FIRST 0: what is there is added to.
 // near_lamps: (rows, spans) uchar, whether a lamp passes a span of a row; LAMPS 0: not read, and all spans are computed.
 #include "conventions.h"
@@ -39,15 +39,6 @@ INLINE uint colour_of(const uint column, const size_t row, const struct sweep sw
     return STEP == 1 ? sweep.colour : cfa_plane(column, (uint)row);
 }
 
-// Add a span at an instant to `sum` (SPAN), and close what it covers. value, cover: (SPAN) its light and coverage.
-INLINE void add_span(const float *value, const float *cover, const float weight, global float *open, float *sum) {
-    for (uint i = 0; i < SPAN; i++) {
-        const float through = FIRST ? 1.0f : open[i];
-        sum[i] += weight * through * value[i];
-        if (COVERED) open[i] = through * (1.0f - cover[i]);
-    }
-}
-
 INLINE void write_span(const float *sum, const size_t row, const int first, const struct sweep sweep, global float *mosaic) {
     for (uint i = 0; i < SPAN; i++) {
         const uint column = (uint)(first + (int)(STEP * i)); // wraps to a large number left of the frame
@@ -68,17 +59,19 @@ kernel void swept_rows(global const float *restrict planes, global const struct 
     struct projection projection = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
     take_rests(&projection, sweep.rests);
     const int x = sweep.origin_x + first, y = sweep.origin_y + (int)row;
-    float value[SPAN], cover[SPAN] = {0.0f}, sum[COLOURS * SPAN] = {0.0f};
+    float value[SPAN], cover[SPAN] = {0.0f}, weight[SPAN], passed[SPAN] = {0.0f}, sum[COLOURS * SPAN] = {0.0f};
     for (uint k = 0; k < sweep.instants; k++) {
         const struct view view = views[row * sweep.instants + k];
         const struct path path = path_of(view, (float)x + (REACH + 0.5f) - sweep.pivot_x, x, y, projection);
         const uint is_read = !AT_REST || k == 0; // a layer at rest is read once
+        for (uint i = 0; i < SPAN; i++) weight[i] = view.weight;
         if (COVERED == 1) { if (is_read) read_span(planes + CHANNELS * pixels, path, projection, cover); }
         for (uint n = 0; n < COLOURS; n++) {
             if (is_read) read_span(planes + (colour_of((uint)first, row, sweep) + n) * pixels, path, projection, value);
-            add_span(value, cover, view.weight, open + open_row(k, sweep), sum + n * SPAN);
+            add_span(value, cover, weight, open + open_row(k, sweep), passed, sum + n * SPAN);
         }
     }
+    if (MEAN) write_open(passed, open + open_row(0, sweep));
     for (uint n = 0; n < COLOURS; n++) write_span(sum + n * SPAN, row + n * sweep.plane_rows, first, sweep, mosaic);
 }
 
@@ -91,8 +84,8 @@ kernel void swept_places(global const float *restrict planes, global const float
     struct projection projection = {sweep.scene_width, sweep.scene_height, sweep.scale, sweep.offset_x, sweep.offset_y};
     take_rests(&projection, sweep.rests);
     const uint channel = colour_of((uint)first, row, sweep);
-    float value[SPAN], cover[SPAN], sum[SPAN];
-    for (uint i = 0; i < SPAN; i++) sum[i] = 0.0f;
+    float value[SPAN], cover[SPAN], weight[SPAN], passed[SPAN], sum[SPAN];
+    for (uint i = 0; i < SPAN; i++) sum[i] = passed[i] = 0.0f;
     for (uint k = 0; k < sweep.instants; k++) {
         for (uint i = 0; i < SPAN; i++) {
             const uint own = (uint)(first + (int)(STEP * i)), column = own < sweep.width ? own : 0;
@@ -100,11 +93,12 @@ kernel void swept_places(global const float *restrict planes, global const float
             take_pose(&projection, pose + 1);
             const int x = sweep.origin_x + (int)column, y = sweep.origin_y + (int)row;
             squares(planes + channel * pixels, x, 0, y, INSET, SIDE, 1, channel, projection, value + i);
-            value[i] *= pose[0];
+            weight[i] = pose[0];
             cover[i] = 0.0f;
             if (COVERED) squares(planes + CHANNELS * pixels, x, 0, y, INSET, SIDE, 1, channel, projection, cover + i);
         }
-        add_span(value, cover, 1.0f, open + open_row(k, sweep), sum);
+        add_span(value, cover, weight, open + open_row(k, sweep), passed, sum);
     }
+    if (MEAN) write_open(passed, open + open_row(0, sweep));
     write_span(sum, row, first, sweep, mosaic);
 }

@@ -139,7 +139,7 @@ class OpticsPlan:
         """Covering layers up to the last that moves."""
         assert self.motion is not None  # something moves
         own = self.motion.path.motion
-        return max(layer + 1 for layer in range(self.covering_layers) if not own.is_at_rest(layer))
+        return max((layer + 1 for layer in range(self.covering_layers) if not own.is_at_rest(layer)), default=0)
 
     def _sweeps_pixels(self, motion: MotionPlan, over: int) -> bool:
         """Whether what is swept has a pixel for each of `over` samples per photosite and axis, read between four of them."""

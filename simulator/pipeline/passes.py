@@ -269,9 +269,10 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         key, reads = "sweep", max(projection.taps(1.0), 2) / 2
         if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:
             key = "even sweep"
-    planes, method = 2 * layers - 1, f"{motion.count} instants on each line"
+    planes = 2 * optics.moving_layers - (optics.moving_layers == layers)  # light and coverage of what is read at each instant
+    method = f"{motion.count} instants on each line"
     if optics.sweeps_shifted_layers(optics.light_samples):
-        key, planes, reads = "shifting layers", 2 * optics.moving_layers - (optics.moving_layers == layers), 1
+        key, reads = "shifting layers", 1
     if layers > 1:
         method += f", {layers} layers"
     if motion.lamp_count:

@@ -98,7 +98,10 @@ class _Sweep:
         if self.plan.lamp_count:
             self.near_lamps = device.upload(self._near_lamps())
             parts.append(self.plan.window_instants(window, self.plan.lamp_count))
-        self.parts = [(one, [self._table(one, layer) for layer in range(self.layers)]) for one in parts]
+        self.moving = optics.moving_layers
+        once = self.plan.window_instants(window, 1)  # of layers at rest behind all that move
+        each = [[one if layer < self.moving else once for layer in range(self.layers)] for one in parts]
+        self.parts = [[(instants, self._table(instants, layer)) for layer, instants in enumerate(part)] for part in each]
 
     def _near_lamps(self) -> np.ndarray:
         """Whether a lamp passes each span of each row: (rows, spans) uint8."""
@@ -122,13 +125,12 @@ class _Sweep:
 
     def add(self, mosaic: Buffer, mosaic_row: int, colour: int, colours: int = 1) -> None:
         """Write the swept light of some colours from `colour` on, or of a colour filter, to `mosaic` from a row on."""
-        for number, (instants, tables) in enumerate(self.parts):
-            self._add(instants, tables, number, mosaic, mosaic_row, (colour, colours))
+        for number, tables in enumerate(self.parts):
+            self._add(tables, number, mosaic, mosaic_row, (colour, colours))
 
     def _add(
         self,
-        instants: Instants,
-        tables: list[_Table],
+        tables: list[tuple[Instants, _Table]],
         number: int,
         mosaic: Buffer,
         mosaic_row: int,
@@ -136,14 +138,15 @@ class _Sweep:
     ) -> None:
         """Write the spans that no lamp passes (number 0) or that one passes (1); all, where places do not differ."""
         set_columns, rows = self.spans * SPAN, self.rows
+        kept = tables[0][0].count if self.moving > 1 else 1
         if self.layers > 1:
-            rows = min(rows, max(OPEN_BYTES // (4 * self.step * set_columns * instants.count), 1))
-        shape = (instants.count, rows, self.step, set_columns) if self.layers > 1 else (1,)
+            rows = min(rows, max(OPEN_BYTES // (4 * self.step * set_columns * kept), 1))
+        shape = (kept, rows, self.step, set_columns) if self.layers > 1 else (1,)
         open_ = self.device.empty(shape, np.float32)
         geometry = self.plan.path.motion.geometry
         for first_row in range(0, self.rows, rows):
             count = min(rows, self.rows - first_row)
-            for layer, table in enumerate(tables):
+            for layer, (instants, table) in enumerate(tables):
                 at_rest = int(self.plan.path.motion.is_at_rest(layer))
                 covered = int(layer < self.layers - 1)
                 defines = {
@@ -151,6 +154,7 @@ class _Sweep:
                     "FIRST": int(layer == 0),
                     "COVERED": covered,
                     "AT_REST": at_rest,
+                    "MEAN": covered * int(layer == self.moving - 1),
                     "LAMPS": int(self.near_lamps is not None),
                     "COLOURS": colours[1],
                 }

@@ -200,3 +200,27 @@ def test_a_coarse_scene_that_is_not_interpolated_has_steps():
     turned = math.radians(-PAN.pan_deg_per_s * 0.01)  # to the right, so that the edge moves to the left
     truth = np.clip(np.arctan(-x / DISTANCE_PX) / turned, 0.0, 1.0)
     assert np.abs(found - truth).max() < 1.0 / planned.optics.motion.count and planned.optics.motion.count > 20
+
+
+@pytest.mark.parametrize("speed_deg_per_s", [50.0, 3000.0], ids=["by rows", "by places"])
+def test_what_is_at_rest_behind_a_layer_that_turns_is_read_once(speed_deg_per_s):
+    """Two layers at rest, read once through the mean of what passes, are as the same layers in motion that leads nowhere."""
+    rng = np.random.default_rng(6)
+    cover = np.round(rng.random((3, HEIGHT, WIDTH))).astype(np.float32)
+    light = [(own * rng.random((HEIGHT, WIDTH)))[..., None].astype(np.float32) for own in cover[:2]]
+    behind = (Layer(light[1], 2100.0, cover[1]), Layer(rng.random((HEIGHT, WIDTH, 1)).astype(np.float32), 2200.0))
+    scene = band_scene(light[0][..., 0], 2000.0, coverage=cover[0], behind=behind).scene
+    turning, still = LayerMotion(None, speed_deg_per_s), LayerMotion((Speed(1e-9, "px/s"), Speed(0.0, "px/s")))
+    plans = [plan_moving(shot_of(scene, None, motion=Motion(layers=moves))) for moves in ({0: turning}, {0: turning, 2: still})]
+    assert [one.optics.moving_layers for one in plans] == [1, 3]
+    assert plans[0].optics.sweeps_rows == (speed_deg_per_s < 100.0)
+    once, each = map(moving_light, plans)
+    assert np.abs(once - each).max() < 1e-5 and not plans[0].optics.sweeps_shifted_layers()
+
+
+def test_a_layer_that_moves_where_it_is_never_seen_leaves_the_picture():
+    picture = texture(1.0).astype(np.float32)
+    scene = band_scene(picture, 2000.0, behind=(Layer(np.ones((HEIGHT, WIDTH, 1), np.float32), 2100.0),)).scene
+    hidden = Motion(layers={1: LayerMotion((Speed(800.0, "px/s"), Speed(0.0, "px/s")))})
+    planned = plan_moving(shot_of(scene, None, motion=hidden))
+    assert np.abs(moving_light(planned) - picture).max() < 1e-6
