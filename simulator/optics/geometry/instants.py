@@ -4,7 +4,8 @@ The laws, for a path of L photosites, N instants and a photosite's even square: 
 C L / (8 N^2) where neighbouring instants lie within a photosite, else by (C / 2N) (1 - N / 2L); detail of frequency f aliases
 above f = N / (2L) [cycles per photosite]. With speed that varies, intervals of equal integrals of sqrt(speed), each represented
 by its mean position and weighted by its light, keep the first law with (integral of sqrt(speed))^2 / T <= L instead of L. On a
-path that turns back an edge is passed several times, and the errors of the passages add. A border at which one surface covers
+path that turns back an edge is passed several times, and the errors of the passages add: all of them where passages are alike,
+far less where a hand trembles, so that such a path's own error at edges is measured. A border at which one surface covers
 another within a picture, without coverage, is seen or not at the photosite's centre: wrong by at most C / (2N), however short
 the path.
 """
@@ -26,6 +27,8 @@ CELLS_PER_LINE = 256  # of the time for which a line is open
 CELLS_PER_S = 200.0  # enough for the tremor of a hand, up to 20 Hz
 MOST_INSTANTS = 4096
 STRAIGHT_PX = 1e-4  # largest distance of a way from a straight one at an even speed [photosites]
+EDGE_CELLS, EDGE_DIRECTIONS, EDGE_FINER = 16, 4, 16  # of measured errors at edges: per photosite; over 180 deg; instants
+EDGE_MARGIN = 2.0  # by which the error at other places of the picture may be larger than measured; 1.55 was found
 MIDDLE = 4  # number of the sensor's middle among `ImageGeometry.corners`
 VIEWS = 18  # of `ImageMotion.displacements` of a surface: corners at its nearest and at its farthest distance
 
@@ -196,6 +199,31 @@ class TimedPath:
         length = float(lengths[longest])
         return PathLength(length, min(float(effective.max()), length), max(length / extent, 1.0) if extent > 0.0 else 1.0)
 
+    def instants_error(self, count: int, length: "PathLength", contrast: float) -> float:
+        """Return the predicted error of so many instants at edges, as `instants_error`; measured where the path turns back."""
+        law = instants_error(count, length, contrast)
+        return min(law, EDGE_MARGIN * contrast * self.edge_error(count)) if length.passages > 1.0 else law
+
+    def edge_error(self, count: int) -> float:
+        """Return the largest error that so many instants make at straight edges of contrast 1, wherever these lie.
+
+        It is that of the longest path, in EDGE_DIRECTIONS directions, on a photosite's even square along the edge, beside
+        EDGE_FINER times as many instants.
+        """
+        own = self.of_lines(np.array([self._reach(self.steps_px).argmax()]))
+        ways_px = np.linalg.norm(np.ptp(self.displacement_px, axis=0), axis=-1)
+        own.poses = self.displacement_px[:, int(ways_px.argmax())]
+        sampled = [(one.pose_numbers[0], one.weights[0]) for one in (own.instants(count), own.instants(EDGE_FINER * count))]
+        worst = 0.0
+        for angle in np.arange(EDGE_DIRECTIONS) * math.pi / EDGE_DIRECTIONS:
+            along = [(places @ [math.cos(angle), math.sin(angle)], weights) for places, weights in sampled]
+            first = min(float(places.min()) for places, _ in along) - 1.0
+            cells = int(EDGE_CELLS * (max(float(places.max()) for places, _ in along) - first + 2.0))
+            few, many = (np.cumsum(_spread_over(EDGE_CELLS * (places - first), weights, cells)) for places, weights in along)
+            passed = np.cumsum(few - many)
+            worst = max(worst, float(np.abs(passed[EDGE_CELLS:] - passed[:-EDGE_CELLS]).max()) / EDGE_CELLS)
+        return worst
+
     def _root_steps(self) -> np.ndarray:
         """Integral of sqrt(speed) over each cell."""
         return np.sqrt(self.steps_px * np.diff(self.times_s))
@@ -297,6 +325,13 @@ class TimedPath:
             slope = np.where(length > 0.0, sign * lines.peak[:, None] / np.where(length > 0.0, length, 1.0), 0.0)[..., None]
             found += slope * (np.diff(moment(places), axis=1) - zero[..., None] * np.diff(plain(places), axis=1))
         return found
+
+
+def _spread_over(places: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:
+    """Return weights at places (n,) between cells 0 to count - 1, shared between the two beside each: (count,)."""
+    first = np.floor(places).astype(np.intp)
+    share = places - first
+    return np.bincount(first, weights * (1.0 - share), count) + np.bincount(first + 1, weights * share, count)
 
 
 def _span_of(openings: tuple[LineTimes, ...]) -> LineTimes:

@@ -20,7 +20,6 @@ from simulator.optics.geometry.instants import (
     PathLength,
     TimedPath,
     cut_error,
-    instants_error,
     needed_cuts,
     needed_instants,
 )
@@ -263,9 +262,9 @@ def plan_motion(
     if tears:
         count = max(count, needed_cuts(need.border, need.allowed))
     lamp_count = needed_instants(length, need.lamps, need.allowed, 0.0)
-    error = max(instants_error(count, length, contrast), cut_error(count, need.border) if tears else 0.0)
+    error = max(path.instants_error(count, length, contrast), cut_error(count, need.border) if tears else 0.0)
     if lamp_count > count:
-        error = max(error, instants_error(lamp_count, length, need.lamps))
+        error = max(error, path.instants_error(lamp_count, length, need.lamps))
     else:
         lamp_count = 0
     everywhere = max(count, lamp_count)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from simulator.exposure.camera_motion import Poses, SteadyMotion
+from simulator.exposure.hand_tremor import HandTremor
 from simulator.exposure.line_times import LineTimes, open_at_once
 from simulator.optics.geometry.image_motion import ImageGeometry, ImageMotion, Surface
 from simulator.optics.geometry.instants import PathLength, TimedPath, cut_error, instants_error, needed_cuts, needed_instants
@@ -29,6 +30,19 @@ def edge_error(instants, path_px: np.ndarray, light: np.ndarray) -> float:
     places = np.linspace(path_px.min() - 1.0, path_px.max() + 1.0, 1101)[:, None]
     found = np.clip(places - 1000.0 * instants.pose_numbers[0, :, 3], -0.5, 0.5) @ instants.weights[0]
     return float(np.abs(found - np.clip(places - path_px, -0.5, 0.5) @ (light / light.sum())).max())
+
+
+def test_the_error_of_a_trembling_path_is_measured_not_that_of_passages_alike():
+    """Passages of a hand's tremor have errors of either sign, which the law for a path that turns back adds up."""
+    camera, lines, count = HandTremor(0.0, location_rms_m_per_s=0.05, seed=1), open_at_once(40.0), 1700
+    path = TimedPath(moved(camera), lines, 0.0)
+    dense_s = (np.arange(20000) + 0.5) * 2e-3
+    truth = 1000.0 * camera.poses(dense_s).location_m[:, 0]
+    found = edge_error(path.instants(count), truth, np.ones(len(truth)))
+    predicted = path.instants_error(count, path.length, 1.0)
+    assert found < predicted < 0.8 * instants_error(count, path.length, 1.0)
+    even = TimedPath(moved(SteadyMotion(right_m_per_s=0.05)), lines, 0.0)
+    assert even.instants_error(count, even.length, 0.7) == instants_error(count, even.length, 0.7)
 
 
 def row_by_row(rows: int, row_s: float, time_s: float) -> LineTimes:
