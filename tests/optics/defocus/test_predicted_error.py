@@ -173,7 +173,7 @@ def test_a_slope_that_moves_states_its_border(tmp_path):
 
 
 def test_circles_between_tabulated_radii_count_in_the_dark(tmp_path):
-    """A curved surface of hard edges through the focus: the audit found 1.3 sigma in the dark beside them (seed 31, shot 29)."""
+    """A curved surface of hard edges through the focus: the audit found 1.3 sigma beside them (seed 31, shot 29)."""
     budget = plan(load_shot(draw_shot(31, 29).write(tmp_path))).error_budget
     assert budget.is_clamped and 1.3 < budget.predicted_sigma < 13.0
     assert any("radii that are tabulated" in term.cause for term in budget.terms)
