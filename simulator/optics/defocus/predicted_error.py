@@ -48,6 +48,7 @@ SOFTER = 0.3  # share of the error of small circles that is left where light ben
 # Crossing: random squares in greys (`python benchmarks/audit --laws`).
 # Occlusion: docs/lens_accuracy.md, `motorcycle_wide_open`, p99 0.41 and p99.9 0.87.
 OF_SQUARES, OF_CROSSING, OF_OCCLUSION = 3.0, 1.3, 2.1
+OF_NODES = 1e-3  # error of surfaces of many radii in a fine scene, in the range of light: the audit's seed 31, shot 29
 BLUR, MOVING = "lens blur", "blur of lens and motion"  # effects of the terms
 
 
@@ -103,6 +104,8 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
             TIGHTER,
             falls=True,
         )
+        if accuracy.detail:
+            add("images of the aperture between radii that are tabulated", OF_NODES * contrast.around, RAYS)
     if contrast.lamp > 0.0 and (is_sloped or len(defocus.radii_px) > 1 or not holds_lamps):
         spots = max(spot_error(contrast.lamp), rim_error(contrast.lamp, accuracy))
         add("edges of the spots of lamps", spots, FINER_SCENE)

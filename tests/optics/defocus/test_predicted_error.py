@@ -172,6 +172,13 @@ def test_a_slope_that_moves_states_its_border(tmp_path):
     assert "samples beside the border of the scene" in budget.warnings()[0]
 
 
+def test_circles_between_tabulated_radii_count_in_the_dark(tmp_path):
+    """A curved surface of hard edges through the focus: the audit found 1.3 sigma beside them (seed 31, shot 29)."""
+    budget = plan(load_shot(draw_shot(31, 29).write(tmp_path))).error_budget
+    assert budget.is_clamped and 1.3 < budget.predicted_sigma < 13.0
+    assert any("radii that are tabulated" in term.cause for term in budget.terms)
+
+
 def test_lamps_before_a_wall_count_in_the_noise_of_its_light():
     wall, black = Accuracy(electrons=2000.0), Accuracy(electrons=1.0)
     assert rim_error(100.0, wall) == 0.0 < spot_error(100.0) < rim_error(100.0, black)
