@@ -106,7 +106,7 @@ def node_limits(band: PsfBand, limits: np.ndarray, x_px: np.ndarray, y_px: np.nd
 
 def tile_nodes(band: PsfBand, across: np.ndarray, parts: int = 1) -> np.ndarray:
     """Whether a node column has weight in a part of a tile, (tiles, parts, node columns). across: of `node_limits`."""
-    present = (across.reshape(len(across), -1, parts, TILE_COLUMNS // parts) > 0.0).any(axis=-1)
+    present = np.logical_or.reduce(across.reshape(len(across), -1, parts, TILE_COLUMNS // parts) > 0.0, axis=-1)
     return np.moveaxis(present[:, [column for _, column in band.tiles]], 0, -1)
 
 

@@ -54,7 +54,7 @@ class BandNodes:
     def farthest(self, held: np.ndarray) -> np.ndarray:
         """Farthest reach of the kernels of light that is held (layers, tiles, parts, radii): (tiles, parts)."""
         of_part = np.where(self.present[..., None, :], self.reach_px, 0).max(axis=-1)
-        return np.asarray((self.slabs(held.any(axis=0)) * of_part).max(axis=-1, initial=0))
+        return np.asarray((self.slabs(np.logical_or.reduce(held, axis=0)) * of_part).max(axis=-1, initial=0))
 
     @property
     def occluding(self) -> np.ndarray:
