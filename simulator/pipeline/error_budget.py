@@ -61,7 +61,7 @@ class ErrorBudget:
         found, binding = [], self.binding
         if self.is_clamped and binding is not None:
             found.append(
-                f"tolerance = {self.tolerance:g} is not met: the {binding.effect} may be wrong by {self.predicted_sigma:.2g} "
+                f"tolerance = {self.tolerance:g} is not met: the {binding.effect} may be wrong by {self.predicted_sigma:.3g} "
                 f"sigma, {binding.sigma:.2g} of it by {binding.cause}; {binding.fix}"
             )
         hidden = [term for term in self.terms if term.limit == "input" and term.sigma > self.tolerance]

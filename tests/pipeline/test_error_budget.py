@@ -40,6 +40,8 @@ def test_a_tolerance_that_is_not_met_is_told_with_cause_and_fix():
         warning
         == "tolerance = 0.08 is not met: the motion blur may be wrong by 0.09 sigma, 0.05 of it by instants; more instants"
     )
+    (near,) = ErrorBudget(0.1, (TERMS[0], ErrorTerm("motion blur", "instants", 0.064, "more instants"))).warnings()
+    assert "may be wrong by 0.104 sigma" in near  # not by 0.1
     assert not ErrorBudget(0.0, TERMS[:1]).is_clamped and ErrorBudget(0.0, TERMS[:2]).is_clamped  # the reference path
 
 
