@@ -24,7 +24,7 @@ from peers.slab_fft import slab_blur
 from simulator import load_shot
 from simulator.device import Device
 from simulator.exposure.settings import Exposure
-from simulator.optics.defocus.accuracy import BRIGHT
+from simulator.optics.defocus.scene_light import BRIGHT
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.ray_reference.layered_rays import ray_samples, sample_lens, upload_surfaces
 from simulator.pipeline.planner import Plan, plan

@@ -27,7 +27,7 @@ from scipy.ndimage import map_coordinates
 from data_gen.sources.motorcycle import motorcycle_scene
 from simulator import load_shot, simulate
 from simulator.device import Device
-from simulator.optics.defocus.accuracy import BRIGHT
+from simulator.optics.defocus.scene_light import BRIGHT
 from simulator.pipeline.passes import PROGRAM_BYTES
 from simulator.pipeline.planner import Plan, plan
 from simulator.pipeline.shot import Shot

@@ -12,7 +12,7 @@ import yaml
 from audit.drawn_scenes import LIGHTS, SURFACES, Surface, draw_surfaces
 from simulator import load_shot
 from simulator.errors import PhotositeError
-from simulator.optics.defocus.accuracy import brightest_electrons
+from simulator.optics.defocus.scene_light import brightest_electrons
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.pipeline.planner import plan
 

@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, Literal, overload
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy, brightest_electrons, lamp_sharp_px, scene_detail
+from simulator.optics.defocus.accuracy import SAMPLES_PER_AXIS, Accuracy
 from simulator.optics.defocus.defocus import Defocus, largest_radius_px, plan_defocus
+from simulator.optics.defocus.lamp_laws import lamp_sharp_px
 from simulator.optics.defocus.photosite_area import PhotositeArea
 from simulator.optics.defocus.scene_contrast import SceneContrast, scene_contrast, sharp_contrast
+from simulator.optics.defocus.scene_light import brightest_electrons, scene_detail
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan

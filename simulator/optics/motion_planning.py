@@ -7,10 +7,10 @@ import numpy as np
 
 from simulator.errors import PhotositeError
 from simulator.optics.blur_planning import blur_per_dioptre, contrast_of, electrons_per_radiance, plan_blur
-from simulator.optics.defocus.accuracy import BRIGHT, brightest_electrons, scene_detail
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_errors import EDGE_STEP_PX, joint_error
 from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
+from simulator.optics.defocus.scene_light import BRIGHT, brightest_electrons, scene_detail
 from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.fixed_blur import DISK_SPREAD, FixedBlur
 from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, plan_motion

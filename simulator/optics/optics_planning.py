@@ -14,7 +14,8 @@ from simulator.optics.blur_planning import (
     plan_accuracy,
     with_defocus,
 )
-from simulator.optics.defocus.accuracy import Accuracy, scene_detail, square_error
+from simulator.optics.defocus.accuracy import Accuracy, square_error
+from simulator.optics.defocus.scene_light import scene_detail
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import plan_projection
 from simulator.optics.lens.bare_sensor import integrate_hemisphere

@@ -12,8 +12,6 @@ from typing import overload
 
 import numpy as np
 
-from simulator.scene.scene import Scene
-
 WAVE_CURVATURE = 0.234  # second difference between photosites of a wave of 9 photosites that varies by the whole light
 MEASURED = 0.1 * math.sqrt(2004.0) / 2000.0  # allowed error at which the settings below were found: 0.1 sigma of 2000 e-
 SHARP_PX = 0.3  # largest blur radius that may be ignored [photosites]
@@ -25,13 +23,9 @@ FINE_PX = 12.0  # blur circles up to this radius keep detail finer than a photos
 FEWEST, MOST = 128, 1024  # aperture samples at MEASURED for the smallest and the largest radius
 MOST_WIDE = 4096  # the same for the largest radius on photosites that are wider than the camera's
 WIDE_PX = 24.0  # smallest blur radius at MEASURED for which light is computed on photosites twice as wide [photosites]
-RIM_SHARE = 0.15  # of a lamp's spot that may fall beside it
 AGREED = 0.58  # difference of a block's means over half and all of its points at which they suffice [allowed errors]
-BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
 LAMP_PEAK = 4.0  # radiance of the brightest pixel, in units of the brightest light, from which on it is a lamp
-RIM_MOVED, RIM_SEEN = 3e-3, 5e-2  # of a lamp that eight rectangles gather: its light, and the root of it in its own noise
 SAMPLES_PER_AXIS = (1, 2, 4)  # samples per photosite and axis that kernels know
-_SAMPLES = 400  # places per axis at which the scene's radiance is sampled
 
 
 @dataclass(frozen=True)
@@ -251,55 +245,6 @@ def crossing_error(radius_px: float, detail: float) -> float:
     return 0.5 * radius_px * detail
 
 
-def lamp_crossing_error(radius_px: float, scale: float, accuracy: Accuracy) -> float:
-    """Error of ignoring a small blur circle around a lamp of one scene pixel in the dark, as a share of the brightest light.
-
-    It is that of even squares, in the noise of what crosses or of what is left. 0: no pixel is a lamp (LAMP_PEAK).
-
-    scale: scene pixels per photosite.
-    """
-    if accuracy.peak < LAMP_PEAK:
-        return 0.0
-    noise_e2 = max(accuracy.read_noise_e**2, 1.0)
-    own_e = min(scale, 1.0 / scale) ** 2 * accuracy.peak * accuracy.electrons  # of the lamp, in its photosite
-    crossing_e = min(_crossing_e(radius_px, scale, accuracy), 0.5 * own_e)
-    lost_e = min(_borders(scale) * crossing_e, 0.5 * own_e)
-    sigmas = crossing_e / math.sqrt(crossing_e + noise_e2), lost_e / math.sqrt(own_e - lost_e + noise_e2)
-    return accuracy.sigma * max(sigmas)
-
-
-def gathered_lamp_error(radius_px: np.ndarray, rectangles: np.ndarray, scale: float, accuracy: Accuracy) -> np.ndarray:
-    """Error of gathering a lamp of one pixel by so many rectangles of the aperture, as a share of the brightest light.
-
-    At the rim of its spot, where it ends in the dark, in the noise of what is there. It bounds lamps at any place of a
-    photosite, 1.25 and 2.5 pixels to a photosite, radii of 0.1 to 1.5 photosites and 8 to 64 rectangles.
-    """
-    if accuracy.peak < LAMP_PEAK:
-        return np.zeros(np.shape(radius_px))
-    own_e = accuracy.peak * accuracy.electrons / scale**2
-    left = (0.8 * scale * radius_px) ** 1.3 * (8.0 / rectangles) ** 2
-    noise_e = max(accuracy.read_noise_e, 1.0)
-    return accuracy.sigma * np.minimum(RIM_MOVED * left * own_e / noise_e, RIM_SEEN * left * math.sqrt(own_e))
-
-
-def lamp_sharp_px(scale: float, accuracy: Accuracy) -> float:
-    """Largest blur radius for which `lamp_crossing_error` stays within what is allowed [photosites]; inf: there is no lamp."""
-    if accuracy.peak < LAMP_PEAK:
-        return math.inf
-    noise_e = max(accuracy.read_noise_e, 1.0)
-    return accuracy.tolerance * noise_e / (_borders(scale) * _crossing_e(1.0, scale, accuracy))
-
-
-def _crossing_e(radius_px: float, scale: float, accuracy: Accuracy) -> float:
-    """Electrons of a lamp of one scene pixel that cross one border of a photosite: 2 / (3 pi) radii of the pixel's side."""
-    return 2.0 / (3.0 * math.pi) * radius_px * min(scale, 1.0 / scale) * accuracy.peak * accuracy.electrons
-
-
-def _borders(scale: float) -> int:
-    """Borders of a photosite that a scene pixel may touch."""
-    return 4 if scale <= 1.0 else 2
-
-
 def square_error(radius_px: np.ndarray, samples_per_axis: int, scale: float, detail: float) -> np.ndarray:
     """Error of samples that mix several pixels of a fine scene or parts of them, as a share of the brightest light.
 
@@ -371,26 +316,6 @@ def wide_error(wide_px: float) -> float:
     return 0.0025 * (WIDE_PX / wide_px) ** 1.5
 
 
-def spot_error(lamp: float) -> float:
-    """Error at the edge of a lamp's spot, which is so much brighter than the brightest light, in whose noise it counts.
-
-    Half of the spot's light, over the growth of the noise by it. It bounds lamps of one scene pixel, for radii of 1.2 to 12
-    photosites, 1 to 4 scene pixels per photosite and axis, and lamps of 200 to 20,000 times the light around them.
-    """
-    return 0.5 * lamp / math.sqrt(1.0 + lamp)
-
-
-def rim_error(lamp: float, accuracy: Accuracy) -> float:
-    """Error at the rim of a lamp's spot where nothing else is lit, so that it counts in the noise of the dark; else 0.
-
-    A share of the spot's light falls beside it. It bounds depth maps with steps and lamps of 100 to 10^7 e- over black.
-    """
-    dark_e2 = max(accuracy.read_noise_e**2, 1.0)
-    if accuracy.electrons > dark_e2:
-        return 0.0
-    return RIM_SHARE * lamp * math.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / dark_e2)
-
-
 def hidden_error(contrast: float) -> float:
     """Error of a background behind edges that the scene does not show, where the light there varies by so much.
 
@@ -398,48 +323,3 @@ def hidden_error(contrast: float) -> float:
     have at most 0.34 of the contrast, with a background that is extended or without any.
     """
     return 0.5 * contrast
-
-
-def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) -> tuple[float, float]:
-    """Electrons of the brightest light (greatest BRIGHT quantile of all layers and channels) and of the brightest pixel.
-
-    weights: (bands, channels) of scene planes in electron radiance. per_radiance: electrons per electron radiance.
-    """
-    brightest = peak = 0.0
-    for layer in scene.layers:
-        step_y, step_x = (-(-size // _SAMPLES) for size in layer.planes.shape[:2])
-        light = layer.planes[::step_y, ::step_x].reshape(-1, layer.planes.shape[2]) @ weights
-        brightest = max(brightest, float(np.quantile(light, BRIGHT, axis=0).max()))
-        peak = max(peak, float((layer.planes.max(axis=(0, 1)) @ weights).max()))
-    return float(brightest * per_radiance), float(peak * per_radiance)
-
-
-def scene_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, quantile: float = BRIGHT) -> float:
-    """Difference between neighbouring pixels of the scene, as a share of the brightest light: this quantile, above 0.
-
-    A difference counts as much as one that is seen at the brightest light as clearly as it is seen in the noise at its own
-    place, at the darker pixel with a tenth of the difference. weights, per_radiance: as of `brightest_electrons`.
-    accuracy: of the scene's brightest light.
-    """
-    noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
-    found = [1e-6]
-    for layer in scene.layers:
-        steps = [max(1, -(-size // _SAMPLES)) for size in layer.planes.shape[:2]]
-        for axis in (0, 1):
-            first = [slice(None, size - (axis == side), step) for side, (size, step) in _sides(layer.planes, steps)]
-            next_ = [slice(int(axis == side), size, step) for side, (size, step) in _sides(layer.planes, steps)]
-            here, there = (per_radiance * (layer.planes[*place] @ weights) for place in (first, next_))
-            if not here.size:
-                continue
-            step = np.abs(here - there)
-            noise = np.minimum(here, there) + 0.1 * step + accuracy.read_noise_e**2
-            seen = step * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
-            found.append(float(np.quantile(seen, quantile, axis=(0, 1)).max()))
-            if layer.coverage is not None:
-                found.append(float(np.quantile(np.abs(layer.coverage[*first] - layer.coverage[*next_]), quantile)))
-    return max(found)
-
-
-def _sides(planes: np.ndarray, steps: list[int]) -> list[tuple[int, tuple[int, int]]]:
-    """Number, size and step of the first two axes."""
-    return list(enumerate(zip(planes.shape[:2], steps, strict=True)))

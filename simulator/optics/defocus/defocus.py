@@ -14,10 +14,11 @@ from typing import Self, TypeVar
 import numpy as np
 
 from simulator.errors import require
-from simulator.optics.defocus.accuracy import MEASURED, WIDE_PX, Accuracy, gathered_lamp_error, lamp_px
+from simulator.optics.defocus.accuracy import MEASURED, WIDE_PX, Accuracy, lamp_px
 from simulator.optics.defocus.aperture_rectangles import rectangle_count
 from simulator.optics.defocus.field_pupil import MOST_MOVED, CatsEyes, plan_cats_eyes
 from simulator.optics.defocus.joint_motion import JointMotion
+from simulator.optics.defocus.lamp_laws import gathered_lamp_error
 from simulator.optics.defocus.patch_reach import merge_far_patches
 from simulator.optics.defocus.photosite_area import WHOLE, PhotositeArea
 from simulator.optics.lens.lens import Lens

@@ -14,17 +14,13 @@ from simulator.optics.defocus.accuracy import (
     Accuracy,
     copy_error,
     crossing_error,
-    gathered_lamp_error,
     grid_error,
     hidden_error,
-    lamp_crossing_error,
     occlusion_error,
     points_error,
-    rim_error,
     slab_error,
     slope_error,
     small_circles_error,
-    spot_error,
     square_error,
     twice_blurred_share,
     wide_error,
@@ -33,6 +29,7 @@ from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, correction_co
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
 from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
 from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms
+from simulator.optics.defocus.lamp_laws import gathered_lamp_error, lamp_crossing_error, rim_error, spot_error
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import ErrorTerm, Limit
 

@@ -20,8 +20,9 @@ from scipy.signal import fftconvolve
 from simulator.config.shot_file import load_shot
 from simulator.device import open_device
 from simulator.exposure.settings import Exposure
-from simulator.optics.defocus.accuracy import Accuracy, rim_error, spot_error, twice_blurred_share
+from simulator.optics.defocus.accuracy import Accuracy, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
+from simulator.optics.defocus.lamp_laws import rim_error, spot_error
 from simulator.optics.defocus.predicted_error import LAYERS, error_terms, predicted_error
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot

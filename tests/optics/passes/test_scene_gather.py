@@ -14,8 +14,9 @@ from scipy.special import j1
 from scipy.stats import qmc
 
 from simulator.device import open_device
-from simulator.optics.defocus.accuracy import Accuracy, gathered_lamp_error
+from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.aperture_rectangles import aperture_rectangles, rectangle_count
+from simulator.optics.defocus.lamp_laws import gathered_lamp_error
 from simulator.optics.defocus.predicted_error import predicted_error
 from simulator.optics.lens.distortion import Distortion
 from simulator.optics.passes.scene_gather import rectangles_of_tiles

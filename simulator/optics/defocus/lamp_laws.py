@@ -1,0 +1,82 @@
+"""Errors beside lamps: single pixels so bright that they count in no quantile of the scene's light.
+
+Each is a share of the brightest light, in the noise of what is there, with noise below 1 e- as 1 e-.
+"""
+
+import math
+
+import numpy as np
+
+from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
+
+RIM_SHARE = 0.15  # of a lamp's spot that may fall beside it
+RIM_MOVED, RIM_SEEN = 3e-3, 5e-2  # of a lamp that eight rectangles gather: its light, and the root of it in its own noise
+
+
+def lamp_crossing_error(radius_px: float, scale: float, accuracy: Accuracy) -> float:
+    """Error of ignoring a small blur circle around a lamp of one scene pixel in the dark, as a share of the brightest light.
+
+    It is that of even squares, in the noise of what crosses or of what is left. 0: no pixel is a lamp (LAMP_PEAK).
+
+    scale: scene pixels per photosite.
+    """
+    if accuracy.peak < LAMP_PEAK:
+        return 0.0
+    noise_e2 = max(accuracy.read_noise_e**2, 1.0)
+    own_e = min(scale, 1.0 / scale) ** 2 * accuracy.peak * accuracy.electrons  # of the lamp, in its photosite
+    crossing_e = min(_crossing_e(radius_px, scale, accuracy), 0.5 * own_e)
+    lost_e = min(_borders(scale) * crossing_e, 0.5 * own_e)
+    sigmas = crossing_e / math.sqrt(crossing_e + noise_e2), lost_e / math.sqrt(own_e - lost_e + noise_e2)
+    return accuracy.sigma * max(sigmas)
+
+
+def gathered_lamp_error(radius_px: np.ndarray, rectangles: np.ndarray, scale: float, accuracy: Accuracy) -> np.ndarray:
+    """Error of gathering a lamp of one pixel by so many rectangles of the aperture, as a share of the brightest light.
+
+    At the rim of its spot, where it ends in the dark, in the noise of what is there. It bounds lamps at any place of a
+    photosite, 1.25 and 2.5 pixels to a photosite, radii of 0.1 to 1.5 photosites and 8 to 64 rectangles.
+    """
+    if accuracy.peak < LAMP_PEAK:
+        return np.zeros(np.shape(radius_px))
+    own_e = accuracy.peak * accuracy.electrons / scale**2
+    left = (0.8 * scale * radius_px) ** 1.3 * (8.0 / rectangles) ** 2
+    noise_e = max(accuracy.read_noise_e, 1.0)
+    return accuracy.sigma * np.minimum(RIM_MOVED * left * own_e / noise_e, RIM_SEEN * left * math.sqrt(own_e))
+
+
+def lamp_sharp_px(scale: float, accuracy: Accuracy) -> float:
+    """Largest blur radius for which `lamp_crossing_error` stays within what is allowed [photosites]; inf: there is no lamp."""
+    if accuracy.peak < LAMP_PEAK:
+        return math.inf
+    noise_e = max(accuracy.read_noise_e, 1.0)
+    return accuracy.tolerance * noise_e / (_borders(scale) * _crossing_e(1.0, scale, accuracy))
+
+
+def _crossing_e(radius_px: float, scale: float, accuracy: Accuracy) -> float:
+    """Electrons of a lamp of one scene pixel that cross one border of a photosite: 2 / (3 pi) radii of the pixel's side."""
+    return 2.0 / (3.0 * math.pi) * radius_px * min(scale, 1.0 / scale) * accuracy.peak * accuracy.electrons
+
+
+def _borders(scale: float) -> int:
+    """Borders of a photosite that a scene pixel may touch."""
+    return 4 if scale <= 1.0 else 2
+
+
+def spot_error(lamp: float) -> float:
+    """Error at the edge of a lamp's spot, which is so much brighter than the brightest light, in whose noise it counts.
+
+    Half of the spot's light, over the growth of the noise by it. It bounds lamps of one scene pixel, for radii of 1.2 to 12
+    photosites, 1 to 4 scene pixels per photosite and axis, and lamps of 200 to 20,000 times the light around them.
+    """
+    return 0.5 * lamp / math.sqrt(1.0 + lamp)
+
+
+def rim_error(lamp: float, accuracy: Accuracy) -> float:
+    """Error at the rim of a lamp's spot where nothing else is lit, so that it counts in the noise of the dark; else 0.
+
+    A share of the spot's light falls beside it. It bounds depth maps with steps and lamps of 100 to 10^7 e- over black.
+    """
+    dark_e2 = max(accuracy.read_noise_e**2, 1.0)
+    if accuracy.electrons > dark_e2:
+        return 0.0
+    return RIM_SHARE * lamp * math.sqrt((accuracy.electrons + accuracy.read_noise_e**2) / dark_e2)

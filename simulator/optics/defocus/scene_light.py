@@ -1,0 +1,54 @@
+"""Light of a scene to which errors are compared: its brightest light, and its differences between neighbouring pixels."""
+
+import numpy as np
+
+from simulator.optics.defocus.accuracy import Accuracy
+from simulator.scene.scene import Scene
+
+BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
+_SAMPLES = 400  # places per axis at which the scene's radiance is sampled
+
+
+def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) -> tuple[float, float]:
+    """Electrons of the brightest light (greatest BRIGHT quantile of all layers and channels) and of the brightest pixel.
+
+    weights: (bands, channels) of scene planes in electron radiance. per_radiance: electrons per electron radiance.
+    """
+    brightest = peak = 0.0
+    for layer in scene.layers:
+        step_y, step_x = (-(-size // _SAMPLES) for size in layer.planes.shape[:2])
+        light = layer.planes[::step_y, ::step_x].reshape(-1, layer.planes.shape[2]) @ weights
+        brightest = max(brightest, float(np.quantile(light, BRIGHT, axis=0).max()))
+        peak = max(peak, float((layer.planes.max(axis=(0, 1)) @ weights).max()))
+    return float(brightest * per_radiance), float(peak * per_radiance)
+
+
+def scene_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, quantile: float = BRIGHT) -> float:
+    """Difference between neighbouring pixels of the scene, as a share of the brightest light: this quantile, above 0.
+
+    A difference counts as much as one that is seen at the brightest light as clearly as it is seen in the noise at its own
+    place, at the darker pixel with a tenth of the difference. weights, per_radiance: as of `brightest_electrons`.
+    accuracy: of the scene's brightest light.
+    """
+    noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
+    found = [1e-6]
+    for layer in scene.layers:
+        steps = [max(1, -(-size // _SAMPLES)) for size in layer.planes.shape[:2]]
+        for axis in (0, 1):
+            first = [slice(None, size - (axis == side), step) for side, (size, step) in _sides(layer.planes, steps)]
+            next_ = [slice(int(axis == side), size, step) for side, (size, step) in _sides(layer.planes, steps)]
+            here, there = (per_radiance * (layer.planes[*place] @ weights) for place in (first, next_))
+            if not here.size:
+                continue
+            step = np.abs(here - there)
+            noise = np.minimum(here, there) + 0.1 * step + accuracy.read_noise_e**2
+            seen = step * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
+            found.append(float(np.quantile(seen, quantile, axis=(0, 1)).max()))
+            if layer.coverage is not None:
+                found.append(float(np.quantile(np.abs(layer.coverage[*first] - layer.coverage[*next_]), quantile)))
+    return max(found)
+
+
+def _sides(planes: np.ndarray, steps: list[int]) -> list[tuple[int, tuple[int, int]]]:
+    """Number, size and step of the first two axes."""
+    return list(enumerate(zip(planes.shape[:2], steps, strict=True)))
