@@ -3,12 +3,14 @@
 #ifndef LAYER_LINES_H
 #define LAYER_LINES_H
 #include "bilinear_area.h"
+#define NEXT (EDGES ? STEP : 1)        // from the pixel of a photosite to that of the span's next; EDGES 0: every STEP-th column is in one set
 #define PIXELS (STEP * (SPAN - 1) + 2) // of a line that a span reads
 
 // Place of a layer at an instant.
 struct spot {
     int row;          // uppermost one that is read, from the row of the photosite's own number
     int left, right;  // two pixels that are read of each row, from the pixel of the photosite's own column
+    int left_phase, right_phase; // begin of the planes that have them, from the layer's first [px]
     float past;       // between the two, 0 to 1
     float shares[5];  // of the first READS rows
 };
@@ -31,6 +33,11 @@ INLINE struct lines lines_of(global const float *plane, const int row, const int
     return found;
 }
 
+// Where a column of a plane is in its rows: with EDGES 0 they are STEP sets of columns, one after the other.
+INLINE int column_of(const int column, const uint width) {
+    return EDGES ? column : column % STEP * ((int)width / STEP) + column / STEP;
+}
+
 // Mean of rows at a pixel `i` to the right of those of `line`.
 INLINE float mixed(global const float *const *line, const int i, const float *shares) {
     float sum = shares[0] * line[0][i];
@@ -49,8 +56,8 @@ INLINE void mix_line(const struct lines at, const int first, const float *shares
 
 // Reading of photosite i of a span; edge: of lines that are mixed already, where the second pixel is next to the first.
 INLINE float read(const struct lines at, const float *line, const int edge, const uint i, const struct spot spot) {
-    const float left = edge ? line[STEP * i] : mixed(at.left, STEP * i, spot.shares);
-    return between(left, edge ? line[STEP * i + 1] : mixed(at.right, STEP * i, spot.shares), spot.past);
+    const float left = edge ? line[STEP * i] : mixed(at.left, NEXT * i, spot.shares);
+    return between(left, edge ? line[STEP * i + 1] : mixed(at.right, NEXT * i, spot.shares), spot.past);
 }
 
 #endif

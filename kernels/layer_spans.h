@@ -1,6 +1,6 @@
 // Light of a span of photosites of one row and colour, STEP photosites apart, through layers that lie at places of their own
 // (swept_layers.cl). The host defines LAYERS, and CHANNELS, after which the planes of a layer hold its coverage; READS, rows of pixels that
-// a photosite reads; EDGES 0 where planes hold all pixels that are read.
+// a photosite reads; EDGES 0 where planes hold all pixels that are read, as STEP sets of columns.
 #ifndef LAYER_SPANS_H
 #define LAYER_SPANS_H
 #include "layer_lines.h"
@@ -29,7 +29,9 @@ INLINE void add_layers(global const float *const *planes, global const struct sp
     __attribute__((opencl_unroll_hint(LAYERS)))
     for (uint n = begin; n < end; n++) {
         spot[n] = spots[n];
-        const int row = y + spot[n].row, first = x + spot[n].left, left = edge ? 0 : first, right = edge ? 0 : x + spot[n].right;
+        const int row = y + spot[n].row, first = x + spot[n].left;
+        const int left = edge ? 0 : column_of(first, layers.grid_width) + spot[n].left_phase;
+        const int right = edge ? 0 : column_of(x + spot[n].right, layers.grid_width) + spot[n].right_phase;
         light[n] = lines_of(planes[n] + colour * pixels, row, left, right, layers.grid_width, layers.grid_height);
         cover[n] = lines_of(planes[n] + (n + 1 < LAYERS ? CHANNELS : colour) * pixels, row, left, right, layers.grid_width, layers.grid_height);
         if (edge) {

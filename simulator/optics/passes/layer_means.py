@@ -54,10 +54,10 @@ class LayerMeans:
         self.sizes = [0] * len(phases.layers)
         self.band_rows = max(int(BAND_BYTES / row_bytes), LEAST_ROWS)
 
-    def grid(self, ways: np.ndarray, x: int, columns: int, rows: range) -> Grid:
+    def grid(self, ways: np.ndarray, x: int, columns: int, rows: range, step: int) -> Grid:
         """Return the means that rows of photosites of the sensor see, `columns` of them from column x on.
 
-        ways: (rows or 1, instants, layers, 2) x, y [photosites].
+        ways: (rows or 1, instants, layers, 2) x, y [photosites]. step: sets of columns in which the planes have theirs.
         """
         projection, layers = self.optics.projection, len(self.phases.layers)
         down = np.array(rows)[:, None, None] + 0.5 + ways[..., 1]
@@ -74,9 +74,10 @@ class LayerMeans:
         found["shares"][..., : self.reads] = shares
         for n, (left, right) in enumerate(split):
             for name, (phase, pixels) in (("left", left), ("right", right)):
-                found[name][..., n] = phase * (self.plane_count * height * width) + pixels - aside - x
+                found[name][..., n] = pixels - aside - x
+                found[f"{name}_phase"][..., n] = phase * (self.plane_count * height * width)
             found["past"][..., n] = numbers[n][2]
-        planes = [self._means(n, x + aside, width, begin, height) for n in range(layers)]
+        planes = [self._means(n, x + aside, width, begin, height, step) for n in range(layers)]
         return Grid(planes, width, height, found)
 
     def _buffer(self, layer: int, size: int) -> Buffer:
@@ -85,7 +86,7 @@ class LayerMeans:
             self.buffers[layer], self.sizes[layer] = self.device.empty((size,), np.float32), size
         return self.buffers[layer]
 
-    def _means(self, layer: int, x: int, width: int, first_row: int, height: int) -> Buffer:
+    def _means(self, layer: int, x: int, width: int, first_row: int, height: int, step: int) -> Buffer:
         """Means of a layer: device buffer (phases, planes, height, width) float32, from column x of the sensor on."""
         optics, projection, phases = self.optics, self.optics.projection, self.phases.layers[layer]
         places = phases.start_px + phases.step_px * np.arange(phases.count)
@@ -94,7 +95,7 @@ class LayerMeans:
         pixels = np.clip(first[:, None] + np.arange(self.reads)[:, None], 0, projection.scene_width - 1)
         tables = self.device.upload(pixels.astype(np.int32)), self.device.upload(np.moveaxis(shares, -1, 1).astype(np.float32))
         means = self._buffer(layer, phases.count * self.plane_count * height * width)
-        kernel = self.device.kernel("layer_phases", {"SPAN": SPAN, "ROWS": ROWS, "READS": self.reads})
+        kernel = self.device.kernel("layer_phases", {"SPAN": SPAN, "ROWS": ROWS, "READS": self.reads, "STEP": step})
         colours = optics.cfa.colors
         parts = [(min(colours), max(colours) + 1 - min(colours))]
         if layer + 1 < len(self.phases.layers):

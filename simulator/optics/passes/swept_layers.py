@@ -139,7 +139,7 @@ class _Sweep:
         x, width, high = over * window.x, over * window.width, over * window.height
         aligned = x // wide * wide
         spans = -(-(x + width - aligned) // wide)
-        grid = self._grid(places, aligned, spans * wide, range(window.y + first, window.y + first + rows))
+        grid = self._grid(places, aligned, spans * wide, range(window.y + first, window.y + first + rows), step)
         shares = np.broadcast_to(places.weights.astype(np.float32), grid.spots.shape[:2])
         spots, weights = self.device.upload(grid.spots), self.device.upload(shares)
         surfaces = {f"layer_{n}": grid.planes[min(n, self.layers - 1)] for n in range(MOST_SHIFTED_LAYERS)}
@@ -170,10 +170,10 @@ class _Sweep:
             )
         self.device.finish()  # the tables are freed on return
 
-    def _grid(self, places: _Places, x: int, columns: int, rows: range) -> Grid:
+    def _grid(self, places: _Places, x: int, columns: int, rows: range, step: int) -> Grid:
         """Return the planes that photosites of these rows of the sensor read, and where. x, columns: of whole spans."""
         if self.means is not None:
-            return self.means.grid(places.ways, x, columns, rows)
+            return self.means.grid(places.ways, x, columns, rows, step)
         projection = self.optics.projection
         spots = spots_of(self.over * places.ways + np.array([projection.offset_x, projection.offset_y]))
         return Grid(self.scene, projection.scene_width, projection.scene_height, spots)
