@@ -1,12 +1,13 @@
 // Image of layers that move as a whole and apart while the shutter is open, without a turn: for each photosite the mean over instants of what
-// it sees through nearer layers. Each layer is read bilinearly, at an instant at the same place between pixels by all photosites of a line.
-// Behind a lens that blurs each layer by one radius an instant goes with a point of the aperture. The scene has one pixel for each photosite,
-// or for each sample of one. Layers behind the last of those that differ from instant to instant are read once.
+// it sees through nearer layers. Each layer is read between two pixels of some rows, at an instant at the same place by all photosites of a
+// line. Behind a lens that blurs each layer by one radius an instant goes with a point of the aperture. The planes have one pixel for each
+// photosite, or for each sample of one: they are the scene's own, or means over photosites at places between them (layer_phases.cl).
+// Layers behind the last of those that differ from instant to instant are read once.
 // STEP 2: a mosaic behind a colour filter, even and odd columns apart. STEP 1: a plane of one colour.
 //
-// layer_0, layer_1, layer_2, layer_3: (channels, scene height, scene width) float32 of each of LAYERS layers, the nearest first, electron
-//         radiance times coverage [e- s^-1 um^-2 sr^-1]; and coverage, 0 to 1, but of the last. The first MOVING of them differ from instant to instant. Those from
-//         LAYERS on are not read. Beyond a layer its edge pixels continue.
+// layer_0, layer_1, layer_2, layer_3: (phases, planes, grid height, grid width) float32 of each of LAYERS layers, the nearest first:
+//         CHANNELS planes of electron radiance times coverage [e- s^-1 um^-2 sr^-1]; and coverage, 0 to 1, but of the last. The first MOVING
+//         of them differ from instant to instant. Those from LAYERS on are not read. Beyond a layer its edge pixels continue.
 // spots:  (lines, instants, LAYERS) struct spot; one line, or one for each `rows` rows. Of a layer at rest the first instant counts.
 // weights: (lines, instants) float32, share of each instant in the line's light.
 // mosaic: (rows, width) float32 from mosaic_row on, each photosite's own colour.

@@ -1,6 +1,7 @@
 """The plan of the optics: all decisions from the radiance of the scene to the electron radiance of each photosite."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -10,6 +11,7 @@ from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_motion import JointMotion
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import Skipped
+from simulator.optics.geometry.layer_phases import LEAST_SCALE, MOST_SCALE, LayerPhases, plan_phases
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.psf.field_psf import FieldPsf
@@ -113,11 +115,30 @@ class OpticsPlan:
         return motion.is_common or not motion.lamp_count or motion.path.straight_shift() is not None
 
     def sweeps_shifted_layers(self, over: int = 1) -> bool:
-        """Whether layers of such a scene move apart without a turn, few enough to be composited by one launch."""
+        """Whether layers move apart without a turn, few enough to be composited by one launch.
+
+        The scene has a pixel for each sample, or layers are averaged before (`layer_phases`).
+        """
         motion = self.motion
-        if motion is None or not 1 < self.covering_layers <= MOST_SHIFTED_LAYERS:
+        if motion is None or not 1 < self.covering_layers <= MOST_SHIFTED_LAYERS or not motion.shifts_surfaces:
             return False
-        return self._sweeps_pixels(motion, over) and motion.shifts_surfaces
+        return self._sweeps_pixels(motion, over) or (over == 1 and self.layer_phases is not None)
+
+    @cached_property
+    def layer_phases(self) -> LayerPhases | None:
+        """Places between photosites at which layers that shift apart are averaged; None: none are.
+
+        Such a scene has another number of pixels than photosites, and its layers are sharp.
+        """
+        motion, projection = self.motion, self.projection
+        if motion is None or motion.vectors is not None or motion.blur is not None or motion.path.lines.axis == "columns":
+            return None
+        if projection.warp is not None or not LEAST_SCALE <= projection.scale <= MOST_SCALE:
+            return None
+        if not (projection.is_fine or projection.is_bilinear or projection.nearest):
+            return None
+        plan, planes = motion.with_lamps_everywhere(), self.channels + 1
+        return plan_phases(plan, projection, self.covering_layers, self.moving_layers, planes)
 
     @property
     def samples_shifted_layers(self) -> bool:

@@ -272,7 +272,7 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
     planes = 2 * optics.moving_layers - (optics.moving_layers == layers)  # light and coverage of what is read at each instant
     method = f"{motion.count} instants on each line"
     if optics.sweeps_shifted_layers(optics.light_samples):
-        key, reads = "shifting layers", 1
+        key, reads = "shifting layers", 1.0 if optics.layer_phases is None else optics.layer_phases.work
     if layers > 1:
         method += f", {layers} layers"
     if motion.lamp_count:

@@ -95,11 +95,12 @@ def run(case: str) -> None:
         if "layers" in case:
             far = replace(scene.load().behind[0], depth_m=2.1)
             scene = replace(scene.load(), depth_m=1.9, behind=(far,))
-    if "shifting" in case:  # a pixel for each photosite, without a turn, each line at its own time
-        near, far, behind = rng.random((40, 90, camera.channels)), rng.random((40, 90, camera.channels)), {}
+    if "shifting" in case:  # without a turn, each line at its own time; a pixel for each photosite, or fewer
+        size = (30, 66) if "coarse" in case else (40, 90)
+        near, far, behind = rng.random((*size, camera.channels)), rng.random((*size, camera.channels)), {}
         moves = {0: LayerMotion((Speed(4000.0, "px/s"), Speed(-1500.0, "px/s")))}
         if "apart" in case:  # two layers, each with a way of its own
-            behind = {"coverage": np.round(rng.random((40, 90))).astype(np.float32)}
+            behind = {"coverage": np.round(rng.random(size)).astype(np.float32)}
             behind["behind"] = (Layer(far.astype(np.float32), 2.001),)
             moves[1] = LayerMotion((Speed(-3000.0, "px/s"), Speed(2500.0, "px/s")))
         scene, exposure = band_scene(near, 2.0, **behind), replace(exposure, shutter=RollingShutter(0.001))

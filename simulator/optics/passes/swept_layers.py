@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simulator.device import Buffer, Device, Kernel
-from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.aperture_samples import moving_samples, sample_count
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_motion import CELL_PX
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import ANY_CFA
 from simulator.optics.optics_plan import MOST_SHIFTED_LAYERS, OpticsPlan
+from simulator.optics.passes.layer_means import Grid, LayerMeans, spots_of
 from simulator.sensor.camera.camera_sections import Window
 
 SPAN = 64  # photosites of a row and colour of a work-item
@@ -44,7 +44,18 @@ Progress = Callable[[float], None]
 def layers_mosaic(optics: OpticsPlan, motion: MotionPlan, device: Device, planes: list[Buffer]) -> Buffer:
     """Device buffer (height, width) float32: `swept_mosaic` of layers for which `OpticsPlan.sweeps_shifted_layers` holds."""
     swept, layers = motion.with_lamps_everywhere(), optics.covering_layers
-    sweep = _Sweep(optics, device, planes, swept.count, lambda rows: _instants(swept, rows, layers), optics.moving_layers)
+    if optics.layer_phases is not None:
+        swept = replace(swept, count=optics.layer_phases.instants)
+    sweep = _Sweep(
+        optics,
+        device,
+        planes,
+        swept.count,
+        lambda rows: _instants(swept, rows, layers),
+        optics.moving_layers,
+        1,
+        optics.projection.open_side,
+    )
     return sweep.mosaic()
 
 
@@ -84,12 +95,16 @@ class _Sweep:
         find: Find,
         moving: int,
         over: int = 1,
+        side: float = 1.0,
     ) -> None:
         self.optics, self.device, self.find, self.moving, self.over = optics, device, find, moving, over
         self.layers = layers = optics.covering_layers
-        self.surfaces = {f"layer_{n}": planes[min(n, layers - 1)] for n in range(MOST_SHIFTED_LAYERS)}
+        self.scene = planes
+        self.means = None if optics.layer_phases is None else LayerMeans(optics, optics.layer_phases, device, planes, side)
         reads, spots = over**2 * optics.window.width * count * layers, count * layers
         self.band_rows = max(min(BAND_READS // reads, BAND_SPOTS // spots), LEAST_BAND_ROWS)
+        if self.means is not None:
+            self.band_rows = min(self.band_rows, self.means.band_rows)
 
     def mosaic(self, progress: Progress = lambda share: None) -> Buffer:
         """Each photosite's own colour, (rows, columns)."""
@@ -109,6 +124,7 @@ class _Sweep:
         """Write one plane for each of some colours. step: columns from a photosite of a span to the next; 2: a filter."""
         window, defines = self.optics.window, {"SPAN": SPAN, "STEP": step, "BENDS": 0}
         defines |= {"LAYERS": self.layers, "MOVING": self.moving, "CHANNELS": self.optics.channels}
+        defines |= {"READS": 2, "EDGES": 1} if self.means is None else {"READS": self.means.reads, "EDGES": 0}
         filter_ = self.optics.cfa_macros() if step == 2 else ANY_CFA
         kernel = self.device.kernel("swept_layers", {**filter_, **defines}, file=FILE)
         for first in range(0, window.height, self.band_rows):
@@ -123,13 +139,16 @@ class _Sweep:
         x, width, high = over * window.x, over * window.width, over * window.height
         aligned = x // wide * wide
         spans = -(-(x + width - aligned) // wide)
-        spots, weights = self.device.upload(self._spots(places.ways)), self.device.upload(places.weights.astype(np.float32))
+        grid = self._grid(places, aligned, spans * wide, range(window.y + first, window.y + first + rows), step)
+        shares = np.broadcast_to(places.weights.astype(np.float32), grid.spots.shape[:2])
+        spots, weights = self.device.upload(grid.spots), self.device.upload(shares)
+        surfaces = {f"layer_{n}": grid.planes[min(n, self.layers - 1)] for n in range(MOST_SHIFTED_LAYERS)}
         for number, colour in enumerate(colours):
             self.device.run(
                 kernel,
                 (spans, step * over * rows),
                 (spans, 1),
-                **self.surfaces,
+                **surfaces,
                 spots=spots,
                 weights=weights,
                 mosaic=found,
@@ -142,24 +161,22 @@ class _Sweep:
                     "mosaic_row": number * high,
                     "colour": colour,
                     "instants": places.weights.shape[1],
-                    "lines": len(places.ways),
+                    "lines": len(grid.spots),
                     "rows": over * places.rows,
                     "above": over * places.above,
-                    "scene_width": self.optics.projection.scene_width,
-                    "scene_height": self.optics.projection.scene_height,
+                    "grid_width": grid.width,
+                    "grid_height": grid.height,
                 },
             )
         self.device.finish()  # the tables are freed on return
 
-    def _spots(self, ways: np.ndarray) -> np.ndarray:
-        """Places of layers, (lines or 1, instants, layers) of `struct spot`, from the pixel with the photosite's own number."""
-        places = self.over * ways + np.array([self.optics.projection.offset_x, self.optics.projection.offset_y])
-        pixels = np.floor(places)
-        places -= pixels
-        found = np.empty(places.shape[:-1], declared_struct(kernel_source(FILE), "spot"))
-        found["column"], found["row"] = pixels[..., 0], pixels[..., 1]
-        found["right"], found["below"] = places[..., 0], places[..., 1]
-        return found
+    def _grid(self, places: _Places, x: int, columns: int, rows: range, step: int) -> Grid:
+        """Return the planes that photosites of these rows of the sensor read, and where. x, columns: of whole spans."""
+        if self.means is not None:
+            return self.means.grid(places.ways, x, columns, rows, step)
+        projection = self.optics.projection
+        spots = spots_of(self.over * places.ways + np.array([projection.offset_x, projection.offset_y]))
+        return Grid(self.scene, projection.scene_width, projection.scene_height, spots)
 
 
 def _lines(plan: MotionPlan, window: Window) -> np.ndarray:

@@ -1,0 +1,63 @@
+// Readings of a span of photosites of one row and colour, STEP photosites apart, of a layer at a place of its own (layer_spans.h): between
+// two pixels of READS rows.
+#ifndef LAYER_LINES_H
+#define LAYER_LINES_H
+#include "bilinear_area.h"
+#define NEXT (EDGES ? STEP : 1)        // from the pixel of a photosite to that of the span's next; EDGES 0: every STEP-th column is in one set
+#define PIXELS (STEP * (SPAN - 1) + 2) // of a line that a span reads
+
+// Place of a layer at an instant.
+struct spot {
+    int row;          // uppermost one that is read, from the row of the photosite's own number
+    int left, right;  // two pixels that are read of each row, from the pixel of the photosite's own column
+    int left_phase, right_phase; // begin of the planes that have them, from the layer's first [px]
+    float past;       // between the two, 0 to 1
+    float shares[5];  // of the first READS rows
+};
+
+// Rows of a plane's pixels, at both pixels that the first photosite of a span reads; where some of a span's lie beyond the plane, the rows.
+struct lines {
+    global const float *left[READS], *right[READS];
+};
+
+INLINE float between(const float from, const float to, const float share) { return from + share * (to - from); }
+
+INLINE struct lines lines_of(global const float *plane, const int row, const int left, const int right, const uint width,
+                             const uint height) {
+    struct lines found;
+    __attribute__((opencl_unroll_hint(READS)))
+    for (int n = 0; n < READS; n++) {
+        global const float *line = plane + (size_t)clamped(row + n, height) * width;
+        found.left[n] = line + left, found.right[n] = line + right;
+    }
+    return found;
+}
+
+// Where a column of a plane is in its rows: with EDGES 0 they are STEP sets of columns, one after the other.
+INLINE int column_of(const int column, const uint width) {
+    return EDGES ? column : column % STEP * ((int)width / STEP) + column / STEP;
+}
+
+// Mean of rows at a pixel `i` to the right of those of `line`.
+INLINE float mixed(global const float *const *line, const int i, const float *shares) {
+    float sum = shares[0] * line[0][i];
+    __attribute__((opencl_unroll_hint(READS)))
+    for (uint n = 1; n < READS; n++) sum += shares[n] * line[n][i];
+    return sum;
+}
+
+// Mix rows into PIXELS pixels from column `first` on. Beyond the plane its edge pixels continue.
+INLINE void mix_line(const struct lines at, const int first, const float *shares, const uint width, float *line) {
+    const int begin = clamped(-first, PIXELS + 1), end = clamped((int)width - first, PIXELS + 1);
+    const float left = mixed(at.left, 0, shares), right = mixed(at.left, (int)width - 1, shares);
+    for (int j = 0; j < PIXELS; j++) line[j] = j < begin ? left : right;
+    for (int j = begin; j < end; j++) line[j] = mixed(at.left, first + j, shares);
+}
+
+// Reading of photosite i of a span; edge: of lines that are mixed already, where the second pixel is next to the first.
+INLINE float read(const struct lines at, const float *line, const int edge, const uint i, const struct spot spot) {
+    const float left = edge ? line[STEP * i] : mixed(at.left, NEXT * i, spot.shares);
+    return between(left, edge ? line[STEP * i + 1] : mixed(at.right, NEXT * i, spot.shares), spot.past);
+}
+
+#endif
