@@ -47,10 +47,10 @@ kernel void psf_gather(global const float *restrict planes, global const float *
     float total[SPAN];
     for (uint i = 0; i < SPAN; i++) total[i] = 0.0f;
     for (uint n = tile.first_term; n < tile.first_term + tile.terms; n += TOGETHER) {
-        float sum[TOGETHER * SPAN], all = 0.0f;
-        for (uint k = 0; k < TOGETHER; k++)
-            for (uint i = 0; i < SPAN; i++) all += term_weight(terms[n + k], across, columns, own, i);
-        if (all == 0.0f) continue; // no photosite of the span has these terms
+        float sum[TOGETHER * SPAN], own_share[TOGETHER * SPAN];
+        uint any = 0;
+        for (uint k = 0; k < TOGETHER; k++) any |= term_weights(terms[n + k], across, columns, own, own_share + k * SPAN);
+        if (!any) continue; // no photosite of the span has these terms
         for (uint i = 0; i < TOGETHER * SPAN; i++) sum[i] = 0.0f;
         for (uint j = 0; j < HELD_Y; j++) {
             float weight[TOGETHER * HELD_X], excess[TOGETHER * HELD_X];
@@ -90,7 +90,7 @@ kernel void psf_gather(global const float *restrict planes, global const float *
             }
         }
         for (uint k = 0; k < TOGETHER; k++)
-            for (uint i = 0; i < SPAN; i++) total[i] += term_weight(terms[n + k], across, columns, own, i) * sum[k * SPAN + i];
+            for (uint i = 0; i < SPAN; i++) total[i] += own_share[k * SPAN + i] * sum[k * SPAN + i];
     }
 #if CELL
     add_tail(tail + colour * (2 * columns / CELL) * (rows / OVER / CELL), 2 * columns / CELL, row, 2 * column + parity, total);
