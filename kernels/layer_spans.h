@@ -3,8 +3,8 @@
 #ifndef LAYER_SPANS_H
 #define LAYER_SPANS_H
 #include "bilinear_area.h"
+#include "lanes.h"
 #define PIXELS (STEP * (SPAN - 1) + 2) // of a line that a span reads
-#define LANES _Pragma("clang loop vectorize_width(16) interleave_count(1)")
 
 // Place of a layer at an instant.
 struct spot {

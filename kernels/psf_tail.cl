@@ -7,6 +7,7 @@
 // Cell rows and columns nearer than TAIL_TAPS / 2 to the border are not computed.
 #include "conventions.h"
 #include "interleaved_columns.h"
+#include "lanes.h"
 
 // Dimension 0: spans of cell columns; 1: rows of cells; 2: colours.
 kernel void psf_cells(global const float *restrict planes, global float *restrict cells) {
@@ -54,6 +55,7 @@ kernel void psf_tail(global const float *restrict cells, global float *restrict 
                 weight[t] = upper + share * (of_node[below + j * TAIL_TAPS + t] - upper);
             }
             global const float *value = from + (j - TAIL_TAPS / 2) * (long)cell_columns - TAIL_TAPS / 2;
+            LANES
             for (uint i = 0; i < SPAN; i++) {
                 float part = 0.0f;
                 __attribute__((opencl_unroll_hint(TAIL_TAPS)))
