@@ -3,8 +3,8 @@
 // a photosite reads; EDGES 0 where planes hold all pixels that are read, as STEP sets of columns.
 #ifndef LAYER_SPANS_H
 #define LAYER_SPANS_H
+#include "lanes.h"
 #include "layer_lines.h"
-#define LANES _Pragma("clang loop vectorize_width(16) interleave_count(1)")
 
 struct layers {
     int origin_x, origin_y;         // photosite of the sensor at [0, 0] of the frame

@@ -21,6 +21,8 @@
 #include "conventions.h"
 #include "cfa.h"
 #include "interleaved_columns.h"
+#include "lanes.h"
+#include "psf_row.h"
 #include "psf_tail.h"
 #include "psf_terms.h"
 #include "row_band.h"
@@ -47,10 +49,10 @@ kernel void psf_gather(global const float *restrict planes, global const float *
     float total[SPAN];
     for (uint i = 0; i < SPAN; i++) total[i] = 0.0f;
     for (uint n = tile.first_term; n < tile.first_term + tile.terms; n += TOGETHER) {
-        float sum[TOGETHER * SPAN], all = 0.0f;
-        for (uint k = 0; k < TOGETHER; k++)
-            for (uint i = 0; i < SPAN; i++) all += term_weight(terms[n + k], across, columns, own, i);
-        if (all == 0.0f) continue; // no photosite of the span has these terms
+        float sum[TOGETHER * SPAN], own_share[TOGETHER * SPAN];
+        uint any = 0;
+        for (uint k = 0; k < TOGETHER; k++) any |= term_weights(terms[n + k], across, columns, own, own_share + k * SPAN);
+        if (!any) continue; // no photosite of the span has these terms
         for (uint i = 0; i < TOGETHER * SPAN; i++) sum[i] = 0.0f;
         for (uint j = 0; j < HELD_Y; j++) {
             float weight[TOGETHER * HELD_X], excess[TOGETHER * HELD_X];
@@ -64,24 +66,35 @@ kernel void psf_gather(global const float *restrict planes, global const float *
                     excess[k * HELD_X + t] = (BRIGHT & (NODE_ROWS > 1)) ? high + share * (tap[bright + below] - high) : high;
                 }
             }
+            const long mirror = (TAPS_Y - 1 - 2 * (long)j) * (long)columns;
+#if !STEPS
+            float dims[COLUMN_SETS * WIDE], aboves[BRIGHT ? COLUMN_SETS * WIDE : 1];
+            read_row(from + j * columns, rows * columns, mirror, parity, limit, dims, aboves);
+#endif
+            LANES
             for (uint i = 0; i < SPAN; i++) {
                 float part[TOGETHER];
                 for (uint k = 0; k < TOGETHER; k++) part[k] = 0.0f;
                 __attribute__((opencl_unroll_hint(HELD_X)))
                 for (uint t = 0; t < HELD_X; t++) {
                     float dim = 0.0f, above = 0.0f; // light that has the same weights, up to the limit and beyond
-                    __attribute__((opencl_unroll_hint((1 + FOLD_X) * (1 + FOLD_Y))))
-                    for (uint m = 0; m < (1 + FOLD_X) * (1 + FOLD_Y); m++) {
-                        const int right = (int)(OVER * parity + (m >> FOLD_Y ? TAPS_X - 1 - t : t)) + FIRST_X;
-                        const long at = column_start(right, (long)(rows * columns)) + (m & FOLD_Y ? TAPS_Y - 1 - j : j) * (long)columns + i;
-                        float value = from[at];
+                    __attribute__((opencl_unroll_hint(1 + FOLD_X)))
+                    for (uint m = 0; m < 1 + FOLD_X; m++) {
+                        const int right = (int)(OVER * parity + (m ? TAPS_X - 1 - t : t)) + FIRST_X;
 #if STEPS
-                        const float away = around[at] - own[i], change = value - sharp[i];
-                        value = (BRIGHT ? sharp[i] : 0.0f) + (away < edge && away > -edge ? change : 0.0f);
+                        __attribute__((opencl_unroll_hint(1 + FOLD_Y)))
+                        for (uint r = 0; r < 1 + FOLD_Y; r++) {
+                            const long at = column_start(right, (long)(rows * columns)) + (long)(j * columns) + r * mirror + i;
+                            const float away = around[at] - own[i], change = from[at] - sharp[i];
+                            const float value = (BRIGHT ? sharp[i] : 0.0f) + (away < edge && away > -edge ? change : 0.0f);
+                            const float most = BRIGHT && value > limit ? limit : value;
+                            dim += most;
+                            above += BRIGHT ? value - most : 0.0f;
+                        }
+#else
+                        dim += dims[place_in_row(right) + i];
+                        above += BRIGHT ? aboves[place_in_row(right) + i] : 0.0f;
 #endif
-                        const float most = BRIGHT && value > limit ? limit : value;
-                        dim += most;
-                        above += BRIGHT ? value - most : 0.0f;
                     }
                     for (uint k = 0; k < TOGETHER; k++)
                         part[k] += BRIGHT ? weight[k * HELD_X + t] * dim + excess[k * HELD_X + t] * above : weight[k * HELD_X + t] * dim;
@@ -90,7 +103,7 @@ kernel void psf_gather(global const float *restrict planes, global const float *
             }
         }
         for (uint k = 0; k < TOGETHER; k++)
-            for (uint i = 0; i < SPAN; i++) total[i] += term_weight(terms[n + k], across, columns, own, i) * sum[k * SPAN + i];
+            for (uint i = 0; i < SPAN; i++) total[i] += own_share[k * SPAN + i] * sum[k * SPAN + i];
     }
 #if CELL
     add_tail(tail + colour * (2 * columns / CELL) * (rows / OVER / CELL), 2 * columns / CELL, row, 2 * column + parity, total);

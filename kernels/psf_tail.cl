@@ -7,17 +7,22 @@
 // Cell rows and columns nearer than TAIL_TAPS / 2 to the border are not computed.
 #include "conventions.h"
 #include "interleaved_columns.h"
+#include "lanes.h"
 
-// Dimension 0: columns of cells; 1: rows of cells; 2: colours.
+// Dimension 0: spans of cell columns; 1: rows of cells; 2: colours.
 kernel void psf_cells(global const float *restrict planes, global float *restrict cells) {
-    const size_t column = get_global_id(0), row = get_global_id(1), colour = get_global_id(2);
-    const size_t columns = CELL / 2 * get_global_size(0), rows = OVER * CELL * get_global_size(1);
-    float sum = 0.0f;
+    const size_t column = SPAN * get_global_id(0), row = get_global_id(1), colour = get_global_id(2);
+    const size_t cell_columns = SPAN * get_global_size(0), columns = CELL / 2 * cell_columns, rows = OVER * CELL * get_global_size(1);
+    float sum[CELL / 2 * SPAN];
+    for (uint i = 0; i < CELL / 2 * SPAN; i++) sum[i] = 0.0f;
     for (uint set = 0; set < COLUMN_SETS; set++)
-        for (uint j = 0; j < OVER * CELL; j++)
-            for (uint i = 0; i < CELL / 2; i++)
-                sum += planes[row_start(COLUMN_SETS * colour + set, OVER * CELL * row + j, rows, columns) + CELL / 2 * column + i];
-    cells[row_start(colour, row, get_global_size(1), get_global_size(0)) + column] = sum * (1.0f / (OVER * OVER * CELL * CELL));
+        for (uint j = 0; j < OVER * CELL; j++) {
+            global const float *from = planes + row_start(COLUMN_SETS * colour + set, OVER * CELL * row + j, rows, columns) + CELL / 2 * column;
+            for (uint i = 0; i < CELL / 2 * SPAN; i++) sum[i] += from[i];
+        }
+    global float *to = cells + row_start(colour, row, get_global_size(1), cell_columns) + column;
+    for (uint i = 0; i < SPAN; i++)
+        to[i] = (CELL == 4 ? sum[CELL / 2 * i] + sum[CELL / 2 * i + 1] : sum[i]) * (1.0f / (OVER * OVER * CELL * CELL));
 }
 
 // kernels: (NODE_ROWS, NODE_COLUMNS, CHANNELS, TAIL_TAPS, TAIL_TAPS) float32. limits: as in kernels/psf_gather.cl.
@@ -36,9 +41,9 @@ kernel void psf_tail(global const float *restrict cells, global float *restrict 
     for (uint i = 0; i < SPAN; i++) total[i] = 0.0f;
     for (uint n = 0; n < NODE_COLUMNS; n++) {
         global const float *weights = across + n * CELL * cell_columns;
-        float any = 0.0f;
-        for (uint i = 0; i < CELL * SPAN; i++) any += weights[i];
-        if (any == 0.0f) continue;
+        uint any = NODE_COLUMNS == 1;
+        for (uint i = 0; NODE_COLUMNS > 1 && i < CELL * SPAN; i++) any |= weights[i] > 0.0f;
+        if (!any) continue;
         global const float *of_node = kernels + node * line + (n * CHANNELS + colour) * size;
         float sum[SPAN];
         for (uint i = 0; i < SPAN; i++) sum[i] = 0.0f;
@@ -50,6 +55,7 @@ kernel void psf_tail(global const float *restrict cells, global float *restrict 
                 weight[t] = upper + share * (of_node[below + j * TAIL_TAPS + t] - upper);
             }
             global const float *value = from + (j - TAIL_TAPS / 2) * (long)cell_columns - TAIL_TAPS / 2;
+            LANES
             for (uint i = 0; i < SPAN; i++) {
                 float part = 0.0f;
                 __attribute__((opencl_unroll_hint(TAIL_TAPS)))
@@ -57,7 +63,8 @@ kernel void psf_tail(global const float *restrict cells, global float *restrict 
                 sum[i] += part;
             }
         }
-        for (uint i = 0; i < SPAN; i++) total[i] += 0.5f * (weights[CELL * i + CELL / 2 - 1] + weights[CELL * i + CELL / 2]) * sum[i];
+        for (uint i = 0; i < SPAN; i++)
+            total[i] += NODE_COLUMNS > 1 ? 0.5f * (weights[CELL * i + CELL / 2 - 1] + weights[CELL * i + CELL / 2]) * sum[i] : sum[i];
     }
     for (uint i = 0; i < SPAN; i++) tail[row_start(colour, row, cell_rows, cell_columns) + column + i] = total[i];
 }

@@ -2,12 +2,8 @@
 #ifndef SLAB_LIGHT_H
 #define SLAB_LIGHT_H
 #include "conventions.h"
+#include "lanes.h"
 #include "slab_samples.h"
-#if SPAN >= 16 // one vector of 16 floats: some compilers halve it, and compute the addresses of all samples twice
-#define LANES _Pragma("clang loop vectorize_width(16) interleave_count(1)")
-#else
-#define LANES
-#endif
 
 // State of the photosites' rays through this point, and sums over points; ALL each.
 struct ray_state {

@@ -38,7 +38,8 @@ def gather_tail(
     rows, columns = band.rows // cell_px, 2 * band.layout.set_columns // cell_px
     span, margin = min(device.span, SPAN_CELLS), TAIL_MARGIN_PX // cell_px
     own = {**defines, "SPAN": span, "TAIL_TAPS": kernels.taps, "CELL": cell_px, "MARGIN": margin}
-    device.run(device.kernel("psf_cells", own, file="psf_tail.cl"), (columns, rows, channels), None, planes=planes, cells=cells)
+    size = columns // span, rows, channels
+    device.run(device.kernel("psf_cells", own, file="psf_tail.cl"), size, (size[0], 1, 1), planes=planes, cells=cells)
     first = band.margin_rows // cell_px - 1
     size = ((columns - 2 * margin) // span, rows - 2 * first, channels)
     device.run(
