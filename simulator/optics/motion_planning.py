@@ -10,8 +10,9 @@ from simulator.optics.blur_planning import blur_per_dioptre, contrast_of, electr
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_errors import EDGE_STEP_PX, joint_error
 from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
-from simulator.optics.defocus.scene_light import BRIGHT, brightest_electrons, scene_detail
+from simulator.optics.defocus.scene_light import BRIGHT, brightest_electrons, scene_bends, scene_detail
 from simulator.optics.error_term import Skipped
+from simulator.optics.geometry.end_spacing import LIT_SHARE
 from simulator.optics.geometry.fixed_blur import DISK_SPREAD, FixedBlur
 from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, plan_motion
 from simulator.optics.lens.lens import Lens
@@ -22,6 +23,7 @@ from simulator.scene.scene import Scene
 from simulator.sensor.sensor_plan import SensorPlan
 
 UPRIGHT_PX = 0.15  # spread by which skewed spots are wrong, since photosites and samples of light stay upright [photosites]
+SAME_SCALE = 1e-6  # difference from one scene pixel per photosite at which light is read between the middles of pixels
 TYPICAL = 0.68  # quantile of differences that stands for their standard deviation
 
 
@@ -30,13 +32,23 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
     if not lens.forms_image:
         return replace(planned, motion_skipped=Skipped("without a lens there is no image that could move"))
     accuracy, scale = planned.accuracy, planned.projection.scale
-    edges, texture = (
-        scene_detail(loaded, planned.weights, electrons_per_radiance(lens, sensor), accuracy, quantile)
-        for quantile in (BRIGHT, TYPICAL)
+    edges, dark, texture = (
+        scene_detail(loaded, planned.weights, electrons_per_radiance(lens, sensor), accuracy, quantile, lit)
+        for quantile, lit in ((BRIGHT, LIT_SHARE), (BRIGHT, 0.0), (TYPICAL, LIT_SHARE))
     )
     steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
+    contrast = min(edges * max(scale, steepness), max(edges, 1.0))
+    bend, dark_bend = 0.0, 0.0  # means over photosites of a coarser scene bend by a third as much, by less than its edges
+    if abs(scale - 1.0) < SAME_SCALE:
+        bend, dark_bend = (
+            scene_bends(loaded, planned.weights, electrons_per_radiance(lens, sensor), accuracy, lit)
+            for lit in (LIT_SHARE, 0.0)
+        )
     need = MotionNeed(
-        contrast=min(edges * max(scale, steepness), max(edges, 1.0)),
+        contrast=contrast,
+        dark=contrast * dark / edges,
+        bend=bend,
+        dark_bend=dark_bend,
         texture=texture * steepness,
         allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
         cut_off=0.5 * max(scale, steepness),

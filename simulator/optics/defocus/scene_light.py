@@ -23,11 +23,13 @@ def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) 
     return float(brightest * per_radiance), float(peak * per_radiance)
 
 
-def scene_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, quantile: float = BRIGHT) -> float:
+def scene_detail(
+    scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, quantile: float = BRIGHT, lit: float = 0.1
+) -> float:
     """Difference between neighbouring pixels of the scene, as a share of the brightest light: this quantile, above 0.
 
     A difference counts as much as one that is seen at the brightest light as clearly as it is seen in the noise at its own
-    place, at the darker pixel with a tenth of the difference. weights, per_radiance: as of `brightest_electrons`.
+    place, at the darker pixel with the share `lit` of the difference. weights, per_radiance: as of `brightest_electrons`.
     accuracy: of the scene's brightest light.
     """
     noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
@@ -41,11 +43,36 @@ def scene_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accurac
             if not here.size:
                 continue
             step = np.abs(here - there)
-            noise = np.minimum(here, there) + 0.1 * step + accuracy.read_noise_e**2
+            noise = np.minimum(here, there) + lit * step + accuracy.read_noise_e**2
             seen = step * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
             found.append(float(np.quantile(seen, quantile, axis=(0, 1)).max()))
             if layer.coverage is not None:
                 found.append(float(np.quantile(np.abs(layer.coverage[*first] - layer.coverage[*next_]), quantile)))
+    return max(found)
+
+
+def scene_bends(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, lit: float) -> float:
+    """Bend of the light at pixels between which it is linear, as a share of the brightest light: its quantile BRIGHT.
+
+    The bend is the change of the slope from pixel to pixel, along rows and columns together, which a way over the pixel meets
+    at most. It counts by the noise at its own place, at the darkest of the pixel and its neighbours with the share `lit` of
+    their range, and arguments and result are else as of `scene_detail`.
+    """
+    noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
+    found = [1e-6]
+    for layer in scene.layers:
+        size = layer.planes.shape[:2]
+        rows, columns = (np.arange(0, length, max(1, -(-length // _SAMPLES))) for length in size)
+        places = [
+            np.ix_(np.clip(rows + down, 0, size[0] - 1), np.clip(columns + right, 0, size[1] - 1))
+            for down, right in ((0, 0), (0, -1), (0, 1), (-1, 0), (1, 0))
+        ]
+        five = np.stack([per_radiance * (layer.planes[place] @ weights) for place in places])
+        bend = np.hypot(five[1] + five[2] - 2.0 * five[0], five[3] + five[4] - 2.0 * five[0])
+        darkest = five.min(axis=0)
+        noise = darkest + lit * (five.max(axis=0) - darkest) + accuracy.read_noise_e**2
+        seen = bend * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
+        found.append(float(np.quantile(seen, BRIGHT, axis=(0, 1), method="higher").max()))
     return max(found)
 
 

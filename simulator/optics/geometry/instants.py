@@ -19,6 +19,7 @@ from typing import Literal, Self
 import numpy as np
 
 from simulator.exposure.line_times import LineTimes
+from simulator.optics.geometry.end_spacing import EndSpacing
 from simulator.optics.geometry.fixed_blur import Skew
 from simulator.optics.geometry.image_motion import ImageMotion
 
@@ -94,6 +95,7 @@ class TimedPath:
         steps = np.linalg.norm(np.diff(self.displacement_px, axis=0), axis=-1)
         self.steps_px = steps.max(axis=1, initial=0.0)
         self.goes_on = False  # beyond the sensor's border
+        self.spacing: EndSpacing | None = None  # of `instants` by speed
         self.late_s = np.zeros(1)  # of lines beyond it, after those at the border
 
     def going_on(self) -> Self:
@@ -101,6 +103,16 @@ class TimedPath:
         found = copy(self)
         found.goes_on = True
         return found
+
+    def spaced(self, spacing: EndSpacing | None) -> Self:
+        """Return the same path, whose instants by speed are denser at its ends; None: they are not."""
+        found = copy(self)
+        found.spacing = spacing
+        return found
+
+    def borders(self, count: int) -> np.ndarray:
+        """Return the borders of so many intervals by speed as shares of the path, (count + 1,) from 0 to 1."""
+        return np.linspace(0.0, 1.0, count + 1) if self.spacing is None else self.spacing.borders(count)
 
     def of_lines(self, lines: np.ndarray) -> Self:
         """Return the same path under the shutter of some lines (lines,) of the sensor, with the same pieces.
@@ -201,7 +213,7 @@ class TimedPath:
 
     def instants_error(self, count: int, length: "PathLength", contrast: float) -> float:
         """Return the predicted error of so many instants at edges, as `instants_error`; measured where the path turns back."""
-        law = instants_error(count, length, contrast)
+        law = instants_error(count if self.spacing is None else count / self.spacing.excess, length, contrast)
         return min(law, EDGE_MARGIN * contrast * self.edge_error(count)) if length.passages > 1.0 else law
 
     def edge_error(self, count: int) -> float:
@@ -259,7 +271,8 @@ class TimedPath:
     def instants(self, count: int, spacing: Literal["speed", "light"] = "speed") -> Instants:
         """Return so many instants of each line, at the mean poses of their intervals.
 
-        spacing: intervals of equal integrals of sqrt(speed), or of equal light, whose weights are all 1 / count.
+        spacing: intervals of equal integrals of sqrt(speed), or denser at the ends (`spaced`), or of equal light, whose
+        weights are all 1 / count.
         """
         lines, share = self.lines, np.linspace(0.0, 1.0, count + 1)
         opens, closed = lines.opens_s[:, None], lines.closed_s[:, None]
@@ -267,6 +280,7 @@ class TimedPath:
             edges = self._equal_light(share)
         else:
             measure = self._measure()
+            share = self.borders(count)
             first, last = (np.interp(times, self.times_s, measure) for times in (opens, closed))
             edges = np.interp(first + (last - first) * share, measure, self.times_s)
             edges[:, 0], edges[:, -1] = opens[:, 0], closed[:, 0]
@@ -386,7 +400,7 @@ def cut_error(count: int, contrast: float) -> float:
     return 0.5 * contrast / count
 
 
-def instants_error(count: int, length: PathLength, contrast: float) -> float:
+def instants_error(count: float, length: PathLength, contrast: float) -> float:
     """Return the predicted error of so many instants at edges, as a share of the brightest light. contrast: as above."""
     longest, passed = length.longest_px, contrast * length.passages
     if count >= (1.0 - 1e-9) * longest:

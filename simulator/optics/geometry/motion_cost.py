@@ -38,5 +38,5 @@ def instants_cost_ms(motion: MotionPlan, each_ms: float, launches_ms: float = 0.
     each_ms: of the passes of one, over all lines, without launches. launches_ms: of the blur of one. Where lines open one
     after the other they share instants, each of which lights a part of the lines.
     """
-    nodes = motion.count if motion.is_common else len(motion.shared_nodes())
-    return (1e-6 * COST_NS["instant"] + launches_ms) * nodes + motion.count * each_ms
+    nodes, lit = (motion.count, motion.count) if motion.is_common else (len(motion.shared_nodes()), motion.even_count)
+    return (1e-6 * COST_NS["instant"] + launches_ms) * nodes + lit * each_ms

@@ -25,6 +25,7 @@ from simulator.optics.geometry.instants import (
 )
 from simulator.optics.geometry.pixel_vectors import PixelVectors, pixel_vectors
 from simulator.optics.geometry.projection import Projection
+from simulator.optics.geometry.spaced_instants import SpacedInstants
 from simulator.optics.lens.lens import Lens
 from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Layer, Scene
@@ -61,8 +62,10 @@ class Timing:
 class MotionNeed:
     """What a scene and its optics ask of the number of instants.
 
-    contrast: of the scene's edges over one photosite, as a share of the brightest light. allowed: error that is allowed, as
-    a share of the brightest light, > 0. cut_off: highest frequency that is seen [cycles per photosite].
+    contrast: of the scene's edges over one photosite, as a share of the brightest light, in the noise of photosites that see
+    LIT_SHARE of their step. bend: the same of changes of its slope from pixel to pixel; 0: these are smooth. dark, dark_bend:
+    both in the noise of photosites that see none of the step, where a path ends or begins. allowed: error that is
+    allowed, as a share of the brightest light, > 0. cut_off: highest frequency that is seen [cycles per photosite].
     texture: standard deviation of the scene's differences over one photosite, as a share of the brightest light.
     border: contrast of neighbouring pixels of the scene, as a share of the brightest light, where one covers the other.
     sigma: one standard deviation of the noise, as a share of the brightest light.
@@ -70,6 +73,9 @@ class MotionNeed:
     """
 
     contrast: float
+    dark: float
+    bend: float
+    dark_bend: float
     texture: float
     allowed: float
     cut_off: float
@@ -84,7 +90,7 @@ class MotionNeed:
 
     def of_share(self, share: float) -> Self:
         """Return the need of a part of the light whose edges are weaker by a factor."""
-        names = "contrast", "texture", "border", "lamps"
+        names = "contrast", "dark", "bend", "dark_bend", "texture", "border", "lamps"
         return replace(self, **{name: share * getattr(self, name) for name in names})
 
     def behind(self, steepest: float) -> Self:
@@ -102,7 +108,7 @@ class MotionNeed:
         Errors of a texture's edges have either sign: they add as the root of their number. The factor bounds 99 % of the
         photosites of random pixels.
         """
-        return max(self.contrast, 1.6 * self.texture * math.sqrt(2.0 * self.cut_off * length_px))
+        return max(self.contrast, self.bend, 1.6 * self.texture * math.sqrt(2.0 * self.cut_off * length_px))
 
 
 @dataclass(frozen=True)
@@ -116,7 +122,9 @@ class MotionPlan:
     error: predicted, as a share of the brightest light. moves_alike: whether the images of all surfaces move as one.
     vectors: velocities of the pixels of a scene of one picture that is swept; None: pixels do not move by themselves.
     blur: what follows the method "swept_first"; None: another method. reason: why no cheaper method was taken; "": none is.
-    lamp_count: instants of each line where lamps pass, if that is more than `count`; 0: it is not.
+    lamp_count: instants of each line where lamps pass, if that is more than `count`; 0: it is not. even_count: even instants
+    of each line that are as exact as `count`, which may lie denser at the ends of the path (`TimedPath.spaced`), and as those
+    of lamps.
     """
 
     method: MotionMethod
@@ -125,6 +133,7 @@ class MotionPlan:
     count: int
     error: float
     moves_alike: bool
+    even_count: int
     vectors: PixelVectors | None = None
     blur: FixedBlur | None = None
     reason: str = ""
@@ -140,7 +149,7 @@ class MotionPlan:
         own = self.path.lines
         open_s = float((own.closed_s - own.opens_s).mean())
         span_s = float(own.closed_s.max() - own.opens_s.min())
-        count = math.ceil(self.count * span_s / max(open_s, 1e-12) - 1e-9)
+        count = math.ceil(self.even_count * span_s / max(open_s, 1e-12) - 1e-9)
         return self.path.even_nodes(min(max(count, 1), MOST_NODES))
 
     def instants(self, lines: range, count: int | None = None) -> Instants:
@@ -250,18 +259,22 @@ def plan_motion(
     motion = ImageMotion(geometry, surfaces, moving.camera, drifts_px)
     path = TimedPath(motion, component.lit_openings(), component.release_s, component.curve.brightness)
     farthest = path.farthest_px
-    if need.largest * farthest <= need.allowed:
+    if max(need.largest, need.dark) * farthest <= need.allowed:
         if farthest < SAME_PLACE_PX:
             return Skipped("nothing moves")
-        sigma = need.largest * farthest / need.sigma
+        sigma = max(need.largest, need.dark) * farthest / need.sigma
         return Skipped(f"the image moves by up to {farthest:.2g} photosites, {sigma:.2g} sigma", sigma)
     length = path.length
     contrast = need.contrast_along(length.longest_px)
-    count = needed_instants(length, contrast, need.allowed, need.cut_off)
+    dark = max(need.dark, need.dark_bend, contrast)
+    even = SpacedInstants.even(length, dark, need.allowed, need.cut_off)
+    spaced = SpacedInstants.fewest(length, contrast, dark, need.allowed, need.cut_off)
+    path, count, contrast = path.spaced(spaced.spacing), spaced.count, spaced.contrast
     tears = vectors is not None and vectors.tears(*(path.start_s + path.times_s[[0, -1]]))
     if tears:
-        count = max(count, needed_cuts(need.border, need.allowed))
-    lamp_count = needed_instants(length, need.lamps, need.allowed, 0.0)
+        count = max(count, math.ceil(spaced.excess * needed_cuts(need.border, need.allowed)))
+    lamps = needed_instants(length, need.lamps, need.allowed, 0.0)
+    even_count, lamp_count = max(even.count, lamps), math.ceil(spaced.excess * lamps)
     error = max(path.instants_error(count, length, contrast), cut_error(count, need.border) if tears else 0.0)
     if lamp_count > count:
         error = max(error, path.instants_error(lamp_count, length, need.lamps))
@@ -275,7 +288,7 @@ def plan_motion(
     if deep is not None and parallax <= need.allowed:  # all of the surface moves as its nearest place
         deep, error = None, error + parallax
     if blur is None and deep is None:
-        return MotionPlan("swept", path, length, count, error, alike, vectors, lamp_count=lamp_count)
+        return MotionPlan("swept", path, length, count, error, alike, even_count, vectors, lamp_count=lamp_count)
     reason = blur if isinstance(blur, str) else ""
     if isinstance(blur, FixedBlur):
         skew = path.skew
@@ -286,11 +299,12 @@ def plan_motion(
         can_sweep = deep is None and (vectors is None or blur.samples_per_axis == 1)
         if can_sweep and fixed <= need.allowed:
             total = error + fixed
-            return MotionPlan("swept_first", path, length, count, total, alike, vectors, blur, lamp_count=lamp_count)
+            kept = even_count, vectors, blur
+            return MotionPlan("swept_first", path, length, count, total, alike, *kept, lamp_count=lamp_count)
     if moving.vectors is not None:
         raise PhotositeError(_why_no_vectors(blur is None), key="motion.vectors", value=moving.vectors.image)
     if can_join and not (alike and deep is None and len(layers) == 1):
-        return MotionPlan("joint", path, length, everywhere, error, alike)
+        return MotionPlan("joint", path, length, everywhere, error, alike, even_count)
     if deep is not None:
         raise PhotositeError(
             f"moves the image of layer {deep} by its distance, which differs from pixel to pixel; turn the camera "
@@ -303,7 +317,7 @@ def plan_motion(
             "all is sharp",
             key="motion",
         )
-    return MotionPlan("instants", path, length, everywhere, error, alike, reason=reason)
+    return MotionPlan("instants", path, length, everywhere, error, alike, even_count, reason=reason)
 
 
 def _why_no_vectors(is_sharp: bool) -> str:

@@ -195,8 +195,9 @@ def _instants(plan: MotionPlan, window: Window, layers: int) -> _Places:
         instants = path.of_shift(range(layers)).instants(plan.count)
         return _Places(instants.pose_numbers.reshape(*instants.weights.shape, layers, 2), instants.weights)
     begin, end = (np.stack(ends, axis=1)[:, None] for ends in zip(*straight, strict=True))
-    shares = (np.arange(plan.count) + 0.5) / plan.count
-    return _Places(begin + shares[:, None, None] * (end - begin), np.full((len(begin), plan.count), 1.0 / plan.count))
+    borders = path.borders(plan.count)
+    shares, weights = 0.5 * (borders[1:] + borders[:-1]), np.broadcast_to(np.diff(borders), (len(begin), plan.count))
+    return _Places(begin + shares[:, None, None] * (end - begin), weights)
 
 
 def _points(blur: Defocus, plan: MotionPlan, window: Window, layers: int, count: int) -> _Places:

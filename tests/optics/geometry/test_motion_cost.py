@@ -42,7 +42,7 @@ def test_lines_that_open_one_after_the_other_have_more_instants():
     assert len(rolling.shared_nodes()) > rolling.count
     ratio = instants_cost_ms(rolling, 0.0) / instants_cost_ms(common, 0.0)
     assert ratio == pytest.approx(len(rolling.shared_nodes()) / common.count)
-    again = dataclasses.replace(rolling, count=2 * rolling.count)
+    again = dataclasses.replace(rolling, even_count=2 * rolling.even_count)
     assert instants_cost_ms(again, 0.0) > instants_cost_ms(rolling, 0.0)
 
 
