@@ -257,7 +257,7 @@ def test_without_tolerance_any_lens_and_filter_is_followed():
     for tolerance in (0.0, 0.1):
         planned = plan(dataclasses.replace(shot, tolerance=tolerance))
         frames.append(device.download(expose(measure(planned, device), device), (60, 90), np.float32))
-        why = next(step.why for step in planned.steps if step.stage == "blur accuracy")
+        told = next(step.why for step in planned.steps if step.stage == "blur accuracy")
         assert ("by rays" in told) == (tolerance == 0.0)
     rays, fast = frames
     assert planned.optics.defocus.largest_px > 3.0
