@@ -54,10 +54,12 @@ INLINE void mix_line(const struct lines at, const int first, const float *shares
     for (int j = begin; j < end; j++) line[j] = mixed(at.left, first + j, shares);
 }
 
-// Reading of photosite i of a span; edge: of lines that are mixed already, where the second pixel is next to the first.
+// Reading of photosite i of a span; edge: of lines that are mixed already. With EDGES 1 the second pixel is next to the first, of which
+// compilers make vectors that are read together.
 INLINE float read(const struct lines at, const float *line, const int edge, const uint i, const struct spot spot) {
     const float left = edge ? line[STEP * i] : mixed(at.left, NEXT * i, spot.shares);
-    return between(left, edge ? line[STEP * i + 1] : mixed(at.right, NEXT * i, spot.shares), spot.past);
+    const float own = EDGES ? mixed(at.left, STEP * i + 1, spot.shares) : mixed(at.right, NEXT * i, spot.shares);
+    return between(left, edge ? line[STEP * i + 1] : own, spot.past);
 }
 
 #endif

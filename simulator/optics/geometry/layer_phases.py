@@ -30,7 +30,7 @@ FINER = (
 )  # more instants than planned, which make up for the error of reading between places
 ROUNDED = 1e-9  # part of a number by which it differs as rounded
 SHORTEST_PX = 1e-6  # of a way that is none [photosites]
-READ_NS, MEAN_NS = 0.2, 1.5  # of a row and plane at an instant; of a mean
+READ_NS, MEAN_NS = 0.12, 1.8  # of a row and plane at an instant; of a mean
 PLANE_NS, SWEEP_NS = 0.16, 4.0  # of a plane at an instant: with a pixel for each photosite; swept by itself
 
 
