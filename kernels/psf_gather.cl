@@ -82,15 +82,8 @@ kernel void psf_gather(global const float *restrict planes, global const float *
                     for (uint m = 0; m < 1 + FOLD_X; m++) {
                         const int right = (int)(OVER * parity + (m ? TAPS_X - 1 - t : t)) + FIRST_X;
 #if STEPS
-                        __attribute__((opencl_unroll_hint(1 + FOLD_Y)))
-                        for (uint r = 0; r < 1 + FOLD_Y; r++) {
-                            const long at = column_start(right, (long)(rows * columns)) + (long)(j * columns) + r * mirror + i;
-                            const float away = around[at] - own[i], change = from[at] - sharp[i];
-                            const float value = (BRIGHT ? sharp[i] : 0.0f) + (away < edge && away > -edge ? change : 0.0f);
-                            const float most = BRIGHT && value > limit ? limit : value;
-                            dim += most;
-                            above += BRIGHT ? value - most : 0.0f;
-                        }
+                        const long at = column_start(right, (long)(rows * columns)) + (long)(j * columns) + i;
+                        add_near(from + at, around + at, own[i], sharp[i], mirror, edge, limit, &dim, &above);
 #else
                         dim += dims[place_in_row(right) + i];
                         above += BRIGHT ? aboves[place_in_row(right) + i] : 0.0f;

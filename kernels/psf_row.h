@@ -26,4 +26,18 @@ INLINE void read_row(global const float *from, const size_t set_step, const long
     }
 }
 
+// Adds light up to the limit and beyond it that the photosite sees from its own surface through taps that mirror each other. from, radius:
+// at one row. own, sharp: blur radius and light of the photosite itself. mirror: elements to the other row.
+INLINE void add_near(global const float *from, global const float *radius, const float own, const float sharp, const long mirror,
+                     const float edge, const float limit, float *dim, float *above) {
+    __attribute__((opencl_unroll_hint(1 + FOLD_Y)))
+    for (uint r = 0; r < 1 + FOLD_Y; r++) {
+        const float away = radius[r * mirror] - own, change = from[r * mirror] - sharp;
+        const float value = (BRIGHT ? sharp : 0.0f) + (away < edge && away > -edge ? change : 0.0f);
+        const float most = BRIGHT && value > limit ? limit : value;
+        *dim += most;
+        *above += BRIGHT ? value - most : 0.0f;
+    }
+}
+
 #endif
