@@ -60,7 +60,7 @@ def test_a_veil_far_from_the_axis_is_as_exact_as_the_fall_off(device):
 @pytest.mark.parametrize("name", ["swept_vectors", "weighted_light"])
 @pytest.mark.parametrize("electrons", [17310.6, 20000.0])
 def test_a_path_that_ends_in_the_dark_keeps_what_its_plan_promises(device, name, electrons):
-    """Where searches found 1.33 sigma in black and white (5.06 photosites; 5.03 here), and 0.26 of single bright pixels (8.2)."""
+    """Where searches found 1.33 sigma in black and white (5 photosites), and 0.26 of single bright pixels (8.2)."""
     case = next(case for case in CASES if case.name == name)
     light = np.zeros((20, 36), np.float32)
     if electrons < 2e4:
