@@ -110,7 +110,7 @@ def _sampled_image(psf: FieldPsf, spots: LampSpots, place: tuple[float, float]) 
     """What samples of light make of a pixel of light 1, as `LampSpots.image`."""
     over, node, reach = psf.over, (psf.nodes[0] // 2, psf.nodes[1] // 2), psf.reach_px
     kernels = psf.kernel(0, 0, psf.has_ringing(0, 0), *node)
-    kernels = np.pad(kernels, ((0, 0), *2 * [(spots.reach_px, spots.reach_px)]))
+    kernels = np.pad(kernels, ((0, 0), *2 * [2 * [2 * spots.reach_px]]))  # spots may reach farther than twice a small kernel
     middle, found = len(kernels[0]) // 2, np.zeros(2 * [2 * spots.reach_px + 1])
     samples = np.arange(-over * (spots.reach_px - reach), over * (spots.reach_px - reach + 1))
     down, across = (

@@ -10,7 +10,7 @@ from simulator.sensor.stages.stage import Moments
 
 @pytest.mark.parametrize("time_s", [0.0, -1.0])
 def test_a_shutter_that_does_not_open_is_refused(time_s):
-    with pytest.raises(PhotositeError, match="exposure.time .*1/125 s"):
+    with pytest.raises(PhotositeError, match="exposure.time.*1/125 s"):
         Exposure(time_s)
 
 
