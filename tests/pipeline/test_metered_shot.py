@@ -183,7 +183,10 @@ def test_darkness_and_isos_that_are_not_there_are_one_message():
     ("settings", "message"),
     [
         ({"mode": "aperture_priority", "time_s": 0.1}, "exposure.time = 0.1 s: mode aperture_priority chooses the time"),
-        ({"mode": "shutter_priority"}, "exposure.time: .* mode shutter_priority needs a time; write for example `time: 1/125 s`"),
+        (
+            {"mode": "shutter_priority"},
+            "exposure.time: .* mode shutter_priority needs a time; write for example `time: 1/125 s`",
+        ),
         ({"time_s": 0.1, "compensation": 1.0}, "exposure.compensation = 1: nothing is metered in mode manual"),
         ({"time_s": 0.1, "dials": Dials()}, "exposure.dials = given: nothing is metered"),
         ({"mode": "auto", "compensation": math.nan}, "exposure.compensation = nan"),
