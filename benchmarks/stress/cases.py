@@ -3,6 +3,7 @@
 from . import (
     code_cases,
     function_cases,
+    layer_cases,
     lens_cases,
     light_cases,
     motion_cases,
@@ -26,4 +27,5 @@ CASES = (
     *psf_cases.CASES,
     *psf_light_cases.CASES,
     *motion_cases.CASES,
+    *layer_cases.CASES,
 )

@@ -119,7 +119,7 @@ def run_displaced_places(device: Device, inputs: Inputs) -> Outcome:
 CASES = (
     StressCase(
         "projection",
-        ("projection_mosaic",),
+        ("upright_projection",),
         {"light": Picture(SCENE_SHAPE[4.0], 1e-9, 1e5), "scale": Choice((2.0, 2.7, 4.0)), "electrons": ELECTRONS},
         run_projection,
         "a place of up to 160 scene pixels is rounded to 2^-17, and so is the scale: 256 ulps of the brightest neighbour",
@@ -127,7 +127,7 @@ CASES = (
     ),
     StressCase(
         "projection_places",
-        ("projection_mosaic",),
+        ("upright_projection",),
         {
             "light": Picture((1, 64), 1e-3, 2e4),
             "scale": Real(0.3, 3.0, switches=(0.5, 1.0, 2.0)),

@@ -113,7 +113,7 @@ CASES = (
     ),
     StressCase(
         "psf_slabs",
-        ("psf_slabs", "psf_own_slabs", "psf_slab_bits"),
+        ("psf_slabs", "psf_own_slabs", "psf_slab_bits", "psf_slab_places"),
         {
             "light": Picture((PSF_WALLS, PSF_WALLS), 1e-3, 1.0),
             "f_number": Choice((5.6, 8.0, 11.0)),

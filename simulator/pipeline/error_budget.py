@@ -4,16 +4,19 @@ from dataclasses import dataclass
 
 from simulator.optics.defocus.predicted_error import (
     RAY_SAMPLES,
+    RAYS,
     error_terms,
     ignored_error,
     ray_terms,
     terms_by_distance,
 )
+from simulator.optics.defocus.scene_light import mixed_edges_error
 from simulator.optics.error_term import ErrorTerm, Limit
-from simulator.optics.geometry.motion_errors import motion_errors
+from simulator.optics.geometry.motion_errors import MOTION, motion_errors
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.psf_errors import psf_errors
 from simulator.optics.veiling_glare import glare_errors
+from simulator.scene.content_keys import freeze
 
 ROUNDING = 1.001  # of a prediction that was chosen to be the tolerance
 REFERENCE_SIGMA = 0.05  # what 99.9 % of the photosites keep on the reference path: 3.3 standard errors of its rays
@@ -108,6 +111,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))
     terms += max(moving, key=lambda found: sum(term.sigma for term in found))
+    terms += _mixed_edges(optics)
     paths_px = [motion.length.longest_px for motion in (optics.motion, optics.flash_motion) if motion is not None]
     blur_px = optics.ignored_px if optics.defocus is None else optics.defocus.largest_px
     terms += glare_errors(
@@ -117,3 +121,15 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         share = accuracy.in_sigma(optics.illumination_error)
         terms.append(ErrorTerm(ILLUMINATION, "a table of the pupil that rims clip", share, "give a round aperture"))
     return ErrorBudget(optics.tolerance, tuple(term for term in terms if term.sigma > SMALLEST_SIGMA))
+
+
+def _mixed_edges(optics: OpticsPlan) -> list[ErrorTerm]:
+    """Term of layers that are composited photosite by photosite at each instant of a motion."""
+    motion, scene, accuracy = optics.motion, optics.scene, optics.accuracy
+    if motion is None or not motion.method.startswith("swept") or not scene.behind or not optics.has_coverage:
+        return []
+    key = "mixed edges", freeze(optics.weights), accuracy, optics.projection.scale
+    settings = optics.weights, accuracy.electrons_per_radiance, accuracy, optics.projection.scale
+    share = scene.remember(key, lambda: mixed_edges_error(scene, *settings))
+    cause = "edges of layers across what is behind them within a photosite"
+    return [ErrorTerm(MOTION, cause, accuracy.in_sigma(share), RAYS)]

@@ -59,7 +59,7 @@ def test_each_effect_has_its_terms():
     assert {term.effect for term in still.terms} == {"lens blur"} and still.predicted_sigma > 0.0
     moving = dataclasses.replace(shot, motion=Motion(camera=SteadyMotion(pan_deg_per_s=100.0)))
     assert {term.effect for term in plan(moving).error_budget.terms} == {"lens blur", "motion blur"}
-    slow = dataclasses.replace(shot, motion=Motion(camera=SteadyMotion(pan_deg_per_s=1e-2)))
+    slow = dataclasses.replace(shot, motion=Motion(camera=SteadyMotion(pan_deg_per_s=1e-3)))
     (left_out,) = (term for term in plan(slow).error_budget.terms if term.effect == "motion blur")
     assert "nothing moves far" in left_out.cause and 0.0 < left_out.sigma < 0.1
 

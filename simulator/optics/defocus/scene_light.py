@@ -51,6 +51,18 @@ def scene_detail(
     return max(found)
 
 
+def mixed_edges_error(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, scale: float) -> float:
+    """Error of compositing means over photosites where layers shift apart, as a share of the brightest light.
+
+    A photosite that an edge of a layer crosses lacks the covariance of what the edge covers and the light behind. That is at
+    most a quarter of the light's range there (Popoviciu's and Cauchy and Schwarz' inequalities): halves of a photosite
+    differ by as much as neighbouring pixels, or by half of the pixels that it holds. scale: scene pixels per photosite.
+    Arguments are else as of `scene_detail`; the scene has several layers.
+    """
+    detail = scene_detail(scene.with_layers(scene.behind), weights, per_radiance, accuracy)
+    return 0.25 * max(0.5 * scale, min(scale, 1.0)) * detail
+
+
 def scene_bends(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, lit: float) -> float:
     """Bend of the light at pixels between which it is linear, as a share of the brightest light: its quantile BRIGHT.
 
