@@ -22,8 +22,8 @@ def allot(tolerance: float, make: Make, budget_of: Budget = error_budget) -> Opt
     make: plans the optics with each approximation at a tolerance. budget_of: gives what a plan leaves.
     The first plan has the whole tolerance for each. Where their sum is larger, those that can be finer get a smaller share in
     proportion. Where no share is small enough, because a term does not fall, those that fall are at most the tolerance, as they
-    are for a tolerance that is met, or a share of what does not fall. Where they cannot, or where a finer plan leaves more, as one
-    that computes small blur circles which the first one leaves out, the first plan is returned.
+    are for a tolerance that is met, or a share of what does not fall. Where they cannot, or where a finer plan leaves more, as
+    one that computes small blur circles which the first one leaves out, the first plan is returned.
     """
     first = make(tolerance)
     if not tolerance or not budget_of(first).is_clamped:
