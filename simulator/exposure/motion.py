@@ -58,21 +58,12 @@ class Motion:
         """Time that the truth's flow spans [s]; None: not stated."""
         return self.frame_time_s if self.flow_time_s is None else self.flow_time_s
 
-    @property
-    def moves_camera(self) -> bool:
-        """Whether there is a path of the camera."""
-        return self.camera is not None
-
     def camera_poses(self, times_s: np.ndarray) -> Poses:
         """Return the poses of the camera at some instants (instants,) of the clock [s]; 0 on a tripod.
 
         Raises PhotositeError for instants outside the path.
         """
         return _STILL.poses(times_s) if self.camera is None else self.camera.poses(times_s)
-
-    def camera_speeds(self, times_s: np.ndarray) -> Poses:
-        """Return the derivatives of `camera_poses` by time. Raises PhotositeError for instants outside the path."""
-        return _STILL.speeds(times_s) if self.camera is None else self.camera.speeds(times_s)
 
     def layer_moves(self, number: int, times_s: np.ndarray, size: tuple[int, int]) -> LayerMoves | None:
         """Return where a layer is at some instants (instants,) of the clock [s]; None for one that stands still.

@@ -54,17 +54,6 @@ class LayerMoves:
     matrices: np.ndarray
     shift_m: np.ndarray
 
-    @property
-    def needs_depth(self) -> bool:
-        """Whether the way on the picture depends on the distance."""
-        return bool(np.any(self.shift_m))
-
-    def matrices_at(self, depth_m: float, focal_px: float) -> np.ndarray:
-        """Return the matrices (instants, 3, 3) of a layer that is wholly at one distance [m], shift included."""
-        moved = self.matrices.copy()
-        moved[:, :2] += (focal_px / depth_m) * self.shift_m[:, :, None] * self.matrices[:, 2:]
-        return moved
-
 
 @dataclass(frozen=True)
 class LayerMotion:

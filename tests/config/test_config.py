@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 import textwrap
 from dataclasses import replace
 from pathlib import Path
@@ -10,75 +9,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from helpers.tiny_shot import CAMERA, CURVES, SHOT, tiny_folder, write_shot
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from simulator.config import dump_yaml, frame_warnings, load_shot, shot_warnings
+from simulator.config import dump_yaml, load_shot
 from simulator.errors import PhotositeError
 from simulator.exposure.flash import Flash
 from simulator.exposure.flicker import MainsFlicker, PwmLamp
 from simulator.exposure.shutter import CurtainShutter, FirstCurtainShutter, GlobalShutter, LeafShutter, RollingShutter
-from simulator.pipeline.simulate import simulate
-
-SHOT = """\
-scene:
-  chart: flat_field
-  luminance: 100 cd/m^2
-lens:
-  focal_length: 50 mm
-  f_number: f/4
-  focus_distance: 2 m
-exposure:
-  time: 1/125 s
-  iso: 100
-camera: tiny
-"""
-CAMERA = """\
-make: Maker
-model: Tiny
-width: 64
-height: 48
-pixel_pitch: 5 um
-cfa: RGGB
-bit_depth: 12
-black_level: 64 DN
-response: {file: curves.yaml}
-iso_table:
-  100: {gain: 0.5 DN/e-, read_noise: 2 DN}
-  200: {gain: 1 DN/e-, read_noise: 3 DN}
-read_noise_after_gain: 1.5 DN
-stages:
-  photon_shot_noise: {}
-  full_well: {capacity: 5000 e-}
-"""
-CURVES = """\
-wavelengths: {start: 400 nm, step: 100 nm}
-peak_quantum_efficiency: 0.5
-relative: [[0, 0, 1], [0.2, 0.9, 0.1], [0.8, 0.1, 0], [0.1, 0, 0]]
-"""
 
 
 @pytest.fixture
 def folder(tmp_path):
-    (tmp_path / "tiny.yaml").write_text(CAMERA)
-    (tmp_path / "curves.yaml").write_text(CURVES)
-    return tmp_path
-
-
-def write(folder: Path, text: str = SHOT) -> Path:
-    path = folder / "shot.yaml"
-    path.write_text(text.replace("camera: tiny", "camera: tiny.yaml"))
-    return path
+    return tiny_folder(tmp_path)
 
 
 def load_and_get_message(folder: Path, text: str = SHOT, overrides=()) -> str:
     with pytest.raises(PhotositeError) as caught:
-        load_shot(write(folder, text), overrides)
+        load_shot(write_shot(folder, text), overrides)
     return str(caught.value)
 
 
 def test_every_number_arrives_in_the_unit_of_its_field(folder):
-    shot = load_shot(write(folder))
+    shot = load_shot(write_shot(folder))
     assert (shot.lens.focal_length_mm, shot.lens.f_number, shot.lens.focus_distance_m) == (50.0, 4.0, 2.0)
     assert (shot.exposure.time_s, shot.exposure.iso) == (1 / 125, 100)
     assert shot.scene.luminance_cd_m2 == 100.0
@@ -229,12 +183,12 @@ def test_overrides_reach_every_leaf(folder):
         "camera.stages.dark_current.rate=3 e-/s",
         "camera.response.peak_quantum_efficiency=0.25",
     ]
-    shot = load_shot(write(folder), overrides)
+    shot = load_shot(write_shot(folder), overrides)
     assert shot.lens.f_number == 8.0 and shot.exposure.iso == 200 and shot.seeds.frame == 7
     assert shot.camera.iso_table[200].gain_dn_per_e == 2.0 and shot.camera.iso_table[200].read_noise_dn == 3.0
     assert sorted(shot.camera.stages) == ["dark_current", "photon_shot_noise"]
     assert shot.camera.response.quantum_efficiency.max() == 0.25
-    by_mapping = load_shot(write(folder), dict(pair.split("=") for pair in overrides[:1]) | {"exposure.iso": 200})
+    by_mapping = load_shot(write_shot(folder), dict(pair.split("=") for pair in overrides[:1]) | {"exposure.iso": 200})
     assert by_mapping.lens.f_number == 8.0 and by_mapping.exposure.iso == 200
 
 
@@ -242,7 +196,7 @@ def test_a_camera_on_a_base_overlays_keys_and_null_removes(folder):
     camera = (
         "camera: {base: tiny.yaml, bit_depth: 14, iso_table: {merge: true, 100: {gain: 0.6 DN/e-}}, stages: {full_well: null}}"
     )
-    shot = load_shot(write(folder, SHOT.replace("camera: tiny", camera)))
+    shot = load_shot(write_shot(folder, SHOT.replace("camera: tiny", camera)))
     assert shot.camera.bit_depth == 14 and shot.camera.model == "Tiny"
     assert (shot.camera.iso_table[100].gain_dn_per_e, shot.camera.iso_table[100].read_noise_dn) == (0.6, 2.0)
     assert list(shot.camera.stages) == ["photon_shot_noise"]
@@ -277,7 +231,7 @@ def test_a_table_replaces_that_of_the_base_unless_it_says_merge(folder, table, w
     elif way == "--set":
         camera, overrides = "tiny.yaml", [f"camera={{base: {folder}/tiny.yaml, iso_table: {table}}}"]
     text = SHOT.replace("camera: tiny", f"camera: {camera}").replace("iso: 100", f"iso: {min(TABLES[table])}")
-    found = load_shot(write(folder, text), overrides).camera.iso_table
+    found = load_shot(write_shot(folder, text), overrides).camera.iso_table
     assert {iso: (line.gain_dn_per_e, line.read_noise_dn, line.row_noise_dn) for iso, line in found.items()} == TABLES[table]
 
 
@@ -292,7 +246,7 @@ def test_a_table_replaces_that_of_the_base_unless_it_says_merge(folder, table, w
 def test_a_table_beside_a_base_is_checked_as_any_other(folder, table, message):
     (folder / "second.yaml").write_text(f"base: tiny.yaml\nmodel: Two\niso_table: {table}\n")
     with pytest.raises(PhotositeError, match=message):
-        load_shot(write(folder, SHOT.replace("camera: tiny", "camera: second.yaml")))
+        load_shot(write_shot(folder, SHOT.replace("camera: tiny", "camera: second.yaml")))
 
 
 @pytest.mark.parametrize("base", ["", "base: tiny.yaml\niso_table: {merge: true, 100: {gain: 1 DN/e-}}\n"])
@@ -300,7 +254,7 @@ def test_a_table_can_only_be_merged_with_one_below(folder, base):
     (folder / "tiny.yaml").write_text(CAMERA.replace("iso_table:\n", "iso_table:\n  merge: true\n"))
     (folder / "top.yaml").write_text(base or CAMERA.replace("iso_table:\n", "iso_table:\n  merge: true\n"))
     with pytest.raises(PhotositeError, match=r"camera\.iso_table\.merge: there is no iso_table below to merge it with"):
-        load_shot(write(folder, SHOT.replace("camera: tiny", "camera: top.yaml")))
+        load_shot(write_shot(folder, SHOT.replace("camera: tiny", "camera: top.yaml")))
 
 
 def test_sources_of_a_table_go_with_it(folder):
@@ -308,30 +262,32 @@ def test_sources_of_a_table_go_with_it(folder):
     (folder / "tiny.yaml").write_text(sources + CAMERA)
     for merges, left in (("", 2), ("merge: true, ", 3)):
         camera = f"{{base: tiny.yaml, iso_table: {{{merges}100: {{gain: 1 DN/e-, read_noise: 4 DN}}}}}}"
-        shot = load_shot(write(folder, SHOT.replace("camera: tiny", f"camera: {camera}")))
+        shot = load_shot(write_shot(folder, SHOT.replace("camera: tiny", f"camera: {camera}")))
         assert len(shot.resolved["camera"]["source"]) == left
 
 
 def test_another_camera_is_chosen_before_its_values_are_set(folder):
     (folder / "other.yaml").write_text(CAMERA.replace("Tiny", "Other"))
-    shot = load_shot(write(folder), ["camera.bit_depth=10", f"camera={folder}/other.yaml"])
+    shot = load_shot(write_shot(folder), ["camera.bit_depth=10", f"camera={folder}/other.yaml"])
     assert (shot.camera.model, shot.camera.bit_depth) == ("Other", 10)
 
 
 def test_paths_start_from_the_file_that_names_them_and_overrides_from_here(folder, monkeypatch):
     text = SHOT.replace("chart: flat_field", "image: pictures/a.exr\n  depth: {image: z.npy}")
-    shot = load_shot(write(folder, text))
+    shot = load_shot(write_shot(folder, text))
     assert shot.scene.image == folder / "pictures" / "a.exr" and shot.scene.depth_m.image == folder / "z.npy"
     elsewhere = folder / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
-    assert load_shot(write(folder, text), ["scene.image=b.exr"]).scene.image == elsewhere / "b.exr"
+    assert load_shot(write_shot(folder, text), ["scene.image=b.exr"]).scene.image == elsewhere / "b.exr"
 
 
 def test_yaml_1_1_traps_are_plain_text_or_numbers(folder):
-    shot = load_shot(write(folder, SHOT.replace("scene:", "name: on\nscene:").replace("f/4", "f/4\n  transmittance: 9e-1")))
+    shot = load_shot(
+        write_shot(folder, SHOT.replace("scene:", "name: on\nscene:").replace("f/4", "f/4\n  transmittance: 9e-1"))
+    )
     assert shot.name == "on" and shot.lens.transmittance == 0.9
-    assert load_shot(write(folder, SHOT.replace("scene:", "name: 2024-01-01\nscene:"))).name == "2024-01-01"
+    assert load_shot(write_shot(folder, SHOT.replace("scene:", "name: 2024-01-01\nscene:"))).name == "2024-01-01"
 
 
 @pytest.mark.parametrize("text", ["", "- a", "7", "a: &x [*x]", "[" * 5000, "a: b\n---\nc: d", "\x00", "\tlens: 3"])
@@ -356,12 +312,12 @@ def test_missing_and_unreadable_files_are_one_message(tmp_path):
 
 
 def test_a_changed_file_is_read_again(folder):
-    assert load_shot(write(folder)).lens.f_number == 4.0
-    assert load_shot(write(folder, SHOT.replace("f/4", "f/5.6"))).lens.f_number == 5.6
+    assert load_shot(write_shot(folder)).lens.f_number == 4.0
+    assert load_shot(write_shot(folder, SHOT.replace("f/4", "f/5.6"))).lens.f_number == 5.6
 
 
 def test_the_resolved_configuration_gives_the_same_shot_again(folder):
-    first = load_shot(write(folder), ["exposure.time=1/3 s", "camera.stages.dark_current.rate=0.1 e-/s"])
+    first = load_shot(write_shot(folder), ["exposure.time=1/3 s", "camera.stages.dark_current.rate=0.1 e-/s"])
     for suffix, text in ((".yaml", dump_yaml(first.resolved)), (".json", json.dumps(first.resolved))):
         path = folder / f"again{suffix}"
         path.write_text(text)
@@ -394,10 +350,10 @@ def test_the_resolved_configuration_gives_the_same_shot_again(folder):
     ],
 )
 def test_kinds_of_shutter_flicker_and_flash_are_told_apart_by_their_keys(folder, section, expected):
-    shot = load_shot(write(folder, SHOT.replace("iso: 100", f"iso: 100\n  {section}")))
+    shot = load_shot(write_shot(folder, SHOT.replace("iso: 100", f"iso: 100\n  {section}")))
     key = section.partition(":")[0]
     assert getattr(shot.exposure, key) == expected
-    assert load_shot(write(folder, dump_yaml(shot.resolved))).exposure == shot.exposure
+    assert load_shot(write_shot(folder, dump_yaml(shot.resolved))).exposure == shot.exposure
     changed = replace(shot, exposure=replace(shot.exposure, **{key: None}))
     assert key not in changed.resolved["exposure"]
     assert replace(changed, exposure=shot.exposure).resolved == shot.resolved
@@ -427,82 +383,22 @@ VALUES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_s
 @given(st.sampled_from(LEAVES), VALUES | st.dictionaries(st.text(max_size=4), VALUES, max_size=2))
 def test_any_value_anywhere_is_a_shot_or_a_photosite_error(folder, key, value):
     try:
-        load_shot(write(folder), {key: value})
+        load_shot(write_shot(folder), {key: value})
     except PhotositeError as error:
         assert str(error)
 
 
-def test_warnings_say_where_highlights_and_dark_clip(folder):
-    clipped = load_shot(write(folder), ["camera.stages.full_well.capacity=9000 e-"])
-    assert len(shot_warnings(clipped)) == 1
-    assert "8062 e-" in shot_warnings(clipped)[0]  # (4095 - 64) DN / 0.5 DN/e-
-    dark = load_shot(write(folder), ["camera.black_level=7.9 DN"])
-    assert any("4 sigma" in text for text in shot_warnings(dark))
-    assert (
-        shot_warnings(load_shot(write(folder), ["camera.black_level=8 DN", "camera.stages.full_well.capacity=8000 e-"])) == []
-    )
-
-
 def test_parts_of_the_truth_are_a_list_of_known_names(folder):
-    assert load_shot(write(folder), ["truth=[rgb, depth]"]).truth == ("rgb", "depth")
+    assert load_shot(write_shot(folder), ["truth=[rgb, depth]"]).truth == ("rgb", "depth")
     with pytest.raises(PhotositeError, match=r"truth\.0 = varianc: did you mean `variance`\? \(known: blur, depth, flow, rgb"):
-        load_shot(write(folder), ["truth=[varianc]"])
+        load_shot(write_shot(folder), ["truth=[varianc]"])
 
 
 def test_infinity_is_a_distance(folder):
-    shot = load_shot(write(folder, SHOT.replace("2 m", "inf m")))
+    shot = load_shot(write_shot(folder, SHOT.replace("2 m", "inf m")))
     assert math.isinf(shot.lens.focus_distance_m)
     assert shot.resolved["lens"]["focus_distance"] == "infinity"
     yaml.safe_load(textwrap.dedent(dump_yaml(shot.resolved)))  # any YAML reader takes it
-
-
-@pytest.mark.parametrize(
-    ("setting", "says"),
-    [
-        ("lens.f_number=f/22", r"lens.f_number = f/22: its Airy disk is \d+ photosites .* write lens.diffraction: true"),
-        (
-            "lens={pinhole: {diameter: 0.3 mm, distance: 50 mm, diffraction: false}}",
-            r"lens.pinhole.diameter = 0.3 mm: its Airy disk .* write lens.pinhole.diffraction: true",
-        ),
-    ],
-)
-def test_a_lens_too_small_for_light_without_diffraction_is_warned_of(folder, setting, says):
-    found = shot_warnings(load_shot(write(folder), ["camera.pixel_pitch=4 um", setting]))
-    assert len(found) == 1 and re.search(says, found[0])
-
-
-@pytest.mark.parametrize(
-    "setting",
-    [
-        "lens.f_number=f/2.8",
-        "lens={bare_sensor: {}}",
-        "lens={pinhole: {diameter: 0.3 mm, distance: 50 mm}}",
-        ["lens.f_number=f/22", "lens.diffraction=true"],
-    ],
-)
-def test_a_lens_as_sharp_as_light_allows_is_not_warned_of(folder, setting):
-    settings = ["camera.pixel_pitch=4 um", *([setting] if isinstance(setting, str) else setting)]
-    assert shot_warnings(load_shot(write(folder), settings)) == []
-
-
-@pytest.mark.parametrize(
-    ("time", "says"),
-    [
-        ("10 s", r"exposure.time = 10 s: 100 % of the photosites clip, the frame shows nothing; with [\d.e-]+ s"),
-        (
-            "1e-9 s",
-            r"exposure.time = 1e-09 s: no photosite's signal .* reaches the noise in the dark .* the frame is black; with",
-        ),
-    ],
-)
-def test_a_frame_that_shows_nothing_is_warned_of_with_a_time_that_shows_something(time, says):
-    settings = ["camera.window={x: 0, y: 0, width: 64, height: 48}", "exposure.iso=100"]
-    found = frame_warnings(simulate(load_shot("flat_field", [*settings, f"exposure.time={time}"])))
-    assert len(found) == 1 and re.search(says, found[0])
-    better = re.search(r"with ([\d.e+-]+) s", found[0])[1]
-    raw = simulate(load_shot("flat_field", [*settings, f"exposure.time={better} s"]))
-    assert frame_warnings(raw) == []
-    assert 0.9 < (np.percentile(raw.noise_free_dn, 99) - raw.black_level_dn) / (raw.white_level_dn - raw.black_level_dn) <= 1.0
 
 
 def test_a_time_budget_is_stated_with_its_unit():

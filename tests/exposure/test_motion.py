@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from simulator.errors import PhotositeError
-from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.camera_table import MeasuredClip
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
@@ -17,8 +16,6 @@ VECTORS = VectorMap("flow.exr", "px/frame")
 def test_a_camera_on_a_tripod_does_not_move():
     poses = Motion().camera_poses(np.arange(3.0))
     assert poses.rotation_rad.shape == (3, 3) and not poses.rotation_rad.any() and not poses.location_m.any()
-    assert not Motion().moves_camera and Motion(SteadyMotion()).moves_camera
-    assert not Motion().camera_speeds(np.arange(3.0)).rotation_rad.any()
 
 
 def test_layers_that_are_not_named_stand_still():

@@ -22,7 +22,7 @@ def speeds(right, down, unit):
 def test_a_velocity_in_pixels_shifts_all_points_alike():
     moves = LayerMotion(speeds(120.0, -8.0, "px/s")).moves(TIMES_S, SIZE)
     np.testing.assert_allclose(moved(moves, (3.0, 4.0)), [3.0, 4.0] + np.outer(TIMES_S, [120.0, -8.0]), rtol=1e-15)
-    assert not moves.needs_depth
+    assert not moves.shift_m.any()
 
 
 def test_a_velocity_per_frame_is_that_over_the_frame_time():
@@ -50,12 +50,10 @@ def test_metres_move_a_surface_by_focal_length_over_distance():
     """Against points of the scene that are projected in double precision."""
     focal_px, depth_m, velocity = 800.0, 2.5, np.array([1.5, -0.2])
     moves = LayerMotion(speeds(*velocity, "m/s")).moves(TIMES_S, SIZE)
-    assert moves.needs_depth
     middle, place = np.array([30.0, 20.0]), np.array([41.0, 3.0])
     across_m = (place - middle) * depth_m / focal_px + np.outer(TIMES_S, velocity)
-    at = moves.matrices_at(depth_m, focal_px) @ np.array([*place, 1.0])
-    np.testing.assert_allclose(at[:, :2], middle + focal_px * across_m / depth_m, rtol=1e-14)
-    np.testing.assert_array_equal(moves.matrices_at(np.inf, focal_px), moves.matrices)
+    at = moved(moves, place) + focal_px / depth_m * moves.shift_m
+    np.testing.assert_allclose(at, middle + focal_px * across_m / depth_m, rtol=1e-14)
 
 
 def test_a_table_adds_its_way_and_turn(tmp_path):

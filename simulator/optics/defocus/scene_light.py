@@ -6,6 +6,7 @@ from simulator.optics.defocus.accuracy import Accuracy
 from simulator.scene.scene import Scene
 
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
+_ROWS = 256  # of a scene that are searched at a time
 _SAMPLES = 400  # places per axis at which the scene's radiance is sampled
 
 
@@ -21,6 +22,21 @@ def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) 
         brightest = max(brightest, float(np.quantile(light, BRIGHT, axis=0).max()))
         peak = max(peak, float((layer.planes.max(axis=(0, 1)) @ weights).max()))
     return float(brightest * per_radiance), float(peak * per_radiance)
+
+
+def brighter_pixels(planes: np.ndarray, weights: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows and columns of the pixels above a limit in any channel, (pixels,), and their light (pixels, channels).
+
+    planes: (rows, columns, bands). weights: (bands, channels). limits: of each channel, or of all [electron radiance].
+    """
+    rows, columns, lights = [], [], []
+    for first in range(0, len(planes), _ROWS):
+        light = planes[first : first + _ROWS] @ weights.astype(np.float32)
+        row, column = np.nonzero((light > limits).any(axis=-1))
+        rows.append(row + first)
+        columns.append(column)
+        lights.append(light[row, column])
+    return np.concatenate(rows), np.concatenate(columns), np.concatenate(lights)
 
 
 def scene_detail(

@@ -8,7 +8,6 @@ Geometry, 2nd ed., 13.1). A layer that moves across the picture is carried back 
 Axes of space: those of `Poses`, x right, y up, z back. Axes of the image: x right, y down, in photosites from the optical axis.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -213,15 +212,3 @@ def plan_geometry(lens: Lens, camera: Camera, projection: Projection) -> ImageGe
     scale, (width, height) = projection.scale, (camera.width_px, camera.height_px)
     axis = projection.offset_x + 0.5 * scale * width, projection.offset_y + 0.5 * scale * height
     return ImageGeometry(1e3 * lens.image_distance_mm / camera.pixel_pitch_um, width, height, scale, *axis)
-
-
-def aperture_shift(lens: Lens, camera: Camera, infinity_px: np.ndarray, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return `parallax` as a shift of the point of the aperture [pupil radii] and a place on the sensor [photosites].
-
-    The place seen at rest on a surface of signed blur radius R [photosites] is R * aperture + place, since R is linear in the
-    inverse distance (`Lens.blur_radius_um`): R = R_infinity - growth / Z. infinity_px, shift: as of `parallax`.
-    """
-    at_infinity = float(lens.blur_radius_um(math.inf)) / camera.pixel_pitch_um
-    growth = at_infinity - float(lens.blur_radius_um(1.0)) / camera.pixel_pitch_um
-    aperture = -shift / growth
-    return aperture, infinity_px - at_infinity * aperture

@@ -17,7 +17,6 @@ from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import Projection
 
 LEAST_SCALE, MOST_SCALE = 0.25, 4.0  # scene pixels per photosite and axis
-MOST_READS = 5  # pixels that a photosite touches on an axis
 STEPS = (1, 2, 3, 4, 5, 6, 8, 12, 16, 24)  # between photosites, or of a way that is shorter than one
 FINER = (
     1.0,

@@ -152,6 +152,12 @@ class MotionPlan:
         count = math.ceil(self.even_count * span_s / max(open_s, 1e-12) - 1e-9)
         return self.path.even_nodes(min(max(count, 1), MOST_NODES))
 
+    def lines_of(self, window: Window) -> np.ndarray:
+        """Return the numbers of the lines of a window's rows, of which one is enough where all are open at the same times."""
+        if self.path.lines.axis != "rows" or self.is_common:
+            return np.zeros(1, np.intp)
+        return np.arange(window.y, window.y + window.height)
+
     def instants(self, lines: range, count: int | None = None) -> Instants:
         """Return the instants of some lines of the sensor, also beyond its border (`TimedPath.of_lines`).
 

@@ -10,13 +10,13 @@ from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.accuracy import LAMP_PEAK
 from simulator.optics.defocus.aperture_rectangles import aperture_rectangles, rectangle_count
 from simulator.optics.defocus.defocus import TILE_COLUMNS, TILE_ROWS
+from simulator.optics.defocus.scene_light import brighter_pixels
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.optics.pupil.pupil import Pupil
 from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.cfa import Cfa
 
-LAMP_ROWS = 256  # of the scene in which lamps are searched at once
 MOST_PX = 3.0  # larger blur circles reach more pixels than are gathered (`MOST_GATHERED`) [photosites]
 RADIUS_STEP_PX = 0.25  # tiles whose blur circles lie between multiples of it share a launch
 
@@ -93,12 +93,8 @@ def _reached_by_lamps(tiles: TilePlan) -> np.ndarray:
 
 def _lamps(scene: Scene, weights: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
     """Row and column of the pixels that are brighter than a limit of electron radiance in any channel, in any layer."""
-    found = [np.empty((0, 2), int)]
-    for layer in scene.layers:
-        for first in range(0, len(layer.planes), LAMP_ROWS):
-            light = layer.planes[first : first + LAMP_ROWS] @ weights
-            found.append(np.argwhere((light > limit).any(axis=2)) + (first, 0))
-    rows, columns = np.concatenate(found).T
+    found = [brighter_pixels(layer.planes, weights, np.array(limit, np.float32))[:2] for layer in scene.layers]
+    rows, columns = (np.concatenate(places) for places in zip(*found, strict=True))
     return rows, columns
 
 

@@ -179,17 +179,9 @@ class _Sweep:
         return Grid(self.scene, projection.scene_width, projection.scene_height, spots)
 
 
-def _lines(plan: MotionPlan, window: Window) -> np.ndarray:
-    """Numbers of the lines of a window's rows, of which one is enough where all are open at the same times."""
-    lines = plan.path.lines
-    if lines.axis != "rows" or plan.is_common:
-        return np.zeros(1, np.intp)
-    return np.clip(np.arange(window.y, window.y + window.height), 0, len(lines.peak) - 1)
-
-
 def _instants(plan: MotionPlan, window: Window, layers: int) -> _Places:
     """Places of layers at the instants of each row."""
-    path = plan.path.of_lines(_lines(plan, window))
+    path = plan.path.of_lines(plan.lines_of(window))
     straight = [ends for layer in range(layers) if (ends := path.straight_shift(layer)) is not None]
     if len(straight) < layers:
         instants = path.of_shift(range(layers)).instants(plan.count)

@@ -96,11 +96,8 @@ def _paths(optics: OpticsPlan, motion: MotionPlan, window: Window, over: int) ->
     They are those of `path_taps`. Places are counted from the pixel that has the number of the photosite, or sample, that sees
     them.
     """
-    offset, path = np.array([optics.projection.offset_x, optics.projection.offset_y]), motion.path
-    lines = np.zeros(1, np.intp)
-    if path.lines.axis == "rows" and not motion.is_common:
-        lines = np.arange(window.y, window.y + window.height)
-    own = path.of_lines(lines)
+    offset = np.array([optics.projection.offset_x, optics.projection.offset_y])
+    own = motion.path.of_lines(motion.lines_of(window))
     if (way := own.straight_shift()) is not None:
         return straight_places(over * way[0] + offset, over * way[1] + offset)
     instants = own.of_shift().instants(max(motion.count, motion.lamp_count))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from simulator.optics.defocus.scene_light import brighter_pixels
 from simulator.optics.geometry.projection import Projection
 from simulator.scene.scene import Scene
 
@@ -15,7 +16,6 @@ MOST_LAMPS, MOST_ALIGNED = 2048, 16384  # drawn one by one; the second where all
 LIMIT_TIMES = 4.0  # limit of highlights over the mean of the scene's darker nine tenths
 FEW_PLACES = 4  # of pixels within photosites, on an axis
 WORTH = 0.5  # of the brightest pixel: rest above which drawing a part of the lamps helps nothing
-_ROWS = 256  # of a scene that are searched at a time
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def find_lamps(
     """
     if brightest <= LAMP_TIMES * min(limits):
         return None
-    rows, columns, light = _above(scene.planes, weights, np.array(limits, np.float32))
+    rows, columns, light = brighter_pixels(scene.planes, weights, np.array(limits, np.float32))
     if not len(rows) or not (light > LAMP_TIMES * np.array(limits)).any():
         return None
     most, rest = (MOST_ALIGNED if lie_alike(projection) else MOST_LAMPS), 0.0
@@ -89,15 +89,3 @@ def lie_alike(projection: Projection) -> bool:
     """Whether pixels of the scene lie at few places within photosites, so that few images of lamps are computed."""
     places = (np.arange(64) + 0.5 - projection.offset_x) / projection.scale
     return len(np.unique(np.round(places % 1.0, 6))) <= FEW_PLACES
-
-
-def _above(planes: np.ndarray, weights: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows and columns of the pixels above a limit in any channel, (pixels,), and their light (pixels, channels)."""
-    rows, columns, lights = [], [], []
-    for first in range(0, len(planes), _ROWS):
-        light = planes[first : first + _ROWS] @ weights.astype(np.float32)
-        row, column = np.nonzero((light > limits).any(axis=-1))
-        rows.append(row + first)
-        columns.append(column)
-        lights.append(light[row, column])
-    return np.concatenate(rows), np.concatenate(columns), np.concatenate(lights)

@@ -4,16 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from helpers.camera_builders import small_camera
 from scipy.spatial.transform import Rotation
 
 from simulator.errors import PhotositeError
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.object_motion import LayerMotion, LayerMoves, Speed
-from simulator.optics.geometry.image_motion import ImageGeometry, ImageMotion, Surface, aperture_shift, plan_geometry
+from simulator.optics.geometry.image_motion import ImageGeometry, ImageMotion, Surface
 from simulator.optics.geometry.projection import Projection
-from simulator.optics.lens.pinhole import Pinhole
-from simulator.optics.lens.thin_lens import ThinLens
 
 PROJECTION = Projection(0.7, 10.0, 5.0, 800, 600, 1, False)
 GEOMETRY = ImageGeometry(900.0, 640, 480, 0.7, 400.0, 310.0)
@@ -89,18 +86,6 @@ def test_a_camera_that_turns_away_or_walks_through_is_told():
         motion = ImageMotion(GEOMETRY, (Surface(2.0, 2.0),), camera)
         with pytest.raises(PhotositeError, match="motion: a part of the sensor looks past the scene"):
             motion.homographies(motion.pose_numbers(np.array([time_s])), 0)
-
-
-@pytest.mark.parametrize("lens", [ThinLens(50.0, 2.0, 3.0), ThinLens(50.0, 2.0), Pinhole(0.3, 40.0)])
-def test_a_shift_with_distance_is_a_shift_of_the_aperture(lens):
-    """R a + place at each distance, with the signed blur radius R of the lens."""
-    camera = small_camera()
-    motion = ImageMotion(plan_geometry(lens, camera, PROJECTION), (Surface(2.0, math.inf),), CAMERA)
-    infinity, shift = motion.parallax(motion.pose_numbers(TIMES_S), 0, PLACES)
-    aperture, place = aperture_shift(lens, camera, infinity, shift)
-    for depth_m in (1.5, 3.0, 20.0, math.inf):
-        radius = float(lens.blur_radius_um(depth_m)) / camera.pixel_pitch_um
-        assert np.allclose(radius * aperture + place, infinity + shift / depth_m, atol=1e-9)
 
 
 def test_pixels_that_drift_lie_apart_from_where_the_camera_sees_them():
