@@ -29,7 +29,7 @@ Clip = Literal[
     "walk_to_the_store",
 ]
 
-LONGEST_CLIP = "the_closeup (18 s)"
+LONGEST_CLIP, LONGEST_CLIP_S = "the_closeup (18 s)", 18.2
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,10 @@ class MeasuredClip:
         length = f"length: {math.ceil(1e3 * needed_s - 1e-6) / 1e3:g} s"
         fix = f"write {length}"
         if needed_s > last - first:
-            fix = f"the whole clip is {last - first:.4g} s long: give another, such as {LONGEST_CLIP}, with {length}"
+            another = f"give another, such as {LONGEST_CLIP}, with {length}"
+            if needed_s > LONGEST_CLIP_S:
+                another = "no clip is that long: leave clip out and give a model, such as rms: 2 deg/s, or a path of your own"
+            fix = f"the whole clip is {last - first:.4g} s long: {another}"
         check_inside(times_s, (first, last), "motion.camera.clip", self.clip, fix)
 
     def _scaled(self, table: PathTable, values: np.ndarray) -> Poses:

@@ -10,11 +10,20 @@ from simulator.optics.blur_planning import blur_per_dioptre, contrast_of, electr
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_errors import EDGE_STEP_PX, joint_error
 from simulator.optics.defocus.joint_motion import JointMotion, plan_joint_motion
-from simulator.optics.defocus.scene_light import BRIGHT, brightest_electrons, scene_bends, scene_detail
+from simulator.optics.defocus.scene_light import (
+    BRIGHT,
+    SceneDetail,
+    brightest_electrons,
+    scene_bends,
+    scene_detail,
+    sharpest_detail,
+)
 from simulator.optics.error_term import Skipped
 from simulator.optics.geometry.end_spacing import LIT_SHARE
 from simulator.optics.geometry.fixed_blur import DISK_SPREAD, FixedBlur
-from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, plan_motion
+from simulator.optics.geometry.instants import TimedPath
+from simulator.optics.geometry.motion_plan import MotionNeed, MotionPlan, Timing, moving_path, plan_motion
+from simulator.optics.geometry.pixel_vectors import PixelVectors
 from simulator.optics.lens.lens import Lens
 from simulator.optics.optics_plan import OpticsPlan
 from simulator.optics.psf.field_psf import FieldPsf
@@ -31,39 +40,24 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
     """Return the plan with the motion of the image, unless it is invisible."""
     if not lens.forms_image:
         return replace(planned, motion_skipped=Skipped("without a lens there is no image that could move"))
-    accuracy, scale = planned.accuracy, planned.projection.scale
-    edges, dark, texture = (
-        scene_detail(loaded, planned.weights, electrons_per_radiance(lens, sensor), accuracy, quantile, lit)
-        for quantile, lit in ((BRIGHT, LIT_SHARE), (BRIGHT, 0.0), (TYPICAL, LIT_SHARE))
-    )
-    steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
-    contrast = min(edges * max(scale, steepness), max(edges, 1.0))
-    bend, dark_bend = 0.0, 0.0  # means over photosites of a coarser scene bend by a third as much, by less than its edges
-    if abs(scale - 1.0) < SAME_SCALE:
-        bend, dark_bend = (
-            scene_bends(loaded, planned.weights, electrons_per_radiance(lens, sensor), accuracy, lit)
-            for lit in (LIT_SHARE, 0.0)
-        )
-    need = MotionNeed(
-        contrast=contrast,
-        dark=contrast * dark / edges,
-        bend=bend,
-        dark_bend=dark_bend,
-        texture=texture * steepness,
-        allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
-        cut_off=0.5 * max(scale, steepness),
-        border=max(edges, accuracy.lamp_contrast),
-        sigma=accuracy.sigma,
-        lamps=steepness * accuracy.lamp_contrast,
-    )
-    blur = _fixed_blur(planned, need.largest)
-    need = need.behind(_steepest_edge(planned.defocus))
+    per_radiance = electrons_per_radiance(lens, sensor)
     found: list[MotionPlan | None] = []
     joins = _can_join(planned, timing)
     is_layered, skipped = False, None
     for number, component in enumerate(timing.components):
-        own = need.of_share(_seen_share(planned, number, len(timing.components), electrons_per_radiance(lens, sensor)))
-        motion = plan_motion(loaded, lens, sensor.camera, planned.projection, timing.motion, component, own, blur, joins)
+        share = _seen_share(planned, number, len(timing.components), per_radiance)
+        path, vectors = moving_path(loaded, lens, sensor.camera, planned.projection, timing.motion, component)
+
+        def plan_for(
+            detail: SceneDetail, path: TimedPath = path, vectors: PixelVectors | None = vectors, share: float = share
+        ) -> MotionPlan | Skipped:
+            need = _need(planned, loaded, per_radiance, detail)
+            own = need.behind(_steepest_edge(planned.defocus)).of_share(share)
+            return plan_motion(path, vectors, timing.motion, own, _fixed_blur(planned, need.largest), joins)
+
+        motion = plan_for(_usual_detail(planned, loaded, per_radiance, path.length.longest_px))
+        if isinstance(motion, Skipped) and motion.sigma > 0.0:  # seen in fewer pixels than that counts, it is still seen
+            motion = plan_for(sharpest_detail(loaded, planned.weights, per_radiance, planned.accuracy, LIT_SHARE))
         if isinstance(motion, Skipped):
             found.append(None)
             skipped = skipped or motion
@@ -81,6 +75,48 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
         scene = planned.scene
     flash = found[1] if len(found) > 1 else None
     return replace(planned, scene=scene, motion=found[0], flash_motion=flash, has_flash=len(found) > 1)
+
+
+def _usual_detail(planned: OpticsPlan, loaded: Scene, per_radiance: float, length_px: float) -> SceneDetail:
+    """Return the detail that all but so few of the scene's pixels stay below that they pass a thousandth of the photosites.
+
+    length_px: of the path: each pixel passes one photosite more than that.
+    """
+    of_light = loaded, planned.weights, per_radiance, planned.accuracy
+    quantile = 1.0 - (1.0 - BRIGHT) / (1.0 + length_px)
+    edges, dark = (scene_detail(*of_light, quantile, lit) for lit in (LIT_SHARE, 0.0))
+    if not _is_even(planned):
+        return SceneDetail(edges, dark, 0.0, 0.0)
+    return SceneDetail(edges, dark, *(scene_bends(*of_light, quantile, lit) for lit in (LIT_SHARE, 0.0)))
+
+
+def _is_even(planned: OpticsPlan) -> bool:
+    """Whether the scene has one pixel per photosite, so that its light bends at pixels.
+
+    Means over photosites of a coarser scene bend by a third as much, by less than its edges.
+    """
+    return abs(planned.projection.scale - 1.0) < SAME_SCALE
+
+
+def _need(planned: OpticsPlan, loaded: Scene, per_radiance: float, detail: SceneDetail) -> MotionNeed:
+    """Return what a scene of this detail asks of the instants of a motion before the lens blurs it."""
+    accuracy, scale, edges = planned.accuracy, planned.projection.scale, detail.edges
+    texture = scene_detail(loaded, planned.weights, per_radiance, accuracy, TYPICAL, LIT_SHARE)
+    steepness = 1.0 if planned.projection.nearest else min(scale, 1.0)  # a coarse pixel read as it is ends in a step
+    contrast = min(edges * max(scale, steepness), max(edges, 1.0))
+    bends = _is_even(planned)
+    return MotionNeed(
+        contrast=contrast,
+        dark=contrast * detail.dark / edges,
+        bend=bends * detail.bend,
+        dark_bend=bends * detail.dark_bend,
+        texture=texture * steepness,
+        allowed=accuracy.allowed or accuracy.ray_error * accuracy.sigma,
+        cut_off=0.5 * max(scale, steepness),
+        border=max(edges, accuracy.lamp_contrast),
+        sigma=accuracy.sigma,
+        lamps=steepness * accuracy.lamp_contrast,
+    )
 
 
 def _fixed_blur(planned: OpticsPlan, contrast: float) -> FixedBlur | str | None:

@@ -176,9 +176,13 @@ def test_a_clip_is_refused_where_it_ends():
     with pytest.raises(PhotositeError, match="motion.camera.length = 40 s: the clip the_closeup is 18.25 s long"):
         MeasuredClip("the_closeup", length_s=40.0).poses(np.zeros(1))
     with pytest.raises(
-        PhotositeError, match="motion.camera.clip = handycam_run: the path holds .* to 60 s; the whole clip is 2.6"
+        PhotositeError,
+        match="motion.camera.clip = handycam_run: the path holds .* to 60 s; the whole clip is 2.6.* no clip is that",
     ):
         MeasuredClip("handycam_run").poses(np.array([0.0, 60.0]))
+    with pytest.raises(PhotositeError, match=r"give another, such as the_closeup \(18 s\), with length: 18.2 s"):
+        MeasuredClip("handycam_run").poses(np.array([0.0, 18.2]))
+    assert MeasuredClip("the_closeup", length_s=18.2).poses(np.array([0.0, 18.2])).rotation_rad.shape == (2, 3)
     with pytest.raises(
         PhotositeError, match=r"the path holds from -0.505947 s .* needed from 0 s to 2.5 s; write length: 2.5 s"
     ):

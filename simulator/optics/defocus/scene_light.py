@@ -1,8 +1,11 @@
 """Light of a scene to which errors are compared: its brightest light, and its differences between neighbouring pixels."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from simulator.optics.defocus.accuracy import Accuracy
+from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Scene
 
 BRIGHT = 0.999  # quantile of the scene's radiance that counts as its brightest, so that a few highlights do not loosen the rest
@@ -67,6 +70,55 @@ def scene_detail(
     return max(found)
 
 
+@dataclass(frozen=True)
+class SceneDetail:
+    """Detail of a scene, as shares of its brightest light.
+
+    edges: of `scene_detail`. bend: of `scene_bends`. Both in the noise of photosites with a share of the difference; dark,
+    dark_bend: with none of it.
+    """
+
+    edges: float
+    dark: float
+    bend: float
+    dark_bend: float
+
+
+def sharpest_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, lit: float) -> SceneDetail:
+    """Return the largest differences and bends of all pixels, however few these are: of a small thing before an even wall.
+
+    Arguments are as of `scene_detail`.
+    """
+    key = "sharpest", freeze((weights, per_radiance, accuracy, lit))
+    return scene.remember(key, lambda: _sharpest_detail(scene, weights, per_radiance, accuracy, lit))
+
+
+def _sharpest_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, lit: float) -> SceneDetail:
+    floor_e2 = accuracy.read_noise_e**2
+    found = np.zeros(4)  # edges, dark, bend, dark_bend [standard deviations]
+    for layer in scene.layers:
+        rows = len(layer.planes)
+        for first in range(0, rows, _ROWS):
+            places = np.clip(np.arange(first - 1, min(first + _ROWS, rows) + 1), 0, rows - 1)
+            light = np.pad(per_radiance * (layer.planes[places] @ weights), ((0, 0), (1, 1), (0, 0)), "edge")
+            middle, left, right = light[1:-1, 1:-1], light[1:-1, :-2], light[1:-1, 2:]
+            above, below = light[:-2, 1:-1], light[2:, 1:-1]
+            least = np.minimum(np.minimum(np.minimum(left, right), np.minimum(above, below)), middle)
+            span = np.maximum(np.maximum(np.maximum(left, right), np.maximum(above, below)), middle) - least
+            bend = np.hypot(left + right - 2.0 * middle, above + below - 2.0 * middle)
+            steps = [(np.abs(one - middle), np.minimum(one, middle), np.abs(one - middle)) for one in (right, below)]
+            for fields, own in ((slice(0, 2), steps), (slice(2, 4), [(bend, least, span)])):
+                for difference, darkest, whole in own:
+                    noise_e2 = (np.maximum(darkest + share * whole + floor_e2, 1.0) for share in (lit, 0.0))
+                    seen = [float((difference / np.sqrt(one)).max()) for one in noise_e2]
+                    found[fields] = np.maximum(found[fields], seen)
+    found *= np.sqrt(accuracy.electrons + floor_e2) / accuracy.electrons
+    covers = (layer.coverage for layer in scene.layers if layer.coverage is not None)
+    borders = [float(np.abs(np.diff(one, axis=axis)).max(initial=0.0)) for one in covers for axis in (0, 1)]
+    found[:2] = np.maximum(found[:2], max(borders, default=0.0))
+    return SceneDetail(*(max(float(one), 1e-6) for one in found))
+
+
 def mixed_edges_error(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, scale: float) -> float:
     """Error of compositing means over photosites where layers shift apart, as a share of the brightest light.
 
@@ -79,8 +131,10 @@ def mixed_edges_error(scene: Scene, weights: np.ndarray, per_radiance: float, ac
     return 0.25 * max(0.5 * scale, min(scale, 1.0)) * detail
 
 
-def scene_bends(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, lit: float) -> float:
-    """Bend of the light at pixels between which it is linear, as a share of the brightest light: its quantile BRIGHT.
+def scene_bends(
+    scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, quantile: float, lit: float
+) -> float:
+    """Bend of the light at pixels between which it is linear, as a share of the brightest light: this quantile.
 
     The bend is the change of the slope from pixel to pixel, along rows and columns together, which a way over the pixel meets
     at most. It counts by the noise at its own place, at the darkest of the pixel and its neighbours with the share `lit` of
@@ -100,7 +154,7 @@ def scene_bends(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy
         darkest = five.min(axis=0)
         noise = darkest + lit * (five.max(axis=0) - darkest) + accuracy.read_noise_e**2
         seen = bend * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
-        found.append(float(np.quantile(seen, BRIGHT, axis=(0, 1), method="higher").max()))
+        found.append(float(np.quantile(seen, quantile, axis=(0, 1), method="higher").max()))
     return max(found)
 
 

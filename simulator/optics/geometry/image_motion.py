@@ -155,6 +155,12 @@ class ImageMotion:
             key="motion",
         )
 
+    def check_view(self, numbers: np.ndarray) -> None:
+        """Raise PhotositeError where a part of the sensor looks away from a surface; numbers: poses, as of `homographies`."""
+        if self.camera is not None:
+            for surface in range(len(self.surfaces)):
+                self.homographies(numbers, surface)
+
     def parallax(self, numbers: np.ndarray, surface: int, places_px: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where photosites look at infinity, and how that shifts per inverse distance: both (..., places, 2) float64.
 

@@ -237,33 +237,40 @@ class MotionPlan:
         return tilt <= MOST_TILT and stretch <= MOST_STRETCH
 
 
-def plan_motion(
-    scene: Scene,
-    lens: Lens,
-    camera: Camera,
-    projection: Projection,
-    moving: Motion,
-    component: LightComponent,
-    need: MotionNeed,
-    blur: FixedBlur | str | None = None,
-    can_join: bool = False,
-) -> MotionPlan | Skipped:
-    """Plan the motion of a frame in the light of one component; why, where none is computed.
+def moving_path(
+    scene: Scene, lens: Lens, camera: Camera, projection: Projection, moving: Motion, component: LightComponent
+) -> tuple[TimedPath, PixelVectors | None]:
+    """Return the path of a scene's image in the light of one component, and the velocities of its pixels, if these move.
 
-    blur: None: each photosite sees one place of each surface, without blur; a reason: why the blur is not fixed. can_join:
-    whether the optics allow the method "joint", which is taken where surfaces move apart or by their depth, or lie behind one
-    another.
-    Raises PhotositeError for motion that the scene or the paths do not allow, and for depth that no method holds.
+    Raises PhotositeError for motion that the scene or the paths do not allow.
     """
-    layers = scene.layers
     size = scene.planes.shape[0], scene.planes.shape[1]
-    surfaces = tuple(_surface(moving, number, layer, size) for number, layer in enumerate(layers))
+    surfaces = tuple(_surface(moving, number, layer, size) for number, layer in enumerate(scene.layers))
     moving.check_layers([surface.nearest_m for surface in surfaces])
     geometry = plan_geometry(lens, camera, projection)
     vectors = pixel_vectors(scene, moving, geometry.scale * geometry.image_distance_px)
     drifts_px = None if vectors is None else vectors.polygon / geometry.scale
     motion = ImageMotion(geometry, surfaces, moving.camera, drifts_px)
     path = TimedPath(motion, component.lit_openings(), component.release_s, component.curve.brightness)
+    motion.check_view(path.poses)
+    return path, vectors
+
+
+def plan_motion(
+    path: TimedPath,
+    vectors: PixelVectors | None,
+    moving: Motion,
+    need: MotionNeed,
+    blur: FixedBlur | str | None = None,
+    can_join: bool = False,
+) -> MotionPlan | Skipped:
+    """Plan the motion of a frame along a path in the light of one component; why, where none is computed.
+
+    vectors: velocities of pixels. blur: None: each photosite sees one place of each surface, without blur; a reason: why the
+    blur is not fixed. can_join: whether the optics allow the method "joint", which is taken where surfaces move apart or by
+    their depth, or lie behind one another.
+    Raises PhotositeError for motion and for depth that no method holds.
+    """
     farthest = path.farthest_px
     if max(need.largest, need.dark) * farthest <= need.allowed:
         if farthest < SAME_PLACE_PX:
@@ -309,7 +316,7 @@ def plan_motion(
             return MotionPlan("swept_first", path, length, count, total, alike, *kept, lamp_count=lamp_count)
     if moving.vectors is not None:
         raise PhotositeError(_why_no_vectors(blur is None), key="motion.vectors", value=moving.vectors.image)
-    if can_join and not (alike and deep is None and len(layers) == 1):
+    if can_join and not (alike and deep is None and len(path.motion.surfaces) == 1):
         return MotionPlan("joint", path, length, everywhere, error, alike, even_count)
     if deep is not None:
         raise PhotositeError(

@@ -9,6 +9,7 @@ from helpers.camera_builders import small_camera
 from helpers.moving_frame import dense_mean, moving_light, plan_moving, rolling
 from helpers.scene_builders import band_scene
 
+from simulator.errors import PhotositeError
 from simulator.exposure.camera_motion import SteadyMotion
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
@@ -160,9 +161,9 @@ def test_a_crop_has_the_bits_of_the_frame(scale):
 
 
 def test_motion_below_the_tolerance_is_skipped_and_a_still_scene_is_the_same_plan():
-    scene = band_scene(texture(1.0), math.inf)
+    scene = band_scene(0.1 + 0.9 * texture(1.0), math.inf)
     still = plan(replace(shot_of(scene, None), motion=None))
-    for motion in (SteadyMotion(), SteadyMotion(pan_deg_per_s=1e-5)):
+    for motion in (SteadyMotion(), SteadyMotion(pan_deg_per_s=1e-4)):
         planned = plan(shot_of(scene, motion))
         assert planned.optics.motion is None
         assert [one.name for one in planned.passes if one.kept] == [one.name for one in still.passes if one.kept]
@@ -224,3 +225,11 @@ def test_a_layer_that_moves_where_it_is_never_seen_leaves_the_picture():
     hidden = Motion(layers={1: LayerMotion((Speed(800.0, "px/s"), Speed(0.0, "px/s")))})
     planned = plan_moving(shot_of(scene, None, motion=hidden))
     assert np.abs(moving_light(planned) - picture).max() < 1e-6
+
+
+@pytest.mark.parametrize("pan_deg", [100.0, 180.0, 800.0])
+def test_a_camera_that_turns_away_from_the_scene_is_told(pan_deg):
+    """Also where it has turned round by the end, so that the path seems to go back."""
+    shot = shot_of(band_scene(texture(1.0), math.inf), SteadyMotion(pan_deg_per_s=pan_deg / 0.01))
+    with pytest.raises(PhotositeError, match="motion: a part of the sensor looks past the scene"):
+        plan(shot)

@@ -142,14 +142,21 @@ def test_a_still_thing_that_is_nearer_covers_what_moves_behind_it(moved):
     assert np.abs(swept - picture)[inside].max() > 0.1  # without depth the faster one covers it
 
 
-def test_even_light_stays_even(moved):
+@pytest.mark.parametrize("deviation", [400.0, 1000.0])
+def test_even_light_stays_even_wherever_no_search_reaches_a_brighter_pixel(moved, deviation):
+    """Pixels that all tear apart, and a bright one that stands still: searches lead as far as velocities do."""
     picture = np.full((HEIGHT, WIDTH), 0.5)
-    picture[3, 12] = 1.0  # an edge, so that there is something to move
-    velocity = np.random.default_rng(3).normal(0.0, 400.0, (HEIGHT, WIDTH, 2))
+    picture[3, 12] = 1.0
+    velocity = np.random.default_rng(3).normal(0.0, deviation, (HEIGHT, WIDTH, 2))
     velocity[:8, :30] = 0.0
-    found = moving_light(plan_moving(moved(picture, velocity)))
-    np.testing.assert_allclose(found[20:], 0.5, rtol=2e-6)
+    planned = plan_moving(moved(picture, velocity))
+    assert planned.optics.motion is not None  # one pixel of 2880 shows that all moves
+    found = moving_light(planned)
+    is_far = np.hypot(X - 12.5, Y - 3.5) > np.hypot(velocity[..., 0], velocity[..., 1]).max() * TIME_S + 2.0
+    assert is_far.sum() > 300
+    np.testing.assert_allclose(found[is_far], 0.5, rtol=2e-6)
     assert found.min() > 0.5 - 1e-6 and found.max() < 1.0 + 1e-6
+    assert np.abs(found - picture).max() > 1e-3  # elsewhere places that no pixel comes to show it
 
 
 def test_a_camera_that_turns_is_added_to_vectors(moved):

@@ -1,0 +1,82 @@
+"""Small things that move: fewer pixels than a thousandth of a picture pass many of its photosites."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.camera_builders import small_camera
+from helpers.moving_frame import moving_light, plan_moving
+from helpers.scene_builders import FixedScene, band_scene
+from scipy.ndimage import map_coordinates
+
+from simulator.exposure.camera_motion import SteadyMotion
+from simulator.exposure.motion import Motion
+from simulator.exposure.object_motion import LayerMotion, Speed
+from simulator.exposure.settings import Exposure
+from simulator.optics.geometry.motion_plan import MotionPlan
+from simulator.optics.lens.thin_lens import ThinLens
+from simulator.pipeline.planner import plan
+from simulator.pipeline.shot import Shot
+from simulator.scene.scene import Layer
+
+LENS, TIME_S, SIDE, WAY_PX = ThinLens(50.0, 8.0, cos4=False), 0.01, 200, 20.0
+Y, X = np.mgrid[:SIDE, :SIDE]
+
+
+def ball_before_wall(texture: float, radius_px: float = 3.0) -> tuple[Shot, np.ndarray, np.ndarray]:
+    """Shot of a white ball that flies past a grey wall, the ball's coverage, and the wall."""
+    ball = ((X - 60.0) ** 2 + (Y - 80.0) ** 2 < radius_px**2).astype(np.float32)
+    wall = np.float32(0.5 + texture * (np.random.default_rng(1).random((SIDE, SIDE)) - 0.5))
+    scene = band_scene(ball, 1e6, coverage=ball, behind=(Layer(wall[..., None], np.inf, None),))
+    flies = Motion(layers={0: LayerMotion((Speed(WAY_PX / TIME_S, "px/s"), Speed(0.0, "px/s")))})
+    return Shot(scene, LENS, Exposure(TIME_S), small_camera(SIDE, SIDE, pixel_pitch_um=40.0), motion=flies), ball, wall
+
+
+@pytest.mark.parametrize("texture", [0.0, 0.02], ids=["even", "faint"])
+def test_a_small_ball_before_an_even_wall_is_a_streak_within_the_stated_error(texture):
+    """Its edge is 3 of 10,000 pixels and passes 4 of 1,000 photosites."""
+    shot, ball, wall = ball_before_wall(texture)
+    planned = plan_moving(shot)
+    motion, accuracy = planned.optics.motion, planned.optics.accuracy
+    assert isinstance(motion, MotionPlan)
+    near, truth = slice(74, 87), np.zeros((13, SIDE))  # rows
+    for share in (np.arange(800) + 0.5) / 800:
+        moved = map_coordinates(np.float64(ball), (Y[near], X[near] - WAY_PX * share), order=1, mode="nearest")
+        truth += (moved + (1.0 - moved) * wall[near]) / 800
+    electrons = accuracy.electrons_per_radiance * float(planned.optics.weights.max())
+    noise_e, found = np.sqrt(electrons * truth + accuracy.read_noise_e**2), moving_light(planned)
+    error = electrons * np.abs(found[near] - truth) / noise_e
+    assert error.max() < motion.error / accuracy.sigma <= shot.tolerance
+    assert np.abs(found - wall)[:70].max() < 1e-6
+
+
+def test_a_picture_whose_few_bright_pixels_alone_show_that_it_moves_is_moved():
+    """Of one pixel per photosite and of a finer picture, by a pan."""
+    for scale in (1, 2):
+        picture = np.full((scale * 60, scale * 90), 0.5)
+        picture[scale * 30, scale * 45] = 1.0
+        shot = Shot(band_scene(picture, np.inf), LENS, Exposure(TIME_S), small_camera(90, 60, pixel_pitch_um=40.0))
+        still = moving_light(plan(shot))
+        pan = SteadyMotion(pan_deg_per_s=-50.0)  # 10.9 photosites
+        planned = plan_moving(replace(shot, motion=Motion(camera=pan)))
+        assert planned.optics.motion is not None
+        moved = moving_light(planned)
+        assert moved.sum() == pytest.approx(still.sum(), rel=1e-5)
+        assert 0.0 < (moved - 0.5).max() < 0.2 * (still - 0.5).max()
+
+
+def test_what_is_skipped_is_so_by_the_sharpest_pixel():
+    """The stated error holds for that, too; an even picture stays as it is however far it moves."""
+    picture = np.full((60, 90), 0.5)
+    even = FixedScene(band_scene(picture, np.inf).load())
+    picture[30, 45] = 1.0
+    shot = Shot(band_scene(picture, np.inf), LENS, Exposure(TIME_S), small_camera(90, 60, pixel_pitch_um=40.0))
+    way_px = 3e-4
+    planned = plan(replace(shot, motion=Motion(layers={0: LayerMotion((Speed(way_px / TIME_S, "px/s"), Speed(0.0, "px/s")))})))
+    skipped, electrons = planned.optics.motion_skipped, planned.optics.accuracy.electrons  # of the wall
+    moved_e = way_px * electrons  # from the bright pixel, which has twice its light, to the one beside it
+    assert planned.optics.motion is None and skipped is not None
+    assert moved_e / np.sqrt(electrons) < 1.01 * skipped.sigma <= 1.01 * shot.tolerance
+    far = Motion(layers={0: LayerMotion((Speed(WAY_PX / TIME_S, "px/s"), Speed(0.0, "px/s")))})
+    found = plan(replace(shot, scene=even, motion=far)).optics
+    assert found.motion is None and found.motion_skipped is not None
