@@ -53,6 +53,8 @@ def xmp_packet(raw: Raw) -> bytes | None:
     values = {"ConfigSHA256": _sha256(shot), "Version": __version__, "Inputs": inputs, "Shot": shot}
     if "metered" in raw.resolved:
         values["Metered"] = json_text(raw.name, raw.resolved["metered"], **_COMPACT)
+    if (times := _line_times(raw)) is not None:
+        values["Times"] = json_text(raw.name, times, **_COMPACT)
     attributes = "".join(f"\n    photosite:{name}={_quoted(value)}" for name, value in values.items())
     text = (
         '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>\n'
@@ -65,6 +67,14 @@ def xmp_packet(raw: Raw) -> bytes | None:
         '<?xpacket end="r"?>'
     )
     return text.encode("utf-8")
+
+
+def _line_times(raw: Raw) -> object | None:
+    """Return when each row or column was open, of each exposure, as the JSON file has them; None where all were at once."""
+    own, later = raw.resolved.get("times"), raw.resolved.get("later_times")
+    if not isinstance(own, dict) or own.get("lines") == "all":
+        return None
+    return [own, *later] if isinstance(later, list) else [own]
 
 
 def _quoted(text: str) -> str:
