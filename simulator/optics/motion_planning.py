@@ -84,7 +84,7 @@ def _usual_detail(planned: OpticsPlan, loaded: Scene, per_radiance: float, lengt
     """
     of_light = loaded, planned.weights, per_radiance, planned.accuracy
     quantile = 1.0 - (1.0 - BRIGHT) / (1.0 + length_px)
-    edges, dark = (scene_detail(*of_light, quantile, lit) for lit in (LIT_SHARE, 0.0))
+    edges, dark = (scene_detail(*of_light, quantile, lit, has_lamps=False) for lit in (LIT_SHARE, 0.0))
     if not _is_even(planned):
         return SceneDetail(edges, dark, 0.0, 0.0)
     return SceneDetail(edges, dark, *(scene_bends(*of_light, quantile, lit) for lit in (LIT_SHARE, 0.0)))

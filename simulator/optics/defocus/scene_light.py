@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.accuracy import LAMP_PEAK, Accuracy
 from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Scene
 
@@ -27,6 +27,11 @@ def brightest_electrons(scene: Scene, weights: np.ndarray, per_radiance: float) 
     return float(brightest * per_radiance), float(peak * per_radiance)
 
 
+def lamp_electrons(accuracy: Accuracy) -> float:
+    """Electrons above which a pixel is a lamp, which counts by itself; infinite in a scene without one."""
+    return LAMP_PEAK * accuracy.electrons if accuracy.peak >= LAMP_PEAK else np.inf
+
+
 def brighter_pixels(planes: np.ndarray, weights: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows and columns of the pixels above a limit in any channel, (pixels,), and their light (pixels, channels).
 
@@ -43,16 +48,22 @@ def brighter_pixels(planes: np.ndarray, weights: np.ndarray, limits: np.ndarray)
 
 
 def scene_detail(
-    scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, quantile: float = BRIGHT, lit: float = 0.1
+    scene: Scene,
+    weights: np.ndarray,
+    per_radiance: float,
+    accuracy: Accuracy,
+    quantile: float = BRIGHT,
+    lit: float = 0.1,
+    has_lamps: bool = True,
 ) -> float:
     """Difference between neighbouring pixels of the scene, as a share of the brightest light: this quantile, above 0.
 
     A difference counts as much as one that is seen at the brightest light as clearly as it is seen in the noise at its own
     place, at the darker pixel with the share `lit` of the difference. weights, per_radiance: as of `brightest_electrons`.
-    accuracy: of the scene's brightest light.
+    accuracy: of the scene's brightest light. has_lamps: whether differences beside lamps count.
     """
     noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
-    found = [1e-6]
+    found, most_e = [1e-6], np.inf if has_lamps else lamp_electrons(accuracy)
     for layer in scene.layers:
         steps = [max(1, -(-size // _SAMPLES)) for size in layer.planes.shape[:2]]
         for axis in (0, 1):
@@ -64,6 +75,7 @@ def scene_detail(
             step = np.abs(here - there)
             noise = np.minimum(here, there) + lit * step + accuracy.read_noise_e**2
             seen = step * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
+            seen[np.maximum(here, there) > most_e] = 0.0
             found.append(float(np.quantile(seen, quantile, axis=(0, 1)).max()))
             if layer.coverage is not None:
                 found.append(float(np.quantile(np.abs(layer.coverage[*first] - layer.coverage[*next_]), quantile)))
@@ -87,14 +99,14 @@ class SceneDetail:
 def sharpest_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, lit: float) -> SceneDetail:
     """Return the largest differences and bends of all pixels, however few these are: of a small thing before an even wall.
 
-    Arguments are as of `scene_detail`.
+    Those beside lamps, which count by themselves, are left out. Arguments are as of `scene_detail`.
     """
     key = "sharpest", freeze((weights, per_radiance, accuracy, lit))
     return scene.remember(key, lambda: _sharpest_detail(scene, weights, per_radiance, accuracy, lit))
 
 
 def _sharpest_detail(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, lit: float) -> SceneDetail:
-    floor_e2 = accuracy.read_noise_e**2
+    floor_e2, most_e = accuracy.read_noise_e**2, lamp_electrons(accuracy)
     found = np.zeros(4)  # edges, dark, bend, dark_bend [standard deviations]
     for layer in scene.layers:
         rows = len(layer.planes)
@@ -106,7 +118,9 @@ def _sharpest_detail(scene: Scene, weights: np.ndarray, per_radiance: float, acc
             least = np.minimum(np.minimum(np.minimum(left, right), np.minimum(above, below)), middle)
             span = np.maximum(np.maximum(np.maximum(left, right), np.maximum(above, below)), middle) - least
             bend = np.hypot(left + right - 2.0 * middle, above + below - 2.0 * middle)
-            steps = [(np.abs(one - middle), np.minimum(one, middle), np.abs(one - middle)) for one in (right, below)]
+            bend[least + span > most_e] = 0.0
+            pairs = [(np.minimum(one, middle), np.maximum(one, middle)) for one in (right, below)]
+            steps = [(np.where(more > most_e, 0.0, more - less), less, more - less) for less, more in pairs]
             for fields, own in ((slice(0, 2), steps), (slice(2, 4), [(bend, least, span)])):
                 for difference, darkest, whole in own:
                     noise_e2 = (np.maximum(darkest + share * whole + floor_e2, 1.0) for share in (lit, 0.0))
@@ -138,7 +152,7 @@ def scene_bends(
 
     The bend is the change of the slope from pixel to pixel, along rows and columns together, which a way over the pixel meets
     at most. It counts by the noise at its own place, at the darkest of the pixel and its neighbours with the share `lit` of
-    their range, and arguments and result are else as of `scene_detail`.
+    their range. None counts beside lamps. Arguments and result are else as of `scene_detail`.
     """
     noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
     found = [1e-6]
@@ -154,6 +168,7 @@ def scene_bends(
         darkest = five.min(axis=0)
         noise = darkest + lit * (five.max(axis=0) - darkest) + accuracy.read_noise_e**2
         seen = bend * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
+        seen[five.max(axis=0) > lamp_electrons(accuracy)] = 0.0
         found.append(float(np.quantile(seen, quantile, axis=(0, 1), method="higher").max()))
     return max(found)
 
