@@ -1,6 +1,6 @@
 // Light of a span of photosites of one row and colour, STEP photosites apart, at one instant of a moving image: displacements that are
-// a parabola along the span, rows of the scene that are blended first, then read along the row. A photosite is read as in
-// photosite_area.h: the mean of a fine scene over its open square (TAPS > 0), of one of fewer pixels (BENDS 1), or a value at its middle.
+// a parabola along the span. A photosite is read as in photosite_area.h: the mean of a fine scene over its open square (TAPS > 0: rows of
+// the scene are blended first, then read along the row), of one of fewer pixels (BENDS 1), or a value at its middle.
 #ifndef SWEPT_AREA_H
 #define SWEPT_AREA_H
 #include "plain_math.h"
@@ -14,16 +14,10 @@ INLINE float share_of(const float low, const float side) {
     return (share > 0.0f ? share : 0.0f) + bend;
 }
 
+#if TAPS
 // Blend the rows of the scene under a span into one, (BUFFER), from the column of `path` on.
 INLINE void blend_rows(global const float *plane, const struct path path, const struct projection p, float *blended) {
     const uint inside = path.column >= 0 && path.column + BUFFER <= (int)p.scene_width;
-    if (!(TAPS || BENDS) && inside && path.rows == 2u) {
-        global const float *upper = plane + (size_t)clamped(path.row, p.scene_height) * p.scene_width + path.column;
-        global const float *lower = plane + (size_t)clamped(path.row + 1, p.scene_height) * p.scene_width + path.column;
-        for (uint j = 0; j < BUFFER; j++)
-            blended[j] = upper[j] + (path.v + path.v_slope * (float)(int)j) * (lower[j] - upper[j]);
-        return;
-    }
     for (uint j = 0; j < BUFFER; j++) blended[j] = 0.0f;
     for (uint n = 0; n < path.rows; n++) {
         global const float *line = plane + (size_t)clamped(path.row + (int)n, p.scene_height) * p.scene_width;
@@ -38,26 +32,34 @@ INLINE void blend_rows(global const float *plane, const struct path path, const 
     }
 }
 
-// Read the photosites of a span from its blended row: value (SPAN).
-INLINE void read_blended(const float *blended, const struct path path, const struct projection p, float *value) {
+// Read the photosites of a span, each over its square: value (SPAN).
+INLINE void read_areas(global const float *plane, const struct path path, const struct projection p, float *value) {
+    float blended[BUFFER];
+    blend_rows(plane, path, p, blended);
+    const float side = p.scale * SIDE;
     for (uint i = 0; i < SPAN; i++) {
-        const float r = (float)(int)(STEP * i) - REACH, at = path.u + r * (path.u_slope + r * path.u_bend);
-        const int wanted = (int)at, first = wanted < BUFFER - READS ? wanted : BUFFER - READS;
-#if TAPS
-        const float side = p.scale * SIDE;
+        const struct place at = across_at(path, (int)(STEP * i), p);
+        const int first = at.pixel < BUFFER - READS ? at.pixel : BUFFER - READS;
         float sum = 0.0f;
         __attribute__((opencl_unroll_hint(READS)))
-        for (int n = 0; n < READS; n++) sum += share_of(at - (float)(first + n), side) * blended[first + n];
+        for (int n = 0; n < READS; n++) sum += share_of(at.past - (float)n, side) * blended[first + n];
         value[i] = sum * (1.0f / (side * side));
-#elif BENDS
-        const struct beside found = beside_of(0, at + 0.5f, 0.5f * p.scale * SIDE);
-        const int own = found.own < BUFFER - 2 ? found.own : BUFFER - 2;
-        value[i] = bent(blended[own - 1], blended[own], blended[own + 1], found);
-#else
-        value[i] = blended[first] + (at - (float)first) * (blended[first + 1] - blended[first]);
-#endif
     }
 }
+#else
+// Read the photosites of a span, each across and then down at its own place: value (SPAN).
+INLINE void read_areas(global const float *plane, const struct path path, const struct projection p, float *value) {
+    for (uint i = 0; i < SPAN; i++) value[i] = 0.0f;
+    for (uint n = 0; n < path.rows; n++) {
+        global const float *line = plane + (size_t)clamped(path.row + (int)n, p.scene_height) * p.scene_width;
+        for (uint i = 0; i < SPAN; i++) {
+            const struct place at = across_at(path, (int)(STEP * i), p);
+            const float low = (path.v - (float)(int)n) + path.v_slope * ((float)at.pixel + at.past), side = p.scale * SIDE;
+            value[i] += share_of(low, side) * along(line, 1, 0, p.scene_width, path.column + at.pixel, at.past + 0.5f, 0.5f * side);
+        }
+    }
+}
+#endif
 
 #if EVEN
 #include "swept_even.h"
@@ -68,9 +70,7 @@ INLINE void read_span(global const float *plane, const struct path path, const s
     if (path.column > 0 && path.column + BUFFER <= (int)p.scene_width) read_even(plane, path, p, 0, value);
     else read_even(plane, path, p, 1, value);
 #else
-    float blended[BUFFER];
-    blend_rows(plane, path, p, blended);
-    read_blended(blended, path, p, value);
+    read_areas(plane, path, p, value);
 #endif
 }
 

@@ -5,13 +5,18 @@
 
 #define PIXELS (STEP * (SPAN - 1) + 3) // of a line that a span reads, at most
 
-// Two lines' readings of the photosites of a span: across by `at`, then down.
-#define READ_PAIRS(upper, lower)                                                                                   \
-    for (uint i = 0; i < SPAN; i++) {                                                                              \
-        const float r = (float)(int)(STEP * i) - reach, at = from + r * (drift + r * path.u_bend);                 \
-        const float above = upper[STEP * i] + at * (upper[STEP * i + 1] - upper[STEP * i]);                        \
-        const float below = lower[STEP * i] + at * (lower[STEP * i + 1] - lower[STEP * i]);                        \
-        value[i] = above + (down + step * (float)(int)i) * (below - above);                                        \
+// Where photosite i of a span reads, `at` right of pixel STEP i of what it sees along its row, and `low` below the first row.
+#define READ_AT                                                                                                          \
+    const float k = (float)(int)(STEP * i), at = from + k * (path.u_drift + (k - 2.0f * REACH) * path.u_bend);           \
+    const float down = (low + step * (float)(int)i) + path.v_slope * at;
+
+// Two lines' readings of the photosites of a span: across, then down.
+#define READ_PAIRS(upper, lower)                                                                                         \
+    for (uint i = 0; i < SPAN; i++) {                                                                                    \
+        READ_AT                                                                                                          \
+        const float above = upper[STEP * i] + at * (upper[STEP * i + 1] - upper[STEP * i]);                              \
+        const float below = lower[STEP * i] + at * (lower[STEP * i + 1] - lower[STEP * i]);                              \
+        value[i] = above + down * (below - above);                                                                       \
     }
 
 // Copy the pixels of a line from column `first` on, (PIXELS); beyond the scene its edge pixels continue.
@@ -24,11 +29,10 @@ INLINE void copy_line(global const float *line, const int first, const uint widt
 
 // edge: whether pixels lie beyond the scene.
 INLINE void read_even(global const float *plane, const struct path path, const struct projection p, const int edge, float *value) {
-    const float drift = path.u_slope - 1.0f, reach = REACH, even = path.u - reach;
-    const int first = whole(even + reach * (reach * path.u_bend - (drift < 0.0f ? -drift : drift)));
-    const float from = even - (float)first, low = path.v + path.v_slope * (float)first, step = (float)STEP * path.v_slope;
-    if (path.rows == 2u && from + reach * (reach * path.u_bend + (drift < 0.0f ? -drift : drift)) < 1.0f) { // 2 x 2 pixels each
-        const float down = low + path.v_slope * from;
+    const float most = 2.0f * REACH * path.u_drift, swing = REACH * REACH * path.u_bend; // of the last photosite; most is below 1
+    const int first = whole(path.u + smaller(most, 0.0f) + smaller(-swing, 0.0f));
+    const float from = path.u - (float)first, low = path.v + path.v_slope * (float)first, step = (float)STEP * path.v_slope;
+    if (path.rows == 2u && from + larger(most, 0.0f) + larger(-swing, 0.0f) < 1.0f) { // 2 x 2 pixels each
         global const float *upper = plane + (size_t)clamped(path.row, p.scene_height) * p.scene_width;
         global const float *lower = plane + (size_t)clamped(path.row + 1, p.scene_height) * p.scene_width;
         if (edge) {
@@ -42,37 +46,16 @@ INLINE void read_even(global const float *plane, const struct path path, const s
         READ_PAIRS(upper, lower)
         return;
     }
-    float line[PIXELS];
-#if STEP == 1
-    float pixels[SPAN + 2];
-    for (uint j = 0; j < SPAN + 2; j++) pixels[j] = 0.0f;
-    for (uint n = 0; n < path.rows; n++) {
-        copy_line(plane + (size_t)clamped(path.row + (int)n, p.scene_height) * p.scene_width, path.column + first, p.scene_width, line);
-        for (uint j = 0; j < SPAN + 2; j++)
-            pixels[j] += share_of((low - (float)(int)n) + path.v_slope * (float)(int)j, 0.0f) * line[j];
-    }
-#else
-    float left[SPAN + 1], right[SPAN];
-    for (uint i = 0; i < SPAN; i++) left[i] = right[i] = 0.0f;
-    left[SPAN] = 0.0f;
-    for (uint n = 0; n < path.rows; n++) {
+    for (uint i = 0; i < SPAN; i++) value[i] = 0.0f;
+    for (uint n = 0; n < path.rows; n++) { // of three pixels of a line, and each line with its share for the photosite's own place
+        float line[PIXELS];
         copy_line(plane + (size_t)clamped(path.row + (int)n, p.scene_height) * p.scene_width, path.column + first, p.scene_width, line);
         for (uint i = 0; i < SPAN; i++) {
-            const float at = (low - (float)(int)n) + step * (float)(int)i;
-            left[i] += share_of(at, 0.0f) * line[2 * i];
-            right[i] += share_of(at + path.v_slope, 0.0f) * line[2 * i + 1];
+            READ_AT
+            const float a = at < 1.0f ? 1.0f - at : 0.0f, c = at > 1.0f ? at - 1.0f : 0.0f;
+            const float across = a * line[STEP * i] + ((1.0f - a) - c) * line[STEP * i + 1] + c * line[STEP * i + 2];
+            value[i] += share_of(down - (float)(int)n, 0.0f) * across;
         }
-        left[SPAN] += share_of((low - (float)(int)n) + step * SPAN, 0.0f) * line[2 * SPAN];
-    }
-#endif
-    for (uint i = 0; i < SPAN; i++) {
-        const float r = (float)(int)(STEP * i) - reach, at = from + r * (drift + r * path.u_bend);
-        const float a = at < 1.0f ? 1.0f - at : 0.0f, c = at > 1.0f ? at - 1.0f : 0.0f;
-#if STEP == 1
-        value[i] = a * pixels[i] + ((1.0f - a) - c) * pixels[i + 1] + c * pixels[i + 2];
-#else
-        value[i] = a * left[i] + ((1.0f - a) - c) * right[i] + c * left[i + 1];
-#endif
     }
 }
 

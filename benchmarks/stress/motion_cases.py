@@ -67,7 +67,8 @@ def inside(frame: Outcome, margin: int) -> Outcome:
 
 def swept(inputs: Inputs, by_instants: bool) -> Outcome:
     """A picture that a camera pans and rolls over, its rows read out one after the other."""
-    light = picture(inputs).astype(np.float64)
+    scale = number(inputs, "scale")
+    light = np.resize(picture(inputs), (round(scale * ROWS), round(scale * COLUMNS))).astype(np.float64)
     motion = SteadyMotion(
         pan_deg_per_s=number(inputs, "way_px") / PX_PER_DEGREE / TIME_S, roll_deg_per_s=number(inputs, "roll_deg") / TIME_S
     )
@@ -131,6 +132,7 @@ MOVING: dict[str, Domain] = {
     "way_px": Real(-6.0, 6.0, switches=WAYS),
     "roll_deg": Real(-3.0, 3.0, switches=(0.0, 0.01)),
     "row_s": Choice((0.0, 1e-5, 1e-4)),
+    "scale": Choice((0.4, 0.75, 1.0, 1.0)),  # scene pixels per photosite
     "electrons": Real(5.0, 2e4, log=True),
 }
 SHIFTING: dict[str, Domain] = {
@@ -143,7 +145,7 @@ SHIFTING: dict[str, Domain] = {
 WHY = "the shot's error budget, for 99.9 % of the photosites, each in its own noise"
 
 CASES = (
-    StressCase("swept_projection", ("swept_rows", "swept_places"), MOVING, run_swept_projection, WHY, most_sigma=0.5),
+    StressCase("swept_projection", ("swept_rows", "swept_places"), MOVING, run_swept_projection, WHY, keeps=True),
     StressCase("swept_shift", ("swept_shift",), SHIFTING, run_swept_shift, WHY, most_sigma=0.5),
     StressCase("weighted_light", ("weighted_light",), MOVING, run_weighted_light, WHY, keeps=True),
     StressCase(

@@ -19,6 +19,8 @@ from simulator.pipeline.execution import expose
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 
+TOGETHER = 160  # instants of a mean that are read at a time
+
 
 def plan_moving(shot: Shot, lines: LineTimes | None = None) -> Plan:
     """Plan of a shot whose lines are open at these times."""
@@ -47,16 +49,19 @@ def rolling(rows: int, time_s: float, row_s: float) -> LineTimes:
 def places_seen(
     camera: CameraPath, time_s: np.ndarray, x: np.ndarray, y: np.ndarray, distance_px: float, depth_m: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Places at rest that places x, y on the sensor [photosites from the axis] see at some times, by rays through space."""
+    """Places at rest that places x, y on the sensor [photosites from the axis] see at some times, by rays through space.
+
+    Times and places may have any shapes that broadcast.
+    """
     pose = camera.poses(np.ravel(time_s))
-    rays = np.stack([x, -y, np.full_like(x, -distance_px)], axis=-1)
-    turned = Rotation.from_euler("xyz", pose.rotation_rad).apply(rays)
+    turns = Rotation.from_euler("xyz", pose.rotation_rad).as_matrix().reshape(*np.shape(time_s), 3, 3)
+    met = [turns[..., axis, 0] * x - turns[..., axis, 1] * y - turns[..., axis, 2] * distance_px for axis in range(3)]
     if not np.isfinite(depth_m):
-        met = turned / -turned[:, 2:]
-    else:
-        along = (-depth_m - pose.location_m[:, 2]) / turned[:, 2]
-        met = (pose.location_m + along[:, None] * turned) / depth_m
-    return distance_px * met[:, 0], -distance_px * met[:, 1]
+        return distance_px * met[0] / -met[2], -distance_px * met[1] / -met[2]
+    from_m = pose.location_m.reshape(*np.shape(time_s), 3)
+    along = (-depth_m - from_m[..., 2]) / met[2]
+    at = [(from_m[..., axis] + along * met[axis]) / depth_m for axis in (0, 1)]
+    return distance_px * at[0], -distance_px * at[1]
 
 
 def seen_at(picture: np.ndarray, u: np.ndarray, v: np.ndarray, side: float) -> np.ndarray:
@@ -94,18 +99,17 @@ def dense_mean(
     Where the scene has fewer pixels than photosites it is the mean over the photosite.
     sensor: rows, columns. opens_s: (rows,). Returns (rows, columns) float64.
     """
-    rows, columns = np.mgrid[: sensor[0], : sensor[1]]
-    x, y = columns.ravel() + 0.5 - 0.5 * sensor[1], rows.ravel() + 0.5 - 0.5 * sensor[0]
-    total, side = np.zeros(x.size), projection.scale * projection.is_bilinear
-    for part in (np.arange(instants) + 0.5) / instants:
-        time = opens_s[rows.ravel()] + part * time_s
-        light, through = np.zeros(x.size), np.ones(x.size)
+    y, x = (np.arange(count) + 0.5 - 0.5 * count for count in sensor)
+    total, side = np.zeros(sensor), projection.scale * projection.is_bilinear
+    for parts in np.array_split((np.arange(instants) + 0.5) / instants, -(-instants // TOGETHER)):
+        time = opens_s[:, None] + time_s * parts[:, None, None]  # (instants, rows, 1)
+        light, through = np.zeros((len(parts), *sensor)), np.ones((len(parts), *sensor))
         for picture, coverage, depth_m in pictures:
-            right, down = places_seen(camera, time, x, y, distance_px, depth_m)
+            right, down = places_seen(camera, time, x, y[:, None], distance_px, depth_m)
             u = projection.offset_x + projection.scale * (right + 0.5 * sensor[1]) - 0.5
             v = projection.offset_y + projection.scale * (down + 0.5 * sensor[0]) - 0.5
             light += through * seen_at(picture, u, v, side)
             if coverage is not None:
                 through *= 1.0 - seen_at(coverage, u, v, side)
-        total += light / instants
-    return total.reshape(sensor)
+        total += light.sum(axis=0) / instants
+    return total

@@ -95,6 +95,7 @@ class TimedPath:
         steps = np.linalg.norm(np.diff(self.displacement_px, axis=0), axis=-1)
         self.steps_px = steps.max(axis=1, initial=0.0)
         self.goes_on = False  # beyond the sensor's border
+        self.straight_px = STRAIGHT_PX
         self.spacing: EndSpacing | None = None  # of `instants` by speed
         self.late_s = np.zeros(1)  # of lines beyond it, after those at the border
 
@@ -102,6 +103,12 @@ class TimedPath:
         """Return the same path, which goes on evenly beyond the sensor's border, as lines would that lie there."""
         found = copy(self)
         found.goes_on = True
+        return found
+
+    def straight_within(self, straight_px: float) -> Self:
+        """Return the same path, whose ways count as straight only within this distance [photosites], up to STRAIGHT_PX."""
+        found = copy(self)
+        found.straight_px = min(straight_px, STRAIGHT_PX)
         return found
 
     def spaced(self, spacing: EndSpacing | None) -> Self:
@@ -150,7 +157,7 @@ class TimedPath:
         """Return the speed x, y of ways at each of `times_s`, (times, 2), that are straight and even; None: they are not."""
         come = (self.times_s - self.times_s[0])[:, None]
         speed = (ways[-1] - ways[0]) / max(float(come[-1, 0]), 1e-300)
-        return speed if np.abs(ways[0] + speed * come - ways).max() <= STRAIGHT_PX else None
+        return speed if np.abs(ways[0] + speed * come - ways).max() <= self.straight_px else None
 
     def shift_at(self, times_s: np.ndarray, surface: int) -> np.ndarray:
         """Return the displacement x, y of a surface in the sensor's middle at times from the release, (..., 2) [photosites]."""

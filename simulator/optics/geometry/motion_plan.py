@@ -33,7 +33,8 @@ from simulator.sensor.camera.camera import Camera
 from simulator.sensor.camera.camera_sections import Window
 
 SAME_PLACE_PX = 1e-6  # distance of places on the sensor that are the same [photosites]
-SAME_SHIFT_PX = 1e-3  # difference of shifts of an image that are the same [photosites]
+SAME_SHIFT_PX = 1e-3  # largest difference of shifts of an image that are the same [photosites]
+SAME_SHARE = 0.05  # of the allowed error, for shifts that are the same, and for ways that are straight
 
 MOST_NODES = 16384  # instants that the lines of a rolling shutter share
 MOST_TILT = 0.01  # rows per column of the picture up to which rows are blended before columns
@@ -124,7 +125,7 @@ class MotionPlan:
     blur: what follows the method "swept_first"; None: another method. reason: why no cheaper method was taken; "": none is.
     lamp_count: instants of each line where lamps pass, if that is more than `count`; 0: it is not. even_count: even instants
     of each line that are as exact as `count`, which may lie denser at the ends of the path (`TimedPath.spaced`), and as those
-    of lamps.
+    of lamps. same_px: difference of shifts of the image that are the same [photosites].
     """
 
     method: MotionMethod
@@ -138,6 +139,7 @@ class MotionPlan:
     blur: FixedBlur | None = None
     reason: str = ""
     lamp_count: int = 0
+    same_px: float = SAME_SHIFT_PX
 
     @property
     def is_common(self) -> bool:
@@ -216,7 +218,7 @@ class MotionPlan:
 
     @cached_property
     def is_shift(self) -> bool:
-        """Whether all places of the nearest surface's image move by the same way, to SAME_SHIFT_PX over the sensor."""
+        """Whether all places of the nearest surface's image move by the same way, to `same_px` over the sensor."""
         return self._shifts(0)
 
     @cached_property
@@ -225,10 +227,7 @@ class MotionPlan:
         return all(map(self._shifts, range(len(self.path.motion.surfaces))))
 
     def _shifts(self, surface: int) -> bool:
-        own = self.path.motion
-        reach = 0.5 * math.hypot(own.geometry.width_px, own.geometry.height_px)
-        turn = np.abs(own.homographies(self.path.poses, surface) - np.eye(3)).max(axis=0)
-        return reach * float(turn[:2, :2].max() + reach * turn[2, :2].max()) < SAME_SHIFT_PX
+        return _turn_px(self.path.motion, self.path.poses, surface) < self.same_px
 
     @property
     def turns_slowly(self) -> bool:
@@ -279,6 +278,12 @@ def plan_motion(
         return Skipped(f"the image moves by up to {farthest:.2g} photosites, {sigma:.2g} sigma", sigma)
     length = path.length
     contrast = need.contrast_along(length.longest_px)
+    steepest = max(need.largest, need.dark, need.dark_bend, contrast)
+    same_px = min(SAME_SHIFT_PX, SAME_SHARE * need.allowed / steepest)
+    path = path.straight_within(same_px)
+    apart_px = max(_turn_px(path.motion, path.poses, surface) for surface in range(len(path.motion.surfaces)))
+    left_out = steepest * apart_px if SAME_PLACE_PX * same_px < apart_px < same_px else 0.0  # of turns of an image that shifts
+    need = replace(need, allowed=need.allowed - left_out)
     dark = max(need.dark, need.dark_bend, contrast)
     even = SpacedInstants.even(length, dark, need.allowed, need.cut_off)
     spaced = SpacedInstants.fewest(length, contrast, dark, need.allowed, need.cut_off)
@@ -293,15 +298,16 @@ def plan_motion(
         error = max(error, path.instants_error(lamp_count, length, need.lamps))
     else:
         lamp_count = 0
-    everywhere = max(count, lamp_count)
+    everywhere, error = max(count, lamp_count), error + left_out
     if vectors is not None:
         count, lamp_count = everywhere, 0
     alike, (deep, parallax_px) = vectors is None and _moves_alike(path), _shifted_by_depth(path)
     parallax = need.largest * parallax_px / max(length.longest_px, 1.0)
     if deep is not None and parallax <= need.allowed:  # all of the surface moves as its nearest place
         deep, error = None, error + parallax
+    swept = MotionPlan("swept", path, length, count, error, alike, even_count, vectors, lamp_count=lamp_count, same_px=same_px)
     if blur is None and deep is None:
-        return MotionPlan("swept", path, length, count, error, alike, even_count, vectors, lamp_count=lamp_count)
+        return swept
     reason = blur if isinstance(blur, str) else ""
     if isinstance(blur, FixedBlur):
         skew = path.skew
@@ -311,13 +317,11 @@ def plan_motion(
         reason = f"swept first it would be wrong by {fixed / need.allowed:.2g} times the tolerance"
         can_sweep = deep is None and (vectors is None or blur.samples_per_axis == 1)
         if can_sweep and fixed <= need.allowed:
-            total = error + fixed
-            kept = even_count, vectors, blur
-            return MotionPlan("swept_first", path, length, count, total, alike, *kept, lamp_count=lamp_count)
+            return replace(swept, method="swept_first", error=error + fixed, blur=blur)
     if moving.vectors is not None:
         raise PhotositeError(_why_no_vectors(blur is None), key="motion.vectors", value=moving.vectors.image)
     if can_join and not (alike and deep is None and len(path.motion.surfaces) == 1):
-        return MotionPlan("joint", path, length, everywhere, error, alike, even_count)
+        return MotionPlan("joint", path, length, everywhere, error, alike, even_count, same_px=same_px)
     if deep is not None:
         raise PhotositeError(
             f"moves the image of layer {deep} by its distance, which differs from pixel to pixel; turn the camera "
@@ -331,6 +335,13 @@ def plan_motion(
             key="motion",
         )
     return MotionPlan("instants", path, length, everywhere, error, alike, even_count, reason=reason)
+
+
+def _turn_px(motion: ImageMotion, poses: np.ndarray, surface: int) -> float:
+    """Return the largest way by which places of a surface's image move apart over the sensor, at most [photosites]."""
+    reach = 0.5 * math.hypot(motion.geometry.width_px, motion.geometry.height_px)
+    turn = np.abs(motion.homographies(poses, surface) - np.eye(3)).max(axis=0)
+    return reach * float(turn[:2, :2].max() + reach * turn[2, :2].max())
 
 
 def _why_no_vectors(is_sharp: bool) -> str:

@@ -58,6 +58,23 @@ def test_a_moving_camera_gives_the_mean_of_all_it_sees(scale, motion, by_rows, r
     assert abs(found.mean() - truth.mean()) < 2e-5
 
 
+@pytest.mark.parametrize(("scale", "roll_deg"), [(1.0, 0.01), (1.0, 0.3), (0.4, 0.3), (1.0, 0.0)], ids=str)
+def test_bright_pixels_over_black_keep_what_is_told_where_the_camera_turns_a_little(scale, roll_deg):
+    """By the noise of the dark beside them: each photosite reads at its own place, and a pan is no shift to its noise."""
+    picture = 10.0 * (np.random.default_rng(3).random((round(20 * scale), round(36 * scale))) < 0.3)
+    camera = small_camera(36, 20, pixel_pitch_um=PITCH_UM)
+    motion = SteadyMotion(pan_deg_per_s=math.degrees(1.0 / DISTANCE_PX) / 0.01, roll_deg_per_s=roll_deg / 0.01)
+    shot = replace(shot_of(band_scene(picture, math.inf), motion, camera=camera), tolerance=0.1)
+    planned = plan_moving(shot, rolling(20, 0.01, 1e-4))
+    found, opens = moving_light(planned), 1e-4 * np.arange(20)
+    projection = planned.optics.projection
+    truth = dense_mean([(picture, None, math.inf)], motion, projection, (20, 36), DISTANCE_PX, opens, 0.01, instants=1200)
+    electrons = planned.optics.accuracy.electrons_per_radiance * float(planned.optics.weights.max())
+    error = electrons * np.abs(found - truth) / np.sqrt(electrons * truth + 1.0)
+    assert electrons > 5e3 and planned.optics.sweeps_rows and not planned.optics.sweeps_shift()
+    assert np.quantile(error, 0.999) < max(0.1, planned.error_budget.predicted_sigma)
+
+
 def test_a_fine_scene_is_averaged_over_each_photosite_along_its_path():
     """Two pixels per photosite: each is the mean of 2 x 2 pixels around each place of a horizontal path, exactly."""
     picture = texture(2.0)
