@@ -27,7 +27,7 @@ struct frame {
     uint mosaic_row, colour;        // of the plane in `mosaic`; of the layers' planes (STEP 2: not read)
     uint instants, lines;           // of each line; of the table
     int first_row;                  // of the sensor, to which the first line belongs
-    uint over;                      // rows of each line
+    uint line_rows;                 // of each line
     uint scene_width, scene_height; // [px]
     float scale, offset_x, offset_y; // scene pixels per photosite; scene position of the sensor's upper left corner [px]
     float rests[3];                 // what float32 leaves of them
@@ -42,7 +42,7 @@ kernel void layer_cells(global const float *restrict layer_0, global const float
     const struct span own = spans[get_global_id(0)];
     const int begin = own.column - frame.origin_x, row = own.row - frame.origin_y;
     const uint colour = STEP == 1 ? frame.colour : cfa_plane((uint)begin, (uint)row);
-    const size_t line = frame.lines > 1 ? (size_t)(own.row - frame.first_row) / frame.over * frame.instants : 0;
+    const size_t line = frame.lines > 1 ? (size_t)(own.row - frame.first_row) / frame.line_rows * frame.instants : 0;
     const size_t pixels = (size_t)frame.scene_width * frame.scene_height;
     const long step = in_fixed_point(frame.scale, frame.rests[0]);
     const struct place x = sample_place(in_fixed_point(frame.offset_x, frame.rests[1]), step, own.column);

@@ -174,7 +174,8 @@ class OpticsPlan:
         instants = path.of_shift(range(self.covering_layers)).instants(COUNTED_INSTANTS)
         ways = instants.pose_numbers.reshape(*instants.weights.shape, self.covering_layers, 2)
         columns = np.arange(over * window.x // WIDE * WIDE, over * (window.x + window.width), WIDE)
-        return float(crossed_spans(self.layer_edges, self.projection, ways, over * rows, columns, over).mean())
+        least, most = ways.min(axis=1), ways.max(axis=1)
+        return float(crossed_spans(self.layer_edges, self.projection, least, most, over * rows, columns, over).mean())
 
     @cached_property
     def cell_instants(self) -> int:

@@ -95,16 +95,21 @@ def is_crossed(blocks: np.ndarray, left: np.ndarray, right: np.ndarray, top: np.
 
 
 def crossed_spans(
-    edges: LayerEdges, projection: Projection, ways: np.ndarray, rows: np.ndarray, columns: np.ndarray, over: int
+    edges: LayerEdges,
+    projection: Projection,
+    least: np.ndarray,
+    most: np.ndarray,
+    rows: np.ndarray,
+    columns: np.ndarray,
+    over: int,
 ) -> np.ndarray:
     """Whether an edge of a layer lies in what WIDE samples of a row see at any instant, (rows, columns).
 
-    ways: (rows or 1, instants, layers, 2) x, y [photosites]. rows, columns: of the first samples of WIDE on the sensor.
-    over: samples per photosite and axis. Samples smaller than a pixel see as far as one beside them.
+    least, most: (rows or 1, layers, 2) x, y of layers' ways [photosites]. rows, columns: of the first samples of WIDE on the
+    sensor. over: samples per photosite and axis. Samples smaller than a pixel see as far as one beside them.
     """
     found, scale = np.zeros((len(rows), len(columns)), bool), projection.scale / over
-    beside = max(1.0 - scale, 0.0)
-    least, most = (projection.scale * choose(ways, axis=1) for choose in (np.min, np.max))
+    beside, least, most = max(1.0 - scale, 0.0), projection.scale * least, projection.scale * most
     for layer, blocks in edges.blocks.items():
         left = projection.offset_x + scale * columns[None, :] + least[:, layer, :1] - beside
         right = projection.offset_x + scale * (columns[None, :] + WIDE) + most[:, layer, :1] + beside

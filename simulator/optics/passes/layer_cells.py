@@ -2,17 +2,15 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from simulator.device import Buffer, Device, Kernel
 from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.mixed_edges import SPAN, WIDE, crossed_spans
-from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import ANY_CFA
 from simulator.optics.optics_plan import MOST_SHIFTED_LAYERS, SAME_SCALE, OpticsPlan
-from simulator.optics.passes.swept_layers import instants_of
+from simulator.optics.passes.swept_layers import Find, Places
 from simulator.sensor.camera.camera_sections import Window
 
 FILE = "layer_cells.cl"
@@ -20,22 +18,25 @@ BAND_CELLS = 2**17  # of the table of a launch: lines times instants
 LEAST_PART = 1e-7  # of a photosite's side that is no pixel more
 
 
-def cells_mosaic(optics: OpticsPlan, motion: MotionPlan, device: Device, planes: list[Buffer], means: Buffer | None) -> Buffer:
-    """Return the mosaic (height, width) float32 of layers for which `OpticsPlan.mixes_edges` holds.
+def cells_mosaic(
+    optics: OpticsPlan, find: Find, count: int, device: Device, planes: list[Buffer], means: Buffer | None
+) -> Buffer:
+    """Return the mosaic (height, width) float32 of layers that shift apart, exactly where an edge of one crosses photosites.
 
-    planes: as of `swept_mosaic`. means: composited means over photosites, which are overwritten where an edge of a layer
-    crosses; None: all photosites are computed.
+    find, count: places of the layers, and how many each line has. planes: as of `swept_mosaic`. means: composited means over
+    photosites, which are overwritten where an edge crosses; None: all photosites are computed.
     """
     window, colors = optics.window, optics.cfa.colors
     found = device.empty((window.height, window.width), np.float32) if means is None else means
-    cells = _Cells(optics, motion, device, planes, window, 1, 2 if len(colors) > 1 else 1, means is None)
+    cells = _Cells(optics, find, count, device, planes, window, 1, 2 if len(colors) > 1 else 1, means is None)
     cells.write(found, colors[:1])
     return found
 
 
 def cells_planes(
     optics: OpticsPlan,
-    motion: MotionPlan,
+    find: Find,
+    count: int,
     device: Device,
     planes: list[Buffer],
     window: Window,
@@ -46,7 +47,7 @@ def cells_planes(
     channels = optics.channels
     shape = channels, over * window.height, over * window.width
     found = device.empty(shape, np.float32) if means is None else means
-    _Cells(optics, motion, device, planes, window, over, 1, means is None).write(found, range(channels))
+    _Cells(optics, find, count, device, planes, window, over, 1, means is None).write(found, range(channels))
     return found
 
 
@@ -56,7 +57,8 @@ class _Cells:
     def __init__(
         self,
         optics: OpticsPlan,
-        motion: MotionPlan,
+        find: Find,
+        count: int,
         device: Device,
         planes: list[Buffer],
         window: Window,
@@ -65,7 +67,7 @@ class _Cells:
         is_everywhere: bool,
     ) -> None:
         self.optics, self.device, self.scene, self.window, self.over, self.step = optics, device, planes, window, over, step
-        self.plan = replace(motion, count=optics.cell_instants, lamp_count=0)
+        self.find, self.band_rows = find, max(BAND_CELLS // count, 1)
         self.projection, self.layers = optics.projection, optics.covering_layers
         self.scale = self.projection.scale / over
         is_square = self.projection.nearest or self.scale > 1.0 + SAME_SCALE  # else a sample is read between pixels
@@ -74,19 +76,17 @@ class _Cells:
 
     def write(self, found: Buffer, colours: Sequence[int]) -> None:
         """Write one plane for each of some colours."""
-        window, lines = self.window, 1 if self.plan.is_common else self.window.height
-        rows = max(BAND_CELLS // self.plan.count, 1) if lines > 1 else window.height
-        kernel = self._kernel()
-        for first in range(0, window.height, rows):
-            band = Window(window.x, window.y + first, window.width, min(rows, window.height - first))
-            places = instants_of(self.plan, band, self.layers)
-            spans = self._spans(band, places.ways)
+        window, kernel = self.window, self._kernel()
+        for first in range(0, window.height, self.band_rows):
+            band = Window(window.x, window.y + first, window.width, min(self.band_rows, window.height - first))
+            places = self.find(band)
+            spans = self._spans(band, places)
             if not len(spans):
                 continue
-            cells = self._cells(places.ways, places.weights)
+            cells = self._cells(places)
             buffers = {"instants": self.device.upload(cells), "spans": self.device.upload(spans), "mosaic": found}
             for number, colour in enumerate(colours):
-                frame = self._frame(band, number, colour, cells.shape)
+                frame = self._frame(band, places, number, colour)
                 surfaces = {f"layer_{n}": self.scene[min(n, self.layers - 1)] for n in range(MOST_SHIFTED_LAYERS)}
                 self.device.run(kernel, (len(spans),), (1,), **surfaces, **buffers, frame=frame)
             self.device.finish()  # the tables are freed on return
@@ -100,7 +100,7 @@ class _Cells:
         layers = {"LAYERS": self.layers, "CHANNELS": self.optics.channels}
         return self.device.kernel("layer_cells", {**filter_, **layers, **sizes, "OVER": 1, "BENDS": 0}, file=FILE)
 
-    def _frame(self, band: Window, number: int, colour: int, shape: tuple[int, ...]) -> dict[str, object]:
+    def _frame(self, band: Window, places: Places, number: int, colour: int) -> dict[str, object]:
         projection, over, window = self.projection, self.over, self.window
         numbers = np.array([self.scale, projection.offset_x, projection.offset_y])
         return {
@@ -109,10 +109,10 @@ class _Cells:
             "width": over * window.width,
             "mosaic_row": number * over * window.height,
             "colour": colour,
-            "instants": shape[1],
-            "lines": shape[0],
-            "first_row": over * band.y,
-            "over": over,
+            "instants": places.ways.shape[1],
+            "lines": len(places.ways),
+            "first_row": over * (band.y - places.above),
+            "line_rows": over * places.rows,
             "scene_width": projection.scene_width,
             "scene_height": projection.scene_height,
             "scale": self.scale,
@@ -123,15 +123,18 @@ class _Cells:
             "side": self.side_px,
         }
 
-    def _spans(self, band: Window, ways: np.ndarray) -> np.ndarray:
+    def _spans(self, band: Window, places: Places) -> np.ndarray:
         """Spans of rows of photosites, or of samples, in which an edge of a layer lies at any instant: (spans,) struct span."""
         over, step = self.over, self.step
         rows = np.arange(over * band.y, over * (band.y + band.height))
         columns = np.arange(over * band.x // WIDE * WIDE, over * (band.x + band.width), WIDE)
         crossed = np.ones((len(rows), len(columns)), bool)
         if not self.is_everywhere:
-            own = ways if len(ways) == 1 else np.repeat(ways, over, axis=0)
-            crossed = crossed_spans(self.optics.layer_edges, self.optics.projection, own, rows, columns, over)
+            least, most = (choose(places.ways, axis=1) for choose in (np.min, np.max))
+            if len(least) > 1:
+                line = (rows - over * (band.y - places.above)) // (over * places.rows)
+                least, most = least[line], most[line]
+            crossed = crossed_spans(self.optics.layer_edges, self.optics.projection, least, most, rows, columns, over)
         row, column = np.nonzero(crossed)
         begins = np.arange(2) * (1 if step == 2 else SPAN)
         found = np.zeros((len(row), 2), declared_struct(kernel_source(FILE), "span"))
@@ -139,16 +142,16 @@ class _Cells:
         found["column"] = columns[column][:, None] + begins
         return found.ravel()
 
-    def _cells(self, ways: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """Table of the kernel, (lines, instants) struct cells. ways: (lines, instants, layers, 2) x, y [photosites]."""
-        places = self.projection.scale * ways
-        found = np.zeros(places.shape[:2], declared_struct(kernel_source(FILE), "cells"))
-        own = np.floor(places[:, :, -1])
+    def _cells(self, places: Places) -> np.ndarray:
+        """Table of the kernel, (lines, instants) struct cells."""
+        ways = self.projection.scale * places.ways
+        found = np.zeros(ways.shape[:2], declared_struct(kernel_source(FILE), "cells"))
+        own = np.floor(ways[:, :, -1])
         for axis, (pixel, past, begins, numbers) in enumerate(
             (("column", "right", "across", "left"), ("row", "down", "below", "above"))
         ):
-            found[pixel], found[past] = own[..., axis], places[:, :, -1, axis] - own[..., axis]
-            apart = places[..., axis] - places[:, :, -1:, axis]
+            found[pixel], found[past] = own[..., axis], ways[:, :, -1, axis] - own[..., axis]
+            apart = ways[..., axis] - ways[:, :, -1:, axis]
             whole = np.floor(apart)
             border = 1.0 - (apart - whole)  # of the next pixel of each layer, within one of the last layer
             cuts = np.sort(np.where(border >= 1.0, 0.0, border), axis=-1)
@@ -158,5 +161,5 @@ class _Cells:
                 is_next = border <= cuts[..., cell, None]
                 for layer in range(self.layers):
                     found[numbers][..., 4 * cell + layer] = whole[..., layer] + is_next[..., layer]
-        found["weight"] = weights / self.side_px**2
+        found["weight"] = places.weights / self.side_px**2
         return found

@@ -70,6 +70,12 @@ def layers_planes(
     return sweep.planes()
 
 
+def finer_instants(optics: OpticsPlan, motion: MotionPlan) -> Find:
+    """Return what finds places of layers at the instants of `OpticsPlan.cell_instants`."""
+    finer, layers = replace(motion, count=optics.cell_instants, lamp_count=0), optics.covering_layers
+    return lambda rows: instants_of(finer, rows, layers)
+
+
 def points_mosaic(
     optics: OpticsPlan, blur: Defocus, motion: MotionPlan, device: Device, planes: list[Buffer], progress: Progress
 ) -> Buffer:
@@ -78,7 +84,7 @@ def points_mosaic(
     blur: of the lens, with the motion.
     """
     layers, count = optics.covering_layers, int(sample_count(np.array([blur.largest_px]), blur)[0])
-    sweep = _Sweep(optics, device, planes, count, lambda rows: _points(blur, motion, rows, layers, count), layers)
+    sweep = _Sweep(optics, device, planes, count, lambda rows: points_of(blur, motion, rows, layers, count), layers)
     return sweep.mosaic(progress)
 
 
@@ -194,7 +200,7 @@ def instants_of(plan: MotionPlan, window: Window, layers: int) -> Places:
     return Places(begin + shares[:, None, None] * (end - begin), weights)
 
 
-def _points(blur: Defocus, plan: MotionPlan, window: Window, layers: int, count: int) -> Places:
+def points_of(blur: Defocus, plan: MotionPlan, window: Window, layers: int, count: int) -> Places:
     """Places that points of the aperture see, each at its instant. Rows that see them alike share them, to CELL_PX."""
     motion = blur.motion
     assert motion is not None  # else no point carries an instant
