@@ -1,17 +1,18 @@
-"""Cases of the kernels of layers that move apart: composited at each instant, from their pixels or from means of them."""
+"""Cases of the kernels of layers that move apart: composited at each instant, from means over photosites, or within them."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
-from helpers.layer_truth import dense_layers, dense_points
-from helpers.moving_frame import plan_moving
+from helpers.layer_truth import dense_layers, exact_layers
+from helpers.moving_frame import plan_moving, without_edges
 from helpers.scene_builders import band_scene
 
 from simulator.device import Device
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
-from simulator.scene.scene import Layer
+from simulator.pipeline.planner import Plan
+from simulator.scene.scene import Layer, Scene
 
 from .inputs import number, picture
 from .motion_cases import COLUMNS, ROWS, TIME_S, WAYS, WHY, outcome, shot_of
@@ -19,11 +20,27 @@ from .search import Outcome, StressCase
 from .space import Choice, Domain, Inputs, Picture, Real
 
 INSTANTS = 600  # of the truth: up to a fiftieth of a photosite apart
+EXACT_INSTANTS = 300  # of the truth of cells, which is smooth over a photosite
 DEPTHS_M = 2000.0, 2000.1  # both in focus
 
 
 def run_layers(device: Device, inputs: Inputs) -> Outcome:
-    """A picture with holes that moves before another that moves."""
+    """A picture with holes that moves before another that moves, by means over photosites."""
+    planned, scene, ways = taken(inputs)
+    truth = dense_layers(scene, planned.optics.projection, ways, np.zeros(ROWS), COLUMNS, INSTANTS)
+    if planned.optics.motion is None:  # composited as it is
+        truth = exact(planned, scene, ways, 1)
+    return outcome(without_edges(planned), truth)
+
+
+def run_cells(device: Device, inputs: Inputs) -> Outcome:
+    """The same as photosites see it."""
+    planned, scene, ways = taken(inputs)
+    return outcome(planned, exact(planned, scene, ways, 1 if planned.optics.motion is None else EXACT_INSTANTS))
+
+
+def taken(inputs: Inputs) -> tuple[Plan, Scene, list[tuple[float, float]]]:
+    """Return the plan of a picture with holes before another, the scene, and the ways of both in the exposure [px]."""
     scale = number(inputs, "scale")
     shape = round(ROWS * scale), round(COLUMNS * scale)
     light = np.resize(picture(inputs), (2, *shape)).astype(np.float32)
@@ -34,10 +51,13 @@ def run_layers(device: Device, inputs: Inputs) -> Outcome:
     behind = (Layer(light[1][..., None], DEPTHS_M[1], None),)
     scene = band_scene(light[0] * cover, DEPTHS_M[0], coverage=cover, behind=behind)
     planned = plan_moving(replace(shot, scene=scene, lens=replace(shot.lens, focus_distance_m=DEPTHS_M[0])))
-    told = scene.load(), planned.optics.projection, ways
-    if planned.optics.motion is None:  # composited as it is; else means over photosites are, to what the budget tells
-        return outcome(planned, dense_points(*told, (ROWS, COLUMNS), 1))
-    return outcome(planned, dense_layers(*told, np.zeros(ROWS), COLUMNS, INSTANTS))
+    return planned, scene.load(), ways
+
+
+def exact(planned: Plan, scene: Scene, ways: list[tuple[float, float]], instants: int) -> np.ndarray:
+    """Radiance of the photosites."""
+    layers = [(layer.planes[..., 0].astype(float), layer.coverage) for layer in scene.layers]
+    return exact_layers(layers, planned.optics.projection, ways, np.zeros(ROWS), COLUMNS, instants)
 
 
 def space(scales: tuple[float, ...]) -> dict[str, Domain]:
@@ -54,4 +74,5 @@ def space(scales: tuple[float, ...]) -> dict[str, Domain]:
 CASES = (
     StressCase("swept_layers", ("swept_layers",), space((1.0,)), run_layers, WHY, keeps=True),
     StressCase("layer_phases", ("layer_phases", "swept_layers"), space((1.5, 2.0)), run_layers, WHY, keeps=True),
+    StressCase("layer_cells", ("layer_cells",), space((1.0, 1.5, 2.6)), run_cells, WHY, keeps=True),
 )

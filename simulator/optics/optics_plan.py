@@ -1,5 +1,7 @@
 """The plan of the optics: all decisions from the radiance of the scene to the electron radiance of each photosite."""
 
+import itertools
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Self
@@ -9,18 +11,24 @@ import numpy as np
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_motion import JointMotion
+from simulator.optics.defocus.mixed_edges import WIDE, LayerEdges, cells_ns, crossed_spans, find_edges, open_parts
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import Skipped
+from simulator.optics.geometry.instants import MOST_INSTANTS
 from simulator.optics.geometry.layer_phases import LEAST_SCALE, MOST_SCALE, LayerPhases, plan_phases
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.lamps import Lamps
 from simulator.optics.veiling_glare import VeilingGlare
+from simulator.scene.content_keys import freeze
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
+MOST_MIXED_SCALE = 8.0  # scene pixels per sample and axis up to which edges are composited exactly
+SAME_SCALE = 1e-6  # difference from one scene pixel per photosite at which there is one
+COUNTED_ROWS, COUNTED_INSTANTS = 64, 16  # by which spans that edges cross are counted
 LONGEST_SHIFT_PX = 2048.0  # longest path whose weights are found in the rectangle around it [photosites]
 MOST_SHIFTED_LAYERS = 4  # that one launch composites
 
@@ -139,6 +147,64 @@ class OpticsPlan:
             return None
         plan, planes = motion.with_lamps_everywhere(), self.channels + 1
         return plan_phases(plan, projection, self.covering_layers, self.moving_layers, planes)
+
+    def composites_cells(self, over: int = 1) -> bool:
+        """Whether layers shift apart over even squares, so that they can be composited exactly (kernels/layer_cells.cl).
+
+        over: samples per photosite and axis, each of which sees at least a pixel.
+        """
+        motion, projection = self.motion, self.projection
+        if motion is None or not 1 < self.covering_layers <= MOST_SHIFTED_LAYERS or not motion.shifts_surfaces:
+            return False
+        if motion.vectors is not None or motion.path.lines.axis == "columns" or projection.warp is not None:
+            return False
+        return not projection.is_bilinear and projection.scale <= over * MOST_MIXED_SCALE
+
+    def mixes_edges(self, over: int = 1) -> bool:
+        """Whether they are, since the covariance of edges and what is behind them within a photosite is seen."""
+        return self.composites_cells(over) and self.layer_edges.are_seen
+
+    def mixed_share(self, over: int = 1) -> float:
+        """Share of the window's spans of photosites that are composited so, where `mixes_edges` holds."""
+        motion, window = self.motion, self.window
+        if motion is None or not self.sweeps_shifted_layers(over):
+            return 1.0
+        rows = np.linspace(window.y, window.y + window.height - 1, min(window.height, COUNTED_ROWS)).astype(np.intp)
+        path = motion.path.of_lines(np.zeros(1, np.intp) if motion.is_common else rows)
+        instants = path.of_shift(range(self.covering_layers)).instants(COUNTED_INSTANTS)
+        ways = instants.pose_numbers.reshape(*instants.weights.shape, self.covering_layers, 2)
+        columns = np.arange(over * window.x // WIDE * WIDE, over * (window.x + window.width), WIDE)
+        least, most = ways.min(axis=1), ways.max(axis=1)
+        return float(crossed_spans(self.layer_edges, self.projection, least, most, over * rows, columns, over).mean())
+
+    @cached_property
+    def cell_instants(self) -> int:
+        """Instants at which layers are composited so, which keep the error that is planned for means over photosites.
+
+        An edge that passes a photosite is hidden and seen again up to `open_parts` times, each of which errs as an edge does
+        that passes it once; and edges of two layers meet at the speed at which these shift apart.
+        """
+        assert self.motion is not None  # something moves
+        plan = self.motion.with_lamps_everywhere()
+        ways = [plan.path.shift_at(plan.path.times_s, layer) for layer in range(self.covering_layers)]
+        lengths = [np.linalg.norm(np.diff(way, axis=0), axis=-1).sum() for way in ways]
+        apart = [np.linalg.norm(np.diff(a - b, axis=0), axis=-1).sum() for a, b in itertools.combinations(ways, 2)]
+        more = open_parts(self.projection.scale) * max(float(max(apart) / max(lengths)), 1.0)
+        return min(math.ceil(plan.count * (math.sqrt(more) if plan.count >= plan.length.longest_px else more)), MOST_INSTANTS)
+
+    def cells_ns(self, over: int = 1) -> float:
+        """Predicted time of a photosite, or of one of its samples, and instant where layers are composited so [ns]."""
+        step = 1 if len(self.cfa.colors) == 1 or over > 1 else 2
+        return cells_ns(self.covering_layers, self.projection.scale / over, step)
+
+    @cached_property
+    def layer_edges(self) -> LayerEdges:
+        """Where edges of layers lie that hide light in parts of photosites."""
+        scene, accuracy, layers = self.scene, self.accuracy, self.covering_layers
+        if not any(layer.coverage is not None for layer in scene.layers[: layers - 1]):
+            return LayerEdges({}, 0.0)
+        key = "layer edges", freeze(self.weights), accuracy, layers
+        return scene.remember(key, lambda: find_edges(scene, layers, self.weights, accuracy))
 
     @property
     def samples_shifted_layers(self) -> bool:

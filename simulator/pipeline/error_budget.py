@@ -128,8 +128,10 @@ def _mixed_edges(optics: OpticsPlan) -> list[ErrorTerm]:
     motion, scene, accuracy = optics.motion, optics.scene, optics.accuracy
     if motion is None or not motion.method.startswith("swept") or not scene.behind or not optics.has_coverage:
         return []
+    cause = "edges of layers across what is behind them within a photosite"
+    if optics.composites_cells(optics.light_samples):
+        return [ErrorTerm(MOTION, cause, optics.layer_edges.sigma, RAYS)]
     key = "mixed edges", freeze(optics.weights), accuracy, optics.projection.scale
     settings = optics.weights, accuracy.electrons_per_radiance, accuracy, optics.projection.scale
     share = scene.remember(key, lambda: mixed_edges_error(scene, *settings))
-    cause = "edges of layers across what is behind them within a photosite"
     return [ErrorTerm(MOTION, cause, accuracy.in_sigma(share), RAYS)]

@@ -278,6 +278,11 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
     if motion.lamp_count:
         method += f", {motion.lamp_count} where lamps pass"
     cost = sweep_cost_ms(key, pixels * motion.count * planes * reads)
+    if optics.mixes_edges(optics.light_samples):
+        share, own_ns = optics.mixed_share(optics.light_samples), optics.cells_ns(optics.light_samples)
+        cost = cost if optics.sweeps_shifted_layers(optics.light_samples) else sweep_cost_ms(key, 0.0)
+        cost += 1e-6 * pixels * optics.cell_instants * share * own_ns
+        method += f", edges within photosites exactly in {100.0 * share:.0f} % of the picture"
     return Pass(name, True, f"swept along its path: {method}{before}", pixels, 4 * pixels, error, cost)
 
 

@@ -1,4 +1,4 @@
-"""Two layers that move apart: exact means over photosites, composited at many instants in float64."""
+"""Layers that move apart, at many instants in float64: means over photosites that are composited, and what photosites see."""
 
 import itertools
 from collections.abc import Sequence
@@ -68,27 +68,53 @@ def dense_layers(
     return total
 
 
-def dense_points(
-    scene: Scene, projection: Projection, ways_px: Sequence[Way], shape: tuple[int, int], instants: int, points: int = 12
+def exact_layers(
+    layers: Sequence[tuple[np.ndarray, np.ndarray | None]],
+    projection: Projection,
+    ways_px: Sequence[Way],
+    opens: np.ndarray,
+    columns: int,
+    instants: int | np.ndarray,
+    side: float = 1.0,
 ) -> np.ndarray:
-    """As `dense_layers`, composited at points x points places of each photosite, whose pixels are even squares."""
-    rows, columns = shape
-    y, x = ((np.mgrid[: rows * points, : columns * points] + 0.5) / points) * projection.scale
-    planes = [scene.planes[..., 0], scene.coverage, scene.behind[0].planes[..., 0]]
+    """Mean over instants of layers of even squares, composited before means over photosites, (rows, columns) float64.
 
-    def read(plane: np.ndarray, way_px: Way, share: float) -> np.ndarray:
-        across, down = way_px or (0.0, 0.0)
-        row, column = (
-            np.clip(np.floor(place + begin - share * way).astype(int), 0, size - 1)
-            for place, begin, way, size in (
-                (y, projection.offset_y, down, plane.shape[0]),
-                (x, projection.offset_x, across, plane.shape[1]),
-            )
-        )
-        return plane[row, column].astype(np.float64)
+    layers: light (height, width), and coverage, of each, nearest first. side: of a photosite's open area. Arguments are else as
+    of `dense_layers`. Borders of all pixels cut the picture into cells of even light, whose areas are exact.
+    """
+    total, scale = np.zeros((len(opens), columns)), projection.scale
+    times = np.linspace(0.0, 1.0, instants + 1) if isinstance(instants, int) else instants
+    common = bool(np.all(opens == opens[0]))
+    for begin, end in itertools.pairwise(times.tolist()):
+        for rows in [slice(0, len(opens))] if common else [slice(row, row + 1) for row in range(len(opens))]:
+            come = opens[rows][0] + 0.5 * (begin + end)
+            shifts = np.array([[-come * part for part in way or (0.0, 0.0)] for way in ways_px])
+            across = _cells(columns, projection.offset_x, scale, side, shifts[:, 0])
+            down = _cells(rows.stop - rows.start, projection.offset_y + scale * rows.start, scale, side, shifts[:, 1])
+            x, y = (0.5 * (borders[1:] + borders[:-1]) for borders in (across[0], down[0]))
+            seen, through = np.zeros((len(y), len(x))), np.ones((len(y), len(x)))
+            for (light, coverage), (right, below) in zip(layers, shifts, strict=True):
+                row = np.clip(np.floor(y + below).astype(int), 0, light.shape[0] - 1)[:, None]
+                column = np.clip(np.floor(x + right).astype(int), 0, light.shape[1] - 1)
+                seen += through * light[row, column]
+                through *= 1.0 if coverage is None else 1.0 - coverage[row, column]
+            total[rows] += (end - begin) * _over_photosites(_over_photosites(seen, *down).T, *across).T
+    return total
 
-    total = np.zeros(x.shape)
-    for share in (np.arange(instants) + 0.5) / instants:
-        through = 1.0 - read(planes[1], ways_px[0], share)
-        total += read(planes[0], ways_px[0], share) + through * read(planes[2], ways_px[1], share)
-    return total.reshape(rows, points, columns, points).mean(axis=(1, 3)) / instants
+
+def _cells(
+    count: int, offset: float, scale: float, side: float, shifts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Borders of cells along an axis [px of the scene], and the first and the last border of each photosite."""
+    lows = offset + scale * (np.arange(count) + 0.5 * (1.0 - side))
+    highs = lows + scale * side
+    pixels = [np.arange(np.floor(lows[0] + shift), np.ceil(highs[-1] + shift) + 1.0) - shift for shift in shifts]
+    borders = np.unique(np.concatenate([lows, highs, *pixels]))
+    return borders, np.searchsorted(borders, lows), np.searchsorted(borders, highs)
+
+
+def _over_photosites(values: np.ndarray, borders: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Means of the first axis of cells (cells, ...) over photosites, (photosites, ...)."""
+    wide = np.diff(borders).reshape(-1, *(1,) * (values.ndim - 1))
+    sums = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values * wide, axis=0)])
+    return (sums[last] - sums[first]) / (borders[last] - borders[first]).reshape(-1, *(1,) * (values.ndim - 1))

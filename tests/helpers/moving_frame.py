@@ -12,6 +12,7 @@ from simulator.exposure.camera_motion import CameraPath
 from simulator.exposure.exposed_light import LightComponent
 from simulator.exposure.light_curve import SteadyLight
 from simulator.exposure.line_times import LineTimes, open_at_once
+from simulator.optics.defocus.mixed_edges import LayerEdges
 from simulator.optics.geometry.motion_plan import Timing
 from simulator.optics.geometry.projection import Projection
 from simulator.optics.optics_planning import plan_optics
@@ -38,6 +39,13 @@ def moving_light(planned: Plan) -> np.ndarray:
     window = planned.optics.window
     light = device.download(expose(measure(planned, device), device), (window.height, window.width), np.float32)
     return light.astype(np.float64) / float(planned.optics.weights.max())
+
+
+def without_edges(planned: Plan) -> Plan:
+    """Plan of layers whose means over photosites are composited, also where their edges cross photosites."""
+    optics = replace(planned.optics)
+    vars(optics)["layer_edges"] = LayerEdges({}, 0.0)
+    return replace(planned, optics=optics)
 
 
 def rolling(rows: int, time_s: float, row_s: float) -> LineTimes:

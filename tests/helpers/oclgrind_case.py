@@ -95,8 +95,8 @@ def run(case: str) -> None:
         if "layers" in case:
             far = replace(scene.load().behind[0], depth_m=2.1)
             scene = replace(scene.load(), depth_m=1.9, behind=(far,))
-    if "shifting" in case:  # without a turn, each line at its own time; a pixel for each photosite, or fewer
-        size = (30, 66) if "coarse" in case else (40, 90)
+    if "shifting" in case:  # without a turn, each line at its own time; a pixel for each photosite, fewer or more
+        size = (30, 66) if "coarse" in case else (60, 135) if "finer" in case else (40, 90)
         near, far, behind = rng.random((*size, camera.channels)), rng.random((*size, camera.channels)), {}
         moves = {0: LayerMotion((Speed(4000.0, "px/s"), Speed(-1500.0, "px/s")))}
         if "apart" in case:  # two layers, each with a way of its own

@@ -37,6 +37,7 @@ CASES = [
     "sharp RGGB window shifting apart",
     "sharp MONO shifting apart",
     "sharp RGGB window shifting apart coarse",
+    "sharp RGGB window shifting apart finer",
     "layers MONO moving",
     "one depth MONO moving",
     "one depth RGGB window moving",

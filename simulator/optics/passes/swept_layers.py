@@ -24,7 +24,7 @@ LINE_ROWS = (1, 2, 4, 8, 16)  # rows that may share points
 
 
 @dataclass(frozen=True)
-class _Places:
+class Places:
     """Where the lines of some rows of photosites see each layer.
 
     ways: (lines or 1, instants, layers, 2) float64 x, y [photosites]. weights: (lines or 1, instants). rows: photosites of each
@@ -37,7 +37,7 @@ class _Places:
     above: int = 0
 
 
-Find = Callable[[Window], _Places]  # places for the rows of a window
+Find = Callable[[Window], Places]  # places for the rows of a window
 Progress = Callable[[float], None]
 
 
@@ -51,7 +51,7 @@ def layers_mosaic(optics: OpticsPlan, motion: MotionPlan, device: Device, planes
         device,
         planes,
         swept.count,
-        lambda rows: _instants(swept, rows, layers),
+        lambda rows: instants_of(swept, rows, layers),
         optics.moving_layers,
         1,
         optics.projection.open_side,
@@ -64,8 +64,16 @@ def layers_planes(
 ) -> Buffer:
     """Device buffer (channels, over * height, over * width) float32: `swept_planes` of such layers."""
     swept, layers, there = motion.with_lamps_everywhere(), optics.covering_layers, replace(optics, window=window)
-    sweep = _Sweep(there, device, planes, swept.count, lambda rows: _instants(swept, rows, layers), optics.moving_layers, over)
+    sweep = _Sweep(
+        there, device, planes, swept.count, lambda rows: instants_of(swept, rows, layers), optics.moving_layers, over
+    )
     return sweep.planes()
+
+
+def finer_instants(optics: OpticsPlan, motion: MotionPlan) -> Find:
+    """Return what finds places of layers at the instants of `OpticsPlan.cell_instants`."""
+    finer, layers = replace(motion, count=optics.cell_instants, lamp_count=0), optics.covering_layers
+    return lambda rows: instants_of(finer, rows, layers)
 
 
 def points_mosaic(
@@ -76,7 +84,7 @@ def points_mosaic(
     blur: of the lens, with the motion.
     """
     layers, count = optics.covering_layers, int(sample_count(np.array([blur.largest_px]), blur)[0])
-    sweep = _Sweep(optics, device, planes, count, lambda rows: _points(blur, motion, rows, layers, count), layers)
+    sweep = _Sweep(optics, device, planes, count, lambda rows: points_of(blur, motion, rows, layers, count), layers)
     return sweep.mosaic(progress)
 
 
@@ -170,7 +178,7 @@ class _Sweep:
             )
         self.device.finish()  # the tables are freed on return
 
-    def _grid(self, places: _Places, x: int, columns: int, rows: range, step: int) -> Grid:
+    def _grid(self, places: Places, x: int, columns: int, rows: range, step: int) -> Grid:
         """Return the planes that photosites of these rows of the sensor read, and where. x, columns: of whole spans."""
         if self.means is not None:
             return self.means.grid(places.ways, x, columns, rows, step)
@@ -179,20 +187,20 @@ class _Sweep:
         return Grid(self.scene, projection.scene_width, projection.scene_height, spots)
 
 
-def _instants(plan: MotionPlan, window: Window, layers: int) -> _Places:
+def instants_of(plan: MotionPlan, window: Window, layers: int) -> Places:
     """Places of layers at the instants of each row."""
     path = plan.path.of_lines(plan.lines_of(window))
     straight = [ends for layer in range(layers) if (ends := path.straight_shift(layer)) is not None]
     if len(straight) < layers:
         instants = path.of_shift(range(layers)).instants(plan.count)
-        return _Places(instants.pose_numbers.reshape(*instants.weights.shape, layers, 2), instants.weights)
+        return Places(instants.pose_numbers.reshape(*instants.weights.shape, layers, 2), instants.weights)
     begin, end = (np.stack(ends, axis=1)[:, None] for ends in zip(*straight, strict=True))
     borders = path.borders(plan.count)
     shares, weights = 0.5 * (borders[1:] + borders[:-1]), np.broadcast_to(np.diff(borders), (len(begin), plan.count))
-    return _Places(begin + shares[:, None, None] * (end - begin), weights)
+    return Places(begin + shares[:, None, None] * (end - begin), weights)
 
 
-def _points(blur: Defocus, plan: MotionPlan, window: Window, layers: int, count: int) -> _Places:
+def points_of(blur: Defocus, plan: MotionPlan, window: Window, layers: int, count: int) -> Places:
     """Places that points of the aperture see, each at its instant. Rows that see them alike share them, to CELL_PX."""
     motion = blur.motion
     assert motion is not None  # else no point carries an instant
@@ -208,4 +216,4 @@ def _points(blur: Defocus, plan: MotionPlan, window: Window, layers: int, count:
     for layer in range(layers):
         surface = min(layer, len(plan.path.motion.surfaces) - 1)  # background that is continued moves as the last one
         ways[:, :, layer] = plan.path.shift_at(times_s, surface) + blur.radii_px[layer] * samples[:, :2]
-    return _Places(ways, np.full((len(cells), count), 1.0 / count), rows, window.y % rows if len(cells) > 1 else 0)
+    return Places(ways, np.full((len(cells), count), 1.0 / count), rows, window.y % rows if len(cells) > 1 else 0)

@@ -12,7 +12,8 @@ from simulator.optics.geometry.instants import Instants
 from simulator.optics.geometry.motion_plan import pose_numbers, row_views
 from simulator.optics.geometry.projection import ANY_CFA, Projection
 from simulator.optics.optics_plan import OpticsPlan
-from simulator.optics.passes.swept_layers import layers_mosaic, layers_planes
+from simulator.optics.passes.layer_cells import cells_mosaic, cells_planes
+from simulator.optics.passes.swept_layers import finer_instants, layers_mosaic, layers_planes
 from simulator.optics.passes.swept_shift import shift_mosaic, shift_planes
 from simulator.scene.content_keys import freeze
 from simulator.sensor.camera.camera_sections import Window
@@ -31,8 +32,13 @@ def swept_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Bu
     """
     if optics.motion is not None and optics.sweeps_shift():
         return shift_mosaic(optics, optics.motion, device, planes[0])
+    means = None
     if optics.motion is not None and optics.sweeps_shifted_layers():
-        return layers_mosaic(optics, optics.motion, device, planes)
+        means = layers_mosaic(optics, optics.motion, device, planes)
+    if optics.motion is not None and optics.mixes_edges():
+        return cells_mosaic(optics, finer_instants(optics, optics.motion), optics.cell_instants, device, planes, means)
+    if means is not None:
+        return means
     window = optics.window
     mosaic = device.empty((window.height, window.width), np.float32)
     colors = optics.cfa.colors
@@ -51,8 +57,14 @@ def swept_planes(optics: OpticsPlan, device: Device, planes: list[Buffer], windo
     """
     if optics.motion is not None and optics.sweeps_shift(over):
         return shift_planes(optics, optics.motion, device, planes[0], window, over)
+    means = None
     if optics.motion is not None and optics.sweeps_shifted_layers(over):
-        return layers_planes(optics, optics.motion, device, planes, window, over)
+        means = layers_planes(optics, optics.motion, device, planes, window, over)
+    if optics.motion is not None and optics.mixes_edges(over):
+        find = finer_instants(optics, optics.motion)
+        return cells_planes(optics, find, optics.cell_instants, device, planes, window, over, means)
+    if means is not None:
+        return means
     channels, rows = optics.channels, over * window.height
     found = device.empty((channels, rows, over * window.width), np.float32)
     sweep = _Sweep(optics, device, planes, window, over, 1, 0.0)
