@@ -19,7 +19,7 @@ import pyopencl as cl
 from numpy.typing import DTypeLike
 
 from simulator.device.huge_pages import HAS_HUGE_PAGES, LARGE_BYTES, HugePages
-from simulator.device.kernel_source import SCALARS, declared_arguments, kernel_source, packed_struct
+from simulator.device.kernel_source import SCALARS, declared_arguments, kernel_source, packed_struct, read_macros
 from simulator.errors import PhotositeError
 from simulator.progress import counted_as
 
@@ -290,11 +290,13 @@ class Device:
         return lambda: event.command_execution_status == cl.command_execution_status.COMPLETE
 
     def kernel(self, name: str, defines: dict[str, object], file: str | None = None) -> Kernel:
-        """Return the kernel `name` of kernels/<file> (default <name>.cl), built once for these macros."""
-        key = (file or f"{name}.cl", tuple(defines.items()))
+        """Return the kernel `name` of kernels/<file> (default <name>.cl), built once for those macros that the file reads."""
+        file = file or f"{name}.cl"
+        defines = read_macros(file, defines)
+        key = (file, tuple(defines.items()))
         if (*key, name) not in self._kernels:
             if key not in self._programs:
-                source = kernel_source(key[0])
+                source = kernel_source(file)
                 self._programs[key] = source, self._build(source, name, defines)
             source, program = self._programs[key]
             self._kernels[*key, name] = Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))

@@ -153,6 +153,13 @@ def test_too_large_a_buffer_says_what_did_not_fit(device):
         device.empty((2**50,), np.float32)
 
 
+def test_macros_that_a_file_does_not_read_need_no_build_of_their_own(device):
+    defines = {"BANDS": 1, "CHANNELS": 1}
+    kernel = device.kernel("camera_planes", defines)
+    assert device.kernel("camera_planes", defines | {"CFA_00": 3, "NODES_PER_PX": "2.0f"}) is kernel
+    assert device.kernel("camera_planes", defines | {"CHANNELS": 2}) is not kernel
+
+
 GROUP = """kernel void group(global uint *size) {
     size[get_global_id(1) * get_global_size(0) + get_global_id(0)] = get_local_size(0);
 }"""
