@@ -38,10 +38,12 @@ kernel void occlusion(global const float *restrict planes, global const float *r
     global const uint *block = blocks + BLOCK * get_global_id(2);
     const size_t column = block[0] + get_global_id(0) * SPAN, next = 2 * OVER * band.set_columns; // to the next row of the colour
     const long set_columns = band.set_columns, plane = (long)band.sample_rows * set_columns, patch_columns = set_columns / HALF_PATCH;
-    // Sums over points, of each layer and, last, of all. sum: colour less coverage times `sharp`, for smaller rounding errors; seen: coverage.
-    float sum[(LAYERS * CORRECTION + 1) * ALL], seen[(LAYERS * CORRECTION + 1) * ALL], before[ALL], missed[ALL], covered[ALL], sharp[ALL], kept[ALL];
+    float sum[CORRECTION ? LAYERS * ALL : 1], seen[CORRECTION ? LAYERS * ALL : 1], all[ALL], all_seen[ALL];
+    float before[ALL], missed[ALL], covered[ALL], sharp[ALL], kept[ALL];
+    const struct point_sums sums = {sum, seen, all, all_seen};
     local float parts[WORKERS]; // of a sum over the block
-    for (uint i = 0; i < (LAYERS * CORRECTION + 1) * ALL; i++) sum[i] = seen[i] = 0.0f;
+    for (uint i = 0; i < LAYERS * CORRECTION * ALL; i++) sum[i] = seen[i] = 0.0f;
+    for (uint i = 0; i < ALL; i++) all[i] = all_seen[i] = 0.0f;
     uint count = sampling.point_count, top = block[1] + 2 * ROWS * (uint)get_global_id(1); // first row
     const long start = OVER * (long)top * set_columns + (long)column; // of the first photosite in its column set
     long colour[SETS]; // of each set: column sets before its colour's
@@ -51,7 +53,6 @@ kernel void occlusion(global const float *restrict planes, global const float *r
         global const float *own = planes + (OVER * across + colour[set]) * plane + start + OVER * (long)down * set_columns;
         for (uint i = 0; i < SIZE; i++) sharp[set * SIZE + i] = own[i / SPAN * next + i % SPAN], kept[set * SIZE + i] = 0.0f;
     }
-    float *all = sum + LAYERS * CORRECTION * ALL, *all_seen = seen + LAYERS * CORRECTION * ALL;
     for (uint n = 0; n < count; n++) {
         int current = -1;
         for (uint k = block[2], end = k + block[3]; k < end; k++) {
@@ -93,7 +94,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
         }
         if (OPAQUE && current >= 0) for (uint i = 0; i < ALL; i++) all_seen[i] += 1.0f - missed[i];
         if (n + 1 < sampling.least || n + 1 == count || (n & (n + 1)) != 0) continue;
-        const float off = sum_over_block(disagreement(sum, seen, sharp, kept, n + 1, sampling), parts);
+        const float off = sum_over_block(disagreement(sums, sharp, kept, n + 1, sampling), parts);
         if (n + 1 > sampling.least && off <= (float)(WORKERS * ALL)) count = n + 1;
     }
     for (uint m = 0; m < ALL; m++) {
@@ -101,7 +102,7 @@ kernel void occlusion(global const float *restrict planes, global const float *r
         const uint x = (uint)(2 * (column + i % SPAN) + set % 2) + (uint)band.frame_x, y = (uint)band.frame_y + top + set / 2 + 2 * (i / SPAN); // wrap
         if (x >= band.width || y >= band.height) continue;
         global float *result = light + (size_t)y * band.width + x;
-        const float found = found_light(sum, seen, m, sharp[m], count, sampling.normalise);
+        const float found = found_light(sums, m, sharp[m], count, sampling.normalise);
         *result = CORRECTION ? *result + found : found;
     }
 }

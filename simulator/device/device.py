@@ -5,6 +5,7 @@ Arguments and fields of structs are bound by name, so that a missing or misspelt
 
 import functools
 import logging
+import math
 import os
 import re
 import warnings
@@ -18,7 +19,7 @@ import pyopencl as cl
 from numpy.typing import DTypeLike
 
 from simulator.device.huge_pages import HAS_HUGE_PAGES, LARGE_BYTES, HugePages
-from simulator.device.kernel_source import SCALARS, declared_arguments, kernel_source, packed_struct
+from simulator.device.kernel_source import SCALARS, declared_arguments, kernel_source, packed_struct, read_macros
 from simulator.errors import PhotositeError
 from simulator.progress import counted_as
 
@@ -140,6 +141,8 @@ CPU_SPAN = 64  # photosites per work-item in kernels whose innermost loop runs o
 GPU_ROW_PX = 256  # work-items; a group size that every GPU supports
 CONSTANT_BYTES = 2**16  # constant memory that every OpenCL device has (OpenCL 1.2, table 4.3)
 SHORTEST_ROW_PX = 32  # work-items; shorter groups waste lanes of a GPU, and on a CPU take longer to start than to run
+FEW_GROUPS = 4096  # work-groups that PoCL starts within 50 us of processor time
+FEW_ITEMS = 16  # work-items of a group of so small a launch: as many as a CPU's widest vector has float32 lanes
 
 
 class Device:
@@ -147,7 +150,8 @@ class Device:
 
     row_px: largest number of work-items of a group that runs along a row. span: photosites per work-item in kernels whose
     innermost loop runs over them. constant_bytes: constant memory for the parameters of a launch. shares_memory: whether
-    kernels can work on the host's arrays without a copy.
+    kernels can work on the host's arrays without a copy. few_groups: number of work-groups up to which a launch is split into
+    groups of few sizes; PoCL compiles a kernel anew for each size, in 0.2 to 0.6 s.
     """
 
     def __init__(self, device: cl.Device) -> None:
@@ -156,6 +160,7 @@ class Device:
         self.row_px = min(wanted, device.max_work_group_size)
         self.span = CPU_SPAN if device.type & cl.device_type.CPU else 1
         self.constant_bytes = CONSTANT_BYTES
+        self.few_groups = FEW_GROUPS if self.span > 1 and _pocl_version(device) > (-1,) else 0
         self.shares_memory = bool(device.type & cl.device_type.CPU)
         self._own_context = cl.Context([device])
         self._own_queue = cl.CommandQueue(self._own_context)
@@ -285,11 +290,13 @@ class Device:
         return lambda: event.command_execution_status == cl.command_execution_status.COMPLETE
 
     def kernel(self, name: str, defines: dict[str, object], file: str | None = None) -> Kernel:
-        """Return the kernel `name` of kernels/<file> (default <name>.cl), built once for these macros."""
-        key = (file or f"{name}.cl", tuple(defines.items()))
+        """Return the kernel `name` of kernels/<file> (default <name>.cl), built once for those macros that the file reads."""
+        file = file or f"{name}.cl"
+        defines = read_macros(file, defines)
+        key = (file, tuple(defines.items()))
         if (*key, name) not in self._kernels:
             if key not in self._programs:
-                source = kernel_source(key[0])
+                source = kernel_source(file)
                 self._programs[key] = source, self._build(source, name, defines)
             source, program = self._programs[key]
             self._kernels[*key, name] = Kernel(name, cl.Kernel(program, name), declared_arguments(source, name))
@@ -332,8 +339,12 @@ class Device:
 
     def _group(self, global_size: tuple[int, ...]) -> tuple[int, ...] | None:
         """Return a work-group size that divides a row evenly, or None, the driver's choice, where a row has no good divisor."""
-        width = next(size for size in range(min(self.row_px, global_size[0]), 0, -1) if global_size[0] % size == 0)
-        return (width, *(1 for _ in global_size[1:])) if width >= SHORTEST_ROW_PX or width == global_size[0] else None
+        row, *others = global_size
+        even = math.gcd(row, FEW_ITEMS)
+        if row // even * math.prod(others) <= self.few_groups:
+            return (even, *(1 for _ in others))
+        width = next(size for size in range(min(self.row_px, row), 0, -1) if row % size == 0)
+        return (width, *(1 for _ in others)) if width >= SHORTEST_ROW_PX or width == row else None
 
 
 @functools.cache

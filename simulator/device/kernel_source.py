@@ -38,6 +38,18 @@ def kernel_source(file: str) -> str:
     return expanded((KERNELS / file).read_text(encoding="utf-8"))
 
 
+@functools.cache
+def _words(file: str) -> frozenset[str]:
+    """Return the words of kernels/<file> and its headers, comments left out."""
+    return frozenset(re.findall(r"[A-Za-z_]\w*", re.sub(r"//.*", "", kernel_source(file))))
+
+
+def read_macros(file: str, defines: Mapping[str, object]) -> dict[str, object]:
+    """Return those of the macros that kernels/<file> reads: others need no build of their own."""
+    words = _words(file)
+    return {macro: value for macro, value in defines.items() if macro in words}
+
+
 def declared_arguments(source: str, name: str) -> dict[str, str | np.dtype]:
     """Return the types of a kernel's arguments by name, read from its source: drivers lose them in cached builds."""
     found = re.search(rf"kernel void {name}\(([^)]*)\)", re.sub(r"//.*", "", source))

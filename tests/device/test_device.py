@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pyopencl as cl
 import pytest
+from helpers.kernel_bench import device_like
 
 from simulator.device import default_order, devices, open_device
 from simulator.errors import PhotositeError
@@ -150,3 +151,47 @@ def test_a_broken_kernel_is_one_message(device):
 def test_too_large_a_buffer_says_what_did_not_fit(device):
     with pytest.raises(PhotositeError, match="out of memory.*MiB.*camera.window"):
         device.empty((2**50,), np.float32)
+
+
+def test_macros_that_a_file_does_not_read_need_no_build_of_their_own(device):
+    defines = {"BANDS": 1, "CHANNELS": 1}
+    kernel = device.kernel("camera_planes", defines)
+    assert device.kernel("camera_planes", defines | {"CFA_00": 3, "NODES_PER_PX": "2.0f"}) is kernel
+    assert device.kernel("camera_planes", defines | {"CHANNELS": 2}) is not kernel
+
+
+GROUP = """kernel void group(global uint *size) {
+    size[get_global_id(1) * get_global_size(0) + get_global_id(0)] = get_local_size(0);
+}"""
+
+
+@pytest.fixture(scope="module")
+def group_of(device):
+    """Returns the number of work-items of a group of a launch of this size, on a device with other settings."""
+    kernel = device.build(GROUP, "group", {})
+
+    def size(width: int, height: int, **settings: int) -> int:
+        found = device.zeros((height, width), np.uint32)
+        device_like(device, **settings).run(kernel, (width, height), None, size=found)
+        (one,) = set(device.download(found, (height, width), np.uint32).ravel().tolist())
+        return one
+
+    return size
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "items"), [(43, 30, 1), (90, 40, 2), (240, 100, 16), (240, 273, 16), (240, 274, 240)]
+)
+def test_small_launches_share_few_sizes_of_groups(group_of, width, height, items):
+    """PoCL compiles a kernel for each size; 240 x 273 are 4095 groups of 16."""
+    assert group_of(width, height, few_groups=4096) == items
+
+
+@pytest.mark.parametrize(("width", "items"), [(240, 240), (2040, 1020)])
+def test_other_launches_have_the_longest_groups_that_divide_a_row(group_of, width, items):
+    assert group_of(width, 2, few_groups=0, row_px=1024) == items
+
+
+def test_only_pocl_gets_few_sizes_of_groups():
+    for info in devices():
+        assert (open_device(info.label).few_groups > 0) == ("PoCL" in info.version)

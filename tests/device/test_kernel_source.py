@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simulator.device.kernel_source import declared_arguments, declared_struct, expanded, kernel_source
+from simulator.device.kernel_source import KERNELS, declared_arguments, declared_struct, expanded, kernel_source, read_macros
 
 
 def test_headers_are_put_in_once():
@@ -68,3 +68,14 @@ def test_fields_that_may_be_padded_are_refused(field):
 def test_a_struct_that_is_not_declared_is_an_error():
     with pytest.raises(ValueError, match="struct other is not declared"):
         declared_struct(STRUCT, "other")
+
+
+def test_a_file_is_given_the_macros_that_it_or_a_header_of_it_reads():
+    given = {"CFA_00": 0, "LAYERS": 2, "NODES_PER_PX": "2.0f", "ZONE": 0}
+    assert read_macros("occlusion.cl", given) == {"CFA_00": 0, "LAYERS": 2}
+    assert read_macros("defocus.cl", given) == {"CFA_00": 0, "NODES_PER_PX": "2.0f", "ZONE": 0}
+
+
+def test_no_name_of_a_macro_is_put_together():
+    """`read_macros` finds them as words."""
+    assert not [path.name for path in sorted(KERNELS.glob("*.[ch]*")) if "##" in path.read_text(encoding="utf-8")]

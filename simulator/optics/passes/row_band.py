@@ -25,13 +25,15 @@ from simulator.optics.defocus.defocus import (
 )
 from simulator.optics.defocus.radius_slabs import BlockChoice, SlabLists, make_slab_lists
 from simulator.optics.defocus.tile_methods import ROWS_IN_TILE, TileChoice, each_block
-from simulator.optics.geometry.projection import project_planes, project_radius
+from simulator.optics.geometry.projection import ANY_CFA, project_planes, project_radius
 from simulator.optics.passes.device_tables import DeviceTables
 from simulator.optics.passes.highlight_pass import HighlightPass
 from simulator.optics.passes.patch_windows import PatchWindows, map_numbers
 from simulator.optics.passes.tile_grid import BAND_ROWS, HALF_TILE, MARGIN_COLUMNS, BandRows
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.sensor.camera.cfa import Cfa
+
+NO_NODES = {"NODES_PER_PX": "1.0f", "LINEAR_NODES": "1.0f"}  # macros of kernels/aperture_mean.h where no radius is interpolated
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,6 @@ class RowBand:
         self.block_size = (1, 1) if device.span == 1 else (BLOCK_COLUMNS // 2, BLOCK_ROWS // 2)
         held = {"OVER": samples_per_axis, "CHANNELS": self.channels, "COVERAGE": self.coverage}
         self.defines: dict[str, object] = {**self._filter(mosaics[0]), **held}
-        self.defines |= self._node_defines(self.defocus.nodes_per_px)
         self.defines["SPAN"] = device.span
         self.windows = PatchWindows(device, self.layout, self.defocus, {**self._filter(mosaics[0]), **held})
 
@@ -203,8 +204,8 @@ class RowBand:
         if any(map(self.tables.reads_sums, np.unique(clipped_tiles[mean | composite]).tolist())):
             planes = self.channels + int(composite.any())
             span = min(self.device.span, MARGIN_COLUMNS)  # divides the columns of any window
-            defines = {**self.defines, "NODES": 0, "COMPOSITE": 0, "ZONE": 0, "SPAN": span}
-            kernel = self.device.kernel("defocus_sums", defines, file="defocus.cl")
+            defines = {**self.defines, **ANY_CFA, "CHANNELS": 1, "NODES": 0, "COMPOSITE": 0, "ZONE": 0, "SPAN": span}
+            kernel = self.device.kernel("defocus_sums", defines | NO_NODES, file="defocus.cl")
             size = (self.layout.set_columns // span, self.layout.column_sets * planes)
             buffers = {"sampled": self.sampled, "sums": self.sums, "first_plane": layer * self.layer_planes}
             self.device.run(kernel, size, None, **buffers, band=self._row_band(rows))
@@ -219,7 +220,7 @@ class RowBand:
                 tiles = selected & (clipped_tiles == clipped) & (chosen.coarse[layer] == coarse)
                 if tiles.any():
                     per_px = NODES_PER_PX if coarse else self.defocus.nodes_per_px
-                    variant = {"NODES": graded, "COMPOSITE": several, **self._node_defines(per_px)}
+                    variant = {"NODES": graded, "COMPOSITE": several, **(self._node_defines(per_px) if graded else NO_NODES)}
                     images = np.where(copied, 0, chosen.images[layer])
                     self._run_mean(chosen, layer, tiles, images, variant, clipped, rows)
 

@@ -10,7 +10,7 @@ from simulator.device import Buffer, Device
 from simulator.errors import require
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.kernel import tiles
-from simulator.sensor.kernel.kernel_program import in_order, sensor_defines, stage_order
+from simulator.sensor.kernel.kernel_program import CHARGE_STAGES, READOUT_STAGES, in_order, sensor_defines, stage_order
 from simulator.sensor.seeds import Seeds
 from simulator.sensor.stages.poisson_variants import PoissonVariant, choose_poisson_variants
 from simulator.sensor.stages.registry import FUSED
@@ -28,6 +28,11 @@ class KernelPart(IntEnum):
     WHOLE = 0
     CHARGE = 1
     READOUT = 2
+
+    @property
+    def stems(self) -> tuple[str, ...]:
+        """Stems of the stages that it runs."""
+        return (stage_order(), CHARGE_STAGES, READOUT_STAGES)[self]
 
 
 @dataclass(frozen=True)
@@ -75,11 +80,14 @@ class LaunchGroup:
     defines: dict[str, object]
 
 
-def form_launch_groups(settings: Sequence[FrameSetting], constant_bytes: int) -> Iterator[LaunchGroup]:
-    """Yield the frames grouped by the macros that they need, so few at a time that constant memory holds their parameters."""
+def form_launch_groups(settings: Sequence[FrameSetting], stems: Sequence[str], constant_bytes: int) -> Iterator[LaunchGroup]:
+    """Yield the frames grouped by the macros that they need, so few at a time that constant memory holds their parameters.
+
+    stems: of the stages that the kernel runs; others need no build of their own.
+    """
     found: dict[tuple, tuple[dict, list[int], list[np.ndarray]]] = {}
     for place, setting in enumerate(settings):
-        defines, numbers = sensor_defines(setting.stages)
+        defines, numbers = sensor_defines(tuple(stage for stage in setting.stages if stage.stem in stems))
         _, places, rows = found.setdefault(tuple(defines.items()), (defines, [], []))
         places.append(place)
         rows.append(numbers)
@@ -115,7 +123,7 @@ def launch_sensor(
     if counts.any():
         found = _poisson_variants(device, source, shape, settings, columns, rows, tile_height)
         means = np.where(counts[frame_of_row, np.newaxis], found, means)
-    for group in form_launch_groups(settings, device.constant_bytes):
+    for group in form_launch_groups(settings, part.stems, device.constant_bytes):
         numbers = device.upload(group.numbers)
         seeds = device.upload(_seeds([settings[place] for place in group.places]))
         inside = np.isin(frame_of_row, group.places)

@@ -6,6 +6,9 @@ import numpy as np
 
 from simulator.device import Buffer, Device
 from simulator.sensor.kernel.kernel_launch import FrameSetting, form_launch_groups
+from simulator.sensor.stages.registry import FUSED
+
+STAGES = tuple(stem for stem, stage in FUSED.items() if stage.changes_mean)  # that these passes apply
 
 
 def mean_electrons(
@@ -45,7 +48,7 @@ def code_of_light(
 
 def _run(device: Device, name: str, shape: tuple[int, int], settings: Sequence[FrameSetting], **buffers: Buffer) -> None:
     """Run the kernel `name` of kernels/truth.cl on these buffers, once for each launch group."""
-    for group in form_launch_groups(settings, device.constant_bytes):
+    for group in form_launch_groups(settings, STAGES, device.constant_bytes):
         places = [(place, settings[place].x, settings[place].y) for place in group.places]
         device.run(
             device.kernel(name, group.defines, file="truth.cl"),
