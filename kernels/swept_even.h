@@ -2,11 +2,13 @@
 // that change little along it (swept_area.h). Adjacent pixels of a row then come as vectors.
 #ifndef SWEPT_EVEN_H
 #define SWEPT_EVEN_H
+#include "lanes.h"
 
 #define PIXELS (STEP * (SPAN - 1) + 3) // of a line that a span reads, at most
 
 // Two lines' readings of the photosites of a span: across by `at`, then down.
 #define READ_PAIRS(upper, lower)                                                                                   \
+    LANES                                                                                                          \
     for (uint i = 0; i < SPAN; i++) {                                                                              \
         const float r = (float)(int)(STEP * i) - reach, at = from + r * (drift + r * path.u_bend);                 \
         const float above = upper[STEP * i] + at * (upper[STEP * i + 1] - upper[STEP * i]);                        \
