@@ -12,8 +12,31 @@ struct spot {
     int left, right;  // two pixels that are read of each row, from the pixel of the photosite's own column
     int left_phase, right_phase; // begin of the planes that have them, from the layer's first [px]
     float past;       // between the two, 0 to 1
-    float shares[5];  // of the first READS rows
+    float below;      // from where that row begins, 0 to 1 [px]
 };
+
+// Where a row of photosites sees the scene at rest, EDGES 0.
+struct row_place {
+    int row;     // from the row of its own number
+    float below; // from where that row begins, 0 to 1 [px]
+};
+
+// Shares of READS rows in the height of a photosite, whose place is `below` where the first of them begins (SQUARES, EDGES 1), or the
+// second (bilinear light).
+INLINE void shares_of(const float below, const float side, float *shares) {
+#if EDGES
+    shares[0] = 1.0f - below, shares[1] = below;
+#elif SQUARES
+    __attribute__((opencl_unroll_hint(READS)))
+    for (int n = 0; n < READS; n++) {
+        const float share = smaller((float)(n + 1), below + side) - larger((float)n, below);
+        shares[n] = (share > 0.0f ? share : 0.0f) / side;
+    }
+#else
+    const struct beside at = beside_of(0, below, 0.5f * side);
+    shares[0] = at.before, shares[1] = (1.0f - at.before) - at.after, shares[2] = at.after;
+#endif
+}
 
 // Rows of a plane's pixels, at both pixels that the first photosite of a span reads; where some of a span's lie beyond the plane, the rows.
 struct lines {
@@ -56,10 +79,10 @@ INLINE void mix_line(const struct lines at, const int first, const float *shares
 
 // Reading of photosite i of a span; edge: of lines that are mixed already. With EDGES 1 the second pixel is next to the first, of which
 // compilers make vectors that are read together.
-INLINE float read(const struct lines at, const float *line, const int edge, const uint i, const struct spot spot) {
-    const float left = edge ? line[STEP * i] : mixed(at.left, NEXT * i, spot.shares);
-    const float own = EDGES ? mixed(at.left, STEP * i + 1, spot.shares) : mixed(at.right, NEXT * i, spot.shares);
-    return between(left, edge ? line[STEP * i + 1] : own, spot.past);
+INLINE float read(const struct lines at, const float *line, const int edge, const uint i, const float *shares, const float past) {
+    const float left = edge ? line[STEP * i] : mixed(at.left, NEXT * i, shares);
+    const float own = EDGES ? mixed(at.left, STEP * i + 1, shares) : mixed(at.right, NEXT * i, shares);
+    return between(left, edge ? line[STEP * i + 1] : own, past);
 }
 
 #endif

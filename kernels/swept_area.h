@@ -3,6 +3,7 @@
 // the scene are blended first, then read along the row), of one of fewer pixels (BENDS 1), or a value at its middle.
 #ifndef SWEPT_AREA_H
 #define SWEPT_AREA_H
+#include "lanes.h"
 #include "plain_math.h"
 #include "photosite_area.h"
 #include "swept_path.h"
@@ -77,6 +78,7 @@ INLINE void read_span(global const float *plane, const struct path path, const s
 // Add a span at an instant to `sum` (SPAN), and close what it covers. value, cover: (SPAN) its light and coverage. weight: (SPAN). MEAN 1:
 // what it lets through is added to `passed` (SPAN).
 INLINE void add_span(const float *value, const float *cover, const float *weight, global float *open, float *passed, float *sum) {
+    LANES
     for (uint i = 0; i < SPAN; i++) {
         const float through = FIRST ? 1.0f : open[i];
         sum[i] += weight[i] * through * value[i];

@@ -2,6 +2,7 @@
 // that change little along it (swept_area.h). Adjacent pixels of a row then come as vectors.
 #ifndef SWEPT_EVEN_H
 #define SWEPT_EVEN_H
+#include "lanes.h"
 
 #define PIXELS (STEP * (SPAN - 1) + 3) // of a line that a span reads, at most
 
@@ -12,6 +13,7 @@
 
 // Two lines' readings of the photosites of a span: across, then down.
 #define READ_PAIRS(upper, lower)                                                                                         \
+    LANES                                                                                                                \
     for (uint i = 0; i < SPAN; i++) {                                                                                    \
         READ_AT                                                                                                          \
         const float above = upper[STEP * i] + at * (upper[STEP * i + 1] - upper[STEP * i]);                              \

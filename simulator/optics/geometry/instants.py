@@ -180,6 +180,20 @@ class TimedPath:
         began, ended = (times[:, None] - self.times_s[0] for times in (lines.opens_s, lines.closed_s))
         return ways[0] + speed * (began + self.late_s[:, None]), ways[0] + speed * (ended + self.late_s[:, None])
 
+    def shifts(self, count: int, surfaces: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Return where surfaces that move without a turn lie at so many instants of each line, and the instants' weights.
+
+        Displacements x, y (lines, count, surfaces, 2) float64 [photosites]; weights (lines, count).
+        """
+        straight = [ends for surface in surfaces if (ends := self.straight_shift(surface)) is not None]
+        if len(straight) < len(surfaces):
+            found = self.of_shift(surfaces).instants(count)
+            return found.pose_numbers.reshape(*found.weights.shape, len(surfaces), 2), found.weights
+        begin, end = (np.stack(ends, axis=1)[:, None] for ends in zip(*straight, strict=True))
+        borders = self.borders(count)
+        shares, weights = 0.5 * (borders[1:] + borders[:-1]), np.broadcast_to(np.diff(borders), (len(begin), count))
+        return begin + shares[:, None, None] * (end - begin), weights
+
     @property
     def farthest_px(self) -> float:
         """Largest distance of the image from that at rest, while any line is open [photosites]."""

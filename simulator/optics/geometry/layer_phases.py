@@ -29,8 +29,9 @@ FINER = (
 )  # more instants than planned, which make up for the error of reading between places
 ROUNDED = 1e-9  # part of a number by which it differs as rounded
 SHORTEST_PX = 1e-6  # of a way that is none [photosites]
-READ_NS, MEAN_NS = 0.12, 1.8  # of a row and plane at an instant; of a mean
-PLANE_NS, SWEEP_NS = 0.16, 4.0  # of a plane at an instant: with a pixel for each photosite; swept by itself
+READ_NS = 0.13  # of a row and plane at an instant
+PIXEL_NS, MEAN_NS = 0.7, 1.0  # of a pixel and of a mean of a row of a plane
+PLANE_NS, SWEEP_NS = 0.2, 4.0  # of a plane at an instant: with a pixel for each photosite; swept by itself
 
 
 @dataclass(frozen=True)
@@ -106,27 +107,27 @@ def plan_phases(plan: MotionPlan, projection: Projection, layers: int, moving: i
     allowed = _at_edges(plan, plan.count)
     last = len(path.lines.peak) - 1
     lines = np.unique(np.array([0, last // 2, last])) if not plan.is_common else np.zeros(1, np.intp)
+    own = path.of_lines(lines)
     spans_px = [np.ptp(path.shift_at(path.times_s, layer)[:, 0]) for layer in range(layers)]
     starts_px = [float(path.shift_at(path.times_s, layer)[:, 0].min()) for layer in range(layers)]
     read = 2 * moving - (moving == layers)  # planes of light and coverage, at each instant
     best, best_ns = None, SWEEP_NS * plan.count * read
     for finer in FINER:
         count = math.ceil(finer * plan.count)
-        instants = path.of_lines(lines).of_shift(range(layers)).instants(count)
-        ways_px = instants.pose_numbers.reshape(len(lines), count, layers, 2)[..., 0]
+        ways_px, weights = own.shifts(count, range(layers))
         rest = allowed - _at_edges(plan, count) if finer > 1.0 else 1e-9
+        read_ns = READ_NS * count * read * reads_of(projection, scale)
         for steps in STEPS:
             phases = tuple(
                 _phases(steps, spans_px[layer] if layer < moving else 0.0, starts_px[layer], plan.is_common, projection)
                 for layer in range(layers)
             )
-            errors = (_error(phases[n], ways_px[:, :, n], instants.weights, projection) for n in range(moving))
-            if max(errors, default=0.0) <= rest:
-                kept = sum(one.count for one in phases)
-                cost_ns = READ_NS * count * read * reads_of(projection, scale)
-                cost_ns += MEAN_NS * kept * scale * planes
-                if cost_ns < best_ns:
-                    best, best_ns = LayerPhases(phases, count, cost_ns / (PLANE_NS * plan.count * read)), cost_ns
+            cost_ns = read_ns + scale * planes * sum(_row_ns(one, projection) for one in phases)
+            if cost_ns >= best_ns:
+                break
+            ways_of = ((phases[n], ways_px[:, :, n, 0]) for n in range(moving))
+            if all(_error(one, ways, weights, projection, rest) <= rest for one, ways in ways_of):
+                best, best_ns = LayerPhases(phases, count, cost_ns / (PLANE_NS * plan.count * read)), cost_ns
                 break
     return best
 
@@ -135,6 +136,12 @@ def _at_edges(plan: MotionPlan, count: int) -> float:
     """Return the largest error of so many instants at edges of contrast 1, measured where the path turns back."""
     turns_back = plan.length.passages > 1.0 + ROUNDED
     return plan.path.instants_error(count, plan.length, 1.0) if turns_back else instants_error(count, plan.length, 1.0)
+
+
+def _row_ns(phases: Phases, projection: Projection) -> float:
+    """Return the time of the means of a row of a plane at all places of a photosite [ns]."""
+    slots = projection.scale * (phases.count - 1) * phases.step_px + reads_of(projection, projection.scale)
+    return PIXEL_NS * slots + MEAN_NS * phases.count
 
 
 def _phases(steps: int, span_px: float, start_px: float, is_common: bool, projection: Projection) -> Phases:
@@ -147,8 +154,8 @@ def _phases(steps: int, span_px: float, start_px: float, is_common: bool, projec
     return Phases(on_pixel, 1.0 / steps, steps, steps)
 
 
-def _error(phases: Phases, ways_px: np.ndarray, weights: np.ndarray, projection: Projection) -> float:
-    """Return the largest error at edges of contrast 1 of reading a layer between places.
+def _error(phases: Phases, ways_px: np.ndarray, weights: np.ndarray, projection: Projection, allowed: float) -> float:
+    """Return the largest error at edges of contrast 1 of reading a layer between places, or any that exceeds `allowed`.
 
     ways_px, weights: (lines, instants), displacement to the right and share of the light.
     """
@@ -159,10 +166,12 @@ def _error(phases: Phases, ways_px: np.ndarray, weights: np.ndarray, projection:
     has_bends_at_places = phases.per_photosite > 0 and side == 1.0 and abs(1.0 / per_step - round(1.0 / per_step)) < ROUNDED
     if is_square and has_bends_at_places:
         return 0.0
-    half = 0.5 * (phases.step_px if is_square else 1.0)
-    worst = 0.0
+    half, each = 0.5 * (phases.step_px if is_square else 1.0), 0.25 * phases.step_px if is_square else 0.125 * phases.step_px**2
+    worst = float(weights.max())  # of one instant
+    if worst * each / side > allowed:
+        return worst * each / side
     for ways, shares in zip(ways_px, weights, strict=True):  # a bend, or an edge, lies where one of the instants sees it
         apart = np.abs(ways[:, None] - ways[None, :]) / half
         seen = np.maximum(1.0 - apart, 0.0) if is_square else (apart <= 2.0) & (ways[:, None] <= ways[None, :])
         worst = max(worst, float((seen @ shares).max()))
-    return worst * (0.25 * phases.step_px if is_square else 0.125 * phases.step_px**2) / side
+    return worst * each / side

@@ -12,7 +12,7 @@ from simulator.optics.defocus.joint_motion import CELL_PX
 from simulator.optics.geometry.motion_plan import MotionPlan
 from simulator.optics.geometry.projection import ANY_CFA
 from simulator.optics.optics_plan import MOST_SHIFTED_LAYERS, OpticsPlan
-from simulator.optics.passes.layer_means import Grid, LayerMeans, spots_of
+from simulator.optics.passes.layer_means import Grid, LayerMeans, row_places, spots_of
 from simulator.sensor.camera.camera_sections import Window
 
 SPAN = 64  # photosites of a row and colour of a work-item
@@ -132,7 +132,9 @@ class _Sweep:
         """Write one plane for each of some colours. step: columns from a photosite of a span to the next; 2: a filter."""
         window, defines = self.optics.window, {"SPAN": SPAN, "STEP": step, "BENDS": 0}
         defines |= {"LAYERS": self.layers, "MOVING": self.moving, "CHANNELS": self.optics.channels}
-        defines |= {"READS": 2, "EDGES": 1} if self.means is None else {"READS": self.means.reads, "EDGES": 0}
+        defines |= {"READS": 2, "EDGES": 1, "SQUARES": 1}
+        if self.means is not None:
+            defines |= {"READS": self.means.reads, "EDGES": 0, "SQUARES": int(self.means.is_square)}
         filter_ = self.optics.cfa_macros() if step == 2 else ANY_CFA
         kernel = self.device.kernel("swept_layers", {**filter_, **defines}, file=FILE)
         for first in range(0, window.height, self.band_rows):
@@ -149,7 +151,7 @@ class _Sweep:
         spans = -(-(x + width - aligned) // wide)
         grid = self._grid(places, aligned, spans * wide, range(window.y + first, window.y + first + rows), step)
         shares = np.broadcast_to(places.weights.astype(np.float32), grid.spots.shape[:2])
-        spots, weights = self.device.upload(grid.spots), self.device.upload(shares)
+        spots, own_places, weights = map(self.device.upload, (grid.spots, grid.places, shares))
         surfaces = {f"layer_{n}": grid.planes[min(n, self.layers - 1)] for n in range(MOST_SHIFTED_LAYERS)}
         for number, colour in enumerate(colours):
             self.device.run(
@@ -158,6 +160,7 @@ class _Sweep:
                 (spans, 1),
                 **surfaces,
                 spots=spots,
+                places=own_places,
                 weights=weights,
                 mosaic=found,
                 layers={
@@ -174,6 +177,7 @@ class _Sweep:
                     "above": over * places.above,
                     "grid_width": grid.width,
                     "grid_height": grid.height,
+                    "side": 1.0 if self.means is None else self.means.side_px,
                 },
             )
         self.device.finish()  # the tables are freed on return
@@ -184,20 +188,12 @@ class _Sweep:
             return self.means.grid(places.ways, x, columns, rows, step)
         projection = self.optics.projection
         spots = spots_of(self.over * places.ways + np.array([projection.offset_x, projection.offset_y]))
-        return Grid(self.scene, projection.scene_width, projection.scene_height, spots)
+        return Grid(self.scene, projection.scene_width, projection.scene_height, spots, row_places(np.zeros(1)))
 
 
 def instants_of(plan: MotionPlan, window: Window, layers: int) -> Places:
     """Places of layers at the instants of each row."""
-    path = plan.path.of_lines(plan.lines_of(window))
-    straight = [ends for layer in range(layers) if (ends := path.straight_shift(layer)) is not None]
-    if len(straight) < layers:
-        instants = path.of_shift(range(layers)).instants(plan.count)
-        return Places(instants.pose_numbers.reshape(*instants.weights.shape, layers, 2), instants.weights)
-    begin, end = (np.stack(ends, axis=1)[:, None] for ends in zip(*straight, strict=True))
-    borders = path.borders(plan.count)
-    shares, weights = 0.5 * (borders[1:] + borders[:-1]), np.broadcast_to(np.diff(borders), (len(begin), plan.count))
-    return Places(begin + shares[:, None, None] * (end - begin), weights)
+    return Places(*plan.path.of_lines(plan.lines_of(window)).shifts(plan.count, range(layers)))
 
 
 def points_of(blur: Defocus, plan: MotionPlan, window: Window, layers: int, count: int) -> Places:
