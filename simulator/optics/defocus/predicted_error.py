@@ -4,8 +4,6 @@ The prediction is the sum of named terms, one for each cause. It shall not lie b
 that bound 99 % of them, by which methods are chosen, are stated with the factor between the two that was measured.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from simulator.optics.defocus.accuracy import (
@@ -28,7 +26,7 @@ from simulator.optics.defocus.accuracy import (
 from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, correction_count, sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
 from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
-from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms
+from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms, most_samples_per_axis
 from simulator.optics.defocus.lamp_laws import gathered_lamp_error, lamp_crossing_error, rim_error, spot_error
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import ErrorTerm, Limit
@@ -39,7 +37,6 @@ EVEN_SCENE = "give a lens without distortion and a scene of 1, 2, 4 or 8 pixels 
 RAY_SAMPLES = 8  # most per photosite and axis that rays meet, of a scene finer than the photosites
 LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
 MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
-FINEST = 1e-6  # tolerance at which samples per photosite are as many as they can be [standard deviations of the noise]
 SOFTER = 0.3  # share of the error of small circles that is left where light bends between pixels, instead of even squares
 # From what laws bound to p99.9. Squares: black and white ones (`mixed_squares` of benchmarks/stress).
 # Crossing: random squares in greys (`python benchmarks/audit --laws`).
@@ -92,7 +89,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
             alone = len(defocus.radii_px) == 1 and not is_sloped  # else the sum of several terms is above p99.9 of their sum
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
             grid = squares_left(accuracy, float(smallest[0]), finest, defocus.scale) if alone else max(squares, grid)
-        most = int(replace(own, accuracy=replace(accuracy, tolerance=FINEST)).samples_per_axis(smallest, smallest)[0])
+        most = most_samples_per_axis(own, smallest)
         add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE, falls=finest < most)
     if is_sloped:
         add(

@@ -7,12 +7,14 @@ import numpy as np
 
 from simulator.optics.defocus.accuracy import Accuracy
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
+from simulator.optics.defocus.edge_laws import LITS
 from simulator.scene.occluded_background import EDGE_PX, MOST_ESTIMATED, depth_edges
 from simulator.scene.scene import Layer, Scene, is_depth_map
 
 MOST = 0.999  # quantile that counts as the greatest contrast
 LAMP = 2.0  # brightest lights of which a single pixel is a lamp
 MOST_MIXED = 250_000  # places of a composite whose range is measured
+MOST_EDGES = 250_000  # pixels between which edges are measured
 _STRIPS = 200  # strips of rows in which a scene's curvature is measured
 _WIDEST_PX = 129  # widest surroundings of a depth edge whose mean is its background [pixels of the thinned picture]
 
@@ -31,6 +33,8 @@ class SceneContrast:
     mixed: range of the light of several layers within half of a blur circle, of what is behind the first where that is less,
         lamps left out; 0: there is one layer, or even light behind it: the first one's own light is a mean, whatever is behind.
     around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out; 0: none varies.
+    edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
+        what moves (`scene_edges`).
     """
 
     curvature: float = 1.0
@@ -41,6 +45,7 @@ class SceneContrast:
     texture: float = 1.0
     mixed: float = 1.0
     around: float = 1.0
+    edges: tuple[float, ...] = (1.0,) * len(LITS)
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -169,9 +174,49 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float
     return mixed, around
 
 
+def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> tuple[float, ...]:
+    """Return `SceneContrast.edges`: quantiles MOST, of layers at rest and of what is behind the first one.
+
+    The noise is that of the photosite on the darker side of an edge. Large scenes are searched in bands of rows.
+    weights, per_share: as of `scene_contrast`.
+    """
+    from scipy.ndimage import uniform_filter
+
+    side, to_share = max(1, round(defocus.scale)), per_share * weights
+    size, columns = scene.planes.shape[:2]
+    high = min(4 * side, size)
+    bands = np.linspace(0, size - high, max(1, min(MOST_EDGES // (high * columns), -(-size // high)))).astype(int)
+    places = bands[:, None] + np.arange(high)
+    layers, found = [_at(layer, places, to_share) for layer in scene.layers], np.zeros(len(LITS))
+    for number in range(min(len(layers), 2)):
+        light = _composite(layers[number:])  # (bands, rows, columns, channels)
+        mean = uniform_filter(light, (1, side, side, 1), mode="nearest")
+        for axis in (1, 2):
+            step = np.diff(light, axis=axis)
+            if not step.size:
+                continue
+            before, after = (_shifted(mean, axis, way) for way in (-(side // 2), 1 + (side - 1) // 2))
+            dark = np.where(step > 0.0, before, after)
+            for place, lit in enumerate(LITS):
+                seen = _seen(step, dark + lit * np.abs(step), defocus.accuracy).max(axis=-1)
+                found[place] = max(found[place], float(np.quantile(seen, MOST, method="higher")))
+    return tuple(found.tolist())
+
+
+def _shifted(values: np.ndarray, axis: int, way: int) -> np.ndarray:
+    """Values so many places farther on an axis, of all but its last place; beyond its ends those at the ends."""
+    size = values.shape[axis]
+    return np.take(values, np.clip(np.arange(size - 1) + way, 0, size - 1), axis=axis)
+
+
+def _at(layer: Layer, rows: np.ndarray, to_share: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """Light, that of lamps left out, and coverage of a layer in some of its rows."""
+    return np.minimum(layer.planes[rows] @ to_share, LAMP), None if layer.coverage is None else layer.coverage[rows]
+
+
 def _composite(layers: list[tuple[np.ndarray, np.ndarray | None]]) -> np.ndarray:
-    """Light of layers over one another. layers: light (rows, columns, channels) times coverage, and coverage; None: it is 1."""
-    light, through = np.zeros_like(layers[0][0], np.float32), np.ones((*layers[0][0].shape[:2], 1), np.float32)
+    """Light of layers over one another. layers: light (..., channels) times coverage, and coverage; None: it is 1."""
+    light, through = np.zeros_like(layers[0][0], np.float32), np.ones((*layers[0][0].shape[:-1], 1), np.float32)
     for own, coverage in layers:
         light = light + through * own
         if coverage is None:
