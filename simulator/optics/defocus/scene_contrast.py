@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.accuracy import Accuracy, grid_error, twice_blurred_share
+from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
 from simulator.optics.defocus.edge_laws import LITS
 from simulator.scene.occluded_background import EDGE_PX, MOST_ESTIMATED, depth_edges
@@ -14,6 +15,8 @@ from simulator.scene.scene import Layer, Scene, is_depth_map
 MOST = 0.999  # quantile that counts as the greatest contrast
 LAMP = 2.0  # brightest lights of which a single pixel is a lamp
 MOST_MIXED = 250_000  # places of a composite whose range is measured
+PARTS, PART_PX = 3, 80  # parts per axis of a large scene whose penumbrae are looked at, and their side [pixels]
+WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
 MOST_EDGES = 250_000  # pixels between which edges are measured
 _STRIPS = 200  # strips of rows in which a scene's curvature is measured
 _WIDEST_PX = 129  # widest surroundings of a depth edge whose mean is its background [pixels of the thinned picture]
@@ -35,6 +38,8 @@ class SceneContrast:
     around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out; 0: none varies.
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
         what moves (`scene_edges`).
+    ends: second difference of the light behind the smallest circle, mean of both axes, in the noise of that light, which is
+        least where a penumbra ends; 0: the scene is finer than the photosites, or its own curvature says more.
     """
 
     curvature: float = 1.0
@@ -46,6 +51,7 @@ class SceneContrast:
     mixed: float = 1.0
     around: float = 1.0
     edges: tuple[float, ...] = (1.0,) * len(LITS)
+    ends: float = 0.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -61,7 +67,9 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
     mixed, around = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else (0.0, 0.0)
-    return SceneContrast(curvature, lamp, beside, beside if defocus.guessed else 0.0, has_steps, texture, mixed, around)
+    ends = 0.0 if defocus.accuracy.detail or defocus.scale > 1.0 else _penumbra_ends(scene, to_share, defocus, curvature)
+    behind = beside if defocus.guessed else 0.0
+    return SceneContrast(curvature, lamp, beside, behind, has_steps, texture, mixed, around, ends=ends)
 
 
 def _seen(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:
@@ -174,6 +182,45 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float
     return mixed, around
 
 
+def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvature: float) -> float:
+    """Return `SceneContrast.ends`: its quantile MOST, of layers at rest; 0 where the scene's own curvature is no more.
+
+    curvature: of the scene. Of a large scene parts on a grid are looked at.
+    """
+    radius_px = min(least for least, _ in defocus.ranges_px)
+    bound = 12.0 * grid_error(radius_px, 1, defocus.scale)
+    if radius_px <= defocus.copied_px or curvature * twice_blurred_share(radius_px, defocus.scale) <= bound:
+        return 0.0
+    weights, found = disk_weights(min(radius_px, WIDEST_END_PX)), []
+    tops, lefts = (
+        np.unique(np.linspace(0, max(length - PART_PX, 0), PARTS).astype(int)).tolist() for length in scene.planes.shape[:2]
+    )
+    for top in tops:
+        for left in lefts:
+            place = slice(top, top + PART_PX), slice(left, left + PART_PX)
+            light = _composite([_at(layer, place, to_share) for layer in scene.layers])
+            found.append(_bends_behind(light, weights, defocus).ravel())
+    return float(np.quantile(np.concatenate(found), MOST))
+
+
+def _bends_behind(light: np.ndarray, weights: np.ndarray, defocus: Defocus) -> np.ndarray:
+    """Second difference between photosites, mean of both axes, behind weights of a circle, in the noise of that light.
+
+    light: (rows, columns, channels) of scene pixels, between which it is linear, and which go on as they end.
+    """
+    from scipy.ndimage import convolve, map_coordinates
+
+    beside = len(weights) // 2 + 1
+    rows, columns = (np.arange(-beside, round(length / defocus.scale) + beside) for length in light.shape[:2])
+    grid = np.meshgrid(*((one + 0.5) * defocus.scale - 0.5 for one in (rows, columns)), indexing="ij")
+    found = []
+    for channel in range(light.shape[2]):
+        own = convolve(map_coordinates(light[..., channel], grid, order=1, mode="nearest"), weights, mode="nearest")
+        across, down = np.abs(np.diff(own, 2, axis=1))[1:-1], np.abs(np.diff(own, 2, axis=0))[:, 1:-1]
+        found.append(_seen(0.5 * (across + down), own[1:-1, 1:-1], defocus.accuracy))
+    return np.stack(found)
+
+
 def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> tuple[float, ...]:
     """Return `SceneContrast.edges`: quantiles MOST, of layers at rest and of what is behind the first one.
 
@@ -187,7 +234,7 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
     high = min(4 * side, size)
     bands = np.linspace(0, size - high, max(1, min(MOST_EDGES // (high * columns), -(-size // high)))).astype(int)
     places = bands[:, None] + np.arange(high)
-    layers, found = [_at(layer, places, to_share) for layer in scene.layers], np.zeros(len(LITS))
+    layers, found = [_at(layer, (places,), to_share) for layer in scene.layers], np.zeros(len(LITS))
     for number in range(min(len(layers), 2)):
         light = _composite(layers[number:])  # (bands, rows, columns, channels)
         mean = uniform_filter(light, (1, side, side, 1), mode="nearest")
@@ -209,9 +256,9 @@ def _shifted(values: np.ndarray, axis: int, way: int) -> np.ndarray:
     return np.take(values, np.clip(np.arange(size - 1) + way, 0, size - 1), axis=axis)
 
 
-def _at(layer: Layer, rows: np.ndarray, to_share: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-    """Light, that of lamps left out, and coverage of a layer in some of its rows."""
-    return np.minimum(layer.planes[rows] @ to_share, LAMP), None if layer.coverage is None else layer.coverage[rows]
+def _at(layer: Layer, place: tuple[np.ndarray | slice, ...], to_share: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """Light, that of lamps left out, and coverage of a layer at some of its pixels."""
+    return np.minimum(layer.planes[place] @ to_share, LAMP), None if layer.coverage is None else layer.coverage[place]
 
 
 def _composite(layers: list[tuple[np.ndarray, np.ndarray | None]]) -> np.ndarray:
