@@ -17,6 +17,7 @@ LAMP = 2.0  # brightest lights of which a single pixel is a lamp
 MOST_MIXED = 250_000  # places of a composite whose range is measured
 PARTS, PART_PX = 3, 80  # parts per axis of a large scene whose penumbrae are looked at, and their side [pixels]
 WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
+OF_BEND = 0.4  # edge that is wrong by as much as a bend, per square of pixels per photosite
 MOST_EDGES = 250_000  # pixels between which edges are measured
 _STRIPS = 200  # strips of rows in which a scene's curvature is measured
 _WIDEST_PX = 129  # widest surroundings of a depth edge whose mean is its background [pixels of the thinned picture]
@@ -224,7 +225,9 @@ def _bends_behind(light: np.ndarray, weights: np.ndarray, defocus: Defocus) -> n
 def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> tuple[float, ...]:
     """Return `SceneContrast.edges`: quantiles MOST, of layers at rest and of what is behind the first one.
 
-    The noise is that of the photosite on the darker side of an edge. Large scenes are searched in bands of rows.
+    The noise is that of the photosite on the darker side of an edge. A slope counts by its change from pixel to pixel: with n
+    samples per photosite it is wrong by at most scale^2 / (6 n^2) of that, edges by 2.5 / (6 n) of them. Large scenes are
+    searched in bands of rows.
     weights, per_share: as of `scene_contrast`.
     """
     from scipy.ndimage import uniform_filter
@@ -240,9 +243,14 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
         mean = uniform_filter(light, (1, side, side, 1), mode="nearest")
         for axis in (1, 2):
             step = np.diff(light, axis=axis)
-            if not step.size:
+            if light.shape[axis] < 3:
                 continue
-            before, after = (_shifted(mean, axis, way) for way in (-(side // 2), 1 + (side - 1) // 2))
+            bend = np.abs(np.diff(step, axis=axis))
+            most = max(OF_BEND * defocus.scale**2, 1.0) * np.maximum(
+                *(_shifted(bend, axis, way, step.shape[axis]) for way in (-1, 0))
+            )
+            step = np.clip(step, -most, most)
+            before, after = (_shifted(mean, axis, way, step.shape[axis]) for way in (-(side // 2), 1 + (side - 1) // 2))
             dark = np.where(step > 0.0, before, after)
             for place, lit in enumerate(LITS):
                 seen = _seen(step, dark + lit * np.abs(step), defocus.accuracy).max(axis=-1)
@@ -250,10 +258,9 @@ def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: De
     return tuple(found.tolist())
 
 
-def _shifted(values: np.ndarray, axis: int, way: int) -> np.ndarray:
-    """Values so many places farther on an axis, of all but its last place; beyond its ends those at the ends."""
-    size = values.shape[axis]
-    return np.take(values, np.clip(np.arange(size - 1) + way, 0, size - 1), axis=axis)
+def _shifted(values: np.ndarray, axis: int, way: int, size: int) -> np.ndarray:
+    """So many values along an axis, so many places farther on; beyond its ends those at the ends."""
+    return np.take(values, np.clip(np.arange(size) + way, 0, values.shape[axis] - 1), axis=axis)
 
 
 def _at(layer: Layer, place: tuple[np.ndarray | slice, ...], to_share: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
