@@ -1,13 +1,14 @@
 """Predicts the error of points of the aperture that carry instants (`joint_motion`), from its measured laws."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from simulator.optics.defocus.accuracy import LAMP_PEAK, MOST, hidden_error
 from simulator.optics.defocus.aperture_samples import sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, CLASS_UNIT_PX, LEAST_APART_PX, Defocus
+from simulator.optics.defocus.edge_laws import edge_error
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import Limit
 
@@ -16,6 +17,8 @@ WORST: SceneContrast = SceneContrast()  # detail that varies between zero and th
 TURNING, LEAST_LEAN = 0.22, 0.65  # growth of the error with slope times shift, and from which on
 ASIDE = 0.3  # error of one point that is read aside, 99.9 % of photosites, per way between slabs and second difference
 BESIDE = 0.25  # error at the border of a scene whose light is read between samples, per second difference and square of samples
+SAME_SCALE = 1e-6  # difference of scales that are the same
+FINEST = 1e-6  # tolerance at which samples per photosite are as many as they can be [standard deviations of the noise]
 TIGHTER = "give a smaller tolerance, or tolerance: 0 for rays"
 LESS_TURN = "focus or stop the lens down until all is sharp, turn the picture less, or tolerance: 0 for rays"
 LESS_SHIFT = "move the camera less, give a smaller aperture, or tolerance: 0 for rays"
@@ -54,6 +57,7 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
         finest = float(defocus.samples_per_axis(radius_px, radius_px)[0])
         beside = BESIDE * (contrast.curvature - contrast.texture) / finest**2
         found.append(JointTerm("samples beside the border of the scene", beside, TIGHTER))
+    found += _edge_terms(defocus, contrast)
     cell_px = motion.cells(BLOCK_COLUMNS, BLOCK_ROWS).error_px
     found.append(JointTerm("turns of the picture within cells", cell_px / (path_px + 2.0), LESS_TURN))
     if maps:
@@ -72,6 +76,32 @@ def joint_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Joint
         share = hidden_error(contrast.behind)
         found.append(JointTerm("background behind edges, which the scene does not show", share, LAYERS, "input"))
     return found
+
+
+def _edge_terms(defocus: Defocus, contrast: SceneContrast) -> list[JointTerm]:
+    """Predict what rays leave that read between samples at edges of a scene whose pixels are not the photosites.
+
+    That of the smallest circle, at rest: an edge along which the image moves is as sharp as one that stands.
+    """
+    own = defocus.of_scene()
+    smallest = np.array([min(least for least, _ in own.ranges_px)])
+    if is_sampled_alike(own.scale):
+        return []
+    finest = int(own.samples_per_axis(smallest, np.array([own.largest_px]))[0])
+    share = edge_error(float(smallest[0]), finest, own.scale, contrast.edges)
+    cause = f"edges between {finest} x {finest} samples per photosite"
+    return [JointTerm(cause, share, TIGHTER, falls=finest < most_samples_per_axis(own, smallest))]
+
+
+def is_sampled_alike(scale: float) -> bool:
+    """Whether the scene's pixels are the samples that rays read between; scale: pixels per photosite."""
+    return abs(scale - 1.0) < SAME_SCALE
+
+
+def most_samples_per_axis(defocus: Defocus, radius_px: np.ndarray) -> int:
+    """Return the samples per photosite and axis that the smallest tolerance takes for blur circles of this radius, (1,)."""
+    finest = replace(defocus, accuracy=replace(defocus.accuracy, tolerance=FINEST))
+    return int(finest.samples_per_axis(radius_px, radius_px)[0])
 
 
 def moving_points_error(points: int, radius_px: float, path_px: float) -> float:

@@ -4,8 +4,6 @@ The prediction is the sum of named terms, one for each cause. It shall not lie b
 that bound 99 % of them, by which methods are chosen, are stated with the factor between the two that was measured.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from simulator.optics.defocus.accuracy import (
@@ -28,7 +26,7 @@ from simulator.optics.defocus.accuracy import (
 from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, correction_count, sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
 from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
-from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms
+from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms, most_samples_per_axis
 from simulator.optics.defocus.lamp_laws import gathered_lamp_error, lamp_crossing_error, rim_error, spot_error
 from simulator.optics.defocus.scene_contrast import SceneContrast
 from simulator.optics.error_term import ErrorTerm, Limit
@@ -39,8 +37,7 @@ EVEN_SCENE = "give a lens without distortion and a scene of 1, 2, 4 or 8 pixels 
 RAY_SAMPLES = 8  # most per photosite and axis that rays meet, of a scene finer than the photosites
 LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
 MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
-FINEST = 1e-6  # tolerance at which samples per photosite are as many as they can be [standard deviations of the noise]
-SOFTER = 0.3  # share of the error of small circles that is left where light bends between pixels, instead of even squares
+SOFTER = 0.3  # share of the error of small circles that is left of a scene whose light bends between pixels: not even squares
 # From what laws bound to p99.9. Squares: black and white ones (`mixed_squares` of benchmarks/stress).
 # Crossing: random squares in greys (`python benchmarks/audit --laws`).
 # Occlusion: docs/lens_accuracy.md, `motorcycle_wide_open`, p99 0.41 and p99.9 0.87.
@@ -87,12 +84,13 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
     else:
         # A parabola in both directions, against its values at the points.
         smooth = contrast.curvature * twice_blurred_share(min(blurred), defocus.scale) / (12.0 * finest**2)
-        grid = min(smooth, grid_error(min(blurred), finest, defocus.scale))
+        steepest = max(grid_error(min(blurred), finest, defocus.scale), contrast.ends / (12.0 * finest**2))
+        grid = min(smooth, steepest)
         if accuracy.detail:  # even squares, whose weights are exact where nothing hides any of them
             alone = len(defocus.radii_px) == 1 and not is_sloped  # else the sum of several terms is above p99.9 of their sum
             squares = float(accuracy.sampling_error(smallest, finest, defocus.scale)[0])
             grid = squares_left(accuracy, float(smallest[0]), finest, defocus.scale) if alone else max(squares, grid)
-        most = int(replace(own, accuracy=replace(accuracy, tolerance=FINEST)).samples_per_axis(smallest, smallest)[0])
+        most = most_samples_per_axis(own, smallest)
         add(f"means on {finest} x {finest} points per photosite", grid, FINER_SCENE, falls=finest < most)
     if is_sloped:
         add(
@@ -126,8 +124,7 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         points_left = contrast.mixed * points_error(points, finest)
         add(f"{points} points of the aperture", points_left, TIGHTER, falls=points < MOST_OF_ALL)
     if len(radii) > 1:
-        softer = 1.0 if accuracy.detail else SOFTER
-        add("layers with circles as small as the samples", softer * contrast.mixed * _small_circles(own), RAYS)
+        add("layers with circles as small as the samples", contrast.mixed * _small_circles(own), RAYS)
     if own.eyes is not None:
         side_px = own.eyes.zone_px
         moved = zone_error(own.eyes.movement(side_px))
@@ -179,8 +176,7 @@ def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_
         points = int(correction_count(np.array(every), finest))  # no error of means beside them hides that of fewer points
         left = contrast.mixed * points_error(points, finest)
         add(f"{points} points of the aperture", left, TIGHTER, falls=every < MOST_OF_ALL)
-        softer = 1.0 if accuracy.detail else SOFTER
-        add("layers with circles as small as the samples", softer * contrast.mixed * _small_circles(own), LAYERED)
+        add("layers with circles as small as the samples", contrast.mixed * _small_circles(own), LAYERED)
     if contrast.has_steps and not defocus.guessed:
         range_ = contrast.beside / WORST.beside  # of the light beside the steps
         add("means of slabs of radius that hide each other", range_ * MOST_COVARIANCE, LAYERED)
@@ -201,7 +197,7 @@ def _small_circles(defocus: Defocus) -> float:
                 smaller = min(abs(one), abs(other))
                 over = int(defocus.samples_per_axis(np.array([smaller]), np.array([max(abs(one), abs(other))]))[0])
                 found.append(small_circles_error(smaller, abs(one - other), max(over, 1)))
-    return max(found)
+    return max(found) * (1.0 if defocus.scale > 1.0 else SOFTER)
 
 
 def ignored_error(

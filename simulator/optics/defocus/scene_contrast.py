@@ -5,14 +5,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.defocus.accuracy import Accuracy
+from simulator.optics.defocus.accuracy import Accuracy, grid_error, twice_blurred_share
+from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
+from simulator.optics.defocus.edge_laws import LITS
 from simulator.scene.occluded_background import EDGE_PX, MOST_ESTIMATED, depth_edges
 from simulator.scene.scene import Layer, Scene, is_depth_map
 
 MOST = 0.999  # quantile that counts as the greatest contrast
 LAMP = 2.0  # brightest lights of which a single pixel is a lamp
 MOST_MIXED = 250_000  # places of a composite whose range is measured
+PARTS, PART_PX = 3, 80  # parts per axis of a large scene whose penumbrae are looked at, and their side [pixels]
+WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
+OF_BEND = 0.4  # edge that is wrong by as much as a bend, per square of pixels per photosite
+MOST_EDGES = 250_000  # pixels between which edges are measured
 _STRIPS = 200  # strips of rows in which a scene's curvature is measured
 _WIDEST_PX = 129  # widest surroundings of a depth edge whose mean is its background [pixels of the thinned picture]
 
@@ -31,6 +37,10 @@ class SceneContrast:
     mixed: range of the light of several layers within half of a blur circle, of what is behind the first where that is less,
         lamps left out; 0: there is one layer, or even light behind it: the first one's own light is a mean, whatever is behind.
     around: range of the light within a blur circle of surfaces whose radius varies, that of lamps left out; 0: none varies.
+    edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
+        what moves (`scene_edges`).
+    ends: second difference of the light behind the smallest circle, mean of both axes, in the noise of that light, which is
+        least where a penumbra ends; 0: the scene is finer than the photosites, or its own curvature says more.
     """
 
     curvature: float = 1.0
@@ -41,6 +51,8 @@ class SceneContrast:
     texture: float = 1.0
     mixed: float = 1.0
     around: float = 1.0
+    edges: tuple[float, ...] = (1.0,) * len(LITS)
+    ends: float = 0.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -56,7 +68,9 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
     mixed, around = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else (0.0, 0.0)
-    return SceneContrast(curvature, lamp, beside, beside if defocus.guessed else 0.0, has_steps, texture, mixed, around)
+    ends = 0.0 if defocus.accuracy.detail or defocus.scale > 1.0 else _penumbra_ends(scene, to_share, defocus, curvature)
+    behind = beside if defocus.guessed else 0.0
+    return SceneContrast(curvature, lamp, beside, behind, has_steps, texture, mixed, around, ends=ends)
 
 
 def _seen(difference: np.ndarray, light: np.ndarray, accuracy: Accuracy) -> np.ndarray:
@@ -169,9 +183,94 @@ def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float
     return mixed, around
 
 
+def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvature: float) -> float:
+    """Return `SceneContrast.ends`: its quantile MOST, of layers at rest; 0 where the scene's own curvature is no more.
+
+    curvature: of the scene. Of a large scene parts on a grid are looked at.
+    """
+    radius_px = min(least for least, _ in defocus.ranges_px)
+    bound = 12.0 * grid_error(radius_px, 1, defocus.scale)
+    if radius_px <= defocus.copied_px or curvature * twice_blurred_share(radius_px, defocus.scale) <= bound:
+        return 0.0
+    weights, found = disk_weights(min(radius_px, WIDEST_END_PX)), []
+    tops, lefts = (
+        np.unique(np.linspace(0, max(length - PART_PX, 0), PARTS).astype(int)).tolist() for length in scene.planes.shape[:2]
+    )
+    for top in tops:
+        for left in lefts:
+            place = slice(top, top + PART_PX), slice(left, left + PART_PX)
+            light = _composite([_at(layer, place, to_share) for layer in scene.layers])
+            found.append(_bends_behind(light, weights, defocus).ravel())
+    return float(np.quantile(np.concatenate(found), MOST))
+
+
+def _bends_behind(light: np.ndarray, weights: np.ndarray, defocus: Defocus) -> np.ndarray:
+    """Second difference between photosites, mean of both axes, behind weights of a circle, in the noise of that light.
+
+    light: (rows, columns, channels) of scene pixels, between which it is linear, and which go on as they end.
+    """
+    from scipy.ndimage import convolve, map_coordinates
+
+    beside = len(weights) // 2 + 1
+    rows, columns = (np.arange(-beside, round(length / defocus.scale) + beside) for length in light.shape[:2])
+    grid = np.meshgrid(*((one + 0.5) * defocus.scale - 0.5 for one in (rows, columns)), indexing="ij")
+    found = []
+    for channel in range(light.shape[2]):
+        own = convolve(map_coordinates(light[..., channel], grid, order=1, mode="nearest"), weights, mode="nearest")
+        across, down = np.abs(np.diff(own, 2, axis=1))[1:-1], np.abs(np.diff(own, 2, axis=0))[:, 1:-1]
+        found.append(_seen(0.5 * (across + down), own[1:-1, 1:-1], defocus.accuracy))
+    return np.stack(found)
+
+
+def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> tuple[float, ...]:
+    """Return `SceneContrast.edges`: quantiles MOST, of layers at rest and of what is behind the first one.
+
+    The noise is that of the photosite on the darker side of an edge. A slope counts by its change from pixel to pixel: with n
+    samples per photosite it is wrong by at most scale^2 / (6 n^2) of that, edges by 2.5 / (6 n) of them. Large scenes are
+    searched in bands of rows.
+    weights, per_share: as of `scene_contrast`.
+    """
+    from scipy.ndimage import uniform_filter
+
+    side, to_share = max(1, round(defocus.scale)), per_share * weights
+    size, columns = scene.planes.shape[:2]
+    high = min(4 * side, size)
+    bands = np.linspace(0, size - high, max(1, min(MOST_EDGES // (high * columns), -(-size // high)))).astype(int)
+    places = bands[:, None] + np.arange(high)
+    layers, found = [_at(layer, (places,), to_share) for layer in scene.layers], np.zeros(len(LITS))
+    for number in range(min(len(layers), 2)):
+        light = _composite(layers[number:])  # (bands, rows, columns, channels)
+        mean = uniform_filter(light, (1, side, side, 1), mode="nearest")
+        for axis in (1, 2):
+            step = np.diff(light, axis=axis)
+            if light.shape[axis] < 3:
+                continue
+            bend = np.abs(np.diff(step, axis=axis))
+            most = max(OF_BEND * defocus.scale**2, 1.0) * np.maximum(
+                *(_shifted(bend, axis, way, step.shape[axis]) for way in (-1, 0))
+            )
+            step = np.clip(step, -most, most)
+            before, after = (_shifted(mean, axis, way, step.shape[axis]) for way in (-(side // 2), 1 + (side - 1) // 2))
+            dark = np.where(step > 0.0, before, after)
+            for place, lit in enumerate(LITS):
+                seen = _seen(step, dark + lit * np.abs(step), defocus.accuracy).max(axis=-1)
+                found[place] = max(found[place], float(np.quantile(seen, MOST, method="higher")))
+    return tuple(found.tolist())
+
+
+def _shifted(values: np.ndarray, axis: int, way: int, size: int) -> np.ndarray:
+    """So many values along an axis, so many places farther on; beyond its ends those at the ends."""
+    return np.take(values, np.clip(np.arange(size) + way, 0, values.shape[axis] - 1), axis=axis)
+
+
+def _at(layer: Layer, place: tuple[np.ndarray | slice, ...], to_share: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+    """Light, that of lamps left out, and coverage of a layer at some of its pixels."""
+    return np.minimum(layer.planes[place] @ to_share, LAMP), None if layer.coverage is None else layer.coverage[place]
+
+
 def _composite(layers: list[tuple[np.ndarray, np.ndarray | None]]) -> np.ndarray:
-    """Light of layers over one another. layers: light (rows, columns, channels) times coverage, and coverage; None: it is 1."""
-    light, through = np.zeros_like(layers[0][0], np.float32), np.ones((*layers[0][0].shape[:2], 1), np.float32)
+    """Light of layers over one another. layers: light (..., channels) times coverage, and coverage; None: it is 1."""
+    light, through = np.zeros_like(layers[0][0], np.float32), np.ones((*layers[0][0].shape[:-1], 1), np.float32)
     for own, coverage in layers:
         light = light + through * own
         if coverage is None:

@@ -20,7 +20,7 @@ from scipy.signal import fftconvolve
 from simulator.config.shot_file import load_shot
 from simulator.device import open_device
 from simulator.exposure.settings import Exposure
-from simulator.optics.defocus.accuracy import Accuracy, twice_blurred_share
+from simulator.optics.defocus.accuracy import Accuracy, grid_error, twice_blurred_share
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.lamp_laws import rim_error, spot_error
 from simulator.optics.defocus.predicted_error import LAYERS, error_terms, predicted_error
@@ -146,6 +146,34 @@ def test_means_of_a_coarse_scene_leave_at_most_what_their_law_states(scale):
         found = fftconvolve(photosites(fine), disk_weights(radius_px), mode="same")
         left = np.quantile(np.abs(found - truth)[inner], 0.999)
         assert left <= curvature * twice_blurred_share(radius_px, scale) / 12.0
+
+
+def test_penumbrae_that_end_in_the_dark_count_in_its_noise():
+    """Few bright pixels over black, two photosites each, in float64 as above: found in the noise of the light that is there."""
+    parts, scale, radius_px, size = 12, 0.5, 1.6, 48
+    rng = np.random.default_rng(2)
+    picture = np.where(rng.random((24, 24)) < 0.02, 1.0, 2e-3 * rng.random((24, 24)))
+    shot = Shot(band_scene(picture, float(depth_of(radius_px))), LENS, Exposure(0.001), small_camera(size, size))
+    optics = plan(shot).optics
+    accuracy, places = optics.accuracy, scale * (np.arange(-8 * parts, (size + 8) * parts) + 0.5) / parts - 0.5
+    fine = map_coordinates(picture / picture.max(), np.meshgrid(places, places, indexing="ij"), order=1, mode="nearest")
+
+    def photosites(light):
+        return light.reshape(size + 16, parts, size + 16, parts).mean(axis=(1, 3))[8:-8, 8:-8]
+
+    truth = photosites(fftconvolve(fine, disk_weights(parts * radius_px), mode="same"))
+    means = fine.reshape(size + 16, parts, size + 16, parts).mean(axis=(1, 3))
+    found = fftconvolve(means, disk_weights(radius_px), mode="same")[8:-8, 8:-8]
+    noise_e = np.sqrt(accuracy.electrons * truth + accuracy.read_noise_e**2)
+    left = np.quantile(np.abs(found - truth) * accuracy.electrons / noise_e, 0.999)
+    stated = accuracy.in_sigma(optics.contrast.ends / 12.0)
+    assert accuracy.in_sigma(grid_error(radius_px, 1, scale)) < left < stated < 10.0 * left
+
+
+def test_a_lamp_of_coarse_pixels_states_the_end_of_its_spot(tmp_path):
+    """The audit found 4.2 sigma in the dark where 2.5 were stated (seed 51, shot 62)."""
+    budget = plan(load_shot(draw_shot(51, 62).write(tmp_path))).error_budget
+    assert budget.is_clamped and 4.2 < budget.predicted_sigma < 42.0
 
 
 def test_lamps_over_black_are_bounded_by_the_noise_of_the_dark(tmp_path):
