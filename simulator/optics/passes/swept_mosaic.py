@@ -31,7 +31,7 @@ def swept_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Bu
     """
     if optics.motion is not None and optics.sweeps_shift():
         return shift_mosaic(optics, optics.motion, device, planes[0])
-    if optics.motion is not None and optics.sweeps_shifted_layers():
+    if optics.motion is not None and (optics.sweeps_shifted_layers() or optics.sweeps_drifting_layers):
         return layers_mosaic(optics, optics.motion, device, planes)
     window = optics.window
     mosaic = device.empty((window.height, window.width), np.float32)
