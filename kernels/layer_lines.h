@@ -4,7 +4,8 @@
 #define LAYER_LINES_H
 #include "bilinear_area.h"
 #define NEXT (EDGES ? STEP : 1)        // from the pixel of a photosite to that of the span's next; EDGES 0: every STEP-th column is in one set
-#define PIXELS (STEP * (SPAN - 1) + 2) // of a line that a span reads
+#define PIXELS (STEP * (SPAN - 1) + 2 + DRIFTS) // of a line that a span reads
+#define MIDDLE (0.5f * (float)(STEP * (SPAN - 1))) // from a span's first photosite to its middle [photosites]
 
 // Place of a layer at an instant.
 struct spot {
@@ -13,7 +14,8 @@ struct spot {
     int left_phase, right_phase; // begin of the planes that have them, from the layer's first [px]
     float past;       // between the two, 0 to 1
     float below;      // from where that row begins, 0 to 1 [px]
-};
+    float slope, bend, tilt; // DRIFTS 1: `past` and `below` are those of the middle; past + slope r + bend r^2, below + tilt r are
+};                           // those at r photosites right of it, from 0 on, and in few spans above 1 [px per photosite]
 
 // Where a row of photosites sees the scene at rest, EDGES 0.
 struct row_place {
@@ -40,7 +42,7 @@ INLINE void shares_of(const float below, const float side, float *shares) {
 
 // Rows of a plane's pixels, at both pixels that the first photosite of a span reads; where some of a span's lie beyond the plane, the rows.
 struct lines {
-    global const float *left[READS], *right[READS];
+    global const float *left[READS + DRIFTS], *right[READS + DRIFTS];
 };
 
 INLINE float between(const float from, const float to, const float share) { return from + share * (to - from); }
@@ -48,8 +50,8 @@ INLINE float between(const float from, const float to, const float share) { retu
 INLINE struct lines lines_of(global const float *plane, const int row, const int left, const int right, const uint width,
                              const uint height) {
     struct lines found;
-    __attribute__((opencl_unroll_hint(READS)))
-    for (int n = 0; n < READS; n++) {
+    __attribute__((opencl_unroll_hint(READS + DRIFTS)))
+    for (int n = 0; n < READS + DRIFTS; n++) {
         global const float *line = plane + (size_t)clamped(row + n, height) * width;
         found.left[n] = line + left, found.right[n] = line + right;
     }
@@ -68,6 +70,45 @@ INLINE float mixed(global const float *const *line, const int i, const float *sh
     for (uint n = 1; n < READS; n++) sum += shares[n] * line[n][i];
     return sum;
 }
+
+#if DRIFTS
+// Mean of values in a column around what is `below` the first. two: of the first two; else of three.
+INLINE float mean_of(const float first, const float second, const float third, const float below, const int two) {
+    if (two) return between(first, second, below);
+    const float upper = larger(1.0f - below, 0.0f), lower = larger(below - 1.0f, 0.0f);
+    return upper * first + ((1.0f - upper) - lower) * second + lower * third;
+}
+
+// Mix rows into PIXELS pixels from column `first` on, of which a photosite begins with each. Beyond the plane its edge pixels continue.
+INLINE void mix_rows(global const float *const *rows, const int first, const float below, const float tilt, const uint width, const int two,
+                     float *line) {
+    const int begin = clamped(-first, PIXELS + 1), end = clamped((int)width - first, PIXELS + 1), last = (int)width - 1;
+    const float left[3] = {rows[0][0], rows[1][0], rows[2][0]}, right[3] = {rows[0][last], rows[1][last], rows[2][last]};
+    for (int j = 0; j < begin; j++) line[j] = mean_of(left[0], left[1], left[2], below + tilt * (float)j, two);
+    for (int j = begin; j < end; j++)
+        line[j] = mean_of(rows[0][first + j], rows[1][first + j], rows[2][first + j], below + tilt * (float)j, two);
+    for (int j = end; j < PIXELS; j++) line[j] = mean_of(right[0], right[1], right[2], below + tilt * (float)j, two);
+}
+
+INLINE void mix_drift(const struct lines at, const int first, const struct spot spot, const uint width, float *line) {
+    const float begin = spot.below - spot.tilt * MIDDLE, end = begin + spot.tilt * (float)(PIXELS - 1);
+    if (larger(begin, end) <= 1.0f) mix_rows(at.left, first, begin, spot.tilt, width, 1, line);
+    else mix_rows(at.left, first, begin, spot.tilt, width, 0, line);
+}
+
+// Reading of photosite i of a span: of its pixels, or, where some of a span lie beyond the plane or three beside each other are read, of
+// lines that are mixed already.
+INLINE float read_drift(const struct lines at, const float *line, const int mixed_before, const uint i, const struct spot spot) {
+    const float r = (float)(int)(STEP * i) - MIDDLE, past = spot.past + r * (spot.slope + r * spot.bend);
+    if (mixed_before) {
+        const float left = larger(1.0f - past, 0.0f), right = larger(past - 1.0f, 0.0f);
+        return left * line[STEP * i] + ((1.0f - left) - right) * line[STEP * i + 1] + right * line[STEP * i + 2];
+    }
+    const float below = spot.below + spot.tilt * r, next = below + spot.tilt;
+    return between(between(at.left[0][STEP * i], at.left[1][STEP * i], below),
+                   between(at.left[0][STEP * i + 1], at.left[1][STEP * i + 1], next), past);
+}
+#endif
 
 // Mix rows into PIXELS pixels from column `first` on. Beyond the plane its edge pixels continue.
 INLINE void mix_line(const struct lines at, const int first, const float *shares, const uint width, float *line) {

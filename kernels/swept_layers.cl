@@ -9,6 +9,7 @@
 //         CHANNELS planes of electron radiance times coverage [e- s^-1 um^-2 sr^-1]; and coverage, 0 to 1, but of the last. The first MOVING
 //         of them differ from instant to instant. Those from LAYERS on are not read. Beyond a layer its edge pixels continue.
 // spots:  (lines, instants, LAYERS) struct spot; one line, or one for each `rows` rows. Of a layer at rest the first instant counts.
+// views:  DRIFTS 1: (lines, instants, LAYERS) struct view (row_view.h), instead of `spots`; displacements change a little along a row.
 // places: (rows of the launch,) struct row_place; not read where the planes have one pixel for each photosite (EDGES 1).
 // weights: (lines, instants) float32, share of each instant in the line's light.
 // mosaic: (rows, width) float32 from mosaic_row on, each photosite's own colour.
@@ -16,10 +17,16 @@
 #include "cfa.h"
 #include "layer_spans.h"
 
+#if DRIFTS
+#define FIND_SPOT(instant, n) spot_of(drift_at(views[(instant) * LAYERS + n], (float)x + (MIDDLE + 0.5f) - layers.pivot_x), layers)
+#else
+#define FIND_SPOT(instant, n) spots[(instant) * LAYERS + n]
+#endif
+
 // Dimension 0: spans of a row's set of columns; 1: rows, each as STEP sets of columns.
 kernel void swept_layers(global const float *restrict layer_0, global const float *restrict layer_1, global const float *restrict layer_2,
                          global const float *restrict layer_3, global const struct spot *restrict spots,
-                         global const struct row_place *restrict places, global const float *restrict weights,
+                         global const struct view *restrict views, global const struct row_place *restrict places, global const float *restrict weights,
                          global float *restrict mosaic, const struct layers layers) {
     global const float *const planes[4] = {layer_0, layer_1, layer_2, layer_3};
     const size_t own_row = get_global_id(1) / STEP, row = layers.first_row + own_row;
@@ -31,13 +38,15 @@ kernel void swept_layers(global const float *restrict layer_0, global const floa
     float sum[SPAN], passed[SPAN];
     for (uint i = 0; i < SPAN; i++) sum[i] = passed[i] = 0.0f;
     for (uint k = 0; k < layers.instants; k++) {
-        global const struct spot *own = spots + (line + k) * LAYERS;
+        struct spot own[LAYERS];
+        for (uint n = 0; n < LAYERS; n++) own[n] = FIND_SPOT(line + k, n);
         const float weight = weights[line + k];
         if (is_inside(own, 0, MOVING, x, layers)) add_layers(planes, own, 0, MOVING, colour, x, y, 0, weight, 0, sum, MOVING < LAYERS ? passed : 0, place, layers);
         else add_layers(planes, own, 0, MOVING, colour, x, y, 1, weight, 0, sum, MOVING < LAYERS ? passed : 0, place, layers);
     }
 #if MOVING < LAYERS
-    global const struct spot *own = spots + line * LAYERS;
+    struct spot own[LAYERS];
+    for (uint n = 0; n < LAYERS; n++) own[n] = FIND_SPOT(line, n);
     if (is_inside(own, MOVING, LAYERS, x, layers)) add_layers(planes, own, MOVING, LAYERS, colour, x, y, 0, 0.0f, passed, sum, 0, place, layers);
     else add_layers(planes, own, MOVING, LAYERS, colour, x, y, 1, 0.0f, passed, sum, 0, place, layers);
 #endif

@@ -2,18 +2,10 @@
 #ifndef SWEPT_PATH_H
 #define SWEPT_PATH_H
 #include "plain_math.h"
+#include "row_view.h"
 #include "scene_place.h"
 #define SIDE (1.0f - 2.0f * INSET)
 #define REACH (0.5f * (float)(STEP * (SPAN - 1))) // from the middle of a span to its first and last photosite [photosites]
-// Displacement of the image over a row at an instant: dx = (x + x_slope X - shrink X^2) / (1 + shrink X), dy = (y + y_slope X) /
-// (1 + shrink X) at X photosites right of the pivot.
-struct view {
-    float x, x_slope; // [photosites], [photosites per photosite]
-    float y, y_slope; // alike
-    float shrink;     // [1 / photosites]
-    float weight;     // of the instant in the row's light
-};
-
 // Scene positions of a span's photosites, counted from the pixel [row][column]: those of their centres less half a pixel, or of the
 // left and upper sides of their squares where TAPS > 0. u + (p.scale + u_drift) k + u_bend k (k - 2 REACH) at k photosites right of
 // the first, v + v_slope u at u.
@@ -25,11 +17,9 @@ struct path {
 
 // middle: of the span [photosites from the pivot]. column: first photosite of the span on the sensor. row: of the sensor.
 INLINE struct path path_of(const struct view view, const float middle, const int column, const int row, const struct projection p) {
-    const float turn = view.shrink * middle, part = 1.0f - turn * (1.0f - turn * (1.0f - turn)); // 1 / (1 + turn)
-    const float shrink = view.shrink * part, reach = REACH;
-    const float dx = (view.x + middle * (view.x_slope - view.shrink * middle)) * part;
-    const float x_slope = (view.x_slope - 2.0f * view.shrink * middle) * part - shrink * dx, bend = -shrink * (1.0f + x_slope);
-    const float dy = (view.y + middle * view.y_slope) * part, y_slope = view.y_slope * part - shrink * dy;
+    const struct drift drift = drift_at(view, middle);
+    const float reach = REACH, dx = drift.x, x_slope = drift.x_slope, dy = drift.y, y_slope = drift.y_slope;
+    const float bend = -drift.bend * (1.0f + x_slope);
     const float into = TAPS ? INSET : 0.5f, centre = TAPS ? 0.0f : 0.5f;
     struct place across, down;
     displaced_place(p.start_x, p.step, column, p.scale, into, dx + reach * (reach * bend - x_slope), &across);

@@ -31,6 +31,7 @@ SAME_SCALE = 1e-6  # difference from one scene pixel per photosite at which ther
 COUNTED_ROWS, COUNTED_INSTANTS = 64, 16  # by which spans that edges cross are counted
 LONGEST_SHIFT_PX = 2048.0  # longest path whose weights are found in the rectangle around it [photosites]
 MOST_SHIFTED_LAYERS = 4  # that one launch composites
+MOST_DRIFT = 0.007  # change of displacements from photosite to photosite, by which a span of 128 drifts less than a pixel
 
 if TYPE_CHECKING:
     from simulator.optics.ray_reference.deep_rays import DeepBlur
@@ -131,6 +132,17 @@ class OpticsPlan:
         if motion is None or not 1 < self.covering_layers <= MOST_SHIFTED_LAYERS or not motion.shifts_surfaces:
             return False
         return self._sweeps_pixels(motion, over) or (over == 1 and self.layer_phases is not None)
+
+    @property
+    def sweeps_drifting_layers(self) -> bool:
+        """Whether one launch composites sharp layers that move apart, and whose displacements change little along a row.
+
+        A span of photosites of a row then reads adjacent pixels, with a pixel for each photosite.
+        """
+        motion = self.motion
+        if motion is None or motion.method != "swept" or motion.shifts_surfaces or not self._sweeps_pixels(motion, 1):
+            return False
+        return 1 < self.covering_layers <= MOST_SHIFTED_LAYERS and max(motion.slopes) <= MOST_DRIFT
 
     @cached_property
     def layer_phases(self) -> LayerPhases | None:

@@ -15,6 +15,7 @@ from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.predicted_error import BLUR, MOVING, describe_ignored
 from simulator.optics.geometry.motion_cost import (
     AGAIN,
+    DRIFTING,
     OCCLUDING_AGAIN,
     SHIFT_MARGIN_PX,
     instants_cost_ms,
@@ -273,6 +274,8 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
     method = f"{motion.count} instants on each line"
     if optics.sweeps_shifted_layers(optics.light_samples):
         key, reads = "shifting layers", 1.0 if optics.layer_phases is None else optics.layer_phases.work
+    elif optics.sweeps_drifting_layers:
+        key, reads = "shifting layers", DRIFTING
     if layers > 1:
         method += f", {layers} layers"
     if motion.lamp_count:

@@ -104,7 +104,7 @@ def run(case: str) -> None:
             behind["behind"] = (Layer(far.astype(np.float32), 2.001),)
             moves[1] = LayerMotion((Speed(-3000.0, "px/s"), Speed(2500.0, "px/s")))
         scene, exposure = band_scene(near, 2.0, **behind), replace(exposure, shutter=RollingShutter(0.001))
-        motion = Motion(layers=moves)
+        motion = Motion(layers=moves, camera=SteadyMotion(pan_deg_per_s=400.0) if "turning" in case else None)
     take_with_truth(Shot(scene, lens, exposure, camera, motion=motion, tolerance=2.0 if motion else 0.1))
     print("done", devices()[0].name)
 

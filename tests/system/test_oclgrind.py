@@ -36,6 +36,7 @@ CASES = [
     "sharp MONO shifting",
     "sharp RGGB window shifting apart",
     "sharp MONO shifting apart",
+    "sharp RGGB window shifting apart turning",
     "sharp RGGB window shifting apart coarse",
     "sharp RGGB window shifting apart finer",
     "layers MONO moving",

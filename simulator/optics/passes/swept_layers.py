@@ -1,15 +1,17 @@
 """Executes layers that shift apart, each as a whole: composited at each instant, or at points of aperture and time."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from simulator.device import Buffer, Device, Kernel
+from simulator.device.kernel_source import declared_struct, kernel_source
 from simulator.optics.defocus.aperture_samples import moving_samples, sample_count
 from simulator.optics.defocus.defocus import Defocus
 from simulator.optics.defocus.joint_motion import CELL_PX
-from simulator.optics.geometry.motion_plan import MotionPlan
+from simulator.optics.geometry.motion_plan import MotionPlan, row_views
 from simulator.optics.geometry.projection import ANY_CFA
 from simulator.optics.optics_plan import MOST_SHIFTED_LAYERS, OpticsPlan
 from simulator.optics.passes.layer_means import Grid, LayerMeans, row_places, spots_of
@@ -28,13 +30,15 @@ class Places:
     """Where the lines of some rows of photosites see each layer.
 
     ways: (lines or 1, instants, layers, 2) float64 x, y [photosites]. weights: (lines or 1, instants). rows: photosites of each
-    line. above: rows of the first line above the first row.
+    line. above: rows of the first line above the first row. views: (lines, instants, layers) of `struct view`, where
+    displacements change along a row, instead of `ways`; None: they do not.
     """
 
     ways: np.ndarray
     weights: np.ndarray
     rows: int = 1
     above: int = 0
+    views: np.ndarray | None = None
 
 
 Find = Callable[[Window], Places]  # places for the rows of a window
@@ -42,8 +46,11 @@ Progress = Callable[[float], None]
 
 
 def layers_mosaic(optics: OpticsPlan, motion: MotionPlan, device: Device, planes: list[Buffer]) -> Buffer:
-    """Device buffer (height, width) float32: `swept_mosaic` of layers for which `OpticsPlan.sweeps_shifted_layers` holds."""
+    """Device buffer (height, width) float32: `swept_mosaic` of layers that `OpticsPlan.sweeps_shifted_layers` or drift."""
     swept, layers = motion.with_lamps_everywhere(), optics.covering_layers
+    if optics.sweeps_drifting_layers:
+        drift = _Sweep(optics, device, planes, swept.count, lambda rows: _drifts(swept, rows, layers), optics.moving_layers)
+        return drift.mosaic()
     if optics.layer_phases is not None:
         swept = replace(swept, count=optics.layer_phases.instants)
     sweep = _Sweep(
@@ -108,7 +115,9 @@ class _Sweep:
         self.optics, self.device, self.find, self.moving, self.over = optics, device, find, moving, over
         self.layers = layers = optics.covering_layers
         self.scene = planes
-        self.means = None if optics.layer_phases is None else LayerMeans(optics, optics.layer_phases, device, planes, side)
+        self.drifts = over == 1 and optics.sweeps_drifting_layers
+        phases = None if self.drifts else optics.layer_phases
+        self.means = None if phases is None else LayerMeans(optics, phases, device, planes, side)
         reads, spots = over**2 * optics.window.width * count * layers, count * layers
         self.band_rows = max(min(BAND_READS // reads, BAND_SPOTS // spots), LEAST_BAND_ROWS)
         if self.means is not None:
@@ -132,7 +141,7 @@ class _Sweep:
         """Write one plane for each of some colours. step: columns from a photosite of a span to the next; 2: a filter."""
         window, defines = self.optics.window, {"SPAN": SPAN, "STEP": step, "BENDS": 0}
         defines |= {"LAYERS": self.layers, "MOVING": self.moving, "CHANNELS": self.optics.channels}
-        defines |= {"READS": 2, "EDGES": 1, "SQUARES": 1}
+        defines |= {"READS": 2, "EDGES": 1, "SQUARES": 1, "DRIFTS": int(self.drifts)}
         if self.means is not None:
             defines |= {"READS": self.means.reads, "EDGES": 0, "SQUARES": int(self.means.is_square)}
         filter_ = self.optics.cfa_macros() if step == 2 else ANY_CFA
@@ -144,14 +153,15 @@ class _Sweep:
 
     def _run_band(self, kernel: Kernel, found: Buffer, step: int, colours: Sequence[int], first: int, rows: int) -> None:
         """Write some rows of photosites from `first` on."""
-        window, over, wide = self.optics.window, self.over, step * SPAN
+        window, projection, over, wide = self.optics.window, self.optics.projection, self.over, step * SPAN
         places = self.find(Window(window.x, window.y + first, window.width, rows))
         x, width, high = over * window.x, over * window.width, over * window.height
         aligned = x // wide * wide
         spans = -(-(x + width - aligned) // wide)
         grid = self._grid(places, aligned, spans * wide, range(window.y + first, window.y + first + rows), step)
-        shares = np.broadcast_to(places.weights.astype(np.float32), grid.spots.shape[:2])
-        spots, own_places, weights = map(self.device.upload, (grid.spots, grid.places, shares))
+        table = grid.spots if places.views is None else places.views
+        shares = np.broadcast_to(places.weights.astype(np.float32), table.shape[:2])
+        found_there, own_places, weights = map(self.device.upload, (table, grid.places, shares))
         surfaces = {f"layer_{n}": grid.planes[min(n, self.layers - 1)] for n in range(MOST_SHIFTED_LAYERS)}
         for number, colour in enumerate(colours):
             self.device.run(
@@ -159,7 +169,8 @@ class _Sweep:
                 (spans, step * over * rows),
                 (spans, 1),
                 **surfaces,
-                spots=spots,
+                spots=None if self.drifts else found_there,
+                views=found_there if self.drifts else None,
                 places=own_places,
                 weights=weights,
                 mosaic=found,
@@ -172,12 +183,17 @@ class _Sweep:
                     "mosaic_row": number * high,
                     "colour": colour,
                     "instants": places.weights.shape[1],
-                    "lines": len(grid.spots),
+                    "lines": len(table),
                     "rows": over * places.rows,
                     "above": over * places.above,
                     "grid_width": grid.width,
                     "grid_height": grid.height,
                     "side": 1.0 if self.means is None else self.means.side_px,
+                    "pivot_x": 0.5 * self.optics.sensor_px[0],
+                    "offset_x": math.floor(projection.offset_x),
+                    "offset_y": math.floor(projection.offset_y),
+                    "beyond_x": projection.offset_x % 1.0,
+                    "beyond_y": projection.offset_y % 1.0,
                 },
             )
         self.device.finish()  # the tables are freed on return
@@ -194,6 +210,18 @@ class _Sweep:
 def instants_of(plan: MotionPlan, window: Window, layers: int) -> Places:
     """Places of layers at the instants of each row."""
     return Places(*plan.path.of_lines(plan.lines_of(window)).shifts(plan.count, range(layers)))
+
+
+def _drifts(plan: MotionPlan, window: Window, layers: int) -> Places:
+    """Displacements of layers along each row, at its instants."""
+    instants = plan.window_instants(window)
+    y_px = np.arange(window.y, window.y + window.height) + 0.5
+    views = np.zeros((window.height, instants.count, layers), declared_struct(kernel_source(FILE), "view"))
+    for layer in range(layers):
+        homographies = plan.path.motion.homographies(instants.pose_numbers, layer)
+        for name, values in row_views(plan, homographies, y_px).items():
+            views[name][..., layer] = values
+    return Places(np.zeros((1, 1, layers, 2)), instants.weights, views=views)
 
 
 def points_of(blur: Defocus, plan: MotionPlan, window: Window, layers: int, count: int) -> Places:

@@ -33,7 +33,7 @@ def swept_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer]) -> Bu
     if optics.motion is not None and optics.sweeps_shift():
         return shift_mosaic(optics, optics.motion, device, planes[0])
     means = None
-    if optics.motion is not None and optics.sweeps_shifted_layers():
+    if optics.motion is not None and (optics.sweeps_shifted_layers() or optics.sweeps_drifting_layers):
         means = layers_mosaic(optics, optics.motion, device, planes)
     if optics.motion is not None and optics.mixes_edges():
         return cells_mosaic(optics, finer_instants(optics, optics.motion), optics.cell_instants, device, planes, means)

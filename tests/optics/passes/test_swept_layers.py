@@ -1,5 +1,6 @@
 """Layers that move apart without a turn: composited at each instant, against the same sums and dense means in float64."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,7 @@ from simulator.sensor.camera.camera import Window
 
 LENS, TIME_S = ThinLens(50.0, 8.0, cos4=False), 0.01
 WIDTH, HEIGHT = 150, 24  # two spans of a row
+DISTANCE_PX = LENS.image_distance_mm / 0.04
 RNG = np.random.default_rng(8)
 LIGHT = RNG.random((5, HEIGHT, WIDTH))
 COVERAGE = np.round(np.kron(RNG.random((5, HEIGHT // 6, WIDTH // 6)), np.ones((6, 6))) * 1.4, 1).clip(0.0, 1.0)
@@ -123,6 +125,52 @@ def test_a_camera_that_moves_before_layers_shifts_each_by_its_distance_and_one_t
     assert abs(ways[0][0]) > 3.0 and np.abs(moving_light(without_edges(aside)) - truth).max() < 5e-6
     turned = plan_moving(replace(shot, motion=Motion(camera=SteadyMotion(pan_deg_per_s=40.0))))
     assert turned.optics.motion.method == "swept" and not turned.optics.sweeps_shifted_layers()
+
+
+def panned(cfa="MONO") -> Shot:
+    """Layers that move apart under a pan, which shifts photosites by 6 to 6.04 photosites and turns rows."""
+    camera = SteadyMotion(
+        pan_deg_per_s=math.degrees(6.0 / DISTANCE_PX) / TIME_S, tilt_deg_per_s=math.degrees(4.0 / DISTANCE_PX) / TIME_S
+    )
+    shot = shot_of((WAYS["front"][0], None), cfa)
+    return replace(shot, motion=replace(shot.motion, camera=camera))
+
+
+def dense_pan(weights: np.ndarray, times_s: np.ndarray) -> np.ndarray:
+    """Mean over instants (rows or 1, instants) of what rays through the lens see of the layers of `panned`, float64."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH] + 0.5 - np.array([HEIGHT, WIDTH])[:, None, None] / 2.0
+    total = np.zeros(x.shape)
+    for weight, time_s in zip(weights.T, times_s.T, strict=True):
+        pan, tilt = (np.broadcast_to(way / DISTANCE_PX * time_s / TIME_S, HEIGHT)[:, None] for way in (6.0, 4.0))
+        up, back = -y * np.cos(tilt) + DISTANCE_PX * np.sin(tilt), y * np.sin(tilt) + DISTANCE_PX * np.cos(tilt)
+        right, back = x * np.cos(pan) - back * np.sin(pan), x * np.sin(pan) + back * np.cos(pan)
+        column, row = (DISTANCE_PX * place / back + side / 2.0 - 0.5 for place, side in ((right, WIDTH), (-up, HEIGHT)))
+        come = np.broadcast_to(time_s / TIME_S, HEIGHT)[:, None]
+        (across, down), seen = WAYS["front"][0], {"order": 1, "mode": "nearest"}
+        at = row - come * down, column - come * across
+        cover = map_coordinates(COVERAGE[0], at, **seen)
+        light = map_coordinates(LIGHT[0] * COVERAGE[0], at, **seen) + (1.0 - cover) * map_coordinates(
+            LIGHT[4], (row, column), **seen
+        )
+        total += np.broadcast_to(weight, HEIGHT)[:, None] * light
+    return total
+
+
+@pytest.mark.parametrize("row_s", [0.0, 3e-4], ids=["global", "rolling"])
+def test_layers_that_drift_along_rows_are_composited_at_each_instant(row_s):
+    planned = plan_moving(panned(), rolling(HEIGHT, TIME_S, row_s))
+    optics = planned.optics
+    assert optics.sweeps_drifting_layers and not optics.sweeps_shifted_layers() and max(optics.motion.slopes) > 1e-4
+    instants = optics.motion.window_instants(optics.window)
+    truth = dense_pan(instants.weights, instants.times_s)
+    assert np.abs(moving_light(planned) - truth).max() < 1e-5
+
+
+@pytest.mark.parametrize("row_s", [0.0, 3e-4], ids=["global", "rolling"])
+def test_a_crop_of_layers_that_drift_has_the_bits_of_the_frame(row_s):
+    planned = plan_moving(panned("RGGB"), rolling(HEIGHT, TIME_S, row_s))
+    part = replace(planned, optics=replace(planned.optics, window=Window(17, 5, 90, 12)))
+    assert part.optics.sweeps_drifting_layers and np.array_equal(moving_light(part), moving_light(planned)[5:17, 17:107])
 
 
 def test_layers_before_diffraction_are_swept_in_all_colours():
