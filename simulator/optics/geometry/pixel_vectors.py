@@ -68,7 +68,13 @@ class PixelVectors:
         rows, columns = found.shape[:2]
         spread = np.stack([found[..., 0, 0] - found[..., 1, 0], found[..., 2, 1] - found[..., 3, 1]]).max(axis=0)
         is_plain = (spread * max(-times_s[0], times_s[1]) < NEAR_PX) | (not self.tears(first_s, last_s))
-        count = np.where(is_plain, 1, STARTS)  # where nothing tears, each place has one pixel, which any start finds
+        is_new = np.asarray(found.any(axis=-1))  # a velocity of 0 begins where the first search does
+        for number in range(1, len(DIRECTIONS)):
+            is_new[..., number] &= (found[..., :number, :] != found[..., number, None, :]).any(axis=-1).all(axis=-1)
+        found = np.take_along_axis(found, np.argsort(~is_new, axis=-1, kind="stable")[..., None], axis=-2)
+        count = np.where(
+            is_plain, 1, 1 + is_new.sum(axis=-1)
+        )  # where nothing tears, each place has one pixel, which any start finds
         table = np.concatenate([count[..., None], np.zeros((rows, columns, 1)), found.reshape(rows, columns, -1)], axis=-1)
         return table.astype(np.float32)
 
