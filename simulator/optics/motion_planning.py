@@ -1,7 +1,9 @@
 """Plans the motion of the image behind a planned lens."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -81,14 +83,19 @@ def with_motion(planned: OpticsPlan, loaded: Scene, lens: Lens, sensor: SensorPl
 def _usual_detail(planned: OpticsPlan, loaded: Scene, per_radiance: float, length_px: float) -> SceneDetail:
     """Return the detail that all but so few of the scene's pixels stay below that they pass a thousandth of the photosites.
 
-    length_px: of the path: each pixel passes one photosite more than that.
+    Lamps, which have instants of their own, count where they are more than that share of the pixels. length_px: of the path:
+    each pixel passes one photosite more than that.
     """
-    of_light = loaded, planned.weights, per_radiance, planned.accuracy
-    quantile = 1.0 - (1.0 - BRIGHT) / (1.0 + length_px)
-    edges, dark = (scene_detail(*of_light, quantile, lit, has_lamps=False) for lit in (LIT_SHARE, 0.0))
+    few = 1.0 - (1.0 - BRIGHT) / (1.0 + length_px)
+
+    def usual(measure: Callable[..., float], lit: float) -> float:
+        own = partial(measure, loaded, planned.weights, per_radiance, planned.accuracy, lit=lit)
+        return max(own(quantile=BRIGHT), own(quantile=few, has_lamps=False))
+
+    edges, dark = (usual(scene_detail, lit) for lit in (LIT_SHARE, 0.0))
     if not _is_even(planned):
         return SceneDetail(edges, dark, 0.0, 0.0)
-    return SceneDetail(edges, dark, *(scene_bends(*of_light, quantile, lit) for lit in (LIT_SHARE, 0.0)))
+    return SceneDetail(edges, dark, *(usual(scene_bends, lit) for lit in (LIT_SHARE, 0.0)))
 
 
 def _is_even(planned: OpticsPlan) -> bool:

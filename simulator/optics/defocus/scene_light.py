@@ -146,16 +146,22 @@ def mixed_edges_error(scene: Scene, weights: np.ndarray, per_radiance: float, ac
 
 
 def scene_bends(
-    scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, quantile: float, lit: float
+    scene: Scene,
+    weights: np.ndarray,
+    per_radiance: float,
+    accuracy: Accuracy,
+    quantile: float,
+    lit: float,
+    has_lamps: bool = True,
 ) -> float:
     """Bend of the light at pixels between which it is linear, as a share of the brightest light: this quantile.
 
     The bend is the change of the slope from pixel to pixel, along rows and columns together, which a way over the pixel meets
     at most. It counts by the noise at its own place, at the darkest of the pixel and its neighbours with the share `lit` of
-    their range. None counts beside lamps. Arguments and result are else as of `scene_detail`.
+    their range. Arguments and result are else as of `scene_detail`.
     """
     noise_at_brightest = accuracy.electrons + accuracy.read_noise_e**2
-    found = [1e-6]
+    found, most_e = [1e-6], np.inf if has_lamps else lamp_electrons(accuracy)
     for layer in scene.layers:
         size = layer.planes.shape[:2]
         rows, columns = (np.arange(0, length, max(1, -(-length // _SAMPLES))) for length in size)
@@ -168,7 +174,7 @@ def scene_bends(
         darkest = five.min(axis=0)
         noise = darkest + lit * (five.max(axis=0) - darkest) + accuracy.read_noise_e**2
         seen = bend * np.sqrt(noise_at_brightest / np.maximum(noise, 1.0)) / accuracy.electrons
-        seen[five.max(axis=0) > lamp_electrons(accuracy)] = 0.0
+        seen[five.max(axis=0) > most_e] = 0.0
         found.append(float(np.quantile(seen, quantile, axis=(0, 1), method="higher").max()))
     return max(found)
 

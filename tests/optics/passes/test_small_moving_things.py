@@ -47,7 +47,7 @@ def test_a_small_ball_before_an_even_wall_is_a_streak_within_the_stated_error(te
     noise_e, found = np.sqrt(electrons * truth + accuracy.read_noise_e**2), moving_light(planned)
     error = electrons * np.abs(found[near] - truth) / noise_e
     assert error.max() < motion.error / accuracy.sigma <= shot.tolerance
-    assert np.abs(found - wall)[:70].max() < 1e-6
+    assert np.abs(found - wall)[:70].max() < 5e-6  # of sums of 250 instants in float32
 
 
 def test_a_picture_whose_few_bright_pixels_alone_show_that_it_moves_is_moved():
