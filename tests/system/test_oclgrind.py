@@ -42,6 +42,8 @@ CASES = [
     "one depth RGGB window moving",
     "rays",
     "fine",
+    "distorted",
+    "steps",
     "wide",
     "joint",
     "spread",
