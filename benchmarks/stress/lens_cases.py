@@ -51,6 +51,15 @@ def run_mixed_squares(device: Device, inputs: Inputs) -> Outcome:
     return area_outcome(inputs, 2.5, radius_px, math.ceil(radius_px) + 3, (40, 48))
 
 
+def run_lamps_in_the_dark(device: Device, inputs: Inputs) -> Outcome:
+    """One lamp over black, or one beside a fainter one, out of focus, at any place of a photosite."""
+    scale, shape = number(inputs, "scale"), (48, 56)  # so many photosites that no quantile of the light holds lamps
+    light = np.zeros((round(scale * shape[0]), round(scale * shape[1])), np.float32)
+    row, column = len(light) // 2 + int(number(inputs, "down")), len(light[0]) // 2 + int(number(inputs, "right"))
+    light[row, column : column + 2] = 1.0, number(inputs, "second")
+    return area_outcome({**inputs, "light": light}, scale, number(inputs, "radius_px"), 0, shape)
+
+
 def of_squares(case: Case) -> Case:
     """Return a near surface before a sharp one with the picture of its even squares, which hold no slanted edge as such."""
     means = means_behind_a_near_surface(
@@ -241,6 +250,21 @@ CASES = (
             "electrons": Real(5.0, 2e4, log=True),
         },
         run_mixed_squares,
+        PROMISED,
+        keeps=True,
+    ),
+    StressCase(
+        "lamps_in_the_dark",
+        ("scene_gather", "defocus_sums", "defocus_mean"),
+        {
+            "scale": Choice((1.0, 2.0, 2.5, 4.0)),
+            "down": Whole(0, 3),
+            "right": Whole(0, 3),
+            "second": Choice((0.0, 1e-3, 0.7)),
+            "radius_px": Real(0.2, 14.0, log=True, switches=(*FINE_RADII[2:], 1.5, 2.0, 4.0)),
+            "electrons": Real(1e2, 1e7, log=True),
+        },
+        run_lamps_in_the_dark,
         PROMISED,
         keeps=True,
     ),

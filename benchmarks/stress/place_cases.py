@@ -41,7 +41,8 @@ def area_outcome(inputs: Inputs, scale: float, radius_px: float, margin: int, sh
 
 def run_projection(device: Device, inputs: Inputs) -> Outcome:
     frame = area_outcome(inputs, number(inputs, "scale"), 0.0, 0)
-    return replace(frame, scale=maximum_filter(frame.exact, 3))
+    least = number(inputs, "electrons") * float(np.finfo(np.float32).tiny)  # of light that float32 holds with all places
+    return replace(frame, scale=np.maximum(maximum_filter(frame.exact, 3), least))
 
 
 def run_projection_places(device: Device, inputs: Inputs) -> Outcome:

@@ -22,6 +22,7 @@ from simulator.exposure.vector_maps import VectorMap
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, BLOCK_ROWS, Method
 from simulator.optics.defocus.field_pupil import CatsEyes
 from simulator.optics.geometry.projection import Projection
+from simulator.optics.lens.distortion import Distortion
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.lens.wavefront import Aberrations
 from simulator.optics.pupil.pupil import Pupil, PupilStop
@@ -121,6 +122,31 @@ def take_fine() -> None:
     for depth_m in (2.0, 2.01):
         scene = band_scene(rng.random((54, 81, camera.channels)), depth_m)
         take_with_truth(Shot(scene, ThinLens(50.0, 4.0, 2.0), Exposure(0.001), camera))
+    print("done", devices()[0].name)
+
+
+def take_distorted() -> None:
+    """A fine scene behind a small blur circle and a lens that distorts: photosites are parallelograms, gathered in parts."""
+    rng, camera = np.random.default_rng(0), small_camera(18, 10, "RGGB")
+    scene = band_scene(rng.random((27, 49, camera.channels)), 2.01)
+    lens = ThinLens(50.0, 4.0, 2.0, distortion=Distortion(k1=-0.05, unit="half_diagonal"))
+    planned = measure(plan(Shot(scene, lens, Exposure(0.001), camera)), open_device())
+    assert planned.tiles is not None and not planned.tiles.chosen.sample_grids()
+    assert planned.optics.projection.parts_per_axis(1) > 1
+    expose(planned, open_device())
+    print("done", devices()[0].name)
+
+
+def take_steps() -> None:
+    """Steps in depth behind diffraction, a lamp on one side: corrections of the blur that leave out the other surface."""
+    light, camera = np.full((10, 18, 1), 0.05), small_camera(18, 10)
+    light[4, 7] = 1e3
+    depth_m = np.where(np.arange(18) < 9, 1.97, 2.05) * np.ones((10, 1))
+    lens = ThinLens(50.0, 5.6, 2.0, diffraction=True)
+    planned = measure(plan(Shot(band_scene(light, depth_m), lens, Exposure(0.01), camera, tolerance=1.0)), open_device())
+    psf = planned.optics.psf
+    assert psf is not None and psf.core is not None and psf.corrected_px and psf.has_ringing(0, 0)
+    expose(planned, open_device())
     print("done", devices()[0].name)
 
 
@@ -282,7 +308,14 @@ def follow_rays() -> None:
 
 
 if __name__ == "__main__":
-    others = {"rays": follow_rays, "fine": take_fine, "wide": take_wide, "joint": take_joint}
+    others = {
+        "rays": follow_rays,
+        "fine": take_fine,
+        "distorted": take_distorted,
+        "steps": take_steps,
+        "wide": take_wide,
+        "joint": take_joint,
+    }
     others |= {"spread": take_spread, "slabs": take_slabs, "vectors": take_vectors, "lamp": take_lamp, "lamps": take_lamps}
     others["far spread"] = take_far_spread
     others[sys.argv[1]]() if sys.argv[1] in others else run(sys.argv[1])

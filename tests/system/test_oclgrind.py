@@ -44,6 +44,8 @@ CASES = [
     "one depth RGGB window moving",
     "rays",
     "fine",
+    "distorted",
+    "steps",
     "wide",
     "joint",
     "spread",

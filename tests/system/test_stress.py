@@ -69,7 +69,7 @@ def test_a_path_that_ends_in_the_dark_keeps_what_its_plan_promises(device, name,
     else:
         light[4, 25], light[7, 14] = 10.0, 1.0
         way = {"right_px": -5.622985957485119, "down_px": 6.0, "way_px": 6.0}
-    found = case.measure(device, {"light": light, "electrons": electrons, "roll_deg": 0.0, "row_s": 0.0, **way})
+    found = case.measure(device, {"light": light, "electrons": electrons, "roll_deg": 0.0, "row_s": 0.0, "scale": 1.0, **way})
     assert found is not None and 0.0 < found["promises"] <= 1.0
 
 
