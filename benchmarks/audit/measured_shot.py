@@ -14,6 +14,7 @@ from audit.shot_truth import NoTruthError, find_truth, run, z_scores
 from simulator import load_shot
 from simulator.device import Device
 from simulator.pipeline.planner import Plan, measure, plan
+from simulator.pipeline.shot import Shot
 from simulator.pipeline.stopwatch import Stopwatch
 
 TIGHTER = 1 / 3  # tolerance of the second shot, in that of the first
@@ -22,6 +23,7 @@ TRUTH_S = 5.0  # processor time for the rays of a truth [s]
 COSTLY_MS = 1500.0  # predicted time from which a shot is timed the first time, and has no random plan
 MOST_MS = 4000.0  # predicted time from which it is not taken
 CHECKED = 4  # one in so many shots that float64 knows has the reference path held against it
+TIMED, TIMED_S = 5, 0.5  # most runs that are timed, and processor time after which none follows [s]
 CORES = 2  # over which predicted times divide the processor time
 METHODS = ("reference", "joint", "instants", "swept", "points", "mean", "copy", "psf", "sharp")
 
@@ -34,8 +36,8 @@ class Record:
     p99_9, worst: of abs(z). tighter_p99_9: at a third of the tolerance. truth_sigma: largest standard error of the truth's
     photosites. predicted: by the plan. clamped: whether the plan says that it may not keep the tolerance. random_p99_9,
     random_predicted: of a random legal plan (`draw_plan`); None: it is the plan itself. input_sigma: predicted, of what the
-    scene does not hold. cost_ms: predicted. cpu_ms: processor time of the passes, with kernels that are compiled, over two as
-    predicted times are. wall_ms: of all of that run.
+    scene does not hold. cost_ms: predicted. cpu_ms: least processor time of the passes, with kernels that are compiled,
+    over two as predicted times are. wall_ms: least of all of a run.
     """
 
     seed: int
@@ -124,6 +126,21 @@ class ProcessorClock(Stopwatch):
         self.times_ms[name] = self.times_ms.get(name, 0.0) + 1e3 * (time.process_time() - start_s) / CORES
 
 
+def least_time(planned: Plan, shot: Shot, device: Device) -> tuple[np.ndarray, float, float]:
+    """Return mean electrons of a plan, and the least processor time of its passes [ms] and time of all [s] of some runs.
+
+    Other programs on the same cores lengthen processor time as well, and never shorten it.
+    """
+    cpu_ms, wall_s, begun_s = [], [], time.process_time()
+    while True:
+        started_s, timed = time.perf_counter(), ProcessorClock()
+        found = run(planned, shot, device, timed)
+        wall_s.append(time.perf_counter() - started_s)
+        cpu_ms.append(sum(timed.times_ms.values()))
+        if len(cpu_ms) == TIMED or time.process_time() - begun_s > TIMED_S:
+            return found, min(cpu_ms), min(wall_s)
+
+
 def measure_shot(drawn: DrawnShot, folder: Path, device: Device, truth_s: float = TRUTH_S) -> Record:
     """Take a drawn shot at its tolerance, at a tighter one, by a random plan, and its truth.
 
@@ -139,9 +156,7 @@ def measure_shot(drawn: DrawnShot, folder: Path, device: Device, truth_s: float 
     is_costly = planned.cost_ms() > COSTLY_MS
     if not is_costly:
         run(planned, shot, device)  # compiles the kernels
-    started_s, timed = time.perf_counter(), ProcessorClock()
-    found = run(planned, shot, device, timed)
-    wall_s = time.perf_counter() - started_s
+    found, cpu_ms, wall_s = least_time(planned, shot, device)
     tight = replace(shot, tolerance=TIGHTER * shot.tolerance)
     tighter = run(measure(plan(tight), device), tight, device)
     free = None if is_costly else draw_plan(planned, np.random.default_rng([drawn.seed, drawn.number, 1]), device)
@@ -165,7 +180,7 @@ def measure_shot(drawn: DrawnShot, folder: Path, device: Device, truth_s: float 
         clamped,
         tuple(planned.warnings()),
         planned.cost_ms(),
-        sum(timed.times_ms.values()),
+        cpu_ms,
         1e3 * wall_s,
         float(planned.optics.accuracy.electrons),
         int(true.electrons.size),

@@ -37,7 +37,7 @@ EVEN_SCENE = "give a lens without distortion and a scene of 1, 2, 4 or 8 pixels 
 RAY_SAMPLES = 8  # most per photosite and axis that rays meet, of a scene finer than the photosites
 LAYERED = "give even layers, farther apart in depth, or a lens without aberrations"
 MOST_COVARIANCE = 0.25  # of two numbers from 0 to 1 (Popoviciu's and Cauchy and Schwarz' inequalities)
-SOFTER = 0.3  # share of the error of small circles that is left of a scene whose light bends between pixels: not even squares
+SOFTER = 0.3  # share of the error of small circles that is left where light bends between pixels, instead of even squares
 # From what laws bound to p99.9. Squares: black and white ones (`mixed_squares` of benchmarks/stress).
 # Crossing: random squares in greys (`python benchmarks/audit --laws`).
 # Occlusion: docs/lens_accuracy.md, `motorcycle_wide_open`, p99 0.41 and p99.9 0.87.
@@ -124,7 +124,8 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
         points_left = contrast.mixed * points_error(points, finest)
         add(f"{points} points of the aperture", points_left, TIGHTER, falls=points < MOST_OF_ALL)
     if len(radii) > 1:
-        add("layers with circles as small as the samples", contrast.mixed * _small_circles(own), RAYS)
+        softer = 1.0 if accuracy.detail else SOFTER
+        add("layers with circles as small as the samples", softer * contrast.mixed * _small_circles(own), RAYS)
     if own.eyes is not None:
         side_px = own.eyes.zone_px
         moved = zone_error(own.eyes.movement(side_px))
@@ -176,7 +177,8 @@ def terms_by_distance(defocus: Defocus, contrast: SceneContrast = WORST, *, has_
         points = int(correction_count(np.array(every), finest))  # no error of means beside them hides that of fewer points
         left = contrast.mixed * points_error(points, finest)
         add(f"{points} points of the aperture", left, TIGHTER, falls=every < MOST_OF_ALL)
-        add("layers with circles as small as the samples", contrast.mixed * _small_circles(own), LAYERED)
+        softer = 1.0 if accuracy.detail else SOFTER
+        add("layers with circles as small as the samples", softer * contrast.mixed * _small_circles(own), LAYERED)
     if contrast.has_steps and not defocus.guessed:
         range_ = contrast.beside / WORST.beside  # of the light beside the steps
         add("means of slabs of radius that hide each other", range_ * MOST_COVARIANCE, LAYERED)
@@ -197,7 +199,7 @@ def _small_circles(defocus: Defocus) -> float:
                 smaller = min(abs(one), abs(other))
                 over = int(defocus.samples_per_axis(np.array([smaller]), np.array([max(abs(one), abs(other))]))[0])
                 found.append(small_circles_error(smaller, abs(one - other), max(over, 1)))
-    return max(found) * (1.0 if defocus.scale > 1.0 else SOFTER)
+    return max(found)
 
 
 def ignored_error(
