@@ -119,6 +119,16 @@ def crossed_spans(
     return found
 
 
+def crossed_share(path_px: float, radius_px: float, over: int) -> float:
+    """Part of the largest covariance at an edge that is left of samples, `over` per photosite and axis, on its way.
+
+    A straight edge crosses `over` of the samples. Behind a blur of this radius it lies within a photosite for 2 / (pi radius)
+    of the aperture at most, which is the largest density of a disk along a line. On a path of this length edges and light
+    behind them come to lie beside others, whose covariances have either sign and add as the root of their number [photosites].
+    """
+    return min(1.0, 2.0 / (math.pi * max(radius_px, 1e-6))) / math.sqrt(max(path_px, 1.0)) / over
+
+
 def open_parts(scale: float) -> int:
     """Most parts of a photosite along an axis that a layer leaves open, between pixels that hide what is behind."""
     return (math.ceil(scale - 1e-6) + 2) // 2
