@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simulator.optics.defocus.mixed_edges import crossed_share
+from simulator.optics.defocus.mixed_edges import SMALL_PX, crossed_share
 from simulator.optics.defocus.predicted_error import (
     RAY_SAMPLES,
     RAYS,
@@ -134,14 +134,15 @@ def _mixed_edges(optics: OpticsPlan) -> list[ErrorTerm]:
     cause = "edges of layers across what is behind them within a photosite"
     if optics.samples_shifted_layers or (motion.method != "joint" and optics.composites_cells(optics.light_samples)):
         return [ErrorTerm(MOTION, cause, optics.layer_edges.sigma, RAYS)]
-    over, blur_px = optics.light_samples, 0.0
+    over = optics.light_samples
     if motion.method == "joint" and optics.defocus is not None:
         ends = [abs(end) for pair in optics.defocus.of_scene().ranges_px for end in pair]
-        largest, blur_px = np.array([max(ends)]), min(ends)
-        over = max(int(optics.defocus.samples_per_axis(np.array([blur_px]), largest)[0]), 1)
+        if min(ends) > SMALL_PX:
+            return []
+        over = max(int(optics.defocus.samples_per_axis(np.array([min(ends)]), np.array([max(ends)]))[0]), 1)
     scale = optics.projection.scale / over
     key = "mixed edges", freeze(optics.weights), accuracy, scale
     settings = optics.weights, accuracy.electrons_per_radiance, accuracy, scale
     share = scene.remember(key, lambda: mixed_edges_error(scene, *settings))
-    share *= crossed_share(motion.length.longest_px, blur_px, over)
+    share *= crossed_share(motion.length.longest_px, over)
     return [ErrorTerm(MOTION, cause, accuracy.in_sigma(share), RAYS, is_rare=True)]
