@@ -13,7 +13,8 @@ class ErrorTerm:
     effect: what is approximated, by its pass. cause: the approximation. sigma: largest size that 99.9 % of the photosites keep
     below [standard deviations of the noise]. fix: what makes it smaller; "": nothing that a user can give.
     limit: "method" for an approximation of what the scene holds; "input" for what the scene does not hold, such as a surface
-    behind another, which no method can know. falls: whether a plan for a smaller tolerance has a smaller term.
+    behind another, which no method can know. falls: whether a plan for a smaller tolerance has a smaller term. is_rare: whether
+    most scenes stay far below, so that what falls is not left as coarse as it.
     """
 
     effect: str
@@ -22,6 +23,7 @@ class ErrorTerm:
     fix: str = ""
     limit: Limit = "method"
     falls: bool = False
+    is_rare: bool = False
 
 
 @dataclass(frozen=True)

@@ -177,16 +177,18 @@ class OpticsPlan:
         return self.composites_cells(over) and self.layer_edges.are_seen
 
     def mixed_share(self, over: int = 1) -> float:
-        """Share of the window's spans of photosites that are composited so, where `mixes_edges` holds."""
-        motion, window = self.motion, self.window
-        if motion is None or not self.sweeps_shifted_layers(over):
+        """Share of the window's photosites, or of samples of them, that are composited so where edges are seen."""
+        motion, window, layers = self.motion, self.window, self.covering_layers
+        if motion is None or not (self.sweeps_shifted_layers(over) or self.samples_shifted_layers):
             return 1.0
         rows = np.linspace(window.y, window.y + window.height - 1, min(window.height, COUNTED_ROWS)).astype(np.intp)
         path = motion.path.of_lines(np.zeros(1, np.intp) if motion.is_common else rows)
-        instants = path.of_shift(range(self.covering_layers)).instants(COUNTED_INSTANTS)
-        ways = instants.pose_numbers.reshape(*instants.weights.shape, self.covering_layers, 2)
+        instants = path.of_shift(range(layers)).instants(COUNTED_INSTANTS)
+        ways = instants.pose_numbers.reshape(*instants.weights.shape, layers, 2)
+        blur = self.defocus if motion.method == "joint" else None
+        reach = np.zeros((layers, 1)) if blur is None else np.abs(np.array(blur.radii_px[:layers], np.float64))[:, None]
+        least, most = ways.min(axis=1) - reach, ways.max(axis=1) + reach
         columns = np.arange(over * window.x // WIDE * WIDE, over * (window.x + window.width), WIDE)
-        least, most = ways.min(axis=1), ways.max(axis=1)
         return float(crossed_spans(self.layer_edges, self.projection, least, most, over * rows, columns, over).mean())
 
     @cached_property

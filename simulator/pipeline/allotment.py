@@ -28,10 +28,14 @@ def allot(tolerance: float, make: Make, budget_of: Budget = error_budget) -> Opt
     first = make(tolerance)
     if not tolerance or not budget_of(first).is_clamped:
         return first
+
+    def beside(fixed: float) -> float:
+        return max(tolerance, BESIDE_FIXED * fixed)
+
     kept = _make_finer(first, tolerance, make, budget_of, lambda fixed: tolerance - fixed)
     if kept is not None:
         return kept
-    finer = _make_finer(first, tolerance, make, budget_of, lambda fixed: max(tolerance, BESIDE_FIXED * fixed))
+    finer = _make_finer(first, tolerance, make, lambda optics: _typical(budget_of(optics)), beside)
     plans = (first,) if finer is None else (finer, first)
     return min(plans, key=lambda one: budget_of(one).predicted_sigma)
 
@@ -52,6 +56,11 @@ def _make_finer(
             break
         planned = replace(make(own), tolerance=tolerance)
     return None
+
+
+def _typical(budget: ErrorBudget) -> ErrorBudget:
+    """Return the budget without bounds that few scenes reach: what falls is as large a part of the error in the others."""
+    return replace(budget, terms=tuple(term for term in budget.terms if not term.is_rare))
 
 
 def falling_sigma(budget: ErrorBudget) -> float:

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from simulator.optics.defocus.mixed_edges import SMALL_PX, crossed_share
 from simulator.optics.defocus.predicted_error import (
     RAY_SAMPLES,
     RAYS,
@@ -124,14 +127,22 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
 
 
 def _mixed_edges(optics: OpticsPlan) -> list[ErrorTerm]:
-    """Term of layers that are composited photosite by photosite at each instant of a motion."""
+    """Term of layers that are composited photosite by photosite, or sample by sample, at each instant of a motion."""
     motion, scene, accuracy = optics.motion, optics.scene, optics.accuracy
-    if motion is None or not motion.method.startswith("swept") or not scene.behind or not optics.has_coverage:
+    if motion is None or motion.method == "instants" or not scene.behind or not optics.has_coverage:
         return []
     cause = "edges of layers across what is behind them within a photosite"
-    if optics.composites_cells(optics.light_samples):
+    if optics.samples_shifted_layers or (motion.method != "joint" and optics.composites_cells(optics.light_samples)):
         return [ErrorTerm(MOTION, cause, optics.layer_edges.sigma, RAYS)]
-    key = "mixed edges", freeze(optics.weights), accuracy, optics.projection.scale
-    settings = optics.weights, accuracy.electrons_per_radiance, accuracy, optics.projection.scale
+    over = optics.light_samples
+    if motion.method == "joint" and optics.defocus is not None:
+        ends = [abs(end) for pair in optics.defocus.of_scene().ranges_px for end in pair]
+        if min(ends) > SMALL_PX:
+            return []
+        over = max(int(optics.defocus.samples_per_axis(np.array([min(ends)]), np.array([max(ends)]))[0]), 1)
+    scale = optics.projection.scale / over
+    key = "mixed edges", freeze(optics.weights), accuracy, scale
+    settings = optics.weights, accuracy.electrons_per_radiance, accuracy, scale
     share = scene.remember(key, lambda: mixed_edges_error(scene, *settings))
-    return [ErrorTerm(MOTION, cause, accuracy.in_sigma(share), RAYS)]
+    share *= crossed_share(motion.length.longest_px, over)
+    return [ErrorTerm(MOTION, cause, accuracy.in_sigma(share), RAYS, is_rare=True)]

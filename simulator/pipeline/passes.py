@@ -245,6 +245,8 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
 
             points = int(sample_count(np.array([blur.largest_px]), blur)[0])
             cost = sweep_cost_ms("shifting layers", pixels * points * (2 * optics.covering_layers - 1))
+            if optics.layer_edges.are_seen:
+                cost += 1e-6 * pixels * points * optics.mixed_share() * optics.cells_ns()
         method = "with the blur: each point of the aperture carries an instant"
         return Pass(name, True, method, pixels, 8 * pixels, error, cost)
     projection, layers, before = optics.projection, optics.covering_layers, ""

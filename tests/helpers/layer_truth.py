@@ -76,11 +76,13 @@ def exact_layers(
     columns: int,
     instants: int | np.ndarray,
     side: float = 1.0,
+    aside: np.ndarray | float = 0.0,
 ) -> np.ndarray:
     """Mean over instants of layers of even squares, composited before means over photosites, (rows, columns) float64.
 
-    layers: light (height, width), and coverage, of each, nearest first. side: of a photosite's open area. Arguments are else as
-    of `dense_layers`. Borders of all pixels cut the picture into cells of even light, whose areas are exact.
+    layers: light (height, width), and coverage, of each, nearest first. side: of a photosite's open area. aside: x, y by which
+    each layer is seen displaced at all times, (layers, 2) [px]. Arguments are else as of `dense_layers`. Borders of all pixels
+    cut the picture into cells of even light, whose areas are exact.
     """
     total, scale = np.zeros((len(opens), columns)), projection.scale
     times = np.linspace(0.0, 1.0, instants + 1) if isinstance(instants, int) else instants
@@ -88,7 +90,7 @@ def exact_layers(
     for begin, end in itertools.pairwise(times.tolist()):
         for rows in [slice(0, len(opens))] if common else [slice(row, row + 1) for row in range(len(opens))]:
             come = opens[rows][0] + 0.5 * (begin + end)
-            shifts = np.array([[-come * part for part in way or (0.0, 0.0)] for way in ways_px])
+            shifts = np.array([[-come * part for part in way or (0.0, 0.0)] for way in ways_px]) + aside
             across = _cells(columns, projection.offset_x, scale, side, shifts[:, 0])
             down = _cells(rows.stop - rows.start, projection.offset_y + scale * rows.start, scale, side, shifts[:, 1])
             x, y = (0.5 * (borders[1:] + borders[:-1]) for borders in (across[0], down[0]))

@@ -125,6 +125,8 @@ def moving_picture(case: Case, planned: Plan) -> np.ndarray:
     """Radiance of the photosites of the case's truth by a plan of it, of which no other is computed."""
     height, width = case.truth.shape
     inside = dataclasses.replace(planned.optics, window=Window(case.margin, case.margin, width, height))
+    if "layer_edges" in vars(planned.optics):  # those of a plan without them
+        vars(inside)["layer_edges"] = planned.optics.layer_edges
     device = open_device()
     mosaic = expose(measure(dataclasses.replace(planned, optics=inside, strips=()), device), device)
     return device.download(mosaic, (height, width), np.float32) / planned.optics.weights.sum()

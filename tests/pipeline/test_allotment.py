@@ -101,6 +101,19 @@ def test_shares_shrink_until_the_least_number_of_samples_is_left():
     assert not budget_of(allot(0.3, make, budget_of)).is_clamped and min(asked) > 0.04
 
 
+def test_a_bound_that_few_scenes_reach_leaves_nothing_else_as_coarse():
+    make, _ = of_laws(0.0, 1.0)
+
+    def leaving(is_rare):
+        def budget_of(optics):
+            falling = ErrorTerm("lens blur", "points", 10.0 * optics.accuracy.tolerance, falls=True)
+            return ErrorBudget(optics.tolerance, (falling, ErrorTerm("motion blur", "edges", 4.0, is_rare=is_rare)))
+
+        return falling_sigma(budget_of(allot(0.3, make, budget_of)))
+
+    assert leaving(is_rare=True) <= 0.3 < leaving(is_rare=False)
+
+
 def test_terms_of_the_input_do_not_count():
     terms = (
         ErrorTerm("lens blur", "points", 0.3, falls=True),

@@ -18,6 +18,7 @@ LEFT_SHARE = 0.1  # of the tolerance that differences of coverage may cause whic
 BLOCK_PX = 16  # side of blocks of a layer that are searched for edges [px of the scene]
 CELL_NS, SUM_NS = 0.047, 0.4  # of a plane of a cell; of a pixel of a photosite and column of cells
 SPAN, WIDE = 64, 128  # photosites of a row and colour that are computed together; columns of two spans
+SMALL_PX = 0.5  # blur radius up to which an edge stays within a photosite; laws of points hold the covariance of others
 BLOCKS_SEEN = 4  # by a photosite at most, across whose borders coverage may change by more than within one
 
 
@@ -117,6 +118,15 @@ def crossed_spans(
         bottom = projection.offset_y + scale * (rows[:, None] + 1) + most[:, layer, 1:] + beside
         found |= is_crossed(blocks, left, right, top, bottom)
     return found
+
+
+def crossed_share(path_px: float, over: int) -> float:
+    """Part of the largest covariance at an edge that is left of samples, `over` per photosite and axis, on its way.
+
+    A straight edge crosses `over` of the samples. On a path of this length edges and light behind them come to lie beside
+    others, whose covariances have either sign and add as the root of their number [photosites].
+    """
+    return 1.0 / math.sqrt(max(path_px, 1.0)) / over
 
 
 def open_parts(scale: float) -> int:

@@ -8,6 +8,7 @@ import numpy as np
 from simulator.device import Buffer, Device
 from simulator.optics.geometry.motion_plan import MotionPlan, posed
 from simulator.optics.optics_plan import OpticsPlan
+from simulator.optics.passes.layer_cells import cells_mosaic
 from simulator.optics.passes.still_mosaic import still_mosaic
 from simulator.optics.passes.swept_layers import points_mosaic
 from simulator.optics.passes.swept_mosaic import swept_mosaic
@@ -31,7 +32,8 @@ def moving_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], prog
         assert optics.defocus is not None and optics.joint is not None  # they are planned together
         blur = replace(optics.defocus, motion=replace(optics.joint, path=plan.path))
         if optics.samples_shifted_layers:
-            return points_mosaic(optics, blur, plan, device, planes, progress)
+            means, find, count = points_mosaic(optics, blur, plan, device, planes, progress)
+            return cells_mosaic(optics, find, count, device, planes, means) if optics.layer_edges.are_seen else means
         joint = replace(optics, motion=None, flash_motion=None, defocus=blur)
         return still_mosaic(joint, plan_tiles(joint, device), device, planes, progress)
     return _sum_of_instants(optics, plan, device, planes, progress)

@@ -85,14 +85,17 @@ def finer_instants(optics: OpticsPlan, motion: MotionPlan) -> Find:
 
 def points_mosaic(
     optics: OpticsPlan, blur: Defocus, motion: MotionPlan, device: Device, planes: list[Buffer], progress: Progress
-) -> Buffer:
+) -> tuple[Buffer, Find, int]:
     """Device buffer (height, width) float32: the mosaic of layers for which `OpticsPlan.samples_shifted_layers` holds.
 
-    blur: of the lens, with the motion.
+    And what finds places of the layers, and how many each line has. blur: of the lens, with the motion.
     """
     layers, count = optics.covering_layers, int(sample_count(np.array([blur.largest_px]), blur)[0])
-    sweep = _Sweep(optics, device, planes, count, lambda rows: points_of(blur, motion, rows, layers, count), layers)
-    return sweep.mosaic(progress)
+
+    def find(rows: Window) -> Places:
+        return points_of(blur, motion, rows, layers, count)
+
+    return _Sweep(optics, device, planes, count, find, layers).mosaic(progress), find, count
 
 
 class _Sweep:

@@ -13,6 +13,7 @@ from simulator.device import open_device
 from simulator.exposure.motion import Motion
 from simulator.exposure.object_motion import LayerMotion, Speed
 from simulator.exposure.settings import Exposure
+from simulator.optics.defocus.aperture_samples import moving_samples, sample_count
 from simulator.optics.lens.thin_lens import ThinLens
 from simulator.optics.passes.swept_mosaic import swept_planes
 from simulator.pipeline.planner import Plan, plan
@@ -153,6 +154,28 @@ def test_samples_of_all_colours_are_composited_exactly(over):
     truth = exact_layers(layers, own, ways_px, np.zeros(size[0]), size[1], borders, side=max(1.0, over / 1.5))
     there = truth[over * 2 : over * 14, over * 4 : over * 104]
     assert optics.mixes_edges(over) and np.abs(light[1] - there).max() < 5e-6
+
+
+@pytest.mark.parametrize("row_s", [0.0, pytest.param(3e-4, marks=pytest.mark.slow)], ids=["global", "rolling"])
+def test_layers_out_of_focus_are_composited_exactly_at_points_of_aperture_and_time(row_s):
+    """The same points in float64, each of which displaces a layer."""
+    ways_px, shot = WAYS[:2], noise_shot(1.0, WAYS[:2])
+    near = shot.scene.load()
+    (far,) = near.behind
+    scene = type(shot.scene)(replace(near, depth_m=1.85, behind=(replace(far, depth_m=2.1),)))
+    lens = ThinLens(50.0, 1.4, 2.0, cos4=False, transmittance=4.7e-4)
+    planned = plan_moving(replace(shot, scene=scene, lens=lens), rolling(HEIGHT, TIME_S, row_s))
+    optics, blur = planned.optics, planned.optics.moving_blur
+    assert optics.samples_shifted_layers and optics.layer_edges.are_seen
+    points = moving_samples(blur.pupil, int(sample_count(np.array([blur.largest_px]), blur)[0]), 1).astype(np.float64)
+    layers = [(one.planes[..., 0].astype(float), one.coverage) for one in near.layers]
+    truth, opens = np.zeros((HEIGHT, WIDTH)), row_s / TIME_S * np.arange(HEIGHT)
+    for right, below, share in points[:, [0, 1, 5]]:
+        aside = np.outer(blur.radii_px, [right, below])
+        times = opens + share - 0.5
+        truth += exact_layers(layers, optics.projection, ways_px, times, WIDTH, 1, aside=aside) / len(points)
+    assert np.abs(moving_light(planned) - truth).max() < 5e-6
+    assert sigmas(planned, moving_light(without_edges(planned)), truth).max() > 0.5
 
 
 def test_what_edges_cost_is_predicted():

@@ -228,7 +228,7 @@ def test_layers_out_of_focus_are_composited_at_points_of_aperture_and_time(row_s
     optics = planned.optics
     blur = optics.moving_blur
     assert optics.motion.method == "joint" and optics.samples_shifted_layers and min(map(abs, blur.radii_px)) > 1.0
-    found = moving_light(planned)
+    found = moving_light(without_edges(planned))
     points = moving_samples(blur.pupil, int(sample_count(np.array([blur.largest_px]), blur)[0]), 1)
     assert np.abs(found - dense_blur(blur.radii_px, points[:, [0, 1, 5]].astype(np.float64), opens)).max() < 3e-6
     sobol = qmc.Sobol(3, seed=77).random(1 << 11)
