@@ -20,13 +20,15 @@ class BandNodes:
     """Nodes of kernels around a band.
 
     rows: of nodes. present: (tiles, parts, node columns) whether a column of nodes has weight in a part of a tile.
-    reach_px: (slabs, node columns) farthest reach of the kernels in these rows. radii_px: of the slabs, ascending.
+    reach_px, rings: (slabs, node columns) farthest reach of the kernels in these rows, and whether any rings.
+    radii_px: of the slabs, ascending.
     starts: number of the first slab of the surface of each. finer: light is counted at so many blur radii in place of a slab's.
     """
 
     rows: range
     present: np.ndarray
     reach_px: np.ndarray
+    rings: np.ndarray
     radii_px: np.ndarray
     starts: np.ndarray
     finer: int
@@ -55,6 +57,11 @@ class BandNodes:
         """Farthest reach of the kernels of light that is held (layers, tiles, parts, radii): (tiles, parts)."""
         of_part = np.where(self.present[..., None, :], self.reach_px, 0).max(axis=-1)
         return np.asarray((self.slabs(np.logical_or.reduce(held, axis=0)) * of_part).max(axis=-1, initial=0))
+
+    def has_ringing(self, held: np.ndarray) -> np.ndarray:
+        """Whether kernels of light that is held, as of `farthest`, ring: (tiles, parts)."""
+        of_part = (self.present[..., None, :] & self.rings).any(axis=-1)
+        return np.asarray((self.slabs(np.logical_or.reduce(held, axis=0)) & of_part).any(axis=-1))
 
     @property
     def occluding(self) -> np.ndarray:

@@ -67,7 +67,7 @@ class SlabGather:
         self.cells, self.tail = device.zeros(cells, np.float32), device.zeros(cells, np.float32)
         weights = device.upload(self.kernels.tail)
         self.tail_kernels = TailKernels(weights, self.kernels.tail.shape[-1], self.cell_px)
-        self.limits = np.array(psf.highlight_limits) if self.kernels.rings else np.full(self.channels, UNLIMITED)
+        self.limits = np.array(psf.highlight_limits) if self.kernels.rings.any() else np.full(self.channels, UNLIMITED)
         own = {"OVER": 1, "CHANNELS": self.channels, "COVERAGE": self.coverage, "LAYERS": len(self.planes)}
         self.defines: dict[str, object] = {**optics.cfa.macros(0, 0), **own, "OPAQUE": int(self.defocus.opaque)}
 
@@ -93,7 +93,8 @@ class SlabGather:
         present = tile_nodes(band, across, STEP_PARTS)
         radii_px = self.kernels.radii_px
         finer = min(FINEST, (MOST_SLABS - 1) // (len(radii_px) - 1))
-        nodes = BandNodes(rows, present, reach_px, radii_px, self.kernels.starts, finer)
+        rings = np.asarray(self.kernels.rings[:, rows.start : rows.stop].any(axis=1))
+        nodes = BandNodes(rows, present, reach_px, rings, radii_px, self.kernels.starts, finer)
         bits, above, limits = self._light_bits(band, nodes), self._bright_places(band), self.device.upload(numbers)
         self._place_between_slabs(band)
         around = Surroundings.around(band, bits, nodes)
@@ -159,7 +160,7 @@ class SlabGather:
             same = selected & (around.reach_px == reach_px)
             bright = np.zeros(same.shape, bool)
             if above is not None:
-                bright = join_within(band, above, np.maximum, reach_px, STEP_PARTS)
+                bright = join_within(band, above, np.maximum, reach_px, STEP_PARTS) & nodes.has_ringing(around.held)
             kernels = self._upload_kernels(reach_px, nodes.rows)
             for is_bright in (False, True):
                 chosen = same & (bright == is_bright)

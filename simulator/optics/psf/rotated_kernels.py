@@ -53,14 +53,22 @@ class RotatedKernels:
 
         field_xy: over the sensor's half diagonal, x to the right and y down. The sum is below 1 by the light outside.
         """
+        return self.photosites(self.samples(field_xy))
+
+    def photosites(self, samples: np.ndarray) -> np.ndarray:
+        """Response of photosites to the light of `samples`, (..., size, size)."""
+        down = self.sampling.photosite_matrix(self.size_px, SAMPLES, self.cells, self.lens_psf.pitch_um)
+        return np.asarray(down @ samples @ down.T)
+
+    def samples(self, field_xy: tuple[float, float]) -> np.ndarray:
+        """Light of a point at the computed radii, SAMPLES per photosite and axis: (radii, channels, samples, samples)."""
         height, angle_rad = math.hypot(*field_xy), math.atan2(field_xy[1], field_xy[0])
         fine = self._at_field(height)
         count = fine.shape[-1]
         if height > 0.0 and self.varies:
             turned = _rotation(count, round(angle_rad, 12)) @ fine.reshape(-1, count * count).T
             fine = turned.T.reshape(fine.shape)
-        down = self.sampling.photosite_matrix(self.size_px, SAMPLES, self.cells, self.lens_psf.pitch_um)
-        return down @ fine @ down.T
+        return fine
 
     def _at_field(self, height: float) -> np.ndarray:
         """Samples of the kernels at a field radius on the x axis, coefficients of cubic splines where `varies`."""

@@ -17,7 +17,8 @@ from simulator.optics.psf.fraunhofer import odd
 from simulator.optics.psf.gather_kernels import positive_too
 from simulator.optics.psf.kernel_split import CELLS, Core, fit_tail, fits_tail, gather_table
 from simulator.optics.psf.rotated_kernels import RotatedKernels, lagrange_weights
-from simulator.optics.psf.visibility import Visibility
+from simulator.optics.psf.smooth_cores import ShownKernel, core_matrix
+from simulator.optics.psf.visibility import DARK_SHARE, Visibility
 from simulator.optics.psf.wavefront_psf import WavefrontPsf, kernel_size_px
 
 ZONES = 4  # rings of the field in which cores have the same reach
@@ -41,7 +42,7 @@ class SlabKernels:
     radii_px: signed blur radii of the slabs, ascending [photosites]. starts: number of the first slab of the surface of each.
     reach_px: (slabs, node rows, node columns) photosites to either side of each core, one of REACHES_PX.
     cores: by slab, node row and node column: (halves, channels, taps, taps) float32; the second half is for highlights.
-    rings: whether they need one.
+    rings: (slabs, node rows, node columns) whether light of highlights needs it.
     tail: (1, 1, channels, cells, cells) float32. cell_px: photosites across its cells.
     light: (channels,) float32, sum of each core; the rest is the tail's.
     """
@@ -53,7 +54,7 @@ class SlabKernels:
     tail: np.ndarray
     cell_px: int
     light: np.ndarray
-    rings: bool
+    rings: np.ndarray
 
     def table(self, reach_px: int, rows: range) -> np.ndarray:
         """Argument `kernels` of kernels/psf_slabs.cl: (halves, rows, slabs, node columns, channels, taps, taps) float32.
@@ -71,7 +72,7 @@ class SlabKernels:
     def _table(self, reach_px: int, rows: range) -> np.ndarray:
         count, _, columns = self.reach_px.shape
         taps = 2 * reach_px + 1
-        found = np.zeros((1 + self.rings, len(rows), count, columns, len(self.light), taps, taps), np.float32)
+        found = np.zeros((1 + int(self.rings.any()), len(rows), count, columns, len(self.light), taps, taps), np.float32)
         for place, row in enumerate(rows):
             for number, column in itertools.product(range(count), range(columns)):
                 core = self.cores[number, row, column]
@@ -193,22 +194,26 @@ def _made(of: _Keyed, channels: int) -> SlabKernels:
     light = 1.0 - tail.sum(axis=(1, 2))
     source = RotatedKernels(lens, psf.sampling, psf.radii_px, psf.nodes != (1, 1), margin_of(psf.seen))
 
-    def tables(field_xy: tuple[float, float]) -> np.ndarray:
-        """What the cores of a place should be, (slabs, channels, size, size)."""
-        kernels = (source.kernels(field_xy) / within[:, None, None])[..., ::-1, ::-1]
+    def tables(field_xy: tuple[float, float]) -> _Tables:
+        samples = source.samples(field_xy)[..., ::-1, ::-1]
+        kernels = source.photosites(samples) / within[:, None, None]
         spare = (smooth.shape[-1] - kernels.shape[-1]) // 2
         near = slice(spare, spare + kernels.shape[-1])
-        return np.asarray(kernels - smooth[:, near, near])
+        return _Tables(np.asarray(kernels - smooth[:, near, near]), smooth[:, near, near], samples)
 
     zones = _reaches(psf, tables)
     rows, columns = psf.nodes
     quarter: dict[tuple[int, int, int], np.ndarray] = {}
     for row, column in itertools.product(range((rows + 1) // 2), range((columns + 1) // 2)):
         place = psf.field_xy(row, column)
-        for number, (table, (reach_px, taper_px)) in enumerate(zip(tables(place), zones[_zone(place)].tolist(), strict=True)):
-            quarter[number, row, column] = _cut(table, reach_px, taper_px, light)[None]
-    rings = bool(psf.highlight_limits) and any(_rings(core[0], psf.seen) for core in quarter.values())
-    if rings:
+        for number, (table, (reach_px, taper_px)) in enumerate(
+            zip(tables(place).cores, zones[_zone(place)].tolist(), strict=True)
+        ):
+            quarter[number, row, column] = _cut(table, reach_px, taper_px, light, psf.seen)[None]
+    rings = np.zeros((len(psf.radii_px), rows, columns), bool)
+    for (number, row, column), core in quarter.items() if psf.highlight_limits else ():
+        rings[number, [[row], [rows - 1 - row]], [column, columns - 1 - column]] = _rings(core[0], smooth, psf.seen)
+    if rings.any():
         quarter = {place: _with_highlights(core[0]) for place, core in quarter.items()}
     reach, cores = np.zeros((len(psf.radii_px), rows, columns), int), {}
     for (number, row, column), core in quarter.items():
@@ -222,21 +227,65 @@ def _made(of: _Keyed, channels: int) -> SlabKernels:
     return SlabKernels(np.array(psf.radii_px), starts, reach, cores, tail, psf.core.cell_px, light.astype(np.float32), rings)
 
 
+@dataclass(frozen=True)
+class _Tables:
+    """Gather tables of a place.
+
+    cores: (slabs, channels, size, size) what the cores should be. smooth: (channels, size, size) what the tail gives beside
+    them. samples: (slabs, channels, samples, samples) light of a point, mirrored as they are.
+    """
+
+    cores: np.ndarray
+    smooth: np.ndarray
+    samples: np.ndarray
+
+
 def _zone(field_xy: tuple[float, float]) -> int:
     return min(int(math.hypot(*field_xy) * ZONES), ZONES - 1)
 
 
-def _reaches(psf: FieldPsf, tables: Callable[[tuple[float, float]], np.ndarray]) -> list[np.ndarray]:
+def _reaches(psf: FieldPsf, tables: Callable[[tuple[float, float]], _Tables]) -> list[np.ndarray]:
     """Reach and taper of each slab's cores, (slabs, 2), in rings of the field of equal width: as far as the scene may show."""
     assert psf.seen is not None  # plan_slabs
     if psf.nodes == (1, 1):
-        return ZONES * [np.array([_reach(slab, psf.seen) for slab in tables((0.0, 0.0))])]
+        return ZONES * [_slab_reaches([tables((0.0, 0.0))], psf, psf.seen)]
     found = []
     for zone in range(ZONES):
         height = (zone + 1) / ZONES
         places = [tables((height * math.cos(angle), height * math.sin(angle))) for angle in np.linspace(0.0, 0.5 * math.pi, 3)]
-        found.append(np.array([_reach(np.concatenate(slab), psf.seen) for slab in zip(*places, strict=True)]))
+        found.append(_slab_reaches(places, psf, psf.seen))
     return found
+
+
+def _slab_reaches(places: list[_Tables], psf: FieldPsf, seen: Visibility) -> np.ndarray:
+    """Reach and taper of each slab's cores at some places of the field, (slabs, 2)."""
+    if not seen.is_smooth:
+        return np.array([_reach(np.concatenate(slab), seen) for slab in zip(*(one.cores for one in places), strict=True)])
+    found = np.zeros((len(psf.radii_px), 2), int)
+    for one in places:
+        for slab, channel in itertools.product(range(len(found)), range(len(one.smooth))):
+            shown = ShownKernel(one.samples[slab, channel], psf.sampling, psf.pitch_um, seen)
+            reach_px = _smooth_reach(one.cores[slab, channel], one.smooth[channel], shown, int(found[slab, 0]))
+            found[slab, 0] = max(found[slab, 0], reach_px)
+    return found
+
+
+def _smooth_reach(table: np.ndarray, smooth: np.ndarray, shown: ShownKernel, least_px: int) -> int:
+    """Least of REACHES_PX from least_px on at which a scene's pixels differ as little as by the whole table.
+
+    The light of photosites does not tell where in them a pixel lies. That error is no core's, however far it reaches.
+    """
+    half = len(table) // 2
+    allowed = shown.error(table + smooth) + DARK_SHARE * shown.seen.allowed
+    for reach_px in REACHES_PX:
+        if reach_px >= half:
+            return reach_px
+        if reach_px < least_px:
+            continue
+        fold, spare = core_matrix(len(table), reach_px, shown.width_px), half - reach_px
+        if shown.error(np.pad(fold @ table @ fold.T, spare) + smooth) <= allowed:
+            return reach_px
+    return REACHES_PX[-1]
 
 
 def _reach(tables: np.ndarray, seen: Visibility) -> tuple[int, int]:
@@ -261,9 +310,13 @@ def _window(half: int, reach_px: int, taper_px: int) -> np.ndarray:
     return np.minimum(along[:, None], along[None, :])
 
 
-def _cut(table: np.ndarray, reach_px: int, taper_px: int, light: np.ndarray) -> np.ndarray:
+def _cut(table: np.ndarray, reach_px: int, taper_px: int, light: np.ndarray, seen: Visibility) -> np.ndarray:
     """Core of tables (channels, size, size), with this sum: (channels, taps, taps) float32."""
     half = table.shape[-1] // 2
+    if seen.is_smooth and reach_px < half:
+        fold = core_matrix(table.shape[-1], reach_px, 1.0 / seen.scale)
+        folded = fold @ table @ fold.T
+        return np.asarray(folded * (light / folded.sum(axis=(1, 2)))[:, None, None], np.float32)
     inner, pad = slice(max(half - reach_px, 0), half + reach_px + 1), max(reach_px - half, 0)
     window = _window(half, reach_px, 0 if reach_px >= half else taper_px)
     core = np.pad((window * table)[:, inner, inner], ((0, 0), (pad, pad), (pad, pad)))
@@ -304,7 +357,13 @@ def _make_tail(psf: FieldPsf, seen: Visibility, channel: int, cell_px: int) -> _
     raise AssertionError("the last core is taken")
 
 
-def _rings(core: np.ndarray, seen: Visibility) -> bool:
-    """Whether the negative values of a core exceed RINGING of its light in any channel; in smooth light those that show."""
-    shown = np.stack([seen.spread(one) for one in core]) if seen.is_smooth else core
-    return bool((-np.minimum(shown, 0.0).sum(axis=(1, 2)) > RINGING * core.sum(axis=(1, 2))).any())
+def _rings(core: np.ndarray, smooth: np.ndarray, seen: Visibility) -> bool:
+    """Whether the negative values of a core with its tail exceed RINGING of its light in any channel.
+
+    core: (channels, taps, taps). smooth: (channels, size, size) what the tail gives. In smooth light those count that show.
+    """
+    half = max(smooth.shape[-1], core.shape[-1]) // 2
+    spare, beside = (2 * [2 * [half - one.shape[-1] // 2]] for one in (core, smooth))
+    whole = np.pad(core, ((0, 0), *spare)) + np.pad(smooth, ((0, 0), *beside))
+    shown = np.stack([seen.spread(one) for one in whole]) if seen.is_smooth else whole
+    return bool((-np.minimum(shown, 0.0).sum(axis=(1, 2)) > RINGING * whole.sum(axis=(1, 2))).any())

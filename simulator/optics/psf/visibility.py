@@ -48,7 +48,11 @@ class Visibility:
 
         A scene pixel wider than a photosite is a tent, which is what the projection interpolates, with light of its own.
         """
-        seen, width = self.spread(rest), 1.0 / min(self.scale, 1.0)
+        return self.shown_error(self.spread(rest))
+
+    def shown_error(self, seen: np.ndarray) -> float:
+        """Error by what a scene pixel shows of a difference of kernels (size, size), divided by the pixel's light."""
+        width = 1.0 / min(self.scale, 1.0)
         bars = max(_largest_bar(seen), _largest_bar(seen.T))
         return max(
             bars, TEXTURE * width * math.sqrt(float((seen * seen).sum())), self.peak * width**2 * float(np.abs(seen).max())

@@ -8,8 +8,10 @@ import pytest
 from helpers.aberrated_walls import SPHERICAL, depth_at, depth_map, thin_lens
 from helpers.camera_builders import green_camera
 from helpers.green_frames import EXPOSURE, PITCH_UM
-from helpers.psf_frames import MARGIN, SIDE, contrasts, error, shot_of
+from helpers.psf_frames import BRIGHTEST_E, MARGIN, SIDE, contrasts, error, shot_of
 from helpers.scene_builders import band_scene
+from scipy.ndimage import map_coordinates
+from scipy.signal import fftconvolve
 
 from simulator.device import Device
 from simulator.exposure.settings import Exposure
@@ -18,6 +20,7 @@ from simulator.optics.passes.camera_planes import camera_planes
 from simulator.optics.passes.psf_mosaic import psf_mosaic
 from simulator.optics.passes.tile_plan import TilePlan
 from simulator.optics.psf.field_psf import FieldPsf
+from simulator.optics.psf.slab_kernels import slab_kernels_of
 from simulator.pipeline.planner import Plan, measure, plan
 from simulator.pipeline.shot import Shot
 from simulator.pipeline.simulate import simulate
@@ -36,6 +39,39 @@ def test_light_of_each_wall_is_convolved_with_its_exact_kernel(f_number, radius_
     for here_px, columns in ((radius_px, left), (0.3, right)):
         exact = dataclasses.replace(psf, radii_px=(here_px,), core=None).kernel(0, 0, False, 0, 0)[0]
         assert error(shot, planes, exact, (slice(None), columns)) < 0.1
+
+
+def smooth_light(planes: np.ndarray, cells: int) -> np.ndarray:
+    """Bilinear light of a scene on cells of photosites with a margin, float64."""
+    scale = len(planes) / SIDE
+    place = ((np.arange(cells * (SIDE + 2 * MARGIN)) + 0.5) / cells - MARGIN) * scale - 0.5
+    return map_coordinates(planes.astype(float), np.meshgrid(place, place, indexing="ij"), order=1, mode="nearest")
+
+
+@pytest.mark.slow
+def test_smooth_light_of_each_wall_has_the_exact_blur():
+    """Pixels of 2.5 photosites: bilinear light, lens and photosites in float64 on cells, without kernels between photosites.
+
+    To a tenth of the noise of the brightest light.
+    """
+    rng, cells = np.random.default_rng(4), 5
+    planes = 0.1 + 0.9 * np.kron(rng.random((16, 16)) < 0.5, np.ones((4, 4))) * (0.5 + 0.5 * rng.random((64, 64)))
+    through, coarse = thin_lens(8.0, SPHERICAL), 3.0
+    walls = {1.2: slice(0, SIDE // 2 - 16), -0.6: slice(SIDE // 2 + 16, SIDE)}
+    left_m, right_m = (float(depth_at(through, coarse * here_px)) for here_px in walls)
+    depth_m = np.where(np.arange(64) < 32, left_m, right_m)[None, :].repeat(64, axis=0).astype(np.float32)
+    shot = shot_of(planes, through, depth_m, "bilinear", pixel_pitch_um=coarse * PITCH_UM)
+    psf, found = plan(shot).optics.psf, simulate(shot).mean_electrons.astype(np.float64)
+    assert psf.is_gathered_by_distance and psf.seen.is_smooth
+    assert slab_kernels_of(psf, 1).reach_px.max() < psf.core.reach_px
+    light = smooth_light(planes, cells)
+    for here_px, columns in walls.items():
+        lens_psf = dataclasses.replace(psf.fit_kernel(here_px), cells=cells)
+        blurred = fftconvolve(light, lens_psf.cell_kernel(0, here_px, (0.0, 0.0)), mode="same")
+        inside = blurred.reshape(SIDE + 2 * MARGIN, cells, -1, cells).mean(axis=(1, 3))[MARGIN:-MARGIN, MARGIN:-MARGIN]
+        own, truth = found[:, columns], inside[:, columns]
+        off_e = own * truth.sum() / own.sum() * BRIGHTEST_E - truth * BRIGHTEST_E
+        assert np.quantile(np.abs(off_e), 0.999) < 0.1 * math.sqrt(BRIGHTEST_E)
 
 
 def test_kernels_vary_over_the_field():
