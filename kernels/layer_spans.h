@@ -6,6 +6,9 @@
 #define LAYER_SPANS_H
 #include "lanes.h"
 #include "layer_lines.h"
+#if DRIFTS
+#include "layer_drift.h"
+#endif
 #include "row_view.h"
 
 struct layers {

@@ -126,10 +126,11 @@ class ProcessorClock(Stopwatch):
         self.times_ms[name] = self.times_ms.get(name, 0.0) + 1e3 * (time.process_time() - start_s) / CORES
 
 
-def least_time(planned: Plan, shot: Shot, device: Device) -> tuple[np.ndarray, float, float]:
+def least_time(planned: Plan, shot: Shot, device: Device, timed_s: float = TIMED_S) -> tuple[np.ndarray, float, float]:
     """Return mean electrons of a plan, and the least processor time of its passes [ms] and time of all [s] of some runs.
 
-    Other programs on the same cores lengthen processor time as well, and never shorten it.
+    Other programs on the same cores lengthen processor time as well, and never shorten it. timed_s: processor time after which
+    no further run begins [s].
     """
     cpu_ms, wall_s, begun_s = [], [], time.process_time()
     while True:
@@ -137,7 +138,7 @@ def least_time(planned: Plan, shot: Shot, device: Device) -> tuple[np.ndarray, f
         found = run(planned, shot, device, timed)
         wall_s.append(time.perf_counter() - started_s)
         cpu_ms.append(sum(timed.times_ms.values()))
-        if len(cpu_ms) == TIMED or time.process_time() - begun_s > TIMED_S:
+        if len(cpu_ms) == TIMED or time.process_time() - begun_s > timed_s:
             return found, min(cpu_ms), min(wall_s)
 
 

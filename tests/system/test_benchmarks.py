@@ -180,7 +180,7 @@ def test_photosite_and_accumulated_frames_see_one_moving_scene(device, radius_px
     width, height = 128, 96
     held, window = surfaces(squares(width, height, 2), radius_px, (WAY_PX, (0.0, 0.0))), middle_of(width, height)
     here = np.s_[window.y : window.y + window.height, window.x : window.x + window.width]
-    frames, truth = Frames(device, held), dense_truth(held, window, 4096 if any(radius_px) else 512)
+    frames, truth = Frames(device, held), dense_truth(held, window, 16384 if any(radius_px) else 512)
     frames.photosite()
     name = next(name for name in frames.runs if name.endswith(" 0.1 σ"))
     frames.runs[name]()

@@ -15,7 +15,7 @@ from simulator.scene.scene import Layer, Scene, is_depth_map
 MOST = 0.999  # quantile that counts as the greatest contrast
 LAMP = 2.0  # brightest lights of which a single pixel is a lamp
 MOST_MIXED = 250_000  # places of a composite whose range is measured
-PARTS, PART_PX = 3, 80  # parts per axis of a large scene whose penumbrae are looked at, and their side [pixels]
+PARTS, PART_PX = 4, 40  # parts per axis of a large scene whose penumbrae are looked at, and their side [photosites]
 WIDEST_END_PX = 4.0  # larger circles count as these [photosites]
 OF_BEND = 0.4  # edge that is wrong by as much as a bend, per square of pixels per photosite
 MOST_EDGES = 250_000  # pixels between which edges are measured
@@ -193,12 +193,13 @@ def _penumbra_ends(scene: Scene, to_share: np.ndarray, defocus: Defocus, curvatu
     if radius_px <= defocus.copied_px or curvature * twice_blurred_share(radius_px, defocus.scale) <= bound:
         return 0.0
     weights, found = disk_weights(min(radius_px, WIDEST_END_PX)), []
+    side = max(math.ceil(PART_PX * defocus.scale), 2)
     tops, lefts = (
-        np.unique(np.linspace(0, max(length - PART_PX, 0), PARTS).astype(int)).tolist() for length in scene.planes.shape[:2]
+        np.unique(np.linspace(0, max(length - side, 0), PARTS).astype(int)).tolist() for length in scene.planes.shape[:2]
     )
     for top in tops:
         for left in lefts:
-            place = slice(top, top + PART_PX), slice(left, left + PART_PX)
+            place = slice(top, top + side), slice(left, left + side)
             light = _composite([_at(layer, place, to_share) for layer in scene.layers])
             found.append(_bends_behind(light, weights, defocus).ravel())
     return float(np.quantile(np.concatenate(found), MOST))
