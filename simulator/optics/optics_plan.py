@@ -21,11 +21,14 @@ from simulator.optics.geometry.projection import Projection
 from simulator.optics.psf.field_psf import FieldPsf
 from simulator.optics.psf.lamps import Lamps
 from simulator.optics.veiling_glare import VeilingGlare
-from simulator.scene.content_keys import freeze
+from simulator.scene.content_keys import digest, freeze
 from simulator.scene.scene import Scene
 from simulator.sensor.camera.camera_sections import Window
 from simulator.sensor.camera.cfa import Cfa
 
+LACKED = 0.75  # of the tolerance that edges of layers may leave where means over photosites are composited
+SEEN_ROWS = 32  # at which that is measured
+SEEN_POINTS = 1024  # of aperture and time, at most, by which that is measured
 MOST_MIXED_SCALE = 8.0  # scene pixels per sample and axis up to which edges are composited exactly
 SAME_SCALE = 1e-6  # difference from one scene pixel per photosite at which there is one
 COUNTED_ROWS, COUNTED_INSTANTS = 64, 16  # by which spans that edges cross are counted
@@ -173,15 +176,75 @@ class OpticsPlan:
         return not projection.is_bilinear and projection.scale <= over * MOST_MIXED_SCALE
 
     def mixes_edges(self, over: int = 1) -> bool:
-        """Whether they are, since the covariance of edges and what is behind them within a photosite is seen."""
-        return self.composites_cells(over) and self.layer_edges.are_seen
+        """Whether they are, since the covariance of edges and what is behind them within a photosite is seen.
+
+        Where means over photosites lack less than LACKED of the tolerance, as measured, they take a fraction of the time.
+        """
+        if not (self.composites_cells(over) and self.layer_edges.are_seen):
+            return False
+        return not self.sweeps_shifted_layers(over) or self.lacked_sigma(over) > LACKED * self.tolerance
+
+    @property
+    def mixes_points(self) -> bool:
+        """Whether layers for which `samples_shifted_layers` holds are, at each point of the aperture."""
+        return self.layer_edges.are_seen and self.lacked_sigma() > LACKED * self.tolerance
+
+    @property
+    def shifted_points(self) -> int:
+        """Points of aperture and time through which layers are seen for which `samples_shifted_layers` holds."""
+        from simulator.optics.defocus.aperture_samples import sample_count  # not needed for a sharp frame
+
+        blur = self.moving_blur
+        assert blur is not None  # it blurs them
+        return int(sample_count(np.array([blur.largest_px]), blur)[0])
+
+    def lacked_sigma(self, over: int = 1) -> float:
+        """What means over photosites lack at edges of layers that shift apart, `over` samples per photosite and axis.
+
+        It is of the whole sensor, so that a window has the frame's bits [standard deviations of the noise].
+        """
+        from simulator.optics.defocus.edge_samples import choose_samples, lacked_sigma
+
+        assert self.motion is not None  # something moves
+        geometry, layers = self.motion.path.motion.geometry, self.scene.layers[: self.covering_layers]
+        whole = Window(0, 0, geometry.width_px, geometry.height_px)
+        rows, columns = over * _some_rows(whole, SEEN_ROWS), np.arange(0, over * whole.width, WIDE)
+        ways, shares = self._sampled_ways
+        places = self.projection.scale, self.projection.offset_x, self.projection.offset_y, self.projection.open_side
+        key = "lacked", freeze(self.weights), self.accuracy, over, len(layers), places, digest(ways), digest(shares)
+
+        def measure() -> float:
+            least, most = ways.min(axis=1), ways.max(axis=1)
+            crossed = crossed_spans(self.layer_edges, self.projection, least, most, rows, columns, over)
+            samples = choose_samples(crossed, WIDE, over * whole.width, rows, ways, shares, self.weights)
+            return lacked_sigma(layers, samples, self.projection, over, self.accuracy)
+
+        return self.scene.remember(key, measure)
+
+    @cached_property
+    def _sampled_ways(self) -> tuple[np.ndarray, np.ndarray]:
+        """Displacements of layers (rows or 1, instants, layers, 2) [photosites], and shares of light (rows or 1, instants)."""
+        motion, layers = self.motion, self.covering_layers
+        assert motion is not None  # something moves
+        geometry = motion.path.motion.geometry
+        rows = _some_rows(Window(0, 0, geometry.width_px, geometry.height_px), 1 if motion.is_common else SEEN_ROWS)
+        if not self.samples_shifted_layers:
+            return motion.with_lamps_everywhere().path.of_lines(rows).shifts(motion.count, range(layers))
+        from simulator.optics.defocus.aperture_samples import moving_samples
+
+        blur, count = self.moving_blur, min(self.shifted_points, SEEN_POINTS)
+        assert blur is not None and blur.motion is not None  # it blurs them
+        points = moving_samples(blur.pupil, count, 1, blur.area.open_side).astype(np.float64)
+        return blur.motion.layer_shifts(rows.astype(np.float64), points, blur.radii_px[:layers]), np.full(
+            (len(rows), count), 1.0 / count
+        )
 
     def mixed_share(self, over: int = 1) -> float:
         """Share of the window's photosites, or of samples of them, that are composited so where edges are seen."""
         motion, window, layers = self.motion, self.window, self.covering_layers
         if motion is None or not (self.sweeps_shifted_layers(over) or self.samples_shifted_layers):
             return 1.0
-        rows = np.linspace(window.y, window.y + window.height - 1, min(window.height, COUNTED_ROWS)).astype(np.intp)
+        rows = _some_rows(window, COUNTED_ROWS)
         path = motion.path.of_lines(np.zeros(1, np.intp) if motion.is_common else rows)
         instants = path.of_shift(range(layers)).instants(COUNTED_INSTANTS)
         ways = instants.pose_numbers.reshape(*instants.weights.shape, layers, 2)
@@ -331,3 +394,8 @@ class OpticsPlan:
     def cfa_macros(self) -> dict[str, object]:
         """Macros of kernels/cfa.h for the window."""
         return self.cfa.macros(self.window.x, self.window.y)
+
+
+def _some_rows(window: Window, count: int) -> np.ndarray:
+    """So many rows of a window, or all if it has fewer."""
+    return np.linspace(window.y, window.y + window.height - 1, min(window.height, count)).astype(np.intp)

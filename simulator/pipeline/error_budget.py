@@ -1,5 +1,6 @@
 """The error budget of a plan: what all approximations of its light add up to, against the tolerance that was asked for."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,7 +115,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))
     terms += max(moving, key=lambda found: sum(term.sigma for term in found))
-    terms += _mixed_edges(optics)
+    terms += _mixed_edges(optics, sum(term.sigma for term in terms))
     paths_px = [motion.length.longest_px for motion in (optics.motion, optics.flash_motion) if motion is not None]
     blur_px = optics.ignored_px if optics.defocus is None else optics.defocus.largest_px
     terms += glare_errors(
@@ -126,15 +127,25 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
     return ErrorBudget(optics.tolerance, tuple(term for term in terms if term.sigma > SMALLEST_SIGMA))
 
 
-def _mixed_edges(optics: OpticsPlan) -> list[ErrorTerm]:
-    """Term of layers that are composited photosite by photosite, or sample by sample, at each instant of a motion."""
+def _mixed_edges(optics: OpticsPlan, beside_sigma: float) -> list[ErrorTerm]:
+    """Term of layers that are composited photosite by photosite, or sample by sample, at each instant of a motion.
+
+    beside_sigma: terms of blur and motion. Errors of points of aperture and time have signs of their own.
+    """
     motion, scene, accuracy = optics.motion, optics.scene, optics.accuracy
     if motion is None or motion.method == "instants" or not scene.behind or not optics.has_coverage:
         return []
     cause = "edges of layers across what is behind them within a photosite"
-    if optics.samples_shifted_layers or (motion.method != "joint" and optics.composites_cells(optics.light_samples)):
-        return [ErrorTerm(MOTION, cause, optics.layer_edges.sigma, RAYS)]
     over = optics.light_samples
+    if optics.samples_shifted_layers:
+        if optics.mixes_points or not optics.layer_edges.are_seen:
+            return [ErrorTerm(MOTION, cause, optics.layer_edges.sigma, RAYS)]
+        lacked = math.hypot(beside_sigma, optics.lacked_sigma()) - beside_sigma
+        return [ErrorTerm(MOTION, cause, lacked, RAYS)]
+    if motion.method != "joint" and optics.composites_cells(over):
+        if optics.mixes_edges(over) or not optics.layer_edges.are_seen:
+            return [ErrorTerm(MOTION, cause, optics.layer_edges.sigma, RAYS)]
+        return [ErrorTerm(MOTION, cause, optics.lacked_sigma(over), RAYS)]
     if motion.method == "joint" and optics.defocus is not None:
         ends = [abs(end) for pair in optics.defocus.of_scene().ranges_px for end in pair]
         if min(ends) > SMALL_PX:

@@ -240,12 +240,10 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         return Pass(name, True, f"sum of the image at {count} instants{why}: {told}", pixels, memory, error, cost)
     if motion.method == "joint":
         cost = moving_cost_ms(pixels, len(motion.path.motion.surfaces))
-        if optics.samples_shifted_layers and (blur := optics.moving_blur) is not None:
-            from simulator.optics.defocus.aperture_samples import sample_count  # not needed for a sharp frame
-
-            points = int(sample_count(np.array([blur.largest_px]), blur)[0])
+        if optics.samples_shifted_layers:
+            points = optics.shifted_points
             cost = sweep_cost_ms("shifting layers", pixels * points * (2 * optics.covering_layers - 1))
-            if optics.layer_edges.are_seen:
+            if optics.mixes_points:
                 cost += 1e-6 * pixels * points * optics.mixed_share() * optics.cells_ns()
         method = "with the blur: each point of the aperture carries an instant"
         return Pass(name, True, method, pixels, 8 * pixels, error, cost)

@@ -1,5 +1,6 @@
 """Keys by which equal settings are recognised, so that what was computed from them can be used again."""
 
+import hashlib
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
@@ -48,3 +49,8 @@ def freeze(value: object, leave_out: frozenset[str] = frozenset()) -> Hashable:
 def is_ours(value: object) -> bool:
     """Whether an object is one of the simulator's, which give the same results while their fields and files are the same."""
     return type(value).__module__.startswith("simulator.")
+
+
+def digest(values: np.ndarray) -> bytes:
+    """Return a key of an array of any size by its content."""
+    return hashlib.blake2b(np.ascontiguousarray(values).tobytes(), digest_size=16).digest()

@@ -337,6 +337,18 @@ class JointMotion:
             return np.zeros(len(y_px))
         return np.clip(self.wider * np.asarray(y_px, np.float64) - 0.5, 0.0, len(self.path.lines.opens_s) - 1.0)
 
+    def layer_shifts(self, lines: np.ndarray, points: np.ndarray, radii_px: Sequence[float | np.ndarray]) -> np.ndarray:
+        """Return the places of layers that move without a turn, seen through points of `moving_samples`.
+
+        lines: as of `quantiles`. radii_px: signed blur radius of each layer; a background that is continued moves as the
+        last one. Displacements (lines, points, layers, 2) float64
+        [photosites].
+        """
+        times_s = self.quantiles(lines, points[:, 5])
+        surfaces = len(self.path.motion.surfaces)
+        ways = [self.path.shift_at(times_s, min(layer, surfaces - 1)) for layer in range(len(radii_px))]
+        return np.stack([way + radius * points[:, :2] for way, radius in zip(ways, radii_px, strict=True)], axis=2)
+
     def quantiles(self, lines: np.ndarray, shares: np.ndarray) -> np.ndarray:
         """Return the times after the release when these shares of a line's light have come, (lines, shares) [s].
 

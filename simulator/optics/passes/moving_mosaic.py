@@ -33,7 +33,7 @@ def moving_mosaic(optics: OpticsPlan, device: Device, planes: list[Buffer], prog
         blur = replace(optics.defocus, motion=replace(optics.joint, path=plan.path))
         if optics.samples_shifted_layers:
             means, find, count = points_mosaic(optics, blur, plan, device, planes, progress)
-            return cells_mosaic(optics, find, count, device, planes, means) if optics.layer_edges.are_seen else means
+            return cells_mosaic(optics, find, count, device, planes, means) if optics.mixes_points else means
         joint = replace(optics, motion=None, flash_motion=None, defocus=blur)
         return still_mosaic(joint, plan_tiles(joint, device), device, planes, progress)
     return _sum_of_instants(optics, plan, device, planes, progress)

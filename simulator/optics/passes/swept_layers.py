@@ -238,9 +238,5 @@ def points_of(blur: Defocus, plan: MotionPlan, window: Window, layers: int, coun
         rows = max(size for size in LINE_ROWS if 0.5 * motion.skew_px * (size - 1) <= CELL_PX)
         cells = np.arange(window.y // rows, (window.y + window.height - 1) // rows + 1)
     middles = np.clip(rows * cells[:, None] + np.array([0, rows - 1]), 0, len(plan.path.lines.peak) - 1).mean(axis=1)
-    times_s = motion.quantiles(middles, samples[:, 5])
-    ways = np.empty((len(cells), count, layers, 2))
-    for layer in range(layers):
-        surface = min(layer, len(plan.path.motion.surfaces) - 1)  # background that is continued moves as the last one
-        ways[:, :, layer] = plan.path.shift_at(times_s, surface) + blur.radii_px[layer] * samples[:, :2]
+    ways = motion.layer_shifts(middles, samples, blur.radii_px[:layers])
     return Places(ways, np.full((len(cells), count), 1.0 / count), rows, window.y % rows if len(cells) > 1 else 0)

@@ -179,11 +179,42 @@ def test_layers_out_of_focus_are_composited_exactly_at_points_of_aperture_and_ti
 
 
 def test_what_edges_cost_is_predicted():
-    even = np.full((1, HEIGHT, WIDTH), 0.4)
-    half = even.copy()
-    half[:, :6] = 0.5
-    costs = [
-        next(one for one in plan(noise_shot(1.0, ((7.0, 0.0), (-7.0, 0.0)), holes=own)).passes if one.name == "motion")
-        for own in (even, half)
-    ]
+    ways_px = (7.0, 0.0), (-7.0, 0.0)
+    shots = noise_shot(1.0, ways_px, holes=np.full((1, HEIGHT, WIDTH), 0.4)), noise_shot(1.0, ways_px)
+    costs = [next(one for one in plan(shot).passes if one.name == "motion") for shot in shots]
     assert costs[1].cost_ms > costs[0].cost_ms and "% of the picture" in costs[1].method
+
+
+@pytest.mark.parametrize(("scale", "share"), [(1.0, 0.1), (1.0, 1.0), (1.0, 2.5), (1.5, 1.0), (1.5, 2.5), (2.6, 2.5)])
+def test_what_means_over_photosites_lack_is_measured(scale, share):
+    ways_px = tuple((share * x, share * y) for x, y in WAYS[:2])
+    shot = noise_shot(scale, ways_px)
+    planned = plan_moving(shot)
+    optics = planned.optics
+    assert optics.sweeps_shifted_layers() and optics.mixes_edges()
+    truth = exact(shot, planned, ways_px, optics.motion.path.borders(optics.motion.count))
+    lacked = np.quantile(sigmas(planned, moving_light(without_edges(planned)), truth), [0.99, 0.999])
+    assert shot.tolerance < lacked[0] < optics.lacked_sigma() < 2.0 * lacked[1]
+
+
+def test_where_means_over_photosites_lack_nothing_they_are_composited():
+    """A photosite sees one pixel of a picture at rest, whatever moves before it."""
+    still = plan_moving(noise_shot(1.0, (WAYS[0], None)))
+    assert still.optics.layer_edges.are_seen and still.optics.lacked_sigma() < 1e-6 and not still.optics.mixes_edges()
+    truth = exact(noise_shot(1.0, (WAYS[0], None)), still, (WAYS[0], None), 512)
+    assert np.quantile(sigmas(still, moving_light(still), truth), 0.999) < 0.1
+    assert not still.error_budget.warnings()
+
+
+def test_layers_out_of_focus_on_a_long_way_lack_little_which_is_told():
+    shot = noise_shot(1.0, ((70.0, 9.0), None))
+    near = shot.scene.load()
+    (far,) = near.behind
+    scene = type(shot.scene)(replace(near, depth_m=1.4, behind=(replace(far, depth_m=3.2),)))
+    planned = plan_moving(replace(shot, scene=scene, lens=ThinLens(50.0, 1.4, 2.0, cos4=False, transmittance=4.7e-5)))
+    optics = planned.optics
+    assert optics.samples_shifted_layers and optics.layer_edges.are_seen and not optics.mixes_points
+    exactly = replace(planned, optics=replace(optics, tolerance=0.0))
+    assert exactly.optics.mixes_points
+    lacked = np.quantile(sigmas(planned, moving_light(planned), moving_light(exactly)), 0.999)
+    assert 0.01 < lacked < optics.lacked_sigma() < 3.0 * lacked
