@@ -210,17 +210,27 @@ def _bends_behind(light: np.ndarray, weights: np.ndarray, defocus: Defocus) -> n
 
     light: (rows, columns, channels) of scene pixels, between which it is linear, and which go on as they end.
     """
-    from scipy.ndimage import convolve, map_coordinates
+    from scipy.ndimage import convolve
 
     beside = len(weights) // 2 + 1
-    rows, columns = (np.arange(-beside, round(length / defocus.scale) + beside) for length in light.shape[:2])
-    grid = np.meshgrid(*((one + 0.5) * defocus.scale - 0.5 for one in (rows, columns)), indexing="ij")
+    for axis, length in enumerate(light.shape[:2]):
+        light = _between(light, (np.arange(-beside, round(length / defocus.scale) + beside) + 0.5) * defocus.scale - 0.5, axis)
     found = []
     for channel in range(light.shape[2]):
-        own = convolve(map_coordinates(light[..., channel], grid, order=1, mode="nearest"), weights, mode="nearest")
+        own = convolve(light[..., channel], weights, mode="nearest")
         across, down = np.abs(np.diff(own, 2, axis=1))[1:-1], np.abs(np.diff(own, 2, axis=0))[:, 1:-1]
         found.append(_seen(0.5 * (across + down), own[1:-1, 1:-1], defocus.accuracy))
     return np.stack(found)
+
+
+def _between(values: np.ndarray, places: np.ndarray, axis: int) -> np.ndarray:
+    """Values at places along an axis, linear between theirs; beyond its ends those at the ends."""
+    last = values.shape[axis] - 1
+    places = np.clip(places, 0.0, last)
+    before = places.astype(int)
+    past = np.expand_dims(places - before, tuple(range(1, values.ndim - axis))).astype(values.dtype)
+    low, high = (np.take(values, np.minimum(one, last), axis=axis) for one in (before, before + 1))
+    return np.asarray(low + past * (high - low))
 
 
 def scene_edges(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> tuple[float, ...]:
