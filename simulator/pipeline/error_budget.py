@@ -111,6 +111,7 @@ def error_budget(optics: OpticsPlan) -> ErrorBudget:
         contrast.curvature,
         optics.sampling_error,
         optics.lamp_error,
+        is_fine=optics.projection.is_fine,
     )
     moving = [motion_errors(motion, None, sigma) for motion in (optics.motion, optics.flash_motion)]
     moving.append(motion_errors(None, optics.motion_skipped, sigma))
