@@ -225,6 +225,9 @@ def ignored_error(
     found = [ErrorTerm(BLUR, cause, accuracy.in_sigma(left_out), TIGHTER, falls=True)]
     if lamp > 0.0 and abs(scale - 1.0) < 1e-3:
         found.append(ErrorTerm(BLUR, "lamps smaller than photosites", accuracy.in_sigma(lamp), FINER_SCENE, "input"))
+    if contrast.flattened > 0.0:
+        cause = "layers that are composited before the light between their pixels is"
+        found.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(contrast.flattened), FINER_SCENE))
     return found
 
 

@@ -225,6 +225,25 @@ def test_circles_between_tabulated_radii_keep_to_their_law(middle_px, share, dev
     assert np.quantile(z, 0.999) <= stated
 
 
+def test_layers_composited_before_light_between_their_pixels_have_a_term(device):
+    """Holes in a layer before lamps, two photosites to a pixel, against rays through light and coverage in float64."""
+    scale, side, parts = 0.5, 32, 8
+    rng = np.random.default_rng(7)
+    cover, light = (rng.random((16, 16)) < 0.7).astype(np.float32), np.where(rng.random((16, 16)) < 0.1, 1.0, 1e-3)
+    scene = band_scene(0.01 * cover, 2.0, coverage=cover, behind=(Layer(light[..., None].astype(np.float32), 2.0001),))
+    shot = Shot(scene, LENS, Exposure(0.001), small_camera(side, side))
+    planned = measure(plan(shot), device)
+    places = scale * (np.arange(side * parts) + 0.5) / parts - 0.5
+    grid = np.meshgrid(places, places, indexing="ij")
+    front, covered, back = (map_coordinates(one, grid, order=1, mode="nearest") for one in (0.01 * cover, cover, light))
+    seen = (front + (1.0 - covered) * back).reshape(side, parts, side, parts).mean(axis=(1, 3))
+    brightest = (0.01 * cover + (1.0 - cover) * light).max()
+    truth = planned.optics.accuracy.electrons / brightest * seen
+    z = np.quantile(np.abs(z_scores_of_noise(run(planned, shot, device), truth, planned)), 0.999)
+    term = next(term for term in planned.error_budget.terms if "between their pixels" in term.cause)
+    assert planned.error_budget.is_clamped and 0.2 * term.sigma < z <= term.sigma
+
+
 def test_lamps_before_a_wall_count_in_the_noise_of_its_light():
     wall, black = Accuracy(electrons=2000.0), Accuracy(electrons=1.0)
     assert rim_error(100.0, wall) == 0.0 < spot_error(100.0) < rim_error(100.0, black)
