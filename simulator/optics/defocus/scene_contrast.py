@@ -41,7 +41,7 @@ class SceneContrast:
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
         what moves (`scene_edges`).
     ends: second difference of the light behind the smallest circle, mean of both axes, in the noise of that light, which is
-        least where a penumbra ends; 0: the scene has a pixel or more per photosite, or its own curvature says more.
+        least where a penumbra ends; 0: pixels are samples, or even squares (`Accuracy.detail`), or its own curvature says more.
     flattened: `scene_light.flattened_error` of layers whose blur is left out; 0: there is one, or no light between pixels.
     """
 
@@ -71,7 +71,8 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
     mixed, around = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else (0.0, 0.0)
-    ends = 0.0 if defocus.scale >= 1.0 - 1e-6 else _penumbra_ends(scene, to_share, defocus, curvature)
+    is_exact = defocus.accuracy.detail or abs(defocus.scale - 1.0) < 1e-6
+    ends = 0.0 if is_exact else _penumbra_ends(scene, to_share, defocus, curvature)
     behind = beside if defocus.guessed else 0.0
     return SceneContrast(curvature, lamp, beside, behind, has_steps, texture, mixed, around, ends=ends)
 

@@ -170,6 +170,28 @@ def test_penumbrae_that_end_in_the_dark_count_in_its_noise():
     assert accuracy.in_sigma(grid_error(radius_px, 1, scale)) < left < stated < 10.0 * left
 
 
+def test_penumbrae_of_a_fine_scene_behind_a_filter_end_in_the_dark():
+    """Bright bars over black, two pixels to a photosite, means over half photosites, against parts of these in float64."""
+    parts, radius_px, size = 8, 1.38, 40
+    picture = np.where((np.arange(2 * size) // 14 % 2)[:, None] + np.zeros(2 * size) > 0, 1.0, 2e-3)
+    scene = band_scene(picture, float(depth_of(radius_px)))
+    shot = Shot(scene, LENS, Exposure(0.001), dataclasses.replace(small_camera(size, size), low_pass_um=2.0))
+    optics = plan(shot).optics
+    accuracy, defocus = optics.accuracy, optics.defocus
+    (finest,) = defocus.samples_per_axis(np.array([radius_px]), np.array([radius_px])).tolist()
+    fine = np.kron(picture / picture.max(), np.ones((parts // 2, parts // 2)))
+
+    def means(light, count):
+        return light.reshape(size * count, len(light) // (size * count), size * count, -1).mean(axis=(1, 3))
+
+    truth = means(convolve(fine, disk_weights(parts * radius_px), mode="nearest"), 1)
+    found = means(convolve(means(fine, finest), disk_weights(finest * radius_px), mode="nearest"), 1)
+    noise_e = np.sqrt(accuracy.electrons * truth + accuracy.read_noise_e**2)
+    left = np.quantile(np.abs(found - truth) * accuracy.electrons / noise_e, 0.999)
+    stated = accuracy.in_sigma(optics.contrast.ends / (12.0 * finest**2))
+    assert accuracy.in_sigma(grid_error(radius_px, finest, 2.0)) < left < stated < 10.0 * left
+
+
 def test_a_lamp_of_coarse_pixels_states_the_end_of_its_spot(tmp_path):
     """The audit found 4.2 sigma in the dark where 2.5 were stated (seed 51, shot 62)."""
     budget = plan(load_shot(draw_shot(51, 62).write(tmp_path))).error_budget
