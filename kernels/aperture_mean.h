@@ -19,8 +19,8 @@ struct node {
 
 // Weight of the table's node at `node` in the interpolation at `place` [both in steps of 1 / NODES_PER_PX photosites of radius]:
 // Lagrange's cubic through the four nearest nodes. Within LINEAR_NODES of the focus it is linear, because the mean has a kink
-// there and a cubic would overshoot: one photosite where OVER is 1, since a blur circle that stays within its photosite does not
-// blur; one node where samples are even squares, since the light that crosses their borders grows with the radius.
+// there and a cubic would overshoot: one photosite where OVER is 1, or half of one between close nodes, since a blur circle that
+// stays within its photosite does not blur; one node where samples are even squares, since the light that crosses their borders grows with the radius.
 INLINE float node_weight(const float place, const int node) {
     const float distance = place - (float)node, t = distance < 0.0f ? -distance : distance;
     const float outer = t < 2.0f ? (1.0f - t) * (2.0f - t) * (3.0f - t) * (1.0f / 6.0f) : 0.0f;

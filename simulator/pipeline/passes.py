@@ -20,6 +20,7 @@ from simulator.optics.geometry.motion_cost import (
     SHIFT_MARGIN_PX,
     instants_cost_ms,
     moving_cost_ms,
+    part_work,
     sweep_cost_ms,
 )
 from simulator.optics.geometry.motion_errors import MOTION
@@ -265,7 +266,7 @@ def _motion(optics: OpticsPlan, still: tuple[Pass, ...], budget: ErrorBudget) ->
         weights = "exact weights" if straight else f"weights of {motion.count} instants on each line"
         method = f"swept along its path by its {weights}{before}"
         return Pass(name, True, method, pixels, 4 * pixels, error, cost)
-    key, reads = "sweep by place", max(projection.taps(1.0), 2) ** 2 / 4
+    key, reads = ("sweep by place", 1.0) if projection.is_bilinear else ("sweep by part", part_work(projection))
     if optics.sweeps_rows:
         key, reads = "sweep", max(projection.taps(1.0), 2) / 2
         if abs(projection.scale - 1.0) < 1e-3 and not projection.is_fine:

@@ -35,7 +35,8 @@ PATCH_COLUMNS, PATCH_ROWS = 8, 8  # unit of the radius statistics
 PATCHWISE_PX = 66.0  # largest reach for which pairs of patches are compared one by one
 STEEPEST_PX = 0.2  # largest change of the radius between photosites of one continuous surface
 NODES_PER_PX = 2  # tabulated radii per photosite of radius; the mean is interpolated between them by a cubic
-FINE_NODES_PER_PX = 8  # the same near the focus for scenes finer than the photosites, and where wave optics corrects the blur
+FINE_NODES_PER_PX = 8  # the same near the focus, and where wave optics corrects the blur
+FINE_NODES_PX, FINE_SQUARES_PX = 3.0, 2.0  # largest radius that counts as near, of samples that are values, and even squares
 MOST_GATHERED = 4000.0  # most scene pixels, once for each rectangle of the aperture, that a photosite gathers one by one
 MOST_FINER = 4  # times as many rectangles where lamps are gathered; a power of two
 CLASSES = 64  # classes of radii, one bit each of a 64-bit mask
@@ -142,18 +143,22 @@ class Defocus:
     def nodes_per_px(self) -> int:
         """Tabulated radii per photosite of radius.
 
-        Light bends with the radius where blur circles cross the borders of a fine scene's pixels. A correction to wave optics
-        is interpolated between radii as the blur is, so that the radii of both must lie close together.
+        Light bends with the radius where blur circles cross the borders of samples: the area beyond grows as the 1.5th power of
+        the way. A correction to wave optics is interpolated between radii as the blur is, so that the radii of both must lie
+        close together.
         """
-        near_focus = not self.least_px > 2.0 and not self.greatest_px < -2.0
-        return FINE_NODES_PER_PX if (self.area.whole_pixels or self.corrected_px) and near_focus else NODES_PER_PX
+        near_px = FINE_SQUARES_PX if self.accuracy.detail else FINE_NODES_PX
+        near_focus = not self.least_px > near_px and not self.greatest_px < -near_px
+        bends = self.area.whole_pixels or self.corrected_px or not self.accuracy.detail
+        return FINE_NODES_PER_PX if bends and near_focus else NODES_PER_PX
 
     def is_coarse(self, least_px: np.ndarray, greatest_px: np.ndarray) -> np.ndarray:
         """Whether NODES_PER_PX tabulated radii are enough for signed radii of these ranges, although others need more.
 
-        Those beyond the last correction to wave optics do.
+        Those beyond FINE_NODES_PX and the last correction to wave optics are.
         """
-        beyond = (least_px > self.corrected_px) | (greatest_px < -self.corrected_px)
+        fine_px = self.corrected_px if self.accuracy.detail else max(self.corrected_px, FINE_NODES_PX)
+        beyond = (least_px > fine_px) | (greatest_px < -fine_px)
         return beyond & (not self.area.whole_pixels and self.nodes_per_px != NODES_PER_PX)
 
     def on_wider_photosites(self) -> Self:

@@ -25,6 +25,7 @@ from simulator.optics.defocus.accuracy import (
 )
 from simulator.optics.defocus.aperture_samples import MOST_OF_ALL, correction_count, sample_count
 from simulator.optics.defocus.defocus import BLOCK_COLUMNS, Defocus
+from simulator.optics.defocus.edge_laws import nodes_error
 from simulator.optics.defocus.field_pupil import ZONES_PX, middle_error, zone_error
 from simulator.optics.defocus.joint_errors import LAYERS, TIGHTER, WORST, joint_terms, most_samples_per_axis
 from simulator.optics.defocus.lamp_laws import gathered_lamp_error, lamp_crossing_error, rim_error, spot_error
@@ -99,8 +100,10 @@ def error_terms(defocus: Defocus, contrast: SceneContrast = WORST) -> list[Error
             TIGHTER,
             falls=True,
         )
-        if accuracy.detail:
-            add("images of the aperture between radii that are tabulated", OF_NODES * contrast.around, RAYS)
+        left = OF_NODES * contrast.around
+        if not accuracy.detail:
+            left = nodes_error(min(blurred), own.largest_px, contrast.around, contrast.curvature)
+        add("images of the aperture between radii that are tabulated", left, RAYS)
     if contrast.lamp > 0.0 and (is_sloped or len(defocus.radii_px) > 1 or not holds_lamps):
         spots = max(spot_error(contrast.lamp), rim_error(contrast.lamp, accuracy))
         add("edges of the spots of lamps", spots, FINER_SCENE)
@@ -222,6 +225,9 @@ def ignored_error(
     found = [ErrorTerm(BLUR, cause, accuracy.in_sigma(left_out), TIGHTER, falls=True)]
     if lamp > 0.0 and abs(scale - 1.0) < 1e-3:
         found.append(ErrorTerm(BLUR, "lamps smaller than photosites", accuracy.in_sigma(lamp), FINER_SCENE, "input"))
+    if contrast.flattened > 0.0:
+        cause = "layers that are composited before the light between their pixels is"
+        found.append(ErrorTerm(BLUR, cause, accuracy.in_sigma(contrast.flattened), FINER_SCENE))
     return found
 
 

@@ -9,6 +9,7 @@ from simulator.optics.defocus.accuracy import Accuracy, grid_error, twice_blurre
 from simulator.optics.defocus.aperture_kernel import disk_weights
 from simulator.optics.defocus.defocus import STEEPEST_PX, Defocus
 from simulator.optics.defocus.edge_laws import LITS
+from simulator.optics.defocus.scene_light import flattened_error
 from simulator.scene.occluded_background import EDGE_PX, MOST_ESTIMATED, depth_edges
 from simulator.scene.scene import Layer, Scene, is_depth_map
 
@@ -40,7 +41,8 @@ class SceneContrast:
     edges: difference of neighbouring pixels, that of lamps left out, as photosites see it that get `edge_laws.LITS` of it: of
         what moves (`scene_edges`).
     ends: second difference of the light behind the smallest circle, mean of both axes, in the noise of that light, which is
-        least where a penumbra ends; 0: the scene has a pixel or more per photosite, or its own curvature says more.
+        least where a penumbra ends; 0: pixels are samples, or even squares (`Accuracy.detail`), or its own curvature says more.
+    flattened: `scene_light.flattened_error` of layers whose blur is left out; 0: there is one, or no light between pixels.
     """
 
     curvature: float = 1.0
@@ -53,6 +55,7 @@ class SceneContrast:
     around: float = 1.0
     edges: tuple[float, ...] = (1.0,) * len(LITS)
     ends: float = 0.0
+    flattened: float = 0.0
 
 
 def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus: Defocus) -> SceneContrast:
@@ -68,7 +71,8 @@ def scene_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     has_steps = any(_has_steps(radius, defocus.scale) for _, radius in layers)
     beside = _beside_edges(scene, to_share, defocus) if has_steps else 0.0
     mixed, around = _ranges(scene, to_share, defocus) if scene.behind or defocus.maps else (0.0, 0.0)
-    ends = 0.0 if defocus.scale >= 1.0 - 1e-6 else _penumbra_ends(scene, to_share, defocus, curvature)
+    is_exact = defocus.accuracy.detail or abs(defocus.scale - 1.0) < 1e-6
+    ends = 0.0 if is_exact else _penumbra_ends(scene, to_share, defocus, curvature)
     behind = beside if defocus.guessed else 0.0
     return SceneContrast(curvature, lamp, beside, behind, has_steps, texture, mixed, around, ends=ends)
 
@@ -140,7 +144,10 @@ def sharp_contrast(scene: Scene, weights: np.ndarray, per_share: float, defocus:
     """Measure the contrast on which the error of leaving out a blur depends; the arguments are those of `scene_contrast`."""
     layers = zip(scene.layers, defocus.radii_px, strict=False)
     every = [_curvatures(layer, per_share * weights, defocus)[0] for layer, _ in layers]
-    return SceneContrast(curvature=max(every))
+    flattened, accuracy = 0.0, defocus.accuracy
+    if defocus.scale < 1.0 - 1e-6 and scene.interpolation != "nearest":
+        flattened = flattened_error(scene, weights, per_share * accuracy.electrons, accuracy, MOST)
+    return SceneContrast(curvature=max(every), flattened=flattened)
 
 
 def _ranges(scene: Scene, to_share: np.ndarray, defocus: Defocus) -> tuple[float, float]:

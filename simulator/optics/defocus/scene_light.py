@@ -145,6 +145,37 @@ def mixed_edges_error(scene: Scene, weights: np.ndarray, per_radiance: float, ac
     return 0.25 * max(0.5 * scale, min(scale, 1.0)) * detail
 
 
+def flattened_error(scene: Scene, weights: np.ndarray, per_radiance: float, accuracy: Accuracy, quantile: float) -> float:
+    """Error of layers of a coarse scene that are composited pixel by pixel, as a share of the brightest light: this quantile.
+
+    Light and coverage are linear between pixels, and so is not their product: rays that meet one layer after the other see past
+    the edge of a layer where it has covered the pixel behind. Found are places in the middle between two and four pixels, where
+    the difference is largest. It counts in the noise of the light that rays see. Arguments are as of `scene_detail`.
+    """
+    if not scene.behind:
+        return 0.0
+    size = scene.planes.shape[:2]
+    rows, columns = (np.arange(0, length - 1, max(1, -(-length // _SAMPLES))) for length in size)
+    found = [0.0]
+    for ways in (((0, 0), (0, 1)), ((0, 0), (1, 0)), ((0, 0), (0, 1), (1, 0), (1, 1))):
+        places = [np.ix_(rows + down, columns + right) for down, right in ways]
+        through, flat = np.ones(1), np.ones((len(places), 1, 1))
+        seen_e, flattened_e = np.zeros(1), np.zeros(1)
+        for layer in scene.layers:
+            light = np.stack([per_radiance * (layer.planes[place] @ weights) for place in places])
+            seen_e = seen_e + np.expand_dims(through, -1) * light.mean(axis=0)
+            flattened_e = flattened_e + (flat[..., None] * light).mean(axis=0)
+            if layer.coverage is None:
+                break
+            open_ = 1.0 - np.stack([layer.coverage[place] for place in places])
+            through, flat = through * open_.mean(axis=0), flat * open_
+        noise_e = np.sqrt(np.maximum(seen_e + accuracy.read_noise_e**2, 1.0))
+        error = np.abs(flattened_e - seen_e) / noise_e
+        if error.size:
+            found.append(float(np.quantile(error, quantile, axis=(0, 1), method="higher").max()))
+    return max(found) * accuracy.sigma
+
+
 def scene_bends(
     scene: Scene,
     weights: np.ndarray,

@@ -3,7 +3,10 @@
 The nanoseconds are processor time of all cores over two, of the reference machine of `simulator.pipeline.passes`.
 """
 
+from dataclasses import replace
+
 from simulator.optics.geometry.motion_plan import MotionPlan
+from simulator.optics.geometry.projection import Projection
 
 COST_NS = {
     "sweep launches": 1.5e6,  # of a frame that one kernel sweeps: paths and launches
@@ -12,11 +15,13 @@ COST_NS = {
     "shifting layers": 0.08,  # for each photosite, instant and plane of layers that move without a turn over such a scene
     "shift": 0.15,  # for each photosite, and photosite of a path and SHIFT_MARGIN_PX, of such a scene that moves without a turn
     "sweep by vector": 100.0,  # for each photosite and instant, where each pixel moves by itself
-    "sweep by place": 6.0,  # for each photosite, instant, layer and scene pixel that it averages
+    "sweep by place": 6.0,  # for each photosite, instant and layer of light that is bilinear between pixels
+    "sweep by part": 5.2,  # for each photosite, instant, layer, and upright part of a tilted photosite
     "moving launches": 8.0e6,  # of a frame whose points of the aperture carry instants: tables of points, launches
     "moving points": 550.0,  # for each photosite and surface
     "instant": 3.0e6,  # of each instant at which the optics run
 }
+PART_READ, AT_ONCE = 0.21, 2.0  # of the time of a part, for each scene pixel that it may touch; reads of a bilinear value
 SHIFT_MARGIN_PX = 5.0  # by which a path counts as longer
 DRIFTING = 1.5  # times what layers that shift take, where displacements change along a row
 AGAIN = 3.0  # times what the image at rest takes, since places of a picture that is turned are found one by one
@@ -26,6 +31,13 @@ OCCLUDING_AGAIN = 35.0  # the same of a blur of surfaces that hide each other, w
 def sweep_cost_ms(key: str, count: float) -> float:
     """Return the predicted time of a swept frame [ms]. key: of COST_NS, by which so many units are counted."""
     return 1e-6 * (COST_NS["sweep launches"] + COST_NS[key] * count)
+
+
+def part_work(projection: Projection) -> float:
+    """Work of a photosite that is averaged by upright parts at each place, in units of "sweep by part"."""
+    posed = replace(projection, pose=(0.0,) * 10)
+    parts = posed.parts_per_axis(1)
+    return parts**2 * (1.0 + PART_READ * (posed.taps(1.0 / parts) ** 2 or AT_ONCE))
 
 
 def moving_cost_ms(pixels: int, surfaces: int) -> float:

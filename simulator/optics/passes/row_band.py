@@ -103,7 +103,8 @@ class RowBand:
     def _node_defines(self, per_px: int) -> dict[str, str]:
         """Macros of kernels/aperture_mean.h for so many tabulated radii per photosite of radius."""
         over = self.samples_per_axis
-        linear = 1 if self.defocus.area.has_squares(over) else per_px if over == 1 else 0
+        unblurred = per_px if per_px == NODES_PER_PX else per_px // 2  # the circle leaves its photosite at a radius of a half
+        linear = 1 if self.defocus.area.has_squares(over) else unblurred if over == 1 else 0
         return {"NODES_PER_PX": f"{per_px}.0f", "LINEAR_NODES": f"{linear}.0f"}
 
     def _filter(self, mosaic: Mosaic) -> dict[str, object]:

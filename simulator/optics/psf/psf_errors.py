@@ -17,6 +17,7 @@ from simulator.optics.psf.lamps import LAMP_TIMES, Lamps
 from simulator.optics.psf.pixel_aperture import Sampling
 from simulator.optics.psf.square_light import shared_length
 from simulator.optics.psf.visibility import Visibility
+from simulator.optics.psf.wavefront_psf import WavefrontPsf
 
 PLACES = (0.0, 0.25, 0.5, 0.75)  # of lamps in a photosite, along an axis, at which their error is asked
 BESIDE = 1.5  # times the error of one lamp, where several lie beside each other
@@ -24,6 +25,7 @@ PSF = "point spread function"  # effect of the terms
 TIGHTER = "give a smaller tolerance"
 DIVIDED = "give a scene of 1, 2 or 4 pixels per photosite that begin at its border"
 DRAWN = "lamps are drawn by themselves in one picture that is in focus and at rest, without distortion; give fewer of them"
+IN_FOCUS = "it is gone where surfaces have one distance, or circles of more than a photosite"
 BLURRED = "it is gone without camera.low_pass and camera.fill_factor, or where nothing is in focus"
 
 
@@ -35,12 +37,17 @@ def psf_errors(
     contrast: float = 1.0,
     sampling_error: float = 0.0,
     lamp_error: float = 0.0,
+    *,
+    is_fine: bool = False,
+    is_coarse: bool = False,
 ) -> list[ErrorTerm]:
     """Return the errors of a kernel, of the light that it is applied to, or of leaving it out.
 
     skipped: why there is none; None: there is one. smallest_px: radius of the smallest blur circle, of a geometric blur that
     comes first; None: none does. contrast: second difference of the light between photosites, as a share of the brightest.
     sampling_error: of the light that kernels by distance are applied to, the same. lamp_error: of `undrawn_error`.
+    is_fine: whether the scene has more than a pixel per photosite. is_coarse: whether it has fewer, and its blur is left out
+    whose contrast is known.
     """
     if skipped is not None:
         return [ErrorTerm(PSF, "none, since its effect is small", skipped.sigma, TIGHTER, falls=True)]
@@ -54,6 +61,15 @@ def psf_errors(
         found.append(
             ErrorTerm(PSF, "light of whole photosites behind a blur, which a low-pass or open area divides", error, BLURRED)
         )
+    elif smallest_px is not None and is_fine and not psf.by_distance and isinstance(psf.lens_psf, WavefrontPsf):
+        error = accuracy.in_sigma(contrast * diffracted_light_error(smallest_px, spread_share(psf)))
+        found.append(
+            ErrorTerm(PSF, "light of whole photosites behind a blur, which diffraction spreads", error, IN_FOCUS, is_rare=True)
+        )
+    elif is_coarse and psf.over == 1 and psf.sampling != Sampling():
+        error = accuracy.in_sigma(contrast * coarse_light_error(psf.sampling, psf.pitch_um))
+        cause = "light of whole photosites, which a low-pass or open area divides"
+        found.append(ErrorTerm(PSF, cause, error, BLURRED, is_rare=True))
     if sampling_error > 0.0:
         cause = f"{psf.over} x {psf.over} samples of light per photosite, which mix pixels of the scene"
         found.append(ErrorTerm(PSF, cause, accuracy.in_sigma(sampling_error), DIVIDED))
@@ -133,3 +149,31 @@ def photosite_light_error(radius_px: float) -> float:
     photosite and more apart and fill factors from 0.44 on: what is finer than the photosites cannot be told from their means.
     """
     return min(0.21, 0.025 * max(radius_px, 1e-3) ** -1.45)
+
+
+def coarse_light_error(sampling: Sampling, pitch_um: float) -> float:
+    """Error of a low-pass filter and an open area that are applied to means over whole photosites of a sharp coarse scene.
+
+    A share of the contrast. It bounds 99.9 % of the photosites of random pixels, bars and waves of 0.3 to 0.95 pixels per
+    photosite, linear between their centres: 0.016 to 0.027 for spots 0.5 to 1 photosites apart, 0.026 where half of the area is
+    open.
+    """
+    return 0.038 * min(sampling.low_pass_um / pitch_um, 0.75) + 0.054 * (1.0 - sampling.fill_factor)
+
+
+def spread_share(psf: FieldPsf) -> float:
+    """Largest share of a photosite's light that the kernel in the middle of the field brings to others."""
+    middle = psf.nodes[0] // 2, psf.nodes[1] // 2
+    channels = len(psf.lens_psf.wavelengths_nm) if isinstance(psf.lens_psf, WavefrontPsf) else 1
+    return max(1.0 - float(psf.kernel(0, channel, False, *middle).max()) for channel in range(channels))
+
+
+def diffracted_light_error(radius_px: float, spread: float) -> float:
+    """Error of kernels of diffraction that are applied to means over whole photosites of a fine scene behind a blur circle.
+
+    A share of the contrast. spread: of `spread_share`. Light spreads from where it is in a photosite, which their means do not
+    tell: as with open areas (`photosite_light_error`), for the share that leaves. It bounds 99.9 % of the photosites of random
+    squares of 1.5 to 8 to a photosite, and of 2.4 photosites, for Airy disks whose radius is 0.1 to 1 photosites. Where kernels
+    end is not counted here.
+    """
+    return min(0.12, spread * min(0.95, 0.036 * max(radius_px, 1e-3) ** -1.4))

@@ -13,6 +13,7 @@ from simulator.exposure.motion import Motion
 from simulator.exposure.settings import Exposure
 from simulator.exposure.shutter import RollingShutter
 from simulator.optics.geometry.motion_cost import COST_NS, instants_cost_ms, moving_cost_ms, sweep_cost_ms
+from simulator.optics.lens.distortion import Distortion
 from simulator.pipeline.planner import plan
 from simulator.pipeline.shot import Shot
 
@@ -50,3 +51,15 @@ def test_swept_frames_and_moving_points_grow_with_the_photosites():
     small, large = (sweep_cost_ms("sweep", count) for count in (1e4, 1e8))
     assert large - small == pytest.approx(1e-6 * COST_NS["sweep"] * (1e8 - 1e4))
     assert moving_cost_ms(10**6, 2) - moving_cost_ms(10**6, 1) == pytest.approx(COST_NS["moving points"])
+
+
+def test_tilted_photosites_take_the_time_of_their_parts():
+    """A pan takes 50 times as long behind distortion, by 16 parts of each photosite: 115 ns an instant instead of 1.6."""
+
+    def cost_ms(lens):
+        scene, motion = band_scene(np.random.default_rng(1).random((512, 512))), Motion(camera=SteadyMotion(pan_deg_per_s=40.0))
+        planned = plan(Shot(scene, lens, Exposure(0.001), small_camera(512, 512), motion=motion))
+        assert planned.optics.motion is not None and planned.optics.motion.method == "swept"
+        return next(one.cost_ms for one in planned.passes if one.name == "motion")
+
+    assert cost_ms(dataclasses.replace(LENS, distortion=Distortion(-0.05, unit="half_diagonal"))) > 20.0 * cost_ms(LENS)
