@@ -126,6 +126,27 @@ def _sampled_image(psf: FieldPsf, spots: LampSpots, place: tuple[float, float]) 
     return found
 
 
+def bent_light_error(sampling: Sampling, pitch_um: float, over: int, scale: float, bend: float) -> float:
+    """Error of samples of light, `over` per photosite and axis, that are taken as even squares, in units of `bend`.
+
+    bend: largest second difference of the pixels of a scene, along both axes together, between which its light is linear.
+    scale: of those per photosite, below 1.
+
+    A border of a photosite that the filter or the open area moves cuts a sample of width h = 1 / over, of light of slope s,
+    into f and 1 - f. The part that is seen has f h times the mean of the whole instead of its own mean: wrong by
+    s h^2 f (1 - f) / 2. The other border that the mirrored spot has cuts another sample into 1 - f and f, with the opposite
+    sign, so that equal slopes cancel: what is left is the change of the slope between both, which is `scale` bends at each
+    pixel in between. The borders lie w + 2 a apart, of the open width w and the spots at a and -a, or those nearer together
+    w - 2 a; each pair has half of the light. A bend in a sample that is cut counts less. Along both axes the errors add, to the
+    root of two times that of both together.
+    """
+    width, apart, found = math.sqrt(sampling.fill_factor), sampling.low_pass_um / pitch_um, 0.0
+    for way, share in zip((apart, -apart), sampling.cuts(pitch_um, over), strict=True):
+        pixels = math.floor(scale * (abs(width + way) + 2.0 / over)) + 1.0
+        found += 0.25 * share * (1.0 - share) * pixels / over**2
+    return math.sqrt(2.0) * bend * scale * found / width
+
+
 def photosite_light_error(radius_px: float) -> float:
     """Error of a low-pass filter or a fill factor that is applied to means over whole photosites behind a blur circle.
 
